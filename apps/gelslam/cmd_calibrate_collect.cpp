@@ -14,6 +14,7 @@
 #include "gelslam/slam/config.hpp"
 #include "gelslam/viewer/gl_context.hpp"
 #include "gelslam/viewer/window.hpp"
+#include "reports.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam {
@@ -95,8 +96,7 @@ int run_collect(CollectArguments arguments) {
     if (session.taken_now() > 0) std::cerr << "kept: " << session.summary() << "\n";
     throw;
   }
-  if (const std::string warning = source->warning(); !warning.empty())
-    std::cerr << "warning: " << warning << "\n";
+  warn(source->warning());
   std::cout << session.summary() << "\n";
   if (!arguments.quiet)
     std::cerr << (session.enough() ? "next: gelslam calibrate train "

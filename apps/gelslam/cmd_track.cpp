@@ -2,12 +2,9 @@
 
 #include <atomic>
 #include <functional>
-#include <future>
 #include <iostream>
-#include <limits>
 #include <memory>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -16,21 +13,15 @@
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/text.hpp"
-#include "gelslam/core/trajectory.hpp"
-#include "gelslam/localization/localizer.hpp"
 #include "gelslam/localization/maps.hpp"
-#include "gelslam/localization/rig_place.hpp"
-#include "gelslam/sensor/log_recorder.hpp"
 #include "gelslam/sensor/raw_log.hpp"
-#include "gelslam/slam/pose_stream.hpp"
 #include "gelslam/slam/sensor_rig.hpp"
-#include "gelslam/slam/surface_stream.hpp"
-#include "gelslam/slam/trial_drift.hpp"
-#include "gelslam/slam/trial_places.hpp"
+#include "reports.hpp"
 #include "stream_arguments.hpp"
 #include "terminal_progress.hpp"
+#include "track_output.hpp"
 #include "track_window.hpp"
+#include "tracked_sensor.hpp"
 
 namespace gelslam {
 namespace {
@@ -43,216 +34,6 @@ struct TrackArguments {
   StreamArguments stream{.target = "-", .format = "tum"};
   MapWindowArguments window;
   bool quiet = false;
-};
-
-using Json = nlohmann::ordered_json;
-
-Json hypothesis_json(const PlaceHypothesis& hypothesis) {
-  Json json = {{"probability", hypothesis.probability}, {"pose", row_major_meters(hypothesis.map_T_sensor)}};
-  add_sigma(json, translation_first(hypothesis.covariance));
-  return json;
-}
-
-/// As frame_json(), with what localization knows.
-Json map_json(const LocalizedFrame& frame, const Surface* surface) {
-  const bool localized = frame.status == PlaceStatus::localized;
-  FrameReport report{frame.tracked, surface};
-  if (localized) report.covariance = translation_first(frame.hypotheses.front().covariance);
-  Json json = frame_json(report);
-  json["status"] = status_name(frame);
-  if (frame.tracked.status != TrackStatus::background) json["reason"] = frame.reason;
-  json["pose"] = localized ? Json(row_major_meters(frame.hypotheses.front().map_T_sensor)) : Json(nullptr);
-  json["in_map"] = localized;
-  json["hypotheses"] = Json::array();
-  for (const PlaceHypothesis& hypothesis : frame.hypotheses)
-    json["hypotheses"].push_back(hypothesis_json(hypothesis));
-  return json;
-}
-
-TrackedFrame background_frame(const SurfaceStream::Item& item) {
-  TrackedFrame frame;
-  frame.frame = item.frame;
-  frame.time_s = item.time_s;
-  frame.status = TrackStatus::background;
-  return frame;
-}
-
-/// TUM has one frame for all poses: that of the first contact. Frames of a later trial are in it once a loop
-/// has told where that trial lies.
-class TumStream {
- public:
-  explicit TumStream(const SlamOptions& options) : places_(options) {}
-
-  /// "" for a frame that has no pose.
-  std::string line(const TrackedFrame& frame) {
-    for (const NewKeyframe& added : frame.new_keyframes) places_.add(added.keyframe);
-    if (frame.status != TrackStatus::tracked) return "";
-    const std::optional<Pose> first_T_trial = places_.first_T_trial(frame.trial);
-    return first_T_trial ? tum_line(frame.time_s, *first_T_trial * frame.trial_T_frame) : "";
-  }
-
- private:
-  TrialPlaces places_;
-};
-
-/// A line of the stream, "" for none, and whether the frame has a pose.
-struct PoseLine {
-  std::string text;
-  bool has_pose = false;
-};
-
-class PoseOutput {
- public:
-  virtual ~PoseOutput() = default;
-  virtual PoseLine line(const SurfaceStream::Item& item) = 0;
-  /// What was not right with the poses, or "". At the end.
-  virtual std::string warning() const { return ""; }
-};
-
-/// Poses in the frame of the trial, or, as TUM, of the first contact.
-class TrialOutput final : public PoseOutput {
- public:
-  TrialOutput(const SlamOptions& options, bool as_ndjson)
-      : as_ndjson_(as_ndjson),
-        tracker_(options.tracker, options.registration, options.verification),
-        tum_(options),
-        drift_(options.slope_calibration.gradient_scale_sigma) {}
-
-  PoseLine line(const SurfaceStream::Item& item) override {
-    const TrackedFrame frame =
-        item.surface ? tracker_.track(item.frame, item.time_s, item.surface) : background_frame(item);
-    const bool tracked = frame.status == TrackStatus::tracked;
-    if (!as_ndjson_) return {tum_.line(frame), tracked};
-    FrameReport report{frame, item.surface.get()};
-    report.covariance = drift_.add(frame);
-    return {ndjson_line(report), tracked};
-  }
-
- private:
-  bool as_ndjson_;
-  Tracker tracker_;
-  TumStream tum_;
-  TrialDrift drift_;
-};
-
-/// A sensor, and how its frames become surfaces.
-struct TrackedSensor {
-  LogInput input;
-  Config config;
-  bool is_camera = false;
-  std::shared_ptr<RawFrameSource> frames;  ///< null: the log, as fast as it can be read
-};
-
-SurfaceStream open_stream(const TrackedSensor& sensor, StageTimer& timer) {
-  if (!sensor.frames) return {sensor.input, sensor.config, timer};
-  std::function<void(const std::string&)> ask;
-  if (sensor.is_camera) ask = [](const std::string& request) { std::cerr << "gelslam: " << request << "\n"; };
-  const std::string name = sensor.is_camera ? "camera" : sensor.input.log.string();
-  return {decode_frames(sensor.frames, name, sensor.config.sensor), sensor.input, sensor.config, timer, ask};
-}
-
-LocalizedFrame localized(Localizer& localizer, const SurfaceStream::Item& item) {
-  if (item.surface) return localizer.process(item.frame, item.time_s, item.surface);
-  LocalizedFrame frame;
-  frame.tracked = background_frame(item);
-  return frame;
-}
-
-void warn(const std::string& warning) {
-  if (!warning.empty()) std::cerr << "warning: " << warning << "\n";
-}
-
-/// The second of two sensors that are fixed to each other.
-class SecondSensor {
- public:
-  SecondSensor(const TrackedSensor& sensor, std::shared_ptr<const SurfaceMap> map, StageTimer& timer)
-      : stream_(open_stream(sensor, timer)), localizer_(std::move(map), sensor.config.slam) {
-    for (const std::string& doubt : stream_.background_doubts()) warn("second sensor: " + doubt);
-    newest_.place.tracked.time_s = -std::numeric_limits<double>::infinity();
-  }
-
-  /// Its place in the map, if it knows that. Waits for its first frame at this time or later.
-  std::optional<PlaceHypothesis> at(double time_s) {
-    while (!has_ended_ && newest_.place.tracked.time_s < time_s) {
-      const std::optional<SurfaceStream::Item> item = next();
-      has_ended_ = !item;
-      if (!item) break;
-      before_ = std::move(newest_.place);
-      newest_ = {item->picture, item->surface, localized(localizer_, *item)};
-    }
-    return has_ended_ ? std::nullopt : place_between(before_, newest_.place, time_s);
-  }
-  const LocatedTouch& newest() const { return newest_; }
-  std::string warning() const { return stream_.warning(); }
-
- private:
-  /// The first sensor goes on when this one is lost.
-  std::optional<SurfaceStream::Item> next() {
-    try {
-      return stream_.next();
-    } catch (const Error& error) {
-      warn("second sensor: " + std::string(error.what()));
-      return std::nullopt;
-    }
-  }
-
-  SurfaceStream stream_;
-  Localizer localizer_;
-  LocalizedFrame before_;
-  LocatedTouch newest_;
-  bool has_ended_ = false;
-};
-
-/// Poses in the frame of a map, and what `touches` (or null) shows of them. Of two sensors (`second` is not
-/// null), poses of the first one that both know.
-class MapOutput final : public PoseOutput {
- public:
-  MapOutput(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options, bool as_ndjson,
-            LocatedTouches* touches, SecondSensor* second, GivenRig rig)
-      : as_ndjson_(as_ndjson),
-        localizer_(std::move(map), options),
-        touches_(touches),
-        second_(second),
-        rig_(std::move(rig)) {}
-
-  PoseLine line(const SurfaceStream::Item& item) override {
-    std::future<std::optional<PlaceHypothesis>> of_second;
-    if (second_) of_second = std::async(std::launch::async, [&] { return second_->at(item.time_s); });
-    LocalizedFrame frame = localized(localizer_, item);
-    std::vector<int> sensors;
-    if (second_) {
-      const std::optional<PlaceHypothesis> other = of_second.get();
-      const bool both = other && frame.status == PlaceStatus::localized;
-      sensors = share_place(frame, other, rig_.pose_at(item.time_s));
-      if (both) ++(sensors.size() == 2 ? agreed_ : contradicted_);
-    }
-    if (touches_ != nullptr) {
-      const auto touch = std::make_shared<LocatedTouch>(LocatedTouch{item.picture, item.surface, frame});
-      if (second_) touch->second = std::make_shared<const LocatedTouch>(second_->newest());
-      touches_->newest = touch;
-      if (!frame.hypotheses.empty()) touches_->placed = touch;
-    }
-    const bool localized = frame.status == PlaceStatus::localized;
-    if (!as_ndjson_)
-      return {localized ? tum_line(item.time_s, frame.hypotheses.front().map_T_sensor) : "", localized};
-    Json json = map_json(frame, item.surface.get());
-    if (second_) json["sensors"] = sensors;
-    return {json.dump() + "\n", localized};
-  }
-
-  std::string warning() const override {
-    if (10 * contradicted_ <= agreed_ + contradicted_) return "";
-    return "the sensors contradict each other in " + counted(contradicted_, "frame") +
-           ": do both times count from one start, and is it the right rig?";
-  }
-
- private:
-  bool as_ndjson_;
-  Localizer localizer_;
-  LocatedTouches* touches_;
-  SecondSensor* second_;
-  GivenRig rig_;
-  std::int64_t agreed_ = 0, contradicted_ = 0;  // frames in which both are localized
 };
 
 /// What ends the frames early, from any thread, also while they are not open yet.
@@ -387,13 +168,10 @@ int run(const TrackArguments& arguments) {
     SurfaceStream stream = open_stream(sensors.front(), timer);
     std::unique_ptr<SecondSensor> second;
     if (sensors.size() == 2) second = std::make_unique<SecondSensor>(sensors.back(), surfaces, timer);
-    std::unique_ptr<PoseOutput> output;
-    if (surfaces)
-      output =
-          std::make_unique<MapOutput>(surfaces, config.slam, as_ndjson,
-                                      arguments.window.shows_map() ? &touches : nullptr, second.get(), rig);
-    else
-      output = std::make_unique<TrialOutput>(config.slam, as_ndjson);
+    const std::unique_ptr<PoseOutput> output =
+        surfaces ? make_map_output(surfaces, config.slam, as_ndjson,
+                                   arguments.window.shows_map() ? &touches : nullptr, second.get(), rig)
+                 : make_trial_output(config.slam, as_ndjson);
     const bool any = write_poses(stream, *output, sink, stopper, *progress);
     if (second && !second->warning().empty()) warn("second sensor: " + second->warning());
     return any;

@@ -63,7 +63,7 @@ class StatusLine {
       next_warning_ = now + std::chrono::seconds(
                                 5);  // some of them count what they warn of; the last word is said at the end
       if (terminal_) std::cerr << "\r\033[K";
-      std::cerr << "warning: " << s.warning << "\n";
+      warn(s.warning);
       warned_ = s.warning;
     }
     const std::string progress = s.progress.empty() ? "" : ": " + s.progress;
@@ -195,8 +195,7 @@ WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& ar
   window.ui_scale = arguments.ui_scale;
 
   if (options.continued) {
-    for (const std::string& warning : options.continued->record.warnings)
-      std::cerr << "warning: " << warning << "\n";
+    for (const std::string& warning : options.continued->record.warnings) warn(warning);
     if (!arguments.quiet)
       std::cerr << fmt::format("continuing {}: {}\n", options.run_folder.string(),
                                counted(std::ssize(options.continued->record.keyframes), "keyframe"));

@@ -58,6 +58,10 @@ std::string run_words(const ReconstructSummary& s, const std::string& run_folder
   return text + last;
 }
 
+void warn(const std::string& warning) {
+  if (!warning.empty()) std::cerr << "warning: " << warning << "\n";
+}
+
 RecordReport::RecordReport(const std::string& log, bool quiet, const std::vector<RawFrameSource*>& sensors)
     : sensors_(sensors), log_(log), quiet_(quiet), terminal_(::isatty(STDERR_FILENO) != 0) {}
 

@@ -28,6 +28,9 @@ std::string run_words(const ReconstructSummary& summary, const std::string& run_
 /// A line "warning: 1 piece not joined; ..." for each of reservations().
 std::string reservation_words(const std::vector<std::string>& reservations);
 
+/// A line "warning: ..." on stderr; nothing for "".
+void warn(const std::string& warning);
+
 /// What a recording says to the person at the terminal, on stderr.
 class RecordReport {
  public:

@@ -1,0 +1,148 @@
+#include "track_output.hpp"
+
+#include <future>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "gelslam/core/text.hpp"
+#include "gelslam/core/trajectory.hpp"
+#include "gelslam/localization/rig_place.hpp"
+#include "gelslam/slam/pose_stream.hpp"
+#include "gelslam/slam/trial_drift.hpp"
+#include "gelslam/slam/trial_places.hpp"
+
+namespace gelslam {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json hypothesis_json(const PlaceHypothesis& hypothesis) {
+  Json json = {{"probability", hypothesis.probability}, {"pose", row_major_meters(hypothesis.map_T_sensor)}};
+  add_sigma(json, translation_first(hypothesis.covariance));
+  return json;
+}
+
+/// As frame_json(), with what localization knows.
+Json map_json(const LocalizedFrame& frame, const Surface* surface) {
+  const bool localized = frame.status == PlaceStatus::localized;
+  FrameReport report{frame.tracked, surface};
+  if (localized) report.covariance = translation_first(frame.hypotheses.front().covariance);
+  Json json = frame_json(report);
+  json["status"] = status_name(frame);
+  if (frame.tracked.status != TrackStatus::background) json["reason"] = frame.reason;
+  json["pose"] = localized ? Json(row_major_meters(frame.hypotheses.front().map_T_sensor)) : Json(nullptr);
+  json["in_map"] = localized;
+  json["hypotheses"] = Json::array();
+  for (const PlaceHypothesis& hypothesis : frame.hypotheses)
+    json["hypotheses"].push_back(hypothesis_json(hypothesis));
+  return json;
+}
+
+/// TUM has one frame for all poses: that of the first contact. Frames of a later trial are in it once a loop
+/// has told where that trial lies.
+class TumStream {
+ public:
+  explicit TumStream(const SlamOptions& options) : places_(options) {}
+
+  /// "" for a frame that has no pose.
+  std::string line(const TrackedFrame& frame) {
+    for (const NewKeyframe& added : frame.new_keyframes) places_.add(added.keyframe);
+    if (frame.status != TrackStatus::tracked) return "";
+    const std::optional<Pose> first_T_trial = places_.first_T_trial(frame.trial);
+    return first_T_trial ? tum_line(frame.time_s, *first_T_trial * frame.trial_T_frame) : "";
+  }
+
+ private:
+  TrialPlaces places_;
+};
+
+class TrialOutput final : public PoseOutput {
+ public:
+  TrialOutput(const SlamOptions& options, bool as_ndjson)
+      : as_ndjson_(as_ndjson),
+        tracker_(options.tracker, options.registration, options.verification),
+        tum_(options),
+        drift_(options.slope_calibration.gradient_scale_sigma) {}
+
+  PoseLine line(const SurfaceStream::Item& item) override {
+    const TrackedFrame frame =
+        item.surface ? tracker_.track(item.frame, item.time_s, item.surface) : background_frame(item);
+    const bool tracked = frame.status == TrackStatus::tracked;
+    if (!as_ndjson_) return {tum_.line(frame), tracked};
+    FrameReport report{frame, item.surface.get()};
+    report.covariance = drift_.add(frame);
+    return {ndjson_line(report), tracked};
+  }
+
+ private:
+  bool as_ndjson_;
+  Tracker tracker_;
+  TumStream tum_;
+  TrialDrift drift_;
+};
+
+class MapOutput final : public PoseOutput {
+ public:
+  MapOutput(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options, bool as_ndjson,
+            LocatedTouches* touches, SecondSensor* second, GivenRig rig)
+      : as_ndjson_(as_ndjson),
+        localizer_(std::move(map), options),
+        touches_(touches),
+        second_(second),
+        rig_(std::move(rig)) {}
+
+  PoseLine line(const SurfaceStream::Item& item) override {
+    std::future<std::optional<PlaceHypothesis>> of_second;
+    if (second_) of_second = std::async(std::launch::async, [&] { return second_->at(item.time_s); });
+    LocalizedFrame frame = localized(localizer_, item);
+    std::vector<int> sensors;
+    if (second_) {
+      const std::optional<PlaceHypothesis> other = of_second.get();
+      const bool both = other && frame.status == PlaceStatus::localized;
+      sensors = share_place(frame, other, rig_.pose_at(item.time_s));
+      if (both) ++(sensors.size() == 2 ? agreed_ : contradicted_);
+    }
+    if (touches_ != nullptr) {
+      const auto touch = std::make_shared<LocatedTouch>(LocatedTouch{item.picture, item.surface, frame});
+      if (second_) touch->second = std::make_shared<const LocatedTouch>(second_->newest());
+      touches_->newest = touch;
+      if (!frame.hypotheses.empty()) touches_->placed = touch;
+    }
+    const bool localized = frame.status == PlaceStatus::localized;
+    if (!as_ndjson_)
+      return {localized ? tum_line(item.time_s, frame.hypotheses.front().map_T_sensor) : "", localized};
+    Json json = map_json(frame, item.surface.get());
+    if (second_) json["sensors"] = sensors;
+    return {json.dump() + "\n", localized};
+  }
+
+  std::string warning() const override {
+    if (10 * contradicted_ <= agreed_ + contradicted_) return "";
+    return "the sensors contradict each other in " + counted(contradicted_, "frame") +
+           ": do both times count from one start, and is it the right rig?";
+  }
+
+ private:
+  bool as_ndjson_;
+  Localizer localizer_;
+  LocatedTouches* touches_;
+  SecondSensor* second_;
+  GivenRig rig_;
+  std::int64_t agreed_ = 0, contradicted_ = 0;  // frames in which both are localized
+};
+
+}  // namespace
+
+std::unique_ptr<PoseOutput> make_trial_output(const SlamOptions& options, bool as_ndjson) {
+  return std::make_unique<TrialOutput>(options, as_ndjson);
+}
+
+std::unique_ptr<PoseOutput> make_map_output(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options,
+                                            bool as_ndjson, LocatedTouches* touches, SecondSensor* second,
+                                            GivenRig rig) {
+  return std::make_unique<MapOutput>(std::move(map), options, as_ndjson, touches, second, std::move(rig));
+}
+
+}  // namespace gelslam
