@@ -67,8 +67,8 @@ RegistrationResult relocalize(const NormalFlowReference& reference, const Surfac
   std::vector<RegistrationResult> places, rivals;
   const auto add = [&](const RegistrationResult& place, PlacePrior near) {
     const bool expected_there = innovation_mm(place, expected) <= kMinPeriodMm;
-    if (verify_registered(reference, target, place, expected_there ? near : PlacePrior::none, options).ok() &&
-        (expected_there || is_located(place)))
+    if ((expected_there || is_located(place)) &&
+        verify_registered(reference, target, place, expected_there ? near : PlacePrior::none, options).ok())
       places.push_back(place);
     else if (verify_registered(reference, target, place, PlacePrior::suspected, options).ok())
       rivals.push_back(place);
