@@ -146,7 +146,8 @@ void LiveRig::Impl::join() {
     request.runs = {options.run_folder, scans[0], scans[1]};
   request.overwrite = options.overwrite;
   request.has_rig = true;
-  request.rig = read_given_rig(options.rig, options.openings);
+  request.rig = given;
+  if (!options.openings.empty()) request.rig.gripper.openings = read_openings(options.openings);
   BoardProgress progress(board);
   const Run run = merge_scans(request, progress, [this] { return aborted.load(); });
   board.show_saved(run.map, run.mesh);
