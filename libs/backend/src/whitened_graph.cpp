@@ -15,10 +15,9 @@ constexpr double kRoundingTolerance = 1e-6;
 }  // namespace
 
 Matrix6d with_overlap_prior(const Matrix6d& information) {
-  constexpr double kSigmaMm = 20.0;  // the sensor's width
   Matrix6d known = information;
-  known.diagonal().head<3>().array() += 1.0;
-  known.diagonal().tail<3>().array() += 1.0 / (kSigmaMm * kSigmaMm);
+  known.diagonal().head<3>().array() += 1.0 / (kOverlapSigmaRad * kOverlapSigmaRad);
+  known.diagonal().tail<3>().array() += 1.0 / (kOverlapSigmaMm * kOverlapSigmaMm);
   return known;
 }
 

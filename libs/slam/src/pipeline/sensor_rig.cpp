@@ -36,12 +36,11 @@ std::map<int, Matrix6d> frame_covariances(const ScanRecord& record) {
 }
 
 /// Along axes that a surface does not show, noise alone gives an edge some information: there, a sensor is
-/// known to a radian and to its own width.
+/// known as well as frames that overlap.
 Matrix6d of_observable(Matrix6d covariance, const std::array<bool, 6>& observable) {
-  constexpr double kAnywhereRad = 1, kAnywhereMm = 20;
   for (int axis = 0; axis < 3; ++axis) {
-    if (!observable[index(axis)]) covariance(axis + 3, axis + 3) += kAnywhereMm * kAnywhereMm;
-    if (!observable[index(axis + 3)]) covariance(axis, axis) += kAnywhereRad * kAnywhereRad;
+    if (!observable[index(axis)]) covariance(axis + 3, axis + 3) += kOverlapSigmaMm * kOverlapSigmaMm;
+    if (!observable[index(axis + 3)]) covariance(axis, axis) += kOverlapSigmaRad * kOverlapSigmaRad;
   }
   return covariance;
 }

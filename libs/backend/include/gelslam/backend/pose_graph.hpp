@@ -8,11 +8,15 @@
 
 namespace gelslam {
 
+/// One standard deviation, per axis, to which overlapping frames are known whatever they show: a radian, and
+/// the sensor's width.
+inline constexpr double kOverlapSigmaRad = 1.0, kOverlapSigmaMm = 20.0;
+
 enum class EdgeKind { odometry, loop };
 
 /// A measured relative pose. `information` is the inverse covariance (rad, mm; order as in se3.hpp) of the
 /// right perturbation: true from_T_to = from_T_to * exp(noise). It may be singular: along a direction that
-/// was not observable there is only a prior for overlapping frames (1 rad, 20 mm).
+/// was not observable there is only a prior for overlapping frames (kOverlapSigma*).
 struct PoseGraphEdge {
   int from = 0;
   int to = 0;
