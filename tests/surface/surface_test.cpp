@@ -20,24 +20,6 @@ Surface half_touched() {
   return surface;
 }
 
-TEST(PixelGrid, PutsTheOriginInTheMiddleOfThePicture) {
-  const PixelGrid grid{{4, 3}, 0.1};
-  EXPECT_TRUE(grid.to_mm(cv::Point(0, 0)).isApprox(Eigen::Vector2d(-0.15, -0.1)));
-  EXPECT_TRUE(grid.to_mm(cv::Point(3, 2)).isApprox(Eigen::Vector2d(0.15, 0.1)));
-  EXPECT_TRUE(grid.to_px({0, 0}).isApprox(Eigen::Vector2d(1.5, 1)));
-}
-
-TEST(PixelGrid, FindsEveryPixelAgainAndNoneBeyondThePicture) {
-  const PixelGrid grid{{32, 24}, 0.0634};
-  for (int v = -1; v <= grid.size.height; ++v)
-    for (int u = -1; u <= grid.size.width; ++u) {
-      const cv::Point pixel(u, v);
-      const bool inside = u >= 0 && v >= 0 && u < grid.size.width && v < grid.size.height;
-      EXPECT_EQ(grid.pixel_at(grid.to_mm(pixel)), inside ? std::optional(pixel) : std::nullopt);
-      EXPECT_TRUE(grid.to_px(grid.to_mm(pixel)).isApprox(Eigen::Vector2d(u, v)));
-    }
-}
-
 TEST(ContactPoints, LieInTheContactAndAreShown) {
   const Surface surface = half_touched();
   const auto points = coarse_contact_points_mm(surface);

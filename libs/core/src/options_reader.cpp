@@ -34,15 +34,16 @@ class OptionReader final : public OptionVisitor {
   }
 
   void number(const std::string& key, double& value, double min, double max, const std::string&) override {
+    if (const YAML::Node node = find(key)) value = bounded(node, key, min, max);
+  }
+
+  void pair(const std::string& key, std::array<double, 2>& values, double min, double max,
+            const std::string&) override {
     const YAML::Node node = find(key);
     if (!node) return;
-    double given = 0.0;
-    if (!parse(scalar(node, key, "a number"), given) || !std::isfinite(given))
-      fail_value(node, key, "must be a number");
-    if (given < min || given > max) {
-      fail_value(node, key, fmt::format("is {}, must be from {} to {}", shortened(node.Scalar()), min, max));
-    }
-    value = given;
+    if (!node.IsSequence() || node.size() != values.size())
+      fail_value(node, key, "must be two numbers: [1, 2]");
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = bounded(node[i], key, min, max);
   }
 
   void integer(const std::string& key, int& value, int min, int max, const std::string&) override {
@@ -162,6 +163,15 @@ class OptionReader final : public OptionVisitor {
                             const std::string& expected) const {
     if (!node.IsScalar()) fail_value(node, key, "must be " + expected);
     return node.Scalar();
+  }
+
+  double bounded(const YAML::Node& node, const std::string& key, double min, double max) const {
+    double given = 0.0;
+    if (!parse(scalar(node, key, "a number"), given) || !std::isfinite(given))
+      fail_value(node, key, "must be a number");
+    if (given < min || given > max)
+      fail_value(node, key, fmt::format("is {}, must be from {} to {}", shortened(node.Scalar()), min, max));
+    return given;
   }
 
   static bool parse(const std::string& text, double& value) {

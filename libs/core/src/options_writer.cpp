@@ -36,6 +36,10 @@ class OptionWriter final : public OptionVisitor {
               const std::string& comment) override {
     line(key, fmt::format("{}", value), fmt::format("{} ({} to {})", comment, min, max));
   }
+  void pair(const std::string& key, std::array<double, 2>& values, double min, double max,
+            const std::string& comment) override {
+    line(key, fmt::format("[{}, {}]", values[0], values[1]), fmt::format("{} ({} to {})", comment, min, max));
+  }
   void integer(const std::string& key, int& value, int min, int max, const std::string& comment) override {
     line(key, fmt::format("{}", value), fmt::format("{} ({} to {})", comment, min, max));
   }

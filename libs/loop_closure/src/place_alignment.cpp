@@ -61,8 +61,9 @@ bool may_be_one_place(const PointPair& a, const PointPair& b, double threshold_p
 Eigen::Vector3d point_mm(const Surface& surface, const Eigen::Vector2f& pixel) {
   const int u = std::clamp(static_cast<int>(std::lround(pixel.x())), 0, surface.height_mm.cols - 1);
   const int v = std::clamp(static_cast<int>(std::lround(pixel.y())), 0, surface.height_mm.rows - 1);
-  const Eigen::Vector2d mm = surface.grid().to_mm(Eigen::Vector2d(pixel.cast<double>()));
-  return {mm.x(), mm.y(), surface.height_mm(v, u)};
+  const CameraModel camera = surface.camera();
+  return camera.point_mm(camera.to_mm(Eigen::Vector2d(pixel.cast<double>())),
+                         static_cast<double>(surface.height_mm(v, u)));
 }
 
 // Mean over 7x7 pixels: a matched point is where texture is steep, and one pixel off there reads another

@@ -65,20 +65,20 @@ Eigen::Vector3d vector(const cv::Vec3f& v) { return {v[0], v[1], v[2]}; }
 /// The pose of a place: its twist, the tilt at which the normals that meet there agree best, and the shift
 /// that brings the points that meet there together.
 Pose pose_at(const Place& place, const Surface& reference, const Surface& target) {
-  const PixelGrid grid = target.grid();
-  const Eigen::Vector2d shift_mm = place.shift_px * kTextureShrink * grid.pitch_mm;
+  const CameraModel camera = target.camera();
+  const Eigen::Vector2d shift_mm = place.shift_px * kTextureShrink * camera.pitch_mm;
   const Eigen::Matrix3d twist =
       Eigen::AngleAxisd(place.twist_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   Eigen::Vector3d reference_sum = Eigen::Vector3d::Zero(), target_sum = Eigen::Vector3d::Zero();
   Eigen::Vector2d gap = Eigen::Vector2d::Zero();
   double weight = 0;
   int count = 0;
-  for (int v = kTextureShrink / 2; v < grid.size.height; v += kTextureShrink)
-    for (int u = kTextureShrink / 2; u < grid.size.width; u += kTextureShrink) {
+  for (int v = kTextureShrink / 2; v < camera.size.height; v += kTextureShrink)
+    for (int u = kTextureShrink / 2; u < camera.size.width; u += kTextureShrink) {
       if (!reference.contact(v, u)) continue;
       const Eigen::Vector3d p = reference.point_mm({u, v});
       const Eigen::Vector2d q = twist.topLeftCorner<2, 2>() * p.head<2>() + shift_mm;
-      const std::optional<cv::Point> at = grid.pixel_at(q);
+      const std::optional<cv::Point> at = camera.pixel_of(camera.to_px(q));
       if (!at || !target.contact(*at)) continue;
       const Eigen::Vector3d normal = twist * vector(reference.normals(v, u));
       gap += normal.z() * (vector(target.normals(*at)) - normal).head<2>();

@@ -110,7 +110,7 @@ NormalFlowReference::NormalFlowReference(SurfacePtr surface, const NormalFlowOpt
   const std::vector<cv::Point> pixels = select_samples(*surface, options.max_samples);
   const SampleWeight weight(*surface);
   const float pitch = static_cast<float>(surface->pixel_pitch_mm);
-  const PixelGrid grid = surface->grid();
+  const CameraModel camera = surface->camera();
 
   Samples& samples = impl->samples;
   samples.resize(pixels.size());
@@ -118,10 +118,11 @@ NormalFlowReference::NormalFlowReference(SurfacePtr surface, const NormalFlowOpt
   for (std::size_t k = 0; k < pixels.size(); ++k) {
     const cv::Point p = pixels[k];
     const cv::Vec3f n = surface->normals(p);
-    const Eigen::Vector2f mm = grid.to_mm(Eigen::Vector2f(static_cast<float>(p.x), static_cast<float>(p.y)));
+    const Eigen::Vector2f px(static_cast<float>(p.x), static_cast<float>(p.y));
+    const Eigen::Vector3f mm = camera.point_mm(camera.to_mm(px), surface->height_mm(p));
     samples.x[k] = mm.x();
     samples.y[k] = mm.y();
-    samples.z[k] = surface->height_mm(p);
+    samples.z[k] = mm.z();
     samples.nx[k] = n[0];
     samples.ny[k] = n[1];
     samples.nz[k] = n[2];

@@ -118,10 +118,10 @@ TargetView view_of(const Surface& target) {
   TargetView view;
   view.width = target.contact.cols;
   view.height = target.contact.rows;
-  const PixelGrid grid = target.grid();
-  view.inverse_pitch_per_mm = static_cast<float>(1.0 / grid.pitch_mm);
-  view.center_u_px = static_cast<float>(grid.center_px().x());
-  view.center_v_px = static_cast<float>(grid.center_px().y());
+  const CameraModel camera = target.camera();
+  view.inverse_pitch_per_mm = static_cast<float>(1.0 / camera.pitch_mm);
+  view.center_u_px = static_cast<float>(camera.center_px().x());
+  view.center_v_px = static_cast<float>(camera.center_px().y());
   view.normals = target.normals.ptr<float>();
   view.confidence = (target.confidence.empty() ? target.contact : target.confidence).ptr();
   return view;

@@ -20,13 +20,13 @@ struct ProjectedContact {
 
 ProjectedContact project_contact(const Surface& from, const Surface& onto, const Pose& onto_T_from) {
   constexpr double kToleranceMm = 0.15;  // the errors of heights and of the membrane rim are smaller
-  const PixelGrid onto_grid = onto.grid();
+  const CameraModel onto_camera = onto.camera();
   ProjectedContact projected;
   for (int v = 0; v < from.contact.rows; v += kTextureShrink)
     for (int u = 0; u < from.contact.cols; u += kTextureShrink) {
       if (!from.contact(v, u)) continue;
       const Eigen::Vector3d p = onto_T_from * from.point_mm({u, v});
-      const std::optional<cv::Point> at = onto_grid.pixel_at(p.head<2>());
+      const std::optional<cv::Point> at = onto_camera.pixel_at(p);
       if (!at) continue;
       ++projected.all;
       projected.in_bare_gel += !onto.contact(*at) && p.z() < onto.height_mm(*at) - kToleranceMm;

@@ -16,7 +16,7 @@ constexpr std::int16_t kNoContact = std::numeric_limits<std::int16_t>::min();
 }  // namespace
 
 ContactRelief::ContactRelief(const Surface& surface)
-    : grid_(surface.grid()), box_(cv::boundingRect(surface.contact)), height_(box_.size(), kNoContact) {
+    : camera_(surface.camera()), box_(cv::boundingRect(surface.contact)), height_(box_.size(), kNoContact) {
   for (int v = 0; v < box_.height; ++v)
     for (int u = 0; u < box_.width; ++u) {
       const cv::Point at(box_.x + u, box_.y + v);
@@ -25,7 +25,7 @@ ContactRelief::ContactRelief(const Surface& surface)
 }
 
 bool shows(const ContactRelief& relief, const Eigen::Vector3d& point_mm) {
-  const std::optional<cv::Point> pixel = relief.grid_.pixel_at(point_mm.head<2>());
+  const std::optional<cv::Point> pixel = relief.camera_.pixel_at(point_mm);
   if (!pixel || !relief.box_.contains(*pixel)) return false;
   const std::int16_t steps = relief.height_(*pixel - relief.box_.tl());
   return steps != kNoContact &&

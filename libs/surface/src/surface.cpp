@@ -30,11 +30,11 @@ Eigen::Vector2d contact_center_mm(const Surface& surface) {
     v_sum += static_cast<double>(v) * in_row;
   }
   if (!(pixels > 0)) return Eigen::Vector2d::Zero();
-  return surface.grid().to_mm(Eigen::Vector2d(u_sum / pixels, v_sum / pixels));
+  return surface.camera().to_mm(Eigen::Vector2d(u_sum / pixels, v_sum / pixels));
 }
 
 bool shows(const Surface& surface, const Eigen::Vector3d& point_mm) {
-  const std::optional<cv::Point> pixel = surface.grid().pixel_at(point_mm.head<2>());
+  const std::optional<cv::Point> pixel = surface.camera().pixel_at(point_mm);
   return pixel && surface.contact(*pixel) && surface::detail::is_close(point_mm, surface.height_mm(*pixel));
 }
 
@@ -51,8 +51,8 @@ SurfacePtr resampled(const Surface& surface, double pixel_pitch_mm) {
   if (surface.pixel_pitch_mm == pixel_pitch_mm) return result;
   const double ratio = pixel_pitch_mm / surface.pixel_pitch_mm;  // old pixels per new one
   const cv::Size size(cvRound(surface.contact.cols / ratio), cvRound(surface.contact.rows / ratio));
-  const PixelGrid grid{size, pixel_pitch_mm};
-  const Eigen::Vector2d shift_px = surface.grid().center_px() - ratio * grid.center_px();
+  const CameraModel camera{size, pixel_pitch_mm};
+  const Eigen::Vector2d shift_px = surface.camera().center_px() - ratio * camera.center_px();
   const cv::Matx23d old_of_new(ratio, 0, shift_px.x(), 0, ratio, shift_px.y());
   const auto warp = [&](const auto& map, auto& to, int interpolation) {
     cv::warpAffine(map, to, old_of_new, size, interpolation | cv::WARP_INVERSE_MAP, cv::BORDER_REPLICATE);

@@ -44,6 +44,13 @@ const cv::Mat3b& checked_background(const cv::Mat3b& background) {
 
 }  // namespace
 
+CameraModel camera_of(const GradientModel& model, cv::Size picture, const SurfaceOptions& options) {
+  const SensorOptics optics = model.optics.value_or(options.optics);
+  const std::string problem = why_impossible(optics, picture.width, picture.height, options.pixel_pitch_mm);
+  if (!problem.empty()) throw Error("the sensor's optics: " + problem);
+  return {picture, options.pixel_pitch_mm, optics};
+}
+
 // Runs the stages in order; keeps the work buffers and the light of the last frame.
 struct SurfaceEstimator::Impl {
   Impl(const GradientModel& model, const cv::Mat3b& background_image, const SurfaceOptions& surface_options)

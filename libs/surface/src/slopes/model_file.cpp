@@ -60,6 +60,30 @@ GradientModel parse_layers(const Json& layers) {
   return model;
 }
 
+SensorOptics parse_optics(const Json& json) {
+  const auto finite = [&](const Json& value, const char* name) { return number(value, name, -1e6, 1e6); };
+  const auto pair = [&](const char* name) {
+    const Json& values = member(json, name);
+    if (!values.is_array() || values.size() != 2) throw Error(std::string("'") + name + "' is no pair");
+    return std::array{finite(values[0], name), finite(values[1], name)};
+  };
+  SensorOptics optics;
+  optics.lens_k1 = finite(member(json, "lens_k1"), "lens_k1");
+  optics.lens_center_px = pair("lens_center_px");
+  optics.pixel_aspect = finite(member(json, "pixel_aspect"), "pixel_aspect");
+  optics.camera_distance_mm = finite(member(json, "camera_distance_mm"), "camera_distance_mm");
+  optics.gel_dome_per_mm = pair("gel_dome_per_mm");
+  return optics;
+}
+
+Json to_json(const SensorOptics& optics) {
+  return {{"lens_k1", optics.lens_k1},
+          {"lens_center_px", optics.lens_center_px},
+          {"pixel_aspect", optics.pixel_aspect},
+          {"camera_distance_mm", optics.camera_distance_mm},
+          {"gel_dome_per_mm", optics.gel_dome_per_mm}};
+}
+
 CalibrationRecord parse_record(const Json& json) {
   CalibrationRecord record;
   record.width_px = whole_number(json, "width_px", 1, 100'000);
@@ -100,6 +124,7 @@ ModelFile parse_text(std::string_view text) {
     for (const float sigma : file.model.sigma_rad)
       if (!(sigma >= 1e-4F && sigma <= 10.0F)) throw Error("'slope_sigma_rad' holds no good number");
   }
+  if (json.contains("optics")) file.model.optics = parse_optics(json["optics"]);
   if (json.contains("calibration")) file.record = parse_record(json["calibration"]);
   return file;
 }
@@ -153,7 +178,9 @@ ModelFile read_model_file(const std::filesystem::path& path) {
   bytes.resize(static_cast<std::size_t>(stream.gcount()));
   if (bytes.size() > kMaxModelBytes)
     throw Error("gradient model '" + path.string() + "' is larger than 4 MiB, this is no gradient model");
-  return parse_model_file(bytes, path.string());
+  ModelFile file = parse_model_file(bytes, path.string());
+  if (!file.model.optics) file.model.optics = find_optics(path);
+  return file;
 }
 
 GradientModel read_model(const std::filesystem::path& path) { return read_model_file(path).model; }
@@ -166,6 +193,7 @@ void write_model_file(const std::filesystem::path& path, const ModelFile& file) 
     for (const float sigma : file.model.sigma_rad)
       sigmas.push_back(std::round(1e4 * static_cast<double>(sigma)) / 1e4);
   }
+  if (file.model.optics) json["optics"] = to_json(*file.model.optics);
   json["layers"] = Json::array();
   for (std::size_t l = 0; l < GradientModel::kLayers; ++l)
     json["layers"].push_back({{"weight", file.model.weight(l)}, {"bias", file.model.bias(l)}});

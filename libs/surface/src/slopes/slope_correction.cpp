@@ -56,7 +56,7 @@ GradientScale SlopeCorrection::scale() const {
 
 cv::Point2f SlopeCorrection::place(cv::Size size, cv::Point pixel) {
   const float half_width = 0.5F * static_cast<float>(size.width);
-  const Eigen::Vector2f from_center_px = PixelGrid{size, 1.0}.to_mm(pixel).cast<float>();
+  const Eigen::Vector2f from_center_px = CameraModel{size, 1.0}.to_mm(pixel).cast<float>();
   return {from_center_px.x() / half_width, from_center_px.y() / half_width};
 }
 

@@ -10,6 +10,8 @@
 #include <tuple>
 #include <vector>
 
+#include "gelslam/core/sensor_optics.hpp"
+
 namespace gelslam {
 
 /// Error that a slope along one axis causes in the slope along the other, as a share of the error that it
@@ -63,6 +65,8 @@ struct GradientModel : PixelNetwork<32> {
   std::vector<float> sigma_rad;
   /// If present, it is used instead of `numbers`, which are zero. Only FrozenNetwork evaluates it.
   std::optional<MakerNetwork> maker;
+  /// Of the sensor that it reads, if it is said.
+  std::optional<SensorOptics> optics;
 
   bool operator==(const GradientModel&) const = default;
 };

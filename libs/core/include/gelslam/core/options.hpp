@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -28,6 +29,9 @@ class OptionVisitor {
                        const std::function<void()>& fields) = 0;
   virtual void number(const std::string& key, double& value, double min, double max,
                       const std::string& comment) = 0;
+  /// "[1.5, 2]"
+  virtual void pair(const std::string& key, std::array<double, 2>& values, double min, double max,
+                    const std::string& comment) = 0;
   virtual void integer(const std::string& key, int& value, int min, int max, const std::string& comment) = 0;
   virtual void flag(const std::string& key, bool& value, const std::string& comment) = 0;
   virtual void text(const std::string& key, std::string& value, const std::string& comment) = 0;

@@ -16,7 +16,7 @@ class ContactRelief {
   friend bool shows(const ContactRelief& relief, const Eigen::Vector3d& point_mm);
 
  private:
-  PixelGrid grid_;
+  CameraModel camera_;
   cv::Rect box_;                   ///< of the contact
   cv::Mat_<std::int16_t> height_;  ///< in the box
 };

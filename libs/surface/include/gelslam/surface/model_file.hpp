@@ -37,7 +37,8 @@ struct ModelFile {
 
 /// Reads a model of either kind, told apart by content: PyTorch's (zip, see parse_pth_model) or our own
 /// (JSON, see docs/file-formats.md). Throws Error when it is neither, damaged, of a newer version, or no
-/// network of these kinds.
+/// network of these kinds. A model that does not say its sensor's optics gets those of an optics.yaml beside
+/// it.
 ModelFile read_model_file(const std::filesystem::path& path);
 GradientModel read_model(const std::filesystem::path& path);
 

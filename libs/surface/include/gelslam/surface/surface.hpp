@@ -5,7 +5,7 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
-#include "gelslam/surface/pixel_grid.hpp"
+#include "gelslam/surface/camera_model.hpp"
 
 namespace gelslam {
 
@@ -31,6 +31,7 @@ struct Surface {
   cv::Mat1f
       curvature;  ///< smoothed Laplacian of height (1/pixel), 0 outside contact, clipped to +-kMaxCurvature
   double pixel_pitch_mm = 0.0634;
+  SensorOptics optics;  ///< of the camera that saw it; maps are on its rest grid
   /// Standard deviation of slopes at the best place as the color model states it, over what is assumed of a
   /// model that states none.
   double model_sigma = 1.0;
@@ -38,11 +39,10 @@ struct Surface {
   /// Bare gel was seen, so that height 0 is where it lies. Else heights are right among themselves only.
   bool zero_is_bare_gel = true;
 
-  PixelGrid grid() const { return {contact.size(), pixel_pitch_mm}; }
+  CameraModel camera() const { return {contact.size(), pixel_pitch_mm, optics}; }
   /// The point of the sensor frame that a pixel shows.
   Eigen::Vector3d point_mm(cv::Point pixel) const {
-    const Eigen::Vector2d mm = grid().to_mm(pixel);
-    return {mm.x(), mm.y(), static_cast<double>(height_mm(pixel))};
+    return camera().point_mm(pixel, static_cast<double>(height_mm(pixel)));
   }
 };
 

@@ -10,6 +10,7 @@ namespace gelslam {
 
 struct SurfaceOptions {
   double pixel_pitch_mm = 0.0634;
+  SensorOptics optics;  ///< where the model does not say its sensor's
   /// gray levels (L2 over BGR) by which contact differs from the background
   double color_dist_threshold = 15.0;
   double height_threshold_mm = 0.2;  ///< contact lies at least this far below the untouched gel
@@ -17,6 +18,9 @@ struct SurfaceOptions {
   bool compensate_light = true;
   bool gradient_everywhere = false;  ///< run the network on unchanged pixels too (slower; for comparisons)
 };
+
+/// The camera whose pictures the model reads. Throws Error for optics that no sensor has.
+CameraModel camera_of(const GradientModel& model, cv::Size picture, const SurfaceOptions& options);
 
 /// Wall-clock milliseconds of one estimate(), by stage.
 struct SurfaceTimings {

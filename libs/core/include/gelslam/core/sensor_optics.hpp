@@ -1,0 +1,52 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+namespace gelslam {
+
+class OptionVisitor;
+
+/// How a sensor's camera sees its gel: seven numbers, by default of an orthographic camera over a flat gel.
+/// A pixel's ray meets the plane z = 0 at the rest coordinates X. With pixels from the principal point and r
+/// from X, both in half picture widths and r along x and y corrected by the aspect:
+///   pixel = r (1 + k |r|²),   X = (r_x / √aspect, r_y √aspect).
+/// A point (x, y, z) of the sensor frame lies on the ray of X = (x, y) / (1 + z / distance). Where nothing
+/// touches, z = -(a x² + b y²).
+struct SensorOptics {
+  double lens_k1 = 0;                           ///< k, per half picture width squared; 0: no lens
+  std::array<double, 2> lens_center_px{0, 0};   ///< principal point, from the picture's center
+  double pixel_aspect = 1;                      ///< scale along x over y
+  double camera_distance_mm = 0;                ///< behind the plane; 0: orthographic
+  std::array<double, 2> gel_dome_per_mm{0, 0};  ///< a, b
+
+  bool has_lens() const {
+    return lens_k1 != 0 || lens_center_px != std::array{0.0, 0.0} || pixel_aspect != 1;
+  }
+  /// 1/mm, 0 for an orthographic camera: formulas need no other case.
+  double inverse_distance() const { return camera_distance_mm > 0 ? 1 / camera_distance_mm : 0; }
+  bool operator==(const SensorOptics&) const = default;
+};
+
+/// A GelSight Mini whose picture is `picture_width_mm` wide: medians of public pictures of five sensors.
+SensorOptics gelsight_mini_optics(double picture_width_mm);
+
+/// Why no sensor with such pictures has these optics, or "".
+std::string why_impossible(const SensorOptics& optics, int width_px, int height_px, double pixel_pitch_mm);
+
+/// The numbers under the names that files have for them.
+void describe_optics(OptionVisitor& visit, SensorOptics& optics);
+
+/// Name of the file beside a model or a calibration's catalog.
+inline constexpr const char* kOpticsFileName = "optics.yaml";
+
+/// Throws Error with file and line, like read_options(). What the pictures must fit is not checked.
+SensorOptics read_optics(const std::filesystem::path& file);
+/// The file of optics in the folder of `beside`, if there is one.
+std::optional<SensorOptics> find_optics(const std::filesystem::path& beside);
+void write_optics(const std::filesystem::path& file, const SensorOptics& optics);
+
+}  // namespace gelslam

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+#include <opencv2/core/types.hpp>
+#include <optional>
+
+#include "gelslam/core/sensor_optics.hpp"
+
+namespace gelslam {
+
+/// Which points of the sensor frame the pixels of a picture show, and where points appear. Pixels are those
+/// of the rest grid, regular in the plane z = 0 about the principal point: pixel (u, v) is the ray that meets
+/// the plane at X = ((u - W/2 + 1/2) * pitch, (v - H/2 + 1/2) * pitch), in mm ("rest coordinates"). The
+/// camera's raw picture has as many pixels; without a lens they are the same. Pixels may be fractions.
+struct CameraModel {
+  cv::Size size;
+  double pitch_mm = 0;
+  SensorOptics optics = {};
+
+  /// Pixel coordinates of the sensor's origin.
+  Eigen::Vector2d center_px() const { return {0.5 * size.width - 0.5, 0.5 * size.height - 0.5}; }
+
+  /// Rest coordinates of a pixel.
+  template <typename Scalar>
+  Eigen::Matrix<Scalar, 2, 1> to_mm(const Eigen::Matrix<Scalar, 2, 1>& px) const {
+    return (px - center_px().cast<Scalar>()) * static_cast<Scalar>(pitch_mm);
+  }
+  Eigen::Vector2d to_mm(cv::Point pixel) const { return to_mm(Eigen::Vector2d(pixel.x, pixel.y)); }
+  Eigen::Vector2d to_px(const Eigen::Vector2d& rest_mm) const { return rest_mm / pitch_mm + center_px(); }
+
+  /// The point of height z that the ray of rest coordinates X shows.
+  template <typename Scalar>
+  Eigen::Matrix<Scalar, 3, 1> point_mm(const Eigen::Matrix<Scalar, 2, 1>& rest_mm, Scalar height_mm) const {
+    const Scalar scale = 1 + height_mm * static_cast<Scalar>(optics.inverse_distance());
+    return {scale * rest_mm.x(), scale * rest_mm.y(), height_mm};
+  }
+  Eigen::Vector3d point_mm(cv::Point pixel, double height_mm) const {
+    return point_mm(to_mm(pixel), height_mm);
+  }
+
+  /// Rest coordinates of the ray through a point.
+  template <typename Scalar>
+  Eigen::Matrix<Scalar, 2, 1> project(const Eigen::Matrix<Scalar, 3, 1>& point_mm) const {
+    return point_mm.template head<2>() / (1 + point_mm.z() * static_cast<Scalar>(optics.inverse_distance()));
+  }
+  /// The derivative of project() by the point.
+  template <typename Scalar>
+  Eigen::Matrix<Scalar, 2, 3> project_derivative(const Eigen::Matrix<Scalar, 3, 1>& point_mm) const {
+    const auto inverse_distance = static_cast<Scalar>(optics.inverse_distance());
+    Eigen::Matrix<Scalar, 2, 3> derivative = Eigen::Matrix<Scalar, 2, 3>::Identity();
+    derivative.col(2) = -inverse_distance * project(point_mm);
+    return derivative / (1 + point_mm.z() * inverse_distance);
+  }
+
+  /// The pixel that shows a point; none beyond the picture, behind the camera and for NaN.
+  std::optional<cv::Point> pixel_at(const Eigen::Vector3d& point_mm) const {
+    if (!(1 + point_mm.z() * optics.inverse_distance() > 0)) return std::nullopt;
+    return pixel_of(to_px(project(point_mm)));
+  }
+  std::optional<cv::Point> pixel_of(const Eigen::Vector2d& px) const {
+    if (!(px.x() > -0.5 && px.y() > -0.5 && px.x() < size.width - 0.5 && px.y() < size.height - 0.5))
+      return std::nullopt;
+    return cv::Point(static_cast<int>(std::lround(px.x())), static_cast<int>(std::lround(px.y())));
+  }
+
+  /// The gel at rest, at a point of the sensor frame, and its slopes there.
+  double rest_height_mm(const Eigen::Vector2d& xy_mm) const {
+    return -(optics.gel_dome_per_mm[0] * xy_mm.x() * xy_mm.x() +
+             optics.gel_dome_per_mm[1] * xy_mm.y() * xy_mm.y());
+  }
+  Eigen::Vector2d rest_slope(const Eigen::Vector2d& xy_mm) const {
+    return {-2 * optics.gel_dome_per_mm[0] * xy_mm.x(), -2 * optics.gel_dome_per_mm[1] * xy_mm.y()};
+  }
+  /// The point of the gel at rest that the ray of rest coordinates X shows.
+  Eigen::Vector3d rest_point_mm(const Eigen::Vector2d& rest_mm) const {
+    // z = -q (1 + z / distance)²
+    const double q = -rest_height_mm(rest_mm);
+    const double scale = 2 / (1 + std::sqrt(1 + 4 * q * optics.inverse_distance()));
+    return {scale * rest_mm.x(), scale * rest_mm.y(), -q * scale * scale};
+  }
+
+  /// Where a pixel of the rest grid lies in the raw picture; none where it bends rays back (a strong negative
+  /// k1 far out).
+  std::optional<Eigen::Vector2d> raw_px(const Eigen::Vector2d& px) const;
+  /// The inverse; the nearest where the lens bends no ray to `raw_px`.
+  Eigen::Vector2d rest_px(const Eigen::Vector2d& raw_px) const;
+
+ private:
+  Eigen::Vector2d principal_px() const {
+    return center_px() + Eigen::Vector2d(optics.lens_center_px[0], optics.lens_center_px[1]);
+  }
+};
+
+}  // namespace gelslam
