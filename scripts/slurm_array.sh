@@ -27,5 +27,14 @@ if [ -z "$log" ]; then
   echo "slurm_array.sh: $list has no line $task" >&2
   exit 2
 fi
-# --jobs 1: the run folder is called like the log, and a finished one is left alone.
-exec "${GELSLAM:-gelslam}" reconstruct --jobs 1 --output "$runs" "$@" -- "$log"
+# The run is called like the log; gelsight.avi and log.mkv are called like their folder.
+name=$log
+case $(basename "$log") in gelsight.avi | log.mkv) name=$(dirname "$(realpath "$log")") ;; esac
+name=$(basename "$name")
+[ -d "$log" ] || name=${name%.*}
+run=$runs/$name
+if grep -q '"partial": false' "$run/report.json" 2>/dev/null; then
+  echo "slurm_array.sh: $run is finished" >&2
+  exit 0
+fi
+exec "${GELSLAM:-gelslam}" reconstruct --output "$run" --overwrite "$@" -- "$log"

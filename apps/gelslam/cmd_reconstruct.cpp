@@ -7,7 +7,6 @@
 #include "gelslam/core/process.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/merge_scans.hpp"
-#include "many_logs.hpp"
 #include "reports.hpp"
 #include "terminal_progress.hpp"
 
@@ -18,7 +17,6 @@ struct ReconstructArguments {
   std::vector<std::string> logs;
   LogOptions log;
   std::string run_folder, continued, rig, opening;
-  int jobs = 0;
   bool overwrite = false, quiet = false;
 };
 
@@ -42,10 +40,7 @@ int run_one(const ReconstructArguments& arguments) {
   return report(summary, arguments);
 }
 
-/// Two logs, or a log of two sensors.
-int run_rig(const ReconstructArguments& arguments) {
-  std::vector<std::filesystem::path> logs(arguments.logs.begin(), arguments.logs.end());
-  if (logs.size() == 1) logs = sensors_of_log(logs.front());
+int run_rig(const ReconstructArguments& arguments, const std::vector<std::filesystem::path>& logs) {
   if (logs.size() != 2) throw Error("--rig takes the logs of two sensors");
   RigRequest request;
   for (std::size_t sensor = 0; sensor < 2; ++sensor)
@@ -61,63 +56,47 @@ int run_rig(const ReconstructArguments& arguments) {
   return summary.completeness.complete() ? exit_code : kExitNotGood;
 }
 
-int run(const ReconstructArguments& arguments, const CLI::App& command) {
-  if (command.count("--rig") > 0) return run_rig(arguments);
-  if (arguments.logs.size() == 1 && arguments.jobs == 0) {
-    const std::string& log = arguments.logs.front();
-    if (sensors_of_log(log).size() < 2) return run_one(arguments);
-    if (!arguments.continued.empty())
-      throw Error(log + " holds two sensors; --continue takes one: " + log + "#1");
-    return run_rig(arguments);
+int run(const ReconstructArguments& arguments, bool with_rig) {
+  if (arguments.logs.size() > 1) {
+    if (!with_rig) throw Error("reconstruct takes one log, or with --rig those of two sensors");
+    return run_rig(arguments, {arguments.logs.begin(), arguments.logs.end()});
   }
+  const std::string& log = arguments.logs.front();
+  const std::vector<std::filesystem::path> sensors = sensors_of_log(log);
+  if (!with_rig && sensors.size() < 2) return run_one(arguments);
   if (!arguments.continued.empty())
-    throw Error("--continue takes one log; continue with the others one after the other");
-  return reconstruct_each({arguments.logs, arguments.run_folder,
-                           given_options(command, {"--output", "--jobs", "--overwrite"}), arguments.jobs,
-                           arguments.overwrite, arguments.quiet});
+    throw Error(log + " holds two sensors; --continue takes one: " + log + "#1");
+  return run_rig(arguments, sensors);
 }
 
 }  // namespace
 
 void add_reconstruct_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<ReconstructArguments>();
-  CLI::App* command = app.add_subcommand("reconstruct", "Turn recorded logs into meshes and trajectories");
+  CLI::App* command = app.add_subcommand("reconstruct", "Turn a recorded log into a mesh and a trajectory");
   command
       ->add_option("LOG", arguments->logs,
-                   "Recorded log, video, folder of images, or data folder (config.yaml, gelsight.avi); or "
-                   "several of them")
+                   "Recorded log, video, folder of images, or data folder (config.yaml, gelsight.avi); with "
+                   "--rig two of them")
       ->required();
   arguments->log.add_to(*command);
-  command
-      ->add_option("-o,--output", arguments->run_folder,
-                   "Run folder to write; for several logs, the folder of their run folders, which have the "
-                   "names of the logs")
-      ->required();
-  CLI::Option* jobs =
-      command
-          ->add_option("--jobs", arguments->jobs,
-                       "Logs at a time, as processes of their own (default: one for each core, as far as "
-                       "memory allows). With it, -o is the folder of run folders also for one log")
-          ->check(CLI::Range(1, 1024));
-  command
-      ->add_option("--continue", arguments->continued,
-                   "Run folder that one log continues: the same object, sensor and model. It stays as it is")
-      ->excludes(jobs);
-  add_rig_option(*command, arguments->rig,
-                 "Two logs that two sensors recorded at the same time (one log may hold both)")
-      ->excludes(jobs)
-      ->excludes("--continue");
+  command->add_option("-o,--output", arguments->run_folder, "Run folder to write")->required();
+  command->add_option(
+      "--continue", arguments->continued,
+      "Run folder that the log continues: the same object, sensor and model. It stays as it is");
+  CLI::Option* rig =
+      add_rig_option(*command, arguments->rig,
+                     "Two logs that two sensors recorded at the same time (one log may hold both)")
+          ->excludes("--continue");
   add_opening_option(*command, arguments->opening)->needs("--rig");
-  command->add_flag("--overwrite", arguments->overwrite,
-                    "Replace the run folder if it is there (of several logs: also what is finished)");
+  command->add_flag("--overwrite", arguments->overwrite, "Replace the run folder if it is there");
   add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "Example: gelslam reconstruct data/pebble -o runs/pebble\n"
-      "         gelslam reconstruct data/* -o runs --jobs 4\n"
       "         gelslam reconstruct left.mkv right.mkv --rig -o runs/both\n"
       "         gelslam reconstruct both.mkv -o runs/both\n"
       "         gelslam reconstruct more.mkv --continue runs/pebble -o runs/pebble-more");
-  command->callback([arguments, command, &exit_code] { exit_code = run(*arguments, *command); });
+  command->callback([arguments, rig, &exit_code] { exit_code = run(*arguments, rig->count() > 0); });
 }
 
 }  // namespace gelslam

@@ -91,20 +91,6 @@ void MeshUnit::say(const std::filesystem::path& file) const {
   std::cerr << "unit of " << file.string() << ": " << unit << reason << "\n";
 }
 
-std::vector<std::string> given_options(const CLI::App& command, const std::vector<std::string>& left_out) {
-  std::vector<std::string> words;
-  for (const CLI::Option* option : command.get_options()) {
-    const std::string name = option->get_name();  // "--quiet" rather than "-q"
-    if (!name.starts_with('-') || std::find(left_out.begin(), left_out.end(), name) != left_out.end())
-      continue;
-    for (const std::string& value : option->results()) {
-      words.push_back(name);
-      if (option->get_expected_max() != 0) words.back().append("=").append(value);
-    }
-  }
-  return words;
-}
-
 std::string refuse_unless_png(const std::string& path) {
   return refuse_other_ending(path, ".png", "pictures are written as PNG");
 }

@@ -34,10 +34,6 @@ struct MeshUnit {
   void say(const std::filesystem::path& file) const;
 };
 
-/// The options that were given to `command`, each as one word ("--model=nnmodel.pth"), but for `left_out`
-/// ("--jobs") and what has no name (LOG).
-std::vector<std::string> given_options(const CLI::App& command, const std::vector<std::string>& left_out);
-
 /// Checks of option values for CLI::Option::check(): "" or the reason for a refusal.
 /// A file of another type than the ending promises is refused.
 std::string refuse_unless_png(const std::string& path);

@@ -8,9 +8,9 @@
 #include <stop_token>
 #include <thread>
 
-#include "child_program.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/file_descriptor.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/slam/merge_scans.hpp"
@@ -212,6 +212,16 @@ struct LiveEnd {
   NextStep next = NextStep::none;
   std::string run_folder;
 };
+
+/// This program begins anew with other arguments, in the same process. Throws Error.
+[[noreturn]] void become(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), "gelslam");
+  std::vector<char*> words;
+  for (std::string& argument : arguments) words.push_back(argument.data());
+  words.push_back(nullptr);
+  ::execv("/proc/self/exe", words.data());
+  throw Error("cannot start gelslam anew: " + errno_text());
+}
 
 /// A scan that continues a run of several sensors becomes a part of it.
 void join_with_continued(const std::filesystem::path& scan, const LiveArguments& arguments) {

@@ -102,11 +102,9 @@ TEST(Reconstruct, WarnsOfATruncatedLogAlsoWhenQuiet) {
   const TemporaryFolder folder;
   const std::string whole = read_bytes(scan().log() / "gelsight.avi"), torn = (folder / "torn.avi").string();
   write_bytes(torn, whole.substr(0, whole.size() / 3));
-  const std::string model = scan().model().string(), run = (folder / "run").string(),
-                    runs = (folder / "runs").string();
+  const std::string model = scan().model().string(), run = (folder / "run").string();
   const std::vector<std::string> commands[] = {
       {"reconstruct", torn, "--model", model, "-q", "-o", run},
-      {"reconstruct", torn, "--model", model, "-q", "-o", runs, "--jobs", "1"},
       {"replay", torn, "--model", model, "-q", "--headless", "--every-frame"}};
   for (const auto& command : commands) {
     const ProgramResult result = gelslam(command);
