@@ -135,23 +135,18 @@ def verdicts(name, ours, public):
     return accuracy_verdicts(name, ours, public) + silent
 
 
-def components(evaluation):
-    """Connected components of the map; older programs called them groups."""
-    return evaluation.get("components", evaluation.get("groups"))
-
-
 def accuracy_verdicts(name, ours, public):
     trajectory = ours["trajectory"]
     if name.startswith("track_"):
         ratio = geometric_mean(trajectory["mae"]) / geometric_mean(public["mae"])
-        whole = components(ours) == 1 and trajectory["tracked_share"] >= WHOLE_SHARE
+        whole = ours.get("components") == 1 and trajectory["tracked_share"] >= WHOLE_SHARE
         return [("error", ratio <= TRACK_RATIO), ("whole", whole)]
     if name.startswith("scan_"):
         mesh = ours["mesh"]
         ratio = mesh["known_pose"]["accuracy"]["mean_mm"] / public["mesh"]["acc_mean_mm"] if mesh else float("inf")
         return [("mesh", ratio <= MESH_RATIO), ("ATE", trajectory["ate_mm"] < ate_lower_bound(public["mae"]))]
     if name == "hard_breaks":
-        return [("one piece", components(ours) == 1)]
+        return [("one piece", ours.get("components") == 1)]
     return []
 
 
@@ -173,7 +168,7 @@ def row(name, ours, public, seconds, checks):
     public_cells = ["%.4f" % theirs, "%.2f" % (mine / theirs)] if theirs else ["-", "-"]
     return [name, "%.4f" % mine, *public_cells, worst_axis(t["mae"]),
             "%.2f/%.2f" % (t["final_drift_mm"], t["final_drift_deg"]), "%.3f" % t["ate_mm"],
-            "%.3f" % ate_lower_bound(public["mae"]) if theirs else "-", *mesh_cells, str(components(ours)), "%.3f" % t["tracked_share"],
+            "%.3f" % ate_lower_bound(public["mae"]) if theirs else "-", *mesh_cells, str(ours.get("components")), "%.3f" % t["tracked_share"],
             "?" if ours["silent"] is None else str(ours["silent"]), "%.0f" % seconds, verdict]
 
 

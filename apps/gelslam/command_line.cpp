@@ -20,32 +20,6 @@ std::string refuse_other_ending(const std::string& path, const std::string& endi
   return path + ": " + what + "; give a name that ends in " + ending;
 }
 
-bool is_for(const RenamedOption& renamed, const std::vector<std::string>& words) {
-  const std::size_t space = renamed.command.find(' ');
-  if (words.empty() || words[0] != renamed.command.substr(0, space)) return false;
-  return space == std::string::npos || (words.size() > 1 && words[1] == renamed.command.substr(space + 1));
-}
-
-void replace_renamed_option(std::vector<std::string>& words, const RenamedOption& renamed,
-                            std::vector<std::string>& notices) {
-  for (std::size_t i = 0; i < words.size() && words[i] != "--"; ++i) {
-    const std::size_t end = words[i].find('=');
-    if (words[i].substr(0, end) != renamed.option) continue;
-    if (renamed.value.empty()) {
-      words[i].replace(0, renamed.option.size(), renamed.new_option);
-      notices.push_back(renamed.option + " is now " + renamed.new_option);
-      continue;
-    }
-    const bool joined = end != std::string::npos;  // --option=value
-    if (!joined && i + 1 == words.size()) return;
-    std::string& word = joined ? words[i] : words[i + 1];
-    if (word.substr(joined ? end + 1 : 0) != renamed.value) continue;
-    word = (joined ? renamed.option + "=" : "") + renamed.new_value;
-    notices.push_back(renamed.option + " " + renamed.value + " is now " + renamed.new_option + " " +
-                      renamed.new_value);
-  }
-}
-
 }  // namespace
 
 void LogOptions::add_to(CLI::App& command) {
@@ -146,14 +120,6 @@ CLI::Option* add_rig_option(CLI::App& command, std::string& file, const std::str
 
 std::string read_script_file(const std::filesystem::path& file) {
   return file.empty() ? "" : read_file(file);
-}
-
-std::vector<std::string> replace_renamed_options(std::vector<std::string> words,
-                                                 const std::vector<RenamedOption>& renamed,
-                                                 std::vector<std::string>& notices) {
-  for (const RenamedOption& one : renamed)
-    if (is_for(one, words)) replace_renamed_option(words, one, notices);
-  return words;
 }
 
 }  // namespace gelslam

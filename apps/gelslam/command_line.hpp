@@ -56,17 +56,4 @@ CLI::Option* add_opening_option(CLI::App& command, std::string& file);
 /// The text of a window script; "" for an empty name. Throws Error when the file cannot be read.
 std::string read_script_file(const std::filesystem::path& file);
 
-/// An option or a value of an option that has a new name. The old one is accepted for one release.
-struct RenamedOption {
-  std::string command;                     ///< "view", "simulate scan"
-  std::string option, new_option;          ///< "--colour", "--color"; the same where only a value changed
-  std::string value = "", new_value = "";  ///< only this value of the option; "": any
-};
-
-/// `words` (the command line without the program's name) with old names replaced by the new ones. Adds one
-/// sentence for each to `notices`: "--colour is now --color". What follows a lone "--" is left as it is.
-std::vector<std::string> replace_renamed_options(std::vector<std::string> words,
-                                                 const std::vector<RenamedOption>& renamed,
-                                                 std::vector<std::string>& notices);
-
 }  // namespace gelslam

@@ -15,7 +15,6 @@ inline constexpr int kExitStoppedBySignal = 128;
 /// Each command lives in its own cmd_<name>.cpp: it adds a subcommand with its options, an example as footer,
 /// and a callback that does the work and sets `exit_code`. Mistakes are thrown as Error; main prints them.
 /// One line here and one in main.cpp per command, in alphabetical order.
-void add_benchmark_command(CLI::App& app, int& exit_code);
 void add_calibrate_command(CLI::App& app, int& exit_code);
 void add_devices_command(CLI::App& app, int& exit_code);
 void add_evaluate_command(CLI::App& app, int& exit_code);

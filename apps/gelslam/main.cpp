@@ -17,21 +17,7 @@
 namespace gelslam {
 namespace {
 
-/// Names of the release before this one. To be emptied with the next release.
-const std::vector<RenamedOption> kRenamedOptions = {
-    {"view", "--colour", "--color"},
-    {"view", "--shading", "--shading", "relief", "curvature"},
-    {"view", "--shading", "--shading", "lit", "clay"},
-    {"view", "--shading", "--shading", "matcap", "polished"},
-    {"record", "--device", "--camera"},
-    {"scan", "--device", "--camera"},
-    {"track", "--device", "--camera"},
-    {"calibrate collect", "--device", "--camera"},
-    {"simulate scan", "--relief", "--texture"},
-};
-
 void add_commands(CLI::App& app, int& exit_code) {
-  add_benchmark_command(app, exit_code);
   add_calibrate_command(app, exit_code);
   add_devices_command(app, exit_code);
   add_evaluate_command(app, exit_code);
@@ -108,13 +94,8 @@ int run(int argc, char** argv) {
       "Example: gelslam reconstruct LOG -o RUN\nEach command has its own help: gelslam COMMAND --help");
   int exit_code = kExitDone;
   add_commands(app, exit_code);
-  std::vector<std::string> notices;
-  std::vector<std::string> words =
-      replace_renamed_options({argv + std::min(argc, 1), argv + argc}, kRenamedOptions, notices);
-  for (const std::string& notice : notices) std::cerr << "gelslam: " << notice << "\n";
   try {
-    std::reverse(words.begin(), words.end());  // CLI11 takes them from the back
-    app.parse(std::move(words));
+    app.parse(argc, argv);
     if (app.get_subcommands().empty()) std::cout << app.help();
   } catch (const CLI::ParseError& error) {
     exit_code = report_parse_error(app, error);

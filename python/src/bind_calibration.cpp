@@ -60,7 +60,6 @@ void bind_calibration(py::module_& module) {
           [](const PythonCalibration& self) { return self.check.slopes.all.mean_abs_error_deg(); },
           "Mean absolute error of the slopes, degrees.")
       .def_property_readonly("gradient_scale", gradient_scale, "Read over true slope along x and y.")
-      .def_property_readonly("gain", gradient_scale, "The old name of gradient_scale.")
       .def_property_readonly(
           "presses", [](const PythonCalibration& self) { return self.check.presses.size(); },
           "Number of presses that were used.")

@@ -117,33 +117,6 @@ TEST(Cli, NumbersAreReadWholeOrRefused) {
   expect_mistake(diameter("6.35"), "x.mkv");  // the number is right, and what comes next is wrong
 }
 
-TEST(Cli, OldOptionNamesWorkWithANotice) {
-  const auto notices =
-      [](const std::vector<std::string>& arguments) {
-        const ProgramResult result = gelslam(arguments);
-        EXPECT_EQ(result.exit_code, 2)
-            << result.err;  // for there is no such file: the line itself was understood
-        EXPECT_THAT(result.err, HasSubstr("none.ply: no such file"))
-            << "the rest of the line is read as ever";
-        return result.err.substr(0, result.err.find("gelslam: error:"));
-      };
-  EXPECT_EQ(notices({"view", "none.ply", "--colour", "height"}), "gelslam: --colour is now --color\n");
-  EXPECT_EQ(notices({"view", "none.ply", "--colour=height"}), "gelslam: --colour is now --color\n");
-  const std::string shading = "gelslam: --shading relief is now --shading curvature\n";
-  EXPECT_EQ(notices({"view", "none.ply", "--shading", "relief"}), shading);
-  EXPECT_EQ(notices({"view", "none.ply", "--shading=relief"}), shading);
-  EXPECT_EQ(notices({"view", "none.ply", "--shading", "lit", "--color", "height"}),
-            "gelslam: --shading lit is now --shading clay\n");
-  EXPECT_THAT(gelslam({"calibrate", "collect", "none.mkv", "--device", "0"}).err,
-              HasSubstr("gelslam: --device is now --camera\n"));
-  const ProgramResult scan = gelslam({"simulate", "scan", "--relief", "much", "-o", "none"});
-  EXPECT_THAT(scan.err, HasSubstr("gelslam: --relief is now --texture\n"));
-  EXPECT_THAT(scan.err, HasSubstr("--texture = much"));
-  expect_mistake(gelslam({"info", "none.ply", "--colour"}),
-                 "--colour");  // never was an option of this command
-  expect_mistake(gelslam({"simulate", "presses", "--relief", "1", "-o", "none"}), "--relief");
-}
-
 TEST(Cli, DotsOfASimulatedGelNeedNoNumber) {
   const TemporaryFolder folder;
   const auto background = [&](const std::string& name, std::vector<std::string> dots) {

@@ -79,7 +79,7 @@ TEST(Info, ARunFolder) {
 
 TEST(Info, ARunSaysWhatItsMeshLeavesOut) {
   const TemporaryFolder folder;
-  test::write_bytes(folder / "report.json", R"({"frames": {"tracked": 120, "in_map": 104}, "groups": 2})");
+  test::write_bytes(folder / "report.json", R"({"frames": {"tracked": 120, "in_map": 104}, "components": 2})");
   test::write_bytes(folder / "trajectory.tum", "0.4 0 0 0 0 0 0 1\n0.8 0.003 0.004 0 0 0 0 1\n");
   const ProgramResult run = info(folder.path());
   EXPECT_THAT(run.out,
@@ -112,14 +112,6 @@ TEST(Info, ARunSaysHowUncertainItIs) {
 TEST(Info, ASessionAndASurfaceAreNamed) {
   const TemporaryFolder folder;
   fs::create_directory(folder / "session");
-  test::write_bytes(folder / "session/session.json",
-                    R"({"version": 1, "gradient_scale": 1, "keyframes": []})");
-  for (const fs::path& path : {folder / "session", folder / "session/session.json"}) {
-    const ProgramResult session = info(path);
-    EXPECT_THAT(session.out, HasSubstr("the session of a run"));
-    EXPECT_THAT(session.out, HasSubstr("0 keyframes in the map"));
-    EXPECT_EQ(session.exit_code, 0) << session.out;
-  }
   test::write_bytes(folder / "session/session.json", R"({"version": 3})");
   const ProgramResult newer = info(folder / "session");
   EXPECT_THAT(newer.out + newer.err, HasSubstr("written by a newer version of the program"));

@@ -62,17 +62,6 @@ TEST(ReproducePaper, PrintsPublishedErrorsBesideOurs) {
   EXPECT_EQ(run_program("/usr/bin/env", {"GELSLAM_BIN=" + bin, script, "-o", out, "/nowhere"}).exit_code, 2);
 }
 
-TEST(BenchmarkCommand, TheOldNameStillWorksAndSaysSo) {
-  const TemporaryFolder data;
-  const std::vector<std::string> wrong = {"benchmark", data.path().string(), "--methods", "icq"};
-  const ProgramResult result = run_program(GELSLAM_PROGRAM, wrong);
-  EXPECT_EQ(result.exit_code, 2);
-  EXPECT_THAT(result.err,
-              testing::StartsWith("gelslam: note: 'gelslam benchmark' is now 'gelslam-lab benchmark'\n"));
-  EXPECT_THAT(result.err, HasSubstr("did you mean icp?"));
-  EXPECT_THAT(run_program(GELSLAM_PROGRAM, {"benchmark", "--help"}).out, HasSubstr("--protocol"));
-}
-
 TEST(BenchmarkCommand, MistakesAreOneLine) {
   const TemporaryFolder data;
   write_public_trial(data / "bead1", 1);

@@ -13,7 +13,6 @@ using test::message_of;
 using test::TemporaryFolder;
 using test::write_bytes;
 using testing::HasSubstr;
-using testing::Not;
 
 class ConfigFile : public testing::Test {
  protected:
@@ -93,23 +92,6 @@ TEST_F(ConfigFile, EveryValueSurvivesWritingAndReading) {
   EXPECT_EQ(back.slam.slope_calibration.enabled, config.slam.slope_calibration.enabled);
   EXPECT_EQ(back.slam.refinement.enabled, config.slam.refinement.enabled);
   EXPECT_EQ(back.slam.fusion.truncation_mm, 0.9);
-}
-
-TEST_F(ConfigFile, OldNamesOfTheGradientScaleAreRead) {
-  testing::internal::CaptureStderr();
-  const Config config = read(R"(gelslam_config:
-  pose_graph_config:
-    slope_gain_sigma: 0.07
-    estimate_slope_gain: false
-)");
-  const std::string notice = testing::internal::GetCapturedStderr();
-  EXPECT_EQ(config.slam.slope_calibration.gradient_scale_sigma, 0.07);
-  EXPECT_FALSE(config.slam.slope_calibration.estimate_gradient_scale);
-  EXPECT_THAT(notice, HasSubstr("pose_graph_config.slope_gain_sigma is now called gradient_scale_sigma\n"));
-  EXPECT_EQ(std::count(notice.begin(), notice.end(), '\n'), 2);
-  EXPECT_THAT(write_config(config), Not(HasSubstr("slope_gain")));
-  EXPECT_THROW(read("gelslam_config: {pose_graph_config: {slope_gain_sigma: 1, gradient_scale_sigma: 1}}"),
-               Error);
 }
 
 TEST_F(ConfigFile, ThePublicConfigurationIsReadAsItIs) {

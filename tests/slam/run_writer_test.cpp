@@ -145,10 +145,10 @@ TEST(MapCompleteness, AWholeMapNeedsNoWords) {
   EXPECT_EQ(describe(MapCompleteness{0, 3}), "3 frames not in the mesh");
 }
 
-TEST(MapCompleteness, ReportsOfOlderVersionsAreReadAndDamagedOnesAreNot) {
+TEST(MapCompleteness, IsReadFromAReportThatIsWhole) {
   const TemporaryFolder folder;
   EXPECT_FALSE(read_completeness(folder.path()));
-  write_bytes(folder / "report.json", R"({"frames": {"tracked": 20, "in_map": 4}, "groups": 3})");
+  write_bytes(folder / "report.json", R"({"frames": {"tracked": 20, "in_map": 4}, "components": 3})");
   ASSERT_TRUE(read_completeness(folder.path()));
   EXPECT_EQ(read_completeness(folder.path())->pieces_not_joined, 2);
   EXPECT_EQ(read_completeness(folder.path())->frames_not_in_mesh, 16);

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <iostream>
-#include <map>
 #include <vector>
 
 #include "gelslam/core/error.hpp"
@@ -20,8 +18,7 @@ constexpr std::uintmax_t kLargestConfigBytes = 1u << 20;
 
 class OptionReader final : public OptionVisitor {
  public:
-  OptionReader(const YAML::Node& root, std::filesystem::path file, std::vector<std::string>& notices)
-      : file_(std::move(file)), notices_(notices) {
+  OptionReader(const YAML::Node& root, std::filesystem::path file) : file_(std::move(file)) {
     enter(root, "");
   }
 
@@ -79,10 +76,6 @@ class OptionReader final : public OptionVisitor {
     value = given.empty() ? given : std::filesystem::absolute(file_.parent_path() / given).lexically_normal();
   }
 
-  void renamed(const std::string& old_key, const std::string& key) override {
-    sections_.back().old_name[key] = old_key;
-  }
-
   /// Call when every key has been described.
   void finish() {
     leave();
@@ -94,7 +87,6 @@ class OptionReader final : public OptionVisitor {
     YAML::Node node;   // a map, or undefined when the file does not have it
     std::string name;  // "gelslam_config.track_config.", or "" at the top
     std::vector<std::string> known;
-    std::map<std::string, std::string> old_name = {};  // by new name
   };
 
   struct UnknownKey {
@@ -121,9 +113,7 @@ class OptionReader final : public OptionVisitor {
   void check_key(const Section& section, const YAML::Node& key_node, std::vector<std::string>& seen) {
     if (!key_node.IsScalar()) fail(key_node, "", "a key must be a word");
     const std::string& key = key_node.Scalar();
-    const bool is_old = std::any_of(section.old_name.begin(), section.old_name.end(),
-                                    [&](const auto& names) { return names.second == key; });
-    if (!is_old && std::find(section.known.begin(), section.known.end(), key) == section.known.end()) {
+    if (std::find(section.known.begin(), section.known.end(), key) == section.known.end()) {
       unknown_.push_back({key_node, section.name, key, section.known});
       return;
     }
@@ -151,12 +141,7 @@ class OptionReader final : public OptionVisitor {
     described_.emplace_back(section.name, key);
     if (!section.node) return YAML::Node(YAML::NodeType::Undefined);
     const YAML::Node& node = section.node;  // const: looking up must not insert
-    const auto old = section.old_name.find(key);
-    if (old == section.old_name.end() || !node[old->second]) return node[key];
-    const YAML::Node given = node[old->second];
-    if (node[key]) fail_value(given, old->second, "is the old name of " + key + ", which is given too");
-    notices_.push_back(file_.string() + ": " + section.name + old->second + " is now called " + key);
-    return given;
+    return node[key];
   }
 
   const std::string& scalar(const YAML::Node& node, const std::string& key,
@@ -199,7 +184,6 @@ class OptionReader final : public OptionVisitor {
   }
 
   std::filesystem::path file_;
-  std::vector<std::string>& notices_;  // of old names
   std::vector<Section> sections_;
   // Unknown keys are judged when all keys have been described: one may belong into a section that comes
   // later.
@@ -218,32 +202,23 @@ std::string read_text(const std::filesystem::path& file) {
   return read_file(file);
 }
 
-/// Returns one notice per key that was given by its old name.
-std::vector<std::string> read_yaml(std::string_view yaml, const std::filesystem::path& name,
-                                   const OptionList& options) {
-  std::vector<std::string> notices;
+}  // namespace
+
+void read_options_text(std::string_view yaml, const std::filesystem::path& name, const OptionList& options) {
   if (yaml.size() > kLargestConfigBytes)
     throw Error(name.string() + ": too large for a configuration (more than 1 MiB)");
   try {
-    OptionReader reader(YAML::Load(std::string(yaml)), name, notices);
+    OptionReader reader(YAML::Load(std::string(yaml)), name);
     options(reader);
     reader.finish();
-    return notices;
   } catch (const YAML::Exception& problem) {
     const std::string line = problem.mark.is_null() ? "" : ":" + std::to_string(problem.mark.line + 1);
     throw Error(one_line(name.string() + line + ": not valid YAML: " + problem.msg));
   }
 }
 
-}  // namespace
-
-void read_options_text(std::string_view yaml, const std::filesystem::path& name, const OptionList& options) {
-  read_yaml(yaml, name, options);
-}
-
 void read_options(const std::filesystem::path& file, const OptionList& options) {
-  for (const std::string& notice : read_yaml(read_text(file), file, options))
-    std::cerr << one_line(notice) + "\n";
+  read_options_text(read_text(file), file, options);
 }
 
 }  // namespace gelslam

@@ -28,7 +28,7 @@ void read_report(const std::filesystem::path& path, RunResult& run) {
   const nlohmann::json report = evaluation::detail::read_json_object(path);
   run.anchor_frame = integer_at(report, "anchor_frame", 0, path);
   run.trials = integer_at(report, "trials", 0, path);
-  run.components = integer_at(report, report.contains("components") ? "components" : "groups", 0, path);
+  run.components = integer_at(report, "components", 0, path);
   const nlohmann::json frames = object_at(report, "frames");
   const bool all_seen = integer_at(frames, "left_out", 0, path).value_or(0) == 0;
   // A run that was interrupted has seen only the beginning of its log.

@@ -50,8 +50,7 @@ void add_figures(RunContents& run, const json& report) {
     if (total && tracked && in_map)
       add("Frames", fmt::format("{} of {} tracked, {} in the map", *tracked, *total, *in_map));
   }
-  const auto trials = count_at(report, "trials"),
-             pieces = count_at(report, report.contains("components") ? "components" : "groups");
+  const auto trials = count_at(report, "trials"), pieces = count_at(report, "components");
   if (trials && pieces) add("Pieces", counted(*trials, "trial") + " in " + counted(*pieces, "piece"));
   if (const auto keyframes = count_at(report, "keyframes")) add("Keyframes", std::to_string(*keyframes));
   if (const auto loops = count_at(report, "loops")) {

@@ -105,7 +105,7 @@ std::optional<MapCompleteness> read_completeness(const std::filesystem::path& ru
   const nlohmann::json report = read_report(run_folder);
   try {
     const nlohmann::json& frames = report.at("frames");
-    const auto components = report.at(report.contains("components") ? "components" : "groups").get<int>();
+    const auto components = report.at("components").get<int>();
     const auto not_in_mesh =
         frames.at("tracked").get<std::int64_t>() - frames.at("in_map").get<std::int64_t>();
     return MapCompleteness{std::max(components - 1, 0), std::max<std::int64_t>(not_in_mesh, 0)};
@@ -124,7 +124,7 @@ std::vector<std::string> reservations(const MapCompleteness& completeness,
 std::vector<std::string> read_reservations(const std::filesystem::path& run_folder) {
   std::vector<std::string> sentences =
       reservations(read_completeness(run_folder).value_or(MapCompleteness{}), {});
-  try {  // older versions wrote none
+  try {  // a scan that was not finished has none
     sentences.push_back(read_report(run_folder).at("uncertainty").at("description").get<std::string>());
   } catch (const nlohmann::json::exception&) {
     return sentences;

@@ -65,7 +65,6 @@ void describe_tracking(OptionVisitor& visit, SlamOptions& slam) {
   visit.number("keyframe_min_unseen", options.keyframe_min_unseen, 0, 1,
                "share of its contact that a keyframe at a turning point alone must show");
   visit.number("patience_s", options.patience_s, 0, 10, "seconds after a loss in which a trial may continue");
-  visit.renamed("search_far", "relocalize");
   visit.flag("relocalize", options.relocalize,
              "after an unusual motion, search for the one place where the textures agree");
   describe_registration(visit, slam.registration);
@@ -79,10 +78,8 @@ void describe_pose_graph(OptionVisitor& visit, SlamOptions& options) {
   describe_curvature(visit, options.verification.curvature);  // of a loop
   visit.number("loop_loss_scale", options.pose_graph.loop_loss_scale, 0.01, 1e6,
                "robust kernel on loops, in sigmas");
-  visit.renamed("slope_gain_sigma", "gradient_scale_sigma");
   visit.number("gradient_scale_sigma", options.slope_calibration.gradient_scale_sigma, 0.001, 10,
                "prior standard deviation of read over true slope");
-  visit.renamed("estimate_slope_gain", "estimate_gradient_scale");
   visit.flag("estimate_gradient_scale", options.slope_calibration.estimate_gradient_scale,
              "estimate read over true slope, along x and y, from loops");
   visit.flag("calibrate_slopes", options.slope_calibration.enabled,

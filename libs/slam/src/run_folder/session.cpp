@@ -54,14 +54,8 @@ std::string read_text(const fs::path& file) {
   return read_file(file);
 }
 
-/// Sessions of early versions of 0.3 have no factors of small slopes.
 std::array<double, SlopeCorrection::kTerms> slope_factors_from(const Json& json) {
-  auto factors = json.get<std::vector<double>>();
-  if (factors.size() + 2 == SlopeCorrection::kTerms)
-    for (const std::size_t axis : {0, 1})
-      factors.insert(factors.begin() + std::ssize(SlopeCorrection::AxisTerms{}) * static_cast<int>(axis) +
-                         static_cast<int>(SlopeCorrection::kSmallSlopes),
-                     0.0);
+  const auto factors = json.get<std::vector<double>>();
   if (factors.size() != SlopeCorrection::kTerms) throw Error("wrong number of slope factors");
   std::array<double, SlopeCorrection::kTerms> result;
   if (!std::all_of(factors.begin(), factors.end(), [](double f) { return std::abs(f) <= 10; }))
@@ -76,8 +70,7 @@ SavedMap map_from(const Json& json) {
   if (!(map.gradient_scale > 0.1 && map.gradient_scale < 10)) throw Error("impossible gradient scale");
   map.slope_correction.factors = slope_factors_from(json.at("slope_correction"));
   map.surfaces_corrected = json.at("surfaces_corrected").get<bool>();
-  map.scan_bytes =
-      json.value("scan_bytes", std::numeric_limits<std::uintmax_t>::max());  // missing: not known
+  map.scan_bytes = json.at("scan_bytes").get<std::uintmax_t>();
   for (const Json& entry : json.at("keyframes")) {
     SavedMap::Node node;
     node.keyframe = integer_from(entry.at("id"), 0, kMaxKeyframeId);
@@ -96,7 +89,7 @@ SavedMap map_from(const Json& json) {
   return map;
 }
 
-/// Reads a session of this version: `text` is the whole file.
+/// `text` is the whole file.
 SavedMap checked_map(const std::string& text) {
   const std::optional<Json> json = without_damage(text);
   if (!json) throw Error("damaged: its checksum does not match");
@@ -138,16 +131,14 @@ Session patches_of(const SavedMap& map, const fs::path& folder) {
   return session;
 }
 
-/// Parses session.json and calls `read` with its version, text and JSON; what is wrong is said with its name.
-template <typename Read>
-auto with_session_file(const fs::path& folder, Read&& read) {
+/// What is wrong is said with the name of session.json.
+SavedMap read_map(const fs::path& folder) {
   const fs::path file = folder / "session.json";
   const std::string text = read_text(file);
   try {
     const Json json = Json::parse(text);
-    const int version = integer_from(json.at("version"), 0, std::numeric_limits<int>::max());
-    check_session_version(version);
-    return read(version, text, json);
+    check_session_version(integer_from(json.at("version"), 0, std::numeric_limits<int>::max()));
+    return checked_map(text);
   } catch (const nlohmann::json::exception&) {
     throw Error(file.string() + ": " + std::string(kNotASession));
   } catch (const Error& error) {
@@ -172,19 +163,11 @@ void save_map(const fs::path& folder, const SlamMap& map, std::uintmax_t scan_by
 }
 
 SavedMap load_map(const fs::path& folder) {
-  SavedMap map = with_session_file(folder, [](int version, const std::string& text, const Json&) {
-    if (version < kSessionVersion)
-      throw Error("written by an older version of the program, which kept only the map's surfaces");
-    return checked_map(text);
-  });
+  SavedMap map = read_map(folder);
   if (const std::string missing = what_is_missing(map, folder); !missing.empty()) throw Error(missing);
   return map;
 }
 
-Session load_session(const fs::path& folder) {
-  return with_session_file(folder, [&](int version, const std::string& text, const Json& json) {
-    return version == 1 ? load_session_v1(folder, json) : patches_of(checked_map(text), folder);
-  });
-}
+Session load_session(const fs::path& folder) { return patches_of(read_map(folder), folder); }
 
 }  // namespace gelslam

@@ -56,7 +56,7 @@ void check_session_version(int version) {
         fmt::format("written by a newer version of the program (session version {}, this one reads "
                     "up to {}); update gelslam",
                     version, kSessionVersion));
-  if (version < 1) throw Error("impossible version");
+  if (version < kSessionVersion) throw Error("impossible version");
 }
 
 double number_from(const Json& json, double most) {
@@ -82,8 +82,7 @@ Json numbers(const Pose& pose) {
 }
 
 Pose pose_from(const Json& json) {
-  const bool with_last_row = json.is_array() && json.size() == 16;  // version 1
-  if (!json.is_array() || (json.size() != 12 && !with_last_row)) throw Error("a pose needs 12 numbers");
+  if (!json.is_array() || json.size() != 12) throw Error("a pose needs 12 numbers");
   Pose pose = Pose::Identity();
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 4; ++c)

@@ -31,7 +31,7 @@ std::string with_checksum(const Json& object);
 /// Nothing when the checksum is missing or does not match.
 std::optional<Json> without_damage(std::string_view line);
 
-/// Throws Error when a newer version of the program has written it.
+/// Throws Error when another version of the program has written it.
 void check_session_version(int version);
 
 /// Throws Error for anything but a number within [-most, most].
@@ -61,9 +61,5 @@ SensorRig rig_from(const Json& json);
 std::filesystem::path surface_file(const std::filesystem::path& session, int keyframe);
 /// With its slopes corrected.
 std::filesystem::path corrected_file(const std::filesystem::path& session, int keyframe);
-
-/// A session of version 1 (up to gelslam 0.2): the map's patches, each as a TIFF of four planes. Throws Error
-/// and JSON exceptions.
-Session load_session_v1(const std::filesystem::path& folder, const Json& json);
 
 }  // namespace gelslam::slam::detail

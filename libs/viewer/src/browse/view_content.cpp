@@ -67,7 +67,7 @@ std::map<int, double> place_uncertainty_mm(const SavedMap& map, double scale_sig
   return uncertainty_mm;
 }
 
-/// Contact area and uncertainty of the keyframes. A session of an older version tells no uncertainty.
+/// Contact area and uncertainty of the keyframes.
 void add_keyframe_timelines(const fs::path& session, RunHistory& history) {
   RunHistory::Timeline area{"Contact", "mm\u00b2", {}}, uncertainty{"Uncertainty", "mm", {}};
   double scale_sigma = 0;

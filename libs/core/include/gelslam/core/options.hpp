@@ -37,9 +37,6 @@ class OptionVisitor {
   virtual void text(const std::string& key, std::string& value, const std::string& comment) = 0;
   /// Relative names count from the configuration file's folder; after reading, `value` is absolute or empty.
   virtual void path(const std::string& key, std::filesystem::path& value, const std::string& comment) = 0;
-  /// Call before the field of `key`: `old_key` is read in its place. read_options() says so in one line on
-  /// stderr.
-  virtual void renamed(const std::string& /*old_key*/, const std::string& /*key*/) {}
 };
 
 using OptionList = std::function<void(OptionVisitor&)>;

@@ -85,7 +85,7 @@ struct MapCompleteness {
 /// "1 piece not joined; 16 frames not in the mesh; touch a place between them"; "" when the mesh shows all.
 std::string describe(const MapCompleteness& completeness);
 
-/// The completeness of a saved run, from its report.json (also of older versions). Nothing when there is no
+/// The completeness of a saved run, from its report.json. Nothing when there is no
 /// report, it is damaged, or nothing was saved yet.
 std::optional<MapCompleteness> read_completeness(const std::filesystem::path& run_folder);
 
