@@ -12,7 +12,7 @@ Builds gelslam and gelslam-lab, runs the studies on the sequences in DATA/sequen
 takes fewer cases and is good for a first look. The tables stay in OUT/STUDY (default OUT: charts in the repository), the
 charts are:
   accuracy.png speed_accuracy.png stability.png tracking.png honesty.png honesty_six.png parsimony.png long_scan.png
-  ablation.png guidance.png
+  ablation.png
   frame0/ and keyframes/: tables and pictures of the two protocols; protocols.txt: both tables
   information.txt, loops.txt, silent_failures.txt, borders.txt, calibration.txt, markers.txt, marker_scans.txt,
   localization.txt, speed.txt, pose_graph.txt, disturbances.txt, soak.txt: the other tables
@@ -36,7 +36,7 @@ lab=$root/build/bin/gelslam-lab
 "$root/scripts/build.sh" --lab "$root/build"
 mkdir -p "$out"
 sequences=("$data"/sequences/track_*)
-every=() few=() hand=() accurate=() frames=45000 borders=() trials=100 minutes=10
+every=() few=() accurate=() frames=45000 borders=() trials=100 minutes=10
 mechanisms=("$data/sequences" "$data/ablation")
 if ((${#quick[@]} > 0)); then
   sequences=("${sequences[@]:0:2}")
@@ -44,7 +44,6 @@ if ((${#quick[@]} > 0)); then
   few=("${sequences[@]}" --most-references 4)
   accurate=("${sequences[@]##*/}" scan_peanut360)
   frames=2000 trials=5 minutes=0.5
-  hand=(--objects pebble:0.6 --frames 300 --seeds 1)
   borders=(--cases narrow_right)
   mechanisms=("${sequences[@]}" --stress none)
 fi
@@ -87,10 +86,6 @@ draw parsimony parsimony.png "$out/parsimony"
 say "what each mechanism is worth"
 "$lab" ablation "${mechanisms[@]}" -o "$out/ablation" >/dev/null
 draw ablation ablation.png "$out/ablation"
-
-say "the arrow of the live window"
-"$lab" guidance "${hand[@]}" -o "$out/guidance"
-draw guidance guidance.png "$out/guidance"
 
 say "a long scan"
 "$lab" long-scan --frames "$frames" -o "$out/long_scan"

@@ -19,7 +19,6 @@ int run(int argc, char** argv) {
   add_speed_accuracy(lab);
   add_stability(lab);
   add_tracking(lab);
-  add_guidance(lab);
   add_honesty(lab);
   add_parsimony(lab);
   add_information(lab);

@@ -231,13 +231,6 @@ void FakeSession::join_the_map() {
   status_.components = 1;
 }
 
-void FakeSession::know_places(double sigma_mm) {
-  auto map = std::make_shared<MapSnapshot>(*map_);
-  map->version = ++version_;
-  for (MapSnapshot::Node& node : map->nodes) node.sigma_mm = sigma_mm * node.keyframe;
-  map_ = std::move(map);
-}
-
 void FakeSession::show_bare_gel() {
   Surface flat;
   flat.normals = cv::Mat3f(places_.front().surface->normals.size(), cv::Vec3f(0, 0, 1));

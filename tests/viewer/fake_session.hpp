@@ -31,7 +31,6 @@ class FakeSession : public LiveSession {
   void set_stages(std::vector<StageStatistics> stages) { stages_ = std::move(stages); }
   void leave_the_map();               ///< the touch goes on in a piece that no loop joins yet
   void join_the_map();                ///< a loop has joined it
-  void know_places(double sigma_mm);  ///< of each keyframe after the first, times its number
   void show_bare_gel();               ///< a picture while the background is measured
 
   /// "pause", "go on", "undo", "new", "take back", "save", "stop": what the window asked for, in order.

@@ -70,13 +70,6 @@ class Window : public testing::Test {
     EXPECT_GT(ink, 0.06) << text;
     EXPECT_LT(ink, 0.6) << text;
   }
-  /// Turns until the coach, who thinks on a thread of its own, has said so.
-  void wait_for(const std::string& text) {
-    for (int i = 0; i < 300 && find(text) == nullptr; ++i) {
-      window_->turn(now_s_ += 0.6, true);
-      window_->host().wait(0.02);
-    }
-  }
   const Box& view() const { return window_->view(); }
 
   const TemporaryFolder folder_;

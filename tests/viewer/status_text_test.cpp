@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "live/coach.hpp"
-
 namespace gelslam::viewer::detail {
 namespace {
 
@@ -96,13 +94,6 @@ TEST(StateWords, TakeAnyWords) {
   for (const char* words : {"", ":", ";", ": ;", " ; : ;; ", "lost:", "lost: ", "tracking; ", "\xff\xfe"})
     EXPECT_NO_THROW(state_words(saying(LivePhase::scanning, words))) << words;
   EXPECT_EQ(state_words(saying(LivePhase::scanning, "")).headline, "Tracking");
-}
-
-TEST(CoachWords, SayHowMuchIsThereAndWhatIsNext) {
-  EXPECT_EQ(guidance_words({}), "") << "nothing is known yet";
-  Guidance guidance;
-  guidance.area_mm2 = 1, guidance.closed_share = 1, guidance.drift_mm = 0.05;
-  EXPECT_EQ(progress_words(guidance), "Closed all around; drift at most 0.05 mm.");
 }
 
 TEST(StatusText, WritesCounts) {

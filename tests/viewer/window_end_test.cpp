@@ -21,9 +21,8 @@ TEST_F(Window, FinishedOffersWhatToDoNext) {
   EXPECT_TRUE(window_->controls().toasts().back().trouble) << "not yet";
   session_.stop();
   session_.say(LivePhase::finished, "");
-  wait_for("% closed");
   const cv::Mat3b shown = picture("end");
-  for (const char* text : {"at most 0.03 mm, 0.2", "nothing", "% closed"})
+  for (const char* text : {"at most 0.03 mm, 0.2", "nothing", "Keyframes"})
     expect_text(shown, text, theme::kText);
   for (const char* label : {"Export", "View", "Go on scanning"}) EXPECT_NE(find(label), nullptr) << label;
   session_.figures().components = 3;
@@ -40,7 +39,6 @@ TEST_F(Window, FinishedShowsTheObjectBesideTheSummary) {
   scan(24);
   session_.stop();
   session_.say(LivePhase::finished, "");
-  wait_for("% closed");
   for (int i = 0; i < 50; ++i) window_->turn(now_s_ += 0.1, true);
   const cv::Mat3b shown = picture("end_wide");
   cv::Mat1b gray;

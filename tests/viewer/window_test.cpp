@@ -33,7 +33,6 @@ TEST_F(Window, SaysInWordsAndColorHowItGoes) {
 }
 
 TEST_F(Window, ShowsTheSurfaceGrowingAndTheTouchOnIt) {
-  press(GLFW_KEY_W);  // no arrow
   const cv::Mat3b empty = picture("empty");
   scan(4);
   show_all();
@@ -142,19 +141,6 @@ TEST_F(Window, SaysWhatToDoFirst) {
   scan(1);
   picture("start_over");
   EXPECT_EQ(find("Roll slowly"), nullptr) << "there is a keyframe";
-}
-
-TEST_F(Window, PointsToWhereTheSurfaceIsOpenUntilItIsClosed) {
-  scan(6);
-  session_.know_places(0.01);
-  wait_for("Roll along the arrow");
-  cv::Mat3b shown = picture("guided");
-  expect_text(shown, "Roll along the arrow", theme::kText);
-  EXPECT_NE(find("% closed"), nullptr);
-  press(GLFW_KEY_W);
-  const cv::Mat3b without = picture("not_guided");
-  EXPECT_EQ(find("Roll along the arrow"), nullptr);
-  EXPECT_GT(change(shown, without, view()), 0.001) << "arrow and ring";
 }
 
 TEST_F(Window, HelpNamesEveryKeyAndFits) {

@@ -23,7 +23,6 @@ std::vector<ActionRow> live_rows() {
   const auto light =
       std::find_if(rows.begin(), rows.end(), [](const ActionRow& row) { return row.action == light_theme; });
   light->label.clear();  // the bar has no room for it
-  rows.push_back({guidance, "w", "W", "", 0, 0, "Where to go next"});
   rows.push_back({diagnostics, "i", "I", "", 0, 0, "Diagnostics"});
   rows.push_back({view_run, "v", "V", "", 0, 0, "At the end: look at the run"});
   rows.push_back({go_on, "o", "O", "", 0, 0, "At the end: go on scanning"});
@@ -67,9 +66,6 @@ void LiveControls::act(Action action, double now_s) {
     case Action::diagnostics:
       shows_diagnostics_ = !shows_diagnostics_;
       return;
-    case Action::guidance:
-      guides_ = !guides_;
-      return say(guides_ ? "The arrow shows where to go next." : "No more arrows.", now_s);
     case Action::view_run:
       return end_with(NextStep::view, now_s);
     case Action::go_on:

@@ -18,7 +18,6 @@ class LiveControls : public SceneControls {
 
   std::optional<std::string> take_export() { return std::exchange(export_, std::nullopt); }
   bool shows_diagnostics() const { return shows_diagnostics_; }
-  bool guides() const { return guides_; }  ///< where to go next is shown
   NextStep next_step() const { return next_step_; }
   ButtonLook button(const ActionRow& row) const override;
 
@@ -37,7 +36,7 @@ class LiveControls : public SceneControls {
   LiveSession& session_;
   void end_with(NextStep step, double now_s);
 
-  bool keeps_run_, can_go_on_, shows_diagnostics_ = false, guides_ = true;
+  bool keeps_run_, can_go_on_, shows_diagnostics_ = false;
   NextStep next_step_ = NextStep::none;
   std::optional<std::string> export_;
 };

@@ -30,10 +30,7 @@ bool LiveScene::take_news(LiveSession& session, const OrbitCamera& camera, doubl
   }
   const auto map = session.map();
   if (map != map_) {
-    if (map->nodes.empty()) {  // a new scan: its ids begin anew
-      samples_.clear();
-      last_place_mm_.reset();
-    }
+    if (map->nodes.empty()) samples_.clear();  // a new scan: its ids begin anew
     map_ = map;
     scene_.set_map(*map_);
     trajectory_is_old_ = true;
@@ -82,8 +79,6 @@ void LiveScene::place_touch(double now_s) {
     placed_ = TouchPatch{touch_->surface, node->component_T_keyframe * touch_->keyframe_T_frame,
                          map_->gradient_scale.mean()};
     placed_s_ = now_s;
-    const Eigen::Vector2d center_mm = contact_center_mm(*touch_->surface);
-    last_place_mm_ = (placed_->map_T_sensor * Eigen::Vector3d(center_mm.x(), center_mm.y(), 0)).cast<float>();
   } else if (touching && in_piece) {
     placed_ = TouchPatch{touch_->surface, *in_piece, map_->gradient_scale.mean()};
   } else if (!touching || apart || now_s - placed_s_ > kPatienceS) {

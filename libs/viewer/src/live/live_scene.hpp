@@ -28,9 +28,6 @@ class LiveScene {
   const Texture& second_picture() const { return second_picture_; }  ///< the normals, or the second sensor's
   bool has_two_sensors() const { return touches_.size() > 1; }
   const std::optional<TouchPatch>& touch() const { return placed_; }  ///< in the map, or in the piece
-  const std::optional<Eigen::Vector3f>& last_place_mm() const {
-    return last_place_mm_;
-  }  ///< touched in the map
   const MapSnapshot& map() const { return *map_; }
   LoosePiece& piece() { return piece_; }
   bool touch_is_apart() const { return piece_.is_apart(); }
@@ -57,7 +54,6 @@ class LiveScene {
   std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
   LoosePiece piece_;
   std::optional<TouchPatch> placed_;
-  std::optional<Eigen::Vector3f> last_place_mm_;
   double placed_s_ = 0;
   bool trajectory_is_old_ = false;
   std::vector<Sample> samples_;

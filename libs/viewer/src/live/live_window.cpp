@@ -14,9 +14,6 @@ namespace {
 
 constexpr double kFiguresIntervalS = 0.5;  ///< of what costs more than a glance: stage times, disk
 constexpr double kSideWidth = 298;         // design pixels
-constexpr Color kTarget = theme::rgb(255, 220, 90);
-constexpr double kRingPx = 13, kArrowBeginPx = 40, kArrowEndPx = 140,
-                 kLeastArrowPx = 84;  // design pixels; from the touch's middle
 /// Below this the view needs the whole window.
 constexpr double kMinViewWidth = 480, kMinSideHeight = 420, kMinBarWidth = 300;
 
@@ -77,10 +74,6 @@ bool LiveWindow::advance(double now_s, double dt_s) {
   bool changed = scene_.take_news(session_, camera_, now_s);
   if (scene_.map().scan != scan) controls_.say("A new scan has begun.", now_s);
   if (scene_.piece().take_joined()) controls_.say("Joined to the map.", now_s);
-  if (coach_.advance(scene_.mesh().blocks(), scene_.map(), scene_.last_place_mm(), now_s)) {
-    scene_.scene().set_border(coach_.guidance().holes);
-    changed = true;
-  }
   changed |= move_camera(dt_s) || follow_touch(dt_s);
   return changed;
 }
@@ -96,60 +89,11 @@ bool LiveWindow::follow_touch(double dt_s) {
   return scene_.touch() && follow(scene_.touch()->map_T_sensor, dt_s);
 }
 
-/// Where the session itself has nothing to say.
-void LiveWindow::say_where_next() {
-  StateWords& words = frame_.words;
-  frame_.guidance = coach_.guidance();
-  if (scene_.piece().is_apart() && words.state == "lost")
-    words.advice += " What you touch grows beside the map until then.";
-  if (!controls_.guides() || words.state != "tracking" || !words.advice.empty()) return;
-  const std::string next = guidance_words(frame_.guidance);
-  if (!next.empty()) words.advice = next + " " + progress_words(frame_.guidance);
-}
-
-/// A ring around the place to go to, and an arrow to it along the surface that is touched.
-void LiveWindow::draw_target(Ui& ui) const {
-  const auto& target = coach_.guidance().target;
-  const bool scanning = frame_.status.phase == LivePhase::scanning && !scene_.touch_is_apart();
-  if (!controls_.guides() || !target || !scanning || frame_.status.awaits_new_scan) return;
-  const auto ring = on_screen(viewport(), target->place_mm);
-  if (ring) {
-    ui.ring(ring->x(), ring->y(), ui.px(kRingPx), theme::kBackdrop, 5, view());
-    ui.ring(ring->x(), ring->y(), ui.px(kRingPx), kTarget, 3, view());
-  }
-  if (!scene_.touch() || !scene_.last_place_mm()) return;
-  const Pose& sensor = scene_.touch()->map_T_sensor;
-  const Eigen::Vector3f from = *scene_.last_place_mm(), z = sensor.linear().col(2).cast<float>();
-  Eigen::Vector3f way = target->place_mm - from;
-  const float distance_mm = way.norm();
-  way -= way.dot(z) * z;
-  const bool is_far_round = way.norm() < 0.7F * distance_mm;  // where it lies on the screen says little
-  if (way.norm() < 1e-3F) return;
-  const auto begin = on_screen(viewport(), from), next = on_screen(viewport(), from + way.normalized());
-  if (!ring || !begin || !next || (*next - *begin).norm() < 1) return;
-  const Eigen::Vector2f along = (*next - *begin).normalized();
-  const float reach = is_far_round
-                          ? ui.px(kArrowEndPx)
-                          : std::min(ui.px(kArrowEndPx), (*ring - *begin).norm() - ui.px(kRingPx + 6));
-  const std::string distance = fmt::format("{:.0f} mm", distance_mm);
-  const auto write = [&](float x, float y) {
-    for (const auto& [dx, dy] : {std::pair(-1, -1), {-1, 1}, {1, -1}, {1, 1}})
-      ui.text_at(Face::title, x + ui.px(dx), y + ui.px(dy), theme::kBackdrop, distance);
-    ui.text_at(Face::title, x, y, kTarget, distance);
-  };
-  if (reach < ui.px(kLeastArrowPx))  // the ring says it
-    return write(ring->x() + ui.px(20), ring->y() - ui.px(11));
-  const Eigen::Vector2f tail = *begin + ui.px(kArrowBeginPx) * along, tip = *begin + reach * along;
-  const Eigen::Vector2f edge = ui.px(3) * along;
-  ui.arrow(tail.x() - edge.x(), tail.y() - edge.y(), tip.x() + edge.x(), tip.y() + edge.y(), theme::kBackdrop,
-           8, view());
-  ui.arrow(tail.x(), tail.y(), tip.x(), tip.y(), kTarget, 6, view());
-  write(tip.x() + ui.px(22), tip.y() - ui.px(11));
-}
-
 void LiveWindow::look_at_figures(double now_s) {
   frame_.status = session_.status();
   frame_.words = state_words(frame_.status);
+  if (scene_.piece().is_apart() && frame_.words.state == "lost")
+    frame_.words.advice += " What you touch grows beside the map until then.";
   // A new scan has a folder of its own.
   const std::filesystem::path folder = frame_.status.run_folder.empty()
                                            ? options_.picture_folder
@@ -189,9 +133,7 @@ void LiveWindow::draw_frame(Ui& ui, double now_s) {
     style.touch = style.sensor = false;
     if (style.color == SceneColor::certainty) style.color = SceneColor::plain;
   }
-  style.border = scene_.touch_is_apart();
   style.smooth_border = true;
-  say_where_next();
   scene_.draw(camera_, viewport(), style);
   frame_.tactile = &scene_.tactile();
   frame_.second_picture = &scene_.second_picture();
@@ -200,7 +142,6 @@ void LiveWindow::draw_frame(Ui& ui, double now_s) {
     frame_.words.advice = "Nothing is kept (no -o). E exports the mesh; Q closes.";
   if (controls_.shows_panels()) {
     draw_marks(ui, style, scene_.scene().legend(style));
-    draw_target(ui);
     const float bottom = draw_banner(ui, view(), frame_, now_s);
     const Box below{view().x, bottom, view().width, view().bottom() - bottom};
     if (frame_.status.keyframes == 0 && frame_.status.phase < LivePhase::finishing)

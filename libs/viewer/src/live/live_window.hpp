@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "gelslam/viewer/window.hpp"
-#include "live/coach.hpp"
 #include "live/live_controls.hpp"
 #include "live/live_scene.hpp"
 #include "live/status_text.hpp"
@@ -28,7 +27,6 @@ struct LiveFrame {
   std::string output_folder;          ///< of the run; empty: nothing is kept
   std::int64_t disk_free_bytes = -1;  ///< negative: not known
   std::vector<ResultFile> results;    ///< once finished
-  Guidance guidance;
   const Texture* tactile = nullptr;
   const Texture* second_picture = nullptr;
   bool has_two_sensors = false;
@@ -79,13 +77,10 @@ class LiveWindow : public SceneLoop {
 
   void look_at_figures(double now_s);
   bool follow_touch(double dt_s);
-  void say_where_next();
-  void draw_target(Ui& ui) const;
 
   LiveSession& session_;
   WindowOptions options_;
   LiveScene scene_;
-  Coach coach_;
   LiveControls controls_;
   LiveFrame frame_;
   double figures_s_ = -1e9;

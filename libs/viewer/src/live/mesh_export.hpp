@@ -8,10 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "gelslam/slam/guidance.hpp"
 #include "gelslam/slam/live_session.hpp"
 
 namespace gelslam::viewer::detail {
+
+/// A mesh in blocks, at one time. Immutable, and cheap to copy.
+using MeshBlocks = std::map<std::int64_t, std::shared_ptr<const Mesh>>;
 
 /// The blocks of the growing mesh as they came, at full resolution, for exports.
 class WindowMesh {

@@ -69,15 +69,7 @@ struct Fact {
 
 std::vector<Fact> facts_of(const LiveFrame& frame) {
   const LiveStatus& s = frame.status;
-  const Guidance& g = frame.guidance;
-  std::vector<Fact> facts;
-  if (g.area_mm2 > 0) {
-    facts.push_back(
-        {"Surface", fmt::format("{:.0f} mm\u00b2, {} keyframes", g.area_mm2, text_of_count(s.keyframes))});
-    facts.push_back({"Coverage", g.is_enough()
-                                     ? std::string("closed all around")
-                                     : fmt::format("{:.0f} % closed", std::floor(100 * g.closed_share))});
-  }
+  std::vector<Fact> facts = {{"Keyframes", text_of_count(s.keyframes)}};
   if (s.drift_mm > 0)
     facts.push_back(
         {"Expected error", fmt::format("at most {:.2f} mm, {:.1f}\u00b0", s.drift_mm, s.drift_deg),

@@ -66,7 +66,7 @@ struct Scene::Impl {
   SceneColor color_map_for = SceneColor::plain;
   SceneMesh mesh;
   SceneTouch touch, piece;
-  SceneLines outline, trajectory, keyframes, edges, grid, border, box;
+  SceneLines outline, trajectory, keyframes, edges, grid, box;
   Pose map_T_piece = Pose::Identity();
   double piece_opacity = 0;
   Eigen::AlignedBox3f piece_box_mm;  ///< in its own frame
@@ -284,7 +284,6 @@ struct Scene::Impl {
       box.set(box_lines(mesh.box_mm(), box_color(style.light_theme)));
       draw_lines(box, true);
     }
-    if (style.border) draw_lines(border, true);
     if (style.edges) draw_lines(edges, true);
     if (style.trajectory) draw_lines(trajectory, true);
     if (style.keyframes) draw_lines(keyframes, true);
@@ -350,7 +349,6 @@ void Scene::place_piece(const Pose& map_T_piece, double opacity) {
   impl_->piece_opacity = opacity;
 }
 
-void Scene::set_border(const std::vector<MeshBorder::Loop>& loops) { impl_->border.set(border_lines(loops)); }
 
 void Scene::set_trajectory(const std::vector<std::vector<Pose>>& map_T_sensor) {
   const std::vector<SceneLine> lines = trajectory_lines(map_T_sensor);

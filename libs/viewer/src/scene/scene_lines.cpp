@@ -46,8 +46,7 @@ using Eigen::Vector3f;
 
 constexpr Rgba kTrajectory{64, 190, 255, 255}, kDot{245, 245, 245, 255}, kCoverageDot{255, 196, 60, 255};
 constexpr Rgba kOdometry{150, 158, 170, 230}, kLoop{70, 214, 130, 200}, kOutlier{255, 60, 60, 255};
-constexpr Rgba kBorder{255, 196, 60, 255};
-constexpr float kAxisMm = 1.0F, kBorderLiftMm = 0.15F;
+constexpr float kAxisMm = 1.0F;
 constexpr int kMaxGridLines = 200;
 
 bool is_finite(const Pose& pose) { return pose.matrix().allFinite(); }
@@ -107,16 +106,6 @@ std::vector<SceneLine> edge_lines(const MapSnapshot& map) {
                                   : kOdometry,
                      edge.outlier ? 2.5F : 1.5F});
   }
-  return lines;
-}
-
-std::vector<SceneLine> border_lines(const std::vector<MeshBorder::Loop>& loops) {
-  std::vector<SceneLine> lines;
-  for (const MeshBorder::Loop& loop : loops)
-    for (const MeshBorder::Edge& edge : loop.edges) {
-      const Vector3f moved = kBorderLiftMm * edge.outward;
-      lines.push_back({edge.from_mm + moved, edge.to_mm + moved, kBorder, 4.0F});
-    }
   return lines;
 }
 

@@ -42,8 +42,6 @@ std::vector<SceneLine> trajectory_lines(const std::vector<std::vector<Pose>>& ma
 std::vector<SceneLine> keyframe_lines(const MapSnapshot& map, const std::vector<int>& coverage);
 /// Odometry gray, loops green, loops that the rest contradicts red.
 std::vector<SceneLine> edge_lines(const MapSnapshot& map);
-/// Along where the surface ends, a little outside it.
-std::vector<SceneLine> border_lines(const std::vector<MeshBorder::Loop>& loops);
 /// The twelve edges of a box.
 std::vector<SceneLine> box_lines(const Eigen::AlignedBox3f& box_mm, const Rgba& color);
 /// Squares of 1 mm (10 mm under large objects) across the far end of the height axis.

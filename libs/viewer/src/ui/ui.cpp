@@ -132,20 +132,6 @@ void Ui::line(float x0, float y0, float x1, float y1, Color color, double thickn
   list->PopClipRect();
 }
 
-void Ui::arrow(float x0, float y0, float x1, float y1, Color color, double thickness, const Box& clip) {
-  const float length = std::hypot(x1 - x0, y1 - y0);
-  if (length < 1) return;
-  const float dx = (x1 - x0) / length, dy = (y1 - y0) / length, head = px(3 * thickness),
-              half = px(2 * thickness);
-  const float neck_x = x1 - head * dx, neck_y = y1 - head * dy;
-  line(x0, y0, neck_x, neck_y, color, thickness, clip);
-  ImDrawList* list = list_at(panel_depth_);
-  list->PushClipRect(top_left(clip), bottom_right(clip), true);
-  list->AddTriangleFilled({x1, y1}, {neck_x - half * dy, neck_y + half * dx},
-                          {neck_x + half * dy, neck_y - half * dx}, color);
-  list->PopClipRect();
-}
-
 void Ui::image(const Texture& texture, const Box& box, double rounding) {
   list_at(panel_depth_)
       ->AddImageRounded(reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(texture.id())),

@@ -36,7 +36,6 @@ enum class Action {
   save,
   export_mesh,
   diagnostics,
-  guidance,
   view_run,
   go_on,
   follow,  // of a live scan

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "gelslam/mesh/mesh.hpp"
-#include "gelslam/slam/guidance.hpp"
 #include "gelslam/slam/live_session.hpp"
 #include "gelslam/viewer/orbit_camera.hpp"
 #include "gelslam/viewer/scene_style.hpp"
@@ -68,8 +67,6 @@ class Scene {
   /// What was touched and is not part of the map yet, drawn in a color of its own; empty: nothing.
   void set_piece(const viewer::detail::TouchMesh& mesh);
   void place_piece(const Pose& map_T_piece, double opacity);
-  /// Lines along where the mesh ends.
-  void set_border(const std::vector<MeshBorder::Loop>& loops);
   /// Stretches of tracking, each a chain of sensor poses; they are not joined.
   void set_trajectory(const std::vector<std::vector<Pose>>& map_T_sensor);
   /// Keyframes and edges of the shown component; `coverage` (ids) are drawn larger.

@@ -32,9 +32,8 @@ struct SceneStyle {
   bool light_theme = false;
   bool mesh = true, touch = true, sensor = true, trajectory = false;
   bool keyframes = false, edges = false;
-  bool box = false;     ///< around the mesh, along the map's axes
-  bool border = false;  ///< Scene::set_border()
-  bool grid = false;    ///< 1 mm squares below the mesh
+  bool box = false;   ///< around the mesh, along the map's axes
+  bool grid = false;  ///< 1 mm squares below the mesh
   bool smooth_border =
       false;  ///< the mesh ends where confidence falls below a limit, not at its last triangle
   bool level_of_detail = true;

@@ -104,7 +104,6 @@ class Ui {
   void frame(const Box& box, Color color, double rounding = 0, double thickness = 1);
   void disc(float x, float y, float radius, Color color);
   void ring(float x, float y, float radius, Color color, double thickness, const Box& clip);
-  void arrow(float x0, float y0, float x1, float y1, Color color, double thickness, const Box& clip);
   void line(float x0, float y0, float x1, float y1, Color color, double thickness, const Box& clip);
   void image(const Texture& texture, const Box& box, double rounding = 6);
   float width_of(Face face, std::string_view text) const;
