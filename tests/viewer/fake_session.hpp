@@ -29,9 +29,9 @@ class FakeSession : public LiveSession {
   void begin_new_scan();  ///< the touch that was awaited has come
   LiveStatus& figures() { return status_; }
   void set_stages(std::vector<StageStatistics> stages) { stages_ = std::move(stages); }
-  void leave_the_map();               ///< the touch goes on in a piece that no loop joins yet
-  void join_the_map();                ///< a loop has joined it
-  void show_bare_gel();               ///< a picture while the background is measured
+  void leave_the_map();  ///< the touch goes on in a piece that no loop joins yet
+  void join_the_map();   ///< a loop has joined it
+  void show_bare_gel();  ///< a picture while the background is measured
 
   /// "pause", "go on", "undo", "new", "take back", "save", "stop": what the window asked for, in order.
   std::vector<std::string> calls;

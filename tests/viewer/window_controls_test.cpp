@@ -119,20 +119,6 @@ TEST_F(Controls, NothingReachesASessionThatIsOver) {
   EXPECT_EQ(question(), "");
 }
 
-TEST_F(Controls, ExportAsksForTheFormatAndIsHandedOutOnce) {
-  press(GLFW_KEY_E);
-  press(GLFW_KEY_S);
-  EXPECT_EQ(controls_.take_export(), "stl");
-  EXPECT_EQ(controls_.take_export(), std::nullopt);
-  press(GLFW_KEY_E);
-  press(GLFW_KEY_ESCAPE);
-  EXPECT_EQ(controls_.take_export(), std::nullopt);
-  press(GLFW_KEY_E);
-  press(GLFW_KEY_G);
-  EXPECT_EQ(controls_.take_export(), "glb");
-  EXPECT_THAT(session_.calls, IsEmpty()) << "S in the dialog is not 'save'";
-}
-
 TEST_F(Controls, ViewKeysChangeTheView) {
   press(GLFW_KEY_2);
   EXPECT_EQ(controls_.style().shading, SceneShading::polished);

@@ -24,7 +24,7 @@ TEST_F(Window, FinishedOffersWhatToDoNext) {
   const cv::Mat3b shown = picture("end");
   for (const char* text : {"at most 0.03 mm, 0.2", "nothing", "Keyframes"})
     expect_text(shown, text, theme::kText);
-  for (const char* label : {"Export", "View", "Go on scanning"}) EXPECT_NE(find(label), nullptr) << label;
+  for (const char* label : {"View", "Go on scanning"}) EXPECT_NE(find(label), nullptr) << label;
   session_.figures().components = 3;
   expect_text(picture("end_with_pieces"), "2 of 3 pieces", theme::kAmber);
   press(GLFW_KEY_O);
@@ -97,37 +97,12 @@ TEST_F(Window, WithoutARunFolderNothingIsSaidToBeSaved) {
   EXPECT_EQ(find("Stages"), nullptr) << "there are none";
 }
 
-TEST_F(Window, PicturesAndExportsGoToTheRunFolder) {
+TEST_F(Window, PicturesGoToTheRunFolder) {
   scan(6);
   press(GLFW_KEY_P);
   const auto shot = options_.picture_folder / "screenshot_001.png";
   EXPECT_EQ(cv::imread(shot.string()).size(), cv::Size(820, 540));
   EXPECT_THAT(window_->controls().toasts().back().text, HasSubstr(shot.string()));
-  press(GLFW_KEY_E);
-  press(GLFW_KEY_O);
-  for (int i = 0; i < 100 && !std::filesystem::exists(options_.picture_folder / "mesh_mm_001.obj"); ++i) {
-    window_->turn(now_s_ += 0.3);
-    window_->host().wait(0.02);
-  }
-  EXPECT_TRUE(std::filesystem::exists(options_.picture_folder / "mesh_mm_001.obj"));
-}
-
-TEST_F(Window, PicturesAndExportsOfASecondScanGoToItsFolder) {
-  scan(6);
-  session_.figures().run_folder = folder_ / "run-2";
-  window_->turn(now_s_ += 0.1);
-  press(GLFW_KEY_P);
-  press(GLFW_KEY_E);
-  press(GLFW_KEY_O);
-  const auto mesh = folder_ / "run-2" / "mesh_mm_001.obj";
-  for (int i = 0; i < 100 && !std::filesystem::exists(mesh); ++i) {
-    window_->turn(now_s_ += 0.3);
-    window_->host().wait(0.02);
-  }
-  EXPECT_TRUE(std::filesystem::exists(mesh));
-  EXPECT_TRUE(std::filesystem::exists(folder_ / "run-2" / "screenshot_001.png"));
-  EXPECT_FALSE(std::filesystem::exists(options_.picture_folder / "mesh_mm_001.obj"));
-  EXPECT_FALSE(std::filesystem::exists(options_.picture_folder / "screenshot_001.png"));
 }
 
 TEST_F(Window, AFolderThatCannotBeWrittenIsSaidNotThrown) {

@@ -268,7 +268,6 @@ TEST_F(Window, AMinimisedWindowDoesNoHarm) {
   window_->host().resize(1, 1);
   press(GLFW_KEY_H);
   EXPECT_EQ(picture("minimized").size(), cv::Size(1, 1));
-  press(GLFW_KEY_E);
   press(GLFW_KEY_Q);
   picture("minimized_question");
 }

@@ -14,7 +14,6 @@ std::vector<ActionRow> live_rows() {
       {save, "s", "S", "Save", 0, 3, "Save now, and go on"},
       {close, "q esc", "Q", "Stop", 0, 0, "Stop and save (asks first)"},
       common_row(screenshot),
-      {export_mesh, "e", "E", "Export", 1, 5, "Export the mesh (PLY, OBJ, STL, glTF)"},
       common_row(follow),
   };
   for (const Action action : {show_all, trajectory, pose_graph, next_color, shading_clay, shading_polished,
@@ -70,8 +69,6 @@ void LiveControls::act(Action action, double now_s) {
       return end_with(NextStep::view, now_s);
     case Action::go_on:
       return end_with(NextStep::go_on, now_s);
-    case Action::export_mesh:
-      return ask_for_format();
     default:
       return SceneControls::act(action, now_s);
   }
@@ -142,8 +139,7 @@ void LiveControls::undo(double now_s) {
 
 void LiveControls::save(double now_s) {
   if (refuse_unless_scanning("save", now_s)) return;
-  if (!keeps_run_)
-    return complain("There is no folder to save in: start with -o FOLDER, or export the mesh (E).", now_s);
+  if (!keeps_run_) return complain("There is no folder to save in: start with -o FOLDER.", now_s);
   session_.save_now();
   say("Saving what there is; the scan goes on.", now_s);
 }
@@ -164,9 +160,8 @@ void LiveControls::ask_to_close() {
                 "The scan is still being saved. That goes on without the window.",
                 {yes("Close", [this](double) { close(); }), no("Wait here")}});
   const std::string sentence =
-      keeps_run_
-          ? "Loops are closed, the mesh is made, and everything is saved in " + status.run_folder + "."
-          : "Loops are closed and the mesh is made, but nothing is kept (no -o): export it afterwards.";
+      keeps_run_ ? "Loops are closed, the mesh is made, and everything is saved in " + status.run_folder + "."
+                 : "Loops are closed and the mesh is made, but nothing is kept (no -o).";
   ask({"Stop the scan?",
        sentence,
        {yes(keeps_run_ ? "Stop and save" : "Stop",
@@ -201,19 +196,6 @@ void LiveControls::ask_for_new_scan(double now_s) {
     sentence = "Saved first, the scan so far stays, and scan --continue goes on with it. " + sentence;
   }
   ask({"Start a new scan?", sentence + " The new one begins with the next touch.", std::move(answers)});
-}
-
-void LiveControls::ask_for_format() {
-  const auto answer = [this](const char* label, const char* keys, const char* key, const char* extension) {
-    return Answer{label, keys, key, theme::kBlue, [this, extension](double) { export_ = extension; }};
-  };
-  ask({"Export the mesh",
-       "As it is now, at full resolution: PLY and glTF in meters, OBJ and STL in millimeters.",
-       {answer("PLY", "p enter kp_enter y", "P", "ply"),
-        answer("OBJ", "o", "O", "obj"),
-        answer("STL", "s", "S", "stl"),
-        answer("glTF", "g", "G", "glb"),
-        {"Cancel", "esc", "Esc", theme::kText, {}}}});
 }
 
 }  // namespace gelslam::viewer::detail

@@ -16,7 +16,6 @@ class LiveControls : public SceneControls {
   /// `keeps_run`: there is a run folder to save in; `can_go_on`: a camera could continue it.
   explicit LiveControls(LiveSession& session, bool keeps_run = true, bool can_go_on = false);
 
-  std::optional<std::string> take_export() { return std::exchange(export_, std::nullopt); }
   bool shows_diagnostics() const { return shows_diagnostics_; }
   NextStep next_step() const { return next_step_; }
   ButtonLook button(const ActionRow& row) const override;
@@ -30,7 +29,6 @@ class LiveControls : public SceneControls {
   void save(double now_s);
   void ask_to_close();
   void ask_for_new_scan(double now_s);
-  void ask_for_format();
   bool refuse_unless_scanning(const char* what, double now_s);
 
   LiveSession& session_;
@@ -38,7 +36,6 @@ class LiveControls : public SceneControls {
 
   bool keeps_run_, can_go_on_, shows_diagnostics_ = false;
   NextStep next_step_ = NextStep::none;
-  std::optional<std::string> export_;
 };
 
 }  // namespace gelslam::viewer::detail

@@ -14,9 +14,8 @@ constexpr double kPatienceS = 1.0;
 
 bool LiveScene::take_news(LiveSession& session, const OrbitCamera& camera, double now_s) {
   bool news = false;
-  if (MeshChanges changes = session.take_mesh_changes(); changes.cleared || !changes.blocks.empty()) {
+  if (const MeshChanges changes = session.take_mesh_changes(); changes.cleared || !changes.blocks.empty()) {
     scene_.update(changes);
-    mesh_.update(std::move(changes));
     news = true;
   }
   if (auto touches = session.touches(); touches != touches_) {

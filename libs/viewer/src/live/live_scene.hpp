@@ -8,7 +8,6 @@
 #include "gelslam/viewer/scene.hpp"
 #include "gelslam/viewer/ui.hpp"
 #include "live/loose_piece.hpp"
-#include "live/mesh_export.hpp"
 
 namespace gelslam::viewer::detail {
 
@@ -23,7 +22,6 @@ class LiveScene {
 
   Scene& scene() { return scene_; }
   const Scene& scene() const { return scene_; }
-  const WindowMesh& mesh() const { return mesh_; }
   const Texture& tactile() const { return tactile_; }                ///< of the first of two sensors
   const Texture& second_picture() const { return second_picture_; }  ///< the normals, or the second sensor's
   bool has_two_sensors() const { return touches_.size() > 1; }
@@ -46,7 +44,6 @@ class LiveScene {
   void rebuild_trajectory();
 
   Scene scene_;
-  WindowMesh mesh_;
   Texture tactile_, second_picture_;
   cv::Vec3b outline_bgr_;
   std::shared_ptr<const LiveTouch> touch_;

@@ -1,9 +1,6 @@
 #include "live/live_window.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <chrono>
 #include <system_error>
 #include <utility>
 
@@ -139,7 +136,7 @@ void LiveWindow::draw_frame(Ui& ui, double now_s) {
   frame_.second_picture = &scene_.second_picture();
   frame_.has_two_sensors = scene_.has_two_sensors();
   if (frame_.words.state == "finished" && !options_.keeps_run)
-    frame_.words.advice = "Nothing is kept (no -o). E exports the mesh; Q closes.";
+    frame_.words.advice = "Nothing is kept (no -o). Q closes.";
   if (controls_.shows_panels()) {
     draw_marks(ui, style, scene_.scene().legend(style));
     const float bottom = draw_banner(ui, view(), frame_, now_s);
@@ -154,21 +151,6 @@ void LiveWindow::draw_frame(Ui& ui, double now_s) {
   }
   if (side_.width > 0) draw_side(ui, side_, frame_);
   if (boxes.bar.width > 0) draw_action_bar(ui, boxes.bar, controls_, now_s);
-}
-
-void LiveWindow::frame_drawn(double now_s) {
-  if (const auto format = controls_.take_export()) {
-    if (export_.valid()) {
-      controls_.complain("The last export is still being written.", now_s);
-    } else {
-      export_ = export_in_background(scene_.mesh().blocks(), export_path(picture_folder(), *format));
-    }
-  }
-  if (export_.valid() && export_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
-    const ExportOutcome outcome = export_.get();
-    outcome.ok ? controls_.say(outcome.sentence, now_s) : controls_.complain(outcome.sentence, now_s);
-    draw_again();
-  }
 }
 
 /// Who ends a scan from the terminal, or logs out, is not at the window.

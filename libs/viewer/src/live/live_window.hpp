@@ -1,6 +1,5 @@
 #pragma once
 
-#include <future>
 #include <optional>
 #include <string>
 #include <vector>
@@ -68,7 +67,6 @@ class LiveWindow : public SceneLoop {
  private:
   bool advance(double now_s, double dt_s) override;
   void draw_frame(Ui& ui, double now_s) override;
-  void frame_drawn(double now_s) override;
   bool closes_by_itself() override;
   std::string_view state() override;
   SceneControls& scene_controls() override { return controls_; }
@@ -86,7 +84,6 @@ class LiveWindow : public SceneLoop {
   double figures_s_ = -1e9;
   Box side_;
   float covered_px_ = 0;  ///< on the view's left
-  std::future<ExportOutcome> export_;
 };
 
 }  // namespace gelslam::viewer::detail

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "gelslam/slam/trial_drift.hpp"
 #include "live/live_window.hpp"
@@ -118,7 +117,7 @@ float draw_end(Ui& ui, const Box& view, const LiveFrame& frame, bool names_folde
   ui.gap(12);
   std::optional<Action> clicked;
   bool first = true;
-  for (const Action action : {Action::export_mesh, Action::view_run, Action::go_on}) {
+  for (const Action action : {Action::view_run, Action::go_on}) {
     const auto& rows = controls.rows();
     const auto row =
         std::find_if(rows.begin(), rows.end(), [&](const ActionRow& r) { return r.action == action; });

@@ -349,7 +349,6 @@ void Scene::place_piece(const Pose& map_T_piece, double opacity) {
   impl_->piece_opacity = opacity;
 }
 
-
 void Scene::set_trajectory(const std::vector<std::vector<Pose>>& map_T_sensor) {
   const std::vector<SceneLine> lines = trajectory_lines(map_T_sensor);
   impl_->trajectory.set(lines);

@@ -75,7 +75,6 @@ void WindowLoop::draw(double now_s) {
   host_.end_frame();
   player_->write_screenshot(host_, options_.picture_folder);
   if (controls().take_screenshot()) save_screenshot(now_s);
-  frame_drawn(now_s);
   host_.present();
 }
 

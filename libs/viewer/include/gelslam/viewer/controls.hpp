@@ -34,7 +34,6 @@ enum class Action {
   pause,
   new_scan,
   save,
-  export_mesh,
   diagnostics,
   view_run,
   go_on,

@@ -10,8 +10,8 @@ namespace gelslam {
 
 struct WindowOptions : viewer::WindowLoopOptions {
   WindowOptions() { poll_s = 1.0 / 60, redraw_s = 0.5, yields = true; }
-  /// False: there is no run folder. picture_folder also takes exports, and the finished window points at it;
-  /// it is made when it is first needed.
+  /// False: there is no run folder. the finished window points at picture_folder; it is made when it is first
+  /// needed.
   bool keeps_run = true;
   bool can_go_on = false;  ///< the finished run can be continued: there is a camera
 };
