@@ -107,7 +107,6 @@ ViewEnd run_view(const ViewArguments& arguments) {
   progress->begin("reading", std::nullopt);
   ViewContent content = load_view(arguments.source, arguments.unit.mm(arguments.source));
   std::optional<ViewContent> second = second_surface(arguments);
-  if (!arguments.truth.empty()) add_error(content, arguments.truth, arguments.source);
   progress->end();
   const SceneStyle style = style_of(arguments);
   check(arguments, content, style);
@@ -190,7 +189,7 @@ void add_view_command(CLI::App& app, int& exit_code) {
   command
       ->add_option("--color", a->color, "What colors show (default: plain; with a second surface: distance)")
       ->check(CLI::IsMember({"plain", "confidence", "height", "keyframe", "distance"}));
-  command->add_option("--time", a->time_s, "Show the run as it was at this second of the log");
+  command->add_option("--time", a->time_s, "Show touch, keyframes and trajectory of this second of the log");
   command->add_option("--yaw", a->yaw_deg, "Turn the object about the vertical axis, degrees")
       ->check(number_between(-360.0, 360.0));
   command->add_option("--pitch", a->pitch_deg, "Turn the object about the horizontal axis, degrees")

@@ -48,9 +48,9 @@ TEST(ViewContent, ATimeShowsWhatWasThereThen) {
   const TemporaryFolder folder;
   write_run(folder / "RUN", 5);
   const RunHistory history = *load_view(folder / "RUN").history;
-  EXPECT_TRUE(history.patches_at(-0.1).empty());
+  EXPECT_TRUE(history.map_at(-0.1).nodes.empty());
   EXPECT_TRUE(history.trajectory_at(-0.1).empty());
-  EXPECT_EQ(history.patches_at(0).size(), 1U);
+  EXPECT_EQ(history.map_at(0).nodes.size(), 1U);
   const MapSnapshot map = history.map_at(2.5);
   ASSERT_EQ(map.nodes.size(), 3U);
   EXPECT_EQ(map.nodes.back().keyframe, 4);

@@ -63,7 +63,7 @@ TEST_F(ViewWindowPicture, AMeshHasNone) {
   EXPECT_EQ(loop.track().width, 0);
 }
 
-TEST_F(ViewWindowPicture, PressingTheSliderSetsTheTimeAndTheSurfaceFollows) {
+TEST_F(ViewWindowPicture, PressingTheSliderSetsTheTimeAndTheTouchFollows) {
   ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
   loop.turn(1);
   const cv::Mat3b saved = loop.picture(1.1);
@@ -78,13 +78,14 @@ TEST_F(ViewWindowPicture, PressingTheSliderSetsTheTimeAndTheSurfaceFollows) {
   loop.turn(1.3);
   EXPECT_NEAR(*loop.controls().time_s(), 0.6 * 4.9, 0.02);
   loop.host().push({InputEvent::Kind::button, 0, false});
-  for (int i = 0; i < 40; ++i) loop.turn(1.4 + 0.1 * i);
+  loop.turn(1.4);
   EXPECT_THAT(words(loop), Contains("2.9 s"));
-  const auto bright = [](const cv::Mat3b& picture) {
+  const auto orange = [](const cv::Mat3b& picture) {
     const cv::Mat3b view = picture.rowRange(60, picture.rows - 140);
-    return std::count_if(view.begin(), view.end(), [](const cv::Vec3b& c) { return c[1] > 90; });
+    return std::count_if(view.begin(), view.end(), [](const cv::Vec3b& c) { return c[2] > c[0] + 90; });
   };
-  EXPECT_LT(static_cast<double>(bright(loop.picture(6))), 0.9 * static_cast<double>(bright(saved)));
+  EXPECT_LT(orange(saved), 10);
+  EXPECT_GT(orange(loop.picture(1.5)), 1000);
 }
 
 TEST_F(ViewWindowPicture, AScriptTurnsZoomsAndTakesPictures) {
@@ -141,22 +142,6 @@ TEST_F(ViewWindowPicture, TwoSurfacesTheirNamesAndTheDistance) {
   for (int i = 1; i < 10; ++i) loop.turn(0.03 * i);
   EXPECT_THAT(words(loop), testing::IsSupersetOf({"RUN", "truth", "distance", "mean 0.000 mm"}));
   EXPECT_THAT(words(loop), Contains(HasSubstr("90 % below")));
-}
-
-TEST_F(ViewWindowPicture, CurvesBelowTheSliderSayWhatWasThen) {
-  ViewContent run = load_view(folder / "RUN");
-  RunHistory::Timeline error{"Error", "mm", {}};
-  for (int i = 0; i < 50; ++i) error.points.push_back({0.1 * i, 0.01 * i});
-  run.history->timelines.push_back(error);
-  ViewWindow loop(run, std::nullopt, options);
-  loop.turn(1);
-  EXPECT_THAT(words(loop), testing::IsSupersetOf({"Contact", "4.32 mm\u00b2", "Error", "0.49 mm"}));
-  loop.controls().seek(0.5);
-  loop.turn(1.1);
-  EXPECT_THAT(words(loop), Contains("0.24 mm"));
-  const cv::Mat3b shown = loop.picture(1.2);
-  if (const char* kept = std::getenv("GELSLAM_PICTURES"))
-    write_png(std::string(kept) + "/timelines.png", shown);
 }
 
 TEST_F(ViewWindowPicture, TheBoxSaysHowLargeTheSurfaceIs) {

@@ -1,24 +1,19 @@
 #include "gelslam/viewer/view_content.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <limits>
-#include <map>
 #include <set>
 #include <sstream>
 #include <system_error>
 
-#include "gelslam/backend/pose_covariance.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/evaluation/evaluation.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/slam/session.hpp"
-#include "gelslam/slam/slam_options.hpp"
-#include "gelslam/slam/trial_drift.hpp"
 
 namespace gelslam {
 namespace {
@@ -42,54 +37,6 @@ void read_edges(const fs::path& file, bool outliers, std::vector<MapSnapshot::Ed
   }
 }
 
-/// Two standard deviations of each keyframe's place relative to the anchor, as the pose graph knows it.
-std::map<int, double> place_uncertainty_mm(const SavedMap& map, double scale_sigma) {
-  PoseGraphSolution solution;
-  solution.edge_outlier = map.edge_outlier;
-  std::optional<int> gauge;
-  for (const SavedMap::Node& node : map.nodes) {
-    solution.component_T_node[node.keyframe] = node.component_T_keyframe;
-    solution.component_of_node[node.keyframe] = node.component;
-    if (node.in_map && (!gauge || node.component_T_keyframe.isApprox(Pose::Identity(), 1e-9)))
-      gauge = node.keyframe;
-  }
-  if (!gauge) return {};
-  for (const PoseGraphEdge& edge : map.edges) {
-    const Pose from_T_to =
-        solution.component_T_node.at(edge.from).inverse() * solution.component_T_node.at(edge.to);
-    const Vector6d off = se3_log(edge.from_T_to.inverse() * from_T_to);
-    solution.edge_residual.push_back(std::sqrt(std::max(0.0, off.dot(edge.information * off))));
-  }
-  std::map<int, double> uncertainty_mm;
-  for (const auto& [keyframe, covariance] :
-       pose_covariances(map.edges, solution, *gauge, PoseGraphOptions(), scale_sigma))
-    uncertainty_mm[keyframe] = 2 * sigma_of(covariance).tail<3>().maxCoeff();
-  return uncertainty_mm;
-}
-
-/// Contact area and uncertainty of the keyframes.
-void add_keyframe_timelines(const fs::path& session, RunHistory& history) {
-  RunHistory::Timeline area{"Contact", "mm\u00b2", {}}, uncertainty{"Uncertainty", "mm", {}};
-  double scale_sigma = 0;
-  for (const RunHistory::KeyframeAt& keyframe : history.keyframes) {
-    const StoredSurface& surface = keyframe.patch.surface;
-    const double pitch_mm = surface.pixel_pitch_mm();
-    area.points.push_back({keyframe.time_s, surface.contact_pixels() * pitch_mm * pitch_mm});
-    scale_sigma =
-        std::max(scale_sigma, surface.model_sigma() * SlopeCalibrationOptions().gradient_scale_sigma);
-  }
-  history.timelines.push_back(std::move(area));
-  try {
-    const std::map<int, double> known_mm = place_uncertainty_mm(load_map(session), scale_sigma);
-    for (const RunHistory::KeyframeAt& keyframe : history.keyframes)
-      if (const auto known = known_mm.find(keyframe.patch.id); known != known_mm.end())
-        uncertainty.points.push_back({keyframe.time_s, known->second});
-  } catch (const std::exception&) {
-    return;
-  }
-  history.timelines.push_back(std::move(uncertainty));
-}
-
 RunHistory read_history(const fs::path& run) {
   RunHistory history;
   Session session = load_session(run / "session");
@@ -108,7 +55,6 @@ RunHistory read_history(const fs::path& run) {
   }
   read_edges(run / "pose_graph.g2o", false, history.edges);
   read_edges(run / "loop_outliers.g2o", true, history.edges);
-  add_keyframe_timelines(run / "session", history);
   return history;
 }
 
@@ -128,13 +74,6 @@ void check_exists(const fs::path& path) {
 }
 
 }  // namespace
-
-std::optional<double> RunHistory::Timeline::at(double time_s) const {
-  const auto next = std::upper_bound(points.begin(), points.end(), time_s,
-                                     [](double t, const Point& point) { return t < point.time_s; });
-  if (next == points.begin()) return std::nullopt;
-  return std::prev(next)->value;
-}
 
 double RunHistory::start_s() const {
   double start_s = std::numeric_limits<double>::infinity();
@@ -169,14 +108,6 @@ MapSnapshot RunHistory::map_at(double time_s) const {
   return map;
 }
 
-std::vector<PosedSurface> RunHistory::patches_at(double time_s) const {
-  std::vector<PosedSurface> patches;
-  for (const KeyframeAt& keyframe : keyframes) {
-    if (keyframe.time_s <= time_s) patches.push_back(keyframe.patch);
-  }
-  return patches;
-}
-
 std::vector<std::vector<Pose>> RunHistory::trajectory_at(double time_s) const {
   std::vector<std::vector<Pose>> pieces;
   double last_s = 0;
@@ -207,20 +138,6 @@ ViewContent load_truth(const fs::path& data_folder_or_mesh, const fs::path& run,
   }
   const Pose object_T_map = *truth.object_T_start * comparison.start_T_map;
   return {"truth", transformed(read_mesh(truth.mesh_path), object_T_map.inverse()), std::nullopt};
-}
-
-void add_error(ViewContent& content, const fs::path& data_folder, const fs::path& run) {
-  if (!content.history || !fs::is_directory(data_folder)) return;
-  const Comparison comparison = compare(run, data_folder);
-  RunHistory::Timeline error{"Error", "mm", {}};
-  for (const IndexedPose& pose : comparison.estimate) {
-    const auto& truth = comparison.truth.start_T_currs.at(static_cast<std::size_t>(pose.index));
-    if (!truth) continue;
-    const Pose start_T_sensor = comparison.start_T_map * pose.map_T_sensor;
-    error.points.push_back({(comparison.truth.background_frames + pose.index) / comparison.truth.fps,
-                            (start_T_sensor.translation() - truth->translation()).norm()});
-  }
-  content.history->timelines.insert(content.history->timelines.begin(), std::move(error));
 }
 
 }  // namespace gelslam

@@ -6,20 +6,17 @@
 #include <array>
 #include <cmath>
 #include <iterator>
-#include <map>
 #include <numeric>
 #include <utility>
 
 #include "gelslam/core/median.hpp"
 #include "gelslam/evaluation/triangle_scene.hpp"
-#include "gelslam/fusion/incremental_fusion.hpp"
 #include "live/status_text.hpp"
 #include "scene/scene_geometry.hpp"
 
 namespace gelslam::viewer::detail {
 namespace {
 
-constexpr double kFusionBudgetMs = 8;
 constexpr std::size_t kOutlinePoints = 5000, kDistancePoints = 20000;
 
 /// Distances by Embree, kept alive by the query itself.
@@ -62,12 +59,8 @@ struct ViewStage::Impl {
   std::optional<ViewContent> second;
   Scene first_scene;
   std::unique_ptr<Scene> second_scene;
-  std::array<float, 2> distance_range{0, 1};  ///< of the saved surface, kept through time
-  std::vector<std::string> distance_notes;    ///< of the saved surface
-  std::optional<IncrementalFusion> fusion;    ///< while an earlier time is shown
-  bool works = false;
-  bool shows_fused = false;                 ///< else the saved mesh is still shown
-  std::map<std::int64_t, MeshBlock> fused;  ///< until then
+  std::array<float, 2> distance_range{0, 1};
+  std::vector<std::string> distance_notes;
 
   Impl(ViewContent first_content, std::optional<ViewContent> second_content)
       : first(std::move(first_content)), second(std::move(second_content)) {}
@@ -83,8 +76,6 @@ struct ViewStage::Impl {
       style.color = SceneColor::plain;
     return style;
   }
-
-  void show_time(std::optional<double> time_s);
 
   /// Keyframes, edges, trajectory and touch of a time.
   void show_map(double time_s) {
@@ -103,26 +94,6 @@ struct ViewStage::Impl {
     first_scene.set_touch(TouchPatch{patch.surface.get(), patch.map_T_keyframe, history.gradient_scale});
   }
 };
-
-/// What is shown changes only where the time does.
-void ViewStage::Impl::show_time(std::optional<double> time_s) {
-  const RunHistory& history = *first.history;
-  show_map(time_s.value_or(history.end_s()));
-  if (!time_s) {
-    if (shows_fused) first_scene.set_mesh(first.mesh);
-    works = shows_fused = false;
-    fusion.reset();
-    fused.clear();
-    return;
-  }
-  if (!fusion) {
-    IncrementalOptions options;
-    options.budget_ms = kFusionBudgetMs;
-    fusion.emplace(FusionOptions(), options);
-  }
-  works = true;
-  fusion->set_patches(history.patches_at(*time_s), history.gradient_scale);
-}
 
 ViewStage::ViewStage(ViewContent first, std::optional<ViewContent> second)
     : impl_(std::make_unique<Impl>(std::move(first), std::move(second))) {
@@ -201,35 +172,15 @@ bool ViewStage::is_complete() const {
 
 std::optional<ColorLegend> ViewStage::legend(const SceneStyle& style) const {
   auto legend = impl_->first_scene.legend(impl_->first_style(style));
-  if (legend && style.color == SceneColor::distance && !impl_->fusion) legend->notes = impl_->distance_notes;
+  if (legend && style.color == SceneColor::distance) legend->notes = impl_->distance_notes;
   return legend;
 }
 
 void ViewStage::set_time(std::optional<double> time_s) {
-  if (impl_->first.history) impl_->show_time(time_s);
-}
-
-bool ViewStage::works() const { return impl_->works; }
-
-bool ViewStage::work() {
-  if (!impl_->works) return false;
-  impl_->works = impl_->fusion->work();
-  std::vector<MeshBlock> blocks = impl_->fusion->take_changed_blocks();
-  if (impl_->shows_fused) {
-    impl_->first_scene.update(blocks);
-    return impl_->works;
-  }
-  for (MeshBlock& block : blocks) impl_->fused[block.key] = std::move(block);
-  if (impl_->works) return true;
-  impl_->first_scene.clear_mesh();
-  impl_->shows_fused = true;
-  for (const auto& [key, block] : std::exchange(impl_->fused, {})) impl_->first_scene.update({&block, 1});
-  return false;
+  if (impl_->first.history) impl_->show_map(time_s.value_or(impl_->first.history->end_s()));
 }
 
 void ViewStage::finish() {
-  while (work()) {
-  }
   impl_->first_scene.finish_details();
   if (impl_->second_scene) impl_->second_scene->finish_details();
 }

@@ -11,8 +11,8 @@
 namespace gelslam::viewer::detail {
 
 /// A run or mesh on the stage, alone or with a second one beside it, both under one camera; the first one can
-/// show how far it is from the second. A run can be taken back to any time. Needs the context it was made
-/// with to be current.
+/// show how far it is from the second. Touch, keyframes and trajectory of a run can be those of any time.
+/// Needs the context it was made with to be current.
 class ViewStage {
  public:
   /// `first` lies in the frame of `second`, or the distances mean nothing.
@@ -24,17 +24,14 @@ class ViewStage {
   const RunHistory* history() const;  ///< null without one
   bool has_second() const;
 
-  /// The run as it was at that time, or (nothing) as it was saved. The surface of a time is fused bit by bit:
-  /// work() until it says false. The mesh shown before stays until the first surface is whole.
+  /// What was touched and known at that time, on the saved surface; or (nothing) as it was saved.
   void set_time(std::optional<double> time_s);
-  bool work();
-  bool works() const;
-  void finish();  ///< all work, levels of detail and colors, before a picture
+  void finish();  ///< levels of detail and colors, before a picture
 
   /// From outside, in front of most of the surface, its long side lying; all of it in view.
   OrbitCamera first_view(const Viewport& whole) const;
   std::vector<Eigen::Vector3f> outline_mm() const;  ///< points all over both meshes, for OrbitCamera::fit()
-  Eigen::AlignedBox3f bounds_mm() const;            ///< of the first as it is shown
+  Eigen::AlignedBox3f bounds_mm() const;            ///< of the first
   std::optional<Eigen::Vector3f> pick(std::size_t part, const PickRay& ray) const;
 
   /// The parts side by side: first, then second. Only the first is colored by distance.

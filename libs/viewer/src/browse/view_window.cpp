@@ -3,18 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 namespace gelslam::viewer::detail {
 namespace {
 
 constexpr double kLongestPlayS = 20;
-constexpr double kRightEnd = 0.999;                         ///< of the slider: all of it is hard to hit
-constexpr double kWorkMs = 40;                              ///< on a surface, between two looks at the input
-constexpr double kSliderHeight = 46, kTimelineHeight = 38;  // design pixels
-constexpr double kLeastViewHeight = 340;                    ///< timelines leave the view at least this
-constexpr double kCurvePx = 2;                              ///< between points of a curve
+constexpr double kRightEnd = 0.999;   ///< of the slider: all of it is hard to hit
+constexpr double kSliderHeight = 46;  // design pixels
 
 std::vector<ActionRow> view_rows(bool has_time) {
   using enum Action;
@@ -137,13 +133,6 @@ bool ViewWindow::advance(double /*now_s*/, double dt_s) {
     stage_.set_time(shown_time_s_);
     changed = true;
   }
-  if (stage_.works()) {
-    using Clock = std::chrono::steady_clock;
-    const auto end = Clock::now() + std::chrono::duration<double, std::milli>(kWorkMs);
-    while (stage_.work() && Clock::now() < end) {
-    }
-    changed |= !stage_.works();  // the surface is whole; on the way to it the one before stays
-  }
   return move_camera(dt_s) || changed || !stage_.is_complete();
 }
 
@@ -153,10 +142,7 @@ void ViewWindow::lay_out(const Ui& ui) {
   if (controls_.shows_panels() && !is_snapshot_ && view.height >= ui.px(4 * kBarHeight)) {
     bar_ = view.cut_bottom(ui.px(kBarHeight));
     if (controls_.has_time()) {
-      const auto rows = static_cast<double>(stage_.history()->timelines.size());
-      const float slider = ui.px(kSliderHeight), curves = ui.px(kTimelineHeight * rows);
-      const bool has_room = view.height - slider - curves >= ui.px(kLeastViewHeight);
-      slider_ = view.cut_bottom(has_room ? slider + curves : slider);
+      slider_ = view.cut_bottom(ui.px(kSliderHeight));
       track_ = {ui.px(22), slider_.y, view.width - ui.px(22 + 120), slider_.height};
     }
   }
@@ -223,35 +209,8 @@ void ViewWindow::draw_titles(Ui& ui, const SceneStyle& style) const {
   }
   const Box first = box_of(all.front());
   const float x = first.x + ui.px(18), width = first.width - ui.px(36);
-  float y = first.y + ui.px(46);
-  const auto say = [&](const std::string& text) {
-    y = ui.card(x, y, width, theme::kAmber, {{Face::body, theme::kText, text}}).bottom() + ui.px(6);
-  };
-  if (const std::string warning = stage_.warning(); !warning.empty()) say(warning);
-  if (stage_.works()) say("Making the surface of this time");
-}
-
-/// Its curve, and beside it its name and its value at the time that is shown.
-void ViewWindow::draw_timeline(Ui& ui, const Box& box, const RunHistory::Timeline& timeline) const {
-  const RunHistory& history = *stage_.history();
-  const double length_s = std::max(history.end_s() - history.start_s(), 1e-9);
-  double most = 0;
-  for (const auto& point : timeline.points) most = std::max(most, point.value);
-  ui.fill({box.x, box.bottom(), box.width, ui.px(1)}, theme::kLine);
-  std::optional<Eigen::Vector2f> last;
-  for (const auto& point : timeline.points) {
-    const Eigen::Vector2f next(
-        box.x + static_cast<float>((point.time_s - history.start_s()) / length_s) * box.width,
-        box.bottom() - static_cast<float>(point.value / std::max(most, 1e-9)) * box.height);
-    if (last && next.x() - last->x() < ui.px(kCurvePx)) continue;
-    if (last) ui.line(last->x(), last->y(), next.x(), next.y(), theme::kBlue, 1.5, box.inset(-ui.px(2)));
-    last = next;
-  }
-  const std::optional<double> now = timeline.at(controls_.time_s().value_or(history.end_s()));
-  const float right = slider_.right() - ui.px(16), small = ui.height_of(Face::small);
-  ui.text_right(Face::small, right, box.y, theme::kDim, timeline.label);
-  ui.text_right(Face::small, right, box.y + small, theme::kText,
-                now ? fmt::format("{:.3g} {}", *now, timeline.unit) : "-");
+  if (const std::string warning = stage_.warning(); !warning.empty())
+    ui.card(x, first.y + ui.px(46), width, theme::kAmber, {{Face::body, theme::kText, warning}});
 }
 
 void ViewWindow::draw_slider(Ui& ui) {
@@ -270,13 +229,6 @@ void ViewWindow::draw_slider(Ui& ui) {
   const auto time_s = controls_.time_s();
   ui.text_right(Face::body, slider_.right() - ui.px(16), middle - 0.5F * ui.height_of(Face::body),
                 theme::kText, time_s ? fmt::format("{:.1f} s", *time_s - history.start_s()) : "as saved");
-  float top = slider_.y + ui.px(kSliderHeight);
-  for (const RunHistory::Timeline& timeline : history.timelines) {
-    if (top + ui.px(kTimelineHeight) > slider_.bottom() + 1) break;
-    draw_timeline(ui, {track_.x, top, track_.width, ui.px(kTimelineHeight - 8)}, timeline);
-    top += ui.px(kTimelineHeight);
-  }
-  ui.fill({at - 0.5F * ui.px(1), middle, ui.px(1), slider_.bottom() - middle}, theme::kDim);
   if (const auto share = ui.held_share("##track", track_)) controls_.seek(*share);
   ui.end_panel();
 }

@@ -60,7 +60,6 @@ class ViewWindow : public SceneLoop {
  private:
   bool advance(double now_s, double dt_s) override;
   void draw_frame(Ui& ui, double now_s) override;
-  bool is_busy() const override { return stage_.works(); }
   void dropped(const std::filesystem::path& path) override { controls_.end_with({false, path}); }
   SceneControls& scene_controls() override { return controls_; }
   OrbitCamera whole_view(const Viewport& viewport) const override { return stage_.first_view(viewport); }
@@ -74,7 +73,6 @@ class ViewWindow : public SceneLoop {
   void draw_sizes(Ui& ui, const SceneStyle& style) const;
   void draw_titles(Ui& ui, const SceneStyle& style) const;
   void draw_slider(Ui& ui);
-  void draw_timeline(Ui& ui, const Box& box, const RunHistory::Timeline& timeline) const;
 
   ViewWindowOptions options_;
   ViewStage stage_;

@@ -32,9 +32,7 @@ void WindowLoop::run() {
     const double begin_s = clock_s() - start_s;
     const bool drew = turn(begin_s);
     const double took_s = clock_s() - start_s - begin_s;
-    if (is_busy()) {
-      host_.wait(0);
-    } else if (drew || draw_next_ || !player_->done()) {
+    if (drew || draw_next_ || !player_->done()) {
       // Without a graphics card a picture takes long; then at least half of the time belongs to the others.
       host_.wait(std::max(kFrameS - took_s, options_.yields ? std::min(took_s, 0.1) : 0.001));
     } else {

@@ -22,27 +22,15 @@ struct RunHistory {
     double time_s = 0;
     Pose map_T_sensor = Pose::Identity();
   };
-  /// One number over time, for a curve below the slider.
-  struct Timeline {
-    struct Point {
-      double time_s = 0, value = 0;
-    };
-    std::string label, unit;
-    std::vector<Point> points;  ///< ascending in time
-    /// Of the last point that is not later; nothing before the first.
-    std::optional<double> at(double time_s) const;
-  };
   double gradient_scale = 1.0;
   std::vector<KeyframeAt> keyframes;     ///< ascending in time
   std::vector<PoseAt> trajectory;        ///< the same
   std::vector<MapSnapshot::Edge> edges;  ///< between keyframes of the map
-  std::vector<Timeline> timelines;       ///< of what is known: contact area, uncertainty, error
 
   double start_s() const;
   double end_s() const;
   /// Keyframes and edges that were there at a time, as one component.
   MapSnapshot map_at(double time_s) const;
-  std::vector<PosedSurface> patches_at(double time_s) const;
   /// The trajectory up to a time, cut where tracking was lost for more than a quarter of a second.
   std::vector<std::vector<Pose>> trajectory_at(double time_s) const;
 };
@@ -64,10 +52,5 @@ ViewContent load_view(const std::filesystem::path& run_or_mesh,
 /// as it is. Throws Error when they do not belong together or the folder knows no true surface.
 ViewContent load_truth(const std::filesystem::path& data_folder_or_mesh, const std::filesystem::path& run,
                        std::optional<double> mm_per_unit = std::nullopt);
-
-/// Adds how far the run's poses are off, frame by frame, to its timelines. Throws Error like load_truth();
-/// nothing happens where `data_folder` is a mesh.
-void add_error(ViewContent& content, const std::filesystem::path& data_folder,
-               const std::filesystem::path& run);
 
 }  // namespace gelslam

@@ -44,7 +44,6 @@ class WindowLoop {
   virtual bool advance(double now_s, double dt_s) = 0;
   /// Lays the window out in `ui.window()`, sets the view, and draws the scene and the panels.
   virtual void draw_frame(Ui& ui, double now_s) = 0;
-  virtual bool is_busy() const { return false; }  ///< there is work for the next turn: no sleep
   virtual bool closes_by_itself() { return false; }
   virtual std::string_view state() { return "finished"; }  ///< as a script's `until` names it
 
