@@ -35,7 +35,51 @@ void check_two_cameras(std::span<const Config> configs, std::span<const std::str
                 "; name two cameras");
 }
 
+class AfterBackground final : public RawFrameSource {
+ public:
+  AfterBackground(BackgroundFrames background, std::unique_ptr<RawFrameSource> camera, double begins_s)
+      : background_(std::move(background)), camera_(std::move(camera)), begins_s_(begins_s) {}
+
+  std::optional<RawFrame> next() override {
+    const std::int64_t count = std::ssize(background_);
+    std::optional<RawFrame> frame;
+    if (next_ < count) {
+      frame = *background_[static_cast<std::size_t>(next_)];
+      frame->index = frame->sequence = next_;
+      frame->time_s = begins_s_ - static_cast<double>(count - next_) / rate_hz();
+      frame->arrived = std::chrono::steady_clock::now();
+      ++next_;
+      return frame;
+    }
+    frame = camera_->next();
+    if (!frame) return frame;
+    if (!first_sequence_) first_sequence_ = frame->sequence;
+    frame->index += count;
+    frame->sequence += count - *first_sequence_;
+    frame->time_s += begins_s_;
+    return frame;
+  }
+  void stop() override { camera_->stop(); }
+  bool hold(bool held) override { return camera_->hold(held); }
+  double rate_hz() const override { return camera_->rate_hz(); }
+  std::string description() const override { return camera_->description(); }
+  std::int64_t lost_frames() const override { return camera_->lost_frames(); }
+  std::string warning() const override { return camera_->warning(); }
+
+ private:
+  const BackgroundFrames background_;
+  const std::unique_ptr<RawFrameSource> camera_;
+  const double begins_s_;
+  std::int64_t next_ = 0;
+  std::optional<std::int64_t> first_sequence_;  // the driver's count need not begin at 0
+};
+
 }  // namespace
+
+std::unique_ptr<RawFrameSource> after_background(BackgroundFrames background,
+                                                 std::unique_ptr<RawFrameSource> camera, double begins_s) {
+  return std::make_unique<AfterBackground>(std::move(background), std::move(camera), begins_s);
+}
 
 CameraInput open_camera_input(const Config& config, const std::string& device) {
   CameraOptions options = options_of(config, device);

@@ -13,6 +13,7 @@
 #include "gelslam/sensor/camera.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
+#include "gelslam/slam/live_slam.hpp"
 
 namespace gelslam {
 
@@ -30,6 +31,11 @@ CameraInput open_camera_input(const Config& config, const std::string& device);
 /// any camera is opened, when both names are of one camera.
 std::vector<CameraInput> open_camera_inputs(std::span<const Config> configs,
                                             std::span<const std::string> devices);
+
+/// A camera whose first frames are those that were the background of the scan before: the scan has the same
+/// background, and its log can be replayed alone. The camera's times begin at `begins_s`.
+std::unique_ptr<RawFrameSource> after_background(BackgroundFrames background,
+                                                 std::unique_ptr<RawFrameSource> camera, double begins_s);
 
 /// For what a person did not name: "gelslam-20261120-083000", local time.
 std::string name_by_time();

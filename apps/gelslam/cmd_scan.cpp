@@ -49,6 +49,8 @@ std::vector<std::string> go_on(const ScanArguments& arguments) {
   return words;
 }
 
+using Cameras = std::vector<std::unique_ptr<RawFrameSource>>;
+
 /// Plays a log, or the simulated sensor, in the camera's place. What it shows is not recorded once more.
 int run_without_camera(const std::filesystem::path& source, LiveArguments live) {
   const bool simulated = source == simulated_camera_name();
@@ -57,9 +59,14 @@ int run_without_camera(const std::filesystem::path& source, LiveArguments live) 
   LiveOptions options = live.options(config);
   if (!simulated) options.log = source;
   WindowOptions window = prepare_window(options, live);
-  return run_live(pace(simulated ? open_simulated_camera() : open_raw_log(source, config.sensor)), options,
-                  live, std::move(window),
-                  simulated ? go_on({{source.string()}, false, false, live}) : std::vector<std::string>());
+  if (!simulated) return run_live(pace(open_raw_log(source, config.sensor)), options, live, window);
+  const auto open = [] {
+    Cameras cameras;
+    cameras.push_back(pace(open_simulated_camera()));
+    return cameras;
+  };
+  return run_live(std::move(open().front()), options, live, window,
+                  {open, {config}, go_on({{source.string()}, false, false, live})});
 }
 
 /// Where a person is at a window and asked for no particular camera, they can choose something else.
@@ -76,20 +83,28 @@ int run_instead(const ScanArguments& arguments, const Error& error) {
   return run_without_camera(*chosen, arguments.live);
 }
 
+Cameras frames_of(std::vector<CameraInput> inputs) {
+  Cameras cameras;
+  for (CameraInput& input : inputs) cameras.push_back(std::move(input.frames));
+  return cameras;
+}
+
 int run_two(const ScanArguments& arguments) {
   const LiveArguments& live = arguments.live;
   const std::array<Config, 2> configs = {resolve_config(live.input("", 0, 2)),
                                          resolve_config(live.input("", 1, 2))};
   const std::array<LiveOptions, 2> options = live.options_of_two(configs);
   for (const LiveOptions& of_sensor : options) check_run_folder(of_sensor);
-  std::vector<CameraInput> cameras = open_camera_inputs(configs, arguments.devices);
+  const auto open = [&] { return open_camera_inputs(configs, arguments.devices); };
+  std::vector<CameraInput> cameras = open();
   std::array<LiveRig::Sensor, 2> sensors;
   for (std::size_t i = 0; i < 2; ++i) {
     sensors[i] = {std::move(cameras[i].frames), options[i]};
     if (!arguments.no_log) sensors[i].options.record = cameras[i].attachments;
     sensors[i].options.record_resized = arguments.resized;
   }
-  return run_live_rig(std::move(sensors), live);
+  return run_live_rig(std::move(sensors), live,
+                      {[&] { return frames_of(open()); }, {configs[0], configs[1]}, {}});
 }
 
 int run(ScanArguments arguments) {
@@ -109,15 +124,17 @@ int run(ScanArguments arguments) {
   }
   LiveOptions options = live.options(config);
   WindowOptions window = prepare_window(options, live);
-  CameraInput camera;
+  const auto open = [&] { return open_camera_inputs({&config, 1}, {&device, 1}); };
+  std::vector<CameraInput> cameras;
   try {
-    camera = open_camera_input(config, device);
+    cameras = open();
   } catch (const Error& error) {
     return run_instead(arguments, error);
   }
-  if (!arguments.no_log) options.record = camera.attachments;
+  if (!arguments.no_log) options.record = cameras.front().attachments;
   options.record_resized = arguments.resized;
-  return run_live(std::move(camera.frames), options, live, std::move(window), go_on(arguments));
+  return run_live(std::move(cameras.front().frames), options, live, std::move(window),
+                  {[&] { return frames_of(open()); }, {config}, go_on(arguments)});
 }
 
 }  // namespace

@@ -3,12 +3,16 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
+#include <future>
 #include <iostream>
 #include <stop_token>
 #include <thread>
 
+#include "camera_input.hpp"
 #include "commands.hpp"
+#include "gelslam/core/bounded_queue.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/file_descriptor.hpp"
 #include "gelslam/core/process.hpp"
@@ -114,6 +118,20 @@ std::string report_text(const ReconstructSummary& s, const LiveStatus& status, c
   return text;
 }
 
+/// RUN-2, RUN-3, ...: the first that is not there, nor its sensors'.
+std::filesystem::path next_run_folder(const std::filesystem::path& folder) {
+  const std::filesystem::path clean = folder.has_filename() ? folder : folder.parent_path();
+  for (int number = 2;; ++number) {
+    std::filesystem::path next = clean;
+    next += "-" + std::to_string(number);
+    std::error_code code;
+    const auto exists = [&](const std::filesystem::path& path) {
+      return std::filesystem::exists(path, code);
+    };
+    if (!exists(next) && !exists(run_of_sensor(next, 0)) && !exists(run_of_sensor(next, 1))) return next;
+  }
+}
+
 }  // namespace
 
 void LiveArguments::add_to(CLI::App& command) {
@@ -209,8 +227,30 @@ namespace {
 /// The exit code, and what to do next with which run folder.
 struct LiveEnd {
   int exit_code = kExitDone;
-  NextStep next = NextStep::none;
+  WindowEnd window;
   std::string run_folder;
+  std::vector<BackgroundFrames> backgrounds;  ///< by sensor
+};
+
+/// Runs work in a thread that began before drawing lowered its priority: threads inherit it.
+class UsualPriority {
+ public:
+  ~UsualPriority() { work_.close(); }
+
+  template <typename Work>
+  auto run(Work work) {
+    std::packaged_task<decltype(work())()> task(std::move(work));
+    auto result = task.get_future();
+    work_.push([&task] { task(); });
+    result.wait();
+    return result.get();
+  }
+
+ private:
+  BoundedQueue<std::function<void()>> work_{1};
+  std::jthread thread_{[this] {
+    while (const auto work = work_.pop()) (*work)();
+  }};
 };
 
 /// This program begins anew with other arguments, in the same process. Throws Error.
@@ -234,57 +274,144 @@ void join_with_continued(const std::filesystem::path& scan, const LiveArguments&
   std::cerr << run_words(all, arguments.continued, arguments.quiet);
 }
 
-template <typename Session, typename... Inputs>
+std::vector<BackgroundFrames> backgrounds_of(const LiveSlam& session) {
+  return {session.background_frames()};
+}
+std::vector<BackgroundFrames> backgrounds_of(const LiveRig& session) {
+  return {session.background_frames(0), session.background_frames(1)};
+}
+
+/// `begin` makes the session.
+template <typename Begin>
 LiveEnd run_to_its_end(const LiveOptions& options, const LiveArguments& arguments, WindowOptions window,
-                       Inputs&&... inputs) {
+                       UsualPriority& usual_priority, const Begin& begin) {
   LiveEnd end;
   // Before there is anything that must not be left behind.
   const InterruptWatch interrupt(
       2, options.log.empty() ? InterruptWatch::Ends::regularly : InterruptWatch::Ends::early);
-  Session session(std::forward<Inputs>(inputs)...);
-  const StopWatch stop_watch(session, interrupt, arguments.seconds);
+  const auto session = usual_priority.run(begin);
+  const StopWatch stop_watch(*session, interrupt, arguments.seconds);
   if (!arguments.headless) {
-    lower_thread_priority();  // drawing goes after tracking; the threads of the chain run already
     window.asks_to_end = [&] { return interrupt.requested(); };
-    end.next = run_live_window(session, window);
-    session.stop();
+    end.window = run_live_window(*session, window);
+    session->stop();
   }
-  const std::string warned = wait_in_terminal(session, arguments.quiet);
-  const ReconstructSummary summary = session.wait();
+  const std::string warned = wait_in_terminal(*session, arguments.quiet);
+  const ReconstructSummary summary = session->wait();
   if (arguments.headless && !arguments.snapshot.empty())
-    write_live_snapshot(session, arguments.snapshot, window);
-  std::cerr << report_text(summary, session.status(), warned, arguments.quiet);
-  if (options.stream && !options.stream->finish()) std::cout.setstate(std::ios::badbit);  // main() says so
+    write_live_snapshot(*session, arguments.snapshot, window);
+  std::cerr << report_text(summary, session->status(), warned, arguments.quiet);
   end.exit_code = summary.tracked == 0 || summary.partial ? kExitNotGood : kExitDone;
-  end.run_folder = session.status().run_folder;
+  end.run_folder = session->status().run_folder;
+  end.backgrounds = backgrounds_of(*session);
+  if (interrupt.requested()) end.window.next = NextStep::none;
   return end;
+}
+
+/// The cameras, opened once more, after what was the background of the scan before.
+std::vector<std::unique_ptr<RawFrameSource>> open_again(const NextScans& next,
+                                                        std::vector<BackgroundFrames> backgrounds) {
+  std::vector<std::unique_ptr<RawFrameSource>> cameras = next.open();
+  double begins_s = 0;  // one start for both sensors
+  for (std::size_t i = 0; i < cameras.size(); ++i)
+    begins_s = std::max(begins_s, static_cast<double>(backgrounds[i].size()) / cameras[i]->rate_hz());
+  for (std::size_t i = 0; i < cameras.size(); ++i)
+    cameras[i] = after_background(std::move(backgrounds[i]), std::move(cameras[i]), begins_s);
+  return cameras;
+}
+
+LiveOptions of_next_scan(LiveOptions options, const Config& config, const std::filesystem::path& run_folder) {
+  options.config = config;  // a scan that continues another may have a changed one
+  options.run_folder = run_folder;
+  options.overwrite = false;
+  options.continued.reset();
+  if (options.stream) options.stream->start_scan();
+  return options;
+}
+
+/// Scan after scan, as long as the person begins another one. `run`: one of them. `prepare`: the next one, in
+/// that run folder.
+LiveEnd run_scans(const LiveArguments& arguments, WindowOptions window, const NextScans& next,
+                  const std::function<LiveEnd(const WindowOptions&)>& run,
+                  const std::function<void(LiveEnd&, const std::filesystem::path&)>& prepare) {
+  const std::filesystem::path first =
+      arguments.continued.empty() ? arguments.run_folder : arguments.continued;
+  for (int exit_code = kExitDone;;) {
+    const std::filesystem::path next_folder = next.open ? next_run_folder(first) : "";
+    window.next_run_folder = next_folder.string();
+    LiveEnd end = run(window);
+    end.exit_code = exit_code = std::max(exit_code, end.exit_code);
+    if (end.window.next != NextStep::new_scan) return end;
+    window.script = end.window.script;
+    window.picture_folder = next_folder;
+    prepare(end, next_folder);
+  }
+}
+
+void finish(const LiveOptions& options) {
+  if (options.stream && !options.stream->finish()) std::cout.setstate(std::ios::badbit);  // main() says so
 }
 
 }  // namespace
 
-int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
-             const LiveArguments& arguments, WindowOptions window, const std::vector<std::string>& go_on) {
-  window.can_go_on = !go_on.empty();
-  LiveEnd end = run_to_its_end<LiveSlam>(options, arguments, std::move(window), std::move(source), options);
-  if (!arguments.continued.empty() && !options.continued) {
-    join_with_continued(options.run_folder, arguments);
-    end.run_folder = arguments.continued;
-  }
-  if (end.next == NextStep::none) return end.exit_code;
-  std::vector<std::string> words = end.next == NextStep::view ? std::vector<std::string>{"view"} : go_on;
+int run_live(std::unique_ptr<RawFrameSource> source, LiveOptions options, const LiveArguments& arguments,
+             WindowOptions window, const NextScans& next) {
+  window.can_go_on = !next.go_on.empty();
+  bool joins = !arguments.continued.empty() && !options.continued;
+  UsualPriority usual_priority;
+  if (!arguments.headless) lower_thread_priority();  // drawing goes after tracking
+  const LiveEnd end = run_scans(
+      arguments, window, next,
+      [&](const WindowOptions& one) {
+        LiveEnd of_scan = run_to_its_end(options, arguments, one, usual_priority, [&] {
+          return std::make_unique<LiveSlam>(std::move(source), options);
+        });
+        if (std::exchange(joins, false)) {
+          join_with_continued(options.run_folder, arguments);
+          of_scan.run_folder = arguments.continued;
+        }
+        return of_scan;
+      },
+      [&](LiveEnd& last, const std::filesystem::path& run_folder) {
+        source = std::move(open_again(next, std::move(last.backgrounds)).front());
+        options = of_next_scan(std::move(options), next.configs.front(), run_folder);
+      });
+  finish(options);
+  if (end.window.next == NextStep::none) return end.exit_code;
+  std::vector<std::string> words =
+      end.window.next == NextStep::view ? std::vector<std::string>{"view"} : next.go_on;
   words.push_back(end.run_folder);
   words.push_back(fmt::format("--ui-scale={}", arguments.ui_scale));
   become(words);
 }
 
-int run_live_rig(std::array<LiveRig::Sensor, 2> sensors, const LiveArguments& arguments) {
+int run_live_rig(std::array<LiveRig::Sensor, 2> sensors, const LiveArguments& arguments,
+                 const NextScans& next) {
   const bool goes_on = !arguments.continued.empty();
-  const LiveRigOptions rig{goes_on ? arguments.continued : arguments.run_folder, arguments.overwrite,
-                           arguments.rig, arguments.opening, goes_on};
-  const LiveOptions first = sensors[0].options;
-  const LiveEnd end =
-      run_to_its_end<LiveRig>(first, arguments, prepare_window(first, arguments), std::move(sensors), rig);
-  if (end.next == NextStep::view)
+  LiveRigOptions rig{goes_on ? arguments.continued : arguments.run_folder, arguments.overwrite, arguments.rig,
+                     arguments.opening, goes_on};
+  std::array<LiveOptions, 2> options = {sensors[0].options, sensors[1].options};
+  const WindowOptions window = prepare_window(options[0], arguments);
+  UsualPriority usual_priority;
+  if (!arguments.headless) lower_thread_priority();
+  const LiveEnd end = run_scans(
+      arguments, window, next,
+      [&](const WindowOptions& one) {
+        return run_to_its_end(options[0], arguments, one, usual_priority,
+                              [&] { return std::make_unique<LiveRig>(std::move(sensors), rig); });
+      },
+      [&](LiveEnd& last, const std::filesystem::path& run_folder) {
+        rig.run_folder = run_folder;
+        rig.overwrite = rig.continued = false;
+        auto cameras = open_again(next, std::move(last.backgrounds));
+        for (std::size_t i = 0; i < 2; ++i) {
+          options[i] = of_next_scan(std::move(options[i]), next.configs[i],
+                                    run_of_sensor(run_folder, static_cast<int>(i)));
+          sensors[i] = {std::move(cameras[i]), options[i]};
+        }
+      });
+  finish(options[0]);
+  if (end.window.next == NextStep::view)
     become({"view", end.run_folder, fmt::format("--ui-scale={}", arguments.ui_scale)});
   return end.exit_code;
 }

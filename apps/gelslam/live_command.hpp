@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <array>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -40,14 +41,24 @@ struct LiveArguments {
 /// script or the display refuse. Makes nothing, so that it can be asked before a camera is disturbed.
 WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& arguments);
 
-/// Runs a scan until it is saved. The first Ctrl-C stops it, the second saves at once what there is, the
-/// third ends the program. Returns the exit code. When the person chose to look at the run or to go on, this
-/// program begins anew with those arguments instead, `go_on` and the run folder or "view" and the run folder.
-int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
-             const LiveArguments& arguments, WindowOptions window,
-             const std::vector<std::string>& go_on = {});
+/// What follows a scan where there is a camera.
+struct NextScans {
+  /// Opens the cameras once more for another scan, one by sensor.
+  std::function<std::vector<std::unique_ptr<RawFrameSource>>()> open;
+  std::vector<Config> configs;     ///< by sensor
+  std::vector<std::string> go_on;  ///< the command that continues the run whose folder comes next; or empty
+};
+
+/// Runs a scan until it is saved, and one after another those that the person begins then: RUN-2, RUN-3, ...,
+/// each with the background of the one before. The first Ctrl-C stops it, the second saves at once what there
+/// is, the third ends the program. Returns the worst exit code. When the person chose to look at the run or
+/// to go on, this program begins anew with those arguments instead, next.go_on and the run folder or "view"
+/// and the run folder.
+int run_live(std::unique_ptr<RawFrameSource> source, LiveOptions options, const LiveArguments& arguments,
+             WindowOptions window, const NextScans& next = {});
 
 /// The same of two sensors, without a window to go on in.
-int run_live_rig(std::array<LiveRig::Sensor, 2> sensors, const LiveArguments& arguments);
+int run_live_rig(std::array<LiveRig::Sensor, 2> sensors, const LiveArguments& arguments,
+                 const NextScans& next = {});
 
 }  // namespace gelslam

@@ -100,6 +100,12 @@ inline void remove_in_use(const fs::path& folder) {
   }));
 }
 
+/// The peanut touches from the first frame on.
+inline std::unique_ptr<Pictures> touching_pictures() {
+  return std::make_unique<Pictures>(
+      std::vector<cv::Mat3b>(peanut_pictures().begin() + kBackgroundFrames, peanut_pictures().end()));
+}
+
 class Live : public testing::Test {
  protected:
   Live() {

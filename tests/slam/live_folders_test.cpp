@@ -1,4 +1,4 @@
-// New scans, scans that go on, and what of them is saved where.
+// Scans that go on, and what of them is saved where.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -7,10 +7,11 @@
 #include <fstream>
 #include <future>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
 
+#include "camera_input.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/file_descriptor.hpp"
-#include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/pose_stream.hpp"
 #include "live_fixture.hpp"
 
@@ -32,21 +33,6 @@ std::string hear_all(const fs::path& path) {
   for (ssize_t count; (count = ::recv(client.get(), bytes, sizeof bytes, 0)) > 0;)
     text.append(bytes, static_cast<std::size_t>(count));
   return text;
-}
-
-/// The peanut is lifted for a frame, and touched again.
-std::vector<cv::Mat3b> lifted_before(int frame) {
-  std::vector<cv::Mat3b> pictures = peanut_pictures();
-  pictures.insert(pictures.begin() + frame, pictures.front());
-  return pictures;
-}
-
-int frames_in(const fs::path& log) {
-  int frames = 0;
-  const auto source = open_raw_log(log, SensorProfile{});
-  while (source->next()) ++frames;
-  EXPECT_EQ(source->lost_frames(), 0) << log;
-  return frames;
 }
 
 TEST_F(Live, UndoTakesBackTheLastTrialOnly) {
@@ -75,111 +61,48 @@ TEST_F(Live, UndoTakesBackTheLastTrialOnly) {
   EXPECT_LE(summary.in_map, kScanFrames);
 }
 
-TEST_F(Live, ANewScanForgetsTheMap) {
-  source = std::make_unique<Pictures>(lifted_before(40));
-  source->before(40, [&] {
-    wait_for_touch(39);
-    session->start_new_scan();
-  });
-  source->before(42, [&] {
-    EXPECT_TRUE(comes_true([&] { return session->map()->scan == 1; }));
-    EXPECT_FALSE(session->status().awaits_new_scan);
-    EXPECT_FALSE(session->take_back_new_scan()) << "too late";
-  });
-  const ReconstructSummary summary = start().wait();
-  EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames - 40);
-  EXPECT_EQ(session->map()->scan, 1);
-  EXPECT_EQ(session->map()->nodes.front().frame, 41);
-}
-
-TEST_F(Live, ANewScanAwaitsTheNextTouch) {
-  source->before(40, [&] {
-    wait_for_touch(39);
-    session->start_new_scan();
-  });
-  source->before(50, [&] {
-    wait_for_touch(49);
-    EXPECT_TRUE(session->status().awaits_new_scan) << "what touches is not lifted";
-    EXPECT_EQ(session->map()->scan, 0);
-  });
-  const ReconstructSummary summary = start().wait();
-  EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames);
-  EXPECT_FALSE(session->status().awaits_new_scan);
-}
-
-TEST_F(Live, ANewScanThatIsTakenBackLosesNoFrame) {
-  options.record = LogAttachments{};
-  source = std::make_unique<Pictures>(lifted_before(40));
-  source->before(40, [&] {
-    wait_for_touch(39);
-    session->save_now();
-    session->start_new_scan();
-  });
-  source->before(41, [&] {
-    wait_for_touch(40);
-    EXPECT_TRUE(session->take_back_new_scan());
-    EXPECT_FALSE(session->take_back_new_scan());
-  });
-  const ReconstructSummary summary = start().wait();
-  EXPECT_EQ(session->map()->scan, 0);
-  EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames + 1);
-  EXPECT_EQ(summary.components, 1) << "the touch after the lift has joined the map";
-  EXPECT_EQ(session->map()->nodes.back().trial, 1);
-  EXPECT_FALSE(fs::exists(folder / "run-2"));
-  EXPECT_EQ(frames_in(options.run_folder / "log.mkv"), kBackgroundFrames + kScanFrames + 1);
-}
-
-TEST_F(Live, ANewScanAfterASaveGetsAFolderAndALogOfItsOwn) {
-  options.record = LogAttachments{};
-  std::string saved;
-  source = std::make_unique<Pictures>(lifted_before(40));
-  source->before(40, [&] {
-    wait_for_touch(39);
-    EXPECT_EQ(session->status().run_folder, (folder / "run").string());
-    session->save_now();
-    EXPECT_EQ(session->status().next_run_folder, (folder / "run-2").string());
-    // The files of a save appear one after the other.
-    EXPECT_TRUE(comes_true([&] {
-      return fs::exists(options.run_folder / "mesh.ply") && fs::exists(options.run_folder / "trajectory.tum");
-    }));
-    saved = read("trajectory.tum");
-    session->start_new_scan();
-  });
-  source->before(kBackgroundFrames + kScanFrames, [&] {
-    EXPECT_TRUE(comes_true([&] { return session->map()->scan == 1; }));
-    EXPECT_EQ(session->status().run_folder, (folder / "run-2").string());
-    EXPECT_EQ(session->status().next_run_folder, "");
-  });
-  const ReconstructSummary summary = start().wait();
-  EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames - 40);
-  EXPECT_EQ(read("trajectory.tum"), saved) << "what was saved stays";
-  const fs::path second = folder / "run-2";
-  const std::string trajectory = read_bytes(second / "trajectory.tum");
-  EXPECT_EQ(std::count(trajectory.begin(), trajectory.end(), '\n'), summary.in_map);
-  // However many frames were on their way when the tracker saw the touch.
-  EXPECT_EQ(frames_in(options.run_folder / "log.mkv"), 41);
-  EXPECT_EQ(frames_in(second / "log.mkv"), kBackgroundFrames + kScanFrames - 40 + kBackgroundFrames);
-}
-
-TEST_F(Live, ANewScanInAContinuedRunLeavesThatRunAsItIs) {
-  options.record = LogAttachments{};
+TEST_F(Live, TheBackgroundIsHandedOnFrameByFrame) {
+  // An object lies on the gel at first: those frames are not the background.
+  std::vector<cv::Mat3b> pictures(peanut_pictures().begin() + 30, peanut_pictures().begin() + 35);
+  pictures.insert(pictures.end(), peanut_pictures().begin(), peanut_pictures().end());
+  source = std::make_unique<Pictures>(pictures);
   start().wait();
-  const std::string record = read("session/scan.jsonl"), mesh = read("mesh.ply"), log = read("log.mkv");
-  continue_run();
-  source = std::make_unique<Pictures>(lifted_before(30));
-  source->before(30, [&] {
-    wait_for_touch(kBackgroundFrames + kScanFrames + 29);
-    EXPECT_EQ(session->status().next_run_folder, (folder / "run-2").string()) << "as the dialog says";
-    session->start_new_scan();
-  });
-  const ReconstructSummary second = start().wait();
-  EXPECT_TRUE(read("session/scan.jsonl").starts_with(record));
-  EXPECT_TRUE(read("mesh.ply") == mesh);
-  EXPECT_TRUE(read("log.mkv") == log);
-  EXPECT_EQ(second.frames, kBackgroundFrames + kScanFrames - 30);
-  const ScanRecord own = read_scan(folder / "run-2/session", NormalFlowOptions{});
-  EXPECT_EQ(static_cast<int>(own.keyframes.size()), second.keyframes);
-  EXPECT_TRUE(fs::exists(folder / "run-2/mesh.ply"));
+  const BackgroundFrames frames = session->background_frames();
+  ASSERT_EQ(std::ssize(frames), kBackgroundFrames);
+  for (int i = 0; i < kBackgroundFrames; ++i) EXPECT_EQ(frames[static_cast<std::size_t>(i)]->index, 5 + i);
+  session.reset();
+  options.background = folder / "bare.png";
+  cv::imwrite(options.background.string(), peanut_pictures().front());
+  options.overwrite = true;
+  source = std::make_unique<Pictures>(peanut_pictures());
+  start().wait();
+  EXPECT_TRUE(session->background_frames().empty()) << "an image is there for the next scan, too";
+}
+
+TEST_F(Live, TheNextScanHasTheSameBackgroundAndALogThatStandsAlone) {
+  options.record = LogAttachments{};
+  const int keyframes = start().wait().keyframes;
+  const BackgroundFrames background = session->background_frames();
+  const std::string first_log = read("log.mkv");
+  options.run_folder = folder / "run-2";
+  std::unique_ptr<Pictures> pictures = touching_pictures();
+  pictures->open();
+  session = std::make_unique<LiveSlam>(
+      after_background(background, std::move(pictures), 0.04 * kBackgroundFrames), options);
+  const ReconstructSummary summary = session->wait();
+  EXPECT_EQ(summary.keyframes, keyframes) << "the same pictures";
+  EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames);
+  const auto log = open_raw_log(options.run_folder / "log.mkv", options.config.sensor);
+  double last_s = -1;
+  int frames = 0;
+  for (; const auto frame = log->next(); ++frames) {
+    EXPECT_GT(frame->time_s, std::exchange(last_s, frame->time_s));
+    if (frames >= kBackgroundFrames) continue;
+    EXPECT_TRUE(frame->bytes == background[static_cast<std::size_t>(frames)]->bytes) << frames;
+  }
+  EXPECT_EQ(frames, kBackgroundFrames + kScanFrames);
+  EXPECT_EQ(log->lost_frames(), 0);
+  EXPECT_TRUE(read_bytes(folder / "run/log.mkv") == first_log);
 }
 
 TEST_F(Live, AStreamShowsTheKeyframesOfTheScanThatGoesOn) {
@@ -240,21 +163,6 @@ TEST_F(Live, AScanThatTouchedNothingGoesOn) {
   }
 }
 
-TEST_F(Live, ANewScanWithoutASaveKeepsFolderAndLog) {
-  options.record = LogAttachments{};
-  source = std::make_unique<Pictures>(lifted_before(40));
-  source->before(40, [&] {
-    wait_for_touch(39);
-    session->start_new_scan();
-  });
-  start().wait();
-  EXPECT_EQ(session->map()->scan, 1);
-  EXPECT_EQ(session->status().run_folder, options.run_folder.string());
-  EXPECT_EQ(frames_in(options.run_folder / "log.mkv"), kBackgroundFrames + kScanFrames + 1);
-  EXPECT_TRUE(fs::exists(options.run_folder / "mesh.ply"));
-  EXPECT_FALSE(fs::exists(folder / "run-2"));
-}
-
 TEST_F(Live, SaysWhenItCouldNotSave) {
   source->before(40, [&] {
     wait_for_touch(39);
@@ -280,19 +188,14 @@ TEST_F(Live, SavesOnTheWayAndGoesOn) {
 }
 
 TEST_F(Live, WhatIsSavedOnTheWayIsTheMapOfThatMoment) {
-  // The first of these keeps the mapper busy, while the tracker goes on to a new scan: the others must not be
-  // made of the old map and the new scan's frames.
-  source = std::make_unique<Pictures>(lifted_before(40));
+  // The first of these keeps the mapper busy, while the tracker goes on: the last must not have its frames.
   source->before(40, [&] {
     wait_for_touch(39);
     for (int i = 0; i < 5; ++i) session->save_now();
-    session->start_new_scan();
   });
-  source->before(45, [&] {
-    EXPECT_TRUE(comes_true(
-        [&] { return session->map()->scan == 1 && session->map()->version > 0; }));  // by the mapper
+  source->before(50, [&] {
+    EXPECT_TRUE(comes_true([&] { return session->map()->nodes.back().frame > 40; }));  // after all saves
     EXPECT_THAT(read("report.json"), HasSubstr("\"total\": 40"));
-    session->stop();
   });
   start().wait();
 }

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <set>
 
+#include "camera_input.hpp"
 #include "gelslam/core/error.hpp"
 #include "live_fixture.hpp"
 
@@ -86,6 +87,28 @@ TEST_F(TwoSensors, TheirMapsAreShownAsOneAndSavedAsOne) {
   EXPECT_EQ(changes.blocks.back().mesh.triangles.size(), summary.triangles);
   EXPECT_TRUE(fs::exists(rig.run_folder / "mesh.ply"));
   for (const int sensor : {0, 1}) EXPECT_TRUE(fs::exists(run_of_sensor(rig.run_folder, sensor) / "mesh.ply"));
+}
+
+TEST_F(TwoSensors, TheNextScanIsOfItsOwnFramesOnly) {
+  const ReconstructSummary first = start_both().wait();
+  const std::array<BackgroundFrames, 2> backgrounds = {both->background_frames(0),
+                                                       both->background_frames(1)};
+  const std::string mesh = read_bytes(rig.run_folder / "mesh.ply");
+  rig.run_folder = folder / "run-2";
+  std::array<LiveRig::Sensor, 2> sensors;
+  for (std::size_t i = 0; i < 2; ++i) {
+    std::unique_ptr<Pictures> pictures = touching_pictures();
+    pictures->open();
+    sensors[i] = {after_background(backgrounds[i], std::move(pictures), 0.04 * kBackgroundFrames), options};
+    sensors[i].options.run_folder = run_of_sensor(rig.run_folder, static_cast<int>(i));
+  }
+  both = std::make_unique<LiveRig>(std::move(sensors), rig);
+  const ReconstructSummary second = both->wait();
+  EXPECT_FALSE(second.partial);
+  EXPECT_EQ(second.frames, first.frames);
+  EXPECT_EQ(second.tracked, first.tracked) << "the same pictures";
+  EXPECT_TRUE(fs::exists(rig.run_folder / "mesh.ply"));
+  EXPECT_TRUE(read_bytes(folder / "run/mesh.ply") == mesh);
 }
 
 TEST_F(TwoSensors, OneGoesOnWhenTheOtherIsUnplugged) {

@@ -148,7 +148,6 @@ void FakeSession::uncover(const Pose& object_T_sensor) {
 void FakeSession::publish_map(int place) {
   auto map = std::make_shared<MapSnapshot>();
   map->version = ++version_;
-  map->scan = map_->scan;
   map->shown_component = 0;
   const Pose map_T_object = places_.front().object_T_sensor.inverse();
   for (int i = 0; i <= place; ++i) {
@@ -252,27 +251,6 @@ void FakeSession::set_paused(bool paused) {
     say(LivePhase::paused, "paused");
   else
     say(LivePhase::scanning, "tracking");
-}
-
-void FakeSession::start_new_scan() {
-  calls.emplace_back("new");
-  status_.awaits_new_scan = true;
-}
-
-bool FakeSession::take_back_new_scan() {
-  calls.emplace_back("take back");
-  return std::exchange(status_.awaits_new_scan, false);
-}
-
-void FakeSession::begin_new_scan() {
-  status_.awaits_new_scan = false;
-  auto empty = std::make_shared<MapSnapshot>();
-  empty->scan = map_->scan + 1;
-  map_ = std::move(empty);
-  touch_ = nullptr;
-  changes_ = {true, {}};
-  seen_.assign(seen_.size(), false);
-  status_.keyframes = status_.loops = status_.trials = status_.components = 0;
 }
 
 void FakeSession::stop() {

@@ -25,15 +25,14 @@ class FakeSession : public LiveSession {
 
   void advance(int frames = 1);  ///< tracks on: new frames, keyframes, loops, blocks of the mesh
   void say(LivePhase phase, const std::string& words, TrackStatus track = TrackStatus::tracked);
-  void release();         ///< nothing touches any more
-  void begin_new_scan();  ///< the touch that was awaited has come
+  void release();  ///< nothing touches any more
   LiveStatus& figures() { return status_; }
   void set_stages(std::vector<StageStatistics> stages) { stages_ = std::move(stages); }
   void leave_the_map();  ///< the touch goes on in a piece that no loop joins yet
   void join_the_map();   ///< a loop has joined it
   void show_bare_gel();  ///< a picture while the background is measured
 
-  /// "pause", "go on", "undo", "new", "take back", "save", "stop": what the window asked for, in order.
+  /// "pause", "go on", "undo", "save", "stop": what the window asked for, in order.
   std::vector<std::string> calls;
 
   /// stop() is followed by so many looks at the status until it is finished; none: it stays finishing.
@@ -46,8 +45,6 @@ class FakeSession : public LiveSession {
   std::vector<StageStatistics> stage_times() const override { return stages_; }
   void set_paused(bool paused) override;
   void undo_last_trial() override { calls.emplace_back("undo"); }
-  void start_new_scan() override;
-  bool take_back_new_scan() override;
   void save_now() override { calls.emplace_back("save"); }
   void stop() override;
   void abort() override { stop(); }

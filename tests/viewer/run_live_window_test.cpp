@@ -72,6 +72,27 @@ TEST(RunLiveWindow, EndedFromTheTerminalItClosesOnceAllIsSaved) {
   EXPECT_GT(asked, 0);
 }
 
+TEST(RunLiveWindow, ANewScanBeginsOnceThisOneIsSavedAndTheScriptGoesOnThere) {
+  if (!can_draw()) GTEST_SKIP() << "no OpenGL here, not even without a display";
+  WindowOptions options = hidden(600, 400);
+  options.next_run_folder = "RUN-2";
+  options.script = "until tracking\nkey n # another\nkey enter; until tracking 5; key space; quit";
+  FakeSession session(2, 1);
+  session.advance(2);
+  session.looks_until_finished = 10;
+  const WindowEnd end = run_live_window(session, options);
+  EXPECT_EQ(end.next, NextStep::new_scan);
+  EXPECT_EQ(session.status().phase, LivePhase::finished) << "not before";
+  FakeSession another(2, 1);
+  another.advance(2);
+  options.script = end.script;
+  EXPECT_EQ(run_live_window(another, options).next, NextStep::none);
+  EXPECT_THAT(another.calls, ElementsAre("pause"));
+  options.script = end.script + "; jump";
+  options.script_name = "demo.txt";
+  EXPECT_THAT(message_of<Error>([&] { run_live_window(another, options); }), HasSubstr("demo.txt, line 3:"));
+}
+
 TEST(RunLiveWindow, AScriptThatWaitsInVainSaysWhere) {
   if (!can_draw()) GTEST_SKIP() << "no OpenGL here, not even without a display";
   FakeSession session(1);

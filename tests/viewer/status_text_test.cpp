@@ -35,16 +35,6 @@ TEST(StateWords, GiveTheUsualAdviceWhereTheSessionGivesNone) {
   EXPECT_EQ(state_words(saying(LivePhase::paused, "")).advice, "Press Space to go on.");
 }
 
-TEST(StateWords, TellThatANewScanIsAwaited) {
-  LiveStatus status = saying(LivePhase::scanning, "no contact", TrackStatus::no_contact);
-  status.awaits_new_scan = true;
-  EXPECT_EQ(state_words(status).advice, "A new scan begins with the next touch. U: undo.");
-  EXPECT_EQ(state_words(status).state, "no_contact");
-  status.phase = LivePhase::paused;
-  EXPECT_EQ(state_words(status).advice,
-            "Press Space to go on. A new scan begins with the next touch. U: undo.");
-}
-
 TEST(StateWords, LeaveTheColorToTheStatus) {
   const StateWords words = state_words(
       saying(LivePhase::scanning, "not joined to the map; touch a place you have seen", TrackStatus::lost));

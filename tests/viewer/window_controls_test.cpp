@@ -25,7 +25,7 @@ class Controls : public testing::Test {
   void ask_to_close() { controls_.perform(Action::close, 0); }
 
   FakeSession session_{1};
-  LiveControls controls_{session_};
+  LiveControls controls_{session_, true, true, "RUN-2"};
 };
 
 TEST_F(Controls, SpacePausesAndGoesOn) {
@@ -39,29 +39,6 @@ TEST_F(Controls, SaveAndUndoReachTheSession) {
   press(GLFW_KEY_U);
   EXPECT_THAT(session_.calls, ElementsAre("save", "undo"));
   EXPECT_EQ(newest_toast(), "The last trial is taken back.");
-}
-
-TEST_F(Controls, ANewScanForgetsWithoutSavingOnlyWhereThatWasChosen) {
-  press(GLFW_KEY_N);
-  press(GLFW_KEY_F);
-  EXPECT_THAT(session_.calls, ElementsAre("new"));
-  session_.begin_new_scan();
-  session_.figures().next_run_folder = "RUN-2";  // the present one is saved already
-  press(GLFW_KEY_N);
-  press(GLFW_KEY_ENTER);
-  EXPECT_THAT(session_.calls, ElementsAre("new", "new"));
-}
-
-TEST_F(Controls, UndoTakesBackANewScanBeforeItsFirstTouch) {
-  press(GLFW_KEY_N);
-  press(GLFW_KEY_F);
-  press(GLFW_KEY_N);  // is awaited already
-  EXPECT_EQ(question(), "");
-  EXPECT_TRUE(controls_.toasts().back().trouble);
-  press(GLFW_KEY_U);
-  EXPECT_EQ(newest_toast(), "No new scan: this one goes on.");
-  press(GLFW_KEY_U);
-  EXPECT_THAT(session_.calls, ElementsAre("new", "take back", "undo"));
 }
 
 TEST_F(Controls, UndoWithoutATrialSaysSo) {
@@ -79,12 +56,34 @@ TEST_F(Controls, StopAndNewScanAskFirst) {
   EXPECT_EQ(question(), "Start a new scan?");
   press(GLFW_KEY_N);  // no
   EXPECT_THAT(session_.calls, IsEmpty());
-  press(GLFW_KEY_N);
-  press(GLFW_KEY_ENTER);
+  EXPECT_EQ(controls_.next_step(), NextStep::none);
   press(GLFW_KEY_ESCAPE);  // asks like Q
   press(GLFW_KEY_Y);
-  EXPECT_THAT(session_.calls, ElementsAre("save", "new", "stop"));
+  EXPECT_THAT(session_.calls, ElementsAre("stop"));
   EXPECT_FALSE(controls_.wants_to_close()) << "the window stays until all is saved";
+}
+
+TEST_F(Controls, ANewScanFinishesThisOne) {
+  press(GLFW_KEY_N);
+  EXPECT_THAT(controls_.question()->sentence, testing::HasSubstr("RUN-2"));
+  press(GLFW_KEY_ENTER);
+  EXPECT_THAT(session_.calls, ElementsAre("stop"));
+  EXPECT_EQ(controls_.next_step(), NextStep::new_scan);
+  ask_to_close();  // it is being saved
+  press(GLFW_KEY_ENTER);
+  EXPECT_TRUE(controls_.wants_to_close());
+  EXPECT_EQ(controls_.next_step(), NextStep::none) << "who closes the window wants no other scan";
+}
+
+TEST_F(Controls, ANewScanMayBeginOnceThisOneIsFinishedAndNeedsACamera) {
+  session_.say(LivePhase::finished, "");
+  LiveControls without_camera(session_);
+  without_camera.press_key(GLFW_KEY_N, 0);
+  EXPECT_TRUE(without_camera.toasts().back().trouble);
+  EXPECT_FALSE(without_camera.wants_to_close());
+  press(GLFW_KEY_N);
+  EXPECT_TRUE(controls_.wants_to_close());
+  EXPECT_EQ(controls_.next_step(), NextStep::new_scan);
 }
 
 TEST_F(Controls, KeysDoNothingElseWhileADialogAsks) {
@@ -111,7 +110,7 @@ TEST_F(Controls, ClosingDependsOnThePhase) {
 
 TEST_F(Controls, NothingReachesASessionThatIsOver) {
   session_.say(LivePhase::finished, "");
-  for (const int key : {GLFW_KEY_SPACE, GLFW_KEY_U, GLFW_KEY_S, GLFW_KEY_N}) {
+  for (const int key : {GLFW_KEY_SPACE, GLFW_KEY_U, GLFW_KEY_S}) {
     press(key);
     EXPECT_TRUE(newest_toast().starts_with("The scan is over")) << newest_toast();
   }

@@ -22,9 +22,8 @@ TEST_F(Window, FinishedOffersWhatToDoNext) {
   session_.stop();
   session_.say(LivePhase::finished, "");
   const cv::Mat3b shown = picture("end");
-  for (const char* text : {"at most 0.03 mm, 0.2", "nothing", "Keyframes"})
-    expect_text(shown, text, theme::kText);
-  for (const char* label : {"View", "Go on scanning"}) EXPECT_NE(find(label), nullptr) << label;
+  for (const char* text : {"at most 0.03 mm, 0.2", "nothing"}) expect_text(shown, text, theme::kText);
+  for (const char* label : {"Keyframes", "View", "Go on scanning"}) EXPECT_NE(find(label), nullptr) << label;
   session_.figures().components = 3;
   expect_text(picture("end_with_pieces"), "2 of 3 pieces", theme::kAmber);
   press(GLFW_KEY_O);

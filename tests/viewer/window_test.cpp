@@ -157,6 +157,8 @@ TEST_F(Window, HelpNamesEveryKeyAndFits) {
 }
 
 TEST_F(Window, ButtonsAndDialogsWorkByMouse) {
+  options_.next_run_folder = "RUN-2";
+  window_ = std::make_unique<LiveWindow>(session_, options_);
   scan(2);
   const auto click = [this](const std::string& text) {
     picture("before_click");
@@ -175,7 +177,8 @@ TEST_F(Window, ButtonsAndDialogsWorkByMouse) {
   click("Go on");
   click("New scan");
   expect_text(picture("new_scan"), "Start a new scan?", theme::kText);
-  click("Keep it");
+  EXPECT_NE(find("RUN-2"), nullptr);
+  click("Go on scanning");
   click("Stop");
   click("Save");  // lies under the dialog
   click("Stop and save");
@@ -241,6 +244,7 @@ TEST_F(Window, ADistanceIsMeasuredBetweenTwoPlaces) {
 }
 
 TEST_F(Window, AllButtonsHaveRoomAtTheUsualSize) {
+  options_.next_run_folder = "RUN-2";
   options_.width_px = WindowOptions().width_px;
   window_ = std::make_unique<LiveWindow>(session_, options_);
   picture("usual_size");
@@ -280,24 +284,6 @@ TEST_F(Window, DrawsOnlyWhenThereIsSomethingNew) {
   EXPECT_FALSE(window_->turn(now_s_ += 0.02));
   session_.advance();
   EXPECT_TRUE(window_->turn(now_s_ += 0.02));
-}
-
-TEST_F(Window, ANewScanForgetsTheMesh) {
-  const cv::Mat3b empty = picture("before");
-  scan(6);
-  show_all();
-  EXPECT_GT(change(empty, picture("full"), view()), 0.15);
-  press(GLFW_KEY_N);
-  press(GLFW_KEY_ENTER);
-  EXPECT_THAT(session_.calls, ElementsAre("save", "new"));
-  const cv::Mat3b awaited = picture("awaited");
-  expect_text(awaited, "A new scan begins with the next touch. U: undo.", theme::kText);
-  EXPECT_NE(find("Undo new scan"), nullptr);
-  EXPECT_EQ(find("New scan"), nullptr);
-  EXPECT_GT(change(empty, awaited, view()), 0.15) << "until then the old one is there";
-  session_.begin_new_scan();
-  picture("forgotten");
-  EXPECT_NE(find("Roll slowly"), nullptr) << "as at the start";
 }
 
 }  // namespace

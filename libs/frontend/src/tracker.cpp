@@ -86,10 +86,6 @@ void Tracker::limit_relocalization(double share_of_time, Clock clock) {
   clock_ = std::move(clock);
 }
 
-bool Tracker::begins_touch(const Surface& surface) const {
-  return !in_trial_ && surface.contact_pixels >= options_.contact_threshold_px;
-}
-
 TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surface) {
   TrackedFrame result;
   result.frame = frame;
@@ -97,7 +93,7 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
   relocalization_debt_s_ = std::max(
       0.0, relocalization_debt_s_ - relocalization_share_ * (time_s - std::exchange(last_time_s_, time_s)));
   if (in_trial_ ? surface->contact_pixels < options_.contact_threshold_px / kContactShrinks
-                : !begins_touch(*surface)) {
+                : surface->contact_pixels < options_.contact_threshold_px) {
     end_trial(result);
     return result;
   }

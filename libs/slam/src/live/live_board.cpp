@@ -147,21 +147,6 @@ void LiveBoard::set_log_bytes(std::int64_t bytes) {
   status_.log_bytes = bytes;
 }
 
-void LiveBoard::set_background_end(std::int64_t index) {
-  const std::lock_guard lock(mutex_);
-  background_end_ = index;
-}
-
-std::int64_t LiveBoard::background_end() const {
-  const std::lock_guard lock(mutex_);
-  return background_end_;
-}
-
-LiveClock::time_point LiveBoard::tracked_until() const {
-  const std::lock_guard lock(mutex_);
-  return tracked_until_;
-}
-
 void LiveBoard::set_touch(LiveTouch touch, int trial, const std::string& why_lost,
                           LiveClock::time_point arrived) {
   auto newest = std::make_shared<const LiveTouch>(std::move(touch));
@@ -170,14 +155,12 @@ void LiveBoard::set_touch(LiveTouch touch, int trial, const std::string& why_los
   touch_ = std::move(newest);
   if (trial_ != trial) why_lost_ = why_lost;
   trial_ = trial;
-  tracked_until_ = arrived;
   meter_.posed(now, 1000.0 * seconds(now - arrived));
 }
 
 void LiveBoard::set_map(std::shared_ptr<const MapSnapshot> newest) {
   std::set<int> trials = shown_trials(*newest);
   const std::lock_guard lock(mutex_);
-  if (newest->scan != scan_) return;
   map_ = std::move(newest);
   shown_trials_ = std::move(trials);
   status_.keyframes = static_cast<int>(map_->nodes.size());
@@ -188,9 +171,8 @@ void LiveBoard::set_map(std::shared_ptr<const MapSnapshot> newest) {
   status_.gradient_scale = map_->gradient_scale;
 }
 
-void LiveBoard::add_blocks(int scan, bool cleared, std::vector<MeshBlock> blocks) {
+void LiveBoard::add_blocks(bool cleared, std::vector<MeshBlock> blocks) {
   const std::lock_guard lock(mutex_);
-  if (scan != scan_) return;
   if (cleared) {
     changed_blocks_.clear();
     mesh_cleared_ = true;
@@ -203,26 +185,11 @@ void LiveBoard::add_blocks(int scan, bool cleared, std::vector<MeshBlock> blocks
 
 void LiveBoard::show_saved(const SlamMap& saved, const Mesh& mesh) {
   auto snapshot = std::make_shared<MapSnapshot>(snapshot_of(saved));
-  const std::shared_ptr<const MapSnapshot> shown = map();
-  snapshot->scan = shown->scan;
-  snapshot->version = shown->version + 1;
+  snapshot->version = map()->version + 1;
   set_map(std::move(snapshot));
   MeshBlock whole;
   whole.mesh = mesh;
-  add_blocks(shown->scan, true, {std::move(whole)});
-}
-
-void LiveBoard::start_scan(int scan) {
-  auto empty = std::make_shared<MapSnapshot>();
-  empty->scan = scan;
-  const std::lock_guard lock(mutex_);
-  scan_ = scan;
-  map_ = std::move(empty);
-  shown_trials_.clear();
-  why_lost_.clear();
-  changed_blocks_.clear();
-  mesh_cleared_ = true;
-  status_.keyframes = status_.loops = status_.trials = status_.components = 0;
+  add_blocks(true, {std::move(whole)});
 }
 
 bool LiveBoard::has_contact() const {

@@ -54,15 +54,11 @@ class LiveBoard {
   void source_ended();  ///< the rate stays what it was
   void frame_damaged();
   void set_log_bytes(std::int64_t bytes);
-  void set_background_end(std::int64_t index);  ///< last frame of the background
-  std::int64_t background_end() const;          ///< -1: there is none
-  LiveClock::time_point tracked_until() const;  ///< arrival of the newest frame that was tracked
   void set_touch(LiveTouch touch, int trial, const std::string& why_lost, LiveClock::time_point arrived);
   void set_map(std::shared_ptr<const MapSnapshot> map);
-  void add_blocks(int scan, bool cleared, std::vector<MeshBlock> blocks);
-  /// In place of what was good enough while it grew: what was saved of the present scan.
+  void add_blocks(bool cleared, std::vector<MeshBlock> blocks);
+  /// In place of what was good enough while it grew: what was saved.
   void show_saved(const SlamMap& map, const Mesh& mesh);
-  void start_scan(int scan);  ///< what belongs to earlier scans is forgotten, and ignored when it comes late
 
   // The window.
   LiveStatus status() const;
@@ -83,17 +79,14 @@ class LiveBoard {
   mutable std::mutex mutex_;
   const LiveClock::time_point start_ = LiveClock::now();
   std::optional<LiveClock::time_point> source_end_, end_;
-  std::int64_t background_end_ = -1;
   LiveStatus status_;  // without its warning
   std::vector<Warning> warnings_;
   LiveMeter meter_;
   std::shared_ptr<const LiveTouch> touch_;
-  LiveClock::time_point tracked_until_;
   int trial_ = -1;
   std::string why_lost_;
   std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
   std::set<int> shown_trials_;
-  int scan_ = 0;
   bool mesh_cleared_ = false;
   std::map<std::int64_t, MeshBlock> changed_blocks_;
 };

@@ -41,7 +41,7 @@ bool FusionStage::work() {
   const auto scope = timer_.measure("fusion");
   try {
     const bool work_left = fusion_->work();
-    board_.add_blocks(scan_, std::exchange(cleared_, false), fusion_->take_changed_blocks());
+    board_.add_blocks(std::exchange(cleared_, false), fusion_->take_changed_blocks());
     return work_left;
   } catch (const Error& error) {
     board_.warn(error.what());
@@ -50,9 +50,8 @@ bool FusionStage::work() {
 }
 
 void FusionStage::follow(const MapSnapshot& map) {
-  if (!fusion_ || map.scan != scan_ || map.shown_component != component_) {
+  if (!fusion_ || map.shown_component != component_) {
     fusion_ = std::make_unique<IncrementalFusion>(options_, IncrementalOptions{});
-    scan_ = map.scan;
     component_ = map.shown_component;
     cleared_ = true;
   }

@@ -31,8 +31,8 @@ class FusionStage {
   LiveBoard& board_;
   StageTimer& timer_;
   std::unique_ptr<IncrementalFusion> fusion_;
-  int scan_ = 0, component_ = -1;  // what fusion_ holds
-  bool cleared_ = false;           // not told to the board yet
+  int component_ = -1;    // what fusion_ holds
+  bool cleared_ = false;  // not told to the board yet
 
   std::mutex mutex_;
   std::condition_variable changed_;

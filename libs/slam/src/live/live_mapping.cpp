@@ -13,14 +13,8 @@ constexpr std::chrono::milliseconds kMaxUpdateInterval{200};
 
 void MappingStage::restore(const ScanRecord& record, const Found& found) {
   const auto scope = timer_.measure("loop closure");
-  for (auto& [keyframe, loops] : mapper_->restore(record)) found(scan_, keyframe, loops);
-  mapper_->optimize();
-}
-
-MapSnapshot MappingStage::snapshot() const {
-  MapSnapshot map = mapper_->snapshot();
-  map.scan = scan_;
-  return map;
+  for (auto& [keyframe, loops] : mapper_.restore(record)) found(keyframe, loops);
+  mapper_.optimize();
 }
 
 void MappingStage::run(MapperQueue& in, const std::atomic<bool>& aborted, const Found& found,
@@ -29,25 +23,22 @@ void MappingStage::run(MapperQueue& in, const std::atomic<bool>& aborted, const 
   bool changed = false;
   const auto handle = [&](const MapperMessage& message) {
     if (const auto* question = std::get_if<FindNeighborhood>(&message)) {
-      question->answer->set_value(mapper_->neighborhood(question->keyframe));
+      question->answer->set_value(mapper_.neighborhood(question->keyframe));
       return;
     }
     changed = true;
     if (const auto* added = std::get_if<NewKeyframe>(&message)) {
       const auto scope = timer_.measure("loop closure");
       const bool search_loops = !aborted;
-      std::vector<PoseGraphEdge> loops = mapper_->add_keyframe(*added, search_loops);
-      if (search_loops) found(scan_, added->keyframe->id, std::move(loops));
+      std::vector<PoseGraphEdge> loops = mapper_.add_keyframe(*added, search_loops);
+      if (search_loops) found(added->keyframe->id, std::move(loops));
     } else if (const auto* forget = std::get_if<ForgetFromTrial>(&message)) {
-      mapper_->forget_from_trial(forget->trial);
-    } else if (const auto* start = std::get_if<StartScan>(&message)) {
-      mapper_.emplace(options_);
-      scan_ = start->scan;
+      mapper_.forget_from_trial(forget->trial);
     } else {
       save(std::get<SaveSoFar>(message));
     }
   };
-  publish(std::make_shared<const MapSnapshot>(snapshot()));
+  publish(std::make_shared<const MapSnapshot>(mapper_.snapshot()));
   while (const std::optional<MapperMessage> message = in.pop()) {
     handle(*message);
     // Handle what has arrived meanwhile before the graph is solved once for all of it. A time limit keeps the
@@ -61,11 +52,11 @@ void MappingStage::run(MapperQueue& in, const std::atomic<bool>& aborted, const 
     if (!std::exchange(changed, false)) continue;
     {
       const auto scope = timer_.measure("pose graph");
-      mapper_->update();
+      mapper_.update();
     }
     if (in.size() == 0) optimize_if_needed();
     if (in.size() == 0) assess_if_due();
-    publish(std::make_shared<const MapSnapshot>(snapshot()));
+    publish(std::make_shared<const MapSnapshot>(mapper_.snapshot()));
   }
 }
 
@@ -75,7 +66,7 @@ void MappingStage::assess_if_due() {
   if (start < next_assessment_) return;
   {
     const auto scope = timer_.measure("uncertainty");
-    mapper_->assess();
+    mapper_.assess();
   }
   const LiveClock::time_point end = LiveClock::now();
   next_assessment_ = end + std::max<LiveClock::duration>(std::chrono::milliseconds(500), 19 * (end - start));
@@ -85,10 +76,10 @@ void MappingStage::assess_if_due() {
 /// tenth of the time.
 void MappingStage::optimize_if_needed() {
   const LiveClock::time_point start = LiveClock::now();
-  if (!mapper_->has_new_loops() || start < next_optimization_) return;
+  if (!mapper_.has_new_loops() || start < next_optimization_) return;
   {
     const auto scope = timer_.measure("pose graph, whole");
-    mapper_->optimize();
+    mapper_.optimize();
   }
   const LiveClock::time_point end = LiveClock::now();
   next_optimization_ = end + std::max<LiveClock::duration>(std::chrono::seconds(1), 9 * (end - start));
@@ -96,7 +87,7 @@ void MappingStage::optimize_if_needed() {
 
 SlamMap MappingStage::finish(const std::vector<FrameRecord>& records,
                              const std::function<bool()>& stop_requested, ProgressSink* progress) const {
-  return mapper_->finish(records, !stop_requested(), stop_requested, progress);
+  return mapper_.finish(records, !stop_requested(), stop_requested, progress);
 }
 
 }  // namespace gelslam::slam::detail

@@ -14,11 +14,10 @@ namespace gelslam::slam::detail {
 /// poses when the queue is empty.
 class MappingStage {
  public:
-  MappingStage(const SlamOptions& options, StageTimer& timer)
-      : options_(options), mapper_(std::in_place, options), timer_(timer) {}
+  MappingStage(const SlamOptions& options, StageTimer& timer) : mapper_(options), timer_(timer) {}
 
   /// What was found of a keyframe that was searched for loops.
-  using Found = std::function<void(int scan, int keyframe, std::vector<PoseGraphEdge> loops)>;
+  using Found = std::function<void(int keyframe, std::vector<PoseGraphEdge> loops)>;
 
   /// Before run(): continues a scan.
   void restore(const ScanRecord& record, const Found& found);
@@ -32,17 +31,13 @@ class MappingStage {
   /// or after it.
   SlamMap finish(const std::vector<FrameRecord>& records, const std::function<bool()>& stop_requested,
                  ProgressSink* progress = nullptr) const;
-  int scan() const { return scan_; }  ///< from 0; from the thread of run() or after it
 
  private:
   void optimize_if_needed();
   void assess_if_due();
-  MapSnapshot snapshot() const;
 
-  const SlamOptions options_;
-  std::optional<Mapper> mapper_;
+  Mapper mapper_;
   StageTimer& timer_;
-  int scan_ = 0;
   LiveClock::time_point next_optimization_ = LiveClock::now(), next_assessment_ = next_optimization_;
 };
 

@@ -36,11 +36,8 @@ using TrackerMessage = std::variant<SurfacedFrame, BreakTrial, UndoTrial, SaveNo
 struct ForgetFromTrial {
   int trial = 0;
 };
-struct StartScan {
-  int scan = 0;
-};
-/// With what had become of the frames when it was asked for: by the time the mapper hears of it, the tracker
-/// may have gone on to another scan, whose frames do not belong to this map.
+/// With what had become of the frames when it was asked for: the tracker has gone on when the mapper hears
+/// of it.
 struct SaveSoFar {
   std::vector<FrameRecord> records;
   std::uintmax_t scan_bytes = 0;
@@ -52,7 +49,7 @@ struct FindNeighborhood {
   std::shared_ptr<std::promise<Neighborhood>> answer;
 };
 
-using MapperMessage = std::variant<NewKeyframe, ForgetFromTrial, StartScan, SaveSoFar, FindNeighborhood>;
+using MapperMessage = std::variant<NewKeyframe, ForgetFromTrial, SaveSoFar, FindNeighborhood>;
 
 using RawQueue = BoundedQueue<RawFramePtr>;
 using TrackerQueue = BoundedQueue<TrackerMessage>;

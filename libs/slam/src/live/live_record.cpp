@@ -14,13 +14,9 @@ void RecordStage::run(RecordQueue& in, bool continued) {
       is_whole_ = false;
     }
   };
-  guarded(
-      [&] { writer_ = continued ? ScanWriter::append(folder_of_(0)) : ScanWriter::begin(folder_of_(0)); });
+  guarded([&] { writer_ = continued ? ScanWriter::append(folder_) : ScanWriter::begin(folder_); });
   while (const std::optional<RecordMessage> message = in.pop()) {
-    if (std::holds_alternative<StartScan>(*message))
-      guarded([&] { handle(std::get<StartScan>(*message)); });
-    else if (writer_)
-      guarded([&] { std::visit([&](const auto& content) { handle(content); }, *message); });
+    if (writer_) guarded([&] { std::visit([&](const auto& content) { handle(content); }, *message); });
   }
   if (writer_) guarded([&] { writer_->flush(); });
 }
@@ -31,9 +27,7 @@ void RecordStage::handle(const NewKeyframe& added) {
   writer_->add_keyframe(*added.keyframe, added.link.previous ? &link : nullptr);
 }
 
-void RecordStage::handle(const LoopsFound& found) {
-  if (found.scan == scan_) writer_->add_loops(found.keyframe, found.loops);
-}
+void RecordStage::handle(const LoopsFound& found) { writer_->add_loops(found.keyframe, found.loops); }
 
 void RecordStage::handle(const FrameRecord& frame) {
   if (!part_is_written_) {
@@ -42,13 +36,6 @@ void RecordStage::handle(const FrameRecord& frame) {
     part_is_written_ = true;
   }
   writer_->add_frame(frame);
-}
-
-void RecordStage::handle(StartScan start) {
-  scan_ = start.scan;
-  part_is_written_ = false;
-  is_whole_ = true;
-  writer_ = ScanWriter::begin(folder_of_(scan_));
 }
 
 }  // namespace gelslam::slam::detail

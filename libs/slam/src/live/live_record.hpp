@@ -2,7 +2,6 @@
 
 #include <atomic>
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <variant>
 #include <vector>
@@ -16,21 +15,21 @@
 namespace gelslam::slam::detail {
 
 struct LoopsFound {
-  int scan = 0, keyframe = 0;
+  int keyframe = 0;
   std::vector<PoseGraphEdge> loops;
 };
 
-using RecordMessage = std::variant<NewKeyframe, LoopsFound, FrameRecord, ForgetFromTrial, StartScan>;
+using RecordMessage = std::variant<NewKeyframe, LoopsFound, FrameRecord, ForgetFromTrial>;
 using RecordQueue = BoundedQueue<RecordMessage>;
 
 /// The thread that writes the session while the scan goes on. A full disk ends the session, not the scan.
 class RecordStage {
  public:
-  /// `folder_of`: the session folder of a scan. `part`: what the first scan begins or continues with.
-  RecordStage(std::function<std::filesystem::path(int)> folder_of, ScanPart part, LiveBoard& board)
-      : folder_of_(std::move(folder_of)), part_(std::move(part)), board_(board) {}
+  /// `folder`: the session's. `part`: what the scan begins or continues with.
+  RecordStage(std::filesystem::path folder, ScanPart part, LiveBoard& board)
+      : folder_(std::move(folder)), part_(std::move(part)), board_(board) {}
 
-  /// `continued`: the first scan's record is there and goes on.
+  /// `continued`: the scan's record is there and goes on.
   void run(RecordQueue& in, bool continued);
   bool is_whole() const { return is_whole_; }  ///< thread-safe
 
@@ -39,14 +38,12 @@ class RecordStage {
   void handle(const LoopsFound& found);
   void handle(const FrameRecord& frame);
   void handle(ForgetFromTrial forget) { writer_->forget_from_trial(forget.trial); }
-  void handle(StartScan start);
 
-  const std::function<std::filesystem::path(int)> folder_of_;
+  const std::filesystem::path folder_;
   ScanPart part_;
   LiveBoard& board_;
   std::optional<ScanWriter> writer_;  // none after a failure
   std::atomic<bool> is_whole_{true};
-  int scan_ = 0;
   bool part_is_written_ = false;
 };
 

@@ -45,8 +45,6 @@ LiveStatus status_of_both(const LiveStatus& first, const LiveStatus& second, boo
   both.failure = of_both(first.failure, second.failure);
   both.source = first.source + "; " + second.source;
   both.run_folder = first.run_folder;
-  both.next_run_folder = first.next_run_folder;
-  both.awaits_new_scan = first.awaits_new_scan || second.awaits_new_scan;
   both.frames = first.frames + second.frames;
   both.lost_by_camera = first.lost_by_camera + second.lost_by_camera;
   both.dropped = first.dropped + second.dropped;
@@ -66,7 +64,6 @@ LiveStatus status_of_both(const LiveStatus& first, const LiveStatus& second, boo
 struct LiveRig::Impl {
   Impl(std::array<Sensor, 2> sensors, const LiveRigOptions& rig_options)
       : options(rig_options),
-        scans{sensors[0].options.run_folder, sensors[1].options.run_folder},
         first(std::move(sensors[0].source), sensors[0].options),
         second(std::move(sensors[1].source), sensors[1].options),
         view(given.pose, !options.openings.empty()) {
@@ -80,7 +77,6 @@ struct LiveRig::Impl {
 
   const LiveRigOptions options;
   const GivenRig given = read_given_rig(options.rig, "");  // before the sensors start
-  const std::array<std::filesystem::path, 2> scans;        // the first ones
   LiveSlam first, second;
   LiveBoard board{""};  // from when both have ended
   std::atomic<bool> aborted{false};
@@ -139,11 +135,10 @@ void LiveRig::Impl::end_of(LiveSlam& session, int sensor) {
 
 void LiveRig::Impl::join() {
   MergeRequest request;
-  request.runs = {first.status().run_folder, second.status().run_folder};
+  if (options.continued) request.runs.push_back(options.run_folder);
+  for (const LiveSlam* session : {&first, &second}) request.runs.emplace_back(session->status().run_folder);
   request.run_folder = options.run_folder;
   request.in_place = options.continued;
-  if (options.continued)  // scans that the person began later are of other objects
-    request.runs = {options.run_folder, scans[0], scans[1]};
   request.overwrite = options.overwrite;
   request.has_rig = true;
   request.rig = given;
@@ -190,7 +185,6 @@ LiveStatus LiveRig::status() const {
   if (status.phase != LivePhase::finished || impl_->failure) return status;
   const ReconstructSummary& summary = impl_->summary;
   status.run_folder = impl_->options.run_folder.string();
-  status.next_run_folder.clear();
   status.keyframes = summary.keyframes;
   status.loops = summary.loops;
   status.trials = summary.trials;
@@ -235,16 +229,6 @@ void LiveRig::undo_last_trial() {
   (impl_->view.shows_second() ? impl_->second : impl_->first).undo_last_trial();
 }
 
-void LiveRig::start_new_scan() {
-  impl_->first.start_new_scan();
-  impl_->second.start_new_scan();
-}
-
-bool LiveRig::take_back_new_scan() {
-  const bool first = impl_->first.take_back_new_scan(), second = impl_->second.take_back_new_scan();
-  return first && second;
-}
-
 void LiveRig::save_now() {
   impl_->first.save_now();
   impl_->second.save_now();
@@ -266,6 +250,10 @@ ReconstructSummary LiveRig::wait() {
   const std::lock_guard lock(impl_->mutex);
   if (impl_->failure) std::rethrow_exception(impl_->failure);
   return impl_->summary;
+}
+
+BackgroundFrames LiveRig::background_frames(int sensor) const {
+  return (sensor == 0 ? impl_->first : impl_->second).background_frames();
 }
 
 }  // namespace gelslam

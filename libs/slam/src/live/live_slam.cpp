@@ -7,13 +7,14 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/process.hpp"
+#include "gelslam/sensor/log_recorder.hpp"
 #include "gelslam/slam/pose_stream.hpp"
 #include "live/live_fusion.hpp"
 #include "live/live_mapping.hpp"
 #include "live/live_record.hpp"
 #include "live/live_surface.hpp"
 #include "live/live_tracking.hpp"
-#include "live/scan_folders.hpp"
+#include "run_folder/live_run.hpp"
 
 namespace gelslam {
 
@@ -31,6 +32,21 @@ std::optional<double> relocalization_share(const LiveOptions& options) {
   return 0.5;
 }
 
+/// Null: nothing is kept.
+std::shared_ptr<LiveRun> run_of(const LiveOptions& options) {
+  if (options.run_folder.empty()) return nullptr;
+  if (options.continued) return LiveRun::resume(options.run_folder, options.config, options.continued->lock);
+  return LiveRun::begin(options.run_folder, options.overwrite, options.log, options.config);
+}
+
+std::unique_ptr<LogRecorder> recorder_of(const LiveOptions& options, const RawFrameSource& source,
+                                         const std::filesystem::path& log) {
+  LogRecorderOptions recorder;
+  if (options.record_resized) recorder.resize_to = {options.config.sensor};
+  return std::make_unique<LogRecorder>(std::make_unique<LogWriter>(log, *options.record, source.rate_hz()),
+                                       recorder);
+}
+
 }  // namespace
 
 struct LiveSlam::Impl {
@@ -41,22 +57,20 @@ struct LiveSlam::Impl {
         surface(options.config, options.background, options.force, board, timer),
         tracking(options.config.slam, relocalization_share(options),
                  options.continued ? &*options.continued : nullptr, options.stream.get(), measured, board,
-                 timer, [this](const SurfacedFrame& touch) { return begins_scan(touch); }),
+                 timer),
         mapping(options.config.slam, timer),
         fusion(options.config.slam.fusion, board, timer),
-        folders(options) {
-    const std::shared_ptr<LiveRun> run = folders.newest();
+        run(run_of(options)) {
     if (!run) return;
     part = part_of(options.config, options.record ? run->log() : options.log);
-    session.emplace([this](int scan) { return folders.of_scan(scan)->session(); }, part, board);
-    // Some frames come before it is known that the background is complete.
-    if (options.record) recording.emplace(options, *source, folders, kQueuedFrames + 2, board);
+    session.emplace(run->session(), part, board);
+    if (options.record) recorder = recorder_of(options, *source, run->log());
   }
 
   void start();
   void capture();
   void take_frames();
-  bool begins_scan(const SurfacedFrame& touch);
+  void report_log();
   void map_keyframes();
   void save_for_now(const SaveSoFar& so_far);
   void finish();
@@ -77,10 +91,10 @@ struct LiveSlam::Impl {
   TrackingStage tracking;
   MappingStage mapping;
   FusionStage fusion;
-  ScanFolders folders;  // after the stages: those that cannot begin leave no folder
+  const std::shared_ptr<LiveRun> run;  // after the stages: those that cannot begin leave no folder
   ScanPart part;
   std::optional<RecordStage> session;     // none: nothing is kept
-  std::optional<LogRecording> recording;  // none: nothing is recorded
+  std::unique_ptr<LogRecorder> recorder;  // null: nothing is recorded
 
   RawQueue raw{kQueuedFrames};
   TrackerQueue surfaced{kQueuedFrames};
@@ -98,16 +112,6 @@ struct LiveSlam::Impl {
   std::jthread fusion_thread;
   std::vector<std::jthread> threads;
 };
-
-/// What was saved before stays as it is: the new scan gets a folder of its own.
-bool LiveSlam::Impl::begins_scan(const SurfacedFrame& touch) {
-  try {
-    return folders.begin_scan(touch.arrived);
-  } catch (const std::exception& error) {
-    board.warn(error.what());
-    return false;
-  }
-}
 
 /// Whatever goes wrong in a stage ends the scan, and the stages behind it save what they have.
 template <typename Work>
@@ -128,7 +132,10 @@ void LiveSlam::Impl::start() {
     guarded([this] { capture(); });
     board.source_ended();
     raw.close();
-    if (recording) recording->finish();
+    if (recorder) {
+      recorder->finish();
+      report_log();  // what went wrong with the last frames, too
+    }
     captured.count_down();
   });
   threads.emplace_back([this] {
@@ -184,9 +191,11 @@ void LiveSlam::Impl::take_frames() {
   while (std::optional<RawFrame> frame = source->next()) {
     board.frame_arrived(frame->arrived, source->lost_frames());
     board.warn_about("the source", source->warning());
-    const bool is_left_out = leaves_out;
-    if (recording) recording->take(*frame, is_left_out);
-    if (is_left_out) continue;
+    if (recorder) {
+      recorder->push(*frame);
+      report_log();
+    }
+    if (leaves_out) continue;
     auto shared = std::make_shared<const RawFrame>(std::move(*frame));
     // What the background needs is waited for, however fast frames come.
     if (options.drop_when_behind && board.phase() != LivePhase::background)
@@ -197,9 +206,16 @@ void LiveSlam::Impl::take_frames() {
   board.warn_about("the source", source->warning());
 }
 
+/// A full disk ends the log, not the scan.
+void LiveSlam::Impl::report_log() {
+  const LogRecorderStatus status = recorder->status();
+  board.set_log_bytes(status.bytes);
+  board.warn_about("the log", status.warning);
+}
+
 void LiveSlam::Impl::map_keyframes() {
-  const auto found = [this](int scan, int keyframe, std::vector<PoseGraphEdge> loops) {
-    measured.push_beyond_limit(LoopsFound{scan, keyframe, std::move(loops)});
+  const auto found = [this](int keyframe, std::vector<PoseGraphEdge> loops) {
+    measured.push_beyond_limit(LoopsFound{keyframe, std::move(loops)});
   };
   if (options.continued) mapping.restore(options.continued->record, found);
   mapping.run(
@@ -224,7 +240,6 @@ void LiveSlam::Impl::save_for_now(const SaveSoFar& so_far) {
 }
 
 void LiveSlam::Impl::finish() {
-  folders.take_back_scan();
   board.set_phase(LivePhase::finishing);
   BoardProgress progress(board);
   SlamMap map;
@@ -244,15 +259,13 @@ void LiveSlam::Impl::finish() {
   }
   board.set_words("saving", TrackStatus::background);
   captured.wait();
-  save(map, mesh, aborted || lost || failed(), folders.record_bytes());
+  save(map, mesh, aborted || lost || failed(), run ? run->record_bytes() : 0);
   if (options.show_mesh) board.show_saved(map, mesh);
-  const std::shared_ptr<LiveRun> run = folders.of_scan(mapping.scan());
   board.set_words(run ? "done: saved in " + run->folder().string() : "done", TrackStatus::background);
 }
 
-/// Of the present scan. Only the first one continues another.
 std::vector<ScanPart> LiveSlam::Impl::parts(const std::vector<FrameRecord>& records) const {
-  if (mapping.scan() == 0 && options.continued) {
+  if (options.continued) {
     std::vector<ScanPart> parts = options.continued->record.parts;
     parts.back().log = part.log;
     return parts;
@@ -272,7 +285,6 @@ void LiveSlam::Impl::save(const SlamMap& map, const Mesh& mesh, bool partial, st
     const std::lock_guard lock(mutex);
     summary = counts;
   }
-  const std::shared_ptr<LiveRun> run = folders.of_scan(mapping.scan());
   if (!run) return;
   const LiveAccount live{status.rate_hz, status.frames, status.lost_by_camera, status.dropped,
                          status.damaged};
@@ -312,10 +324,7 @@ LiveStatus LiveSlam::status() const {
     status.phase = LivePhase::paused;
     status.words = "paused";
   }
-  if (const std::shared_ptr<LiveRun> run = impl_->folders.newest())
-    status.run_folder = run->folder().string();
-  status.next_run_folder = impl_->folders.next().string();
-  status.awaits_new_scan = impl_->folders.awaits_scan();
+  if (impl_->run) status.run_folder = impl_->run->folder().string();
   const std::lock_guard lock(impl_->mutex);
   status.failure = impl_->failure_in_words;
   status.drift_mm = impl_->summary.uncertainty.mm.amount;
@@ -337,12 +346,8 @@ void LiveSlam::set_paused(bool paused) {
   if (impl_->leaves_out.exchange(paused) && !paused) impl_->surfaced.push_beyond_limit(BreakTrial{});
 }
 void LiveSlam::undo_last_trial() { impl_->surfaced.push_beyond_limit(UndoTrial{}); }
-void LiveSlam::start_new_scan() { impl_->folders.ask_for_scan(); }
-bool LiveSlam::take_back_new_scan() { return impl_->folders.take_back_scan(); }
-
 void LiveSlam::save_now() {
-  impl_->folders.keep_newest();
-  impl_->surfaced.push_beyond_limit(SaveNow{impl_->folders.record_bytes()});
+  if (impl_->run) impl_->surfaced.push_beyond_limit(SaveNow{impl_->run->record_bytes()});
 }
 
 void LiveSlam::stop() {
@@ -361,5 +366,7 @@ ReconstructSummary LiveSlam::wait() {
   if (impl_->failure) std::rethrow_exception(impl_->failure);
   return impl_->summary;
 }
+
+BackgroundFrames LiveSlam::background_frames() const { return impl_->surface.background_frames(); }
 
 }  // namespace gelslam

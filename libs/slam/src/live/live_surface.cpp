@@ -4,7 +4,12 @@ namespace gelslam::slam::detail {
 
 SurfaceStage::SurfaceStage(const Config& config, const std::filesystem::path& background, bool force,
                            LiveBoard& board, StageTimer& timer)
-    : board_(board), timer_(timer), decoder_(config.sensor), frames_(config, background, force, timer) {
+
+    : board_(board),
+      timer_(timer),
+      decoder_(config.sensor),
+      frames_(config, background, force, timer),
+      most_background_frames_(static_cast<std::size_t>(config.background_frames)) {
   if (frames_.has_background()) report_background();
 }
 
@@ -14,8 +19,11 @@ void SurfaceStage::run(RawQueue& in, TrackerQueue& out) {
     if (!image) continue;
     const bool had_background = frames_.has_background();
     SurfacePtr surface = frames_.push(image->bgr);
-    if (!had_background && frames_.has_background()) board_.set_background_end(image->index);
-    if (!had_background) report_background();
+    if (!had_background) {
+      background_frames_.push_back(*frame);
+      if (background_frames_.size() > most_background_frames_) background_frames_.pop_front();
+      report_background();
+    }
     if (!out.push(SurfacedFrame{std::move(*image), std::move(surface), (*frame)->arrived})) return;
   }
 }
@@ -28,6 +36,11 @@ std::optional<TactileImage> SurfaceStage::decode(const RawFrame& frame) {
     board_.warn_about("the pictures", decoder_.warning());
   }
   return image;
+}
+
+BackgroundFrames SurfaceStage::background_frames() const {
+  if (!frames_.has_background()) return {};
+  return {background_frames_.begin(), background_frames_.end()};
 }
 
 void SurfaceStage::report_background() {

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <deque>
 #include <filesystem>
 #include <optional>
 
 #include "gelslam/core/stage_timer.hpp"
 #include "gelslam/sensor/frame_source.hpp"
+#include "gelslam/slam/live_slam.hpp"
 #include "gelslam/slam/surface_stream.hpp"
 #include "live/live_messages.hpp"
 
@@ -18,6 +20,8 @@ class SurfaceStage {
                StageTimer& timer);
 
   void run(RawQueue& in, TrackerQueue& out);
+  /// LiveSlam::background_frames(); after run().
+  BackgroundFrames background_frames() const;
 
  private:
   std::optional<TactileImage> decode(const RawFrame& frame);
@@ -27,6 +31,8 @@ class SurfaceStage {
   StageTimer& timer_;
   FrameDecoder decoder_;
   FrameToSurface frames_;
+  const std::size_t most_background_frames_;
+  std::deque<RawFramePtr> background_frames_;  // the newest ones, until they are accepted
 };
 
 }  // namespace gelslam::slam::detail

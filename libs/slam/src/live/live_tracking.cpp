@@ -6,31 +6,23 @@ namespace gelslam::slam::detail {
 
 TrackingStage::TrackingStage(const SlamOptions& options, std::optional<double> relocalization_share,
                              const ContinuedScan* continued, PoseStream* stream, RecordQueue& session,
-                             LiveBoard& board, StageTimer& timer,
-                             std::function<bool(const SurfacedFrame&)> begins_scan)
-    : options_(options),
-      relocalization_share_(relocalization_share),
+                             LiveBoard& board, StageTimer& timer)
+    : relocalization_share_(relocalization_share),
       continued_(continued),
-      tracker_(new_tracker()),
+      tracker_(options.tracker, options.registration, options.verification),
       stream_(stream),
       board_(board),
       timer_(timer),
-      session_(session),
-      begins_scan_(std::move(begins_scan)) {
+      session_(session) {
+  if (relocalization_share)
+    tracker_.limit_relocalization(*relocalization_share, [] {
+      return std::chrono::duration<double>(LiveClock::now().time_since_epoch()).count();
+    });
   if (!continued) return;
   tracker_.continue_after(continued->last_keyframe(), continued->last_trial());
   first_frame_ = continued->first_frame;
   first_time_s_ = continued->first_time_s;
   records_ = continued->record.frames;
-}
-
-Tracker TrackingStage::new_tracker() const {
-  Tracker tracker(options_.tracker, options_.registration, options_.verification);
-  if (relocalization_share_)
-    tracker.limit_relocalization(*relocalization_share_, [] {
-      return std::chrono::duration<double>(LiveClock::now().time_since_epoch()).count();
-    });
-  return tracker;
 }
 
 void TrackingStage::run(TrackerQueue& in, MapperQueue& out) {
@@ -58,7 +50,6 @@ void TrackingStage::handle(const SurfacedFrame& frame, MapperQueue& out) {
     board_.set_touch(std::move(bare), -1, "", frame.arrived);
     return stream(background, frame);
   }
-  if (tracker_.begins_touch(*frame.surface) && begins_scan_(frame)) start_scan(out);
   take_neighborhood();
   TrackedFrame tracked;
   {
@@ -132,21 +123,6 @@ void TrackingStage::handle(UndoTrial, MapperQueue& out) {
   if (trial < 0) return;
   session_.push_beyond_limit(ForgetFromTrial{trial});
   out.push_beyond_limit(ForgetFromTrial{trial});
-}
-
-void TrackingStage::start_scan(MapperQueue& out) {
-  tracker_ = new_tracker();
-  keyframe_ = -1;
-  neighborhood_ = {};
-  hidden_ = {};
-  {
-    const std::lock_guard lock(mutex_);
-    records_.clear();
-  }
-  board_.start_scan(++scan_);
-  if (stream_ != nullptr) stream_->start_scan(scan_);
-  session_.push_beyond_limit(StartScan{scan_});
-  out.push_beyond_limit(StartScan{scan_});
 }
 
 void TrackingStage::record(const FrameRecord& record) {

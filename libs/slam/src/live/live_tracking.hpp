@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <future>
 #include <mutex>
 #include <optional>
@@ -21,32 +20,28 @@ namespace gelslam::slam::detail {
 class TrackingStage {
  public:
   /// `relocalization_share`: Tracker::limit_relocalization(), or nothing. `continued`: null for a new scan.
-  /// `stream`: null for none. `begins_scan`: whether a new scan begins with this frame, which begins to
-  /// touch.
+  /// `stream`: null for none.
   TrackingStage(const SlamOptions& options, std::optional<double> relocalization_share,
                 const ContinuedScan* continued, PoseStream* stream, RecordQueue& session, LiveBoard& board,
-                StageTimer& timer, std::function<bool(const SurfacedFrame&)> begins_scan);
+                StageTimer& timer);
 
   void run(TrackerQueue& in, MapperQueue& out);
 
-  /// What became of every frame of the present scan so far. Thread-safe.
+  /// What became of every frame so far. Thread-safe.
   std::vector<FrameRecord> records() const;
 
  private:
-  Tracker new_tracker() const;
   void handle(const SurfacedFrame& frame, MapperQueue& out);
   void handle(BreakTrial, MapperQueue&) { tracker_.break_trial(); }
   void handle(UndoTrial, MapperQueue& out);
   void handle(SaveNow save, MapperQueue& out) {
     out.push_beyond_limit(SaveSoFar{records(), save.scan_bytes});
   }
-  void start_scan(MapperQueue& out);
   void record(const FrameRecord& record);
   void take_neighborhood();
   void ask_for_neighborhood(const TrackedFrame& tracked, MapperQueue& out);
   void stream(const TrackedFrame& tracked, const SurfacedFrame& frame);
 
-  const SlamOptions options_;
   const std::optional<double> relocalization_share_;
   const ContinuedScan* const continued_;
   Tracker tracker_;
@@ -55,10 +50,8 @@ class TrackingStage {
   LiveBoard& board_;
   StageTimer& timer_;
   RecordQueue& session_;
-  const std::function<bool(const SurfacedFrame&)> begins_scan_;
   std::int64_t first_frame_ = 0;
   double first_time_s_ = 0;
-  int scan_ = 0;
   int keyframe_ = -1;                       // the tracker's
   std::future<Neighborhood> neighborhood_;  // not valid: nothing is asked for
   mutable std::mutex mutex_;

@@ -9,8 +9,8 @@
 namespace gelslam::slam::detail {
 namespace {
 
-constexpr double kConstraintsPerS = 5;
-constexpr double kMaxGapS = 0.02;           // half a frame: what moved meanwhile is not seen in a window
+constexpr double kShownPerS = 5;
+constexpr double kMaxPairGapS = 0.02;       // half a frame: what moved meanwhile is not seen in a window
 constexpr std::size_t kFirstEstimate = 15;  // constraints, 3 s
 constexpr double kLeverMm = 10;             // from the middle of a sensor to its border
 constexpr double kAgreeMm = 1, kVisibleMm = 0.1;               // of two estimates; of a place
@@ -55,21 +55,12 @@ RigView::RigView(const std::optional<RigPose>& known, bool has_gripper)
 }
 
 void RigView::learn(const RigNews& news) {
-  if (is_new_scan(news)) {  // ids begin anew
-    constraints_.clear();
-    next_estimate_at_ = kFirstEstimate;
-  }
   collect(news);
   if (!first_T_second_ && constraints_.size() >= next_estimate_at_) find_rig(news);
 }
 
-bool RigView::is_new_scan(const RigNews& news) const {
-  return news_.map[0] && (news.map[0]->scan != news_.map[0]->scan || news.map[1]->scan != news_.map[1]->scan);
-}
-
 void RigView::show(const RigNews& news) {
   const bool map_changed = news.map != news_.map;
-  if (is_new_scan(news)) first_map_T_second_map_.reset();
   news_ = news;
   if (place_second() || map_changed) join_maps();
   shows_second_ = !has_contact(news.touch[0]) && has_contact(news.touch[1]);
@@ -86,8 +77,8 @@ void RigView::show(const RigNews& news) {
 void RigView::collect(const RigNews& news) {
   const auto &first = news.touch[0], &second = news.touch[1];
   if (has_gripper_ || !first || !second || first->keyframe < 0 || second->keyframe < 0) return;
-  if (std::abs(first->time_s - second->time_s) > kMaxGapS) return;
-  if (first->time_s < constrained_s_ + 1 / kConstraintsPerS) return;
+  if (std::abs(first->time_s - second->time_s) > kMaxPairGapS) return;
+  if (first->time_s < constrained_s_ + 1 / kShownPerS) return;
   constrained_s_ = first->time_s;
   constraints_.push_back(
       {first->keyframe, second->keyframe + kSecond, first->keyframe_T_frame, second->keyframe_T_frame});

@@ -44,7 +44,6 @@ class RigView {
   static constexpr int kSecond = 1 << 24;
 
  private:
-  bool is_new_scan(const RigNews& news) const;
   void collect(const RigNews& news);
   void find_rig(const RigNews& news);
   bool place_second();

@@ -58,6 +58,12 @@ std::shared_ptr<LiveRun> LiveRun::resume(const fs::path& folder, const Config& c
   return std::shared_ptr<LiveRun>(new LiveRun(path, log, config, std::move(lock)));
 }
 
+std::uintmax_t LiveRun::record_bytes() const {
+  std::error_code code;
+  const std::uintmax_t bytes = fs::file_size(session() / "scan.jsonl", code);
+  return code ? 0 : bytes;  // not begun
+}
+
 void LiveRun::save(const SlamMap& map, const Mesh& mesh, const RunAccount& account) {
   try {
     replace_entries(map, mesh, account);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 
@@ -28,6 +29,9 @@ class LiveRun {
   std::filesystem::path session() const { return folder_ / "session"; }
   /// log.mkv; of a part that continues a scan log-2.mkv, log-3.mkv, ...
   const std::filesystem::path& log() const { return log_; }
+
+  /// Size of the session's record. What it holds now will be in every map that is asked for from now on.
+  std::uintmax_t record_bytes() const;
 
   /// Throws Error when the disk is full or the folder may not be written; what was saved before is then still
   /// there.

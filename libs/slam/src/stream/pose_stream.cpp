@@ -37,14 +37,14 @@ Json keyframe_json(const Keyframe& keyframe, int scan) {
           {"trial", keyframe.trial}, {"points", contact_points(*keyframe.surface.get())}};
 }
 
-Json map_json(const MapSnapshot& map) {
+Json map_json(const MapSnapshot& map, int scan) {
   Json keyframes = Json::array();
   for (const MapSnapshot::Node& node : map.nodes)
     keyframes.push_back({{"keyframe", node.keyframe},
                          {"component", node.component},
                          {"pose", row_major_meters(node.component_T_keyframe)}});
   return {{"type", "map"},
-          {"scan", map.scan},
+          {"scan", scan},
           {"version", map.version},
           {"shown_component", map.shown_component},
           {"keyframes", std::move(keyframes)}};
@@ -97,8 +97,7 @@ void PoseStream::write(FrameReport report, const MapSnapshot& map) {
   report.scan = scan_;
   report.sensor = sensor_;
   report.covariance = drift_.add(frame);
-  static const MapSnapshot empty;
-  report.place = place_of(frame, map.scan == scan_ ? map : empty);
+  report.place = place_of(frame, map);
   if (options_.format == StreamFormat::tum) {
     // One frame for all poses: that of the first contact.
     if (report.place && report.place->component == map.nodes.front().component)
@@ -115,14 +114,15 @@ void PoseStream::keep(const Keyframe& keyframe) {
     write_and_keep(keyframe.id, keyframe_json(keyframe, scan_));
 }
 
-void PoseStream::start_scan(int scan) {
-  scan_ = scan;
+void PoseStream::start_scan() {
+  ++scan_;
   drift_ = TrialDrift(options_.gradient_scale_sigma);
   server_->forget_kept(sensor_.value_or(0));
 }
 
 void PoseStream::write_map(const MapSnapshot& map) {
-  if (options_.surface && options_.format == StreamFormat::ndjson) write_and_keep(kMapKey, map_json(map));
+  if (options_.surface && options_.format == StreamFormat::ndjson)
+    write_and_keep(kMapKey, map_json(map, scan_));
 }
 
 void PoseStream::write_and_keep(int key, Json line) {

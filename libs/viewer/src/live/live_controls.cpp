@@ -9,8 +9,8 @@ std::vector<ActionRow> live_rows() {
   using enum Action;
   std::vector<ActionRow> rows = {
       {pause, "space", "Space", "Pause", 0, 1, "Pause, go on"},
-      {undo, "u", "U", "Undo", 0, 4, "Undo a new scan before its first touch, or the last trial"},
-      {new_scan, "n", "N", "New scan", 0, 5, "New scan (asks first)"},
+      {undo, "u", "U", "Undo", 0, 4, "Undo the last trial"},
+      {new_scan, "n", "N", "New scan", 0, 5, "Finish this scan and begin another (asks first)"},
       {save, "s", "S", "Save", 0, 3, "Save now, and go on"},
       {close, "q esc", "Q", "Stop", 0, 0, "Stop and save (asks first)"},
       common_row(screenshot),
@@ -41,13 +41,14 @@ Answer no(const std::string& label) { return {label, "esc n", "Esc", theme::kTex
 
 }  // namespace
 
-LiveControls::LiveControls(LiveSession& session, bool keeps_run, bool can_go_on)
+LiveControls::LiveControls(LiveSession& session, bool keeps_run, bool can_go_on, std::string next_run_folder)
     : SceneControls(live_rows(), tinted_style(),
                     {SceneColor::certainty, SceneColor::plain, SceneColor::confidence, SceneColor::height,
                      SceneColor::keyframe}),
       session_(session),
       keeps_run_(keeps_run),
-      can_go_on_(can_go_on) {}
+      can_go_on_(can_go_on),
+      next_run_folder_(std::move(next_run_folder)) {}
 
 void LiveControls::act(Action action, double now_s) {
   switch (action) {
@@ -56,8 +57,7 @@ void LiveControls::act(Action action, double now_s) {
     case Action::undo:
       return undo(now_s);
     case Action::new_scan:
-      if (!refuse_unless_scanning("start a new scan", now_s)) ask_for_new_scan(now_s);
-      return;
+      return ask_for_new_scan(now_s);
     case Action::save:
       return save(now_s);
     case Action::close:
@@ -75,8 +75,7 @@ void LiveControls::act(Action action, double now_s) {
 }
 
 ButtonLook LiveControls::button(const ActionRow& row) const {
-  const LiveStatus status = session_.status();
-  const LivePhase phase = status.phase;
+  const LivePhase phase = session_.status().phase;
   const bool over = phase == LivePhase::finishing || phase == LivePhase::finished;
   ButtonLook look = SceneControls::button(row);
   switch (row.action) {
@@ -85,14 +84,11 @@ ButtonLook LiveControls::button(const ActionRow& row) const {
       [[fallthrough]];
     case Action::save:
     case Action::follow:
-      look.shown = !over;
-      break;
     case Action::undo:
       look.shown = !over;
-      if (status.awaits_new_scan) look.label = "Undo new scan", look.ink = theme::kBlue;
       break;
     case Action::new_scan:
-      look.shown = !over && !status.awaits_new_scan;
+      look.shown = phase != LivePhase::finishing && !next_run_folder_.empty();
       break;
     case Action::view_run:
       look.label = "View";
@@ -128,11 +124,7 @@ void LiveControls::toggle_pause(double now_s) {
 
 void LiveControls::undo(double now_s) {
   if (refuse_unless_scanning("undo", now_s)) return;
-  const LiveStatus status = session_.status();
-  if (status.awaits_new_scan)
-    return session_.take_back_new_scan() ? say("No new scan: this one goes on.", now_s)
-                                         : complain("Too late: the new scan has begun.", now_s);
-  if (status.trials == 0) return complain("There is no trial to undo.", now_s);
+  if (session_.status().trials == 0) return complain("There is no trial to undo.", now_s);
   session_.undo_last_trial();
   say("The last trial is taken back.", now_s);
 }
@@ -158,7 +150,12 @@ void LiveControls::ask_to_close() {
   if (status.phase == LivePhase::finishing)
     return ask({"Close the window?",
                 "The scan is still being saved. That goes on without the window.",
-                {yes("Close", [this](double) { close(); }), no("Wait here")}});
+                {yes("Close",
+                     [this](double) {
+                       next_step_ = NextStep::none;
+                       close();
+                     }),
+                 no("Wait here")}});
   const std::string sentence =
       keeps_run_ ? "Loops are closed, the mesh is made, and everything is saved in " + status.run_folder + "."
                  : "Loops are closed and the mesh is made, but nothing is kept (no -o).";
@@ -173,29 +170,19 @@ void LiveControls::ask_to_close() {
 }
 
 void LiveControls::ask_for_new_scan(double now_s) {
-  const LiveStatus status = session_.status();
-  if (status.awaits_new_scan) return complain("It begins with the next touch. U takes it back.", now_s);
-  std::string sentence = "Forgotten, nothing of it is left.";
-  if (!status.next_run_folder.empty())
-    sentence = "What is saved in " + status.run_folder + " stays. The new scan goes to " +
-               status.next_run_folder + ".";
-  else if (status.log_bytes > 0)
-    sentence = "Forgotten, only its recording is left.";
-  const auto start = [this](double) {
-    session_.start_new_scan();
-    set_follows(true);
+  if (next_run_folder_.empty()) return complain("There is no camera for another scan.", now_s);
+  const LivePhase phase = session_.status().phase;
+  if (phase == LivePhase::finished) return end_with(NextStep::new_scan, now_s);
+  const auto start = [this](double then_s) {
+    next_step_ = NextStep::new_scan;
+    session_.stop();
+    say("The new scan begins when this one is saved.", then_s);
   };
-  const bool is_saved = !status.next_run_folder.empty();
-  std::vector<Answer> answers = {yes(is_saved ? "Start" : "Forget the map", start), no("Keep it")};
-  if (keeps_run_ && !is_saved) {
-    answers.front().keys = "f", answers.front().key = "F";
-    answers.insert(answers.begin(), yes("Save first", [this, start](double then_s) {
-                     session_.save_now();
-                     start(then_s);
-                   }));
-    sentence = "Saved first, the scan so far stays, and scan --continue goes on with it. " + sentence;
-  }
-  ask({"Start a new scan?", sentence + " The new one begins with the next touch.", std::move(answers)});
+  if (phase == LivePhase::finishing) return start(now_s);
+  ask({"Start a new scan?",
+       "This one is finished and saved first. The new one goes to " + next_run_folder_ +
+           ", with the same background.",
+       {yes("Save and start", start), no("Go on scanning")}});
 }
 
 }  // namespace gelslam::viewer::detail

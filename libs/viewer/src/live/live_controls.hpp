@@ -13,8 +13,9 @@ namespace gelslam::viewer::detail {
 /// What a person can do with a live scan: calls to the session, and wishes for the window.
 class LiveControls : public SceneControls {
  public:
-  /// `keeps_run`: there is a run folder to save in; `can_go_on`: a camera could continue it.
-  explicit LiveControls(LiveSession& session, bool keeps_run = true, bool can_go_on = false);
+  /// As of WindowOptions.
+  explicit LiveControls(LiveSession& session, bool keeps_run = true, bool can_go_on = false,
+                        std::string next_run_folder = "");
 
   bool shows_diagnostics() const { return shows_diagnostics_; }
   NextStep next_step() const { return next_step_; }
@@ -35,6 +36,7 @@ class LiveControls : public SceneControls {
   void end_with(NextStep step, double now_s);
 
   bool keeps_run_, can_go_on_, shows_diagnostics_ = false;
+  std::string next_run_folder_;
   NextStep next_step_ = NextStep::none;
 };
 

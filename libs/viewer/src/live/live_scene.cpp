@@ -29,7 +29,6 @@ bool LiveScene::take_news(LiveSession& session, const OrbitCamera& camera, doubl
   }
   const auto map = session.map();
   if (map != map_) {
-    if (map->nodes.empty()) samples_.clear();  // a new scan: its ids begin anew
     map_ = map;
     scene_.set_map(*map_);
     trajectory_is_old_ = true;
@@ -51,7 +50,6 @@ bool LiveScene::follow_piece(const OrbitCamera& camera, bool news, double now_s)
 }
 
 void LiveScene::take_touch(const std::shared_ptr<const LiveTouch>& touch) {
-  if (touch_ && touch && touch->index < touch_->index) samples_.clear();
   touch_ = touch;
   if (touch_ && touch_->keyframe >= 0) {
     const MapSnapshot::Node* node = map_ ? map_->find(touch_->keyframe) : nullptr;

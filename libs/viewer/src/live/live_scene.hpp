@@ -26,7 +26,6 @@ class LiveScene {
   const Texture& second_picture() const { return second_picture_; }  ///< the normals, or the second sensor's
   bool has_two_sensors() const { return touches_.size() > 1; }
   const std::optional<TouchPatch>& touch() const { return placed_; }  ///< in the map, or in the piece
-  const MapSnapshot& map() const { return *map_; }
   LoosePiece& piece() { return piece_; }
   bool touch_is_apart() const { return piece_.is_apart(); }
 

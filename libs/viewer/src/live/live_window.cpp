@@ -57,7 +57,7 @@ LiveWindow::LiveWindow(LiveSession& session, const WindowOptions& options)
       session_(session),
       options_(options),
       scene_(bgr_of(theme::kGreen)),
-      controls_(session, options.keeps_run, options.can_go_on) {}
+      controls_(session, options.keeps_run, options.can_go_on, options.next_run_folder) {}
 
 bool LiveWindow::advance(double now_s, double dt_s) {
   const LivePhase phase_before = frame_.status.phase;
@@ -67,9 +67,7 @@ bool LiveWindow::advance(double now_s, double dt_s) {
     controls_.set_follows(false);  // there is no touch any more; all of the surface is to be seen
     show_all();
   }
-  const int scan = scene_.map().scan;
   bool changed = scene_.take_news(session_, camera_, now_s);
-  if (scene_.map().scan != scan) controls_.say("A new scan has begun.", now_s);
   if (scene_.piece().take_joined()) controls_.say("Joined to the map.", now_s);
   changed |= move_camera(dt_s) || follow_touch(dt_s);
   return changed;
@@ -91,7 +89,7 @@ void LiveWindow::look_at_figures(double now_s) {
   frame_.words = state_words(frame_.status);
   if (scene_.piece().is_apart() && frame_.words.state == "lost")
     frame_.words.advice += " What you touch grows beside the map until then.";
-  // A new scan has a folder of its own.
+  // The one map of two sensors has a folder of its own.
   const std::filesystem::path folder = frame_.status.run_folder.empty()
                                            ? options_.picture_folder
                                            : std::filesystem::path(frame_.status.run_folder);
@@ -107,7 +105,14 @@ void LiveWindow::look_at_figures(double now_s) {
   if (frame_.status.phase == LivePhase::finished && options_.keeps_run) frame_.results = files_in(folder);
 }
 
-std::string_view LiveWindow::state() { return state_words(session_.status()).state; }
+bool LiveWindow::begins_another() const {
+  return controls_.next_step() == NextStep::new_scan && frame_.status.failure.empty();
+}
+
+/// What a script waits for is another scan's once that was chosen.
+std::string_view LiveWindow::state() {
+  return begins_another() ? "finishing" : state_words(session_.status()).state;
+}
 
 Layout lay_out(const Ui& ui, bool shows_panels) {
   const Box window = ui.window();
@@ -153,9 +158,11 @@ void LiveWindow::draw_frame(Ui& ui, double now_s) {
   if (boxes.bar.width > 0) draw_action_bar(ui, boxes.bar, controls_, now_s);
 }
 
-/// Who ends a scan from the terminal, or logs out, is not at the window.
+/// Who ends a scan from the terminal, or logs out, is not at the window; who begins another one wants its
+/// window.
 bool LiveWindow::closes_by_itself() {
-  return frame_.status.phase == LivePhase::finished && options_.asks_to_end && options_.asks_to_end();
+  if (frame_.status.phase != LivePhase::finished) return false;
+  return begins_another() || (options_.asks_to_end && options_.asks_to_end());
 }
 
 /// Beside what covers the view, if that leaves half of it.
@@ -180,10 +187,10 @@ void LiveWindow::show_all_at_once() {
 
 namespace gelslam {
 
-NextStep run_live_window(LiveSession& session, const WindowOptions& options) {
+WindowEnd run_live_window(LiveSession& session, const WindowOptions& options) {
   viewer::detail::LiveWindow window(session, options);
   window.run();
-  return window.controls().next_step();
+  return {window.controls().next_step(), window.script_left()};
 }
 
 void write_live_snapshot(LiveSession& session, const std::filesystem::path& png,

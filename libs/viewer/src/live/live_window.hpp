@@ -75,6 +75,7 @@ class LiveWindow : public SceneLoop {
 
   void look_at_figures(double now_s);
   bool follow_touch(double dt_s);
+  bool begins_another() const;
 
   LiveSession& session_;
   WindowOptions options_;

@@ -8,7 +8,7 @@
 namespace gelslam::viewer::detail {
 namespace {
 
-constexpr double kPadding = 20, kMargin = 18, kMostWidth = 720, kLeastHeight = 180;  // design pixels
+constexpr double kCardPadding = 20, kCardMargin = 18, kMostWidth = 720, kLeastHeight = 180;  // design pixels
 constexpr Color kSensor = theme::rgb(255, 150, 40);  ///< as the sensor's outline in the scene
 
 struct Step {
@@ -84,9 +84,9 @@ std::vector<Fact> facts_of(const LiveFrame& frame) {
 
 void draw_start(Ui& ui, const Box& view, const LiveFrame& frame) {
   if (view.height < ui.px(kLeastHeight)) return;
-  const float width = std::min(ui.px(kMostWidth), view.width - ui.px(2 * kMargin));
-  ui.begin_panel("##start", {view.x + 0.5F * view.width, view.y + 0.5F * view.height, width, 0}, kPadding, 10,
-                 0.5F, 0.5F);
+  const float width = std::min(ui.px(kMostWidth), view.width - ui.px(2 * kCardMargin));
+  ui.begin_panel("##start", {view.x + 0.5F * view.width, view.y + 0.5F * view.height, width, 0}, kCardPadding,
+                 10, 0.5F, 0.5F);
   const bool has_room = width >= ui.px(560) && view.height >= ui.px(330);
   if (!has_room) {
     draw_steps(ui, frame);
@@ -103,8 +103,8 @@ void draw_start(Ui& ui, const Box& view, const LiveFrame& frame) {
 float draw_end(Ui& ui, const Box& view, const LiveFrame& frame, bool names_folder, Controls& controls,
                double now_s) {
   if (view.height < ui.px(kLeastHeight)) return 0;
-  const float width = std::min(ui.px(380), view.width - ui.px(2 * kMargin));
-  ui.begin_panel("##end", {view.x + ui.px(kMargin), view.y + ui.px(10), width, 0}, 16, 10);
+  const float width = std::min(ui.px(380), view.width - ui.px(2 * kCardMargin));
+  ui.begin_panel("##end", {view.x + ui.px(kCardMargin), view.y + ui.px(10), width, 0}, 16, 10);
   for (const Fact& fact : facts_of(frame)) {
     ui.row(Face::body, fact.label, fact.value, theme::kDim, fact.color);
     ui.gap(5);
@@ -128,7 +128,7 @@ float draw_end(Ui& ui, const Box& view, const LiveFrame& frame, bool names_folde
   }
   ui.end_panel();
   if (clicked) controls.perform(*clicked, now_s);
-  return width + ui.px(kMargin);
+  return width + ui.px(kCardMargin);
 }
 
 }  // namespace gelslam::viewer::detail

@@ -90,12 +90,6 @@ StateWords state_words(const LiveStatus& status) {
     for (const std::string& reservation : status.reservations) words.advice += sentences(reservation) + " ";
     words.advice += "The rest is saved. Q closes.";
   }
-  const bool is_scanning = status.phase == LivePhase::scanning || status.phase == LivePhase::paused;
-  if (status.awaits_new_scan && is_scanning) {
-    words.color = theme::kBlue;
-    words.advice = status.phase == LivePhase::paused ? words.advice + " " : "";
-    words.advice += "A new scan begins with the next touch. U: undo.";
-  }
   return words;
 }
 

@@ -174,12 +174,16 @@ std::vector<ScriptCommand> parse_script(const std::string& text, const std::stri
   std::vector<ScriptCommand> commands;
   std::istringstream lines(text);
   int number = 0;
-  for (std::string line; std::getline(lines, line);) {
+  std::size_t line_begin = 0;
+  for (std::string line; std::getline(lines, line); line_begin += line.size() + 1) {
     ++number;
     std::istringstream parts(line.substr(0, line.find('#')));
-    for (std::string part; std::getline(parts, part, ';');) {
+    std::size_t begin = line_begin;
+    for (std::string part; std::getline(parts, part, ';'); begin += part.size() + 1) {
       LineReader reader(name, number, part);
-      if (!reader.done()) commands.push_back(parse_command(reader, number));
+      if (reader.done()) continue;
+      commands.push_back(parse_command(reader, number));
+      commands.back().begin = begin;
     }
   }
   return commands;
@@ -196,8 +200,15 @@ cv::Point2f middle_of(const Box& box) { return {box.x + 0.5F * box.width, box.y 
 
 }  // namespace
 
-ScriptPlayer::ScriptPlayer(const std::string& script, const std::string& name) : name_(name) {
+ScriptPlayer::ScriptPlayer(const std::string& script, const std::string& name)
+    : script_(script), name_(name) {
   for (ScriptCommand& command : parse_script(script, name)) commands_.push_back(std::move(command));
+}
+
+std::string ScriptPlayer::rest() const {
+  if (commands_.empty()) return "";
+  const ScriptCommand& next = commands_.front();
+  return std::string(static_cast<std::size_t>(next.line - 1), '\n') + script_.substr(next.begin);
 }
 
 void ScriptPlayer::fail(const ScriptCommand& command, const std::string& message) const {

@@ -19,6 +19,7 @@ enum class ScriptVerb { wait, key, click, move, drag, scroll, screenshot, until,
 struct ScriptCommand {
   ScriptVerb verb = ScriptVerb::wait;
   int line = 0;
+  std::size_t begin = 0;  ///< in the script
   double x = 0,
          y = 0;      ///< wait: s in x; move, drag, resize: px; scroll: steps in y; until: patience in s in x
   int code = 0;      ///< key: GLFW code; drag: GLFW mouse button
@@ -47,6 +48,8 @@ class ScriptPlayer {
 
   bool done() const { return commands_.empty() && pending_.empty(); }
   bool wants_to_quit() const { return wants_to_quit_; }
+  /// The script from the first command that is not done, with line numbers as before.
+  std::string rest() const;
   /// Writes the picture that the script asked for, if it did, of what `host` shows: into `folder`, where the
   /// script names no other. Throws Error.
   void write_screenshot(WindowHost& host, const std::filesystem::path& folder);
@@ -57,7 +60,7 @@ class ScriptPlayer {
   void drag(const ScriptCommand& command, const Window& window);
   [[noreturn]] void fail(const ScriptCommand& command, const std::string& message) const;
 
-  std::string name_;
+  std::string script_, name_;
   std::deque<ScriptCommand> commands_;
   std::deque<InputEvent> pending_;  ///< of the command under way, one per frame
   std::optional<double> command_began_s_;

@@ -46,6 +46,8 @@ bool WindowLoop::wants_to_close() {
   return controls().wants_to_close() || player_->wants_to_quit() || closes_by_itself();
 }
 
+std::string WindowLoop::script_left() const { return player_->rest(); }
+
 bool WindowLoop::turn(double now_s, bool draw_anyway) {
   const bool due = std::exchange(draw_next_, false), scripted = !player_->done();
   if (scripted) player_->play({state(), view_, &texts_}, host_, now_s);

@@ -82,9 +82,6 @@ class Tracker {
 
   TrackedFrame track(std::int64_t frame, double time_s, SurfacePtr surface);
 
-  /// Whether track() would begin a trial with this surface because nothing touched before.
-  bool begins_touch(const Surface& surface) const;
-
   /// Where the current keyframe is left, a keyframe of the map takes over if it shows enough of the frame:
   /// only ground that is new makes new keyframes. Ignored unless the current keyframe is the center. Call it
   /// whenever TrackedFrame::keyframe has changed.

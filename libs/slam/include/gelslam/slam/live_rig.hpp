@@ -47,8 +47,6 @@ class LiveRig final : public LiveSession {
 
   void set_paused(bool paused) override;
   void undo_last_trial() override;  ///< of the sensor that touch() is of
-  void start_new_scan() override;
-  bool take_back_new_scan() override;
   void save_now() override;
   void stop() override;
   void abort() override;
@@ -56,6 +54,7 @@ class LiveRig final : public LiveSession {
   /// Waits until both have ended and the one map is saved. Throws Error when that cannot be; what each sensor
   /// has saved stays.
   ReconstructSummary wait();
+  BackgroundFrames background_frames(int sensor) const;  ///< LiveSlam::background_frames()
 
  private:
   struct Impl;

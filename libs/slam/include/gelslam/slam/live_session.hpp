@@ -29,9 +29,7 @@ struct LiveStatus {
                          ///< doubtful), or ""
   std::string
       failure;  ///< what ended the scan, or kept it from being saved whole; also among the warnings; or ""
-  std::string run_folder;           ///< where this scan is saved; "" without one
-  std::string next_run_folder;      ///< where a new scan would go, if this run holds a saved one; or ""
-  bool awaits_new_scan = false;     ///< start_new_scan() was called; it begins with the next touch
+  std::string run_folder;           ///< where it is saved; "" without one
   std::string source;               ///< RawFrameSource::description()
   double rate_hz = 0;               ///< measured over the last seconds
   std::int64_t frames = 0;          ///< that arrived since the scan began
@@ -63,7 +61,7 @@ struct LiveTouch {
 
 /// What changed in the mesh of the shown component since it was last asked for.
 struct MeshChanges {
-  bool cleared = false;  ///< forget every block first: a new scan, or another component is shown
+  bool cleared = false;  ///< forget every block first: another component is shown
   std::vector<MeshBlock> blocks;
 };
 
@@ -83,12 +81,7 @@ class LiveSession {
   /// A log waits meanwhile. A camera cannot: its frames are left out, and the trial ends.
   virtual void set_paused(bool paused) = 0;
   virtual void undo_last_trial() = 0;
-  /// With the next touch: what touches now has to be lifted first. Until then the present scan goes on. Then
-  /// its map is forgotten. The log goes on; but what was saved stays, and the new scan gets RUN-2, RUN-3, ...
-  /// with a log of its own.
-  virtual void start_new_scan() = 0;
-  virtual bool take_back_new_scan() = 0;  ///< false: it has begun, or was not asked for
-  virtual void save_now() = 0;            ///< writes the run folder as it is, and goes on
+  virtual void save_now() = 0;  ///< writes the run folder as it is, and goes on
   virtual void stop() = 0;  ///< drains, closes loops, fuses, saves; phase goes to finishing, then finished
   virtual void
   abort() = 0;  ///< stop(), and leave out whatever takes time: loops not searched yet, refinement

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "gelslam/sensor/raw_frame.hpp"
 #include "gelslam/sensor/raw_log.hpp"
@@ -15,6 +16,9 @@
 namespace gelslam {
 
 class PoseStream;
+
+/// As they came from the camera.
+using BackgroundFrames = std::vector<std::shared_ptr<const RawFrame>>;
 
 struct LiveOptions {
   Config config;                     ///< with the model path resolved
@@ -33,9 +37,6 @@ struct LiveOptions {
   std::shared_ptr<PoseStream> stream;  ///< gets every frame's pose; null: none
   bool show_mesh = true;               ///< false: nobody calls take_mesh_changes(), no mesh grows for it
 };
-
-/// "RUN-2", "RUN-3", ...: the first that is not there.
-std::filesystem::path next_run_folder(const std::filesystem::path& folder);
 
 /// Throws Error when LiveSlam would refuse the run folder: to be asked before a camera is disturbed. Makes
 /// nothing.
@@ -59,8 +60,6 @@ class LiveSlam final : public LiveSession {
 
   void set_paused(bool paused) override;
   void undo_last_trial() override;
-  void start_new_scan() override;
-  bool take_back_new_scan() override;
   void save_now() override;
   void stop() override;
 
@@ -69,6 +68,8 @@ class LiveSlam final : public LiveSession {
   /// Waits until the source has ended or stop() was called and everything is saved. Throws what a stage
   /// threw: an Error when the source does not fit or nothing could be saved.
   ReconstructSummary wait();
+  /// What the background was made of, once wait() has returned; none of an image, or without a background.
+  BackgroundFrames background_frames() const;
 
  private:
   struct Impl;

@@ -30,7 +30,6 @@ struct MapSnapshot {
     bool outlier = false;
   };
   std::uint64_t version = 0;
-  int scan = 0;  ///< counts new scans that a person started within one session: ids begin anew with each
   std::vector<Node> nodes;  ///< by id, ascending
   std::vector<Edge> edges;
   int shown_component =

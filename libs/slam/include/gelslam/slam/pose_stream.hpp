@@ -74,7 +74,7 @@ class PoseStream {
   /// The tracking thread: every frame, in order. Does not wait.
   void write(FrameReport report, const MapSnapshot& map);
   /// Frames that follow belong to another scan.
-  void start_scan(int scan);
+  void start_scan();
   /// Any thread: the map has changed.
   void write_map(const MapSnapshot& map);
 

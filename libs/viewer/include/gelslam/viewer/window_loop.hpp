@@ -32,6 +32,7 @@ class WindowLoop {
   /// Draws a frame and reads it back.
   cv::Mat3b picture(double now_s);
   bool wants_to_close();
+  std::string script_left() const;  ///< ScriptPlayer::rest()
 
   WindowHost& host() { return host_; }
   const std::vector<DrawnText>& texts() const { return texts_; }
@@ -56,7 +57,6 @@ class WindowLoop {
   virtual void dropped(const std::filesystem::path& /*path*/) {}  ///< from another program
 
   void set_view(const Box& view) { view_ = view; }
-  void draw_again() { draw_next_ = true; }
   const std::filesystem::path& picture_folder() const { return options_.picture_folder; }
   void set_picture_folder(const std::filesystem::path& folder) { options_.picture_folder = folder; }
 
