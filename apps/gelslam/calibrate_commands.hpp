@@ -17,9 +17,7 @@ namespace gelslam {
 /// The subcommands of `gelslam calibrate`; each in its own cmd_calibrate_<name>.cpp.
 void add_calibrate_check_command(CLI::App& calibrate, int& exit_code);
 void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code);
-void add_calibrate_drift_command(CLI::App& calibrate, int& exit_code);
 void add_calibrate_label_command(CLI::App& calibrate, int& exit_code);
-void add_calibrate_pitch_command(CLI::App& calibrate, int& exit_code);
 void add_calibrate_train_command(CLI::App& calibrate, int& exit_code);
 
 /// What the commands that read presses have in common.

@@ -72,12 +72,10 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
   command->require_subcommand(1);
   add_calibrate_check_command(*command, exit_code);
   add_calibrate_collect_command(*command, exit_code);
-  add_calibrate_drift_command(*command, exit_code);
   add_calibrate_label_command(*command, exit_code);
-  add_calibrate_pitch_command(*command, exit_code);
   add_calibrate_train_command(*command, exit_code);
   command->footer(
-      "The usual order: collect, label, train, check; later drift.\n"
+      "The usual order: collect, label, train, check.\n"
       "Example: gelslam calibrate collect -o PRESSES --diameter 6.35 && gelslam calibrate train PRESSES -o "
       "model.json");
 }

@@ -17,6 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 ProgramResult calibrate(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), "calibrate");
@@ -67,14 +68,16 @@ TEST(CalibrateCommand, LabelsTrainsAndChecks) {
   EXPECT_EQ(json["gain"]["ninths"].size(), 9U);
   EXPECT_THAT(read_bytes(page), HasSubstr("<h1>Calibration"));
 
-  const std::string background = (folder / "presses/background.png").string();
-  EXPECT_EQ(calibrate({"drift", background, "--model", model}).exit_code, 0);
-  cv::imwrite((folder / "dark.png").string(), few_presses().set.background * 0.7);
-  const ProgramResult dark = calibrate({"drift", (folder / "dark.png").string(), "--model", model});
-  EXPECT_EQ(dark.exit_code, 1);
-  EXPECT_THAT(dark.out, HasSubstr("the light has changed"));
-  expect_mistake(calibrate({"drift", background, "--model", pth}), "give --background");
-  expect_mistake(calibrate({"drift", background}), "give --model or --background");
+  PressSet dark = few_presses().set;
+  dark.background *= 0.7;
+  for (CalibrationPress& press : dark.presses) press.bgr *= 0.7;
+  write_folder(folder / "dark", dark);
+  const std::string words = calibrate({"check", model, (folder / "dark").string()}).out;
+  EXPECT_THAT(words, HasSubstr("the light has changed by")) << "and the slopes may be right all the same";
+  EXPECT_THAT(checked.out, HasSubstr("gel and light are as they were"));
+  EXPECT_THAT(read_bytes(page), HasSubstr("<li>gel and light are as they were"));
+  EXPECT_THAT(calibrate({"check", pth, presses}).out, Not(HasSubstr("gel and light")))
+      << "that model does not say how its gel looked";
 }
 
 /// All pictures with red and blue in each other's place.
@@ -149,40 +152,37 @@ TEST(CalibrateCommand, NamesFilesOfTheWrongKind) {
   expect_mistake(calibrate({"label", presses, "--sheet", "circles.jpg"}), "a name that ends in .png");
 }
 
-TEST(CalibrateCommand, MeasuresThePixelPitch) {
+TEST(CalibrateCommand, SeesFromARulerWhatBallsDoNotShow) {
   const TemporaryFolder folder;
-  write_folder(folder / "presses", few_presses().set);
-  const std::string presses = (folder / "presses").string(),
-                    bare = (folder / "presses/background.png").string();
-  const ProgramResult balls = calibrate({"pitch", presses, "-q"});
-  EXPECT_LE(balls.exit_code, 1);
-  EXPECT_THAT(balls.out, HasSubstr("times as high as wide"));
-  cv::Mat3b ruler = cv::imread(bare);
+  PressSet set = few_presses().set;
+  write_folder(folder / "presses", set);
+  const std::string presses = (folder / "presses").string(), model = (folder / "model.json").string(),
+                    ruler_file = (folder / "ruler.png").string(), upright_file = (folder / "up.png").string();
+  write_model_file(model, {});  // reads no slope anywhere: the pixels are judged all the same
+  const ProgramResult balls = calibrate({"check", model, presses, "-q"});
+  EXPECT_THAT(balls.out, HasSubstr("pixels are square within 4 %")) << balls.err;
+  cv::Mat3b ruler = set.background.clone();
   for (int u = 0; u < ruler.cols; u += 16) ruler.colRange(u, u + 5) *= 0.8;
-  cv::imwrite((folder / "ruler.png").string(), ruler);
+  cv::imwrite(ruler_file, ruler);
   const auto measure = [&](const char* period) {
-    return calibrate({"pitch", presses, "--pattern", (folder / "ruler.png").string(), "--period", period});
+    return calibrate({"check", model, presses, "-q", "--period", period, "--ruler", ruler_file});
   };
-  EXPECT_EQ(measure("1.0144").exit_code, 0) << "16 pixels of 0.0634 mm";
-  EXPECT_THAT(measure("1.12").out, HasSubstr("write ppmm: 0.0"));
-  EXPECT_EQ(measure("1.12").exit_code, 1);
-  // The pitch of y is that of x up to 2 %: rulers of 15.8 to 16.5 pixels in y, the sentence and the exit code
-  // agree.
+  EXPECT_THAT(measure("1.0144").out, HasSubstr("0.06340 is right within 1 %")) << "16 pixels of 0.0634 mm";
+  EXPECT_THAT(measure("1.12").out, HasSubstr("not 0.06340: write ppmm: 0.0"));
+  // The pitch of y is that of x up to 2 %: rulers of 15.8 to 16.2 pixels in y.
   for (const auto& [period_px, square] :
        {std::pair{15.8, true}, {16.2, true}, {15.5, false}, {16.5, false}}) {
-    cv::Mat3b upright = cv::imread(bare);
+    cv::Mat3b upright = set.background.clone();
     for (int v = 0; v < upright.rows; ++v)
       if (std::fmod(v, period_px) < 5.0) upright.row(v) *= 0.8;
-    cv::imwrite((folder / "upright.png").string(), upright);
-    const ProgramResult both = calibrate({"pitch", presses, "--pattern", (folder / "ruler.png").string(),
-                                          (folder / "upright.png").string(), "--period", "1.0144"});
-    EXPECT_THAT(both.out, HasSubstr(square ? "square, within 2 %" : "more than 2 % off")) << period_px;
-    EXPECT_EQ(both.exit_code == 0, square && both.out.find("write ppmm") == std::string::npos) << both.out;
+    cv::imwrite(upright_file, upright);
+    const ProgramResult both =
+        calibrate({"check", model, presses, "-q", "--period", "1.0144", "--ruler", ruler_file, upright_file});
+    EXPECT_THAT(both.out, HasSubstr(square ? "pixels are square within 2 %" : "pixels are not square"))
+        << period_px;
   }
-  expect_mistake(measure("4.0"), "no pattern of 4.00 mm stands out");
-  expect_mistake(calibrate({"pitch"}), "give a folder of ball presses, or pictures of a pattern");
-  expect_mistake(calibrate({"pitch", "--pattern", bare}), "--period");
-  expect_mistake(calibrate({"pitch", "--pattern", bare, "--period", "1"}), "give --background");
+  expect_mistake(measure("4.0"), "no marks 4.00 mm apart stand out");
+  expect_mistake(calibrate({"check", model, presses, "--ruler", ruler_file}), "--period");
 }
 
 TEST(CalibrateCommand, LabelsInAWindow) {

@@ -35,19 +35,17 @@ TEST(Drift, TellsTheLightFromTheGel) {
   const BackgroundDrift drift = measure_drift(then, now);
   EXPECT_NEAR(drift.light_gain[0], 1.3, 0.01);
   EXPECT_NEAR(drift.light_gain[2], 0.8, 0.01);
-  EXPECT_NEAR(drift.light_offset[2], 5.0, 1.0);
   EXPECT_TRUE(drift.light_changed);
   EXPECT_FALSE(drift.gel_changed);
 }
 
-TEST(Drift, NoticesDirtAndWhereItIs) {
+TEST(Drift, NoticesDirt) {
   const cv::Mat3f then = bare_gel();
   cv::Mat3f now = then.clone();
   now(3, 12) -= cv::Vec3f(45, 45, 45);
   const BackgroundDrift drift = measure_drift(then, now);
   EXPECT_TRUE(drift.gel_changed);
   EXPECT_FALSE(drift.light_changed);
-  EXPECT_EQ(drift.worst_cell, cv::Point(12, 3));
   EXPECT_NEAR(drift.worst_cell_levels, 45.0, 3.0);
 }
 

@@ -93,11 +93,10 @@ class Inputs:
         self.files = {
             "nnmodel.pth": model, "nnmini.pt": model, "scan.avi": scan / "gelsight.avi", "gelsight.avi": scan / "gelsight.avi",
             "scan.mkv": store / "log.mkv", "log.mkv": store / "log.mkv", "more.mkv": store / "log.mkv",
-            "today.mkv": store / "log.mkv", "other_scan.mkv": store / "log.mkv", "LOG": scan, "DATA": scan,
+            "other_scan.mkv": store / "log.mkv", "LOG": scan, "DATA": scan,
             "demo/log": scan, "demo/log/calibration": LOG / "calibration", "data/a": scan,
             "data/b": scan, "PRESSES": LOG / "calibration", "part.stl": store / "part.stl",
             "bolt_x.png": store / "bolt_x.png", "bolt_y.png": store / "bolt_y.png",
-            "background.png": LOG / "calibration/background.png",
             "scripts": ROOT / "scripts", "configs": ROOT / "configs",
             **{name: made["RUN"] for name in ["RUN", "OTHER", "demo/run", "runs/shell", "runs/top", "runs/bottom",
                                               "runs/whole", "runs/part", "part_map", "LONG.run"]}}

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <utility>
@@ -49,7 +50,6 @@ BackgroundDrift compare(const cv::Mat3f& then, const cv::Mat3f& now) {
   const auto [gain, offset] = follow_light(then, now);
   BackgroundDrift drift;
   drift.light_gain = gain;
-  drift.light_offset = offset;
   const cv::Scalar mean = cv::mean(then);
   double light = 0.0;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -68,9 +68,7 @@ BackgroundDrift compare(const cv::Mat3f& then, const cv::Mat3f& now) {
         squared += residual * residual / 3.0;
       }
       total += squared;
-      if (squared <= worst) continue;
-      worst = squared;
-      drift.worst_cell = {column, row};
+      worst = std::max(worst, squared);
     }
   drift.gel_change_levels = std::sqrt(total / static_cast<double>(then.total()));
   drift.worst_cell_levels = std::sqrt(worst);

@@ -86,6 +86,13 @@ std::string scale_figure(const SlopeStatistics& slopes, const cv::Size& size) {
       picture(image), picture(bar), low, high);
 }
 
+void write_list(std::ostream& out, const std::vector<std::string>& sentences) {
+  if (sentences.empty()) return;
+  out << "<ul>";
+  for (const std::string& sentence : sentences) out << "<li>" << escaped(sentence) << "</li>";
+  out << "</ul>\n";
+}
+
 void write_balls(std::ostream& out, const ModelCheck& check) {
   out << "<table><tr><th>ball (mm)</th><th>presses</th><th>median radius (mm)</th><th>error (%)</th></tr>";
   for (const DiameterCheck& ball : check.diameters)
@@ -118,15 +125,12 @@ void write_check_report(const std::filesystem::path& path, const ModelCheck& che
   out << "<h1>Calibration: <span class=\"" << verdict << "\">" << verdict << "</span></h1>\n<p>Model "
       << escaped(model_name) << " on " << check.presses.size() << " presses of "
       << escaped(set.folder.string()) << ".</p>\n";
-  if (!check.reasons.empty()) {
-    out << "<ul>";
-    for (const std::string& reason : check.reasons) out << "<li>" << escaped(reason) << "</li>";
-    out << "</ul>\n";
-  }
+  write_list(out, check.reasons);
   out << "<p>Mean error of a slope angle " << number(check.slopes.all.mean_abs_error_deg(), 2)
       << " degrees; gradient scale (read over true slope; 1 is unbiased) x "
       << number(check.slopes.all.scale_x(), 3) << ", y " << number(check.slopes.all.scale_y(), 3)
       << ".</p>\n";
+  write_list(out, check.findings);
   const cv::Size size = set.background.size();
   out << "<h2>Over the gel</h2>\n<figure>" << picture(coverage_picture(check, set))
       << "<figcaption>The presses</figcaption></figure>" << scale_figure(check.slopes, size) << "\n";

@@ -82,10 +82,10 @@ Verdict judge_number(double value, double good_limit, double usable_limit) {
   return std::abs(value) <= usable_limit ? Verdict::usable : Verdict::recalibrate;
 }
 
-void judge(ModelCheck& check, const std::vector<double>& rim_slopes) {
-  std::vector<std::pair<Verdict, std::string>> found;
+void judge(ModelCheck& check, const std::vector<double>& rim_slopes, const std::vector<Finding>& others) {
+  std::vector<Finding> found;
   const auto note = [&](Verdict verdict, std::string reason) {
-    if (verdict != Verdict::good) found.emplace_back(verdict, std::move(reason));
+    if (verdict != Verdict::good) found.push_back({verdict, std::move(reason)});
   };
   // Wrong slopes bend the surface.
   const double error = check.slopes.all.mean_abs_error_deg();
@@ -108,8 +108,12 @@ void judge(ModelCheck& check, const std::vector<double>& rim_slopes) {
   }
   if (std::string missing = missing_depths(rim_slopes); !missing.empty())
     note(Verdict::usable, std::move(missing));
+  for (const auto& [verdict, sentence] : others) {
+    if (verdict == Verdict::good) check.findings.push_back(sentence);
+    note(verdict, sentence);
+  }
   std::stable_sort(found.begin(), found.end(),
-                   [](const auto& a, const auto& b) { return a.first > b.first; });
+                   [](const Finding& a, const Finding& b) { return a.verdict > b.verdict; });
   check.verdict = Verdict::good;
   for (auto& [verdict, reason] : found) {
     check.verdict = std::max(check.verdict, verdict);
@@ -124,7 +128,8 @@ const char* verdict_name(Verdict verdict) {
 }
 
 ModelCheck check_model(const GradientModel& model, const PressSet& set, const std::vector<BallZone>& zones,
-                       double pixel_pitch_mm, const std::function<void(std::size_t)>& progress) {
+                       double pixel_pitch_mm, const std::function<void(std::size_t)>& progress,
+                       const std::vector<Finding>& others) {
   if (zones.empty()) throw Error("'" + set.folder.string() + "': no press can be used to check a model");
   SurfaceOptions options;
   options.pixel_pitch_mm = pixel_pitch_mm;
@@ -156,7 +161,7 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
   }
   for (const auto& [diameter_mm, size] : sizes)
     check.diameters.push_back({diameter_mm, size.presses, median(size.radii_mm)});
-  judge(check, rim_slopes);
+  judge(check, rim_slopes, others);
   return check;
 }
 

@@ -133,8 +133,10 @@ std::optional<PatternWave> find_pattern(const cv::Mat3b& bgr, const cv::Mat3b& b
   return PatternWave{f.fx, f.fy, uncertainty};
 }
 
-bool pixels_are_square(double y_over_x, double uncertainty) {
-  return std::abs(y_over_x - 1.0) <= std::max(kMaxUnsquare, 2.0 * uncertainty);
+double PixelAspect::tolerance() const { return std::max(kMaxUnsquare, 2.0 * uncertainty); }
+
+PixelAspect PixelPitch::aspect() const {
+  return {y_mm / x_mm, std::hypot(x_uncertainty_mm / x_mm, y_uncertainty_mm / y_mm)};
 }
 
 PixelPitch pitch_from_pattern(const std::vector<PatternWave>& waves, double period_mm) {

@@ -8,12 +8,10 @@ namespace gelslam {
 
 /// How the bare gel differs from when a model was made.
 struct BackgroundDrift {
-  std::array<double, 3> light_gain{1.0, 1.0, 1.0};    ///< B, G, R: brightness now over then
-  std::array<double, 3> light_offset{0.0, 0.0, 0.0};  ///< gray levels
+  std::array<double, 3> light_gain{1.0, 1.0, 1.0};  ///< B, G, R: brightness now over then
   double light_change_levels = 0.0;  ///< by how much the mean color differs, root mean square over channels
   double gel_change_levels = 0.0;  ///< what a change of light does not explain, root mean square over the gel
   double worst_cell_levels = 0.0;  ///< the same at the worst place
-  cv::Point worst_cell;            ///< in the 20x15 grid
   bool light_changed = false, gel_changed = false;
   /// the pictures agree far better when red and blue are exchanged
   bool red_blue_swapped = false;

@@ -30,14 +30,20 @@ inline constexpr double kMaxPitchError = 0.01;
 /// kMaxPitchError of the pitch between them.
 inline constexpr double kMaxUnsquare = 2.0 * kMaxPitchError;
 
-/// Whether pixels count as square, whatever they were measured with: within kMaxUnsquare, or within two
-/// standard errors.
-bool pixels_are_square(double y_over_x, double uncertainty);
+/// Pitch of y over pitch of x: how much higher than wide pixels are.
+struct PixelAspect {
+  double y_over_x = 1.0;
+  double uncertainty = 0.0;  ///< one standard deviation
+  /// How far from square they may be without being called not square: two standard deviations, at least
+  /// kMaxUnsquare.
+  double tolerance() const;
+};
 
 struct PixelPitch {
   double x_mm = 0.0, y_mm = 0.0;
   double x_uncertainty_mm = 0.0, y_uncertainty_mm = 0.0;
   bool both_axes = false;  ///< false: all waves run alike, and x_mm is y_mm by assumption
+  PixelAspect aspect() const;
 };
 
 /// Pitch from pictures of a pattern of known period: a wave of period P along a direction of the gel obeys
@@ -45,16 +51,9 @@ struct PixelPitch {
 /// std::invalid_argument without waves or for a period that is not positive.
 PixelPitch pitch_from_pattern(const std::vector<PatternWave>& waves, double period_mm);
 
-/// Pitch of y over pitch of x, from balls: their contacts are round, and so are their slopes, in millimeters.
-struct PixelAspect {
-  double y_over_x = 1.0;
-  double uncertainty = 0.0;  ///< standard error over presses
-  std::size_t presses = 0;
-};
-
-/// For each press the aspect with which a ball explains its picture best, and the median over all (own). It
-/// cannot detect a pitch that is wrong on both axes: see docs/calibration.md. Nothing with fewer than five
-/// presses whose contact lies whole in the picture.
+/// From balls, whose contacts and slopes are round in millimeters: the aspect with which a ball explains its
+/// picture best, the median over presses (own). A pitch that is wrong on both axes stays hidden. Nothing with
+/// fewer than five presses whose contact lies whole in the picture.
 std::optional<PixelAspect> aspect_from_balls(const PressSet& set, const std::vector<BallZone>& zones,
                                              double pixel_pitch_mm);
 
