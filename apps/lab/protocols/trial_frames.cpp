@@ -27,23 +27,32 @@ namespace {
 
 constexpr std::size_t kMinSide = 16, kMaxSide = 4096;
 
+/// One of the arrays that an array is made of along its first index.
+NpyArray slice(const NpyArray& array, std::size_t index) {
+  const auto bytes = static_cast<std::ptrdiff_t>(array.data.size() / array.shape[0]);
+  const auto first = array.data.begin() + static_cast<std::ptrdiff_t>(index) * bytes;
+  return {array.type, {array.shape.begin() + 1, array.shape.end()}, {first, first + bytes}};
+}
+
 /// The public data's own gradients and masks.
 class ArraySource final : public TrialFrames::Source {
  public:
   ArraySource(const fs::path& folder, const TrialSources& sources)
-      : Source(folder), gradients_(folder / "gradient_maps.npy"), masks_(folder / "contact_masks.npy") {
+      : Source(folder),
+        gradients_(read_npy(folder / "gradient_maps.npy")),
+        masks_(read_npy(folder / "contact_masks.npy")) {
     const fs::path file = sources.config.empty() ? folder / "config.yaml" : sources.config;
     if (!sources.config.empty() || fs::is_regular_file(file)) config = read_config(file);
     check_shapes(folder);
-    const cv::Size size(static_cast<int>(gradients_.shape()[2]), static_cast<int>(gradients_.shape()[1]));
+    const cv::Size size(static_cast<int>(gradients_.shape[2]), static_cast<int>(gradients_.shape[1]));
     surfaces_.emplace(size, config.sensor.pixel_pitch_mm);
     size_ = size;
   }
 
   std::optional<TrialFrame> next() override {
     if (index_ == truth.start_T_currs.size()) return std::nullopt;
-    const std::vector<double> slopes = gradients_.read(index_).to_doubles(),
-                              mask = masks_.read(index_).to_doubles();
+    const std::vector<double> slopes = slice(gradients_, index_).to_doubles(),
+                              mask = slice(masks_, index_).to_doubles();
     cv::Mat1f gx(size_), gy(size_);
     cv::Mat1b touched(size_);
     for (std::size_t i = 0; i < mask.size(); ++i) {
@@ -61,8 +70,8 @@ class ArraySource final : public TrialFrames::Source {
 
  private:
   void check_shapes(const fs::path& folder) const {
-    const auto& g = gradients_.shape();
-    const auto& m = masks_.shape();
+    const auto& g = gradients_.shape;
+    const auto& m = masks_.shape;
     const bool maps = g.size() == 4 && g[3] == 2 && g[1] >= kMinSide && g[2] >= kMinSide &&
                       g[1] <= kMaxSide && g[2] <= kMaxSide;
     if (!maps || m != std::vector<std::size_t>(g.begin(), g.begin() + 3))
@@ -74,7 +83,7 @@ class ArraySource final : public TrialFrames::Source {
                   " poses: they do not belong together");
   }
 
-  NpySlices gradients_, masks_;
+  NpyArray gradients_, masks_;
   std::optional<GradientSurfaces> surfaces_;
   cv::Size size_;
   std::size_t index_ = 0;

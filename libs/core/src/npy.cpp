@@ -1,11 +1,11 @@
 #include "gelslam/core/npy.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <bit>
-#include <cmath>
 #include <cstring>
 #include <fstream>
-#include <limits>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -68,15 +68,8 @@ detail::NpyHeader read_header(std::istream& file) {
   return detail::parse_npy_header(read_exactly(file, length));
 }
 
-/// An opened array, the file standing at its first element.
-struct OpenArray {
-  NpyType type;
-  std::vector<std::size_t> shape;
-  std::size_t bytes;
-};
-
 /// The file is as long as its header says, and the array no longer than `max_bytes`.
-OpenArray open_array(std::istream& file, std::size_t max_bytes) {
+NpyArray read_array(std::istream& file, std::size_t max_bytes) {
   const detail::NpyHeader header = read_header(file);
   const auto* known = std::find_if(std::begin(kTypeNames), std::end(kTypeNames),
                                    [&](const TypeName& n) { return n.descr == header.descr; });
@@ -95,15 +88,18 @@ OpenArray open_array(std::istream& file, std::size_t max_bytes) {
   if (left < *size * known->bytes) throw std::invalid_argument("it is truncated");
   if (left > *size * known->bytes) throw std::invalid_argument("it is longer than its header says");
   file.seekg(data_start);
-  return {known->type, header.shape, left};
-}
-
-NpyArray read_array(std::istream& file, std::size_t max_bytes) {
-  OpenArray open = open_array(file, max_bytes);
-  NpyArray array{open.type, std::move(open.shape), std::vector<std::byte>(open.bytes)};
-  file.read(reinterpret_cast<char*>(array.data.data()), static_cast<std::streamsize>(open.bytes));
+  NpyArray array{known->type, header.shape, std::vector<std::byte>(left)};
+  file.read(reinterpret_cast<char*>(array.data.data()), static_cast<std::streamsize>(left));
   if (!file) throw std::invalid_argument("it cannot be read to its end");
   return array;
+}
+
+NpyArray read_named(std::istream& file, std::size_t max_bytes, const std::string& name) {
+  try {
+    return read_array(file, max_bytes);
+  } catch (const std::invalid_argument& problem) {
+    throw Error(name + ": not a usable .npy file: " + problem.what());
+  }
 }
 
 std::ifstream open_file(const std::filesystem::path& path) {
@@ -114,42 +110,13 @@ std::ifstream open_file(const std::filesystem::path& path) {
   return file;
 }
 
-Error unusable(const std::filesystem::path& path, const std::invalid_argument& problem) {
-  return Error(path.string() + ": not a usable .npy file: " + problem.what());
-}
-
-/// IEEE 754 half precision: 1 sign, 5 exponent, 10 fraction bits.
-double half_value(std::uint16_t bits) {
-  const int exponent = bits >> 10 & 0x1f, fraction = bits & 0x3ff;
-  double value = exponent == 0 ? std::ldexp(fraction, -24) : std::ldexp(1024 + fraction, exponent - 25);
-  if (exponent == 31)
-    value =
-        fraction == 0 ? std::numeric_limits<double>::infinity() : std::numeric_limits<double>::quiet_NaN();
-  return (bits & 0x8000) != 0 ? -value : value;
-}
-
-std::vector<double> converted_halves(const std::vector<std::byte>& data) {
-  std::vector<std::uint16_t> halves(data.size() / 2);
-  if (!halves.empty()) std::memcpy(halves.data(), data.data(), data.size());
-  std::vector<double> values(halves.size());
-  std::transform(halves.begin(), halves.end(), values.begin(), half_value);
-  return values;
-}
-
 template <class T>
 std::vector<double> converted(const std::vector<std::byte>& data) {
-  std::vector<T> values(data.size() / sizeof(T));
-  if (!values.empty()) std::memcpy(values.data(), data.data(), data.size());
-  return {values.begin(), values.end()};
-}
-
-template <>
-std::vector<double> converted<std::int64_t>(const std::vector<std::byte>& data) {
-  std::vector<double> values(data.size() / sizeof(std::int64_t));
+  std::vector<double> values(data.size() / sizeof(T));
   for (std::size_t i = 0; i < values.size(); ++i) {
-    std::int64_t value = 0;
-    std::memcpy(&value, data.data() + i * sizeof value, sizeof value);
-    values[i] = static_cast<double>(value);
+    std::array<std::byte, sizeof(T)> element;
+    std::memcpy(element.data(), data.data() + i * sizeof(T), sizeof(T));
+    values[i] = static_cast<double>(std::bit_cast<T>(element));
   }
   return values;
 }
@@ -191,7 +158,7 @@ std::size_t NpyArray::size() const { return data.size() / name_of(type).bytes; }
 std::vector<double> NpyArray::to_doubles() const {
   switch (type) {
     case NpyType::float16:
-      return converted_halves(data);
+      return converted<Eigen::half>(data);
     case NpyType::float32:
       return converted<float>(data);
     case NpyType::float64:
@@ -211,41 +178,12 @@ std::vector<double> NpyArray::to_doubles() const {
 
 NpyArray read_npy(const std::filesystem::path& path, std::size_t max_bytes) {
   std::ifstream file = open_file(path);
-  try {
-    return read_array(file, max_bytes);
-  } catch (const std::invalid_argument& problem) {
-    throw unusable(path, problem);
-  }
-}
-
-NpySlices::NpySlices(const std::filesystem::path& path) : path_(path), file_(open_file(path)) {
-  try {
-    OpenArray open = open_array(file_, std::numeric_limits<std::size_t>::max());
-    if (open.shape.empty()) throw std::invalid_argument("it is a single number");
-    type_ = open.type;
-    shape_ = std::move(open.shape);
-    data_start_ = file_.tellg();
-    slice_bytes_ = shape_[0] == 0 ? 0 : open.bytes / shape_[0];
-  } catch (const std::invalid_argument& problem) {
-    throw unusable(path, problem);
-  }
-}
-
-NpyArray NpySlices::read(std::size_t index) {
-  NpyArray slice{type_, {shape_.begin() + 1, shape_.end()}, std::vector<std::byte>(slice_bytes_)};
-  file_.seekg(data_start_ + static_cast<std::streamoff>(index * slice_bytes_));
-  file_.read(reinterpret_cast<char*>(slice.data.data()), static_cast<std::streamsize>(slice_bytes_));
-  if (!file_) throw Error(path_.string() + ": slice " + std::to_string(index) + " cannot be read");
-  return slice;
+  return read_named(file, max_bytes, path.string());
 }
 
 NpyArray parse_npy(std::string_view bytes, const std::string& name) {
   std::istringstream stream{std::string(bytes)};
-  try {
-    return read_array(stream, bytes.size());
-  } catch (const std::invalid_argument& problem) {
-    throw Error(name + ": not a usable .npy file: " + problem.what());
-  }
+  return read_named(stream, bytes.size(), name);
 }
 
 std::string format_npy(const std::vector<std::size_t>& shape, std::span<const double> values) {
@@ -263,10 +201,6 @@ void write_npy(const std::filesystem::path& path, const std::vector<std::size_t>
 void write_npy(const std::filesystem::path& path, const std::vector<std::size_t>& shape,
                std::span<const std::int64_t> values) {
   write_array(path, NpyType::int64, shape, bytes_of(values));
-}
-void write_npy(const std::filesystem::path& path, const std::vector<std::size_t>& shape,
-               std::span<const std::uint8_t> values) {
-  write_array(path, NpyType::uint8, shape, bytes_of(values));
 }
 void write_npy_boolean(const std::filesystem::path& path, const std::vector<std::size_t>& shape,
                        std::span<const std::uint8_t> values) {

@@ -37,25 +37,6 @@ NpyArray parse_npy(std::string_view bytes, const std::string& name);
 /// The bytes of a file of float64 values, version 1.0, as write_npy writes them.
 std::string format_npy(const std::vector<std::size_t>& shape, std::span<const double> values);
 
-/// An array too large to be held at once, read slice by slice along its first index. Refuses what read_npy
-/// refuses.
-class NpySlices {
- public:
-  explicit NpySlices(const std::filesystem::path& path);
-
-  const std::vector<std::size_t>& shape() const { return shape_; }  ///< at least one index
-  /// Slice `index`, of the shape without its first index. `index` is below shape()[0].
-  NpyArray read(std::size_t index);
-
- private:
-  std::filesystem::path path_;
-  std::ifstream file_;
-  NpyType type_;
-  std::vector<std::size_t> shape_;
-  std::streamoff data_start_;
-  std::size_t slice_bytes_;
-};
-
 /// Writes version 1.0, atomically. `values` must have as many elements as `shape` says (else
 /// std::invalid_argument).
 void write_npy(const std::filesystem::path& path, const std::vector<std::size_t>& shape,
@@ -64,8 +45,6 @@ void write_npy(const std::filesystem::path& path, const std::vector<std::size_t>
                std::span<const float> values);
 void write_npy(const std::filesystem::path& path, const std::vector<std::size_t>& shape,
                std::span<const std::int64_t> values);
-void write_npy(const std::filesystem::path& path, const std::vector<std::size_t>& shape,
-               std::span<const std::uint8_t> values);
 /// Same bytes as a numpy bool array; every value must be 0 or 1.
 void write_npy_boolean(const std::filesystem::path& path, const std::vector<std::size_t>& shape,
                        std::span<const std::uint8_t> values);
