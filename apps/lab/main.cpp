@@ -27,7 +27,6 @@ int run(int argc, char** argv) {
   add_localize(lab);
   add_calibration(lab);
   add_disturbances(lab);
-  add_fusion(lab);
   add_soak(lab);
   add_micro_benchmarks(lab);
   // After the subcommands, which would inherit it.

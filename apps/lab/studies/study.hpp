@@ -18,7 +18,6 @@ void add_ablation(CLI::App& lab);
 void add_benchmark(CLI::App& lab);
 void add_calibration(CLI::App& lab);
 void add_disturbances(CLI::App& lab);
-void add_fusion(CLI::App& lab);
 void add_honesty(CLI::App& lab);
 void add_information(CLI::App& lab);
 void add_long_scan(CLI::App& lab);
