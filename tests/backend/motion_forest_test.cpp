@@ -40,19 +40,6 @@ struct Tree {
   }
 };
 
-TEST(MotionForest, KnowsTheMotionBetweenAnyTwoNodes) {
-  const Tree tree;
-  std::vector<UncertainMotion> motions;
-  for (std::size_t i = 0; i < tree.joins.size(); ++i) motions.push_back(tree.motion(i));
-  const MotionForest forest = tree.forest(motions);
-  for (int a = 0; a < 30; ++a)
-    for (int b = 0; b < 30; ++b) {
-      const Pose expected =
-          tree.truth[static_cast<std::size_t>(a)].inverse() * tree.truth[static_cast<std::size_t>(b)];
-      EXPECT_LT(se3_log(forest.path(a, b).from_T_to.inverse() * expected).norm(), 1e-9) << a << ' ' << b;
-    }
-}
-
 // Against many draws of the edges' noise. 300 draws know a variance to 8 %; 40 % is five of those.
 TEST(MotionForest, CovarianceIsThatOfManyDraws) {
   const Tree tree;
@@ -121,15 +108,6 @@ TEST(MotionCertainty, OfAChainIsWhatItsEdgesSay) {
   EXPECT_GT(MotionCertainty(roll.edges, 0.1).sigma_mm(0, 89), 2 * noise_only);
   roll.join(0, 90, EdgeKind::loop);
   EXPECT_LT(MotionCertainty(roll.edges, 0.1).sigma_mm(0, 89), 0.5 * noise_only);
-}
-
-TEST(MotionForest, SeparateTreesAndEdgesThatCloseACycle) {
-  const Tree tree;
-  const UncertainMotion there = tree.motion(0);
-  const MotionForest forest(4, {{0, 1, &there}, {1, 0, &there}, {2, 3, &there}, {3, 3, &there}});
-  EXPECT_EQ(forest.tree(0), forest.tree(1));
-  EXPECT_EQ(forest.tree(2), forest.tree(3));
-  EXPECT_NE(forest.tree(0), forest.tree(2));
 }
 
 }  // namespace

@@ -266,24 +266,6 @@ TEST(ImageFolderSource, UnusableFoldersAreNamed) {
   EXPECT_THAT(error_of(folder.path()), HasSubstr("2.png: the file is empty"));
 }
 
-TEST(ImageFolderSource, DamagedPicturesAreLeftOutAndTheRestKeepTheirTimes) {
-  TemporaryFolder folder;
-  for (int i = 0; i < 6; ++i)
-    cv::imwrite((folder / (std::to_string(i) + ".png")).string(), numbered_picture(i, 64, 48));
-  write_bytes(folder / "0.png", "");
-  cv::imwrite((folder / "3.png").string(), cv::Mat1b(48, 64, uchar{7}));
-  const auto source = open_frame_source(folder.path(), small_sensor());
-  std::vector<int> numbers;
-  while (const auto image = source->next()) {
-    numbers.push_back(number_in(image->bgr));
-    EXPECT_EQ(image->index, numbers.back());
-    EXPECT_NEAR(image->time_s, 0.02 * numbers.back(), 1e-9);
-  }
-  EXPECT_THAT(numbers, ElementsAre(1, 2, 4, 5));
-  EXPECT_THAT(source->warning(), HasSubstr("left out 2 damaged pictures (the first: "));
-  EXPECT_THAT(source->warning(), HasSubstr("0.png: the file is empty"));
-}
-
 // As a camera gives that has just been switched on, or was nudged.
 TEST(VideoSource, BlackPicturesAreLeftOutAndTheRestKeepTheirTimes) {
   TemporaryFolder folder;

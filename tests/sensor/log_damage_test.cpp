@@ -6,7 +6,6 @@
 #include "../support/file_size_limit.hpp"
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "raw_frames.hpp"
 
@@ -103,20 +102,6 @@ TEST(DamagedLog, ALogThatAnotherToolCutIsWhole) {
   EXPECT_THAT(read_log(folder / "theirs_cut.mkv").warning, HasSubstr("is it truncated or damaged?"));
 }
 
-TEST(DamagedLog, CutsJustBeforeAndAfterEachFrame) {
-  TemporaryFolder folder;
-  const Recorded recorded = record(folder / "a.mkv", 5, false);
-  for (std::size_t i = 0; i < recorded.ends.size(); ++i) {
-    for (const int offset : {-1, 0, 1, 3, 12, 30}) {
-      const std::size_t length = recorded.ends[i] + static_cast<std::size_t>(offset);
-      if (length > recorded.bytes.size()) continue;
-      test::write_bytes(folder / "cut.mkv", recorded.bytes.substr(0, length));
-      const std::size_t whole = offset < 0 ? i : i + 1;
-      if (whole > 0) expect_first_frames(read_log(folder / "cut.mkv"), whole);
-    }
-  }
-}
-
 TEST(DamagedLog, AHoleLosesOnlyWhatItHits) {
   TemporaryFolder folder;
   const Recorded recorded = record(folder / "a.mkv", 10, true);
@@ -202,29 +187,6 @@ TEST(DamagedLog, AttachmentsThatAreTooLargeAreRefused) {
   bytes.replace(bytes.find("nnmodel.pth"), 11, "config.yaml");
   test::write_bytes(folder / "b.mkv", bytes);
   EXPECT_THAT(read_log(folder / "b.mkv").error, HasSubstr("its attachment config.yaml is too large"));
-}
-
-TEST(DamagedLog, DamagedPicturesAreLeftOutAndCounted) {
-  TemporaryFolder folder;
-  LogWriter writer(folder / "a.mkv", {}, 25);
-  for (int i = 0; i < 6; ++i) {
-    RawFrame frame = jpeg_frame(i);
-    if (i == 2 || i == 4) frame.bytes.resize(frame.bytes.size() / 2);
-    ASSERT_TRUE(writer.write(frame));
-  }
-  writer.close();
-  SensorProfile profile;
-  profile.width_px = 64;
-  profile.height_px = 48;
-  const auto source = open_frame_source(folder / "a.mkv", profile);
-  std::vector<int> numbers;
-  while (const auto image = source->next()) {
-    EXPECT_NEAR(image->time_s, 0.04 * static_cast<double>(image->index), 1e-6);
-    numbers.push_back(test::number_in(image->bgr));
-  }
-  EXPECT_THAT(numbers, ::testing::ElementsAre(0, 1, 3, 5));
-  EXPECT_THAT(source->warning(), ::testing::AllOf(HasSubstr("left out 2 damaged pictures (the first: "),
-                                                  HasSubstr(", frame 2: ")));
 }
 
 TEST(FullDisk, StopsInWordsAndLeavesWhatWasWrittenReadable) {
