@@ -5,13 +5,14 @@
 #include <iostream>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <span>
 
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/npy.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/image/codecs.hpp"
-#include "gelslam/image/tiff.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/sensor/image_input.hpp"
 #include "gelslam/slam/config.hpp"
@@ -24,8 +25,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kHeightFile = "height_mm.tiff";  // also tells our folders from others when overwriting
-constexpr float kShownCurvature = 0.2F;                // 1/pixel, black or white in the picture
+constexpr const char* kHeightFile = "height_mm.npy";  // also tells our folders from others when overwriting
+constexpr float kShownCurvature = 0.2F;               // 1/pixel, black or white in the picture
 
 struct SurfaceArguments {
   fs::path image, background, model, output;
@@ -85,7 +86,10 @@ Mesh triangulate(const Surface& surface) {
 }
 
 void write_surface(const fs::path& folder, const Surface& surface) {
-  write_float_tiff(folder / kHeightFile, surface.height_mm);
+  const cv::Mat1f& height = surface.height_mm;
+  write_npy(folder / kHeightFile,
+            {static_cast<std::size_t>(height.rows), static_cast<std::size_t>(height.cols)},
+            std::span(height.ptr<const float>(), height.total()));
   write_png(folder / "height.png", height_picture(surface.height_mm));
   write_png(folder / "normals.png", normals_picture(surface.normals));
   write_png(folder / "contact.png", surface.contact);
@@ -143,7 +147,7 @@ void add_surface_command(CLI::App& app, int& exit_code) {
   command->add_flag("--overwrite", arguments->overwrite, "Replace a folder this command wrote earlier");
   add_quiet_flag(*command, arguments->quiet);
   command->footer(
-      "Writes height_mm.tiff (32-bit float), height.png, normals.png, contact.png, curvature.png, "
+      "Writes height_mm.npy (NumPy, 32-bit float), height.png, normals.png, contact.png, curvature.png, "
       "surface.ply.\n"
       "Exit code 1: nothing touches the gel.\n"
       "Example: gelslam surface touch.png --background background.png --model nnmodel.pth -o TOUCH");

@@ -382,7 +382,7 @@ InfoReport inspect(const fs::path& path, ProgressSink& progress) {
   if (fs::exists(path / "report.json", code)) return inspect_run(path);
   if (fs::exists(path / "session.json", code) || fs::exists(path / "scan.jsonl", code))
     return inspect_session(path);
-  if (fs::exists(path / "height_mm.tiff", code)) return inspect_surface(path);
+  if (fs::exists(path / "height_mm.npy", code)) return inspect_surface(path);
   if (fs::exists(path / "catalog.csv", code)) return inspect_presses(path);
   return inspect_data(path);
 }

@@ -117,7 +117,7 @@ TEST(Info, ASessionAndASurfaceAreNamed) {
   EXPECT_THAT(newer.out + newer.err, HasSubstr("written by a newer version of the program"));
   EXPECT_NE(newer.exit_code, 0);
   fs::create_directory(folder / "touch");
-  test::write_bytes(folder / "touch/height_mm.tiff", "x");
+  test::write_bytes(folder / "touch/height_mm.npy", "x");
   const ProgramResult surface = info(folder / "touch");
   EXPECT_THAT(surface.out, HasSubstr("the surface of one touch"));
   EXPECT_EQ(surface.exit_code, 1) << "without its mesh";

@@ -9,7 +9,6 @@
 #include "gelslam/core/crc32.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/image/codecs.hpp"
-#include "gelslam/image/tiff.hpp"
 
 namespace gelslam {
 namespace {
@@ -181,55 +180,6 @@ TEST(EncodeJpeg, FullColorResolution) {
   const cv::Mat3b read = cv::imdecode(encode_jpeg(picture), cv::IMREAD_UNCHANGED);
   ASSERT_EQ(read.size(), picture.size());
   EXPECT_LT(cv::norm(read, picture, cv::NORM_INF), 12.0);
-}
-
-TEST(FloatTiff, OpenCVReadsWhatWasWrittenAndTheOtherWayRound) {
-  TemporaryFolder folder;
-  const std::filesystem::path file = folder / "a.tiff";
-  for (const cv::Size size : {cv::Size(320, 240), cv::Size(1, 1), cv::Size(33, 7)}) {
-    cv::Mat1f values(size);
-    cv::randn(values, 0, 1);
-    write_float_tiff(file, values);
-    expect_same(cv::imread(file.string(), cv::IMREAD_UNCHANGED), values, "read by OpenCV");
-    expect_same(read_float_tiff(file, size, 1), values, "read by us");
-    EXPECT_TRUE(read_float_tiff(file, size, 4).empty());
-    EXPECT_TRUE(read_float_tiff(file, size + cv::Size(1, 0), 1).empty());
-    cv::Mat4f four(size);
-    cv::randn(four, 0, 1);
-    cv::imwrite(file.string(), four);
-    expect_same(read_float_tiff(file, size, 4), cv::imread(file.string(), cv::IMREAD_UNCHANGED),
-                "four channels");
-  }
-  EXPECT_TRUE(read_float_tiff(folder / "none.tiff", {1, 1}, 1).empty());
-  EXPECT_TRUE(read_float_tiff(folder.path(), {1, 1}, 1).empty());
-  EXPECT_THROW(write_float_tiff("/dev/full/a.tiff", cv::Mat1f(2, 2, 0.0F)), Error);
-}
-
-TEST(FloatTiff, DamageIsNoPictureAndSilent) {
-  TemporaryFolder folder;
-  const std::filesystem::path file = folder / "a.tiff";
-  cv::Mat4f four(24, 32);
-  cv::randn(four, 0, 1);
-  cv::imwrite(file.string(), four);
-  const std::string good = test::read_bytes(file);
-  testing::internal::CaptureStderr();
-  for (std::size_t length = 0; length < good.size(); length += 1 + good.size() / 40) {
-    test::write_bytes(file, good.substr(0, length));
-    EXPECT_TRUE(read_float_tiff(file, four.size(), 4).empty()) << length;
-  }
-  std::minstd_rand random(5);
-  for (int i = 0; i < 300; ++i) {
-    std::string bytes = good;
-    for (int flips = 0; flips < 4; ++flips) {
-      // The directory lies at the start or the end.
-      const std::size_t near = random() % 200;
-      bytes[random() % 2 == 0 ? near : bytes.size() - 1 - near] = static_cast<char>(random());
-    }
-    test::write_bytes(file, bytes);
-    const cv::Mat values = read_float_tiff(file, four.size(), 4);
-    EXPECT_TRUE(values.empty() || values.type() == CV_32FC4);
-  }
-  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
 }  // namespace

@@ -117,7 +117,7 @@ TEST(IsGray, ColorInOnePixelIsColor) {
 TEST(ReadImage, EveryFormatAndAlpha) {
   TemporaryFolder folder;
   const cv::Mat3b picture = numbered_picture(5, 64, 48);
-  for (const char* name : {"a.png", "a.bmp", "a.tiff", "a.jpg"}) {
+  for (const char* name : {"a.png", "a.bmp", "a.jpg"}) {
     cv::imwrite((folder / name).string(), picture);
     const cv::Mat3b read = read_image(folder / name);
     EXPECT_LT(cv::norm(read, picture, cv::NORM_L1) / (64.0 * 48 * 3), 4.0) << name;
@@ -141,14 +141,14 @@ TEST(ReadImage, UnusableImagesAreNamed) {
   EXPECT_THAT(message("gray1.png"), HasSubstr("gray1.png: a gray picture"));
   EXPECT_THAT(message("gray3.png"), HasSubstr("gray3.png: a gray picture"));
   EXPECT_THAT(message("deep.png"), HasSubstr("8 bits per channel"));
-  EXPECT_THAT(message("text.png"), HasSubstr("not a readable image"));
+  EXPECT_THAT(message("text.png"), HasSubstr("not a readable image (png, jpg or bmp)"));
   EXPECT_THAT(message("empty.png"), HasSubstr("the file is empty"));
   EXPECT_THAT(message("none.png"), HasSubstr("none.png: cannot be read: No such file"));
 }
 
 TEST(ReadImage, DamagedImagesAreErrorsAndSilent) {
   TemporaryFolder folder;
-  for (const char* ending : {".png", ".jpg", ".bmp", ".tiff"}) {
+  for (const char* ending : {".png", ".jpg", ".bmp"}) {
     const auto whole = folder / (std::string("whole") + ending), cut = folder / (std::string("cut") + ending);
     cv::imwrite(whole.string(), numbered_picture(5, 64, 48));
     const std::string bytes = test::read_bytes(whole);

@@ -142,35 +142,20 @@ TEST(VideoFile, PicturesThatChangeTheirSizeAreDamaged) {
   EXPECT_THAT(decoder.first_damage(), testing::HasSubstr("98x62 pixels, announced were 64x48"));
 }
 
-TEST(ReadImage, BmpAndTiffAreReadAsByOpenCV) {
+TEST(ReadImage, BmpIsReadAsByOpenCV) {
   TemporaryFolder folder;
-  for (const char* ending : {".bmp", ".tiff"}) {
-    const std::filesystem::path file = folder / (std::string("a") + ending);
-    for (const cv::Size size : {cv::Size(320, 240), cv::Size(75, 53), cv::Size(2, 1)}) {
-      const cv::Mat3b picture = numbered_picture(7, size.width, size.height);
-      cv::imwrite(file.string(), picture);
-      EXPECT_EQ(cv::norm(read_image(file), picture, cv::NORM_INF), 0.0) << file << size;
-      cv::Mat with_alpha;
-      cv::cvtColor(picture, with_alpha, cv::COLOR_BGR2BGRA);
-      cv::imwrite(file.string(), with_alpha);
-      EXPECT_EQ(cv::norm(read_image(file), picture, cv::NORM_INF), 0.0) << file << size;
-    }
-    cv::imwrite(file.string(), cv::Mat1b(48, 64, uchar{90}));
-    EXPECT_THAT(test::message_of<Error>([&] { read_image(file); }), testing::HasSubstr("a gray picture"));
+  const std::filesystem::path file = folder / "a.bmp";
+  for (const cv::Size size : {cv::Size(320, 240), cv::Size(75, 53), cv::Size(2, 1)}) {
+    const cv::Mat3b picture = numbered_picture(7, size.width, size.height);
+    cv::imwrite(file.string(), picture);
+    EXPECT_EQ(cv::norm(read_image(file), picture, cv::NORM_INF), 0.0) << size;
+    cv::Mat with_alpha;
+    cv::cvtColor(picture, with_alpha, cv::COLOR_BGR2BGRA);
+    cv::imwrite(file.string(), with_alpha);
+    EXPECT_EQ(cv::norm(read_image(file), picture, cv::NORM_INF), 0.0) << size;
   }
-  for (const int kind : {1, 5, 7, 8, 32773}) {  // TIFF's compressions: none, LZW, JPEG, zlib, PackBits
-    const std::filesystem::path file = folder / "b.tiff";
-    const cv::Mat3b picture = numbered_picture(7, 320, 240);
-    cv::imwrite(file.string(), picture, {cv::IMWRITE_TIFF_COMPRESSION, kind});
-    EXPECT_EQ(cv::norm(read_image(file), cv::imread(file.string()), cv::NORM_INF), 0.0) << kind;
-    EXPECT_LT(cv::norm(read_image(file), picture, cv::NORM_L1) / static_cast<double>(3 * picture.total()), 3)
-        << kind;
-    std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
-    EXPECT_THAT(test::message_of<Error>([&] { read_image(file); }), testing::HasSubstr("b.tiff")) << kind;
-  }
-  cv::imwrite((folder / "deep.tiff").string(), cv::Mat(48, 64, CV_16UC3, cv::Scalar(1, 2000, 3)));
-  EXPECT_THAT(test::message_of<Error>([&] { read_image(folder / "deep.tiff"); }),
-              testing::HasSubstr("8 bits per channel"));
+  cv::imwrite(file.string(), cv::Mat1b(48, 64, uchar{90}));
+  EXPECT_THAT(test::message_of<Error>([&] { read_image(file); }), testing::HasSubstr("a gray picture"));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "../support/run_program.hpp"
+#include "gelslam/core/npy.hpp"
 #include "linear_gel.hpp"
 #include "pth_file.hpp"
 
@@ -61,11 +62,13 @@ TEST_F(SurfaceCommand, WritesTheHeightAndItsPictures) {
   for (const auto& entry : std::filesystem::directory_iterator(folder_ / "OUT"))
     names.push_back(entry.path().filename());
   std::sort(names.begin(), names.end());
-  EXPECT_THAT(names, ElementsAre("contact.png", "curvature.png", "height.png", "height_mm.tiff",
-                                 "normals.png", "surface.ply"));
-  const cv::Mat height = cv::imread((folder_ / "OUT" / "height_mm.tiff").string(), cv::IMREAD_UNCHANGED);
-  ASSERT_EQ(height.type(), CV_32F);
-  EXPECT_LT(cv::norm(height, truth_, cv::NORM_INF), 0.02);
+  EXPECT_THAT(names, ElementsAre("contact.png", "curvature.png", "height.png", "height_mm.npy", "normals.png",
+                                 "surface.ply"));
+  const NpyArray height = read_npy(folder_ / "OUT" / "height_mm.npy");
+  ASSERT_THAT(height.shape, ElementsAre(static_cast<std::size_t>(truth_.rows), truth_.cols));
+  EXPECT_EQ(height.type, NpyType::float32);
+  EXPECT_LT(cv::norm(cv::Mat1d(truth_.size(), height.to_doubles().data()), cv::Mat1d(truth_), cv::NORM_INF),
+            0.02);
   const cv::Mat contact = cv::imread((folder_ / "OUT" / "contact.png").string(), cv::IMREAD_UNCHANGED);
   EXPECT_EQ(contact.at<unsigned char>(110, 150), 255);
   EXPECT_EQ(contact.at<unsigned char>(10, 10), 0);
@@ -86,7 +89,7 @@ TEST_F(SurfaceCommand, ReplacesOnlyOnRequestAndOnlyItsOwnFolder) {
   ASSERT_EQ(run("touch.png").exit_code, 0);
   EXPECT_EQ(run("touch.png").exit_code, 2);
   EXPECT_EQ(run("touch.png", {"--overwrite"}).exit_code, 0);
-  std::filesystem::remove(folder_ / "OUT" / "height_mm.tiff");
+  std::filesystem::remove(folder_ / "OUT" / "height_mm.npy");
   EXPECT_EQ(run("touch.png", {"--overwrite"}).exit_code, 2);
 }
 

@@ -15,9 +15,6 @@ struct SlopeSample {
   int u_px = 0, v_px = 0, zone = -1;           ///< zone -1: untouched gel
 };
 
-/// Slope angles of a ball of `ball_px` pixels radius at (u, v): atan2(u - center, depth of the surface).
-std::array<float, 2> ball_angles_rad(double du_px, double dv_px, double ball_px);
-
 /// Pixels inside the zones, on a grid just fine enough for about `wanted` in all, zones in turn.
 std::vector<SlopeSample> zone_samples(const PressSet& set, const std::vector<BallZone>& zones,
                                       double pixel_pitch_mm, int wanted);

@@ -60,7 +60,7 @@ class ImageFolderSource final : public RawFrameSource {
 }  // namespace
 
 bool has_image_ending(const fs::path& path) {
-  static constexpr std::array endings{".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff"};
+  static constexpr std::array endings{".png", ".jpg", ".jpeg", ".bmp"};
   const std::string ending = lower_case(path.extension().string());
   return std::find(endings.begin(), endings.end(), ending) != endings.end();
 }

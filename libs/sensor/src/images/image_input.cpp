@@ -12,7 +12,6 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/image/codecs.hpp"
-#include "gelslam/image/tiff.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "images/crop.hpp"
 #include "images/sources.hpp"
@@ -50,16 +49,6 @@ RawFrame read_bmp(const std::vector<unsigned char>& bytes, const std::filesystem
   return picture ? std::move(picture->frame) : RawFrame{};
 }
 
-RawFrame read_color_tiff(const std::filesystem::path& path) {
-  const TiffInfo info = read_tiff_info(path);
-  detail::check_picture_size(path, info.width_px, info.height_px);
-  if (info.bits_per_channel > 8) throw Error(path.string() + ": needs 8 bits per channel");
-  RawFrame frame;
-  const cv::Mat3b picture = read_tiff(path);
-  if (!picture.empty()) detail::put_picture(picture, frame);
-  return frame;
-}
-
 RawFrame packet_of(std::vector<unsigned char> bytes, FrameEncoding encoding, std::int64_t width_px,
                    std::int64_t height_px, const std::filesystem::path& path) {
   RawFrame frame;
@@ -84,8 +73,6 @@ RawFrame read_any(std::vector<unsigned char> bytes, const std::filesystem::path&
     return packet_of(std::move(bytes), FrameEncoding::png, info.width_px, info.height_px, path);
   }
   if (head.starts_with("BM")) return read_bmp(bytes, path);
-  if (head.starts_with(std::string_view("II*\0", 4)) || head.starts_with(std::string_view("MM\0*", 4)))
-    return read_color_tiff(path);
   return {};
 }
 
@@ -94,8 +81,7 @@ RawFrame read_any(std::vector<unsigned char> bytes, const std::filesystem::path&
 RawFrame detail::read_image_file(const std::filesystem::path& path) {
   RawFrame frame = read_any(read_bytes(path), path);
   frame.name = path.string();
-  if (frame.bytes.empty())
-    throw Error(frame.name + ": not a readable image (png, jpg, bmp or tiff), or damaged");
+  if (frame.bytes.empty()) throw Error(frame.name + ": not a readable image (png, jpg or bmp), or damaged");
   return frame;
 }
 

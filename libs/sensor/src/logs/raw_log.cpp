@@ -166,7 +166,7 @@ std::unique_ptr<RawFrameSource> open_folder(const fs::path& folder, const Sensor
   std::vector<fs::path> images = detail::list_images(folder);
   if (images.empty())
     throw Error(folder.string() +
-                ": the folder holds neither log.mkv nor gelsight.avi nor images (png, jpg, bmp, tiff)");
+                ": the folder holds neither log.mkv nor gelsight.avi nor images (png, jpg, bmp)");
   return detail::open_image_folder(folder, std::move(images), profile);
 }
 

@@ -9,7 +9,7 @@
 
 namespace gelslam {
 
-/// Reads one color image (png, jpg, bmp, tiff; 8 bits per channel; an alpha channel is dropped) at its own
+/// Reads one color image (png, jpg, bmp; 8 bits per channel; an alpha channel is dropped) at its own
 /// size. Throws Error when the file is missing, is no image, is truncated or has no color.
 cv::Mat3b read_image(const std::filesystem::path& path);
 
