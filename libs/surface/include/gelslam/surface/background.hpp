@@ -90,8 +90,8 @@ BackgroundCheck check_background(const std::vector<cv::Mat3b>& frames, const Gra
 
 /// Message for users of the maker's model (GradientModel::maker).
 inline constexpr const char* kMakerModelDoubt =
-    "the model is the maker's and not made for this sensor: slopes and depths come out 12 to 32 % too flat, "
-    "most toward the corners; for a model of this sensor, press a ball (gelslam calibrate)";
+    "the model is the maker's and not made for this sensor: heights come out about a third too small; for a "
+    "model of this sensor, press a ball (gelslam calibrate)";
 
 /// What makes a picture of the bare gel doubtful, as sentences for the user (own): too dark, saturated,
 /// without color, markers, dirt or a tear, and judge_lamps. With `model` also a bare gel that the model reads
