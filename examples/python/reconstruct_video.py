@@ -20,7 +20,5 @@ print(f"{len(run.trajectory)} poses, {len(run.mesh.vertices)} vertices: {argumen
 if arguments.show:
     import open3d
 
-    mesh = open3d.geometry.TriangleMesh(open3d.utility.Vector3dVector(run.mesh.vertices.astype(float)),
-                                        open3d.utility.Vector3iVector(run.mesh.triangles))
-    mesh.compute_vertex_normals()
+    mesh = run.mesh.to_open3d()
     open3d.visualization.draw_geometries([mesh])

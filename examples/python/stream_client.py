@@ -1,5 +1,9 @@
 #!/usr/bin/env python3
-"""Prints the position of the sensor while `gelslam scan --stream tcp:5555` runs."""
+"""Prints the position of the sensor while `gelslam scan --stream tcp:5555` runs.
+
+Usage: stream_client.py [PORT]
+"""
+import argparse
 import json
 import os
 import socket
@@ -15,8 +19,10 @@ def main(port):
                 print("%8.2f s  trial %d  x %6.2f  y %6.2f  z %6.2f mm" % (frame["time_s"], frame["trial"], x, y, z), flush=True)
 
 
+parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+parser.add_argument("port", type=int, nargs="?", default=5555)
 try:
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 5555)
+    main(parser.parse_args().port)
 except BrokenPipeError:  # who read this has enough, as `head` has
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains once more at its end
 except ConnectionError as error:

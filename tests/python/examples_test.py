@@ -51,6 +51,13 @@ class Examples(unittest.TestCase):
         out = self.example("compare_registrations.py", simulated.SCAN, 20, 22, 24, "--model", simulated.MODEL)
         self.assertEqual(out.count("ok"), 2)
         self.assertEqual(out.count("sigma"), 12)
+        out = self.example("compare_registrations.py", simulated.SCAN, 20, 2, 22, "--model", simulated.MODEL)  # 2: bare gel
+        self.assertIn("frame 20 to 2: failed: ", out)
+        self.assertEqual(out.count("sigma"), 6)
+        wrong = subprocess.run([sys.executable, EXAMPLES / "compare_registrations.py", simulated.SCAN, "20", "22", "9999", "--model",
+                                simulated.MODEL], capture_output=True, text=True, cwd=self.folder)
+        self.assertEqual((wrong.returncode, wrong.stderr.count("\n")), (1, 1), wrong.stderr)
+        self.assertIn("no frame 9999", wrong.stderr)
 
     def test_calibrate(self):
         out = self.example("calibrate.py", simulated.FOLDER / "calibration", "-o", "model.json", "--steps", "300")
@@ -90,6 +97,14 @@ class Examples(unittest.TestCase):
             threading.Thread(target=serve).start()
             out = self.example("stream_client.py", server.getsockname()[1])
         self.assertEqual(out.split(), "1.50 s trial 2 x 1.00 y -2.00 z 3.50 mm".split())
+
+    def test_each_has_help(self):
+        for path in EXAMPLES.glob("*.py"):
+            done = subprocess.run([sys.executable, path, "--help"], capture_output=True, text=True)
+            self.assertEqual((done.returncode, done.stderr), (0, ""), path.name)
+            self.assertIn("usage: ", done.stdout.lower())
+        wrong = subprocess.run([sys.executable, EXAMPLES / "stream_client.py", "here"], capture_output=True, text=True)
+        self.assertNotIn("Traceback", wrong.stderr)
 
     def test_all_are_tested(self):
         tested = {name.removeprefix("test_") for name in dir(self) if name.startswith("test_")}
