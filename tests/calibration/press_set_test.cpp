@@ -96,6 +96,15 @@ TEST(PressSet, ABadPressDoesNotStopTheOthers) {
   EXPECT_FALSE(read_press_set(folder.path()).presses[1].label);
 }
 
+TEST(PressSet, ReadsTheCatalogOfWindows) {
+  const TemporaryFolder folder;
+  write_folder(folder.path(), small_set());
+  write_bytes(folder / "catalog.csv", "experiment_reldir,diameter(mm)\r\n6mm\\0,6.31\r\n9mm\\0,9.5\r\n");
+  const PressSet set = read_press_set(folder.path());
+  EXPECT_EQ(set.presses[1].name, "9mm/0");
+  EXPECT_EQ(set.presses[1].problem, "");
+}
+
 TEST(PressSet, SaysWhichLineOfTheCatalogIsWrong) {
   const TemporaryFolder folder;
   write_folder(folder.path(), small_set());
@@ -108,6 +117,7 @@ TEST(PressSet, SaysWhichLineOfTheCatalogIsWrong) {
   EXPECT_THAT(with("9mm/0,nan"), HasSubstr("the diameter must be"));
   EXPECT_THAT(with("9mm/0,-9.5"), HasSubstr("the diameter must be"));
   EXPECT_THAT(with("../secret,9.5"), HasSubstr("must lie inside"));
+  EXPECT_THAT(with("..\\secret,9.5"), HasSubstr("must lie inside"));
   EXPECT_THAT(with("/etc,9.5"), HasSubstr("must lie inside"));
   EXPECT_THAT(with("6mm/0,9.5"), HasSubstr("is there twice"));
   EXPECT_THAT(with(std::string(5000, 'x') + ",9.5"), HasSubstr("too long"));

@@ -156,6 +156,22 @@ TEST(ReadOptions, RelativePathsCountFromTheFile) {
   EXPECT_TRUE(options.model.empty());
 }
 
+TEST(ReadOptions, BackslashesOfWindowsAreUnderstoodOrNamed) {
+  test::TemporaryFolder folder;
+  const auto read = [&](const std::string& model) {
+    test::write_bytes(folder / "c.yaml", "device_config:\n  model: " + model + "\n");
+    Options options;
+    read_options(folder / "c.yaml", list(options));
+    return options.model;
+  };
+  EXPECT_EQ(read("m\\nnmodel.pth"), folder / "m/nnmodel.pth");
+  EXPECT_EQ(read("..\\m\\n.pth"), folder.path().parent_path() / "m/n.pth");
+  test::write_bytes(folder / "m\\n.pth", "");  // a name on other systems
+  EXPECT_EQ(read("m\\n.pth"), folder / "m\\n.pth");
+  for (const char* quoted : {"\"m\\nnmodel.pth\"", "\"C:\\Users\\n.pth\"", "\"C:\\models\\n.pth\""})
+    EXPECT_THAT(message_of<Error>([&] { read(quoted); }), HasSubstr("write / instead")) << quoted;
+}
+
 TEST(ReadOptions, FileThatIsNotThereOrNoFile) {
   test::TemporaryFolder folder;
   Options options;

@@ -41,6 +41,7 @@ std::string global(std::string module_and_name) {
 
 std::string tuple_of(const std::vector<int>& values) {
   std::string text;
+  if (values.empty()) return ")";
   for (const int value : values) text += integer(value);
   text += values.size() == 1 ? '\x85' : '\x86';
   return text;
@@ -58,20 +59,24 @@ const std::string kOrderedDict = "ccollections\nOrderedDict\n)R";
 
 std::string PthFile::pickle() const {
   std::string text = "\x80\x02";
-  if (checkpoint) text += join({"}(", unicode("epoch"), integer(31), unicode("state_dict")});
+  if (checkpoint) text += join({"}(", unicode("epoch"), integer(31), unicode(entry)});
   text += join({kOrderedDict, "q", std::string(1, '\0'), "("});
   int key = 0;
   const auto add_tensor = [&](const std::string& name, const std::vector<int>& shape,
-                              const std::vector<int>& stride, std::size_t count) {
-    text += join({unicode(name), global(rebuild_function), "((", unicode("storage"), global(storage_class),
+                              const std::vector<int>& stride, std::size_t count, const std::string& storage) {
+    text += join({unicode(name), global(rebuild_function), "((", unicode("storage"), global(storage),
                   unicode(std::to_string(key++)), unicode("cpu"), integer(static_cast<int>(count)), "tQ",
                   integer(storage_offset), tuple_of(shape), tuple_of(stride), "\x89", kOrderedDict, "tR"});
   };
   for (std::size_t i = 0; i < layers.size(); ++i) {
     const std::string name = join({"fc", std::to_string(i + 1)});
     add_tensor(join({name, ".weight"}), {layers[i].outputs, layers[i].inputs}, {layers[i].inputs, 1},
-               layers[i].weight.size());
-    add_tensor(join({name, ".bias"}), {layers[i].outputs}, {1}, layers[i].bias.size());
+               layers[i].weight.size(), storage_class);
+    add_tensor(join({name, ".bias"}), {layers[i].outputs}, {1}, layers[i].bias.size(), storage_class);
+    if (!batch_norm || i + 1 == layers.size()) continue;
+    const std::string norm = join({"bn", std::to_string(i + 1)});
+    add_tensor(join({norm, ".running_mean"}), {layers[i].outputs}, {1}, layers[i].bias.size(), storage_class);
+    add_tensor(join({norm, ".num_batches_tracked"}), {}, {}, 1, "torch LongStorage");
   }
   text += "u";
   // The state is {'_metadata': {'version': 1}}.

@@ -22,8 +22,10 @@ struct PthFile {
   std::string rebuild_function = "torch._utils _rebuild_tensor_v2";
   std::map<std::string, std::string> more_entries = {{"byteorder", "little"}, {"version", "3\n"}};
   std::string root = "nnmodel";
-  int storage_offset = 0;     ///< of every tensor, in floats
-  bool checkpoint = false;    ///< the state_dict as an entry beside `epoch` and `optimizer`
+  int storage_offset = 0;            ///< of every tensor, in floats
+  bool checkpoint = false;           ///< the state_dict as an entry beside `epoch` and `optimizer`
+  std::string entry = "state_dict";  ///< of a checkpoint
+  bool batch_norm = false;    ///< every layer but the last is followed by one, with its count of batches
   bool with_metadata = true;  ///< the attribute torch sets on a state_dict
 
   std::string pickle() const;                          ///< data.pkl

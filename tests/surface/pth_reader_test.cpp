@@ -61,6 +61,20 @@ TEST(PthReader, RefusesOtherLayerSizesAndNamesThem) {
   EXPECT_THAT(refusal(file), HasSubstr("fc3.weight 32x64"));
 }
 
+TEST(PthReader, NamesTheLayersOfNetworksThatHoldOtherNumbersToo) {
+  PthFile file = good_file();
+  file.batch_norm = true;
+  EXPECT_THAT(refusal(file),
+              HasSubstr("its layers are fc1.weight 32x5, fc1.bias 32, bn1.running_mean 32, "
+                        "bn1.num_batches_tracked, fc2.weight 32x32, fc2.bias 32, bn2.running_mean 32, "
+                        "bn2.num_batches_tracked and 6 more; read are"));
+  file.layers = random_layers(1, std::vector<int>(41, 8));
+  EXPECT_THAT(refusal(file), HasSubstr("bn2.num_batches_tracked and 150 more; read are"));
+  file.checkpoint = true;
+  file.entry = "model_state_dict";
+  EXPECT_THAT(refusal(file), HasSubstr("its layers are fc1.weight 8x8, fc1.bias 8, bn1.running_mean 8"));
+}
+
 TEST(PthReader, ReadsTheNetworkOfTheMakersCheckpoint) {
   PthFile file;
   file.layers = random_maker_layers(2);

@@ -15,6 +15,7 @@ namespace gelslam {
 namespace {
 
 constexpr std::uintmax_t kLargestConfigBytes = 1u << 20;
+constexpr const char* kEscapeHint = " (in double quotes, \\ begins an escape: write / instead)";
 
 class OptionReader final : public OptionVisitor {
  public:
@@ -71,9 +72,13 @@ class OptionReader final : public OptionVisitor {
   void path(const std::string& key, std::filesystem::path& value, const std::string&) override {
     const YAML::Node node = find(key);
     if (!node) return;
-    const std::filesystem::path given = scalar(node, key, "a path");
-    if (given.string().find('\0') != std::string::npos) fail_value(node, key, "must be a path");
-    value = given.empty() ? given : std::filesystem::absolute(file_.parent_path() / given).lexically_normal();
+    std::string given = scalar(node, key, "a path");
+    if (std::any_of(given.begin(), given.end(), [](char c) { return c >= 0 && c < ' '; }))
+      fail_value(node, key, std::string("must be a path") + kEscapeHint);
+    const std::filesystem::path folder = file_.parent_path();
+    std::error_code code;
+    if (!std::filesystem::exists(folder / given, code)) std::replace(given.begin(), given.end(), '\\', '/');
+    value = given.empty() ? "" : std::filesystem::absolute(folder / given).lexically_normal();
   }
 
   /// Call when every key has been described.
@@ -213,7 +218,9 @@ void read_options_text(std::string_view yaml, const std::filesystem::path& name,
     reader.finish();
   } catch (const YAML::Exception& problem) {
     const std::string line = problem.mark.is_null() ? "" : ":" + std::to_string(problem.mark.line + 1);
-    throw Error(one_line(name.string() + line + ": not valid YAML: " + problem.msg));
+    const bool has_escape = yaml.find('\\') != std::string_view::npos;
+    throw Error(one_line(name.string() + line + ": not valid YAML: " + problem.msg) +
+                (has_escape ? kEscapeHint : ""));
   }
 }
 

@@ -52,6 +52,7 @@ CalibrationPress parse_line(const std::string& line, const std::string& where) {
   if (!(press.diameter_mm >= kMinDiameterMm && press.diameter_mm <= kMaxDiameterMm))
     throw Error(where + ": the diameter must be between 0.1 and 1000 mm");
   press.name = trimmed(line.substr(0, line.rfind(',')));
+  std::replace(press.name.begin(), press.name.end(), '\\', '/');  // of a catalog made on Windows
   if (!stays_inside(press.name)) throw Error(where + ": the press must lie inside the calibration folder");
   return press;
 }

@@ -56,7 +56,7 @@ enum class Kind {
   dict,
   ordered_dict_class,
   rebuild_tensor,
-  float_storage_class,
+  storage_class,
   storage,
   tensor
 };
@@ -73,7 +73,7 @@ struct Node {
   std::vector<NodeId> children;
 };
 
-constexpr std::size_t kMaxTensors = 64, kMaxDimensions = 8;
+constexpr std::size_t kMaxTensors = 256, kMaxDimensions = 8;
 
 class PickleMachine {
  public:
@@ -305,10 +305,8 @@ class PickleMachine {
       push({Kind::ordered_dict_class, 0, {}, {}});
     } else if (global == "torch._utils._rebuild_tensor_v2") {
       push({Kind::rebuild_tensor, 0, {}, {}});
-    } else if (global == "torch.FloatStorage") {
-      push({Kind::float_storage_class, 0, {}, {}});
     } else if (module == "torch" && name.ends_with("Storage")) {
-      throw Error("weights are " + printable(global) + ", only float32 (torch.FloatStorage) is supported");
+      push({Kind::storage_class, 0, name, {}});
     } else {
       throw Error("it asks to load '" + printable(global) +
                   "', which a gradient model does not need; refused");
@@ -337,7 +335,7 @@ class PickleMachine {
     const std::vector<NodeId>& fields =
         arena_[id].children;  // 'storage', class, key, device, number of elements
     if (fields.size() != 5 || arena_[fields[0]].text != "storage" ||
-        arena_[fields[1]].kind != Kind::float_storage_class || arena_[fields[2]].kind != Kind::text ||
+        arena_[fields[1]].kind != Kind::storage_class || arena_[fields[2]].kind != Kind::text ||
         arena_[fields[4]].kind != Kind::integer) {
       throw Error("data.pkl is damaged (storage description)");
     }
@@ -367,6 +365,7 @@ class PickleMachine {
     const auto& storage = arena_[arena_[arguments[0]].children[0]].children;
     TensorEntry entry;
     entry.name = name;
+    entry.storage_class = arena_[storage[1]].text;
     entry.storage_key = arena_[storage[2]].text;
     entry.storage_elements = arena_[storage[4]].integer;
     entry.storage_offset = arena_[arguments[1]].integer;
@@ -376,13 +375,13 @@ class PickleMachine {
     return entry;
   }
 
-  // Of a checkpoint its entry `state_dict`, else the dictionary itself.
+  // Of a checkpoint its entry with the state_dict, else the dictionary itself.
   NodeId state_dict_of(NodeId dict) const {
     const auto& children = arena_[dict].children;
     for (std::size_t i = 0; i + 1 < children.size(); i += 2) {
       const Node &key = arena_[children[i]], &value = arena_[children[i + 1]];
-      if (key.kind == Kind::text && key.text == "state_dict" && value.kind == Kind::dict)
-        return children[i + 1];
+      if (key.kind != Kind::text || value.kind != Kind::dict) continue;
+      if (key.text == "state_dict" || key.text == "model_state_dict") return children[i + 1];
     }
     return dict;
   }

@@ -11,19 +11,20 @@ namespace gelslam::surface::detail {
 /// Largest part of a model file that is read: a layer has at most 64 KiB, real pickles have one.
 inline constexpr std::size_t kMaxEntryBytes = 64 * 1024;
 
-/// One float32 tensor named by a pickled state_dict: where its numbers lie, not the numbers themselves.
+/// One tensor named by a pickled state_dict: where its numbers lie, not the numbers themselves.
 struct TensorEntry {
   std::string name;                   ///< "fc1.weight"
+  std::string storage_class;          ///< "FloatStorage": of float32
   std::string storage_key;            ///< the zip entry <root>/data/<storage_key>
-  std::int64_t storage_elements = 0;  ///< length of that storage in floats
-  std::int64_t storage_offset = 0;    ///< in floats
+  std::int64_t storage_elements = 0;  ///< length of that storage in numbers
+  std::int64_t storage_offset = 0;    ///< in numbers
   std::vector<std::int64_t> shape;
-  std::vector<std::int64_t> stride;  ///< in floats, as long as shape
+  std::vector<std::int64_t> stride;  ///< in numbers, as long as shape
 };
 
-/// Reads the `data.pkl` of a PyTorch state_dict of float32 tensors, or of a checkpoint's dictionary with an
-/// entry `state_dict` (pickle protocol 2). Runs no code: it knows the opcodes and globals such a file needs
-/// and throws Error on anything else, naming it. At most kMaxEntryBytes.
+/// Reads the `data.pkl` of a PyTorch state_dict of tensors of any kind, or of a checkpoint's dictionary with
+/// an entry `state_dict` or `model_state_dict` (pickle protocol 2). Runs no code: it knows the opcodes and
+/// globals such a file needs and throws Error on anything else, naming it. At most kMaxEntryBytes.
 std::vector<TensorEntry> read_state_dict_pickle(std::span<const unsigned char> pickle);
 
 /// What a message may show of hostile bytes.

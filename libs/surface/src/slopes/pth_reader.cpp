@@ -88,6 +88,9 @@ void check_byte_order(zip_t* archive, const std::string& root) {
 void read_tensor(zip_t* archive, const std::string& root, const std::vector<TensorEntry>& entries,
                  const std::string& name, std::span<float> values) {
   const TensorEntry& entry = *std::ranges::find(entries, name, &TensorEntry::name);
+  if (entry.storage_class != "FloatStorage")
+    throw Error("weights are torch." + printable(entry.storage_class) +
+                ", only float32 (torch.FloatStorage) is supported");
   std::int64_t elements = 1;
   for (std::size_t i = entry.shape.size(); i-- > 0;) {
     if (entry.stride[i] != elements) throw Error("'" + name + "' is not stored contiguously");
@@ -124,9 +127,9 @@ std::string layers_text(const std::vector<TensorEntry>& entries) {
   constexpr std::size_t shown = 8;
   std::string text;
   for (std::size_t k = 0; k < std::min(entries.size(), shown); ++k) {
-    text += (k == 0 ? "" : ", ") + printable(entries[k].name) + " ";
+    text += (k == 0 ? "" : ", ") + printable(entries[k].name);
     for (std::size_t i = 0; i < entries[k].shape.size(); ++i)
-      text += (i == 0 ? "" : "x") + std::to_string(entries[k].shape[i]);
+      text += (i == 0 ? " " : "x") + std::to_string(entries[k].shape[i]);
   }
   if (entries.size() > shown) text += " and " + std::to_string(entries.size() - shown) + " more";
   return text.empty() ? "none" : text;

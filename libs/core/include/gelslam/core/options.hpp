@@ -35,7 +35,8 @@ class OptionVisitor {
   virtual void integer(const std::string& key, int& value, int min, int max, const std::string& comment) = 0;
   virtual void flag(const std::string& key, bool& value, const std::string& comment) = 0;
   virtual void text(const std::string& key, std::string& value, const std::string& comment) = 0;
-  /// Relative names count from the configuration file's folder; after reading, `value` is absolute or empty.
+  /// Relative names count from the configuration file's folder, and \ of a name that is not there is a /;
+  /// after reading, `value` is absolute or empty.
   virtual void path(const std::string& key, std::filesystem::path& value, const std::string& comment) = 0;
 };
 
