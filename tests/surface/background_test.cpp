@@ -3,13 +3,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "gelslam/core/error.hpp"
+#include "gelslam/surface/surface_estimator.hpp"
 #include "linear_gel.hpp"
 
 namespace gelslam::test {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr double kPitchMm = 0.0634;
 const cv::Size kSensor(320, 240);
@@ -95,6 +99,105 @@ TEST(CheckBackground, ATouchInTheLastFrameIsSeen) {
   std::vector<cv::Mat3b> frames = rolling(1e-9, 0.0, 1.0);
   frames.back() = render(ball_press(kSensor, kPitchMm, 100, 100, 4.75, 0.15), kPitchMm, 1.0, 99);
   EXPECT_THAT(check(frames).reason, HasSubstr("frame 10 of 10"));
+}
+
+/// As a video codec shows a still scene: `side_px` blocks jump by up to `levels` at some frame and stay
+/// there, all else repeats.
+std::vector<cv::Mat3b> compressed(int side_px, double levels, double share) {
+  std::mt19937 random(5);
+  std::vector<cv::Mat3b> frames(10, render(cv::Mat1f(kSensor, 0.0F), kPitchMm, 0.0, 0));
+  for (cv::Mat3b& frame : frames) frame = frame.clone();
+  for (int v = 0; v < kSensor.height; v += side_px)
+    for (int u = 0; u < kSensor.width; u += side_px) {
+      if (std::generate_canonical<double, 20>(random) > share) continue;
+      const double jump = random() % 2 == 0 ? levels : -levels;
+      for (std::size_t k = 2 + random() % 6; k < frames.size(); ++k)
+        frames[k](cv::Rect(u, v, side_px, side_px) & cv::Rect({}, kSensor)) += cv::Scalar::all(jump);
+    }
+  return frames;
+}
+
+TEST(CheckBackground, BlocksOfACodecAreNoMotion) {
+  EXPECT_EQ(check(compressed(8, 4, 0.15)).reason, "");
+  EXPECT_EQ(check(compressed(16, 2.5, 0.05)).reason, "");
+}
+
+TEST(CheckBackground, CompressionThatSpoilsThePictureIsNamed) {
+  EXPECT_THAT(check(compressed(64, 8, 0.3)).reason, HasSubstr("the video is compressed too much"));
+  EXPECT_THAT(check(rolling(0.4, 2.0, 1.0)).reason, Not(HasSubstr("compress")));
+}
+
+/// More of the gel is touched in every frame; what touches most of it is no noise either.
+TEST(CheckBackground, AWideContactThatComesIsSeen) {
+  std::vector<cv::Mat3b> frames = rolling(1e-9, 0.0, 1.0);
+  for (std::size_t i = 1; i < 5; ++i)
+    frames[i] = render(ball_press(kSensor, kPitchMm, 160, 120, 60, 0.9), kPitchMm, 1.0, i);
+  EXPECT_THAT(check(frames).reason, HasSubstr("moves on the gel"));
+}
+
+/// Frames of a log that begins with a dark and with old pictures, of a touch that is shallow enough to pass.
+std::vector<cv::Mat3b> stale_start() {
+  const auto gel = [](double depth_mm, int seed) {
+    const cv::Mat1f height = ball_press(kSensor, kPitchMm, 160, 120, 20, depth_mm);
+    return render(height, kPitchMm, 1.0, static_cast<std::uint64_t>(seed));
+  };
+  std::vector<cv::Mat3b> frames;
+  for (int i = 0; i < 20; ++i)
+    frames.push_back(gel(i >= 3 && i < 8 ? 0.05 : i >= 13 ? 0.5 + 0.01 * i : 1e-9, i));
+  frames[0].rowRange(0, 100) *= 0.5;
+  return frames;
+}
+
+TEST(FindBareStretch, IsTheLongestOneWithoutAnImprint) {
+  const std::vector<cv::Mat3b> frames = stale_start();
+  const auto stretch = find_bare_stretch(frames, 10, linear_gel_model(), {});
+  ASSERT_TRUE(stretch);
+  EXPECT_EQ(stretch->begin, 8U) << "two bare frames before it are too few, five old ones show a touch";
+  EXPECT_EQ(stretch->count, 5U);
+  EXPECT_EQ(find_bare_stretch(frames, 4, linear_gel_model(), {})->count, 4U);
+  EXPECT_FALSE(find_bare_stretch({frames.begin() + 13, frames.end()}, 10, linear_gel_model(), {}));
+}
+
+/// A gel with vignetting.
+cv::Mat3b vignetted(const cv::Mat3b& bgr) {
+  cv::Mat3b result = bgr.clone();
+  result.forEach([](cv::Vec3b& pixel, const int* at) {
+    const double x = at[1] / 160.0 - 1, y = at[0] / 120.0 - 1;
+    for (int c = 0; c < 3; ++c)
+      pixel[c] = cv::saturate_cast<uchar>(pixel[c] * (1.0 - (0.2 + 0.05 * c) * x * x - 0.1 * y * y));
+  });
+  return result;
+}
+
+cv::Mat3b rolled(const cv::Mat3b& bgr, int shift_px, int from_row = 0) {
+  cv::Mat3b result = bgr.clone();
+  for (int v = from_row; v < bgr.rows; ++v)
+    for (int u = 0; u < bgr.cols; ++u) result(v, (u + shift_px + bgr.cols) % bgr.cols) = bgr(v, u);
+  return result;
+}
+
+TEST(SidewaysShift, IsFoundWhereTheGelIsBareAndNowhereElse) {
+  const cv::Mat3b bare = vignetted(render(cv::Mat1f(kSensor, 0.0F), kPitchMm, 0.0, 0));
+  SurfaceEstimator estimator(linear_gel_model(), bare, SurfaceOptions{});
+  for (const double depth_mm : {1e-9, 0.2, 0.8}) {
+    for (const double light : {1.0, 0.97}) {
+      const cv::Mat1f height = ball_press(kSensor, kPitchMm, 130, 100, 5, depth_mm);
+      cv::Mat3b picture;
+      cv::multiply(vignetted(render(height, kPitchMm, 1.0, 7)), cv::Scalar::all(light), picture);
+      EXPECT_EQ(estimator.sideways_shift_px(picture), 0) << depth_mm << " mm, light " << light;
+      for (const int shift_px : {4, -8, 12, -23, 47}) {
+        EXPECT_NEAR(estimator.sideways_shift_px(rolled(picture, shift_px)), shift_px, 4) << depth_mm;
+        EXPECT_NE(estimator.sideways_shift_px(rolled(picture, shift_px, 140)), 0) << "the lower rows only";
+      }
+    }
+  }
+}
+
+TEST(SidewaysShift, OfAGelThatLooksTheSameEverywhereIsNotKnown) {
+  SurfaceEstimator estimator(linear_gel_model(), cv::Mat3b(kSensor, cv::Vec3b(100, 110, 110)),
+                             SurfaceOptions{});
+  EXPECT_EQ(estimator.sideways_shift_px(cv::Mat3b(kSensor, cv::Vec3b(103, 108, 111))), 0);
+  EXPECT_EQ(estimator.sideways_shift_px(cv::Mat3b(kSensor, cv::Vec3b(10, 250, 11))), 0);
 }
 
 TEST(CheckBackground, AContactThatRestsIsSeenByItsImprint) {

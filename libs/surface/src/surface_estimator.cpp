@@ -13,6 +13,7 @@
 #include "photometry/blocks.hpp"
 #include "photometry/light.hpp"
 #include "photometry/pixel_repair.hpp"
+#include "photometry/shift_finder.hpp"
 #include "slopes/gradient_map.hpp"
 
 namespace gelslam {
@@ -59,6 +60,7 @@ struct SurfaceEstimator::Impl {
         size(background_image.size()),
         background_blocks(average_blocks(pixels.background())),
         light_tracker(background_blocks, true),
+        shift_finder(background_blocks),
         gradient(model, pixels.background()),
         poisson(size),
         uncertainty(uncertainty_of(model, size, options.pixel_pitch_mm)),
@@ -71,7 +73,7 @@ struct SurfaceEstimator::Impl {
   // to which colors apply: in even light, which it becomes where the light is uneven.
   const cv::Mat3b& find_changes(const cv::Mat3b& bgr) {
     averager.average(bgr, blocks);
-    const Light light = options.compensate_light ? light_tracker.update(blocks, touched_blocks) : Light{};
+    if (options.compensate_light) light = light_tracker.update(blocks, touched_blocks);
     to_background_light(light, blocks);
     cv::subtract(blocks, background_blocks, blocks);
     change_detector.detect(blocks, changed_blocks);
@@ -98,6 +100,8 @@ struct SurfaceEstimator::Impl {
   cv::Size size;
   cv::Mat3f background_blocks;
   LightTracker light_tracker;
+  Light light;  // of the last picture
+  ShiftFinder shift_finder;
   GradientMap gradient;
   PoissonSolver poisson;
   SlopeUncertainty uncertainty;
@@ -123,6 +127,13 @@ SurfaceEstimator::SurfaceEstimator(GradientModel model, const cv::Mat3b& backgro
 SurfaceEstimator::~SurfaceEstimator() = default;
 SurfaceEstimator::SurfaceEstimator(SurfaceEstimator&&) noexcept = default;
 SurfaceEstimator& SurfaceEstimator::operator=(SurfaceEstimator&&) noexcept = default;
+
+int SurfaceEstimator::sideways_shift_px(const cv::Mat3b& image) {
+  if (image.size() != impl_->size) return 0;
+  impl_->averager.average(image, impl_->blocks);
+  to_background_light(impl_->light, impl_->blocks);
+  return impl_->shift_finder.find_px(impl_->blocks);
+}
 
 SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
   Impl& self = *impl_;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
 
 #include "gelslam/core/error.hpp"
@@ -19,26 +21,35 @@ namespace {
 
 using namespace surface::detail;
 
-// Motion: the color of 12x12 pixels against their mean over the frames. In clean logs only single blocks
-// differ by 3 gray levels (1.5 between means of half of the frames) and by 7 times the lower quartile; a
-// contact of 500 pixels covers 30.
-constexpr float kMovingLevels = 3.0F;
-constexpr float kMotionQuartiles = 7.0F;
-constexpr int kMinMovingBlocks = 25;
+// Motion: the mean color of 28x28 pixels against that over the frames. What moves on the gel covers an area;
+// a video's compression changes single blocks of 8 or 16 pixels, a third of such a window at most. Of 40 logs
+// as MJPEG, MPEG-4 and H.264 at ffmpeg's defaults, 25 windows differ by at most 2.4 gray levels, and by 1.6
+// between the means of half of the frames; with a ball that rolls a quarter pixel per frame, by 2.6 and 2.9.
+constexpr int kWindowBlocks = 7;
+constexpr float kMovingLevels = 3.0F, kDriftingLevels = 2.0F;
+constexpr int kMinMovingBlocks = 25;  // a contact of 500 pixels covers 30
+// Of a camera's pictures few pixels repeat exactly; where most do, a codec left them out.
+constexpr double kRepeatedShare = 0.5;
 
 constexpr double kSettledGainError = 0.01;  // lamps flicker by less
 
-// Imprint: halfway between what clean backgrounds of four sensors show (slope 0.08, curvature 0.015 per
-// pixel) and what the shallowest of their ball presses do (0.14, 0.024).
-constexpr double kImprintCurvature = 0.0195;
+// Imprint: local slope times curvature (per pixel), as an object makes both. At most 0.0024 on bare gels of
+// five sensors, as they came, recompressed or mirrored, through a borrowed model, too; 195 ball presses
+// of four show 0.0035 or more. Slope alone is 0.13 on bare gel, and 0.14 in a press.
+constexpr double kImprint = 0.0029;
 constexpr int kBorderPx = 3 * kBlockPx;  // the model extrapolates there
+constexpr int kMarkerMarginPx = 8;       // two sigma of the smoothing
 
-float percentile(const cv::Mat1f& values, double share) {
-  return quantile(std::vector<float>(values.begin(), values.end()), share);
-}
+constexpr std::size_t kLeastBareFrames = 3;  // fewer are hardly better than one, and may be chance
+constexpr double kAlikeImprint = 2.0;        // of bare gel, from stretch to stretch of a log: up to 1.7
 
-cv::Mat1f inside_border(const cv::Mat1f& map) {
-  return map(cv::Rect(kBorderPx, kBorderPx, map.cols - 2 * kBorderPx, map.rows - 2 * kBorderPx)).clone();
+// Of the values where `judged` is set; 0 where there are none.
+double percentile(const cv::Mat1f& values, const cv::Mat1b& judged, double share) {
+  std::vector<float> chosen;
+  for (int v = 0; v < values.rows; ++v)
+    for (int u = 0; u < values.cols; ++u)
+      if (judged(v, u) != 0) chosen.push_back(values(v, u));
+  return chosen.empty() ? 0.0 : static_cast<double>(quantile_in_place(chosen, share));
 }
 
 // The map without its smooth part.
@@ -51,21 +62,35 @@ cv::Mat1f local_part(const cv::Mat1f& map, double smooth_px, double broad_px) {
 }
 
 // Percentage of the image where two pictures differ, apart from their light; 0 when it is insignificant.
-int differing_percent(const cv::Mat3f& blocks, const cv::Mat3f& reference_blocks, float least_levels) {
+int differing_percent(const cv::Mat3f& blocks, const cv::Mat3f& reference_blocks, float levels) {
   LightTracker tracker(reference_blocks);
   cv::Mat3f difference = blocks.clone();
   to_background_light(tracker.update(blocks, cv::Mat1b()), difference);
   cv::subtract(difference, reference_blocks, difference);
-  cv::blur(difference, difference, cv::Size(3, 3), cv::Point(-1, -1), cv::BORDER_REPLICATE);
-  cv::Mat1f length(difference.size());
-  for (int row = 0; row < length.rows; ++row) {
-    for (int column = 0; column < length.cols; ++column) {
-      length(row, column) = static_cast<float>(cv::norm(difference(row, column)));
-    }
+  cv::blur(difference, difference, cv::Size(kWindowBlocks, kWindowBlocks), cv::Point(-1, -1),
+           cv::BORDER_REPLICATE);
+  const auto count = std::count_if(difference.begin(), difference.end(), [levels](const cv::Vec3f& color) {
+    return color.dot(color) > levels * levels;
+  });
+  const int total = static_cast<int>(difference.total());
+  return count < kMinMovingBlocks ? 0 : std::max(1, 100 * static_cast<int>(count) / total);
+}
+
+// A hint, where pictures that differ may do so because a video was compressed too much; else "".
+std::string compression_hint(const std::vector<cv::Mat3b>& frames) {
+  std::size_t repeated = 0, total = 0;
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    total += frames[i].total();
+    repeated += static_cast<std::size_t>(
+        std::inner_product(frames[i].begin(), frames[i].end(), frames[i - 1].begin(), std::size_t{0},
+                           std::plus<>(), [](const cv::Vec3b& a, const cv::Vec3b& b) { return a == b; }));
   }
-  const float limit = std::max(least_levels, kMotionQuartiles * percentile(length, 0.25));
-  const int count = cv::countNonZero(length > limit);
-  return count < kMinMovingBlocks ? 0 : std::max(1, 100 * count / static_cast<int>(length.total()));
+  const double share = static_cast<double>(repeated) / static_cast<double>(std::max<std::size_t>(total, 1));
+  if (share < kRepeatedShare) return "";
+  return fmt::format(
+      "; or the video is compressed too much ({:.0f} % of the pixels repeat the frame before): "
+      "encode it with a higher quality",
+      100 * share);
 }
 
 std::string find_motion(const std::vector<cv::Mat3b>& frames, const cv::Mat3b& mean) {
@@ -75,36 +100,62 @@ std::string find_motion(const std::vector<cv::Mat3b>& frames, const cv::Mat3b& m
     if (percent == 0) continue;
     return "something moves on the gel: frame " + std::to_string(i + 1) + " of " +
            std::to_string(frames.size()) + " differs from the others over " + std::to_string(percent) +
-           " % of the image";
+           " % of the image" + compression_hint(frames);
   }
   if (frames.size() < 2) return {};
   const auto middle = frames.begin() + static_cast<std::ptrdiff_t>(frames.size() / 2);
-  const int percent =
-      differing_percent(average_blocks(mean_image({frames.begin(), middle})),
-                        average_blocks(mean_image({middle, frames.end()})), kMovingLevels / 2);
+  const int percent = differing_percent(average_blocks(mean_image({frames.begin(), middle})),
+                                        average_blocks(mean_image({middle, frames.end()})), kDriftingLevels);
   if (percent == 0) return {};
   return "something moves slowly on the gel: the first and the second half of the frames differ over " +
-         std::to_string(percent) + " % of the image";
+         std::to_string(percent) + " % of the image" + compression_hint(frames);
 }
 
-std::string find_imprint(const cv::Mat3b& mean, const GradientModel& model, double pixel_pitch_mm) {
-  if (std::min(mean.rows, mean.cols) <= 4 * kBorderPx) return {};
-  const GradientMap gradient(model, mean);
-  cv::Mat1f slope;
-  cv::magnitude(local_part(gradient.background_gx(), 3.0, 16.0),
-                local_part(gradient.background_gy(), 3.0, 16.0), slope);
-  PoissonSolver poisson(mean.size());
-  const cv::Mat1f height = poisson.pixels(poisson.solve(gradient.background_gx(), gradient.background_gy()));
-  cv::Mat1f curvature;
-  cv::GaussianBlur(divergence(gradient.background_gx(), gradient.background_gy()), curvature, cv::Size(), 4.0,
-                   4.0, cv::BORDER_REPLICATE);
-  const double slope_99 = percentile(inside_border(slope), 0.99);
-  const double curvature_99 = percentile(inside_border(curvature), 0.995);
-  if (slope_99 < kBareSlope && curvature_99 < kImprintCurvature) return {};
-  const double depth_mm =
-      -pixel_pitch_mm * static_cast<double>(percentile(inside_border(local_part(height, 1.0, 32.0)), 0.005));
-  return fmt::format("the gel already shows an imprint, about {:.1f} mm deep (local slope {:.2f})", depth_mm,
-                     slope_99);
+// Behind the last frame in a row that shows what frame `begin` and those after it show.
+std::size_t end_of_agreement(const std::vector<cv::Mat3b>& frames, std::size_t begin) {
+  cv::Mat3f sum = average_blocks(frames[begin]);
+  std::size_t end = begin + 1;
+  for (; end < frames.size(); ++end) {
+    const cv::Mat3f blocks = average_blocks(frames[end]);
+    cv::Mat3f mean;
+    sum.convertTo(mean, CV_32F, 1.0 / static_cast<double>(end - begin));
+    if (differing_percent(blocks, mean, kMovingLevels) > 0) break;
+    sum += blocks;
+  }
+  return end;
+}
+
+struct Imprint {
+  double slope = 0, curvature = 0;  ///< local, at the 99th percentile; curvature per pixel
+  double depth_mm = 0;
+  /// Bare gel shows less than 1.
+  double strength() const { return slope * curvature / kImprint; }
+  std::string sentence() const {
+    return fmt::format("the gel already shows an imprint, about {:.1f} mm deep (local slope {:.2f})",
+                       depth_mm, slope);
+  }
+};
+
+// Markers, and what smoothing takes from them, are left out: a large dot is a lens.
+Imprint find_imprint(const cv::Mat3b& picture, const GradientModel& model, double pixel_pitch_mm) {
+  if (std::min(picture.rows, picture.cols) <= 4 * kBorderPx) return {};
+  const GradientMap gradient(model, MarkerFiller(picture).background());
+  const cv::Mat1f &gx = gradient.background_gx(), &gy = gradient.background_gy();
+  cv::Mat1f slope, curvature;
+  cv::magnitude(local_part(gx, 3.0, 16.0), local_part(gy, 3.0, 16.0), slope);
+  PoissonSolver poisson(picture.size());
+  const cv::Mat1f height = local_part(poisson.pixels(poisson.solve(gx, gy)), 1.0, 32.0);
+  cv::GaussianBlur(divergence(gx, gy), curvature, cv::Size(), 4.0, 4.0, cv::BORDER_REPLICATE);
+  cv::Mat1b judged(picture.size(), static_cast<unsigned char>(0));
+  judged(cv::Rect(kBorderPx, kBorderPx, judged.cols - 2 * kBorderPx, judged.rows - 2 * kBorderPx)) = 255;
+  if (const auto markers = find_marker_dots(picture)) {
+    cv::Mat1b around;
+    constexpr int side = 2 * kMarkerMarginPx + 1;
+    cv::dilate(markers->mask, around, cv::getStructuringElement(cv::MORPH_RECT, cv::Size(side, side)));
+    judged.setTo(0, around);
+  }
+  return {percentile(slope, judged, 0.99), percentile(curvature, judged, 0.995),
+          -pixel_pitch_mm * percentile(height, judged, 0.005)};
 }
 
 }  // namespace
@@ -161,15 +212,46 @@ BackgroundCheck check_background(const std::vector<cv::Mat3b>& frames, const Gra
     return check;
   }
   check.reason = find_motion(frames, mean);
-  check.contact = !check.reason.empty();
+  check.moves = check.contact = !check.reason.empty();
   if (check.contact) return check;
-  const cv::Mat3b bare = MarkerFiller(mean).background();
-  const std::string imprint = find_imprint(bare, model, options.pixel_pitch_mm);
-  check.contact = !imprint.empty();
-  if (check.contact) check.reason = judge_orientation(bare, device_name);
+  const Imprint imprint = find_imprint(mean, model, options.pixel_pitch_mm);
+  check.contact = imprint.strength() >= 1;
+  if (!check.contact) return check;
+  check.reason = judge_orientation(MarkerFiller(mean).background(), device_name);
   check.turned = !check.reason.empty();
-  append_sentence(check.reason, imprint);
+  append_sentence(check.reason, imprint.sentence());
   return check;
+}
+
+std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frames, std::size_t most,
+                                             const GradientModel& model, const SurfaceOptions& options) {
+  struct Candidate : BareStretch {
+    std::size_t length;
+    double imprint;
+  };
+  std::vector<Candidate> candidates;
+  double least_imprint = 1;
+  for (std::size_t begin = 0, end = 0; begin < frames.size(); begin = end) {
+    end = end_of_agreement(frames, begin);
+    const std::size_t count = std::min(end - begin, most);
+    if (count < std::min(kLeastBareFrames, most)) continue;
+    const auto first = frames.begin() + static_cast<std::ptrdiff_t>(begin);
+    const std::vector<cv::Mat3b> used(first, first + static_cast<std::ptrdiff_t>(count));
+    const cv::Mat3b mean = background_image(used);
+    if (const auto markers = find_marker_dots(mean); markers && !markers->are_readable()) continue;
+    if (!find_motion(used, mean).empty()) continue;
+    const double imprint = find_imprint(mean, model, options.pixel_pitch_mm).strength();
+    least_imprint = std::min(least_imprint, imprint);
+    candidates.push_back({{begin, count}, end - begin, imprint});
+  }
+  // What is stale may rest, too: of one gel, the bare one shows least.
+  std::erase_if(candidates, [&](const Candidate& c) {
+    return c.imprint >= 1 || c.imprint > kAlikeImprint * least_imprint;
+  });
+  const auto longest = std::max_element(candidates.rbegin(), candidates.rend(),  // of equal ones the last
+                                        [](const auto& a, const auto& b) { return a.length < b.length; });
+  if (longest == candidates.rend()) return std::nullopt;
+  return *longest;
 }
 
 }  // namespace gelslam

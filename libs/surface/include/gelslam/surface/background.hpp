@@ -72,6 +72,7 @@ class MarkerFiller {
 
 struct BackgroundCheck {
   bool contact = false;
+  bool moves = false;    ///< contact that is seen to move
   bool markers = false;  ///< too many on the gel: slopes cannot be read, touched or not
   bool turned = false;   ///< red and blue swapped, or upside down, which looks like contact
   std::string reason{};  ///< for the user; empty when there is neither
@@ -87,6 +88,18 @@ struct BackgroundCheck {
 /// fit.
 BackgroundCheck check_background(const std::vector<cv::Mat3b>& frames, const GradientModel& model,
                                  const SurfaceOptions& options, const std::string& device_name = "");
+
+/// Pictures begin to begin + count - 1 of some.
+struct BareStretch {
+  std::size_t begin = 0, count = 0;
+};
+
+/// For a log that does not begin with the bare gel because its camera first delivered dark or old buffers
+/// (own): the longest stretch of frames in a row, three at least, that agree and show the bare gel as
+/// check_background() judges it, and no stronger an imprint than other stretches. At most the first `most`
+/// frames of it. Throws Error when the model does not fit.
+std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frames, std::size_t most,
+                                             const GradientModel& model, const SurfaceOptions& options);
 
 /// Message for users of the maker's model (GradientModel::maker).
 inline constexpr const char* kMakerModelDoubt =
