@@ -182,5 +182,35 @@ TEST(EncodeJpeg, FullColorResolution) {
   EXPECT_LT(cv::norm(read, picture, cv::NORM_INF), 12.0);
 }
 
+TEST(ReadJpegHeader, SaysWhatIsNoUprightColorPicture) {
+  const auto jpeg_of = [](const cv::Mat& picture) {
+    std::vector<uchar> bytes;
+    cv::imencode(".jpg", picture, bytes);
+    return std::string(bytes.begin(), bytes.end());
+  };
+  const auto unfit = [](const std::string& bytes) { return JpegDecoder().read_header(span_of(bytes)).unfit; };
+  const std::string color = jpeg_of(cv::Mat3b(48, 64, cv::Vec3b(90, 120, 30)));
+  EXPECT_EQ(unfit(color), "");
+  EXPECT_EQ(unfit(jpeg_of(cv::Mat1b(48, 64, uchar{90}))), kGrayPicture);
+  const auto with_exif = [&](const std::string& tiff) {
+    const std::string content = std::string("Exif\0\0", 6) + tiff;
+    return color.substr(0, 2) + "\xff\xe1" + big_endian(content.size() + 2).substr(2) + content +
+           color.substr(2);
+  };
+  const std::string little("II*\0\10\0\0\0\1\0\22\1\3\0\1\0\0\0\6\0\0\0\0\0\0\0", 26),
+      big("MM\0*\0\0\0\10\0\1\1\22\0\3\0\0\0\1\0\3\0\0\0\0\0\0", 26);
+  EXPECT_NE(unfit(with_exif(little)).find("orientation 6"), std::string::npos);
+  EXPECT_NE(unfit(with_exif(big)).find("orientation 3"), std::string::npos);
+  EXPECT_EQ(unfit(with_exif(little.substr(0, 18) + '\1' + little.substr(19))), "") << "upright";
+  for (std::size_t length = 0; length < little.size(); ++length)
+    EXPECT_NO_THROW(unfit(with_exif(little.substr(0, length)))) << "EXIF data that break off";
+  // The headers of a picture with four inks are enough: size, components, begin of the lines.
+  const std::string cmyk(
+      "\xff\xd8\xff\xc0\0\x14\x8\0\x30\0\x40\4\1\x11\0\2\x11\0\3\x11\0\4\x11\0"
+      "\xff\xda\0\xe\4\1\0\2\0\3\0\4\0\0\x3f\0\1\xff\xd9",
+      43);
+  EXPECT_NE(unfit(cmyk).find("CMYK"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace gelslam

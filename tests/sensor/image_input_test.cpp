@@ -85,8 +85,11 @@ TEST(FitToProfile, LargerPicturesOfUnknownCropAreRefusedUnlessTheProfileSaysWhat
   cv::resize(exact, large, {}, 2, 2, cv::INTER_NEAREST);
   EXPECT_THAT(message_of<Error>([&] { fit_to_profile(large, mini, "f.png"); }),
               HasSubstr("f.png: is 640x480 pixels; GelSight Mini needs 320x240, or the camera's raw image "
-                        "(3280x2464); say in device_config what it is: raw_imgw: 640 and raw_imgh: 480 (the "
-                        "camera's), or cropped: true"));
+                        "(3280x2464); write in device_config of a configuration \"raw_imgw: 640\" and "
+                        "\"raw_imgh: 480\" where it is the camera's whole picture, or \"cropped: true\" "
+                        "(--cropped)"));
+  EXPECT_THAT(message_of<Error>([&] { fit_to_profile(numbered_picture(3, 480, 640), mini, "f.png"); }),
+              HasSubstr("is it turned by 90 degrees, or another sensor's?"));
   mini.cropped = true;
   EXPECT_EQ(cv::norm(fit_to_profile(large, mini, "f.png"), exact, cv::NORM_INF), 0) << "nothing is cut";
   EXPECT_EQ(fit_to_profile(numbered_picture(3, 3280, 2464), mini, "x").size(), cv::Size(320, 240));

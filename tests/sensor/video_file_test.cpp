@@ -96,6 +96,77 @@ TEST(VideoFile, RecordedVideosAreReadAsByOpenCV) {
   expect_as_opencv(video, 40);
 }
 
+std::string mp4_of(const cv::Mat3b& picture, const std::filesystem::path& path) {
+  cv::VideoWriter writer(path.string(), cv::CAP_FFMPEG, cv::VideoWriter::fourcc('m', 'p', '4', 'v'), 25,
+                         picture.size());
+  for (int i = 0; i < 3; ++i) writer.write(picture);
+  writer.release();
+  return test::read_bytes(path);
+}
+
+cv::Mat3b first_picture(const std::filesystem::path& path) {
+  return FrameDecoder().decode(VideoFile(path).next()->frame)->bgr;
+}
+
+/// The track's matrix turns what is shown, as telephones write it: x to y, and y to -x, is clockwise.
+TEST(VideoFile, RotationTagsAreObeyedAndMirrorsNamed) {
+  const TemporaryFolder folder;
+  cv::Mat3b picture(48, 64, cv::Vec3b(200, 120, 60));
+  picture(cv::Rect(0, 0, 20, 16)) = cv::Vec3b(20, 30, 240);  // the upper left corner
+  std::string bytes = mp4_of(picture, folder / "a.mp4");
+  const std::size_t matrix = bytes.find("tkhd") + 44;
+  const auto show = [&](int a, int b, int c, int d) {
+    const int values[] = {a, b, c, d};
+    const std::size_t at[] = {0, 4, 12, 16};
+    for (int i = 0; i < 4; ++i)
+      for (int k = 0; k < 4; ++k)
+        bytes[matrix + at[i] + static_cast<std::size_t>(k)] =
+            static_cast<char>(static_cast<std::uint32_t>(values[i] * 65536) >> (24 - 8 * k));
+    test::write_bytes(folder / "b.mp4", bytes);
+  };
+  const cv::Mat3b upright = first_picture(folder / "a.mp4");
+  cv::Mat3b expected;
+  show(0, 1, -1, 0);
+  cv::rotate(upright, expected, cv::ROTATE_90_CLOCKWISE);
+  EXPECT_EQ(cv::norm(first_picture(folder / "b.mp4"), expected), 0.0);
+  EXPECT_EQ(VideoFile(folder / "b.mp4").properties().width_px, 48);
+  show(-1, 0, 0, -1);
+  cv::rotate(upright, expected, cv::ROTATE_180);
+  EXPECT_EQ(cv::norm(first_picture(folder / "b.mp4"), expected), 0.0);
+  show(-1, 0, 0, 1);
+  EXPECT_THAT(test::message_of<Error>([&] { VideoFile(folder / "b.mp4"); }), testing::HasSubstr("mirrored"));
+}
+
+/// The same numbers mean other colors where the file says BT.709: computed here from the definitions.
+TEST(VideoFile, TheTagOfBt709IsObeyed) {
+  const TemporaryFolder folder;
+  std::string bytes = mp4_of(cv::Mat3b(48, 64, cv::Vec3b(60, 170, 110)), folder / "a.mp4");
+  const std::string tag(
+      "\0\0\0\x13"
+      "colrnclx\0\1\0\1\0\1\0",
+      19);
+  std::size_t end = 0;
+  for (const char* box : {"moov", "trak", "mdia", "minf", "stbl", "stsd", "mp4v"}) {
+    const std::size_t at = bytes.find(box, bytes.find("moov")) - 4;
+    std::uint32_t size = 0;
+    for (std::size_t k = 0; k < 4; ++k) size = size << 8 | static_cast<unsigned char>(bytes[at + k]);
+    end = at + size;
+    size += static_cast<std::uint32_t>(tag.size());
+    for (std::size_t k = 0; k < 4; ++k) bytes[at + k] = static_cast<char>(size >> (24 - 8 * k));
+  }
+  ASSERT_GT(bytes.find("moov"), bytes.find("mdat")) << "else places of pictures would change";
+  bytes.insert(end, tag);
+  test::write_bytes(folder / "b.mp4", bytes);
+  const cv::Vec3b as_601 = first_picture(folder / "a.mp4")(24, 32),
+                  as_709 = first_picture(folder / "b.mp4")(24, 32);
+  const double b = as_601[0], g = as_601[1], r = as_601[2], luma = 0.299 * r + 0.587 * g + 0.114 * b;
+  const double blue = (b - luma) / 1.772, red = (r - luma) / 1.402;
+  EXPECT_NEAR(as_709[2], luma + 1.5748 * red, 2.5);
+  EXPECT_NEAR(as_709[1], luma - 0.1873 * blue - 0.4681 * red, 2.5);
+  EXPECT_NEAR(as_709[0], luma + 1.8556 * blue, 2.5);
+  EXPECT_GT(cv::norm(as_601, as_709), 8.0) << "it makes a difference";
+}
+
 TEST(VideoFile, DamageIsFramesOrAnErrorAndSilent) {
   TemporaryFolder folder;
   std::minstd_rand random(3);

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <new>
+#include <string>
 #include <string_view>
 
 #include "gelslam/core/error.hpp"
@@ -22,6 +23,36 @@ std::string in_words(const std::string& message) {
     return "JPEG ends early";
   if (says("Not a JPEG")) return "the bytes are no JPEG";
   return "JPEG is corrupt (" + one_line(message) + ")";
+}
+
+std::size_t number_at(std::span<const std::uint8_t> bytes, std::size_t at, std::size_t count, bool little) {
+  std::size_t number = 0;
+  for (std::size_t i = 0; i < count; ++i)
+    number = number << 8 | (at + i < bytes.size() ? bytes[at + (little ? count - 1 - i : i)] : 0U);
+  return number;
+}
+
+/// 1 to 8; 1, upright, where the EXIF data do not say it.
+int exif_orientation(std::span<const std::uint8_t> bytes) {
+  std::size_t at = 2;  // the first segments, up to the picture's lines
+  while (at + 4 < bytes.size() && bytes[at] == 0xff && bytes[at + 1] != 0xda) {
+    const std::size_t length = number_at(bytes, at + 2, 2, false);
+    const std::size_t tiff = at + 10, next = at + 2 + length;
+    if (bytes[at + 1] == 0xe1 && length > 16 && next <= bytes.size() && bytes[at + 4] == 'E' &&
+        bytes[at + 5] == 'x') {
+      const auto exif = bytes.subspan(tiff, next - tiff);
+      const bool little = exif[0] == 'I';
+      const std::size_t list = number_at(exif, 4, 4, little), count = number_at(exif, list, 2, little);
+      for (std::size_t entry = list + 2; entry < list + 2 + 12 * count && entry + 12 <= exif.size();
+           entry += 12) {
+        if (number_at(exif, entry, 2, little) != 0x0112) continue;
+        const std::size_t orientation = number_at(exif, entry + 8, 2, little);
+        return orientation >= 1 && orientation <= 8 ? static_cast<int>(orientation) : 1;
+      }
+    }
+    at = next;
+  }
+  return 1;
 }
 
 }  // namespace
@@ -50,7 +81,15 @@ JpegInfo JpegDecoder::read_header(std::span<const std::uint8_t> bytes) {
     start_afresh();
     return {};
   }
-  info.color = color_space != TJCS_GRAY;
+  const int orientation = exif_orientation(bytes);
+  if (color_space == TJCS_GRAY) {
+    info.unfit = kGrayPicture;
+  } else if (color_space == TJCS_CMYK || color_space == TJCS_YCCK) {
+    info.unfit = "a CMYK picture, made for printing; save it as RGB";
+  } else if (orientation != 1) {
+    info.unfit = "its EXIF data say that it is shown turned or mirrored (orientation " +
+                 std::to_string(orientation) + "); save it upright, without them";
+  }
   return info;
 }
 

@@ -93,9 +93,13 @@ std::string wrong_size_text(std::int64_t width_px, std::int64_t height_px, const
   std::string text = "is " + size_text(width_px, height_px) + " pixels; " + profile.device_name + " needs " +
                      size_text(profile.width_px, profile.height_px) + ", or the camera's raw image (" +
                      size_text(profile.raw_width_px, profile.raw_height_px) + ")";
-  if (!may_be_enlarged(width_px, height_px, profile)) return text + ", see device_config";
-  return text + "; say in device_config what it is: raw_imgw: " + std::to_string(width_px) +
-         " and raw_imgh: " + std::to_string(height_px) + " (the camera's), or cropped: true (a part of it)";
+  if ((width_px < height_px) != (profile.width_px < profile.height_px))
+    return text + "; is it turned by 90 degrees, or another sensor's?";
+  text += "; write in device_config of a configuration \"raw_imgw: " + std::to_string(width_px) +
+          "\" and \"raw_imgh: " + std::to_string(height_px) + "\" where it is the camera's whole picture";
+  return may_be_enlarged(width_px, height_px, profile)
+             ? text + ", or \"cropped: true\" (--cropped) where it was cropped already"
+             : text;
 }
 
 cv::Rect kept_window(cv::Size raw, const SensorProfile& profile) {

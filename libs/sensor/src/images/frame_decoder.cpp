@@ -12,7 +12,6 @@ namespace gelslam {
 namespace {
 
 constexpr std::size_t kMaxBytes = 512u << 20;
-constexpr const char* kGray = "a gray picture; slopes are read from the sensor's colors";
 
 std::string name_of(const RawFrame& frame) {
   return frame.name.empty() ? "frame " + std::to_string(frame.index) : frame.name;
@@ -91,10 +90,8 @@ cv::Mat3b FrameDecoder::Impl::decode_jpeg(const RawFrame& frame) {
     return {};
   }
   if (!size_is_plausible(frame, info.width_px, info.height_px)) return {};
-  if (!info.color) {
-    damage = kGray;
-    return {};
-  }
+  damage = info.unfit;
+  if (!damage.empty()) return {};
   refuse_wrong_size(frame, info.width_px, info.height_px);
   const cv::Size raw(info.width_px, info.height_px);
   const int denominator = denominator_of(raw);
@@ -110,7 +107,7 @@ cv::Mat3b FrameDecoder::Impl::decode_png(const RawFrame& frame) {
   damage = info.damage;
   if (!damage.empty() || !size_is_plausible(frame, info.width_px, info.height_px)) return {};
   if (info.bits_per_channel > 8) damage = "needs 8 bits per channel";
-  if (!info.color) damage = kGray;
+  if (!info.color) damage = kGrayPicture;
   if (!damage.empty()) return {};
   refuse_wrong_size(frame, info.width_px, info.height_px);
   const cv::Mat3b picture = gelslam::decode_png(frame.bytes);
@@ -162,7 +159,7 @@ cv::Mat3b FrameDecoder::Impl::decode_bytes(const RawFrame& frame) {
 
 cv::Mat3b FrameDecoder::Impl::decode(const RawFrame& frame) {
   cv::Mat3b picture = decode_bytes(frame);
-  if (damage.empty() && is_gray(picture)) damage = kGray;
+  if (damage.empty() && is_gray(picture)) damage = kGrayPicture;
   if (damage.empty()) {
     ++good;
     return picture;

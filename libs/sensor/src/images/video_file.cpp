@@ -3,13 +3,17 @@
 extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
+#include <libavutil/display.h>
 #include <libswscale/swscale.h>
 }
 
+#include <array>
 #include <cmath>
-#include <opencv2/core/mat.hpp>
+#include <cstring>
+#include <opencv2/core.hpp>
 #include <span>
 #include <string_view>
+#include <utility>
 
 #include "gelslam/core/error.hpp"
 #include "images/crop.hpp"
@@ -59,6 +63,18 @@ std::optional<std::int64_t> sequence_of(const AVPacket& packet) {
   return sequence < most ? std::optional(static_cast<std::int64_t>(sequence)) : std::nullopt;
 }
 
+/// Clockwise, by which a player turns the pictures; nothing where it also does something else with them.
+std::optional<int> quarter_turns(const AVStream& stream) {
+  const std::uint8_t* data = av_stream_get_side_data(&stream, AV_PKT_DATA_DISPLAYMATRIX, nullptr);
+  if (data == nullptr) return 0;
+  std::array<std::int32_t, 9> matrix;
+  std::memcpy(matrix.data(), data, sizeof matrix);
+  const double turns = -av_display_rotation_get(matrix.data()) / 90;
+  const bool mirrors = 1.0 * matrix[0] * matrix[4] < 1.0 * matrix[1] * matrix[3];
+  if (mirrors || !(std::abs(turns - std::round(turns)) < 0.01)) return std::nullopt;
+  return (static_cast<int>(std::round(turns)) + 4) % 4;
+}
+
 }  // namespace
 
 struct VideoFile::Av {
@@ -69,7 +85,8 @@ struct VideoFile::Av {
   AVFrame* frame = av_frame_alloc();
   AVFrame* bgr = av_frame_alloc();
   SwsContext* scaler = nullptr;
-  int format = AV_PIX_FMT_NONE;  // that the scaler reads
+  int format = AV_PIX_FMT_NONE, colors = AVCOL_SPC_UNSPECIFIED;  // that the scaler reads
+  int turns = 0;                                                 // quarters, clockwise
   std::int64_t sent = 0, received = 0;
   bool is_predicted = false;         // pictures may depend on others
   bool is_reference_broken = false;  // since a damaged picture there was none that depends on no other
@@ -92,6 +109,7 @@ struct VideoFile::Av {
   bool receive();
   bool is_whole();
   bool convert();
+  void obey_color_tags();
   std::optional<std::int64_t> microseconds(std::int64_t ticks) const;
 };
 
@@ -163,11 +181,13 @@ bool VideoFile::Av::is_whole() {
 bool VideoFile::Av::convert() {
   // (sws_getCachedContext() makes a new one for each frame of the formats of JPEG, which it renames.)
   if (scaler == nullptr || bgr->width != frame->width || bgr->height != frame->height ||
-      format != frame->format) {
+      format != frame->format || colors != frame->colorspace) {
     sws_freeContext(scaler);
     format = frame->format;
+    colors = frame->colorspace;
     scaler = sws_getContext(frame->width, frame->height, static_cast<AVPixelFormat>(format), frame->width,
                             frame->height, AV_PIX_FMT_BGR24, SWS_BICUBIC, nullptr, nullptr, nullptr);
+    obey_color_tags();
   }
   av_frame_unref(bgr);
   bgr->format = AV_PIX_FMT_BGR24;
@@ -175,6 +195,18 @@ bool VideoFile::Av::convert() {
   bgr->height = frame->height;
   return scaler != nullptr && av_frame_get_buffer(bgr, 0) >= 0 &&
          sws_scale(scaler, frame->data, frame->linesize, 0, frame->height, bgr->data, bgr->linesize) > 0;
+}
+
+/// Which luma and chroma the numbers are (BT.601, where the file does not say it), and how far they reach.
+void VideoFile::Av::obey_color_tags() {
+  int *from = nullptr, *to = nullptr, from_full = 0, to_full = 0, brightness = 0, contrast = 0,
+      saturation = 0;
+  if (scaler == nullptr || sws_getColorspaceDetails(scaler, &from, &from_full, &to, &to_full, &brightness,
+                                                    &contrast, &saturation) < 0)
+    return;
+  if (frame->color_range != AVCOL_RANGE_UNSPECIFIED) from_full = frame->color_range == AVCOL_RANGE_JPEG;
+  sws_setColorspaceDetails(scaler, sws_getCoefficients(colors), from_full, to, to_full, brightness, contrast,
+                           saturation);
 }
 
 std::optional<std::int64_t> VideoFile::Av::microseconds(std::int64_t ticks) const {
@@ -214,6 +246,11 @@ void VideoFile::find_video(const std::filesystem::path& path, bool is_matroska, 
   p.encoding = encoding_of(*av_->stream->codecpar);
   p.width_px = av_->stream->codecpar->width;
   p.height_px = av_->stream->codecpar->height;
+  const std::optional<int> turns = quarter_turns(*av_->stream);
+  if (!turns || (*turns != 0 && p.encoding != FrameEncoding::bgr))
+    throw Error(path.string() + ": its tags say that it is shown turned or mirrored; save it without them");
+  av_->turns = *turns;
+  if (*turns % 2 != 0) std::swap(p.width_px, p.height_px);
   const double rate_hz = av_q2d(av_->stream->avg_frame_rate);
   if (std::isfinite(rate_hz) && rate_hz >= 0.01 && rate_hz <= 10000.0) p.rate_hz = rate_hz;
   p.duration_s = static_cast<double>(av_->file->duration) / AV_TIME_BASE;
@@ -256,9 +293,11 @@ std::optional<VideoFile::Packet> VideoFile::next_decoded() {
     return result;
   }
   const AVFrame& bgr = *av_->bgr;
-  put_picture(cv::Mat3b(bgr.height, bgr.width, reinterpret_cast<cv::Vec3b*>(bgr.data[0]),
-                        static_cast<std::size_t>(bgr.linesize[0])),
-              result.frame);
+  cv::Mat3b picture(bgr.height, bgr.width, reinterpret_cast<cv::Vec3b*>(bgr.data[0]),
+                    static_cast<std::size_t>(bgr.linesize[0]));
+  constexpr std::array codes{cv::ROTATE_90_CLOCKWISE, cv::ROTATE_180, cv::ROTATE_90_COUNTERCLOCKWISE};
+  if (av_->turns > 0) cv::rotate(picture.clone(), picture, codes[static_cast<std::size_t>(av_->turns - 1)]);
+  put_picture(picture, result.frame);
   const AVFrame& frame = *av_->frame;
   const bool has_time = frame.pts != AV_NOPTS_VALUE && frame.pts != 0;
   result.time_us = av_->microseconds(has_time ? frame.pts : frame.pkt_dts);

@@ -9,9 +9,12 @@
 
 namespace gelslam {
 
+/// Why a gray picture is refused, for the user.
+inline constexpr const char* kGrayPicture = "a gray picture; slopes are read from the sensor's colors";
+
 struct JpegInfo {
   int width_px = 0, height_px = 0;  ///< 0 x 0 when the header cannot be read
-  bool color = true;
+  std::string unfit{};  ///< why it is no upright color picture: gray, CMYK, turned by its EXIF data; or ""
 };
 
 /// A decoder (libjpeg-turbo) that says in words what is wrong with a damaged picture.
