@@ -14,7 +14,7 @@ namespace {
 
 struct MergeArguments {
   std::vector<std::string> runs;
-  std::string run_folder, rig, opening;
+  std::string run_folder, rig;
   bool overwrite = false, quiet = false;
 };
 
@@ -24,7 +24,7 @@ int run(const MergeArguments& arguments, bool has_rig) {
   request.run_folder = arguments.run_folder;
   request.overwrite = arguments.overwrite;
   request.has_rig = has_rig;
-  request.rig = read_given_rig(arguments.rig, arguments.opening);
+  request.rig = read_given_rig(arguments.rig);
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const ReconstructSummary summary =
@@ -44,7 +44,6 @@ void add_merge_command(CLI::App& app, int& exit_code) {
       ->expected(2, CLI::detail::expected_max_vector_size);
   command->add_option("-o,--output", arguments->run_folder, "Run folder to write")->required();
   add_rig_option(*command, arguments->rig, "The last two runs were scanned by two sensors at the same time");
-  add_opening_option(*command, arguments->opening)->needs("--rig");
   command->add_flag("--overwrite", arguments->overwrite, "Replace the run folder if it is there");
   add_quiet_flag(*command, arguments->quiet);
   command->footer(

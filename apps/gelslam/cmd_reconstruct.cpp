@@ -16,7 +16,7 @@ namespace {
 struct ReconstructArguments {
   std::vector<std::string> logs;
   LogOptions log;
-  std::string run_folder, continued, rig, opening;
+  std::string run_folder, continued, rig;
   bool overwrite = false, quiet = false;
 };
 
@@ -45,7 +45,7 @@ int run_rig(const ReconstructArguments& arguments, const std::vector<std::filesy
   RigRequest request;
   for (std::size_t sensor = 0; sensor < 2; ++sensor)
     request.inputs[sensor] = arguments.log.input(logs[sensor], sensor, 2);
-  request.rig = read_given_rig(arguments.rig, arguments.opening);
+  request.rig = read_given_rig(arguments.rig);
   request.run_folder = arguments.run_folder;
   request.overwrite = arguments.overwrite;
   const InterruptWatch interrupt;
@@ -88,7 +88,6 @@ void add_reconstruct_command(CLI::App& app, int& exit_code) {
       add_rig_option(*command, arguments->rig,
                      "Two logs that two sensors recorded at the same time (one log may hold both)")
           ->excludes("--continue");
-  add_opening_option(*command, arguments->opening)->needs("--rig");
   command->add_flag("--overwrite", arguments->overwrite, "Replace the run folder if it is there");
   add_quiet_flag(*command, arguments->quiet);
   command->footer(

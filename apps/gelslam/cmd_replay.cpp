@@ -49,8 +49,7 @@ int run(ReplayArguments arguments) {
   }
   if (arguments.logs.size() == 2) return run_two(arguments);
   const LiveArguments& live = arguments.live;
-  if (!live.rig.empty() || !live.opening.empty())
-    throw Error("--rig and --opening take the logs of two sensors");
+  if (!live.rig.empty()) throw Error("--rig takes the logs of two sensors");
   const std::string& log = arguments.logs.front();
   const Config config = resolve_config(live.input(log));
   LiveOptions options = live.options(config);

@@ -111,8 +111,7 @@ int run(ScanArguments arguments) {
   LiveArguments& live = arguments.live;
   if (live.run_folder.empty() && live.continued.empty()) live.run_folder = name_by_time();
   if (arguments.devices.size() == 2) return run_two(arguments);
-  if (!live.rig.empty() || !live.opening.empty())
-    throw Error("--rig and --opening are for two sensors: give --camera twice");
+  if (!live.rig.empty()) throw Error("--rig is for two sensors: give --camera twice");
   const std::string device = arguments.devices.empty() ? "" : arguments.devices.front();
   if (device == simulated_camera_name()) return run_without_camera(device, live);
   Config config;

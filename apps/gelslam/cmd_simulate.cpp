@@ -10,7 +10,6 @@
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/files.hpp"
 #include "gelslam/simulation/calibration_set.hpp"
 #include "gelslam/simulation/data_folder.hpp"
 #include "gelslam/simulation/press_log.hpp"
@@ -30,7 +29,7 @@ struct SimulateArguments {
   std::vector<double> place_mm;  // x, y
   std::uint64_t seed = 1;
   MeshUnit unit;
-  bool gripper = false, list = false, quiet = false, overwrite = false;
+  bool list = false, quiet = false, overwrite = false;
 };
 
 void print_catalog(const std::string& title, const std::vector<CatalogEntry>& entries) {
@@ -79,19 +78,9 @@ void calibrate_into(const std::filesystem::path& folder, const SimulateArguments
 std::vector<std::pair<ScanSpec, std::filesystem::path>> sensors_of(const SimulateArguments& arguments) {
   if (arguments.rig.empty()) return {{arguments.scan, arguments.output}};
   ScanSpec second = arguments.scan;
-  const RigFile rig = read_rig(arguments.rig);
-  second.rig_T_sensor = rig.pose.first_T_second;
-  if (arguments.gripper) second.opening_axis = rig.opening_axis;
+  second.rig_T_sensor = read_rig(arguments.rig).first_T_second;
   ++second.optics.seed;
   return {{arguments.scan, arguments.output / "first"}, {second, arguments.output / "second"}};
-}
-
-void write_openings(const std::filesystem::path& file, const Simulator& second) {
-  std::string text = "time_s,opening_mm\n";
-  double frame = second.spec().background_frames;
-  for (const double opening_mm : second.openings_mm())
-    text += fmt::format("{:.3f},{:.4f}\n", frame++ / second.spec().motion.frame_rate_hz, opening_mm);
-  write_file_atomically(file, text);
 }
 
 void run_scan(SimulateArguments& arguments) {
@@ -120,7 +109,6 @@ void run_scan(SimulateArguments& arguments) {
   if (!given) calibrate_into(calibration, arguments, progress);
   for (std::size_t i = 0; i < sensors.size(); ++i)
     write_data_folder(sensors[i].second, *simulators[i], arguments.folder, progress);
-  if (arguments.gripper) write_openings(arguments.output / "opening.csv", *simulators.back());
 }
 
 void add_common_options(CLI::App& command, SimulateArguments& arguments) {
@@ -172,9 +160,6 @@ void add_scan(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& argu
   scan->add_option("--rig", a.rig,
                    "Two sensors that are fixed to each other (rig.yaml), as DIR/first and DIR/second")
       ->check(CLI::ExistingFile);
-  scan->add_flag("--gripper", a.gripper,
-                 "The second sensor follows the object along opening_axis of rig.yaml: DIR/opening.csv")
-      ->needs("--rig");
   scan->add_flag("--light-drift", a.scan.optics.light_drift, "Let the lamps drift by a few percent");
   scan->add_flag("--lossless", a.folder.lossless, "PNG instead of JPEG pictures in the video");
   scan->add_flag("--truth-maps", a.folder.truth_maps,

@@ -30,7 +30,7 @@ struct TrackArguments {
   std::vector<std::string> logs;     ///< or
   std::vector<std::string> cameras;  ///< "": the configuration's
   LogOptions settings;
-  std::string map, rig, opening;
+  std::string map, rig;
   StreamArguments stream{.target = "-", .format = "tum"};
   MapWindowArguments window;
   bool quiet = false;
@@ -148,9 +148,8 @@ int run(const TrackArguments& arguments) {
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet || shows_poses);
   const LineSink sink = open_sink(arguments.stream, arguments.quiet);
   const Session map = arguments.map.empty() ? Session() : read_map_for(sensors, arguments.map);
-  GivenRig rig;
-  if (sensors.size() == 2)
-    rig = read_given_rig(arguments.rig.empty() ? arguments.map : arguments.rig, arguments.opening);
+  const RigPose rig =
+      sensors.size() < 2 ? RigPose() : read_rig(arguments.rig.empty() ? arguments.map : arguments.rig);
   WindowOptions window = arguments.window.window_options();
   const ShownMap shown =
       arguments.window.shows_map() ? read_shown_map(arguments.map, map, *progress) : ShownMap();
@@ -216,7 +215,6 @@ void add_track_command(CLI::App& app, int& exit_code) {
       "--rig", arguments->rig,
       "Of two sensors: how they are fixed to each other (rig.yaml, or a run of theirs; default: "
       "the map's run)");
-  add_opening_option(*command, arguments->opening)->needs("--rig")->excludes(camera);
   arguments->window.add_to(*command);
   arguments->stream.add_to(*command);
   add_quiet_flag(*command, arguments->quiet);

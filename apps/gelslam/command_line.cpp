@@ -101,12 +101,6 @@ std::string given_for_sensor(const std::vector<std::string>& given, std::size_t 
   return given.empty() ? "" : given[std::min(sensor, given.size() - 1)];
 }
 
-CLI::Option* add_opening_option(CLI::App& command, std::string& file) {
-  return command.add_option("--opening", file,
-                            "Of two sensors: how far a gripper that holds them was open (CSV: "
-                            "time_s,opening_mm; live, read when it ends)");
-}
-
 CLI::Option* add_rig_option(CLI::App& command, std::string& file, const std::string& two) {
   return command
       .add_option("--rig", file,

@@ -50,8 +50,6 @@ std::string given_for_sensor(const std::vector<std::string>& given, std::size_t 
 
 /// --rig [FILE]. `two`: what of two sensors is joined, for the help.
 CLI::Option* add_rig_option(CLI::App& command, std::string& file, const std::string& two);
-/// --opening FILE.
-CLI::Option* add_opening_option(CLI::App& command, std::string& file);
 
 /// The text of a window script; "" for an empty name. Throws Error when the file cannot be read.
 std::string read_script_file(const std::filesystem::path& file);

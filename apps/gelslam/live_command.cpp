@@ -155,7 +155,6 @@ void LiveArguments::add_to(CLI::App& command) {
   command.add_option("--rig", rig,
                      "Of two sensors: how they are fixed to each other (rig.yaml, or a run of theirs; "
                      "default: the motions tell)");
-  add_opening_option(command, opening);
   stream.add_to(command);
   stream.add_live_to(command);
   add_quiet_flag(command, quiet);
@@ -389,7 +388,7 @@ int run_live_rig(std::array<LiveRig::Sensor, 2> sensors, const LiveArguments& ar
                  const NextScans& next) {
   const bool goes_on = !arguments.continued.empty();
   LiveRigOptions rig{goes_on ? arguments.continued : arguments.run_folder, arguments.overwrite, arguments.rig,
-                     arguments.opening, goes_on};
+                     goes_on};
   std::array<LiveOptions, 2> options = {sensors[0].options, sensors[1].options};
   const WindowOptions window = prepare_window(options[0], arguments);
   UsualPriority usual_priority;

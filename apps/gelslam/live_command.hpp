@@ -19,7 +19,7 @@ namespace gelslam {
 /// end.
 struct LiveArguments {
   LogOptions log;
-  std::string run_folder, continued, rig, opening, snapshot, script;
+  std::string run_folder, continued, rig, snapshot, script;
   bool overwrite = false, headless = false, quiet = false;
   double ui_scale = 1;
   double seconds = 0;  ///< 0: until a person or the source ends it

@@ -86,12 +86,12 @@ class TrialOutput final : public PoseOutput {
 class MapOutput final : public PoseOutput {
  public:
   MapOutput(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options, bool as_ndjson,
-            LocatedTouches* touches, SecondSensor* second, GivenRig rig)
+            LocatedTouches* touches, SecondSensor* second, const RigPose& rig)
       : as_ndjson_(as_ndjson),
         localizer_(std::move(map), options),
         touches_(touches),
         second_(second),
-        rig_(std::move(rig)) {}
+        rig_(rig) {}
 
   PoseLine line(const SurfaceStream::Item& item) override {
     std::future<std::optional<PlaceHypothesis>> of_second;
@@ -101,7 +101,7 @@ class MapOutput final : public PoseOutput {
     if (second_) {
       const std::optional<PlaceHypothesis> other = of_second.get();
       const bool both = other && frame.status == PlaceStatus::localized;
-      sensors = share_place(frame, other, rig_.pose_at(item.time_s));
+      sensors = share_place(frame, other, rig_);
       if (both) ++(sensors.size() == 2 ? agreed_ : contradicted_);
     }
     if (touches_ != nullptr) {
@@ -129,7 +129,7 @@ class MapOutput final : public PoseOutput {
   Localizer localizer_;
   LocatedTouches* touches_;
   SecondSensor* second_;
-  GivenRig rig_;
+  RigPose rig_;
   std::int64_t agreed_ = 0, contradicted_ = 0;  // frames in which both are localized
 };
 
@@ -141,8 +141,8 @@ std::unique_ptr<PoseOutput> make_trial_output(const SlamOptions& options, bool a
 
 std::unique_ptr<PoseOutput> make_map_output(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options,
                                             bool as_ndjson, LocatedTouches* touches, SecondSensor* second,
-                                            GivenRig rig) {
-  return std::make_unique<MapOutput>(std::move(map), options, as_ndjson, touches, second, std::move(rig));
+                                            const RigPose& rig) {
+  return std::make_unique<MapOutput>(std::move(map), options, as_ndjson, touches, second, rig);
 }
 
 }  // namespace gelslam

@@ -29,6 +29,6 @@ std::unique_ptr<PoseOutput> make_trial_output(const SlamOptions& options, bool a
 /// null), poses of the first one that both know; `rig` has a pose then.
 std::unique_ptr<PoseOutput> make_map_output(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options,
                                             bool as_ndjson, LocatedTouches* touches, SecondSensor* second,
-                                            GivenRig rig);
+                                            const RigPose& rig);
 
 }  // namespace gelslam

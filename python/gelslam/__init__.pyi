@@ -13,7 +13,7 @@ _Progress = Union[bool, None, Callable[[str, int, Optional[int]], object]]
 __version__: str
 __all__ = [
     "Surface", "Sensor", "Registration", "register", "Mesh", "Run", "reconstruct", "merge", "fuse", "read_run",
-    "TrackedFrame", "Slam", "Map", "Place", "LocatedFrame", "Localizer", "share_place", "Log", "Camera", "Calibration", "calibrate", "Error", "__version__",
+    "TrackedFrame", "Slam", "Map", "Place", "LocatedFrame", "Localizer", "Log", "Camera", "Calibration", "calibrate", "Error", "__version__",
 ]  # fmt: skip
 
 class Error(Exception): ...
@@ -134,7 +134,6 @@ def reconstruct_rig(
     *,
     models: Optional[tuple[_Path, _Path]] = None,
     rig: Optional[_Path] = None,
-    opening: Optional[_Path] = None,
     overwrite: bool = False,
     progress: _Progress = False,
 ) -> Run: ...
@@ -234,15 +233,6 @@ class Localizer:
     def process(self, surface: Surface, time_s: float) -> LocatedFrame: ...
     @overload
     def process(self, image: _Image, time_s: float) -> LocatedFrame: ...
-
-def share_place(
-    first: LocatedFrame,
-    second: LocatedFrame,
-    first_T_second: NDArray[np.float64],
-    *,
-    sigma_mm: float = 0.1,
-    sigma_deg: float = 0.5,
-) -> LocatedFrame: ...
 
 class Log:
     def __init__(self, path: _Path, *, config: Optional[_Path] = None) -> None: ...

@@ -9,7 +9,6 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/localization/localizer.hpp"
 #include "gelslam/localization/maps.hpp"
-#include "gelslam/localization/rig_place.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "sensor.hpp"
 
@@ -240,32 +239,6 @@ the map's run (config.yaml in its folder). progress: as of reconstruct(). Thread
           py::arg("image"), py::arg("time_s"), "The same for a picture (HxWx3 uint8, BGR).");
 }
 
-PythonPlacedFrame share_places(PythonPlacedFrame first, const PythonPlacedFrame& second,
-                               const py::object& first_T_second, double sigma_mm, double sigma_deg) {
-  RigPose rig{pose_of(first_T_second, "first_T_second")};
-  rig.covariance.diagonal() << Eigen::Vector3d::Constant(std::pow(sigma_deg / kDegreesPerRadian, 2)),
-      Eigen::Vector3d::Constant(sigma_mm * sigma_mm);
-  LocalizedFrame shared{first.frame.tracked, first.status, std::move(first.places), std::move(first.reason)};
-  share_place(shared, second.certain() ? std::optional(*second.certain()) : std::nullopt, rig);
-  first.status = shared.status;
-  first.status_name = status_name(shared);
-  first.places = std::move(shared.hypotheses);
-  first.reason = std::move(shared.reason);
-  return first;
-}
-
-void add_share_place(py::module_& module) {
-  module.def(
-      "share_place", &share_places, py::arg("first"), py::arg("second"), py::arg("first_T_second"),
-      py::kw_only(), py::arg("sigma_mm") = 0.1, py::arg("sigma_deg") = 0.5,
-      R"(What two sensors that are fixed to each other know of the first one's place, as `gelslam track A B --map` writes it.
-
-first, second: LocatedFrame of pictures that were taken at the same time. first_T_second: 4x4, the second sensor's pose in
-the first one, translation in meters; of a gripper, as it is open now. sigma_mm, sigma_deg: how well that is known along
-and about each axis. Returns a LocatedFrame: localized if either is, else the first. Where they contradict each other, it
-is the one that is known better, and `reason` says so.)");
-}
-
 }  // namespace
 
 void bind_localization(py::module_& module) {
@@ -273,7 +246,6 @@ void bind_localization(py::module_& module) {
   add_place(module);
   add_located_frame(module);
   add_localizer(module);
-  add_share_place(module);
 }
 
 }  // namespace gelslam::python

@@ -234,7 +234,7 @@ PythonRun merge_runs(const std::vector<fs::path>& runs, const fs::path& output, 
 
 PythonRun map_of_rig(const std::array<fs::path, 2>& logs, const fs::path& output,
                      const std::optional<std::array<fs::path, 2>>& models, const OptionalPath& rig,
-                     const OptionalPath& opening, bool overwrite, const py::object& progress) {
+                     bool overwrite, const py::object& progress) {
   PythonProgress sink(progress);
   PythonRun run;
   {
@@ -244,7 +244,7 @@ PythonRun map_of_rig(const std::array<fs::path, 2>& logs, const fs::path& output
       request.inputs[sensor].log = logs[sensor];
       if (models) request.inputs[sensor].model = (*models)[sensor];
     }
-    request.rig = read_given_rig(rig.value_or(""), opening.value_or(""));
+    request.rig = read_given_rig(rig.value_or(""));
     request.run_folder = output;
     request.overwrite = overwrite;
     run = python_run(reconstruct_rig(request, sink, stop_by_signal));
@@ -323,14 +323,14 @@ runs: run folders, two or more; the first one's configuration is used. They join
 did not join is given as a warning. output: the run folder to write. progress: as of reconstruct().)");
   module.def(
       "reconstruct_rig", &map_of_rig, py::arg("logs"), py::arg("output"), py::kw_only(),
-      py::arg("models") = py::none(), py::arg("rig") = py::none(), py::arg("opening") = py::none(),
-      py::arg("overwrite") = false, py::arg("progress") = false,
+      py::arg("models") = py::none(), py::arg("rig") = py::none(), py::arg("overwrite") = false,
+      py::arg("progress") = false,
       R"(One map of what two sensors felt at the same time that are fixed to each other, as `gelslam reconstruct A B
 --rig` makes. Returns the Run in output; Run.sensors tells the sensor of each pose.
 
 logs: of the first and the second sensor; "both.mkv#2" is the second one of a log of two. output: the run folder to
-write. models: of each; default: those in or beside the logs. rig: rig.yaml; default: the motions tell. opening: CSV of a
-gripper's openings. progress: as of reconstruct().)");
+write. models: of each; default: those in or beside the logs. rig: rig.yaml; default: the motions tell.
+progress: as of reconstruct().)");
   module.def(
       "fuse", &fuse_again, py::arg("run"), py::arg("output") = py::none(), py::kw_only(),
       py::arg("voxel_size_mm") = py::none(), py::arg("truncation_mm") = py::none(),

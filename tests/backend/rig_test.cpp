@@ -19,8 +19,7 @@ Pose pose(const Eigen::Vector3d& turn_rad, const Eigen::Vector3d& mm) {
   return pose;
 }
 
-/// Two sensors that face each other, feel an object as it is turned about all axes, in a gripper that opens
-/// and closes by millimeters between their keyframes.
+/// Two sensors that face each other, and feel an object as it is turned about all axes.
 struct TwoSensors {
   explicit TwoSensors(double noise = 0, std::uint64_t seed = 1) : random(seed) {
     for (int k = 0; k < kKeyframes; ++k) {
@@ -36,11 +35,9 @@ struct TwoSensors {
     for (int k = 0; k < kKeyframes; ++k) {
       // At an instant after both keyframes.
       const Pose since = pose({0.02, -0.01, 0.03}, {0.3, 0.2, -0.1});
-      const Eigen::Vector3d opening_mm = 2 * std::sin(1.3 * k) * Eigen::Vector3d(0.1, -0.2, 1).normalized();
-      const Pose second_since =
-          first_T_second.inverse() * since * Eigen::Translation3d(opening_mm) * first_T_second;
-      constraints.push_back({k, kKeyframes + k, since * error(noise), second_since * error(noise), covariance,
-                             covariance, opening_mm});
+      const Pose second_since = first_T_second.inverse() * since * first_T_second;
+      constraints.push_back(
+          {k, kKeyframes + k, since * error(noise), second_since * error(noise), covariance, covariance});
     }
   }
 

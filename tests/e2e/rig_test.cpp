@@ -85,48 +85,12 @@ TEST(RigProgram, TwoSensorsMakeOneMapAndTellHowTheyAreFixed) {
   ASSERT_EQ(merged.exit_code, 0) << merged.err;
   EXPECT_TRUE(read_bytes(folder / "merged/mesh.ply") == read_bytes(live + "/mesh.ply"));
 
-  // A gripper that is open by 3 mm all the time, whose closed pose is given, puts the second sensor at the
-  // same place.
-  const auto closed = folder / "closed.yaml", openings = folder / "opening.csv";
-  std::ofstream(closed) << facing_at(kDistanceMm - 3) << "sigma_mm: 0.01\nsigma_deg: 0.1\n";
-  std::ofstream(openings) << "time_s,opening_mm\n0,3\n100,3\n";
-  const ProgramResult opened =
-      gelslam({"merge", live + "-first", live + "-second", "--rig", closed.string(), "--opening",
-               openings.string(), "-q", "-o", (folder / "opened").string()});
-  ASSERT_EQ(opened.exit_code, 0) << opened.err;
-  const auto last_pose = [&](const char* run) {
-    return read_tum(folder / run / "trajectory.tum").back().map_T_sensor;
-  };
-  EXPECT_LT((last_pose("merged").inverse() * last_pose("opened")).translation().norm(), 0.1);
-
   // Its record holds the rig: the mesh is made again without the logs.
   std::filesystem::remove(live + "/session/session.json");
   std::filesystem::remove(live + "/mesh.ply");
   const ProgramResult fused = gelslam({"fuse", live});
   EXPECT_EQ(fused.exit_code, 0) << fused.err;
   EXPECT_NEAR(report_of(live).at("rig").at("first_T_second_mm")[11].get<double>(), kDistanceMm, 0.05);
-}
-
-// As a peanut is rolled between them, the fingers open and close by 2 mm.
-TEST(RigProgram, GripperMayOpenAndClose) {
-  constexpr double kClosedMm = 12.2;
-  const TemporaryFolder folder;
-  const auto rig = folder / "rig.yaml";
-  std::ofstream(rig) << facing_at(kClosedMm);
-  const ProgramResult simulated =
-      gelslam({"simulate", "scan", "--object", "peanut", "--motion", "roll", "--frames", "160", "--rig",
-               rig.string(), "--gripper", "--calibration",
-               scan().model().parent_path().parent_path().string(), "-q", "-o", (folder / "logs").string()});
-  ASSERT_EQ(simulated.exit_code, 0) << simulated.err;
-  const ProgramResult done =
-      gelslam({"reconstruct", (folder / "logs/first").string(), (folder / "logs/second").string(), "--rig",
-               "-q", "--opening", (folder / "logs/opening.csv").string(), "-o", (folder / "run").string()});
-  ASSERT_EQ(done.exit_code, 0) << done.err;
-  const auto found = report_of(folder / "run").at("rig").at("first_T_second_mm").get<std::vector<double>>();
-  // Without the openings, it is wrong by 4 mm and more.
-  EXPECT_NEAR(found[3], 1.5, 1);
-  EXPECT_NEAR(found[7], 0.8, 1);
-  EXPECT_NEAR(found[11], kClosedMm, 0.1 * kClosedMm);
 }
 
 TEST(RigProgram, MistakesAreSaidInOneLine) {
@@ -136,10 +100,6 @@ TEST(RigProgram, MistakesAreSaidInOneLine) {
   EXPECT_THAT(missing.err, HasSubstr("none.yaml"));
   const std::string log = scan().log().string();
   EXPECT_THAT(gelslam({"reconstruct", log, log, "--rig", "-o", "run"}).err, HasSubstr("is given twice"));
-  const ProgramResult no_opening =
-      gelslam({"reconstruct", "a.mkv", "b.mkv", "--rig", "--opening", "none.csv", "-o", "run"});
-  EXPECT_EQ(no_opening.exit_code, 2);
-  EXPECT_THAT(no_opening.err, HasSubstr("none.csv"));
   const ProgramResult same = gelslam({"scan", "--camera", "7", "--camera", "7", "--headless", "-o", "run",
                                       "--model", scan().model().string()});
   EXPECT_THAT(same.err, HasSubstr("--camera 7 and --camera 7 are both /dev/video7"));

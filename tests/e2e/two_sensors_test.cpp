@@ -130,13 +130,6 @@ TEST_F(TwoSensors, GiveOnePoseOfTheObjectInTheHand) {
   EXPECT_THAT(wrong.err, HasSubstr("the sensors contradict each other in"));
   EXPECT_EQ(compare(wrong.out, first, report_of("run")).of_both, 0);
 
-  // It is that of a gripper before it was opened.
-  const std::string openings = path("opening.csv");
-  std::ofstream(openings) << "time_s,opening_mm\n0,-2\n";
-  const ProgramResult opened = gelslam({"track", first, second, "--map", run, "--rig", path("wrong.yaml"),
-                                        "--opening", openings, "--format", "ndjson"});
-  EXPECT_EQ(compare(opened.out, first, report_of("run")).of_both, by_both.of_both) << opened.err;
-
   expect_mistake(gelslam({"track", first, second, "--map", run + "/session"}), "--rig");
   expect_mistake(gelslam({"track", first, second}), "--map");
   expect_mistake(gelslam({"track", "--camera", "7", "--camera", "/dev/video7", "--map", run}),

@@ -68,21 +68,6 @@ class Maps(unittest.TestCase):
             self.assertLess(np.linalg.norm(frame.map_T_sensor[:3, 3] - self.run_.trajectory[k, :3, 3]), 0.2e-3)
             self.assertEqual(list(frame.tracked.registration.observable), ["x", "y", "z", "rx", "ry", "rz"])
         self.assertEqual(set(seen), {"no_contact", "not in the map", "localized"})
-        self.two_sensors_share_their_place(seen["localized"], seen["no_contact"])
-
-    def two_sensors_share_their_place(self, placed, free):
-        rig = np.diag([1.0, -1, -1, 1])
-        rig[2, 3] = 13e-3
-        by_second = gelslam.share_place(free, placed, rig)
-        self.assertEqual(by_second.status, "localized")
-        np.testing.assert_allclose(by_second.map_T_sensor @ rig, placed.map_T_sensor, atol=1e-9)
-        self.assertIsNone(gelslam.share_place(free, free, rig).map_T_sensor)
-        both = gelslam.share_place(placed, placed, np.eye(4), sigma_mm=0, sigma_deg=0)
-        np.testing.assert_allclose(both.covariance, placed.covariance / 2, rtol=1e-6)
-        apart = gelslam.share_place(placed, placed, rig)
-        self.assertRegex(apart.reason, "contradict each other by .* mm and 180.0 degrees")
-        with self.assertRaisesRegex(gelslam.Error, "first_T_second: not a rigid motion"):
-            gelslam.share_place(placed, placed, -rig)
 
     def test_a_map_is_for_its_pixel_pitch(self):
         wide = self.folder / "wide.yaml"

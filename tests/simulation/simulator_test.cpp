@@ -147,20 +147,12 @@ TEST(Simulator, GoesBackTheWayItCame) {
   EXPECT_FALSE(pose(30).isApprox(pose(10), 1e-3));
 }
 
-TEST(Simulator, EveryObjectIsTouchedWellFromBothSides) {
-  for (const CatalogEntry& object : shape_catalog())
-    for (const bool from_behind : {false, true}) {
-      ScanSpec spec = scan(object.name, "wobble", 10);
-      if (from_behind) {
-        spec.rig_T_sensor.linear() = Eigen::Vector3d(1, -1, -1).asDiagonal();
-        spec.rig_T_sensor.translation().z() = make_shape(spec.object)->bounds_mm().sizes().z();
-        spec.opening_axis = Eigen::Vector3d::UnitZ();
-      }
-      const Simulator simulator(spec);
-      const SimulatedFrame frame = simulator.frame(19);
-      EXPECT_GT(cv::countNonZero(frame.contact), 500) << object.name << from_behind;
-      EXPECT_NEAR(lowest(frame), -0.5, from_behind ? 0.05 : 0.3) << object.name << from_behind;
-    }
+TEST(Simulator, EveryObjectIsTouchedWell) {
+  for (const CatalogEntry& object : shape_catalog()) {
+    const SimulatedFrame frame = Simulator(scan(object.name, "wobble", 10)).frame(19);
+    EXPECT_GT(cv::countNonZero(frame.contact), 500) << object.name;
+    EXPECT_NEAR(lowest(frame), -0.5, 0.3) << object.name;
+  }
 }
 
 TEST(Simulator, MistakesAreErrors) {

@@ -23,15 +23,9 @@ using Derivative = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 constexpr double kLeverMm = 10.0;  // what a turn of a radian moves at the border of a sensor
 
 /// Relative to the first instant of both components: what the sensors have moved since.
-/// A gripper's opening counts as the first one's motion: from there, the second one's pose never changes.
 struct MotionPair {
   Pose first = Pose::Identity(), second = Pose::Identity();
 };
-
-/// The second sensor's pose in the first one at the constraint's instant.
-Pose moved(const Pose& first_T_second, const RigConstraint& constraint) {
-  return Eigen::Translation3d(constraint.opening_mm) * first_T_second;
-}
 
 std::vector<MotionPair> motion_pairs(const std::vector<RigConstraint>& constraints,
                                      const PoseGraphSolution& solution) {
@@ -42,8 +36,7 @@ std::vector<MotionPair> motion_pairs(const std::vector<RigConstraint>& constrain
                second = solution.component_of_node.find(constraint.second_keyframe);
     if (first == solution.component_of_node.end() || second == solution.component_of_node.end()) continue;
     const MotionPair now{
-        solution.component_T_node.at(constraint.first_keyframe) * constraint.first_keyframe_T_sensor *
-            Eigen::Translation3d(constraint.opening_mm),
+        solution.component_T_node.at(constraint.first_keyframe) * constraint.first_keyframe_T_sensor,
         solution.component_T_node.at(constraint.second_keyframe) * constraint.second_keyframe_T_sensor};
     const auto [start, is_first] = start_of.try_emplace({first->second, second->second}, now);
     if (is_first) continue;
@@ -148,10 +141,9 @@ std::optional<Pose> rig_from_motions(const std::vector<RigConstraint>& constrain
 
 std::vector<PoseGraphEdge> rig_edges(const std::vector<RigConstraint>& constraints,
                                      const Pose& first_T_second) {
+  const Matrix6d second_by_first = adjoint(first_T_second.inverse());
   std::vector<PoseGraphEdge> edges;
   for (const RigConstraint& constraint : constraints) {
-    const Pose first_T_moved = moved(first_T_second, constraint);
-    const Matrix6d second_by_first = adjoint(first_T_moved.inverse());
     const Pose sensor_T_keyframe = constraint.second_keyframe_T_sensor.inverse();
     // Of the second sensor's place in the first one's keyframe, and in its own.
     const Matrix6d covariance = second_by_first * constraint.first_covariance * second_by_first.transpose() +
@@ -159,7 +151,7 @@ std::vector<PoseGraphEdge> rig_edges(const std::vector<RigConstraint>& constrain
     const Matrix6d by_keyframe = adjoint(sensor_T_keyframe);
     const Matrix6d information = by_keyframe.transpose() * covariance.inverse() * by_keyframe;
     edges.push_back({constraint.first_keyframe, constraint.second_keyframe,
-                     constraint.first_keyframe_T_sensor * first_T_moved * sensor_T_keyframe,
+                     constraint.first_keyframe_T_sensor * first_T_second * sensor_T_keyframe,
                      0.5 * (information + information.transpose()), EdgeKind::odometry});
   }
   return edges;
@@ -186,7 +178,7 @@ SharedUnknowns rig_unknowns(const std::vector<PoseGraphEdge>& edges,
     by_unknown.leftCols<6>() = adjoint(constraint.second_keyframe_T_sensor);
     if (with_scales) {
       by_unknown.middleCols<kScaleTerms>(kFirstScale) =
-          adjoint((moved(first_T_second, constraint) * second_T_keyframe).inverse()) *
+          adjoint((first_T_second * second_T_keyframe).inverse()) *
           motion_by_gradient_scale({0, 1, constraint.first_keyframe_T_sensor});
       by_unknown.middleCols<kScaleTerms>(kSecondScale) =
           -adjoint(constraint.second_keyframe_T_sensor) *

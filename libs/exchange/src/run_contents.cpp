@@ -98,7 +98,7 @@ std::vector<RunLog> find_logs(const fs::path& folder, const json& report) {
     if (!entry.is_object() || !entry.value("first_time_s", json()).is_number()) continue;
     const double first_time_s = number("first_time_s", 0);
     logs.push_back({find_log(folder, text_at(entry, "file")), first_time_s, number("sensor", 0) == 1,
-                    number("start_s", first_time_s), number("rate", 1)});
+                    number("start_s", first_time_s)});
   }
   if (logs.empty()) logs.push_back({find_log(folder, text_at(report, "log"))});
   return logs;

@@ -243,7 +243,7 @@ class RunRecorder {
         std::ranges::find_if(run_.logs, [&](const RunLog& log) { return log.first_time_s > run_time_s; });
     if (next == run_.logs.begin() || !std::prev(next)->of_second_sensor) return {false, run_time_s};
     const RunLog& log = *std::prev(next);
-    return {true, log.start_s + log.rate * (run_time_s - log.first_time_s)};
+    return {true, log.start_s + run_time_s - log.first_time_s};
   }
   static std::string topic_of(const std::string& topic, const Moment& moment) {
     return moment.of_second ? "/second" + topic : topic;

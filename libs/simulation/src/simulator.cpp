@@ -22,10 +22,6 @@ float surface_spacing_mm(const Shape& shape) {
 void check(const ScanSpec& spec) {
   if (spec.background_frames < 1 || spec.background_frames > 1000)
     throw Error("number of background frames must be between 1 and 1000");
-  constexpr double kMinAlongZ = 0.5;
-  if (spec.opening_axis &&
-      std::abs((spec.rig_T_sensor.linear().transpose() * *spec.opening_axis).z()) < kMinAlongZ)
-    throw Error("the gripper's axis must lead to the sensor's gel");
   const SensorGeometry& geometry = spec.geometry;
   if (!(geometry.pixel_pitch_mm > 1e-3 && geometry.pixel_pitch_mm < 1))
     throw Error("pixel pitch must be between 0.001 and 1 mm");
@@ -44,10 +40,8 @@ Simulator::Simulator(const ScanSpec& spec)
       surface_(shape_->mesh(surface_spacing_mm(*shape_))),
       optics_(spec.geometry, spec.optics),
       sensor_T_object_(make_motion(spec.motion, *shape_, surface_, spec.geometry)) {
-  for (Pose& sensor_T_object : sensor_T_object_) {
+  for (Pose& sensor_T_object : sensor_T_object_)
     sensor_T_object = spec_.rig_T_sensor.inverse() * sensor_T_object;
-    if (spec_.opening_axis) grip(sensor_T_object);
-  }
   for (std::size_t k = 0; k < sensor_T_object_.size(); ++k) {
     if (!touches(press_object(*shape_, sensor_T_object_[k], spec_.geometry, spec_.gel))) continue;
     contact_start_frame_ = spec_.background_frames + static_cast<int>(k);
@@ -55,18 +49,6 @@ Simulator::Simulator(const ScanSpec& spec)
     return;
   }
   throw Error("the simulated object never touches the gel");
-}
-
-/// Where nothing lies over the gel, the gripper stays as it is.
-void Simulator::grip(Pose& sensor_T_object) {
-  const Eigen::Vector3d axis = spec_.rig_T_sensor.linear().transpose() * *spec_.opening_axis;
-  double opening_mm = openings_mm_.empty() ? 0 : openings_mm_.back();
-  const Pose before = Eigen::Translation3d(-opening_mm * axis) * sensor_T_object;
-  if (const auto after =
-          settle_object(*shape_, before, spec_.motion.indentation_mm, spec_.geometry, spec_.gel))
-    opening_mm -= (after->translation() - before.translation()).z() / axis.z();
-  sensor_T_object = Eigen::Translation3d(-opening_mm * axis) * sensor_T_object;
-  openings_mm_.push_back(opening_mm);
 }
 
 SimulatedFrame Simulator::frame(int index) const {

@@ -66,7 +66,7 @@ struct LiveRig::Impl {
       : options(rig_options),
         first(std::move(sensors[0].source), sensors[0].options),
         second(std::move(sensors[1].source), sensors[1].options),
-        view(given.pose, !options.openings.empty()) {
+        view(known) {
     thread = std::jthread([this] { run(); });
   }
 
@@ -76,7 +76,7 @@ struct LiveRig::Impl {
   void join();
 
   const LiveRigOptions options;
-  const GivenRig given = read_given_rig(options.rig, "");  // before the sensors start
+  const std::optional<RigPose> known = read_given_rig(options.rig);  // before the sensors start
   LiveSlam first, second;
   LiveBoard board{""};  // from when both have ended
   std::atomic<bool> aborted{false};
@@ -141,8 +141,7 @@ void LiveRig::Impl::join() {
   request.in_place = options.continued;
   request.overwrite = options.overwrite;
   request.has_rig = true;
-  request.rig = given;
-  if (!options.openings.empty()) request.rig.gripper.openings = read_openings(options.openings);
+  request.rig = known;
   BoardProgress progress(board);
   const Run run = merge_scans(request, progress, [this] { return aborted.load(); });
   board.show_saved(run.map, run.mesh);

@@ -49,8 +49,7 @@ MeshBlock emptied(std::int64_t key) {
 
 }  // namespace
 
-RigView::RigView(const std::optional<RigPose>& known, bool has_gripper)
-    : next_estimate_at_(kFirstEstimate), has_gripper_(has_gripper) {
+RigView::RigView(const std::optional<RigPose>& known) : next_estimate_at_(kFirstEstimate) {
   if (known) first_T_second_ = known->first_T_second;
 }
 
@@ -76,7 +75,7 @@ void RigView::show(const RigNews& news) {
 /// Where both were tracked at one time.
 void RigView::collect(const RigNews& news) {
   const auto &first = news.touch[0], &second = news.touch[1];
-  if (has_gripper_ || !first || !second || first->keyframe < 0 || second->keyframe < 0) return;
+  if (!first || !second || first->keyframe < 0 || second->keyframe < 0) return;
   if (std::abs(first->time_s - second->time_s) > kMaxPairGapS) return;
   if (first->time_s < constrained_s_ + 1 / kShownPerS) return;
   constrained_s_ = first->time_s;

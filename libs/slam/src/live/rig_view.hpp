@@ -23,8 +23,7 @@ struct RigNews {
 /// enough to be looked at: what is saved comes from merge_scans().
 class RigView {
  public:
-  /// `has_gripper`: the second sensor moves, and its map stays another piece.
-  RigView(const std::optional<RigPose>& known, bool has_gripper);
+  explicit RigView(const std::optional<RigPose>& known);
 
   /// How they are fixed, which may take tenths of a second. Touches nothing of what follows show(); one
   /// thread calls both.
@@ -53,7 +52,6 @@ class RigView {
   std::vector<RigConstraint> constraints_;  // without covariances
   double constrained_s_ = -1e9;
   std::size_t next_estimate_at_;
-  bool has_gripper_;
   RigNews news_;                                     // that is shown
   std::map<std::int64_t, MeshBlock> second_blocks_;  // in the second map
   bool second_moved_ = false;                        // since the mesh was taken

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <optional>
 
 #include "gelslam/backend/uncertain_motion.hpp"
@@ -76,7 +75,7 @@ std::optional<Place> place_at(const ScanRecord& record, double time_s) {
 /// Radians per second, in the middle of every kStepS from time 0 on; NaN where the sensor was not tracked.
 using TurnRates = std::vector<double>;
 
-constexpr double kStepS = 0.02, kMinCorrelation = 0.7;
+constexpr double kStepS = 0.02;
 
 TurnRates turn_rates(const ScanRecord& record) {
   TurnRates rates;
@@ -137,88 +136,27 @@ Peak peak_of(const TurnRates& a, const TurnRates& b, int first_lag, int last_lag
   return {first_lag + static_cast<double>(best) + peak_between(correlations, best), correlations[best]};
 }
 
-/// Means of 0.2 s: the noise of poses is most of what two frames differ by, and a drift changes little more.
-TurnRates smoothed(const TurnRates& rates) {
-  constexpr std::size_t kReach = 5;
-  TurnRates means(rates.size(), std::nan(""));
-  for (std::size_t i = kReach; i + kReach < rates.size(); ++i)
-    means[i] = std::accumulate(&rates[i - kReach], &rates[i + kReach] + 1, 0.0) / (2 * kReach + 1);
-  return means;
-}
-
-/// As a clock that goes at another rate would have recorded it.
-TurnRates at_rate(const TurnRates& rates, double rate) {
-  TurnRates stretched(static_cast<std::size_t>(static_cast<double>(rates.size() - 1) * rate));
-  for (std::size_t step = 0; step < stretched.size(); ++step)
-    stretched[step] = rates[static_cast<std::size_t>(std::lround(static_cast<double>(step) / rate))];
-  return stretched;
-}
-
-/// The clock that explains the most, if that is clearly more than one at rate 1 does, near `steady`.
-std::optional<SecondClock> drifting_clock(const TurnRates& a, const TurnRates& b, const Peak& steady) {
-  constexpr double kMaxDrift = 0.003, kStepsAtEnds = 2;  // between two rates that are tried
-  // Of the logarithm of the share that stays unexplained, times seconds. Without a drift, it stays below 2.
-  constexpr double kMinEvidence = 4;
-  if (steady.correlation <= 0) return std::nullopt;
-  const double begin = std::max(0.0, -steady.lag),
-               end = std::min(static_cast<double>(b.size()), static_cast<double>(a.size()) - steady.lag),
-               length = end - begin, step = 2 * kStepsAtEnds / length;
-  const int reach = 3 + static_cast<int>(0.25 * kMaxDrift * length),
-            most = static_cast<int>(kMaxDrift / step);
-  const auto peak_at = [&](double rate) {
-    const int lag = static_cast<int>(std::lround(steady.lag + (1 - rate) * 0.5 * (begin + end)));
-    return peak_of(a, at_rate(b, rate), lag - reach, lag + reach);
-  };
-  std::vector<double> correlations;
-  for (int k = -most; k <= most; ++k) correlations.push_back(peak_at(1 + k * step).correlation);
-  const auto best =
-      static_cast<int>(std::max_element(correlations.begin(), correlations.end()) - correlations.begin());
-  const double rate = 1 + step * (best - most + peak_between(correlations, index(best)));
-  const Peak peak = peak_at(rate);
-  const double unexplained =
-      (1 - std::pow(correlations[index(most)], 2)) / (1 - std::pow(peak.correlation, 2));
-  if (peak.correlation < kMinCorrelation || !(std::log(unexplained) * length * kStepS > kMinEvidence))
-    return std::nullopt;
-  return SecondClock{peak.lag * kStepS, rate};
-}
-
 }  // namespace
 
-SecondClock second_clock(const ScanRecord& first, const ScanRecord& second) {
-  constexpr double kMaxOffsetS = 30, kClearlyBetter = 0.1;
+double start_of_second_s(const ScanRecord& first, const ScanRecord& second) {
+  constexpr double kMaxOffsetS = 30, kMinCorrelation = 0.7, kClearlyBetter = 0.1;
   const TurnRates a = turn_rates(first), b = turn_rates(second);
   constexpr int kMost = static_cast<int>(kMaxOffsetS / kStepS);
   const Peak peak = peak_of(a, b, -kMost, kMost);
-  if (const auto drifting = drifting_clock(smoothed(a), smoothed(b), peak)) return *drifting;
   if (peak.correlation < kMinCorrelation || peak.correlation < correlation(a, b, 0) + kClearlyBetter)
-    return {};
-  return {peak.lag * kStepS};
-}
-
-RigPose GivenRig::pose_at(double time_s) const {
-  return {Eigen::Translation3d(gripper.moved_mm(time_s)) * pose->first_T_second, pose->covariance};
-}
-
-Eigen::Vector3d Gripper::moved_mm(double time_s) const {
-  const auto after =
-      std::lower_bound(openings.begin(), openings.end(), time_s,
-                       [](const Opening& opening, double time) { return opening.time_s < time; });
-  if (openings.empty()) return Eigen::Vector3d::Zero();
-  if (after == openings.begin() || after == openings.end())
-    return axis * (after == openings.end() ? openings.back() : openings.front()).mm;
-  const Opening& before = *std::prev(after);
-  return axis * std::lerp(before.mm, after->mm, (time_s - before.time_s) / (after->time_s - before.time_s));
+    return 0;
+  return peak.lag * kStepS;
 }
 
 std::vector<RigConstraint> rig_constraints(const ScanRecord& first, const ScanRecord& second,
-                                           const SecondClock& clock, const Gripper& gripper) {
+                                           double second_start_s) {
   const std::map<int, Matrix6d> first_covariances = frame_covariances(first),
                                 second_covariances = frame_covariances(second);
   std::vector<RigConstraint> constraints;
   std::optional<double> last_s;
   for (const FrameRecord& frame : first.frames) {
     if (!has_place(first, frame) || (last_s && frame.time_s < *last_s + 1 / kConstraintsPerS)) continue;
-    const std::optional<Place> place = place_at(second, clock.time_s(frame.time_s));
+    const std::optional<Place> place = place_at(second, frame.time_s - second_start_s);
     if (!place) continue;
     const auto of_first = first_covariances.find(frame.keyframe),
                of_second = second_covariances.find(place->keyframe);
@@ -226,8 +164,7 @@ std::vector<RigConstraint> rig_constraints(const ScanRecord& first, const ScanRe
     last_s = frame.time_s;
     constraints.push_back({frame.keyframe, place->keyframe, frame.keyframe_T_frame, place->keyframe_T_sensor,
                            of_observable(of_first->second, frame.observable),
-                           of_observable(of_second->second, place->observable),
-                           gripper.moved_mm(frame.time_s)});
+                           of_observable(of_second->second, place->observable)});
   }
   return constraints;
 }

@@ -163,7 +163,7 @@ std::vector<RigConstraint> renumbered(std::vector<RigConstraint> constraints, in
 void append(ScanRecord& all, const ScanRecord& next, const Offsets& by) {
   for (ScanPart part : next.parts) {
     part.first_frame += by.frame;
-    if (part.second) part.second->start_s += by.time_s;
+    if (part.second_start_s) *part.second_start_s += by.time_s;
     all.parts.push_back(std::move(part));
   }
   for (const auto& keyframe : next.keyframes) {
@@ -190,7 +190,7 @@ void append(ScanRecord& all, const ScanRecord& next, const Offsets& by) {
   }
   if (!next.rig.constraints.empty())
     all.rig = {renumbered(next.rig.constraints, by.keyframe, by.keyframe),
-               next.rig.first_of_second + by.keyframe, next.rig.clock, next.rig.known};
+               next.rig.first_of_second + by.keyframe, next.rig.second_start_s, next.rig.known};
   all.warnings.insert(all.warnings.end(), next.warnings.begin(), next.warnings.end());
 }
 
@@ -248,22 +248,22 @@ Run write_joined(const fs::path& folder, const Config& config, const ScanRecord&
 }
 
 /// Scans whose own maps have corrected them; the last two are of two sensors at the same time.
-ScanRecord joined_by_rig(const std::vector<ScanRecord>& records, const GivenRig& given,
+ScanRecord joined_by_rig(const std::vector<ScanRecord>& records, const std::optional<RigPose>& known,
                          const SlamOptions& options, ProgressSink& progress,
                          const std::function<bool()>& stop_requested) {
   const ScanRecord &first = records[records.size() - 2], &second = records.back();
-  const SecondClock clock = second_clock(first, second);
-  const std::vector<RigConstraint> constraints = rig_constraints(first, second, clock, given.gripper);
+  const double second_start_s = start_of_second_s(first, second);
+  const std::vector<RigConstraint> constraints = rig_constraints(first, second, second_start_s);
   std::vector<Offsets> of_record;
   ScanRecord all = joined(records, options, progress, stop_requested, &of_record);
   if (constraints.empty())
     all.warnings.push_back(
         "the two sensors were never tracked at the same time: only common places join them");
   const Offsets of_first = of_record[records.size() - 2], of_second = of_record.back();
-  all.rig = {renumbered(constraints, of_first.keyframe, of_second.keyframe), of_second.keyframe, clock,
-             given.pose};
+  all.rig = {renumbered(constraints, of_first.keyframe, of_second.keyframe), of_second.keyframe,
+             second_start_s, known};
   for (auto part = all.parts.end() - std::ssize(second.parts); part != all.parts.end(); ++part)
-    part->second = {clock.start_s + of_first.time_s, clock.rate};
+    part->second_start_s = second_start_s + of_first.time_s;
   return all;
 }
 

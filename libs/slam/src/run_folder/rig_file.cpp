@@ -1,12 +1,8 @@
 #include <array>
-#include <cmath>
 #include <fstream>
-#include <sstream>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/files.hpp"
 #include "gelslam/core/options.hpp"
-#include "gelslam/core/text.hpp"
 #include "gelslam/slam/sensor_rig.hpp"
 #include "run_folder/session_text.hpp"
 
@@ -28,15 +24,14 @@ std::optional<RigPose> rig_of_run(const std::filesystem::path& run) {
   }
 }
 
-RigFile read_rig(const std::filesystem::path& file) {
+RigPose read_rig(const std::filesystem::path& file) {
   if (std::filesystem::is_directory(file)) {
-    if (const auto found = rig_of_run(file)) return {*found};
+    if (const auto found = rig_of_run(file)) return *found;
     throw Error(file.string() + ": does not tell how two sensors are fixed to each other; give --rig FILE");
   }
   constexpr double kMaxMm = 1000;
   constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
   Pose first_T_second = Pose::Identity();
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
   double sigma_mm = 1.0, sigma_deg = 2.0;
   read_options(file, [&](OptionVisitor& visit) {
     for (int column = 0; column < 3; ++column)
@@ -50,11 +45,6 @@ RigFile read_rig(const std::filesystem::path& file) {
       for (int row = 0; row < 3; ++row)
         visit.number(kAxes[static_cast<std::size_t>(row)], first_T_second(row, 3), -kMaxMm, kMaxMm, "mm");
     });
-    visit.section("opening_axis", "along which a gripper moves the second sensor, in the first one's frame",
-                  [&] {
-                    for (int row = 0; row < 3; ++row)
-                      visit.number(kAxes[static_cast<std::size_t>(row)], axis[row], -1, 1, "");
-                  });
     visit.number("sigma_mm", sigma_mm, 1e-3, kMaxMm, "standard deviation of the origin, per axis");
     visit.number("sigma_deg", sigma_deg, 1e-2, 180, "standard deviation of the rotation, per axis");
   });
@@ -64,47 +54,13 @@ RigFile read_rig(const std::filesystem::path& file) {
   constexpr double kTolerance = 1e-2;  // three decimals
   if (!rotation.isUnitary(kTolerance))
     throw Error(file.string() + ": the second sensor's axes are not of length 1 and at right angles");
-  if (std::abs(axis.norm() - 1) > kTolerance)
-    throw Error(file.string() + ": opening_axis is not of length 1");
   Vector6d sigma;
   sigma << Eigen::Vector3d::Constant(sigma_deg / kDegreesPerRadian), Eigen::Vector3d::Constant(sigma_mm);
-  return {{normalized(first_T_second), sigma.cwiseAbs2().asDiagonal()}, axis.normalized()};
+  return {normalized(first_T_second), sigma.cwiseAbs2().asDiagonal()};
 }
 
-std::vector<Gripper::Opening> read_openings(const std::filesystem::path& file) {
-  constexpr double kMaxMm = 1000;
-  std::istringstream lines(read_file(file));
-  std::string line;
-  std::getline(lines, line);
-  if (one_line(line) != "time_s,opening_mm")
-    throw Error(quoted(file) + " has no header: its first line must be time_s,opening_mm");
-  std::vector<Gripper::Opening> openings;
-  for (int number = 2; std::getline(lines, line); ++number) {
-    if (one_line(line).empty()) continue;
-    const std::string where = quoted(file) + ", line " + std::to_string(number);
-    std::istringstream fields(line);
-    fields.imbue(std::locale::classic());
-    Gripper::Opening opening;
-    char comma = 0;
-    const bool is_read = static_cast<bool>(fields >> opening.time_s >> comma >> opening.mm);
-    if (!is_read || comma != ',' || !(fields >> std::ws).eof() || std::abs(opening.mm) > kMaxMm)
-      throw Error(where + ": expected a time (s), a comma and an opening (mm)");
-    if (!openings.empty() && opening.time_s <= openings.back().time_s)
-      throw Error(where + ": the time does not increase");
-    openings.push_back(opening);
-  }
-  if (openings.empty()) throw Error(quoted(file) + " holds no openings");
-  return openings;
-}
-
-GivenRig read_given_rig(const std::filesystem::path& rig, const std::filesystem::path& openings) {
-  GivenRig given;
-  if (!rig.empty()) {
-    const RigFile file = read_rig(rig);
-    given = {file.pose, {file.opening_axis, {}}};
-  }
-  if (!openings.empty()) given.gripper.openings = read_openings(openings);
-  return given;
+std::optional<RigPose> read_given_rig(const std::filesystem::path& file) {
+  return file.empty() ? std::nullopt : std::optional(read_rig(file));
 }
 
 }  // namespace gelslam

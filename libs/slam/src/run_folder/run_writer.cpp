@@ -71,19 +71,20 @@ ordered_json live_account(const LiveAccount& live) {
 }
 
 /// The log of each part, and the time at which it begins. Of two sensors at the same time, also which one it
-/// is of, and how its clock goes by the first one's.
+/// is of, and when that started by the first one's clock.
 ordered_json part_logs(const SlamMap& map) {
   ordered_json logs = ordered_json::array();
   const std::vector<ScanPart>& parts = map.measured.parts;
-  const bool of_two = std::any_of(parts.begin(), parts.end(), [](const auto& part) { return part.second; });
+  const bool of_two =
+      std::any_of(parts.begin(), parts.end(), [](const auto& part) { return part.second_start_s; });
   for (const ScanPart& part : parts) {
     const auto next = std::find_if(map.frames.begin(), map.frames.end(),
                                    [&](const FrameRecord& frame) { return frame.frame >= part.first_frame; });
     const double first_time_s = next == map.frames.begin() ? 0.0 : std::prev(next)->time_s + kBetweenPartsS;
     logs.push_back({{"file", part.log}, {"first_time_s", first_time_s}});
     if (!of_two) continue;
-    const SecondClock clock = part.second.value_or(SecondClock{first_time_s});
-    logs.back().update({{"sensor", part.second ? 1 : 0}, {"start_s", clock.start_s}, {"rate", clock.rate}});
+    logs.back().update(
+        {{"sensor", part.second_start_s ? 1 : 0}, {"start_s", part.second_start_s.value_or(first_time_s)}});
   }
   return logs;
 }
@@ -116,8 +117,7 @@ ordered_json rig_fields(const SlamMap& map) {
           {"sigma_mm", sigma_mm},
           {"sigma_deg", sigma_deg},
           {"constraints", map.measured.rig.constraints.size()},
-          {"second_start_s", map.measured.rig.clock.start_s},
-          {"second_rate", map.measured.rig.clock.rate}};
+          {"second_start_s", map.measured.rig.second_start_s}};
 }
 
 ordered_json report(const Config& config, const SlamMap& map, const RunAccount& account) {

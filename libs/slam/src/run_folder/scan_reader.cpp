@@ -141,9 +141,8 @@ class ScanReader {
     record_.parts.push_back({integer_from(json.at("first_frame"), after, kMaxFrame),
                              json.at("sensor").get<std::string>(),
                              json.at("model_crc32").get<std::uint32_t>(), json.at("log").get<std::string>()});
-    if (!json.contains("second")) return;
-    const Json& second = json.at("second");
-    record_.parts.back().second = {number_from(second.at(0), kMaxTimeS), number_from(second.at(1), 2)};
+    if (json.contains("second_start_s"))
+      record_.parts.back().second_start_s = number_from(json.at("second_start_s"), kMaxTimeS);
   }
 
   void take_keyframe(const Json& line) {

@@ -87,7 +87,7 @@ void ScanWriter::add_part(const ScanPart& part) {
                  {"sensor", part.sensor},
                  {"model_crc32", part.model_crc32},
                  {"log", part.log}};
-  if (part.second) fields["second"] = {part.second->start_s, part.second->rate};
+  if (part.second_start_s) fields["second_start_s"] = *part.second_start_s;
   write(with_checksum({{"part", fields}}));
 }
 

@@ -138,7 +138,6 @@ Json json_of(const SensorRig& rig) {
                            {"second_keyframe_T_sensor_mm", numbers(constraint.second_keyframe_T_sensor)},
                            {"first_covariance", numbers(constraint.first_covariance)},
                            {"second_covariance", numbers(constraint.second_covariance)}});
-    if (!constraint.opening_mm.isZero(0)) constraints.back()["opening_mm"] = numbers(constraint.opening_mm);
   }
   Json known;
   if (rig.known)
@@ -146,8 +145,7 @@ Json json_of(const SensorRig& rig) {
              {"covariance", numbers(rig.known->covariance)}};
   return {{"constraints", constraints},
           {"first_of_second", rig.first_of_second},
-          {"second_start_s", rig.clock.start_s},
-          {"second_rate", rig.clock.rate},
+          {"second_start_s", rig.second_start_s},
           {"known", known}};
 }
 
@@ -160,11 +158,9 @@ SensorRig rig_from(const Json& json) {
                                pose_from(entry.at("second_keyframe_T_sensor_mm")),
                                matrix_from(entry.at("first_covariance")),
                                matrix_from(entry.at("second_covariance"))});
-    if (entry.contains("opening_mm")) rig.constraints.back().opening_mm = point_from(entry.at("opening_mm"));
   }
   rig.first_of_second = integer_from(json.at("first_of_second"), 0, kMaxKeyframeId);
-  rig.clock.start_s = number_from(json.at("second_start_s"), kMaxTimeS);
-  if (json.contains("second_rate")) rig.clock.rate = number_from(json.at("second_rate"), /*most=*/2);
+  rig.second_start_s = number_from(json.at("second_start_s"), kMaxTimeS);
   const Json& known = json.at("known");
   if (!known.is_null())
     rig.known = {pose_from(known.at("first_T_second_mm")), matrix_from(known.at("covariance"))};

@@ -13,12 +13,9 @@ struct RigConstraint {
   int first_keyframe = 0, second_keyframe = 0;  ///< nodes of the pose graph
   Pose first_keyframe_T_sensor = Pose::Identity(), second_keyframe_T_sensor = Pose::Identity();
   Matrix6d first_covariance = Matrix6d::Zero(), second_covariance = Matrix6d::Zero();
-  /// By how much a gripper has moved the second sensor, along the first one's axes.
-  Eigen::Vector3d opening_mm = Eigen::Vector3d::Zero();
 };
 
-/// The pose of the second sensor in the first sensor's frame where nothing has moved it, with the covariance
-/// of its right perturbation.
+/// The pose of the second sensor in the first sensor's frame, with the covariance of its right perturbation.
 struct RigPose {
   Pose first_T_second = Pose::Identity();
   Matrix6d covariance = Matrix6d::Zero();

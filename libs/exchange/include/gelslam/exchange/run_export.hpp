@@ -18,7 +18,7 @@ struct RunLog {
   std::filesystem::path file;     ///< where it is, or was when the run was made; empty: not known
   double first_time_s = 0;        ///< of its first picture, in the run's trajectory
   bool of_second_sensor = false;  ///< that felt the object at the same time
-  double start_s = 0, rate = 1;  ///< its clock says 0 at start_s of the first sensor's, and goes at this rate
+  double start_s = 0;             ///< its clock says 0 at start_s of the first sensor's
 };
 
 /// What a run folder holds for other programs. For a mesh file only the name and the mesh are set.

@@ -43,9 +43,6 @@ struct ScanSpec {
   /// Of the sensor that is simulated, in the frame of the one that `motion` is about: two sensors that are
   /// fixed to each other differ in this.
   Pose rig_T_sensor = Pose::Identity();
-  /// In the same frame: a gripper moves the sensor along it so that the object is pressed in as `motion`
-  /// says.
-  std::optional<Eigen::Vector3d> opening_axis;
   int background_frames = 10;  ///< before the motion, nothing near
 };
 
@@ -77,18 +74,13 @@ class Simulator {
   const Mesh& surface() const { return surface_; }
   int contact_start_frame() const { return contact_start_frame_; }
   const Pose& start_T_object() const { return start_T_object_; }
-  /// By frame after the background: how far the gripper has moved the sensor along its axis.
-  const std::vector<double>& openings_mm() const { return openings_mm_; }
 
  private:
-  void grip(Pose& sensor_T_object);
-
   ScanSpec spec_;
   ShapePtr shape_;
   Mesh surface_;
   Optics optics_;
   std::vector<Pose> sensor_T_object_;
-  std::vector<double> openings_mm_;
   int contact_start_frame_ = 0;
   Pose start_T_object_ = Pose::Identity();
 };

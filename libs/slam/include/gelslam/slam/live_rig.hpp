@@ -16,9 +16,7 @@ struct LiveRigOptions {
   std::filesystem::path run_folder;  ///< of the one map; the sensors' own are RUN-first and RUN-second
   bool overwrite = false;
   std::filesystem::path rig;  ///< rig.yaml, or a run; empty: the motions tell
-  /// A gripper's, read at the end. With them the maps are one at the end only. Empty: it does not move.
-  std::filesystem::path openings;
-  bool continued = false;  ///< the map goes on from the run in `run_folder` (MergeRequest::in_place)
+  bool continued = false;     ///< the map goes on from the run in `run_folder` (MergeRequest::in_place)
 };
 
 /// RUN-first or RUN-second.

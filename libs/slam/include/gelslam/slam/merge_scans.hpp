@@ -20,7 +20,7 @@ struct MergeRequest {
   bool overwrite = false;
   /// Two sensors scanned the last two runs at the same time: joined as reconstruct_rig() joins them.
   bool has_rig = false;
-  GivenRig rig = {};  ///< of them
+  std::optional<RigPose> rig = {};  ///< of them; nothing: the motions tell
   /// `run_folder` is the first run, which the others continue: what it holds is replaced, but for its logs.
   /// Left as it is, with an Error, when stopped.
   bool in_place = false;
@@ -43,7 +43,7 @@ Run merge_scans(const MergeRequest& request, ProgressSink& progress,
 
 struct RigRequest {
   std::array<LogInput, 2> inputs;  ///< recorded at the same time: times of both count from one start
-  GivenRig rig;
+  std::optional<RigPose> rig;      ///< nothing: the motions tell
   std::filesystem::path run_folder;
   bool overwrite = false;
 };

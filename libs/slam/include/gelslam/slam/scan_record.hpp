@@ -30,12 +30,6 @@ struct FrameRecord {
 FrameRecord record_of(const TrackedFrame& tracked);
 FrameRecord background_record(std::int64_t frame, double time_s);
 
-/// The clock of a second recording: where it says t, that of the first says start_s + rate * t.
-struct SecondClock {
-  double start_s = 0, rate = 1;
-  double time_s(double first_s) const { return (first_s - start_s) / rate; }
-};
-
 /// An unbroken recording: one log, or one live scan.
 struct ScanPart {
   std::int64_t first_frame = 0;  ///< frames are counted on from part to part
@@ -44,8 +38,8 @@ struct ScanPart {
   /// surfaces of several sensors, already corrected (merge).
   std::uint32_t model_crc32 = 0;
   std::string log;  ///< file; empty where none was kept
-  /// Of the second of two sensors at the same time: its clock by that of all frames.
-  std::optional<SecondClock> second = {};
+  /// Of the second of two sensors at the same time: when it started, by the clock of all frames.
+  std::optional<double> second_start_s = {};
 };
 
 /// Index of the part that a frame belongs to; 0 without parts.
@@ -55,7 +49,7 @@ std::size_t part_of_frame(const std::vector<ScanPart>& parts, std::int64_t frame
 struct SensorRig {
   std::vector<RigConstraint> constraints;  ///< none: one sensor, or scans made one after the other
   int first_of_second = 0;       ///< the second sensor's first keyframe; no later one is the first's
-  SecondClock clock;             ///< second_clock()
+  double second_start_s = 0;     ///< start_of_second_s()
   std::optional<RigPose> known;  ///< before the scan
 };
 
