@@ -1,9 +1,10 @@
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "commands.hpp"
 #include "gelslam/core/text.hpp"
@@ -11,69 +12,55 @@
 #include "terminal_progress.hpp"
 
 namespace gelslam {
+namespace {
 
-InfoReport::InfoReport(const std::filesystem::path& path, const std::string& kind)
-    : path_(path.string()), kind_(kind) {}
-
-void InfoReport::add(const std::string& key, nlohmann::ordered_json value, const std::string& words) {
-  facts_.push_back({key, std::move(value), words});
-}
-
-void InfoReport::add_problem(const std::string& words) { problems_.push_back(one_line(words)); }
-
-std::string InfoReport::text() const {
-  std::size_t widest = std::string("problem").size();
-  for (const Fact& fact : facts_) widest = std::max(widest, fact.key.size());
-  std::string text = one_line(path_) + ": " + kind_ + "\n";
+std::string info_text(const InfoReport& report) {
+  std::string text = one_line(report.path.string()) + ": " + report.kind + "\n";
   const auto line = [&](const std::string& key, const std::string& words) {
-    text +=
-        "  " + key + std::string(widest + 2 - key.size(), ' ') +
-        (key == "missing" || key == "uncertain" ? amber(one_line(words), STDOUT_FILENO) : one_line(words)) +
-        "\n";
+    text += fmt::format("  {:<11}{}\n", key, words);
   };
-  for (const Fact& fact : facts_) line(fact.key, fact.words);
-  for (const std::string& problem : problems_) line("problem", problem);
+  for (const auto& [key, words] : report.facts) line(key, one_line(words));
+  for (const std::string& warning : report.warnings) line("warning", amber(one_line(warning), STDOUT_FILENO));
+  for (const std::string& problem : report.problems) line("problem", one_line(problem));
+  if (!report.commands.empty()) line("use", fmt::format("gelslam {}", fmt::join(report.commands, ", ")));
   return text;
 }
 
-std::string InfoReport::json() const {
+std::string info_json(const InfoReport& report) {
   using Json = nlohmann::ordered_json;
-  Json object{{"path", path_}, {"kind", kind_}};
-  for (const Fact& fact : facts_) object[fact.key] = fact.value;
-  object["problems"] = problems_;
+  Json object{{"path", report.path.string()}, {"kind", report.kind}};
+  for (const auto& [key, words] : report.facts) object[key] = words;
+  object["warnings"] = report.warnings;
+  object["problems"] = report.problems;
+  object["use"] = report.commands;
   // File names may be of any bytes; what is not UTF-8 is replaced instead of refused.
   return object.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
-
-namespace {
-
-struct InfoArguments {
-  std::filesystem::path path;
-  bool json = false, quiet = false;
-};
-
-int run_info(const InfoArguments& arguments) {
-  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
-  const InfoReport report = inspect(arguments.path, *progress);
-  std::cout << (arguments.json ? report.json() : report.text());
-  return report.has_problems() ? kExitNotGood : kExitDone;
 }
 
 }  // namespace
 
 void add_info_command(CLI::App& app, int& exit_code) {
-  CLI::App* command = app.add_subcommand("info", "Say what a file or folder is, and what is in it");
-  const auto arguments = std::make_shared<InfoArguments>();
+  struct Arguments {
+    std::filesystem::path path;
+    bool json = false, quiet = false;
+  };
+  CLI::App* command =
+      app.add_subcommand("info", "Say what a file or folder is, whether it is whole, and what takes it");
+  const auto arguments = std::make_shared<Arguments>();
   command
       ->add_option("PATH", arguments->path,
-                   "Log, video, folder of images, data folder, run or a file of it, surface folder, "
-                   "calibration presses, model, configuration, mesh or .npy")
+                   "Log, video, folder of images, data folder, run, session, trajectory, surface folder, "
+                   "calibration presses, model, configuration or mesh")
       ->required();
   command->add_flag("--json", arguments->json, "Print one JSON object for another program");
   add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "Example: gelslam info RUN --json\nExit code 1: something is wrong with it; the output says what.");
-  command->callback([arguments, &exit_code] { exit_code = run_info(*arguments); });
+  command->callback([arguments, &exit_code] {
+    const InfoReport report = inspect(arguments->path, *make_progress(arguments->quiet));
+    std::cout << (arguments->json ? info_json(report) : info_text(report));
+    exit_code = report.problems.empty() ? kExitDone : kExitNotGood;
+  });
 }
 
 }  // namespace gelslam

@@ -119,13 +119,12 @@ TEST(Record, InfoSaysWhatIsInALog) {
   test::write_bytes(folder / "cut.mkv", whole.substr(0, whole.size() / 2));
   const ProgramResult words = gelslam({"info", (folder / "a.mkv").string()});
   EXPECT_EQ(words.exit_code, 0) << words.out << words.err;
-  for (const char* part :
-       {"a recorded log", "GelSight Mini of the test", "gain 3", "30 frames over 1.16 s", "whole"})
+  for (const char* part : {"a recorded log", "30 frames over 1.16 s", "whole"})
     EXPECT_THAT(words.out, HasSubstr(part));
   const auto json = nlohmann::json::parse(gelslam({"info", (folder / "cut.mkv").string(), "--json"}).out);
-  const auto frames = json.at("readable").at("frames").get<std::size_t>();
-  EXPECT_EQ(frames, read_all(folder / "cut.mkv").size());
-  EXPECT_THAT(json.at("readable").at("state").get<std::string>(), HasSubstr("of 30 frames"));
+  const auto readable = json.at("readable").get<std::string>();
+  EXPECT_THAT(readable, testing::StartsWith(std::to_string(read_all(folder / "cut.mkv").size()) + " frames"));
+  EXPECT_THAT(readable, HasSubstr("of 30 frames"));
   const std::string shown = GELSLAM_PROGRAM " info " + (folder / "a.mkv").string();
   EXPECT_THAT(test::on_terminal(shown), HasSubstr("100%  30/30"));
   EXPECT_THAT(test::on_terminal(shown + " -q"), testing::Not(HasSubstr("30/30")));
