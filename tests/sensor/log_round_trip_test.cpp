@@ -92,6 +92,42 @@ TEST(Log, TimesThatDoNotGoForwardAreMended) {
   EXPECT_THAT(times_s, testing::Pointwise(testing::DoubleNear(1e-6), {0.0, 0.04, 0.08, 0.12, 0.2, 0.24}));
 }
 
+/// The wrong one is the one that those after it contradict, and it is counted.
+TEST(Log, ATimeFarAheadMovesNoOther) {
+  const auto read = [](std::vector<double> recorded_s) {
+    const TemporaryFolder folder;
+    LogWriter writer(folder / "a.mkv", {}, 25);
+    for (const double time_s : recorded_s) {
+      RawFrame frame = jpeg_frame(0);
+      frame.time_s = time_s;
+      writer.write(frame);
+    }
+    writer.close();
+    const auto log = open_raw_log(folder / "a.mkv");
+    std::vector<double> times_s;
+    for (const RawFrame& frame : read_all(*log)) times_s.push_back(frame.time_s);
+    return std::pair(times_s, log->warning());
+  };
+  std::vector<double> whole_s;
+  for (int i = 0; i < 12; ++i) whole_s.push_back(0.04 * i);
+  EXPECT_EQ(read(whole_s).second, "");
+  for (int wrong = 0; wrong < 10; ++wrong)
+    for (const int count : {1, 2}) {
+      if (wrong + count > 10) continue;
+      std::vector<double> recorded_s = whole_s;
+      for (int i = 0; i < count; ++i) recorded_s[static_cast<std::size_t>(wrong + i)] += 3600;
+      const auto [times_s, warning] = read(recorded_s);
+      if (wrong > 0 || count == 1) {
+        EXPECT_THAT(times_s, testing::Pointwise(testing::DoubleNear(0.041), whole_s)) << wrong;
+      }
+      EXPECT_THAT(warning,
+                  HasSubstr(count == 1 ? "1 time stamp is contradicted" : "2 time stamps are contradicted"));
+    }
+  std::vector<double> paused_s = whole_s;
+  for (std::size_t i = 6; i < paused_s.size(); ++i) paused_s[i] += 3600;
+  EXPECT_THAT(read(paused_s), testing::Pair(testing::Pointwise(testing::DoubleNear(1e-6), paused_s), ""));
+}
+
 TEST(Log, FramesOfEverySizeOfLengthField) {
   TemporaryFolder folder;
   std::vector<RawFrame> sent;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <deque>
 #include <fstream>
 
 #include "gelslam/core/error.hpp"
@@ -17,6 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using detail::VideoFile;
+
+constexpr std::size_t kSuccessors = 3;
 
 /// After the size in a log's description.
 const char* ending_of(FrameEncoding encoding) {
@@ -47,16 +50,23 @@ class VideoLog final : public RawFrameSource {
 
   std::optional<RawFrame> next() override {
     if (stopped_ || ended_) return std::nullopt;
-    std::optional<VideoFile::Packet> packet = file_.next();
-    if (!packet) {
+    while (ahead_.size() <= kSuccessors && !file_ended_) {
+      if (std::optional<VideoFile::Packet> packet = file_.next())
+        ahead_.push_back(std::move(*packet));
+      else
+        file_ended_ = true;
+    }
+    if (ahead_.empty()) {
       end();
       return std::nullopt;
     }
-    RawFrame frame = std::move(packet->frame);
-    frame.time_s = time_of(packet->time_us);
+    VideoFile::Packet packet = std::move(ahead_.front());
+    ahead_.pop_front();
+    RawFrame frame = std::move(packet.frame);
+    frame.time_s = time_of(packet.time_us);
     frame.index = index_++;
     frame.name = path_.string() + ", frame " + std::to_string(frame.index);
-    frame.sequence = packet->sequence.value_or(frame.index);
+    frame.sequence = packet.sequence.value_or(frame.index);
     if (frame.index > 0) count_gap(frame.sequence - last_sequence_ - 1);
     last_sequence_ = frame.sequence;
     frame.arrived = std::chrono::steady_clock::now();
@@ -67,7 +77,14 @@ class VideoLog final : public RawFrameSource {
   double rate_hz() const override { return rate_hz_; }
   std::optional<std::int64_t> frame_count() const override { return video_.frames; }
   std::int64_t lost_frames() const override { return lost_; }
-  std::string warning() const override { return warning_; }
+  std::string warning() const override {
+    std::string words = warning_;
+    if (wrong_times_ > 0)
+      append_sentence(
+          words, fmt::format("{}: {} contradicted by those around it, and mended", path_.string(),
+                             counted(wrong_times_, "time stamp") + (wrong_times_ == 1 ? " is" : " are")));
+    return words;
+  }
 
   std::string description() const override {
     return fmt::format("{} {}, {}, {:g} Hz{}", video_.ours ? "log" : "video", path_.filename().string(),
@@ -81,13 +98,31 @@ class VideoLog final : public RawFrameSource {
     if (frames > 0) lost_ = std::min(lost_ + std::min(frames, most), most);
   }
 
+  double seconds_of(std::int64_t time_us) const {
+    return (static_cast<double>(time_us) - first_us_.value_or(0)) * 1e-6;
+  }
+
+  /// Two or more of those that follow, and most, come before it: then it is the wrong one.
+  bool is_contradicted(std::int64_t time_us) const {
+    const auto before = std::count_if(ahead_.begin(), ahead_.end(), [&](const VideoFile::Packet& next) {
+      return next.time_us && *next.time_us < time_us && (index_ == 0 || seconds_of(*next.time_us) > last_s_);
+    });
+    return before > std::max<std::ptrdiff_t>(1, std::ssize(ahead_) / 2);
+  }
+
   /// A repeated or backward time (damage, or a tool that rounds) would make a trajectory that no program
-  /// takes.
+  /// takes, and so would one far ahead, after which all others are backward.
   double time_of(std::optional<std::int64_t> time_us) {
     const double next_s = index_ == 0 ? 0.0 : last_s_ + 1.0 / rate_hz_;
     if (!time_us) return last_s_ = next_s;
+    if (is_contradicted(*time_us)) {
+      ++wrong_times_;
+      return last_s_ = index_ == 0 ? 0.0 : last_s_ + 0.5 / rate_hz_;  // not after the next one
+    }
     if (!first_us_) first_us_ = static_cast<double>(*time_us) - 1e6 * next_s;
-    const double time_s = (static_cast<double>(*time_us) - *first_us_) * 1e-6;
+    if (index_ > 0 && *time_us < newest_us_) ++wrong_times_;
+    newest_us_ = std::max(newest_us_, *time_us);
+    const double time_s = seconds_of(*time_us);
     return last_s_ = index_ == 0 || time_s > last_s_ ? time_s : next_s;
   }
 
@@ -114,7 +149,9 @@ class VideoLog final : public RawFrameSource {
   VideoFile file_;
   const VideoFile::Properties& video_;
   double rate_hz_;
-  std::int64_t index_ = 0, last_sequence_ = 0, lost_ = 0;
+  std::deque<VideoFile::Packet> ahead_;  ///< the next ones: they judge the time before them
+  bool file_ended_ = false;
+  std::int64_t index_ = 0, last_sequence_ = 0, lost_ = 0, newest_us_ = 0, wrong_times_ = 0;
   std::optional<double> first_us_;  ///< from where times count: the first frame
   double last_s_ = 0;
   bool ended_ = false;
@@ -171,6 +208,17 @@ std::unique_ptr<RawFrameSource> open_folder(const fs::path& folder, const Sensor
 }
 
 }  // namespace
+
+void check_two_sensors(const fs::path& first, const fs::path& second) {
+  const auto file_of = [](const fs::path& log) {
+    return fs::is_directory(log) ? log / "log.mkv" : SensorOfLog(log).file;
+  };
+  std::error_code code;
+  if (first.lexically_normal() == second.lexically_normal() || fs::equivalent(first, second, code) ||
+      (SensorOfLog(first).sensor() == SensorOfLog(second).sensor() &&
+       fs::equivalent(file_of(first), file_of(second), code)))
+    throw Error(second.string() + ": is given twice");
+}
 
 std::vector<fs::path> sensors_of_log(const fs::path& log) {
   std::vector<fs::path> sensors{log};

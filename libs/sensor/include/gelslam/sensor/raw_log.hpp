@@ -65,7 +65,8 @@ class LogWriter {
 /// Opens a log as a source of raw frames: a video, a folder of images (sorted naturally by name), a run
 /// folder (log.mkv) or a data folder (gelsight.avi). Videos of JPEG, PNG or YUYV pictures and JPEG and PNG
 /// files give their bytes; other videos and images are decoded, and come as bgr at their own size. Times and
-/// sequence numbers are those that were recorded (a time that is not after the last one: one frame after it);
+/// sequence numbers are those that were recorded (a time that is not after the last one, or that most of the
+/// next three contradict: up to one frame after the last; warning() counts them);
 /// images have the profile's rate. "both.mkv#2" is the second sensor of a log of two, whose times count from
 /// the log's start. A video that was cut off or never closed gives what is whole, and warning() says so.
 /// Throws Error when it is none of these.
@@ -75,6 +76,9 @@ std::unique_ptr<RawFrameSource> open_raw_log(const std::filesystem::path& log,
 /// The sensors that a log holds, each under a name that is a log's wherever one is asked for: both.mkv, which
 /// is its first, and both.mkv#2. A log of one sensor, or none that can be read: only `log`.
 std::vector<std::filesystem::path> sensors_of_log(const std::filesystem::path& log);
+
+/// Throws Error when both names are of the same sensor: both.mkv and both.mkv#1, or a run and its log.mkv.
+void check_two_sensors(const std::filesystem::path& first, const std::filesystem::path& second);
 
 /// True when the file begins as Matroska does, whatever its name. False when it cannot be read.
 bool is_matroska(const std::filesystem::path& file);
