@@ -12,6 +12,7 @@
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
+#include "gelslam/core/process.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/core/trajectory.hpp"
 #include "gelslam/evaluation/simplify.hpp"
@@ -101,7 +102,10 @@ void check_contents(const ExportArguments& a, const RunContents& run, const std:
 /// --watertight and --close.
 void fill_gaps(const ExportArguments& a, RunContents& run, ProgressSink& progress,
                const std::function<void(const std::string&)>& say) {
-  WatertightMesh watertight = make_watertight(run.mesh, a.close, progress);
+  WatertightMesh watertight = [&] {
+    const InterruptWatch at_once(1, InterruptWatch::Ends::at_once);
+    return make_watertight(run.mesh, a.close, progress);
+  }();
   run.mesh = std::move(watertight.mesh);
   const std::string words =
       watertight.volume_mm3 > 0

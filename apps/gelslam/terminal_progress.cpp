@@ -125,6 +125,7 @@ StoppableProgress::StoppableProgress(bool quiet, std::function<void()> stop)
     : stop_(std::move(stop)), shown_(make_progress(quiet)) {}
 
 void StoppableProgress::begin(std::string_view task, std::optional<std::int64_t> total) {
+  if (interrupt_.requested()) stop_();
   shown_->begin(task, total);
 }
 

@@ -45,6 +45,19 @@ TEST(InterruptWatch, AsksAsOftenAsToldThenEndsTheProgram) {
       testing::KilledBySignal(SIGINT), "");
 }
 
+TEST(InterruptWatch, EvenTheFirstSignalEndsWhatCannotBeStopped) {
+  const InterruptWatch outer;
+  EXPECT_EXIT(
+      {
+        const InterruptWatch watch(1, InterruptWatch::Ends::at_once);
+        std::raise(SIGTERM);
+      },
+      testing::KilledBySignal(SIGTERM), "");
+  { const InterruptWatch watch(1, InterruptWatch::Ends::at_once); }
+  std::raise(SIGTERM);
+  EXPECT_TRUE(outer.requested());
+}
+
 TEST(InterruptWatch, AClosedTerminalAsksOnceUnlessItIsToBeOutlived) {
   {
     const InterruptWatch watch;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -192,6 +193,19 @@ TEST(Watertight, CoarseTrianglesAreSampled) {
   const WatertightMesh body = watertight(cube, true);
   EXPECT_EQ(open_or_tangled_edges(body.mesh), 0);
   EXPECT_NEAR(body.volume_mm3, 8.0, 0.08);
+}
+
+/// One large triangle and thousands of tiny ones: the work is bounded by what the file holds.
+TEST(Watertight, SliversBesideALargeTriangleCostNothing) {
+  Mesh mesh;
+  mesh.vertices_mm = {{0, 0, 0}, {100, 0, 0}, {0, 100, 0}, {0, 0, 1}, {1e-4F, 0, 1}, {0, 1e-4F, 1}};
+  mesh.triangles.assign(2300, {3, 4, 5});
+  mesh.triangles.insert(mesh.triangles.begin(), {0, 1, 2});
+  const double edge_mm = typical_edge_mm(mesh);
+  EXPECT_THAT(area_mm2(mesh) / (edge_mm * edge_mm), Le(4.0 * 6 + 1e-6));
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_THAT(watertight(mesh, false).mesh.triangles.size(), Gt(100u));
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(30));
 }
 
 TEST(Watertight, WhatHasNoInsideIsRefused) {

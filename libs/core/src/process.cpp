@@ -54,7 +54,7 @@ InterruptWatch::InterruptWatch(int asks, Ends ends) : previous_ends_regularly_(e
   ends_regularly.store(ends == Ends::regularly);
   requests_that_ask.store(asks);
   struct sigaction action {};
-  action.sa_handler = on_interrupt;
+  action.sa_handler = ends == Ends::at_once ? SIG_DFL : on_interrupt;
   action.sa_flags = SA_RESTART;
   sigemptyset(&action.sa_mask);
   sigaction(SIGINT, &action, &previous_interrupt_);

@@ -140,7 +140,7 @@ double largest_distance_mm(const TriangleScene& full, const TriangleScene& simpl
 
 SimplifiedMesh simplify(const Mesh& full, double max_error_mm, ProgressSink& progress) {
   const TriangleScene scene(full);
-  const double spacing_mm = mean_edge_mm(full);
+  const double spacing_mm = typical_edge_mm(full);
   SimplifiedMesh best{full, 0.0};
   ParallelProgress bounds(&progress, "simplifying", kBounds);
   double bound_mm = max_error_mm;

@@ -240,7 +240,7 @@ Mesh closed(const Mesh& smooth, const TriangleScene& source, const Octree& octre
 WatertightMesh watertight_of(const Mesh& touched, bool close, ProgressSink& progress) {
   const TriangleScene source(touched);
   if (!(area_mm2(touched) > 0.0)) throw Error("the mesh has no area: there is nothing to make watertight");
-  const double edge_mm = mean_edge_mm(touched);
+  const double edge_mm = typical_edge_mm(touched);
   progress.begin("making the surface watertight", std::nullopt);
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3i& t : touched.triangles)

@@ -2,9 +2,12 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <map>
+#include <vector>
 
 #include "gelslam/core/index.hpp"
+#include "gelslam/core/median.hpp"
 
 namespace gelslam {
 namespace {
@@ -33,11 +36,14 @@ double volume_mm3(const Mesh& mesh) {
   return sum;
 }
 
-double mean_edge_mm(const Mesh& mesh) {
-  double sum_mm = 0;
+double typical_edge_mm(const Mesh& mesh) {
+  std::vector<double> edges_mm;
   for (const Eigen::Vector3i& t : mesh.triangles)
-    for (int k = 0; k < 3; ++k) sum_mm += (corner_mm(mesh, t, k) - corner_mm(mesh, t, (k + 1) % 3)).norm();
-  return sum_mm / (3.0 * static_cast<double>(mesh.triangles.size()));
+    for (int k = 0; k < 3; ++k)
+      edges_mm.push_back((corner_mm(mesh, t, k) - corner_mm(mesh, t, (k + 1) % 3)).norm());
+  if (edges_mm.empty()) return 0.0;
+  return std::max(median(std::move(edges_mm)),
+                  std::sqrt(area_mm2(mesh) / (4.0 * static_cast<double>(mesh.vertices_mm.size()))));
 }
 
 MeshPieces find_pieces(const Mesh& mesh) {

@@ -18,7 +18,9 @@ void lower_thread_priority();
 /// Only one instance may exist at a time; the constructor forgets earlier requests.
 class InterruptWatch {
  public:
-  enum class Ends { early, regularly };  ///< regularly: only a signal ends the work, as with a camera
+  /// regularly: only a signal ends the work, as with a camera. at_once: even the first one ends the program,
+  /// in the work of a library that cannot be stopped and has written nothing; within another instance, too.
+  enum class Ends { early, regularly, at_once };
   explicit InterruptWatch(int asks = 1, Ends ends = Ends::early);
   ~InterruptWatch();
   InterruptWatch(const InterruptWatch&) = delete;

@@ -15,8 +15,8 @@ struct WatertightMesh {
 };
 
 /// Screened Poisson reconstruction (Kazhdan & Hoppe 2013; Open3D) of points on `touched` with its normals, or
-/// those of its triangles where it has none. Cells of the octree are at most as wide as the mean edge is
-/// long, within 1/128 to 1/4096 of the extent.
+/// those of its triangles where it has none. Cells of the octree are at most as wide as
+/// typical_edge_mm(), within 1/128 to 1/4096 of the extent.
 ///
 /// `close` false: gaps up to 2 `reach_mm` wide are filled; the surface ends `reach_mm` beyond the source.
 /// `close` true: a closed body, edge-manifold, of positive volume. Where nothing was touched the surface goes

@@ -19,8 +19,10 @@ struct Mesh {
 double area_mm2(const Mesh& mesh);
 /// Volume of a closed mesh, mm³; negative when its triangles are clockwise seen from outside.
 double volume_mm3(const Mesh& mesh);
-/// Mean length of the triangles' sides, mm; inner sides count twice. NaN without triangles.
-double mean_edge_mm(const Mesh& mesh);
+/// Median length of the triangles' sides, mm, but at least half the side in an even mesh of the same area and
+/// as many vertices: the area in squares of this size is at most four times as many, however unlike the
+/// triangles are. 0 without triangles.
+double typical_edge_mm(const Mesh& mesh);
 
 /// A cube of space and the surface in it, so that a growing mesh can be drawn by sending only what changed.
 /// Neighboring blocks meet without gaps; vertices on a border may belong to both.
