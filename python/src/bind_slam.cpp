@@ -178,7 +178,7 @@ py::array_t<double> sigma_mm_of(const Vector6d& sigma) { return py::array_t<doub
 py::array_t<double> sigma_rad_of(const Vector6d& sigma) { return py::array_t<double>(3, sigma.data() + 3); }
 
 void FrameTimes::check(double time_s) {
-  if (!std::isfinite(time_s) || (last_time_s_ && time_s <= *last_time_s_))
+  if (!(std::abs(time_s) <= kMaxTimeS) || (last_time_s_ && time_s <= *last_time_s_))
     throw Error("time_s: expected seconds that grow from frame to frame, got " + std::to_string(time_s) +
                 (last_time_s_ ? " after " + std::to_string(*last_time_s_) : ""));
   last_time_s_ = time_s;

@@ -80,9 +80,15 @@ TouchedSurface unpickled_surface(const py::tuple& state) {
   copy_to(maps->contact, state[2]);
   copy_to(maps->confidence, state[3]);
   copy_to(maps->curvature, state[4]);
+  const cv::Size size = maps->height_mm.size();
+  for (const cv::Mat& other : std::initializer_list<cv::Mat>{maps->normals, maps->contact, maps->curvature})
+    if (other.size() != size) throw Error("this is no pickled gelslam.Surface");
   maps->pixel_pitch_mm = state[5].cast<double>();
+  if (!is_possible_picture(size, maps->pixel_pitch_mm) ||
+      (!maps->confidence.empty() && maps->confidence.size() != size))
+    throw Error("this is no pickled gelslam.Surface");
   maps->model_sigma = state[6].cast<double>();
-  maps->contact_pixels = state[7].cast<int>();
+  maps->contact_pixels = cv::countNonZero(maps->contact);
   maps->zero_is_bare_gel = state[8].cast<bool>();
   return {maps, state[9].cast<double>()};
 }

@@ -92,11 +92,23 @@ class Misuse(unittest.TestCase):
     def test_frames_out_of_order(self):
         slam = gelslam.Slam(self.sensor)
         slam.process(self.images[20], 1.0)
-        for time_s in [1.0, 0.5, float("nan"), float("inf")]:
+        for time_s in [1.0, 0.5, float("nan"), float("inf"), 1.7e12]:  # the last: milliseconds, which no run can hold
             self.refused(gelslam.Error, "time_s", slam.process, self.images[20], time_s)
         self.refused(TypeError, "", slam.process, self.images[20], "now")
         self.refused(TypeError, "", gelslam.Slam, None)
         slam.process(self.images[20], 1.5)
+
+    def test_a_forged_pickle(self):
+        function, arguments, *rest = self.sensor(self.images[20]).__reduce_ex__(2)
+        state = rest[0]
+        for k in range(5):  # a map of another size than the others
+            forged = list(state)
+            forged[k] = np.ones((3, 4) + np.shape(state[k])[2:], dtype=np.asarray(state[k]).dtype)
+            self.refused(gelslam.Error, "no pickled", function(*arguments).__setstate__, tuple(forged))
+        for pitch in [0.0, float("nan"), 1e9]:
+            forged = list(state)
+            forged[5] = pitch
+            self.refused(gelslam.Error, "no pickled", function(*arguments).__setstate__, tuple(forged))
 
     def test_a_map_of_nothing(self):
         run = gelslam.Slam(self.sensor).finish()

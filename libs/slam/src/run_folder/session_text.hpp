@@ -22,7 +22,6 @@ inline constexpr int kSessionVersion = 2;
 inline constexpr int kMaxKeyframeId = 1'000'000;
 inline constexpr int kMaxTrial = 1'000'000;
 inline constexpr std::int64_t kMaxFrame = 1'000'000'000'000;
-inline constexpr double kMaxTimeS = 1e12;
 inline constexpr double kMaxDistanceMm = 1e6;  // as in trajectories
 
 /// A JSON object on one line whose last member, `crc32`, is that of all bytes before its comma. What is not

@@ -15,6 +15,9 @@ namespace gelslam {
 
 class FolderLock;
 
+/// What a record can hold, in either direction: later times are milliseconds, or damaged.
+inline constexpr double kMaxTimeS = 1e12;
+
 /// The result of tracking one frame: small enough to keep one per frame of a long log.
 struct FrameRecord {
   std::int64_t frame = 0;
