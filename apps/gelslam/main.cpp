@@ -3,8 +3,10 @@
 #include <exception>
 #include <filesystem>
 #include <iostream>
+#include <new>
 #include <opencv2/core/utility.hpp>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -105,21 +107,30 @@ int run(int argc, char** argv) {
   return exit_code;
 }
 
+int failed(int exit_code, const std::string& message) {
+  print_error(message);
+  return exit_code;
+}
+
 int run_and_report(int argc, char** argv) {
+  constexpr const char* no_memory = "there is not enough memory";
   try {
     return run(argc, argv);
   } catch (const Error& error) {
-    print_error(error.what());
-    return kExitUserError;
+    return failed(kExitUserError, error.what());
   } catch (const std::filesystem::filesystem_error& error) {  // a path that may not be looked at, or is none
-    print_error(error.path1().string() + ": " + error.code().message());
-    return kExitUserError;
+    return failed(kExitUserError, error.path1().string() + ": " + error.code().message());
+  } catch (const std::system_error& error) {  // no thread, no file descriptor
+    return failed(kExitUserError, std::string("the system refuses: ") + error.what());
+  } catch (const std::bad_alloc&) {
+    return failed(kExitUserError, no_memory);
+  } catch (const cv::Exception& error) {
+    if (error.code == cv::Error::StsNoMem) return failed(kExitUserError, no_memory);
+    return failed(kExitInternalError, std::string("internal error: ") + error.what());
   } catch (const std::exception& error) {
-    print_error(std::string("internal error: ") + error.what());
-    return kExitInternalError;
+    return failed(kExitInternalError, std::string("internal error: ") + error.what());
   } catch (...) {
-    print_error("internal error of unknown kind");
-    return kExitInternalError;
+    return failed(kExitInternalError, "internal error of unknown kind");
   }
 }
 
