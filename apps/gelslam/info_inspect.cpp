@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/folder_update.hpp"
 #include "gelslam/core/gradient_model.hpp"
 #include "gelslam/core/npy.hpp"
 #include "gelslam/core/run_folder.hpp"
@@ -116,8 +115,8 @@ InfoReport inspect_session(const fs::path& folder) {
 }
 
 InfoReport inspect_run(const fs::path& folder) {
+  check_run_files(folder);
   InfoReport report{folder, "a run folder"};
-  attempt(report, [&] { finish_update(folder); });
   if (const std::string left = left_behind(folder); !left.empty()) report.problems.push_back(left);
   std::ifstream stream(folder / "report.json");
   if (!nlohmann::json::accept(stream)) report.problems.emplace_back("report.json is damaged");

@@ -148,7 +148,7 @@ TEST(RunFolder, TakesAnEmptyFolder) {
 TEST(RunFolder, OverwritesOnlyWhatIsARunAndOnlyWhenAsked) {
   TemporaryFolder folder;
   fs::create_directory(folder / "RUN");
-  write_bytes(folder / "RUN/precious", "1");
+  write_bytes(folder / "RUN/mesh.ply", "1");
   EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", {}); }),
               HasSubstr("RUN: exists already; name another folder or add --overwrite"));
   EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", {.overwrite = true}); }),
@@ -168,7 +168,7 @@ TEST(RunFolder, OverwritesOnlyWhatIsARunAndOnlyWhenAsked) {
   write_bytes(run.path() / "report.json", "new");
   run.commit();
   EXPECT_EQ(read_bytes(folder / "RUN/report.json"), "new");
-  EXPECT_FALSE(fs::exists(folder / "RUN/precious"));
+  EXPECT_FALSE(fs::exists(folder / "RUN/mesh.ply"));
   EXPECT_THAT(folder.names(), ElementsAre("RUN"));
 }
 
@@ -213,6 +213,33 @@ TEST(RunFolder, NeverReplacesARecording) {
     EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", options); }),
                 HasSubstr("RUN: will not be overwritten, for it holds the recording log-2.mkv"));
   EXPECT_EQ(read_bytes(folder / "RUN/log-2.mkv"), "pictures");
+  fs::create_directories(folder / "RUN/session/old");
+  fs::rename(folder / "RUN/log-2.mkv", folder / "RUN/session/old/log.mkv");
+  EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", {.overwrite = true}); }),
+              HasSubstr("holds the recording session/old/log.mkv"));
+  fs::rename(folder / "RUN/session/old/log.mkv", folder / "RUN/session/gelsight.avi");
+  EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", {.overwrite = true}); }),
+              HasSubstr("holds session/gelsight.avi, which is not of this command"));
+  EXPECT_EQ(read_bytes(folder / "RUN/session/gelsight.avi"), "pictures");
+}
+
+TEST(RunFolder, EverythingThatASaveWritesOrLeavesMayBeReplaced) {
+  const TemporaryFolder folder;
+  for (std::string name : saved_entries()) {
+    if (const std::size_t star = name.find('*'); star != std::string::npos) name.replace(star, 1, "12");
+    for (const char* inner : {"", "saving.tmp", "saved.tmp"}) {
+      fs::create_directories((folder / "RUN" / inner / name).parent_path());
+      write_bytes(folder / "RUN" / inner / name, "");
+      write_bytes((folder / "RUN" / inner / name).parent_path() / ".tmp-1-0-x", "");
+    }
+  }
+  write_bytes(folder / "RUN/screenshot_1.png", "");
+  check_run_folder(folder / "RUN", {.overwrite = true});
+}
+
+TEST(RunFolder, AMountPointIsSaidAtOnce) {
+  EXPECT_THAT(message_of<Error>([&] { check_run_folder("/dev/shm", {.overwrite = true}); }),
+              HasSubstr("/dev/shm: a disk is mounted there"));
 }
 
 TEST(RunFolder, KeepsAllOthersOutOfTheFolderThatItReplaces) {

@@ -7,11 +7,13 @@
 
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/folder_update.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/slam/session.hpp"
 #include "run_folder/run_writer.hpp"
 #include "run_folder/scan_writer.hpp"
+#include "run_folder/session_text.hpp"
 #include "strokes.hpp"
 
 namespace gelslam {
@@ -283,12 +285,45 @@ TEST_F(Fuse, MeshAndConfigurationAreReplacedAsAWhole) {
   std::filesystem::create_directories(request.run / "mesh.ply/in the way");
   EXPECT_THAT(message_of<Error>([&] { fuse(); }), HasSubstr("mesh.ply: cannot be written"));
   std::filesystem::remove_all(request.run / "mesh.ply");
-  check_is_run(request.run);  // as every command does that reads it
+  EXPECT_THAT(message_of<Error>([&] { check_is_run(request.run); }),
+              HasSubstr("its last save is not complete"));
+  finish_update(request.run);
   EXPECT_EQ(read_config(request.run / "config.yaml").slam.fusion.voxel_size_mm, 0.16);
   const std::string next = read_bytes(request.run / "mesh.ply");
   EXPECT_LT(next.size(), mesh.size());
   fuse();
   EXPECT_TRUE(read_bytes(request.run / "mesh.ply") == next);
+}
+
+/// Two runs mixed: the map is not of the scan that lies beside it.
+TEST_F(Fuse, AMapOfAnotherScanIsSeenAndMadeAgain) {
+  Strokes other;
+  other.stroke(0.8, 0.6, 0);
+  save("other", other, Config{}, {});
+  std::filesystem::copy_file(folder / "other/session/session.json", session / "session.json",
+                             std::filesystem::copy_options::overwrite_existing);
+  const Session mixed = load_session(session);
+  EXPECT_THAT(mixed.warnings, testing::ElementsAre(HasSubstr("is the map of another scan")));
+  EXPECT_TRUE(mixed.patches.empty());
+  EXPECT_THAT(message_of<Error>([&] { load_map(session); }), HasSubstr("is the map of another scan"));
+  EXPECT_TRUE(fuse().map_was_made);
+  EXPECT_TRUE(load_session(session).warnings.empty());
+}
+
+TEST_F(Fuse, APartThatIsNoneIsADamagedLine) {
+  write_bytes(session / "scan.jsonl",
+              slam::detail::with_checksum({{"part", 5}}) + read_bytes(session / "scan.jsonl"));
+  EXPECT_FALSE(is_of_several_sensors(request.run));
+  EXPECT_THAT(read_scan(session, {}).warnings, testing::ElementsAre(HasSubstr("1 line is damaged")));
+}
+
+TEST_F(Fuse, TheCopyHoldsNothingFromOutside) {
+  const TemporaryFolder outside;
+  write_bytes(outside / "secret", "secret");
+  request.output = folder / "copy";
+  std::filesystem::create_symlink(outside / "secret", session / "7000.surface");
+  EXPECT_THAT(refusal(), HasSubstr("7000.surface: is a link"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "copy"));
 }
 
 TEST_F(Fuse, StoppedOnItsWayItChangesNothing) {

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <nlohmann/json.hpp>
 
@@ -9,8 +10,10 @@
 #include "../support/file_size_limit.hpp"
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/run_folder.hpp"
 #include "gelslam/slam/session.hpp"
 #include "run_folder/live_run.hpp"
+#include "run_folder/scan_writer.hpp"
 
 namespace gelslam {
 namespace {
@@ -88,6 +91,39 @@ TEST(LiveRunFolder, ASessionThatCannotBeWrittenAgainStays) {
   run->save(map, Mesh{}, RunAccount{});
   EXPECT_EQ(read_scan(folder / "session", {}).frames.size(), 201u);
   EXPECT_FALSE(std::filesystem::exists(folder / "saving.tmp"));
+}
+
+/// Somebody moves the folder away during the scan, and another run comes to its place.
+TEST(LiveRunFolder, WritesIntoNoOtherRun) {
+  const TemporaryFolder folder;
+  SlamMap map = map_with_a_false_loop();
+  map.measured.keyframes = map.keyframes;
+  const auto begin = [&](const char* name) {
+    std::filesystem::create_directory(folder / name);
+    write_run(folder / name, Config{}, map, Mesh{}, RunAccount{});
+  };
+  begin("RUN");
+  const auto run = slam::detail::LiveRun::resume(folder / "RUN", Config{},
+                                                 std::make_shared<const FolderLock>(folder / "RUN"));
+  ScanWriter writer = ScanWriter::append(folder / "RUN/session");
+  std::filesystem::rename(folder / "RUN", folder / "moved");
+  begin("RUN");
+  const std::string surface = read_bytes(folder / "RUN/session/3.surface"),
+                    report = read_bytes(folder / "RUN/report.json");
+  Keyframe keyframe = *map.keyframes[3];
+  keyframe.id = 4;
+  EXPECT_THAT(message_of<Error>([&] { writer.add_keyframe(keyframe, nullptr); }),
+              HasSubstr("was moved or replaced"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "RUN/session/4.surface"));
+  map.anchor_frame = 7;
+  for (int saves = 0; saves < 2; ++saves) {
+    const std::string message = message_of<Error>([&] { run->save(map, Mesh{}, RunAccount{}); });
+    EXPECT_THAT(message, HasSubstr("another folder is there now; saved in "));
+    EXPECT_EQ(read_bytes(folder / "RUN/report.json"), report);
+    const std::filesystem::path kept = folder / ("RUN.kept-" + std::to_string(::getpid()));
+    EXPECT_THAT(read_bytes(kept / "report.json"), HasSubstr("\"anchor_frame\": 7"));
+    EXPECT_TRUE(load_session(kept / "session").warnings.empty());
+  }
 }
 
 /// The last keyframe is a trial of its own that nothing joins; two tracked frames belong to it.

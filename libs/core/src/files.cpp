@@ -65,14 +65,6 @@ std::string holder_of(const FileDescriptor& directory) {
   return "";
 }
 
-/// Whether the path still leads to the open folder, which may have been renamed, or replaced.
-bool leads_to(const fs::path& path, const FileDescriptor& directory) {
-  struct stat open {
-  }, named{};
-  return ::fstat(directory.get(), &open) == 0 && ::stat(path.c_str(), &named) == 0 &&
-         open.st_ino == named.st_ino && open.st_dev == named.st_dev;
-}
-
 }  // namespace
 
 TemporaryFile::TemporaryFile(const fs::path& final_path) : final_path_(resolve_link(final_path)) {
@@ -161,6 +153,10 @@ FolderLock::FolderLock(const fs::path& folder, const fs::path& shown) {
     throw Error("another program" + holder_of(directory) + " is writing to " + name +
                 ": end it first, or name another folder");
   } while (!leads_to(folder, directory_->descriptor));
+}
+
+bool FolderLock::is_of(const fs::path& folder) const {
+  return directory_ && leads_to(folder, directory_->descriptor);
 }
 
 FolderLock::State FolderLock::state(const std::filesystem::path& folder) {

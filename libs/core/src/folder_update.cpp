@@ -1,5 +1,7 @@
 #include "gelslam/core/folder_update.hpp"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <vector>
@@ -7,6 +9,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/file_descriptor.hpp"
 #include "gelslam/core/files.hpp"
+#include "gelslam/core/run_folder.hpp"
 
 namespace gelslam {
 namespace {
@@ -20,29 +23,49 @@ void move_file(const fs::path& from, const fs::path& to) {
     throw Error(to.string() + ": cannot be written: " + errno_text());
 }
 
-/// Can be begun again after any of its steps.
-void move_all(const fs::path& from, const fs::path& to) {
-  std::error_code code;
-  std::vector<fs::path> entries;
-  for (fs::directory_iterator entry(from, code), end; !code && entry != end; entry.increment(code))
-    entries.push_back(entry->path());
-  std::sort(entries.begin(), entries.end());
-  for (const fs::path& entry : entries) {
-    const fs::path target = to / entry.filename();
-    if (!fs::is_directory(entry, code)) {
-      move_file(entry, target);
-      continue;
-    }
-    fs::create_directory(target, code);
-    move_all(entry, target);
-  }
-  sync_folder(to);
-  fs::remove(from, code);
+/// Neither the folder nor the one that it lies in can be a link to somewhere else.
+FileDescriptor open_in(const FileDescriptor& folder, const fs::path& name) {
+  return FileDescriptor(::openat(folder.get(), name.empty() ? "." : name.c_str(),
+                                 O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
 }
 
+/// By their paths in `saved`. Throws Error for what no save writes.
+std::vector<fs::path> files_of_save(const fs::path& saved) {
+  std::error_code code;
+  std::vector<fs::path> files;
+  for (fs::recursive_directory_iterator entry(saved, code), end; !code && entry != end;
+       entry.increment(code)) {
+    const fs::path name = entry->path().lexically_relative(saved);
+    const fs::file_type type = entry->symlink_status(code).type();
+    if (type == fs::file_type::directory && name == "session") continue;
+    if (type != fs::file_type::regular || !is_one_of(name, saved_entries()))
+      throw Error(entry->path().string() + ": was not put there by a save; remove it");
+    files.push_back(name);
+  }
+  if (code) throw Error(saved.string() + ": cannot be read: " + code.message());
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// Can be begun again after any of its steps.
 void finish_locked(const fs::path& folder) {
   std::error_code code;
-  if (fs::is_directory(saved_in(folder), code)) move_all(saved_in(folder), folder);
+  const fs::path saved = saved_in(folder);
+  if (!fs::exists(fs::symlink_status(saved, code))) return;
+  const std::vector<fs::path> files = files_of_save(saved);
+  const FileDescriptor run(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)),
+      from = open_in(run, saved.filename());
+  for (const fs::path& file : files) {
+    if (file.has_parent_path()) ::mkdirat(run.get(), file.parent_path().c_str(), 0777);
+    const FileDescriptor source = open_in(from, file.parent_path()),
+                         target = open_in(run, file.parent_path());
+    const fs::path name = file.filename();
+    if (::renameat(source.get(), name.c_str(), target.get(), name.c_str()) != 0)
+      throw Error((folder / file).string() + ": cannot be written: " + errno_text());
+  }
+  sync_folder(folder / "session");
+  sync_folder(folder);
+  fs::remove_all(saved, code);
 }
 
 }  // namespace
@@ -68,7 +91,8 @@ void FolderUpdate::commit() {
 
 void finish_update(const fs::path& folder) {
   std::error_code code;
-  if (!fs::is_directory(saved_in(folder), code) || FolderLock::state(folder) == FolderLock::State::taken)
+  if (!fs::exists(fs::symlink_status(saved_in(folder), code)) ||
+      FolderLock::state(folder) == FolderLock::State::taken)
     return;
   const FolderLock lock(folder);
   finish_locked(folder);

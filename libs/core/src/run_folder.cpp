@@ -1,6 +1,8 @@
 #include "gelslam/core/run_folder.hpp"
 
 #include <fcntl.h>
+#include <fnmatch.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -8,7 +10,6 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/file_descriptor.hpp"
-#include "gelslam/core/folder_update.hpp"
 
 namespace gelslam {
 namespace {
@@ -31,22 +32,17 @@ bool lies_inside(const fs::path& path, const fs::path& folder) {
   return !code && !relative.empty() && *relative.begin() != "..";
 }
 
-bool matches(const std::string& name, const std::string& known) {
-  return known.ends_with('*') ? name.starts_with(known.substr(0, known.size() - 1)) : name == known;
-}
-
-/// Throws when the folder holds a recording, or something that the command did not put there (`known` is
-/// empty: not checked).
+/// Throws when the folder holds a recording, or something that the command did not put there.
 void check_entries(const fs::path& folder, const std::vector<std::string>& known) {
   std::error_code code;
-  for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code)) {
-    const std::string name = entry->path().filename().string();
-    if (name.ends_with(".mkv"))
-      throw Error(folder.string() + ": will not be overwritten, for it holds the recording " + name +
+  for (fs::recursive_directory_iterator entry(folder, code), end; !code && entry != end;
+       entry.increment(code)) {
+    const fs::path name = entry->path().lexically_relative(folder);
+    if (name.extension() == ".mkv")
+      throw Error(folder.string() + ": will not be overwritten, for it holds the recording " + name.string() +
                   ", which cannot be made again; move that out of it, or name another folder");
-    if (!known.empty() &&
-        std::none_of(known.begin(), known.end(), [&](const std::string& k) { return matches(name, k); }))
-      throw Error(folder.string() + ": will not be overwritten, for it holds " + name +
+    if (entry->symlink_status(code).type() != fs::file_type::directory && !is_one_of(name, known))
+      throw Error(folder.string() + ": will not be overwritten, for it holds " + name.string() +
                   ", which is not of this command");
   }
   if (code) throw Error(folder.string() + ": cannot be listed: " + code.message());
@@ -57,6 +53,10 @@ void check_may_write(const fs::path& folder, const RunFolderOptions& options) {
   const fs::file_status status = fs::status(folder, code);
   if (!fs::exists(status)) return;
   if (!fs::is_directory(status)) throw Error(folder.string() + ": is a file; name a folder for the output");
+  struct statx seen {};
+  if (::statx(AT_FDCWD, folder.c_str(), 0, STATX_TYPE, &seen) == 0 &&
+      (seen.stx_attributes & STATX_ATTR_MOUNT_ROOT) != 0)
+    throw Error(folder.string() + ": a disk is mounted there, so it cannot be replaced; name a folder in it");
   const bool empty = fs::is_empty(folder, code);
   if (code) throw Error(folder.string() + ": cannot be listed: " + code.message());
   if (empty) return;
@@ -107,6 +107,26 @@ void rename_or_throw(const fs::path& from, const fs::path& to) {
 }
 
 }  // namespace
+
+std::vector<std::string> saved_entries() {
+  return {"mesh.ply",           "trajectory.tum",    "keyframes.tum",      "pose_graph.g2o",
+          "config.yaml",        "loop_outliers.g2o", "report.json",        "session/session.json",
+          "session/scan.jsonl", "session/*.surface", "session/*.corrected"};
+}
+
+std::vector<std::string> run_entries() {
+  std::vector<std::string> entries;
+  for (std::string entry : saved_entries())
+    for (const char* folder : {"", "saving.tmp/", "saved.tmp/"}) entries.push_back(folder + entry);
+  entries.insert(entries.end(), {".tmp-*", "*/.tmp-*", "*/session/.tmp-*", "screenshot_*", "mesh_mm_*"});
+  return entries;
+}
+
+bool is_one_of(const fs::path& path, const std::vector<std::string>& patterns) {
+  return std::any_of(patterns.begin(), patterns.end(), [&](const std::string& pattern) {
+    return ::fnmatch(pattern.c_str(), path.c_str(), FNM_PATHNAME) == 0;
+  });
+}
 
 void check_run_folder(const fs::path& folder, const RunFolderOptions& options) {
   const fs::path path = absolute_folder(folder);
@@ -215,10 +235,27 @@ fs::path RunFolder::replace_in_two_steps() {
   return old;
 }
 
+void check_run_files(const fs::path& folder) {
+  std::error_code code;
+  std::vector<std::string> known = saved_entries();
+  known.insert(known.end(), {"session", "log*.mkv"});
+  for (const fs::path& within : {folder, folder / "session"})
+    for (fs::directory_iterator entry(within, code), end; !code && entry != end; entry.increment(code)) {
+      const fs::path name = entry->path().filename();
+      const fs::file_type type = entry->symlink_status(code).type();
+      if (type != fs::file_type::regular && type != fs::file_type::directory &&
+          (within != folder || is_one_of(name, known) || is_one_of("session" / name, known)))
+        throw Error(entry->path().string() + ": is a link, pipe or device, which no run holds there");
+    }
+  if (fs::exists(fs::symlink_status(folder / "saved.tmp", code)))
+    throw Error(folder.string() +
+                ": its last save is not complete; gelslam fuse or scan --continue completes it");
+}
+
 void check_is_run(const fs::path& folder, RunNeeds needs) {
   std::error_code code;
   if (!fs::is_directory(folder, code)) throw Error(folder.string() + ": no such run folder");
-  finish_update(folder);
+  check_run_files(folder);
   const auto holds = [&](const char* entry) { return fs::exists(folder / entry, code); };
   if (holds("session/session.json") || holds("mesh.ply") || holds("trajectory.tum")) return;
   if (!holds("session/scan.jsonl"))

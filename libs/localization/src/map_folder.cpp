@@ -34,6 +34,7 @@ SlamMap slam_map_of(const std::vector<PosedSurface>& patches) {
 }  // namespace
 
 Session read_map(const std::filesystem::path& folder) {
+  check_run_files(folder);
   for (const std::filesystem::path& session : {folder / "session", folder})
     if (std::filesystem::exists(session / "session.json")) return load_session(session);
   if (std::filesystem::exists(folder / "session" / "scan.jsonl")) check_is_run(folder);
@@ -50,7 +51,7 @@ void check_pixel_pitch(const Session& map, double pixel_pitch_mm, const std::str
 RunFolderOptions map_folder_options(const std::filesystem::path& source, bool overwrite) {
   return {.overwrite = overwrite,
           .marker_file = kMapMarker,
-          .known_entries = {kMapMarker, "session", "mesh.ply", "keyframes.tum", "trajectory.tum"},
+          .known_entries = {kMapMarker, "mesh.ply", "keyframes.tum", "trajectory.tum", "session/*"},
           .inputs = {source}};
 }
 

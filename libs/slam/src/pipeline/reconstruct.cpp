@@ -46,7 +46,7 @@ std::string warnings_of(const SurfaceStream& stream, const ScanRecord& record) {
 }
 
 RunFolderOptions folder_options(std::vector<std::filesystem::path> inputs, bool overwrite) {
-  return {.overwrite = overwrite, .known_entries = run_entries(), .inputs = std::move(inputs)};
+  return {.overwrite = overwrite, .inputs = std::move(inputs)};
 }
 
 void commit_run(RunFolder& folder, const Run& run) {

@@ -7,6 +7,7 @@
 #include "gelslam/core/crc32.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
+#include "gelslam/core/folder_update.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/surface/model_file.hpp"
@@ -74,8 +75,7 @@ ContinuedScan continue_scan(const fs::path& run, const Config& config, const fs:
 }
 
 ContinuedScan continue_in_place(const fs::path& run, const Config& config) {
-  check_is_run(run,
-               RunNeeds::record);  // before the lock: a save that was cut off is finished by who may lock
+  finish_update(run);
   auto lock = std::make_shared<const FolderLock>(run);
   ContinuedScan scan = continue_scan(run, config, "");
   scan.lock = std::move(lock);

@@ -53,7 +53,7 @@ void copy_run(const fs::path& from, const fs::path& to) {
        {"trajectory.tum", "keyframes.tum", "pose_graph.g2o", "loop_outliers.g2o", "session"}) {
     std::error_code code;
     if (!fs::exists(from / entry, code)) continue;
-    fs::copy(from / entry, to / entry, fs::copy_options::recursive, code);
+    fs::copy(from / entry, to / entry, fs::copy_options::recursive | fs::copy_options::skip_symlinks, code);
     if (code) throw Error((to / entry).string() + ": cannot be written: " + code.message());
   }
 }
@@ -74,9 +74,8 @@ struct Target {
     if (request.output.empty())
       lock = std::make_shared<const FolderLock>(request.run);
     else
-      folder.emplace(request.output, RunFolderOptions{.overwrite = request.overwrite,
-                                                      .known_entries = run_entries(),
-                                                      .inputs = {request.run}});
+      folder.emplace(request.output,
+                     RunFolderOptions{.overwrite = request.overwrite, .inputs = {request.run}});
   }
   std::shared_ptr<const FolderLock> lock;
   std::optional<RunFolder> folder;
@@ -114,6 +113,7 @@ FuseSummary finish_scan(const FuseRequest& request, const Config& config, Target
 
 FuseSummary fuse_run(const FuseRequest& request, ProgressSink& progress,
                      const std::function<bool()>& stop_requested) {
+  if (request.output.empty()) finish_update(request.run);
   check_is_run(request.run, RunNeeds::record);
   const Config config = config_of(request);
   const fs::path session_folder = request.run / "session";

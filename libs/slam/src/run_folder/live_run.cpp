@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 RunFolderOptions options_for(bool overwrite, const fs::path& input) {
-  return {.overwrite = overwrite, .known_entries = run_entries(), .inputs = {input}};
+  return {.overwrite = overwrite, .inputs = {input}};
 }
 
 /// Of a message that names a file on its way: with the name that the file was to have.
@@ -75,15 +75,23 @@ void LiveRun::save(const SlamMap& map, const Mesh& mesh, const RunAccount& accou
 }
 
 void LiveRun::replace_entries(const SlamMap& map, const Mesh& mesh, const RunAccount& account) {
-  fs::create_directories(
-      folder_);  // somebody may have tidied up meanwhile; what was scanned is saved all the same
+  // Somebody may have tidied up meanwhile; what was scanned is saved all the same.
+  if (fs::create_directories(folder_)) lock_ = std::make_shared<const FolderLock>(folder_);
+  if (!lock_->is_of(folder_)) {
+    fs::path name = folder_;
+    RunFolder beside(name += ".kept-" + std::to_string(::getpid()), {.overwrite = true});
+    write_run(beside.path(), config_, map, mesh, account);
+    beside.commit();
+    throw Error(folder_.string() + ": was moved during the scan, and another folder is there now; saved in " +
+                beside.final_path().string());
+  }
   FolderUpdate update(folder_);
   write_results(update.path(), config_, map, mesh, account);
   // The record was written while the scan went on, unless that has failed.
   const bool record_is_whole = account.scan_bytes && fs::exists(session() / "scan.jsonl");
   if (record_is_whole) {
     fs::create_directory(update.path() / "session");
-    save_map(update.path() / "session", map, *account.scan_bytes);
+    save_map(update.path() / "session", map, session() / "scan.jsonl", *account.scan_bytes);
   } else {
     save_session(update.path() / "session", map);
   }

@@ -34,7 +34,7 @@ class LiveRun {
   std::uintmax_t record_bytes() const;
 
   /// Throws Error when the disk is full or the folder may not be written; what was saved before is then still
-  /// there.
+  /// there. Also when another folder has its name now: then the map is saved beside that one, whole.
   void save(const SlamMap& map, const Mesh& mesh, const RunAccount& account);
 
  private:
@@ -44,7 +44,7 @@ class LiveRun {
 
   const std::filesystem::path folder_, log_;
   const Config config_;
-  const std::shared_ptr<const FolderLock> lock_;
+  std::shared_ptr<const FolderLock> lock_;
 };
 
 }  // namespace gelslam::slam::detail

@@ -1,6 +1,6 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
-#include "gelslam/core/folder_update.hpp"
+#include "gelslam/core/run_folder.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
@@ -67,7 +67,7 @@ LogAttachments attachments_of(const Config& config) {
 LogInput with_settings_of_run(LogInput input, const fs::path& run) {
   if (run.empty() || !input.config.empty()) return input;
   if (!fs::is_directory(run)) throw Error(run.string() + ": no such run folder");
-  finish_update(run);
+  check_run_files(run);
   const fs::path config = run / "config.yaml";
   if (!fs::exists(config)) return input;
   input.config = config;

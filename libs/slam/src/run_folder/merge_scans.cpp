@@ -268,10 +268,8 @@ ScanRecord joined_by_rig(const std::vector<ScanRecord>& records, const std::opti
 }
 
 void check_distinct(const std::vector<fs::path>& runs) {
-  std::error_code code;
   for (std::size_t i = 0; i < runs.size(); ++i)
-    for (std::size_t k = 0; k < i; ++k)
-      if (fs::equivalent(runs[k], runs[i], code)) throw Error(runs[i].string() + ": is given twice");
+    for (std::size_t k = 0; k < i; ++k) check_two_sensors(runs[k], runs[i]);
 }
 
 }  // namespace
@@ -281,7 +279,8 @@ bool is_of_several_sensors(const fs::path& run) {
   std::ifstream stream(run / "session/scan.jsonl");
   for (std::string line; std::getline(stream, line);)
     if (const auto whole = slam::detail::without_damage(line); whole && whole->contains("part"))
-      return whole->at("part").at("model_crc32") == 0;  // of all parts, or of none
+      return whole->at("part").is_object() &&
+             whole->at("part").value("model_crc32", slam::detail::Json()) == 0;
   return false;
 }
 
@@ -296,6 +295,7 @@ Run merge_scans(const MergeRequest& request, ProgressSink& progress,
   const auto start = std::chrono::steady_clock::now();
   if (request.runs.size() < 2) throw Error("name at least two runs to merge");
   check_distinct(request.runs);
+  if (request.in_place) finish_update(request.run_folder);
   for (const fs::path& run : request.runs) check_is_run(run, RunNeeds::record);
   std::optional<RunFolder> made;
   std::optional<FolderLock> lock;
@@ -305,8 +305,7 @@ Run merge_scans(const MergeRequest& request, ProgressSink& progress,
     update.emplace(request.run_folder);
   } else {
     made.emplace(request.run_folder,
-                 RunFolderOptions{
-                     .overwrite = request.overwrite, .known_entries = run_entries(), .inputs = request.runs});
+                 RunFolderOptions{.overwrite = request.overwrite, .inputs = request.runs});
   }
   Config config = read_config(request.runs.front() / "config.yaml");
   std::vector<ScanRecord> records;
@@ -350,8 +349,7 @@ Run reconstruct_rig(const RigRequest& request, ProgressSink& progress,
   std::vector<fs::path> logs;
   for (const LogInput& input : request.inputs) logs.push_back(input.log);
   check_distinct(logs);
-  RunFolder folder(request.run_folder,
-                   {.overwrite = request.overwrite, .known_entries = run_entries(), .inputs = logs});
+  RunFolder folder(request.run_folder, {.overwrite = request.overwrite, .inputs = logs});
   std::vector<Config> configs;
   for (const LogInput& input : request.inputs) configs.push_back(resolve_config(input));
   Config config = configs.front();

@@ -3,12 +3,14 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/options.hpp"
+#include "gelslam/core/run_folder.hpp"
 #include "gelslam/slam/sensor_rig.hpp"
 #include "run_folder/session_text.hpp"
 
 namespace gelslam {
 
 std::optional<RigPose> rig_of_run(const std::filesystem::path& run) {
+  check_run_files(run);
   std::ifstream stream(run / "report.json");
   const auto report = nlohmann::json::parse(stream, nullptr, /*allow_exceptions=*/false);
   try {

@@ -180,12 +180,6 @@ std::vector<PoseGraphEdge> map_edges(const SlamMap& map, bool outliers) {
 
 }  // namespace
 
-std::vector<std::string> run_entries() {
-  return {"mesh.ply",    "trajectory.tum", "keyframes.tum", "pose_graph.g2o", "loop_outliers.g2o",
-          "config.yaml", "session",        "report.json",   "screenshot_*",   "mesh_mm_*",
-          "saving.tmp",  "saved.tmp",      ".tmp-*"};
-}
-
 ReconstructSummary summarize(const SlamMap& map, const Mesh& mesh) {
   ReconstructSummary summary;
   summary.frames = static_cast<std::int64_t>(map.frames.size());

@@ -1,15 +1,10 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
-#include <vector>
 
 #include "gelslam/slam/reconstruct.hpp"
 
 namespace gelslam {
-
-/// Names of everything that the program puts into a run folder.
-std::vector<std::string> run_entries();
 
 /// Writes every file of a run into the existing `folder` (docs/file-formats.md). Throws Error when the disk
 /// is full.

@@ -7,6 +7,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
+#include "gelslam/core/run_folder.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/slam/scan_record.hpp"
 #include "gelslam/slam/session.hpp"
@@ -218,6 +219,7 @@ PackedSurface read_packed_surface(const fs::path& file) {
 }
 
 ScanRecord read_scan(const fs::path& folder, const NormalFlowOptions& registration) {
+  check_run_files(folder);
   const fs::path file = folder / "scan.jsonl";
   std::ifstream stream(file);
   if (!stream) throw Error(file.string() + ": cannot be read; only a run of version 0.3 or newer holds one");

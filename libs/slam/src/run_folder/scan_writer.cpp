@@ -44,7 +44,7 @@ void write_keyframe(ScanWriter& writer, const Keyframe& keyframe, const std::vec
 ScanWriter::ScanWriter(const fs::path& folder, int open_flags)
     : folder_(folder),
       file_(folder / "scan.jsonl"),
-      record_(::open(file_.c_str(), O_RDWR | O_APPEND | O_CLOEXEC | open_flags, 0666)) {
+      record_(::open(file_.c_str(), O_RDWR | O_APPEND | O_NOFOLLOW | O_CLOEXEC | open_flags, 0666)) {
   if (!record_.ok()) throw Error(file_.string() + ": cannot be written: " + errno_text());
   const off_t size = ::lseek(record_.get(), 0, SEEK_END);
   char last = '\n';
@@ -93,6 +93,7 @@ void ScanWriter::add_part(const ScanPart& part) {
 
 void ScanWriter::add_keyframe(const Keyframe& keyframe, const PoseGraphEdge* link) {
   write_waiting();
+  if (!leads_to(file_, record_)) throw Error(file_.string() + ": was moved or replaced during the scan");
   write_file_atomically(surface_file(folder_, keyframe.id), keyframe.surface.packed()->bytes());
   write(with_checksum({{"keyframe", keyframe.id},
                        {"frame", keyframe.frame},

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <limits>
 
+#include "gelslam/core/crc32.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/run_folder.hpp"
@@ -21,9 +23,19 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kNotASession = "damaged, or not a session of gelslam";
 
-Json json_of(const SlamMap& map, std::uintmax_t scan_bytes) {
+/// Names a scan, also while it grows: CRC-32 of the end of its first `bytes`, which holds the checksum of a
+/// line. 0: it has less.
+std::uint32_t crc32_at(const fs::path& scan, std::uintmax_t bytes) {
+  std::string end(std::min<std::uintmax_t>(bytes, 64), 0);
+  std::ifstream file(scan, std::ios::binary);
+  file.seekg(static_cast<std::streamoff>(bytes - end.size()));
+  return file.read(end.data(), std::ssize(end)) ? crc32_of(end) : 0;
+}
+
+Json json_of(const SlamMap& map, const fs::path& scan, std::uintmax_t scan_bytes) {
   Json json = {{"version", kSessionVersion},
                {"scan_bytes", scan_bytes},
+               {"scan_crc32", crc32_at(scan, scan_bytes)},
                {"anchor_frame", map.anchor_frame},
                {"gradient_scale", map.surface_scale().mean()},
                {"slope_correction", map.slope_correction.factors},
@@ -71,6 +83,7 @@ SavedMap map_from(const Json& json) {
   map.slope_correction.factors = slope_factors_from(json.at("slope_correction"));
   map.surfaces_corrected = json.at("surfaces_corrected").get<bool>();
   map.scan_bytes = json.at("scan_bytes").get<std::uintmax_t>();
+  map.scan_crc32 = json.value("scan_crc32", std::uint32_t{0});
   for (const Json& entry : json.at("keyframes")) {
     SavedMap::Node node;
     node.keyframe = integer_from(entry.at("id"), 0, kMaxKeyframeId);
@@ -96,11 +109,19 @@ SavedMap checked_map(const std::string& text) {
   return map_from(*json);
 }
 
+bool is_of_another_scan(const SavedMap& map, const fs::path& folder) {
+  return map.scan_crc32 != 0 && crc32_at(folder / "scan.jsonl", map.scan_bytes) != map.scan_crc32;
+}
+
 /// "": of the whole scan.
 std::string what_is_missing(const SavedMap& map, const fs::path& folder) {
   std::error_code code;
   const std::uintmax_t bytes = fs::file_size(folder / "scan.jsonl", code);
-  if (code || bytes <= map.scan_bytes) return "";
+  if (code) return "";
+  if (is_of_another_scan(map, folder))
+    return folder.string() +
+           ": session.json is the map of another scan than scan.jsonl; gelslam fuse makes the map of that";
+  if (bytes <= map.scan_bytes) return "";
   return folder.string() +
          ": the scan went on after its map was saved; gelslam fuse makes the map of all of it";
 }
@@ -110,6 +131,7 @@ Session patches_of(const SavedMap& map, const fs::path& folder) {
   if (const std::string missing = what_is_missing(map, folder); !missing.empty()) {
     session.is_current = false;
     session.warnings.push_back(missing);
+    if (is_of_another_scan(map, folder)) return session;
   }
   session.gradient_scale = map.gradient_scale;
   int unreadable = 0;
@@ -133,6 +155,7 @@ Session patches_of(const SavedMap& map, const fs::path& folder) {
 
 /// What is wrong is said with the name of session.json.
 SavedMap read_map(const fs::path& folder) {
+  check_run_files(folder);
   const fs::path file = folder / "session.json";
   const std::string text = read_text(file);
   try {
@@ -152,14 +175,14 @@ void save_session(const fs::path& folder, const SlamMap& map) {
   ScanRecord record = map.measured;
   if (record.keyframes.empty()) record.keyframes = map.keyframes;  // a map that no scan has measured
   write_scan(folder, record);
-  save_map(folder, map, fs::file_size(folder / "scan.jsonl"));
+  save_map(folder, map, folder / "scan.jsonl", fs::file_size(folder / "scan.jsonl"));
 }
 
-void save_map(const fs::path& folder, const SlamMap& map, std::uintmax_t scan_bytes) {
+void save_map(const fs::path& folder, const SlamMap& map, const fs::path& scan, std::uintmax_t scan_bytes) {
   if (map.surfaces_corrected)
     for (const PosedSurface& patch : posed_surfaces(map))
       write_file_atomically(corrected_file(folder, patch.id), patch.surface.packed()->bytes());
-  write_file_atomically(folder / "session.json", with_checksum(json_of(map, scan_bytes)));
+  write_file_atomically(folder / "session.json", with_checksum(json_of(map, scan, scan_bytes)));
 }
 
 SavedMap load_map(const fs::path& folder) {

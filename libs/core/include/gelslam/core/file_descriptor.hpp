@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -32,6 +33,14 @@ class FileDescriptor {
 
 /// The last system call's error in words.
 inline std::string errno_text() { return std::generic_category().message(errno); }
+
+/// Whether the path still leads to what is open; that may have been moved, or replaced.
+inline bool leads_to(const std::filesystem::path& path, const FileDescriptor& file) {
+  struct stat open {
+  }, named{};
+  return ::fstat(file.get(), &open) == 0 && ::stat(path.c_str(), &named) == 0 &&
+         open.st_ino == named.st_ino && open.st_dev == named.st_dev;
+}
 
 /// Makes renames in a folder durable. Best effort: not every file system can.
 inline void sync_folder(const std::filesystem::path& folder) {

@@ -53,6 +53,8 @@ class FolderLock {
   FolderLock(FolderLock&&) noexcept;
   FolderLock& operator=(FolderLock&&) noexcept;
 
+  /// Whether this is the folder that is locked: it may have been moved away, and another one put there.
+  bool is_of(const std::filesystem::path& folder) const;
   bool holds() const { return directory_ != nullptr; }  ///< a folder was given
   /// Whether somebody (this process included) has the folder now.
   static State state(const std::filesystem::path& folder);

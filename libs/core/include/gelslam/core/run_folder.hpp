@@ -8,14 +8,21 @@
 
 namespace gelslam {
 
+/// Paths in a run folder, `*` standing for any characters but a slash: of what a save writes, and of all that
+/// the program ever puts there but its recordings.
+std::vector<std::string> saved_entries();
+std::vector<std::string> run_entries();
+bool is_one_of(const std::filesystem::path& path, const std::vector<std::string>& patterns);
+
 struct RunFolderOptions {
-  /// Replace a folder that is there, with all it holds; but never one that holds a recording (.mkv).
+  /// Replace a folder that is there, with all it holds; but never one that holds a recording (.mkv), at
+  /// whatever depth.
   bool overwrite = false;
   /// Only a folder that holds this file is ever replaced: the program has written it.
   std::string marker_file = "report.json";
-  /// All that such a folder may hold ("picture_*" stands for every name that begins so). With anything else
-  /// in it, it is not replaced: a person has put that there. Empty: not checked.
-  std::vector<std::string> known_entries = {};
+  /// Paths of all files that such a folder may hold, as patterns. With anything else in it, it is not
+  /// replaced: a person has put that there.
+  std::vector<std::string> known_entries = run_entries();
   /// Files and folders that must not be, or lie inside, the folder that is replaced; empty names are ignored.
   std::vector<std::filesystem::path> inputs = {};
 };
@@ -64,8 +71,12 @@ inline constexpr const char* kUnfinishedScan =
 
 enum class RunNeeds { map, record };  ///< record: the measurements are enough
 
-/// To be called before a run is read. Completes a save that a kill has interrupted (folder_update.hpp), then
-/// throws Error, saying what is missing and what to do, where the run is not complete.
+/// Throws Error where a run folder, or its session alone, holds a link, pipe or device in the place of a file
+/// of a run (it may come from anybody), and while a save is not complete (folder_update.hpp).
+void check_run_files(const std::filesystem::path& folder);
+
+/// To be called before a run is read: check_run_files(), then throws Error, saying what is missing and what
+/// to do, where the run is not complete.
 void check_is_run(const std::filesystem::path& folder, RunNeeds needs = RunNeeds::map);
 
 }  // namespace gelslam

@@ -14,7 +14,7 @@ namespace gelslam {
 struct Session {
   double gradient_scale = 1.0;        ///< that is still in the surfaces
   std::vector<PosedSurface> patches;  ///< keyframes of the map, in the anchor's frame, by id
-  bool is_current = true;             ///< false: the scan went on after this map was saved
+  bool is_current = true;             ///< false: the scan went on after this map was saved, or is another one
   std::vector<std::string> warnings;  ///< what could not be read, or is not in it, as sentences for the user
 };
 
@@ -33,15 +33,17 @@ struct SavedMap {
   std::vector<PoseGraphEdge> edges;
   std::vector<bool> edge_outlier;
   std::uintmax_t scan_bytes = 0;  ///< so much of scan.jsonl it was concluded from
+  std::uint32_t scan_crc32 = 0;   ///< of the last 64 bytes of that; 0: not known
 };
 
 /// Writes a session: write_scan() and save_map(). Throws Error when the disk is full.
 void save_session(const std::filesystem::path& folder, const SlamMap& map);
 
-/// Writes what was concluded from the first `scan_bytes` of the record that is there: session.json, replaced
+/// Writes what was concluded from the first `scan_bytes` of a record (scan.jsonl): session.json, replaced
 /// whole, and the map's surfaces if their slopes were corrected.
-void save_map(const std::filesystem::path& folder, const SlamMap& map, std::uintmax_t scan_bytes);
-/// Throws Error, too, when the scan went on after its map was saved.
+void save_map(const std::filesystem::path& folder, const SlamMap& map, const std::filesystem::path& scan,
+              std::uintmax_t scan_bytes);
+/// Throws Error, too, when the scan went on after its map was saved, or it is another scan's.
 SavedMap load_map(const std::filesystem::path& folder);
 
 /// Reads the map's patches, of this version or an older one. Keyframes whose surface is missing or damaged
