@@ -42,10 +42,6 @@ PressSet read_presses(PressOptions& options, std::optional<double> model_pitch_m
 BallZones find_zones_for_people(const PressSet& set, const PressOptions& options, bool automatic,
                                 ProgressSink& progress, const InterruptWatch& interrupt);
 
-/// Called before long work: throws Error when the file's folder does not exist, or when the file is there and
-/// not to be overwritten.
-void refuse_to_replace_file(const std::filesystem::path& file, bool overwrite);
-
 /// Throws Error when Ctrl-C was pressed.
 void stop_if_asked(const InterruptWatch& interrupt);
 

@@ -4,7 +4,6 @@
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
 #include "gelslam/surface/background.hpp"
 #include "terminal_progress.hpp"
@@ -49,17 +48,6 @@ BallZones find_zones_for_people(const PressSet& set, const PressOptions& options
   for (const RejectedPress& press : zones.rejected)
     std::cerr << "left out: " << set.presses[press.press].name << ": " << press.reason << "\n";
   return zones;
-}
-
-void refuse_to_replace_file(const std::filesystem::path& file, bool overwrite) {
-  const std::filesystem::path folder = file.parent_path();
-  if (!folder.empty() && !std::filesystem::is_directory(folder))
-    throw Error("there is no folder '" + folder.string() + "' to write '" + file.filename().string() +
-                "' into");
-  if (std::filesystem::is_regular_file(file) && is_matroska(file))
-    throw Error("'" + file.string() + "' is a recording, which cannot be made again; choose another name");
-  if (!overwrite && std::filesystem::exists(file))
-    throw Error("'" + file.string() + "' is already there; choose another name, or give --overwrite");
 }
 
 void stop_if_asked(const InterruptWatch& interrupt) {

@@ -145,7 +145,7 @@ void add_ruler_findings(const CheckArguments& arguments, std::vector<Finding>& f
 }
 
 int run_check(CheckArguments arguments) {
-  if (!arguments.report.empty()) refuse_to_replace_file(arguments.report, arguments.overwrite);
+  check_output_file(arguments.report, arguments.overwrite);
   if (std::filesystem::is_directory(arguments.model) &&
       std::filesystem::is_regular_file(arguments.presses.folder))
     throw Error("'" + arguments.model.string() + "' is a folder, and '" + arguments.presses.folder.string() +
@@ -188,7 +188,7 @@ void add_calibrate_check_command(CLI::App& calibrate, int& exit_code) {
   command->add_option("-o,--output", arguments->report, "Also write a page for the browser (.html)")
       ->check(refuse_unless_html);
   command->add_flag("--json", arguments->json, "Print one JSON object for another program");
-  command->add_flag("--overwrite", arguments->overwrite, "Replace a page that is there");
+  add_overwrite_flag(*command, arguments->overwrite);
   CLI::Option* rulers = command->add_option(
       "--ruler", arguments->rulers, "Pictures of marks at even distances, pressed in along x and along y");
   CLI::Option* period = command->add_option("--period", arguments->period_mm, "Distance of the marks, mm")

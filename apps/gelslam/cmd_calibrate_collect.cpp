@@ -27,7 +27,7 @@ struct CollectArguments {
   fs::path log, config, snapshot, script;
   std::string device;
   std::optional<double> pitch_mm;
-  bool headless = false, no_labels = false, quiet = false;
+  bool headless = false, no_labels = false, overwrite = false, quiet = false;
 };
 
 std::unique_ptr<RawFrameSource> open_source(const CollectArguments& arguments, const Config& config) {
@@ -60,6 +60,7 @@ void run_in_window(CollectSession& session, const CollectWindowOptions& window) 
 }
 
 int run_collect(CollectArguments arguments) {
+  check_output_file(arguments.snapshot, arguments.overwrite);
   LogInput input;
   input.log = arguments.log;
   input.config = arguments.config;
@@ -140,6 +141,7 @@ void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code) {
       ->add_option("--snapshot", arguments->snapshot,
                    "Picture of the window at the end (PNG; also with --headless)")
       ->check(refuse_unless_png);
+  add_overwrite_flag(*command, arguments->overwrite);
   command
       ->add_option("--script", arguments->script,
                    "File of keys and mouse movements for the window (docs/viewer.md)")

@@ -136,8 +136,8 @@ int label_in_terminal(const LabelArguments& arguments, const PressSet& set,
 }
 
 int run_label(LabelArguments arguments) {
-  if (!arguments.sheet.empty()) refuse_to_replace_file(arguments.sheet, arguments.overwrite);
-  if (!arguments.snapshot.empty()) refuse_to_replace_file(arguments.snapshot, arguments.overwrite);
+  check_output_file(arguments.sheet, arguments.overwrite);
+  check_output_file(arguments.snapshot, arguments.overwrite);
   if (!arguments.script.empty())
     check_window_script(read_script_file(arguments.script), arguments.script.string());
   const FolderLock lock = arguments.writes_labels() && fs::is_directory(arguments.presses.folder)

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "calibrate_commands.hpp"
+#include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/calibration/calibrate.hpp"
 #include "terminal_progress.hpp"
@@ -22,8 +23,8 @@ struct TrainArguments {
 };
 
 int run_train(TrainArguments arguments) {
-  refuse_to_replace_file(arguments.output, arguments.overwrite);
-  if (!arguments.pth.empty()) refuse_to_replace_file(arguments.pth, arguments.overwrite);
+  check_output_file(arguments.output, arguments.overwrite);
+  check_output_file(arguments.pth, arguments.overwrite);
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.presses.quiet);
   const PressSet set = read_presses(arguments.presses);
@@ -69,7 +70,7 @@ void add_calibrate_train_command(CLI::App& calibrate, int& exit_code) {
   command->add_flag("--automatic", arguments->automatic,
                     "Label presses that have no label, for this run only");
   command->add_flag("--published", arguments->published, "The published recipe instead of ours, to compare");
-  command->add_flag("--overwrite", arguments->overwrite, "Replace a model that is there");
+  add_overwrite_flag(*command, arguments->overwrite);
   command->footer(
       "The same presses and seed give the same model. Exit code 1 when the model is written but poor.\n"
       "Example: gelslam calibrate train PRESSES -o model.json --pth nnmodel.pth");

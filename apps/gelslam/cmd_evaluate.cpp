@@ -19,7 +19,7 @@ struct EvaluateArguments {
   std::filesystem::path mesh, truth_mesh;
   std::filesystem::path results, picture;
   MeshUnit unit;
-  bool json = false, quiet = false;
+  bool json = false, overwrite = false, quiet = false;
 };
 
 struct Judged {
@@ -48,6 +48,8 @@ void draw(const EvaluateArguments& arguments, const std::optional<PlacedMeshes>&
 }
 
 void run_evaluate(const EvaluateArguments& arguments) {
+  for (const std::filesystem::path& output : {arguments.results, arguments.picture})
+    check_output_file(output, arguments.overwrite);
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const Judged judged = judge(arguments, *progress);
   if (!arguments.quiet)
@@ -86,6 +88,7 @@ void add_evaluate_command(CLI::App& app, int& exit_code) {
       ->add_option("--picture", arguments->picture,
                    "Draw reconstruction, true shape and the distance between them (PNG)")
       ->check(refuse_unless_png);
+  add_overwrite_flag(*command, arguments->overwrite);
   add_quiet_flag(*command, arguments->quiet);
   command->footer("Example: gelslam evaluate RUN --truth DATA --picture comparison.png");
   command->callback([arguments, &exit_code] {

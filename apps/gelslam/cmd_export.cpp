@@ -76,8 +76,7 @@ void check_output(const ExportArguments& a, const fs::path& output) {
   for (const std::string& option : chosen_options(a))
     if (!found->second.contains(option) && !(ending != ".tum" && mesh.contains(option)))
       throw Error(fmt::format("{} has no meaning for {} files", option, ending));
-  if (fs::exists(output) && !a.overwrite)
-    throw Error(quoted(output) + " exists already; use --overwrite to replace it");
+  check_output_file(output, a.overwrite);
 }
 
 /// "3 loose pieces: the largest has 97.2 % of the area"; "" for a mesh in one piece.
@@ -276,7 +275,7 @@ void add_options(CLI::App& command, ExportArguments& a) {
       "--ground-truth", a.ground_truth,
       "Write the true trajectory (TUM) of the log's data folder: in the run's map frame, or, with "
       "the data folder as SOURCE, in the sensor frame of the first contact");
-  command.add_flag("--overwrite", a.overwrite, "Replace the file if it exists");
+  add_overwrite_flag(command, a.overwrite);
   add_quiet_flag(command, a.quiet);
 }
 

@@ -53,7 +53,7 @@ void add_map_command(CLI::App& app, int& exit_code) {
   command->add_option("MESH", a->mesh, "Closed mesh of the object (STL, OBJ or PLY)")->required();
   a->unit.add_to(*command);
   command->add_option("-o,--output", a->output, "Map folder to write")->required();
-  command->add_flag("--overwrite", a->overwrite, "Replace the map if it is there");
+  add_overwrite_flag(*command, a->overwrite);
   command->add_option("--config", a->config, "Configuration of the sensor: picture size and pixel pitch");
   command
       ->add_option("--indentation", a->options.indentation_mm, "How deep the sensor will be pressed on, mm")

@@ -44,7 +44,7 @@ void add_merge_command(CLI::App& app, int& exit_code) {
       ->expected(2, CLI::detail::expected_max_vector_size);
   command->add_option("-o,--output", arguments->run_folder, "Run folder to write")->required();
   add_rig_option(*command, arguments->rig, "The last two runs were scanned by two sensors at the same time");
-  command->add_flag("--overwrite", arguments->overwrite, "Replace the run folder if it is there");
+  add_overwrite_flag(*command, arguments->overwrite);
   add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "Scans join where they show the same places. The exit code is 1 when something did not join.\n"

@@ -29,6 +29,7 @@ std::unique_ptr<RawFrameSource> open_log(const ReplayArguments& arguments, std::
 
 int run_two(const ReplayArguments& arguments) {
   const LiveArguments& live = arguments.live;
+  check_two_sensors(arguments.logs[0], arguments.logs[1]);
   std::array<Config, 2> configs;
   for (std::size_t i = 0; i < 2; ++i) configs[i] = resolve_config(live.input(arguments.logs[i], i, 2));
   std::array<LiveOptions, 2> options = live.options_of_two(configs);

@@ -10,6 +10,7 @@
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/run_folder.hpp"
 #include "gelslam/simulation/calibration_set.hpp"
 #include "gelslam/simulation/data_folder.hpp"
 #include "gelslam/simulation/press_log.hpp"
@@ -43,17 +44,27 @@ void print_lists() {
   print_catalog("motions:", motion_catalog());
 }
 
-void throw_stopped() { throw Error("stopped; the folder is not complete"); }
+void throw_stopped() { throw Error("stopped; nothing was written"); }
 
-/// Long work must not end in somebody's finished log, and a recording is never replaced: beside what was
-/// simulated lies the file `truth`.
-void refuse_to_replace(const std::filesystem::path& file, const char* truth, bool overwrite) {
-  if (!std::filesystem::exists(file)) return;
-  if (!overwrite)
-    throw Error(file.string() + " is already there; choose another folder, or give --overwrite");
-  if (!std::filesystem::exists(file.parent_path() / truth))
-    throw Error(file.string() + " will not be overwritten, for it was not simulated (there is no " + truth +
-                " beside it); choose another folder");
+/// All that any of the commands writes.
+std::vector<std::string> simulated_files() {
+  std::vector<std::string> files;
+  for (const std::string folder : {"", "first/", "second/", "calibration/"})
+    for (const char* file :
+         {"gelsight.avi", "config.yaml", "meta.json", "gt_mesh.ply", "touched.npy", "true_start_T_currs.npy",
+          "true_heights.npy", "true_contacts.npy", "opening.csv", "touches.csv", "catalog.csv", "circles.csv",
+          "background.png", "model/nnmodel.pth", "*/gelsight.png"})
+      files.push_back(folder + file);
+  return files;
+}
+
+/// `truth`: the file by which a folder is known to be simulated. A mesh to simulate is an input, too.
+RunFolderOptions folder_options(const SimulateArguments& arguments, const char* truth) {
+  const std::filesystem::path object = arguments.scan.object.name;
+  return {.overwrite = arguments.overwrite,
+          .marker_file = truth,
+          .known_entries = simulated_files(),
+          .inputs = {object.has_extension() ? object : "", arguments.calibration_folder, arguments.rig}};
 }
 
 /// One seed for everything; the sensor (noise, dirt) is the same for a scan and its calibration.
@@ -67,7 +78,6 @@ void spread_seed(SimulateArguments& arguments) {
 
 void calibrate_into(const std::filesystem::path& folder, const SimulateArguments& arguments,
                     ProgressSink& progress) {
-  refuse_to_replace(folder / "catalog.csv", "circles.csv", arguments.overwrite);
   const HeldOutScale scale = write_calibration_folder(folder, arguments.calibration, progress);
   std::cerr << std::fixed << std::setprecision(3) << "gradient scale on presses not trained on: x " << scale.x
             << ", y " << scale.y << "; mean error " << std::setprecision(2) << scale.mean_error_deg
@@ -91,12 +101,13 @@ void run_scan(SimulateArguments& arguments) {
   ShapeSpec& object = arguments.scan.object;
   const bool is_named = object.mesh_unit_mm.has_value();
   if (!is_named) object.mesh_unit_mm = arguments.unit.mm(object.name);
+  RunFolder folder(arguments.output,
+                   folder_options(arguments, arguments.rig.empty() ? "meta.json" : "first/meta.json"));
+  if (arguments.rig.empty()) arguments.folder.name = name_of(folder.final_path());
+  arguments.output = folder.path();
   const auto sensors = sensors_of(arguments);
   std::vector<std::unique_ptr<Simulator>> simulators;  // first: they know whether object and motion exist
-  for (const auto& [scan, folder] : sensors) {
-    refuse_to_replace(folder / "gelsight.avi", "meta.json", arguments.overwrite);
-    simulators.push_back(std::make_unique<Simulator>(scan));
-  }
+  for (const auto& [scan, of_sensor] : sensors) simulators.push_back(std::make_unique<Simulator>(scan));
   if (!is_named && !arguments.quiet) arguments.unit.say(object.name);
   const bool given = !arguments.calibration_folder.empty();
   const std::filesystem::path calibration =
@@ -109,6 +120,7 @@ void run_scan(SimulateArguments& arguments) {
   if (!given) calibrate_into(calibration, arguments, progress);
   for (std::size_t i = 0; i < sensors.size(); ++i)
     write_data_folder(sensors[i].second, *simulators[i], arguments.folder, progress);
+  folder.commit();
 }
 
 void add_common_options(CLI::App& command, SimulateArguments& arguments) {
@@ -119,7 +131,7 @@ void add_common_options(CLI::App& command, SimulateArguments& arguments) {
   command.add_option("--noise", arguments.scan.optics.noise_gain, "Factor on the sensor's noise")
       ->capture_default_str();
   command.add_flag("--dirt", arguments.scan.optics.dirt, "Specks and grains that stay on the gel");
-  command.add_flag("--overwrite", arguments.overwrite, "Replace what an earlier run wrote");
+  add_overwrite_flag(command, arguments.overwrite);
   add_quiet_flag(command, arguments.quiet);
 }
 
@@ -189,7 +201,9 @@ void add_calibration(CLI::App& simulate, const std::shared_ptr<SimulateArguments
   calibration->callback([arguments, &exit_code] {
     spread_seed(*arguments);
     StoppableProgress progress(arguments->quiet, throw_stopped);
-    calibrate_into(arguments->output, *arguments, progress);
+    RunFolder folder(arguments->output, folder_options(*arguments, "circles.csv"));
+    calibrate_into(folder.path(), *arguments, progress);
+    folder.commit();
     exit_code = kExitDone;
   });
 }
@@ -210,10 +224,11 @@ void add_presses(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& a
   add_common_options(*presses, *arguments);
   presses->footer("Example: gelslam simulate presses --diameter 9.5 --mishaps -o hand");
   presses->callback([arguments, &exit_code] {
-    refuse_to_replace(arguments->output / "gelsight.avi", "touches.csv", arguments->overwrite);
+    RunFolder folder(arguments->output, folder_options(*arguments, "touches.csv"));
     spread_seed(*arguments);
     StoppableProgress progress(arguments->quiet, throw_stopped);
-    write_press_log(arguments->output, arguments->press_log, arguments->folder.lossless, progress);
+    write_press_log(folder.path(), arguments->press_log, arguments->folder.lossless, progress);
+    folder.commit();
     exit_code = kExitDone;
   });
 }

@@ -144,7 +144,7 @@ void add_surface_command(CLI::App& app, int& exit_code) {
   command->add_option("--pitch", arguments->pitch_mm, "Millimeters per pixel")
       ->check(number_between(1e-4, 10.0))
       ->capture_default_str();
-  command->add_flag("--overwrite", arguments->overwrite, "Replace a folder this command wrote earlier");
+  add_overwrite_flag(*command, arguments->overwrite);
   add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "Writes height_mm.npy (NumPy, 32-bit float), height.png, normals.png, contact.png, curvature.png, "

@@ -111,6 +111,7 @@ std::vector<TrackedSensor> find_sensors(const TrackArguments& arguments) {
     const auto of_log = sensors_of_log(names.front());
     names.assign(of_log.begin(), of_log.end());
   }
+  if (names.size() == 2 && !is_camera) check_two_sensors(names[0], names[1]);
   if (names.size() == 1 && !arguments.rig.empty()) throw Error("--rig is for two sensors");
   if (names.size() == 2 && arguments.map.empty())
     throw Error("two sensors need a map that both are found in: --map RUN");

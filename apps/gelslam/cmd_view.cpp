@@ -25,7 +25,7 @@ struct ViewArguments {
   std::optional<double> time_s;
   double yaw_deg = 0, pitch_deg = 0, ui_scale = 1;
   MeshUnit unit;
-  bool light = false, trajectory = false, graph = false, quiet = false;
+  bool light = false, trajectory = false, graph = false, overwrite = false, quiet = false;
 };
 
 struct PictureSize {
@@ -102,6 +102,7 @@ ViewWindowOptions window_options(const ViewArguments& arguments, const PictureSi
 }
 
 ViewEnd run_view(const ViewArguments& arguments) {
+  check_output_file(arguments.snapshot, arguments.overwrite);
   const PictureSize size = parse_size(arguments.size);
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   progress->begin("reading", std::nullopt);
@@ -197,6 +198,7 @@ void add_view_command(CLI::App& app, int& exit_code) {
   command->add_flag("--light", a->light, "Light background");
   command->add_flag("--trajectory", a->trajectory, "Show the sensor's trajectory");
   command->add_flag("--graph", a->graph, "Show keyframes and the edges between them");
+  add_overwrite_flag(*command, a->overwrite);
   a->unit.add_to(*command);
   add_ui_scale(*command, a->ui_scale);
   add_quiet_flag(*command, a->quiet);

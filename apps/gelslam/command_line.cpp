@@ -10,6 +10,7 @@
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
+#include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/viewer/window_options.hpp"
 
 namespace gelslam {
@@ -63,6 +64,22 @@ void MeshUnit::say(const std::filesystem::path& file) const {
   const std::string unit = noted || name.empty() ? short_name(unit_of(file)) : name;
   const char* const reason = noted ? ", as the file notes" : name.empty() ? " (--unit names another)" : "";
   std::cerr << "unit of " << file.string() << ": " << unit << reason << "\n";
+}
+
+void add_overwrite_flag(CLI::App& command, bool& overwrite) {
+  command.add_flag("--overwrite", overwrite, "Replace what is there");
+}
+
+void check_output_file(const std::filesystem::path& file, bool overwrite) {
+  namespace fs = std::filesystem;
+  const fs::path folder = file.parent_path();
+  if (!folder.empty() && !fs::is_directory(folder))
+    throw Error("there is no folder " + quoted(folder) + " to write " + quoted(file.filename()) + " into");
+  if (file.empty() || !fs::exists(file) || fs::is_other(fs::status(file))) return;  // /dev/stdout
+  if (fs::is_directory(file)) throw Error(quoted(file) + " is a folder; name a file");
+  if (is_matroska(file) || file.filename() == "scan.jsonl")
+    throw Error(quoted(file) + " is a recording, which cannot be made again; choose another name");
+  if (!overwrite) throw Error(quoted(file) + " is already there; choose another name, or give --overwrite");
 }
 
 std::string refuse_unless_png(const std::string& path) {

@@ -34,6 +34,13 @@ struct MeshUnit {
   void say(const std::filesystem::path& file) const;
 };
 
+/// --overwrite, in every command that writes a file or folder.
+void add_overwrite_flag(CLI::App& command, bool& overwrite);
+/// The one rule for files that a person names to be written; RunFolder's is that for folders. Called before
+/// long work. "" is no file. Throws Error when the file's folder does not exist, when the file is there and
+/// not to be overwritten, and whenever it is a recording, or not a file.
+void check_output_file(const std::filesystem::path& file, bool overwrite);
+
 /// Checks of option values for CLI::Option::check(): "" or the reason for a refusal.
 /// A file of another type than the ending promises is refused.
 std::string refuse_unless_png(const std::string& path);

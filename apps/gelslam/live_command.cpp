@@ -15,6 +15,7 @@
 #include "gelslam/core/bounded_queue.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/file_descriptor.hpp"
+#include "gelslam/core/folder_update.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/slam/merge_scans.hpp"
@@ -137,14 +138,14 @@ std::filesystem::path next_run_folder(const std::filesystem::path& folder) {
 void LiveArguments::add_to(CLI::App& command) {
   CLI::Option* output = command.add_option(
       "-o,--output", run_folder, "Run folder to write: mesh, trajectory, report; with a scan, its log");
-  CLI::Option* replace = command.add_flag("--overwrite", overwrite, "Replace the run folder if it is there");
+  add_overwrite_flag(command, overwrite);
   command
       .add_option(
           "--continue", continued,
           "Run folder to continue in place, also after a crash: new frames join its map (of two sensors: "
           "at the end)")
       ->excludes(output)
-      ->excludes(replace);
+      ->excludes("--overwrite");
   log.add_to(command);
   command.add_option("--seconds", seconds, "Stop after this many seconds")->check(number_between(0.01, 1e6));
   command.add_flag("--headless", headless, "No window: the state is printed in the terminal");
@@ -188,6 +189,7 @@ LiveOptions LiveArguments::options(Config config, int sensor, int sensors) const
 }
 
 LogInput LiveArguments::input(const std::string& path, std::size_t sensor, std::size_t sensors) const {
+  if (!continued.empty()) finish_update(continued);
   return with_settings_of_run(log.input(path, sensor, sensors), continued);
 }
 
@@ -202,6 +204,7 @@ std::array<LiveOptions, 2> LiveArguments::options_of_two(const std::array<Config
 
 WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& arguments) {
   check_run_folder(options);
+  if (std::filesystem::exists(arguments.snapshot)) check_output_file(arguments.snapshot, arguments.overwrite);
   WindowOptions window;
   window.picture_folder = options.run_folder.empty() ? "." : options.run_folder.string();
   window.keeps_run = !options.run_folder.empty();

@@ -30,12 +30,14 @@ void MapWindowArguments::add_to(CLI::App& command) {
           "--snapshot", snapshot,
           "Picture (PNG) of the window at the end, or, without --window, of the last touch in the map")
       ->check(refuse_unless_png);
+  add_overwrite_flag(command, overwrite);
   command.add_option("--script", script, "File of keys and mouse movements for the window (docs/viewer.md)")
       ->needs(shown);
   add_ui_scale(command, ui_scale);
 }
 
 WindowOptions MapWindowArguments::window_options() const {
+  check_output_file(snapshot, overwrite);
   WindowOptions options;
   options.script = read_script_file(script);
   options.script_name = script;

@@ -11,7 +11,7 @@ namespace gelslam {
 
 /// How `track` shows the map that it locates the sensor in.
 struct MapWindowArguments {
-  bool window = false;
+  bool window = false, overwrite = false;
   std::string snapshot, script;
   double ui_scale = 1;
 

@@ -148,9 +148,73 @@ TEST(Cli, NoOptionReplacesARecording) {
     test::write_bytes(file, "\x1A\x45\xDF\xA3 pictures");
   for (const char* what : {"scan", "presses", "calibration"})
     expect_mistake(gelslam({"simulate", what, "-o", folder.path().string(), "--overwrite"}),
-                   "will not be overwritten, for it was not simulated");
+                   "and so was not made by this command");
+  test::write_bytes(folder / "meta.json", "{}");
+  expect_mistake(gelslam({"simulate", "scan", "-o", folder.path().string(), "--overwrite"}),
+                 "for it holds the recording log.mkv");
+  for (const char* command : {"evaluate", "export", "view"}) {
+    std::vector<std::string> words{command, "m.ply", command == std::string("view") ? "--snapshot" : "-o",
+                                   log};
+    if (command == std::string("evaluate"))
+      words = {"evaluate", "--mesh", "m.ply", "--truth-mesh", "m.ply", "-o", log};
+    if (command != std::string("evaluate")) words.back() += ".png";
+    test::write_bytes(words.back(), "\x1A\x45\xDF\xA3 pictures");
+    words.emplace_back("--overwrite");
+    expect_mistake(gelslam(words), "is a recording, which cannot be made again");
+  }
   expect_mistake(gelslam({"calibrate", "train", folder.path().string(), "-o", log, "--overwrite"}),
                  "is a recording, which cannot be made again");
+}
+
+TEST(Cli, ASensorIsNotJoinedWithItself) {
+  const TemporaryFolder folder;
+  const std::string both = (folder / "both.mkv").string(), same = (folder / "x/../both.mkv").string();
+  test::write_bytes(both, "\x1A\x45\xDF\xA3");
+  fs::create_directory(folder / "x");
+  fs::create_symlink(both, folder / "link.mkv");
+  for (const auto& [first, second] : {std::pair(both + "#2", both + "#2"),
+                                      {both, both + "#1"},
+                                      {both + "#2", (folder / "link.mkv#2").string()},
+                                      {both, same},
+                                      {(folder / "x").string(), (folder / "x/").string()}})
+    expect_mistake(gelslam({"reconstruct", first, second, "--rig", "-o", (folder / "none").string()}),
+                   "is given twice");
+  EXPECT_FALSE(fs::exists(folder / "none"));
+}
+
+/// One rule for whatever is written: what is there stays, unless --overwrite is given.
+TEST(Cli, NoOutputReplacesWhatIsThereUnasked) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder / "session");
+  for (const char* file : {"config.yaml", "a.json", "a.png", "session/scan.jsonl"})
+    test::write_bytes(folder / file, "precious");
+  const std::string run = folder.path().string(), json = run + "/a.json", png = run + "/a.png";
+  for (const char* what : {"scan", "presses", "calibration"})
+    expect_mistake(gelslam({"simulate", what, "-o", run}), "exists already");
+  const std::vector<std::string> judge{"evaluate", "--mesh", "m.ply", "--truth-mesh", "m.ply"};
+  const auto judged = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), judge.begin(), judge.end());
+    return gelslam(more);
+  };
+  expect_mistake(judged({"-o", json}), "is already there; choose another name, or give --overwrite");
+  expect_mistake(judged({"--picture", png}), "is already there");
+  expect_mistake(judged({"-o", json, "--overwrite"}), "m.ply");
+  expect_mistake(judged({"-o", run + "/session/scan.jsonl", "--overwrite"}), "is a recording");
+  expect_mistake(judged({"-o", run}), "is a folder");
+  expect_mistake(gelslam({"view", "m.ply", "--snapshot", png}), "is already there");
+  expect_mistake(gelslam({"export", "m.ply", "-o", png}), "is already there");
+  for (const char* file : {"config.yaml", "a.json", "a.png", "session/scan.jsonl"})
+    EXPECT_EQ(test::read_bytes(folder / file), "precious");
+}
+
+TEST(Cli, TooLittleMemoryIsNoInternalError) {
+  const TemporaryFolder folder;
+  const std::string file = (folder / "large.npy").string();
+  test::write_bytes(file, "");
+  fs::resize_file(file, std::uintmax_t{1} << 30);
+  expect_mistake(test::run_program(
+                     "/bin/sh", {"-c", "ulimit -v 1500000; exec \"$0\" info \"$1\"", GELSLAM_PROGRAM, file}),
+                 "there is not enough memory");
 }
 
 TEST(InfoErrors, EveryUnusableInputIsOneLine) {
