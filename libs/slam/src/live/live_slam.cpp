@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <exception>
+#include <future>
 #include <latch>
 #include <thread>
 
@@ -59,15 +60,10 @@ struct LiveSlam::Impl {
                  options.continued ? &*options.continued : nullptr, options.stream.get(), measured, board,
                  timer),
         mapping(options.config.slam, timer),
-        fusion(options.config.slam.fusion, board, timer),
-        run(run_of(options)) {
-    if (!run) return;
-    part = part_of(options.config, options.record ? run->log() : options.log);
-    session.emplace(run->session(), part, board);
-    if (options.record) recorder = recorder_of(options, *source, run->log());
-  }
+        fusion(options.config.slam.fusion, board, timer) {}
 
   void start();
+  void make_threads();
   void capture();
   void take_frames();
   void report_log();
@@ -91,7 +87,7 @@ struct LiveSlam::Impl {
   TrackingStage tracking;
   MappingStage mapping;
   FusionStage fusion;
-  const std::shared_ptr<LiveRun> run;  // after the stages: those that cannot begin leave no folder
+  std::shared_ptr<LiveRun> run;
   ScanPart part;
   std::optional<RecordStage> session;     // none: nothing is kept
   std::unique_ptr<LogRecorder> recorder;  // null: nothing is recorded
@@ -111,6 +107,7 @@ struct LiveSlam::Impl {
   std::latch written{1};   // the session's record is whole
   std::jthread fusion_thread;
   std::vector<std::jthread> threads;
+  std::promise<void> ready;  // when it goes without having been kept, threads that wait for it end
 };
 
 /// Whatever goes wrong in a stage ends the scan, and the stages behind it save what they have.
@@ -127,8 +124,30 @@ void LiveSlam::Impl::guarded(const Work& work) {
   }
 }
 
+/// Stages and threads that cannot begin leave no folder.
 void LiveSlam::Impl::start() {
-  threads.emplace_back([this] {
+  make_threads();
+  run = run_of(options);
+  if (run) {
+    part = part_of(options.config, options.record ? run->log() : options.log);
+    session.emplace(run->session(), part, board);
+    if (options.record) recorder = recorder_of(options, *source, run->log());
+  }
+  ready.set_value();
+}
+
+void LiveSlam::Impl::make_threads() {
+  const auto thread = [begin = ready.get_future().share()](auto work) {
+    return std::jthread([begin, work] {
+      try {
+        begin.get();
+      } catch (const std::future_error&) {
+        return;
+      }
+      work();
+    });
+  };
+  threads.push_back(thread([this] {
     guarded([this] { capture(); });
     board.source_ended();
     raw.close();
@@ -137,20 +156,20 @@ void LiveSlam::Impl::start() {
       report_log();  // what went wrong with the last frames, too
     }
     captured.count_down();
-  });
-  threads.emplace_back([this] {
+  }));
+  threads.push_back(thread([this] {
     lower_thread_priority();
     if (session) session->run(measured, options.continued.has_value());
     measured.close();  // nobody reads it
     written.count_down();
-  });
-  threads.emplace_back([this] {
+  }));
+  threads.push_back(thread([this] {
     guarded([this] { surface.run(raw, surfaced); });
     source->stop();
     raw.close();
     surfaced.close();
-  });
-  threads.emplace_back([this] {
+  }));
+  threads.push_back(thread([this] {
     guarded([this] { tracking.run(surfaced, keyframes); });
     surfaced.close();
     keyframes.close();
@@ -161,12 +180,12 @@ void LiveSlam::Impl::start() {
     guarded([this] { finish(); });
     fusion.stop();
     board.set_phase(LivePhase::finished);
-  });
-  fusion_thread = std::jthread([this] {
+  }));
+  fusion_thread = thread([this] {
     lower_thread_priority();
     guarded([this] { fusion.run(); });
   });
-  threads.emplace_back([this] {
+  threads.push_back(thread([this] {
     lower_thread_priority();
     guarded([this] { map_keyframes(); });
     source->stop();  // if that failed early: nothing would be made of further frames,
@@ -174,7 +193,7 @@ void LiveSlam::Impl::start() {
     while (keyframes.try_pop()) {  // and nobody may wait for an answer
     }
     mapped.count_down();
-  });
+  }));
 }
 
 /// A source that is lost ends the scan like a person would: with all that was seen.
