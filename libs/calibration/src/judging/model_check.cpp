@@ -64,7 +64,7 @@ std::optional<double> fit_ball_radius_mm(const Surface& surface, const Calibrati
         new ceres::AutoDiffCostFunction<HeightAbovePoint, 1, 4>(new HeightAbovePoint{point}),
         new ceres::HuberLoss(kSphereHuberMm), sphere.data());
   ceres::Solver::Options options;
-  options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+  options.linear_solver_type = ceres::DENSE_QR;  // Cholesky fails on flat heights, and the library says so
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
