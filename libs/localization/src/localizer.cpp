@@ -236,6 +236,12 @@ void Localizer::add_look_alikes(const Touch& touch) {
   add_symmetric(touch, sigma_mm);
 }
 
+/// At the frame by which the touch is judged.
+bool Localizer::fits_as_well_as_best(const MapFit& fit, const Touch& touch) const {
+  const double best_rad = std::max(touch.best_rmse_rad, options_.registration.normal_noise_rad);
+  return fit.ok() && fit.registration.normal_rmse_rad < options_.verification.rival_residual * best_rad;
+}
+
 /// What a touch says for a place (negative: against it) compared with chance, in nats. Nothing where the map
 /// shows nothing, or no texture. A place that fits as well as the best is as likely.
 double Localizer::log_odds(const MapFit& fit, const Touch& touch) const {
@@ -246,13 +252,12 @@ double Localizer::log_odds(const MapFit& fit, const Touch& touch) const {
   const double own =
       kSureLogOdds *
       std::max(0.0, above / (limits.sure_texture_correlation - limits.min_texture_correlation));
-  const double noise_rad = options_.registration.normal_noise_rad;
-  const bool fits_as_well =
-      fit.registration.normal_rmse_rad < limits.rival_residual * std::max(touch.best_rmse_rad, noise_rad);
-  return fits_as_well ? std::max(own, touch.best_log_odds) : own;
+  return fits_as_well_as_best(fit, touch) ? std::max(own, touch.best_log_odds) : own;
 }
 
-/// A touch is judged by its frame with the largest contact.
+/// A touch is judged by its frame with the largest contact, which decides between places. What an earlier one
+/// said against all that is not in the map stays said of a place that still fits best: the model's and the
+/// map's own errors differ over the contact, and a correlation that sinks by them is no evidence.
 void Localizer::weigh(const Touch& frame) {
   Touch& touch = touches_.back();
   if (frame.keyframe.surface->contact_pixels < touch.keyframe.surface->contact_pixels) return;
@@ -264,7 +269,10 @@ void Localizer::weigh(const Touch& frame) {
     touch.best_log_odds = own;
     touch.best_rmse_rad = h.fit.registration.normal_rmse_rad;
   }
-  for (Hypothesis& h : hypotheses_) h.log_odds = log_odds(h.fit, touch);
+  for (Hypothesis& h : hypotheses_) {
+    const double said = fits_as_well_as_best(h.fit, touch) ? h.log_odds : -kSureLogOdds;
+    h.log_odds = std::max(said, log_odds(h.fit, touch));
+  }
 }
 
 /// A hypothesis goes when another one has come to its place, when the map has contradicted it for a while,

@@ -62,7 +62,7 @@ class Localizer {
     Matrix6d covariance = Matrix6d::Identity();
     MapFit fit;                ///< of the newest frame
     double past_log_odds = 0;  ///< of finished touches
-    double log_odds = 0;       ///< of the current one, judged by its frame with the largest contact
+    double log_odds = 0;       ///< of the current one (weigh())
     double last_fit_s = 0;     ///< when it last fitted the map
     double last_agreed_s = 0;  ///< the same, or when the map last did not show its place
 
@@ -82,6 +82,7 @@ class Localizer {
   void add_symmetric(const Touch& touch, double sigma_mm);
   void add_look_alikes(const Touch& touch);
   bool is_known(const Touch& touch, const Pose& map_T_sensor) const;
+  bool fits_as_well_as_best(const MapFit& fit, const Touch& touch) const;
   double log_odds(const MapFit& fit, const Touch& touch) const;
   void weigh(const Touch& frame);
   void remove_refuted(const Touch& touch);
