@@ -11,7 +11,10 @@ namespace {
 namespace fs = std::filesystem;
 
 struct PythonCalibration {
-  ModelCheck check;
+  std::string verdict;
+  std::vector<std::string> reasons;
+  double slope_error_deg = 0, scale_x = 0, scale_y = 0;
+  std::size_t presses = 0;
   std::vector<std::string> left_out;
 };
 
@@ -33,15 +36,20 @@ PythonCalibration calibrate_presses(const fs::path& presses, const fs::path& out
   const auto leave_out = [&](const std::string& press) { result.left_out.push_back(press); };
   PressSet set = read_press_set(presses);
   fill_markers(set);
-  Calibration calibration = calibrate(set, options, sink, stop, leave_out);
+  const Calibration calibration = calibrate(set, options, sink, stop, leave_out);
   write_calibration(output, calibration);
-  result.check = std::move(calibration.check);
+  const ModelCheck& check = calibration.check;
+  result.verdict = verdict_name(check.verdict);
+  result.reasons = check.reasons;
+  result.slope_error_deg = check.slopes.all.mean_abs_error_deg();
+  result.scale_x = check.slopes.all.scale_x();
+  result.scale_y = check.slopes.all.scale_y();
+  result.presses = check.presses.size();
   return result;
 }
 
 py::tuple gradient_scale(const PythonCalibration& calibration) {
-  const SlopeSums& all = calibration.check.slopes.all;
-  return py::make_tuple(all.scale_x(), all.scale_y());
+  return py::make_tuple(calibration.scale_x, calibration.scale_y);
 }
 
 }  // namespace
@@ -49,21 +57,27 @@ py::tuple gradient_scale(const PythonCalibration& calibration) {
 void bind_calibration(py::module_& module) {
   py::class_<PythonCalibration>(module, "Calibration",
                                 "How a new model reads the presses that it was trained on.")
-      .def_property_readonly(
-          "verdict", [](const PythonCalibration& self) { return verdict_name(self.check.verdict); },
-          "\"good\", \"usable\" or \"recalibrate\".")
-      .def_property_readonly(
-          "reasons", [](const PythonCalibration& self) { return self.check.reasons; },
-          "What is not good, worst first: list of str.")
-      .def_property_readonly(
-          "slope_error_deg",
-          [](const PythonCalibration& self) { return self.check.slopes.all.mean_abs_error_deg(); },
-          "Mean absolute error of the slopes, degrees.")
+      .def_readonly("verdict", &PythonCalibration::verdict, "\"good\", \"usable\" or \"recalibrate\".")
+      .def_readonly("reasons", &PythonCalibration::reasons, "What is not good, worst first: list of str.")
+      .def_readonly("slope_error_deg", &PythonCalibration::slope_error_deg,
+                    "Mean absolute error of the slopes, degrees.")
       .def_property_readonly("gradient_scale", gradient_scale, "Read over true slope along x and y.")
-      .def_property_readonly(
-          "presses", [](const PythonCalibration& self) { return self.check.presses.size(); },
-          "Number of presses that were used.")
-      .def_readonly("left_out", &PythonCalibration::left_out, "Presses that were not, and why: list of str.");
+      .def_readonly("presses", &PythonCalibration::presses, "Number of presses that were used.")
+      .def_readonly("left_out", &PythonCalibration::left_out, "Presses that were not, and why: list of str.")
+      .def(py::pickle(
+          [](const PythonCalibration& self) {
+            return py::make_tuple(self.verdict, self.reasons, self.slope_error_deg, self.scale_x,
+                                  self.scale_y, self.presses, self.left_out);
+          },
+          [](const py::tuple& state) {
+            return PythonCalibration{state[0].cast<std::string>(),
+                                     state[1].cast<std::vector<std::string>>(),
+                                     state[2].cast<double>(),
+                                     state[3].cast<double>(),
+                                     state[4].cast<double>(),
+                                     state[5].cast<std::size_t>(),
+                                     state[6].cast<std::vector<std::string>>()};
+          }));
 
   module.def(
       "calibrate", &calibrate_presses, py::arg("presses"), py::arg("output"), py::kw_only(),

@@ -1,3 +1,4 @@
+#include <pybind11/eigen.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -45,7 +46,8 @@ class Slam {
     require_pixels(*surface, sensor_->background().size(), sensor_->config().surface.pixel_pitch_mm,
                    "surface");
     times_.check(first_time_s_ + time_s);
-    return with_sigma(slam_.process(frames_++, first_time_s_ + time_s, std::move(surface), timer_), drift_);
+    return with_covariance(slam_.process(frames_++, first_time_s_ + time_s, std::move(surface), timer_),
+                           drift_);
   }
 
   MetricMesh mesh(ProgressSink& progress) const {
@@ -101,14 +103,33 @@ std::optional<py::array_t<double>> trial_pose(const PythonFrame& self) {
 
 template <auto part>
 std::optional<py::array_t<double>> sigma_part(const PythonFrame& self) {
-  if (!self.sigma) return std::nullopt;
-  return part(*self.sigma);
+  if (!self.covariance) return std::nullopt;
+  return part(sigma_of(*self.covariance));
 }
 
-std::vector<std::int64_t> new_keyframes(const PythonFrame& self) {
-  std::vector<std::int64_t> frames;
-  for (const NewKeyframe& added : self.tracked.new_keyframes) frames.push_back(added.keyframe->frame);
-  return frames;
+std::optional<py::array_t<double>> frame_covariance(const PythonFrame& self) {
+  if (!self.covariance) return std::nullopt;
+  return scaled_array_of(translation_first(*self.covariance), kMetersPerMm);  // exchanges both again
+}
+
+py::tuple pickled(const PythonFrame& self) {
+  const TrackedFrame& tracked = self.tracked;
+  return py::make_tuple(tracked.frame, tracked.time_s, static_cast<int>(tracked.status), tracked.trial,
+                        tracked.trial_T_frame.matrix(), tracked.registration, self.covariance,
+                        self.keyframes);
+}
+
+PythonFrame unpickled(const py::tuple& state) {
+  PythonFrame frame;
+  frame.tracked.frame = state[0].cast<std::int64_t>();
+  frame.tracked.time_s = state[1].cast<double>();
+  frame.tracked.status = static_cast<TrackStatus>(state[2].cast<int>());
+  frame.tracked.trial = state[3].cast<int>();
+  frame.tracked.trial_T_frame.matrix() = state[4].cast<Eigen::Matrix4d>();
+  frame.tracked.registration = state[5].cast<RegistrationResult>();
+  frame.covariance = state[6].cast<std::optional<Matrix6d>>();
+  frame.keyframes = state[7].cast<std::vector<std::int64_t>>();
+  return frame;
 }
 
 void add_frame(py::module_& module) {
@@ -138,8 +159,11 @@ A trial is an unbroken stretch of tracking. Its frame is that of the sensor in i
           "3: one standard deviation of the pose in its trial along the sensor's x, y, z, mm; or None.")
       .def_property_readonly("sigma_rad", &sigma_part<&sigma_rad_of>,
                              "3: the same about x, y, z, rad; or None.")
-      .def_property_readonly("new_keyframes", &new_keyframes,
-                             "list of int: the frames that became keyframes now: this one or earlier ones.")
+      .def_property_readonly("covariance", &frame_covariance,
+                             "6x6: of `noise` in true = trial_T_sensor * exp(noise): rx, ry, rz, tx, ty, tz, "
+                             "along the sensor's\naxes; radians and meters; or None.")
+      .def_readonly("new_keyframes", &PythonFrame::keyframes,
+                    "list of int: the frames that became keyframes now: this one or earlier ones.")
       .def_property_readonly(
           "registration",
           [](const PythonFrame& self) -> std::optional<RegistrationResult> {
@@ -160,6 +184,7 @@ A trial is an unbroken stretch of tracking. Its frame is that of the sensor in i
             }
           },
           "Why it is not tracked; or which motions are not observable; or \"\".")
+      .def(py::pickle(&pickled, &unpickled))
       .def("__repr__", [](const PythonFrame& self) {
         return "<gelslam.TrackedFrame " + std::to_string(self.tracked.frame) + ", " +
                std::string(name(self.tracked.status)) + ">";
@@ -168,9 +193,13 @@ A trial is an unbroken stretch of tracking. Its frame is that of the sensor in i
 
 }  // namespace
 
-PythonFrame with_sigma(TrackedFrame tracked, TrialDrift& drift) {
-  PythonFrame frame{std::move(tracked), {}};
-  if (const auto covariance = drift.add(frame.tracked)) frame.sigma = sigma_of(*covariance);
+PythonFrame with_covariance(TrackedFrame tracked, TrialDrift& drift) {
+  PythonFrame frame{{}, drift.add(tracked), {}};
+  for (const NewKeyframe& added : tracked.new_keyframes) frame.keyframes.push_back(added.keyframe->frame);
+  tracked.new_keyframes.clear();  // they belong to the map, and take memory
+  tracked.keyframe.reset();
+  tracked.left.reset();
+  frame.tracked = std::move(tracked);
   return frame;
 }
 

@@ -2,7 +2,9 @@
 
 #include <pybind11/numpy.h>
 
+#include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/slam/trial_drift.hpp"
@@ -13,11 +15,12 @@ namespace py = pybind11;
 
 /// What is known of a frame right after it was tracked.
 struct PythonFrame {
-  TrackedFrame tracked;
-  std::optional<Vector6d> sigma;  ///< of the pose (TrialDrift)
+  TrackedFrame tracked;                 ///< without keyframes
+  std::optional<Matrix6d> covariance;   ///< of the pose (TrialDrift)
+  std::vector<std::int64_t> keyframes;  ///< frames that became one
 };
 
-PythonFrame with_sigma(TrackedFrame tracked, TrialDrift& drift);
+PythonFrame with_covariance(TrackedFrame tracked, TrialDrift& drift);
 
 /// One standard deviation along and about x, y, z, for Python.
 py::array_t<double> sigma_mm_of(const Vector6d& sigma);
