@@ -1,23 +1,26 @@
 #include <fmt/core.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <span>
 
 #include "command_line.hpp"
 #include "commands.hpp"
+#include "gelslam/calibration/background_drift.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/npy.hpp"
 #include "gelslam/core/run_folder.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/image/codecs.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/sensor/image_input.hpp"
-#include "gelslam/slam/config.hpp"
-#include "gelslam/surface/background.hpp"
-#include "gelslam/surface/surface_estimator.hpp"
+#include "gelslam/slam/surface_stream.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam {
@@ -29,14 +32,10 @@ constexpr const char* kHeightFile = "height_mm.npy";  // also tells our folders 
 constexpr float kShownCurvature = 0.2F;               // 1/pixel, black or white in the picture
 
 struct SurfaceArguments {
-  fs::path image, background, model, output;
-  double pitch_mm = SensorProfile{}.pixel_pitch_mm;
-  bool overwrite = false, quiet = false;
+  fs::path image, background, config, model, output;
+  std::optional<double> pitch_mm;
+  bool force = false, overwrite = false, quiet = false;
 };
-
-cv::Mat3b read_sensor_image(const fs::path& path) {
-  return fit_to_profile(read_image(path), SensorProfile{}, "'" + path.string() + "'");
-}
 
 cv::Mat1b height_picture(const cv::Mat1f& height_mm) {  // deepest black, highest white
   double lowest = 0.0, highest = 0.0;
@@ -97,19 +96,82 @@ void write_surface(const fs::path& folder, const Surface& surface) {
   write_mesh(folder / "surface.ply", triangulate(surface));
 }
 
-SurfacePtr estimate(const SurfaceArguments& arguments) {
-  SurfaceOptions options;
-  options.pixel_pitch_mm = arguments.pitch_mm;
-  const cv::Mat3b background = read_sensor_image(arguments.background);
-  if (const auto markers = find_marker_dots(background)) {
-    if (!markers->are_readable())
-      throw Error("'" + arguments.background.string() + "': " + markers->sentence());
-    if (!arguments.quiet) std::cerr << "note: " << markers->sentence() << "\n";
+Config config_for(const SurfaceArguments& arguments) {
+  LogInput input;
+  input.log = arguments.image;
+  input.config = arguments.config;
+  input.model = arguments.model;
+  Config config = resolve_config(input);
+  if (arguments.pitch_mm) config.surface.pixel_pitch_mm = *arguments.pitch_mm;
+  config.background_frames = 1;
+  return config;
+}
+
+/// Red and blue swapped or upside down is refused; where the background is another gel's, it is doubted.
+cv::Mat3b read_sensor_image(const fs::path& path, const Config& config, bool force) {
+  cv::Mat3b picture = fit_to_profile(read_image(path), config.sensor, quoted(path));
+  const std::string turned = judge_orientation(picture, config.sensor.device_name);
+  if (!turned.empty() && !force) throw Error(quoted(path) + ": " + turned + " (--force continues anyway)");
+  return picture;
+}
+
+struct CheckedSurface {
+  SurfacePtr surface;
+  std::vector<std::string> doubts;  ///< of the background
+  std::string mismatch;             ///< why the picture and the background do not belong together, or ""
+};
+
+/// Background and picture pass through what the first frames of a log do.
+CheckedSurface estimate(const SurfaceArguments& arguments) {
+  const Config config = config_for(arguments);
+  cv::Mat3b background = read_sensor_image(arguments.background, config, arguments.force);
+  cv::Mat3b picture = read_sensor_image(arguments.image, config, arguments.force);
+  CheckedSurface result;
+  if (!has_same_light(picture, background))
+    result.mismatch = "the untouched gel does not look like the background: another light, gel or sensor";
+  StageTimer timer;
+  FrameToSurface frames(config, {}, arguments.force, timer);
+  frames.push(background);
+  if (!frames.has_background())
+    throw Error(quoted(arguments.background) + " should show the bare gel, but " + frames.refusal().reason +
+                " (--force continues anyway)");
+  result.doubts = frames.doubts();
+  result.surface = frames.push(picture);
+  if (!result.surface->zero_is_bare_gel && result.mismatch.empty())
+    result.mismatch =
+        "no bare gel is seen around the contact: heights are right among themselves only, "
+        "unless picture and background do not belong together";
+  return result;
+}
+
+/// Of the ball that fits the middle of the contact best: least squares over |p|^2 = 2 c p + d around the
+/// deepest point. Nothing where no ball fits.
+std::optional<double> ball_diameter_mm(const Surface& surface) {
+  constexpr double kMaxErrorMm = 0.02;
+  cv::Point deepest;
+  cv::minMaxLoc(surface.height_mm, nullptr, nullptr, &deepest);
+  const double reach_px = 0.5 * std::sqrt(surface.contact_pixels / CV_PI);
+  std::vector<Eigen::Vector4d> rows;
+  for (int v = 0; v < surface.contact.rows; ++v)
+    for (int u = 0; u < surface.contact.cols; ++u)
+      if (surface.contact(v, u) != 0 && std::hypot(u - deepest.x, v - deepest.y) < reach_px) {
+        rows.emplace_back();
+        rows.back() << surface.point_mm({u, v}), 1.0;
+      }
+  Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d right = Eigen::Vector4d::Zero();
+  for (const Eigen::Vector4d& row : rows) {
+    normal += row * row.transpose();
+    right += row.head<3>().squaredNorm() * row;
   }
-  const GradientModel model = read_gradient_model(arguments.model);
-  if (model.maker && !arguments.quiet) std::cerr << "note: " << kMakerModelDoubt << "\n";
-  SurfaceEstimator estimator(model, background, options);
-  return estimator.estimate(read_sensor_image(arguments.image));
+  const Eigen::Vector4d solution = normal.ldlt().solve(right);
+  const Eigen::Vector3d center_mm = 0.5 * solution.head<3>();
+  const double radius_mm = std::sqrt(solution[3] + center_mm.squaredNorm());
+  double squared = 0.0;
+  for (const Eigen::Vector4d& row : rows)
+    squared += std::pow((row.head<3>() - center_mm).norm() - radius_mm, 2);
+  const bool fits = std::sqrt(squared / static_cast<double>(rows.size())) < kMaxErrorMm;  // false for NaN
+  return fits ? std::optional(2.0 * radius_mm) : std::nullopt;
 }
 
 int run_surface(const SurfaceArguments& arguments) {
@@ -118,14 +180,19 @@ int run_surface(const SurfaceArguments& arguments) {
                                       .known_entries = {kHeightFile, "height.png", "normals.png",
                                                         "contact.png", "curvature.png", "surface.ply"},
                                       .inputs = {arguments.image}});
-  const SurfacePtr surface = estimate(arguments);
+  const auto [surface, doubts, mismatch] = estimate(arguments);
   write_surface(folder.path(), *surface);
   folder.commit();
   double deepest_mm = 0.0;
   cv::minMaxLoc(surface->height_mm, &deepest_mm, nullptr);
+  const auto ball_mm = ball_diameter_mm(*surface);
+  for (const std::string& doubt : doubts) std::cerr << "warning: " << doubt << "\n";
+  if (!mismatch.empty()) std::cerr << "warning: " << mismatch << "\n";
   if (!arguments.quiet)
-    std::cout << fmt::format("contact {} pixels, deepest {:.3f} mm\n", surface->contact_pixels, -deepest_mm);
-  return surface->contact_pixels > 0 ? kExitDone : kExitNotGood;
+    std::cout << fmt::format("contact {} pixels, deepest {:.3f} mm", surface->contact_pixels, -deepest_mm)
+              << (ball_mm ? fmt::format("; its middle is round as a ball of {:.2f} mm", *ball_mm) : "")
+              << "\n";
+  return surface->contact_pixels > 0 && mismatch.empty() ? kExitDone : kExitNotGood;
 }
 
 }  // namespace
@@ -139,17 +206,20 @@ void add_surface_command(CLI::App& app, int& exit_code) {
                    "Picture of the touched gel (calibrated size, or raw from the camera)")
       ->required();
   command->add_option("--background", arguments->background, "Picture of the same gel untouched")->required();
-  command->add_option("--model", arguments->model, "The sensor's gradient model nnmodel.pth")->required();
+  command->add_option("--config", arguments->config,
+                      "The sensor's configuration (default: config.yaml beside IMAGE, else GelSight Mini)");
+  command->add_option("--model", arguments->model,
+                      "The sensor's gradient model nnmodel.pth (default: the one the configuration names)");
   command->add_option("-o,--output", arguments->output, "Folder to write")->required();
-  command->add_option("--pitch", arguments->pitch_mm, "Millimeters per pixel")
-      ->check(number_between(1e-4, 10.0))
-      ->capture_default_str();
+  command->add_option("--pitch", arguments->pitch_mm, "Millimeters per pixel (default: the configuration's)")
+      ->check(number_between(1e-4, 10.0));
+  command->add_flag("--force", arguments->force, "Continue although background or picture seem to be wrong");
   add_overwrite_flag(*command, arguments->overwrite);
   add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "Writes height_mm.npy (NumPy, 32-bit float), height.png, normals.png, contact.png, curvature.png, "
       "surface.ply.\n"
-      "Exit code 1: nothing touches the gel.\n"
+      "Exit code 1: nothing touches the gel, or picture and background do not belong together.\n"
       "Example: gelslam surface touch.png --background background.png --model nnmodel.pth -o TOUCH");
   command->callback([arguments, &exit_code] { exit_code = run_surface(*arguments); });
 }

@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "../support/run_program.hpp"
 #include "gelslam/core/npy.hpp"
@@ -79,6 +81,77 @@ TEST_F(SurfaceCommand, WritesTheHeightAndItsPictures) {
   const std::string ply = read_bytes(folder_ / "OUT" / "surface.ply").substr(0, 1000);
   EXPECT_THAT(ply, HasSubstr("element vertex 76800"));
   EXPECT_THAT(ply, HasSubstr("element face 152482"));
+}
+
+TEST_F(SurfaceCommand, SaysHowRoundTheMiddleIs) {
+  EXPECT_THAT(run("touch.png").out, HasSubstr("; its middle is round as a ball of "));
+  double found_mm = 0;
+  const std::string out = run("touch.png", {"--overwrite"}).out;
+  std::sscanf(out.c_str() + out.find("ball of "), "ball of %lf", &found_mm);
+  EXPECT_NEAR(found_mm, 8.0, 0.4);  // what docs/getting-started.md compares, within 5 %
+}
+
+TEST_F(SurfaceCommand, TheConfigurationNamesModelSizeAndPitch) {
+  write_bytes(folder_ / "other.yaml",
+              "device_config:\n  device_name: DIGIT\n  imgw: 160\n  imgh: 120\n  raw_imgw: 160\n  "
+              "raw_imgh: 120\n  cropped: true\n  ppmm: 0.1\n  calibration_model_path: nnmodel.pth\n");
+  const auto surface = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {
+        "surface", (folder_ / "touch.png").string(), "--background", (folder_ / "background.png").string(),
+        "-o",      (folder_ / "OUT").string(),       "--overwrite"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_program(GELSLAM_PROGRAM, arguments);
+  };
+  const ProgramResult result = surface({"--config", (folder_ / "other.yaml").string()});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(cv::imread((folder_ / "OUT/height.png").string()).size(), cv::Size(160, 120));
+  expect_mistake(surface({}), "no gradient model");
+}
+
+/// A GelSight Mini's lamps: bluish above, reddish below.
+cv::Mat3b in_light_of_mini(const cv::Mat3b& picture) {
+  cv::Mat3b lit = picture.clone();
+  for (int v = 0; v < lit.rows; ++v)
+    for (int u = 0; u < lit.cols; ++u) {
+      const double share = static_cast<double>(v) / lit.rows;
+      lit(v, u)[0] = cv::saturate_cast<unsigned char>(1.4 * lit(v, u)[0] * (1.2 - 0.5 * share));
+      lit(v, u)[2] = cv::saturate_cast<unsigned char>(0.9 * lit(v, u)[2] * (0.7 + 0.5 * share));
+    }
+  return lit;
+}
+
+// What the first frames of a log are asked, and whether both pictures belong together.
+TEST_F(SurfaceCommand, ChecksPictureAndBackground) {
+  const auto turned = [](const cv::Mat3b& picture) {
+    cv::Mat3b other;
+    cv::rotate(picture, other, cv::ROTATE_180);
+    return other;
+  };
+  const auto swapped = [](const cv::Mat3b& picture) {
+    cv::Mat3b other;
+    cv::cvtColor(picture, other, cv::COLOR_BGR2RGB);
+    return other;
+  };
+  const cv::Mat3b bare = in_light_of_mini(render(cv::Mat1f(kSensor, 0.0F), kPitchMm, 0.0, 1)),
+                  touch = in_light_of_mini(render(truth_, kPitchMm, 0.5, 2));
+  write_picture("bare.png", bare);
+  write_picture("lit.png", touch);
+  write_picture("bare_turned.png", turned(bare));
+  write_picture("bare_swapped.png", swapped(bare));
+  write_picture("turned.png", turned(touch));
+  write_picture("swapped.png", swapped(touch));
+  expect_mistake(run("lit.png", {}, "bare_turned.png"),
+                 "bare_turned.png': the picture seems to be upside down");
+  expect_mistake(run("lit.png", {}, "bare_swapped.png"),
+                 "bare_swapped.png': red and blue seem to be swapped");
+  expect_mistake(run("turned.png", {}, "bare.png"), "upside down");
+  expect_mistake(run("swapped.png", {}, "bare.png"), "red and blue seem to be swapped");
+  expect_mistake(run("touch.png", {}, "touch.png"), "should show the bare gel, but the gel already shows");
+  EXPECT_LE(run("turned.png", {"--force"}, "bare.png").exit_code, 1);
+  write_picture("dark.png", cv::Mat3b(cv::imread((folder_ / "touch.png").string()) * 0.05));
+  const ProgramResult dark = run("dark.png", {"--overwrite"});
+  EXPECT_EQ(dark.exit_code, 1);
+  EXPECT_THAT(dark.err, HasSubstr("does not look like the background"));
 }
 
 TEST_F(SurfaceCommand, SaysSoWhenNothingTouches) {

@@ -5,9 +5,17 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "gelslam/calibration/background_drift.hpp"
 #include "gelslam/core/median.hpp"
 
-namespace gelslam::calibration::detail {
+namespace gelslam {
+
+bool has_same_light(const cv::Mat3b& picture, const cv::Mat3b& background) {
+  using namespace calibration::detail;
+  return common_difference(shrink_to_cells(picture), shrink_to_cells(background)) <= kMaxLightLevels;
+}
+
+namespace calibration::detail {
 
 cv::Scalar median_color(const cv::Mat3f& colors) {
   cv::Scalar middle;
@@ -69,4 +77,5 @@ std::vector<ChangedPiece> changed_pieces(const cv::Mat1f& difference, double lev
   return pieces;
 }
 
-}  // namespace gelslam::calibration::detail
+}  // namespace calibration::detail
+}  // namespace gelslam

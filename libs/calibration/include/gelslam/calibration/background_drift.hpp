@@ -22,4 +22,8 @@ struct BackgroundDrift {
 /// follow_light() does not explain is a change of the gel (another one, dirt, wear).
 BackgroundDrift measure_drift(const cv::Mat3f& then, const cv::Mat3f& now);
 
+/// False where the untouched part of a picture has another color than the background of its size, as in
+/// another light, gel or sensor. Exposure counts; touches on less than half of the picture do not.
+bool has_same_light(const cv::Mat3b& picture, const cv::Mat3b& background);
+
 }  // namespace gelslam
