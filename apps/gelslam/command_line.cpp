@@ -34,16 +34,42 @@ void LogOptions::add_to(CLI::App& command) {
                   "Gradient model nnmodel.pth (default: the log's own, or the one the configuration names); "
                   "twice: of two sensors")
       ->allow_extra_args(false);
-  command.add_option("--background", background,
-                     "Image of the bare gel (default: the mean of the first frames)");
+  CLI::Option* image =
+      command.add_option("--background", background,
+                         "Image of the bare gel (default: the mean of the first frames that show it)");
+  command
+      .add_option("--background-frames", background_frames,
+                  "Frames of the log that show the bare gel, as 12-21, from 0; earlier ones are left out")
+      ->excludes(image);
+  command.add_flag("--cropped", cropped, "Pictures of another size were cropped already: only resize them");
   command.add_flag("--force", force, "Continue although the first frames seem to show contact");
 }
 
 LogInput LogOptions::input(const std::string& log, std::size_t sensor, std::size_t sensors) const {
   if (sensors > 1 && !background.empty())
     throw Error("--background is of one sensor; each of two begins with its bare gel");
-  return {log, given_for_sensor(configs, sensor, sensors, "--config"),
-          given_for_sensor(models, sensor, sensors, "--model"), background, force};
+  return {log,
+          given_for_sensor(configs, sensor, sensors, "--config"),
+          given_for_sensor(models, sensor, sensors, "--model"),
+          background,
+          force,
+          named_frames(),
+          cropped};
+}
+
+std::optional<FrameRange> LogOptions::named_frames() const {
+  if (background_frames.empty()) return std::nullopt;
+  constexpr std::int64_t most = 10000;  // all are held at once
+  FrameRange range;
+  const char *const begin = background_frames.data(), *const end = begin + background_frames.size();
+  const auto first = std::from_chars(begin, end, range.first);
+  const bool has_dash = first.ec == std::errc() && first.ptr != end && *first.ptr == '-';
+  const auto last = has_dash ? std::from_chars(first.ptr + 1, end, range.last) : first;
+  if (!has_dash || last.ec != std::errc() || last.ptr != end || range.first < 0 || range.last < range.first ||
+      range.last - range.first >= most)
+    throw Error("--background-frames " + background_frames +
+                ": give the first and the last frame, as 12-21 (at most 10000)");
+  return range;
 }
 
 void MeshUnit::add_to(CLI::App& command) {

@@ -15,10 +15,12 @@ namespace gelslam {
 /// The options by which every command that reads logs finds their configuration, model and background.
 struct LogOptions {
   std::vector<std::string> configs, models;  ///< by sensor; one: of all
-  std::string background;
-  bool force = false;
+  std::string background, background_frames;
+  bool force = false, cropped = false;
 
   void add_to(CLI::App& command);
+  /// Of --background-frames A-B.
+  std::optional<FrameRange> named_frames() const;
   /// Throws Error when there are more settings than sensors, and for a background of several.
   LogInput input(const std::string& log, std::size_t sensor = 0, std::size_t sensors = 1) const;
 };

@@ -169,6 +169,7 @@ LiveOptions LiveArguments::options(Config config, int sensor, int sensors) const
   options.show_mesh = !headless || !snapshot.empty();
   options.background = log.background;
   options.force = log.force;
+  options.background_frames = log.named_frames();
   options.overwrite = overwrite;
   if (continued.empty()) {
     options.run_folder = of_sensor(run_folder);

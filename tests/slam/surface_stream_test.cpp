@@ -127,13 +127,71 @@ TEST_F(StreamOfALog, ForcedContactIsADoubt) {
   EXPECT_THAT(open().background_doubts(), Contains(HasSubstr("the background shows contact")));
 }
 
+/// Two old pictures of a touch before the bare gel, as a camera's buffers deliver them.
+TEST_F(StreamOfALog, TheBackgroundIsFoundBehindOldPictures) {
+  record(2, true);
+  record(7, false);
+  record(3, true);
+  SurfaceStream stream = open();
+  EXPECT_THAT(stream.background_doubts(), Contains(HasSubstr("that of frames 2 to 8")));
+  for (int i = 0; i < 12; ++i) {
+    const auto item = stream.next();
+    ASSERT_TRUE(item);
+    EXPECT_EQ(item->frame, i);
+    ASSERT_EQ(item->surface != nullptr, i >= 9) << i;
+    if (item->surface) EXPECT_GT(item->surface->contact_pixels, 500);
+  }
+  EXPECT_FALSE(stream.next());
+}
+
+TEST_F(StreamOfALog, NamedFramesAreTheBackground) {
+  record(11, true);
+  record(4, false);
+  record(2, true);
+  input.background_frames = FrameRange{11, 14};
+  SurfaceStream stream = open();
+  for (int i = 0; i < 17; ++i) {
+    const auto item = stream.next();
+    ASSERT_TRUE(item);
+    EXPECT_EQ(item->surface != nullptr, i >= 15) << i;
+  }
+  input.background_frames = FrameRange{9, 14};
+  EXPECT_THAT(error(), HasSubstr("the named frames should show the bare gel, but something moves"));
+  input.background_frames = FrameRange{11, 17};
+  EXPECT_THAT(error(), HasSubstr("the log ends before frame 17"));
+}
+
+/// A fault of cameras on USB. Singly it is one; a whole log of them is a camera that was moved.
+TEST_F(StreamOfALog, PicturesThatCameShiftedAreLeftOutAndCounted) {
+  const cv::Mat1f touch = ball_press(kSize, kPitchMm, 150, 120, 5, 0.8);
+  const auto write = [&](const cv::Mat1f& height, int shift_px) {
+    cv::Mat3b picture = render(height, kPitchMm, 1.0, static_cast<std::uint64_t>(recorded)), shifted;
+    picture.forEach([](cv::Vec3b& pixel, const int* at) {
+      const double x = at[1] / 160.0 - 1;
+      for (int c = 0; c < 3; ++c)
+        pixel[c] = cv::saturate_cast<uchar>(pixel[c] * (1.0 - 0.1 * (c + 2) * x * x));
+    });
+    cv::hconcat(picture.colRange(320 - shift_px, 320), picture.colRange(0, 320 - shift_px), shifted);
+    cv::imwrite((folder / ("log/" + std::to_string(recorded++) + ".png")).string(), shifted);
+  };
+  for (int i = 0; i < 10; ++i) write(cv::Mat1f(kSize, 0.0F), 0);
+  for (const int shift_px : {0, 12, 0, 47, 0}) write(touch, shift_px);
+  SurfaceStream stream = open();
+  std::vector<std::int64_t> frames;
+  while (const auto item = stream.next())
+    if (item->surface) frames.push_back(item->frame);
+  EXPECT_THAT(frames, ElementsAre(10, 12, 14));
+  EXPECT_THAT(stream.warning(), HasSubstr("left out 2 pictures"));
+  EXPECT_THAT(stream.warning(), HasSubstr("the first: frame 11, by about 12 pixels"));
+}
+
 // As a live scan does it.
 TEST_F(StreamOfALog, FramesWaitUntilTheGelIsBare) {
   FrameToSurface frames(resolve_config(input), "", false, timer);
   const auto push = [&](double depth_mm) {
     const cv::Mat1f height = ball_press(kSize, kPitchMm, 150, 120, 5, depth_mm);
     cv::Mat3b picture = render(height, kPitchMm, 1.0, static_cast<std::uint64_t>(recorded++));
-    return frames.push(picture);
+    return frames.push(picture, recorded);
   };
   for (int i = 0; i < 9; ++i) EXPECT_FALSE(push(0.8));
   EXPECT_EQ(frames.refusal().reason, "") << "too few to judge";

@@ -55,7 +55,7 @@ struct LiveSlam::Impl {
       : options(live_options),
         source(std::move(frames)),
         board(source->description()),
-        surface(options.config, options.background, options.force, board, timer),
+        surface(options, board, timer),
         tracking(options.config.slam, relocalization_share(options),
                  options.continued ? &*options.continued : nullptr, options.stream.get(), measured, board,
                  timer),

@@ -2,14 +2,12 @@
 
 namespace gelslam::slam::detail {
 
-SurfaceStage::SurfaceStage(const Config& config, const std::filesystem::path& background, bool force,
-                           LiveBoard& board, StageTimer& timer)
-
+SurfaceStage::SurfaceStage(const LiveOptions& options, LiveBoard& board, StageTimer& timer)
     : board_(board),
       timer_(timer),
-      decoder_(config.sensor),
-      frames_(config, background, force, timer),
-      most_background_frames_(static_cast<std::size_t>(config.background_frames)) {
+      decoder_(options.config.sensor),
+      frames_(options.config, options.background, options.force, timer, options.background_frames),
+      most_background_frames_(static_cast<std::size_t>(options.config.background_frames)) {
   if (frames_.has_background()) report_background();
 }
 
@@ -18,11 +16,15 @@ void SurfaceStage::run(RawQueue& in, TrackerQueue& out) {
     std::optional<TactileImage> image = decode(**frame);
     if (!image) continue;
     const bool had_background = frames_.has_background();
-    SurfacePtr surface = frames_.push(image->bgr);
+    SurfacePtr surface = frames_.push(image->bgr, image->index);
     if (!had_background) {
       background_frames_.push_back(*frame);
       if (background_frames_.size() > most_background_frames_) background_frames_.pop_front();
       report_background();
+    } else if (!surface) {
+      board_.frame_damaged();
+      board_.warn_about("the pictures' place", frames_.warning());
+      continue;
     }
     if (!out.push(SurfacedFrame{std::move(*image), std::move(surface), (*frame)->arrived})) return;
   }

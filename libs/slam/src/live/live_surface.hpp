@@ -1,7 +1,6 @@
 #pragma once
 
 #include <deque>
-#include <filesystem>
 #include <optional>
 
 #include "gelslam/core/stage_timer.hpp"
@@ -16,8 +15,7 @@ namespace gelslam::slam::detail {
 class SurfaceStage {
  public:
   /// Throws Error when the model or the background image cannot be read.
-  SurfaceStage(const Config& config, const std::filesystem::path& background, bool force, LiveBoard& board,
-               StageTimer& timer);
+  SurfaceStage(const LiveOptions& options, LiveBoard& board, StageTimer& timer);
 
   void run(RawQueue& in, TrackerQueue& out);
   /// LiveSlam::background_frames(); after run().

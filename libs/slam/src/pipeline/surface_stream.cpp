@@ -1,16 +1,35 @@
 #include "gelslam/slam/surface_stream.hpp"
 
+#include <cstdlib>
 #include <utility>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/sensor/image_input.hpp"
 
 namespace gelslam {
+namespace {
+
+// In how many times the background's frames it is looked for where a log does not begin with it.
+constexpr std::size_t kLookAhead = 4;
+constexpr int kMostShiftedInARow = 10;
+
+std::string ended_early(std::size_t frames, const LogInput& input, int wanted) {
+  if (input.background_frames)
+    return "the log ends before frame " + std::to_string(input.background_frames->last) +
+           ", the last that was named for the background";
+  return "the log has only " + std::to_string(frames) + " frames, fewer than the " + std::to_string(wanted) +
+         " without contact that it must start with (background_frames in the configuration, or give "
+         "--background)";
+}
+
+}  // namespace
 
 FrameToSurface::FrameToSurface(const Config& config, const std::filesystem::path& background, bool force,
-                               StageTimer& timer)
+                               StageTimer& timer, const std::optional<FrameRange>& named)
     : config_(config),
       force_(force),
+      named_(named),
       timer_(timer),
       color_gain_(config.color_gain_bgr),
       model_(read_gradient_model(config.sensor.calibration_model_path)) {
@@ -20,15 +39,16 @@ FrameToSurface::FrameToSurface(const Config& config, const std::filesystem::path
   set_background(image);
 }
 
-SurfacePtr FrameToSurface::push(cv::Mat3b& bgr) {
+SurfacePtr FrameToSurface::push(cv::Mat3b& bgr, std::int64_t index) {
   color_gain_.apply(bgr);
   if (!estimator_) {
-    gather_background(bgr);
+    gather_background(bgr, index);
     return nullptr;
   }
   SurfacePtr surface;
   {
     const auto scope = timer_.measure("surface");
+    if (is_shifted(bgr, index)) return nullptr;
     surface = estimator_->estimate(bgr);
   }
   const SurfaceTimings& times = estimator_->timings();
@@ -39,19 +59,56 @@ SurfacePtr FrameToSurface::push(cv::Mat3b& bgr) {
   return surface;
 }
 
-void FrameToSurface::gather_background(const cv::Mat3b& bgr) {
+bool FrameToSurface::is_shifted(const cv::Mat3b& bgr, std::int64_t index) {
+  const int shift_px = estimator_->sideways_shift_px(bgr);
+  shifted_in_a_row_ = shift_px == 0 ? 0 : shifted_in_a_row_ + 1;
+  // A fault passes; what stays is the light, or a camera that was moved.
+  if (shift_px == 0 || shifted_in_a_row_ > kMostShiftedInARow) return false;
+  if (shifted_++ == 0)
+    first_shifted_ =
+        "frame " + std::to_string(index) + ", by about " + std::to_string(std::abs(shift_px)) + " pixels";
+  return true;
+}
+
+std::string FrameToSurface::warning() const {
+  if (shifted_ == 0) return "";
+  return "left out " + counted(shifted_, "picture") +
+         " shifted sideways on the way from the camera (the first: " + first_shifted_ + ")";
+}
+
+void FrameToSurface::gather_background(const cv::Mat3b& bgr, std::int64_t index) {
+  if (named_ && index < named_->first) return;
   const auto wanted = static_cast<std::size_t>(config_.background_frames);
   candidates_.push_back(bgr.clone());
-  if (candidates_.size() > wanted) candidates_.pop_front();
-  if (candidates_.size() < wanted) return;
+  if (!named_ && candidates_.size() > wanted) candidates_.pop_front();
+  if (named_ ? index < named_->last : candidates_.size() < wanted) return;
   const std::vector<cv::Mat3b> pictures(candidates_.begin(), candidates_.end());
   refusal_ = check_background(pictures, model_, config_.surface, config_.sensor.device_name);
-  const bool is_refused = refusal_.contact || refusal_.markers;
+  if (named_ && refusal_.moves && !force_)
+    throw Error("the named frames should show the bare gel, but " + refusal_.reason);
+  const bool is_refused = refusal_.markers || (refusal_.contact && !named_);
   if (is_refused && !force_) return;
   if (refusal_.contact) doubts_.push_back("the background shows contact: " + refusal_.reason);
   refusal_ = {};
   set_background(background_image(pictures));
   candidates_.clear();
+}
+
+std::optional<BareStretch> FrameToSurface::take_bare_stretch(const std::deque<TactileImage>& seen) {
+  std::vector<cv::Mat3b> pictures;
+  for (const TactileImage& image : seen) {
+    pictures.push_back(image.bgr.clone());
+    color_gain_.apply(pictures.back());
+  }
+  const auto most = static_cast<std::size_t>(config_.background_frames);
+  const auto stretch = find_bare_stretch(pictures, most, model_, config_.surface);
+  if (!stretch) return std::nullopt;
+  const auto first = pictures.begin() + static_cast<std::ptrdiff_t>(stretch->begin);
+  set_background(background_image({first, first + static_cast<std::ptrdiff_t>(stretch->count)}));
+  doubts_.push_back("the background is that of frames " + std::to_string(seen[stretch->begin].index) +
+                    " to " + std::to_string(seen[stretch->begin + stretch->count - 1].index) +
+                    "; earlier ones do not agree with them, as a camera's old buffers, and are left out");
+  return stretch;
 }
 
 void FrameToSurface::set_background(const cv::Mat3b& background) {
@@ -68,33 +125,46 @@ SurfaceStream::SurfaceStream(const LogInput& input, const Config& config, StageT
 
 SurfaceStream::SurfaceStream(std::unique_ptr<FrameSource> source, const LogInput& input, const Config& config,
                              StageTimer& timer, const std::function<void(const std::string&)>& ask)
-    : timer_(timer), source_(std::move(source)), frames_(config, input.background, input.force, timer) {
+    : timer_(timer),
+      source_(std::move(source)),
+      frames_(config, input.background, input.force, timer, input.background_frames) {
   bool asked = false;
-  read_background(config.background_frames, [&](const BackgroundCheck& refusal) {
+  std::deque<TactileImage> seen;
+  while (!frames_.has_background()) {
+    std::optional<TactileImage> image = source_->next();
+    if (!image) throw Error(ended_early(seen.size(), input, config.background_frames));
+    background_items_.push_back({image->index, image->time_s, nullptr});
+    if (!ask) seen.push_back({image->bgr.clone(), image->time_s, image->index});
+    frames_.push(image->bgr, image->index);
+    const BackgroundCheck& refusal = frames_.refusal();
+    if (!refusal.contact && !refusal.markers) continue;
+    if (!ask && look_further(seen, kLookAhead * static_cast<std::size_t>(config.background_frames))) return;
+    if (refusal.markers) throw Error(refusal.reason + " (--force continues anyway)");
     if (!ask)
       throw Error("the log's first " + std::to_string(background_items_.size()) +
                   " frames should show the bare gel, but " + refusal.reason +
                   (refusal.turned ? " (--force continues anyway)"
-                                  : " (record again without touching, give --background IMAGE, or continue "
-                                    "with --force)"));
+                                  : " (record again without touching, name bare frames with "
+                                    "--background-frames A-B or a picture with --background IMAGE, or "
+                                    "continue with --force)"));
     if (!std::exchange(asked, true)) ask(refusal.request());
-  });
+  }
 }
 
-void SurfaceStream::read_background(int frames, const std::function<void(const BackgroundCheck&)>& refuse) {
-  while (!frames_.has_background()) {
+/// For the background beyond the pictures `seen`.
+bool SurfaceStream::look_further(std::deque<TactileImage> seen, std::size_t most) {
+  while (seen.size() < most) {
     std::optional<TactileImage> image = source_->next();
-    if (!image)
-      throw Error("the log has only " + std::to_string(background_items_.size()) +
-                  " frames, fewer than the " + std::to_string(frames) +
-                  " without contact that it must start with (background_frames in the configuration, or "
-                  "give --background)");
-    background_items_.push_back({image->index, image->time_s, nullptr});
-    frames_.push(image->bgr);
-    const BackgroundCheck& refusal = frames_.refusal();
-    if (refusal.markers) throw Error(refusal.reason + " (--force continues anyway)");
-    if (refusal.contact) refuse(refusal);
+    if (!image) break;
+    seen.push_back(std::move(*image));
   }
+  const auto stretch = frames_.take_bare_stretch(seen);
+  if (!stretch) return false;
+  background_items_.clear();
+  for (std::size_t i = 0; i < stretch->begin + stretch->count; ++i, seen.pop_front())
+    background_items_.push_back({seen.front().index, seen.front().time_s, nullptr});
+  ahead_ = std::move(seen);
+  return true;
 }
 
 std::optional<SurfaceStream::Item> SurfaceStream::next() {
@@ -103,14 +173,26 @@ std::optional<SurfaceStream::Item> SurfaceStream::next() {
     background_items_.pop_front();
     return item;
   }
-  std::optional<TactileImage> image;
-  {
+  while (std::optional<TactileImage> image = next_image())
+    if (SurfacePtr surface = frames_.push(image->bgr, image->index))
+      return Item{image->index, image->time_s, std::move(surface), std::move(image->bgr)};
+  return std::nullopt;
+}
+
+std::optional<TactileImage> SurfaceStream::next_image() {
+  if (ahead_.empty()) {
     const auto scope = timer_.measure("decode");
-    image = source_->next();
+    return source_->next();
   }
-  if (!image) return std::nullopt;
-  SurfacePtr surface = frames_.push(image->bgr);
-  return Item{image->index, image->time_s, std::move(surface), std::move(image->bgr)};
+  TactileImage image = std::move(ahead_.front());
+  ahead_.pop_front();
+  return image;
+}
+
+std::string SurfaceStream::warning() const {
+  std::string text = source_->warning();
+  append_sentence(text, frames_.warning());
+  return text;
 }
 
 }  // namespace gelslam

@@ -14,6 +14,9 @@
 namespace gelslam {
 namespace {
 
+// Where surfaces fit each other at all, no pose is known this badly.
+constexpr double kSenselessMm = 10.0, kSenselessDeg = 90.0;
+
 constexpr std::size_t kMotions = 6;
 
 double worst_sigma(const Eigen::Matrix3d& covariance) {
@@ -94,6 +97,8 @@ std::string describe(const TrajectoryUncertainty& uncertainty) {
   if (uncertainty.deg.amount > kLargeDriftDeg)
     amounts += fmt::format("{}{:.0f} degrees", amounts.empty() ? "" : " and ", uncertainty.deg.amount);
   std::string text = amounts.empty() ? "" : "poses may be off by " + amounts;
+  if (uncertainty.deg.amount > kSenselessDeg && uncertainty.mm.amount > kSenselessMm)
+    text += " (is the picture mirrored, or the model another sensor's?)";
   if (uncertainty.hidden.empty()) return text;
   std::array<bool, kMotions> observable;
   observable.fill(true);

@@ -42,6 +42,7 @@ FoundConfig config_of_log(const LogInput& input) {
 
 FoundConfig look_up(const LogInput& input) {
   FoundConfig found = input.log.empty() ? found_config(input.config) : config_of_log(input);
+  found.config.sensor.cropped |= input.cropped;
   if (!input.model.empty()) found.config.sensor.calibration_model_path = fs::absolute(input.model);
   return found;
 }

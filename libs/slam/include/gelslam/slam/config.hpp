@@ -1,7 +1,9 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -37,6 +39,11 @@ GradientModel read_gradient_model(const std::filesystem::path& file);
 /// The effective configuration as YAML with a comment per key; read_config gives the same values back.
 std::string write_config(const Config& config);
 
+/// Frames of a log, from 0, both included.
+struct FrameRange {
+  std::int64_t first = 0, last = 0;
+};
+
 /// What a person names on the command line.
 struct LogInput {
   std::filesystem::path log;  ///< recorded log, video, folder of images, or data folder of the public layout
@@ -47,6 +54,9 @@ struct LogInput {
   std::filesystem::path model;
   std::filesystem::path background;  ///< an image; empty: the log's first frames
   bool force = false;                ///< go on although the background frames seem to show contact
+  /// The frames that show the bare gel; earlier ones are left out.
+  std::optional<FrameRange> background_frames = {};
+  bool cropped = false;  ///< SensorProfile::cropped, whatever the configuration says
 };
 
 /// For a log that continues a run, or a camera in the map of a run (`run` is not empty): the configuration is

@@ -25,6 +25,7 @@ struct LiveOptions {
   std::filesystem::path log;         ///< what is replayed; empty for a camera
   std::filesystem::path background;  ///< an image; empty: the first frames
   bool force = false;                ///< take the first frames as background whatever they show
+  std::optional<FrameRange> background_frames = {};  ///< as in LogInput
   /// A camera does not wait: frames that arrive while we are behind are left out, whole. False: every frame
   /// is used, as fast as it can be.
   bool drop_when_behind = true;

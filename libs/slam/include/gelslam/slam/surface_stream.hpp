@@ -24,24 +24,34 @@ namespace gelslam {
 class FrameToSurface {
  public:
   /// `background`: an image file, or empty. `force`: take the first pictures even if they show contact.
-  /// Throws Error when the model or the image cannot be read.
-  FrameToSurface(const Config& config, const std::filesystem::path& background, bool force,
-                 StageTimer& timer);
+  /// `named`: the pictures that a person named, instead of the first ones. Throws Error when the model or the
+  /// image cannot be read.
+  FrameToSurface(const Config& config, const std::filesystem::path& background, bool force, StageTimer& timer,
+                 const std::optional<FrameRange>& named = {});
 
-  /// Applies the color gain to `bgr` in place. Null for pictures that go into the background.
-  SurfacePtr push(cv::Mat3b& bgr);
+  /// Applies the color gain to `bgr` in place. `index`: of the frame in the log. Null for pictures that go
+  /// into the background, or come before it, and later for pictures that came shifted sideways, which are
+  /// damaged. Throws Error when the pictures that were named do not agree.
+  SurfacePtr push(cv::Mat3b& bgr, std::int64_t index);
+  /// Takes the background from the longest bare stretch of `seen` (find_bare_stretch). Nothing where there is
+  /// none.
+  std::optional<BareStretch> take_bare_stretch(const std::deque<TactileImage>& seen);
   bool has_background() const { return estimator_.has_value(); }
   /// Why the newest pictures are not the background: contact or markers. No reason while there are too few.
   const BackgroundCheck& refusal() const { return refusal_; }
   /// What makes the background doubtful, as sentences for the user. Complete once there is a background.
   const std::vector<std::string>& doubts() const { return doubts_; }
+  /// How many pictures came shifted, as a sentence for the user, or "".
+  std::string warning() const;
 
  private:
-  void gather_background(const cv::Mat3b& bgr);
+  bool is_shifted(const cv::Mat3b& bgr, std::int64_t index);
+  void gather_background(const cv::Mat3b& bgr, std::int64_t index);
   void set_background(const cv::Mat3b& background);
 
   const Config config_;
   const bool force_;
+  const std::optional<FrameRange> named_;
   StageTimer& timer_;
   ColorGain color_gain_;
   GradientModel model_;
@@ -49,9 +59,12 @@ class FrameToSurface {
   BackgroundCheck refusal_;
   std::vector<std::string> doubts_;
   std::optional<SurfaceEstimator> estimator_;
+  int shifted_ = 0, shifted_in_a_row_ = 0;
+  std::string first_shifted_;
 };
 
-/// A log, or a camera, as a stream of surfaces. Holds no more than the background's pictures at once.
+/// A log, or a camera, as a stream of surfaces. Holds no more pictures at once than it looks through for the
+/// background.
 class SurfaceStream {
  public:
   struct Item {
@@ -61,7 +74,8 @@ class SurfaceStream {
     cv::Mat3b picture{};  ///< that it was made of; empty for background frames
   };
 
-  /// Reads the background. Throws Error when the log is no log, is shorter than its background, or shows
+  /// Reads the background: the first frames, or, where they show no bare gel, the longest stretch of frames
+  /// soon after that does. Throws Error when the log is no log, is shorter than its background, or shows
   /// contact in it (unless input.force).
   SurfaceStream(const LogInput& input, const Config& config, StageTimer& timer);
   /// Starts with a camera. It waits until the gel is bare; `ask` is told once why it waits. Without `ask` as
@@ -76,15 +90,17 @@ class SurfaceStream {
   /// FrameToSurface::doubts().
   const std::vector<std::string>& background_doubts() const { return frames_.doubts(); }
   /// What was wrong with the log, for the user, or "" (complete at the end).
-  std::string warning() const { return source_->warning(); }
+  std::string warning() const;
 
  private:
-  void read_background(int frames, const std::function<void(const BackgroundCheck&)>& refuse);
+  bool look_further(std::deque<TactileImage> seen, std::size_t most);
+  std::optional<TactileImage> next_image();
 
   StageTimer& timer_;
   std::unique_ptr<FrameSource> source_;  // opened first: a missing log is said before a missing model
   FrameToSurface frames_;
   std::deque<Item> background_items_;  // not handed out yet
+  std::deque<TactileImage> ahead_;     // read while the background was looked for
 };
 
 }  // namespace gelslam
