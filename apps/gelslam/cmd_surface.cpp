@@ -131,12 +131,17 @@ CheckedSurface estimate(const SurfaceArguments& arguments) {
     result.mismatch = "the untouched gel does not look like the background: another light, gel or sensor";
   StageTimer timer;
   FrameToSurface frames(config, {}, arguments.force, timer);
-  frames.push(background);
+  frames.push(background, 0);
   if (!frames.has_background())
     throw Error(quoted(arguments.background) + " should show the bare gel, but " + frames.refusal().reason +
                 " (--force continues anyway)");
   result.doubts = frames.doubts();
-  result.surface = frames.push(picture);
+  result.surface = frames.push(picture, 1);
+  if (!result.surface)
+    throw Error(
+        quoted(arguments.image) +
+        " lies shifted sideways against the background, as pictures do that were damaged on the way from the "
+        "camera");
   if (!result.surface->zero_is_bare_gel && result.mismatch.empty())
     result.mismatch =
         "no bare gel is seen around the contact: heights are right among themselves only, "
