@@ -74,6 +74,32 @@ TEST_F(RealData, ContactIsFoundAsSoonAsTheObjectTouches) {
   }
 }
 
+// A fingertip (a person counts 15 000 pixels), and objects of which a small part touches, read by the
+// networks of other sensors.
+TEST_F(RealData, BareGelBesideAContactIsNoContact) {
+  struct Log {
+    const char *video, *model, *background;
+    int first, step;
+  };
+  for (const Log& log :
+       {Log{"finger/finger.avi", "calibration/model/nnmodel.pth", "", 6, 6},
+        {"bare_gel/wooden_statue_4_right.avi", "real/nnmini.pt", "bare_gel/wooden_statue_4_background.png",
+         10, 8},
+        {"bare_gel/tin_box_1_right.avi", "real/nnmini.pt", "bare_gel/tin_box_1_background.png", 12, 12}}) {
+    const fs::path folder = data_folder() / "real";
+    if (!fs::exists(folder / log.video)) GTEST_SKIP() << "no " << log.video;
+    cv::VideoCapture video((folder / log.video).string());
+    cv::Mat frame;
+    for (int skipped = 0; skipped < log.first; ++skipped) ASSERT_TRUE(video.read(frame));
+    const cv::Mat3b background = *log.background != 0 ? read(folder / log.background) : frame.clone();
+    SurfaceEstimator estimator(read_model(data_folder() / log.model), background, {});
+    for (int k = log.first; video.read(frame); ++k)
+      if (k % log.step == 0) {
+        EXPECT_LE(estimator.estimate(frame)->contact_pixels, 27000) << log.video << " " << k;
+      }
+  }
+}
+
 TEST_F(RealData, BackgroundsAreCleanAndPressesAreNot) {
   for (const char* name : {"calibration", "calibration_b", "calibration_sim"}) {
     const fs::path folder = data_folder() / name;

@@ -86,7 +86,7 @@ struct SurfaceEstimator::Impl {
   // Height in mm, 0 on the untouched gel.
   cv::Mat1f height_from_gradient() {
     cv::Mat1f height_px = poisson.solve(gx, gy);
-    const BareGelLeveler::Result gel = leveler.level(height_px, changed_blocks);
+    const BareGelLeveler::Result gel = leveler.level(height_px, changed_blocks, poisson);
     scatter_mm = gel.scatter_px * static_cast<float>(options.pixel_pitch_mm);
     bare_gel_seen = gel.seen;
     return poisson.pixels(height_px, static_cast<float>(options.pixel_pitch_mm));

@@ -20,9 +20,10 @@ constexpr int kCellSquares = kCellPx / 2;  // PoissonSolver's
 constexpr float kBareSlopeRad = 0.01F;     // what unchanged gel may tilt; color changes show more
 constexpr float kBareHeightPx = 0.15F;     // 0.01 mm on a GelSight Mini
 constexpr double kMinBareShare = 0.01;     // of the picture; less is no reference
+constexpr float kUsualSlopeRad = 0.25F;    // within a contact
 // Slopes that are read too flat on one flank of a contact let bare gel beyond it come out too low by a share
-// of the contact's depth. Pressed faces lie lower than that.
-constexpr float kMaxFall = 0.3F;
+// of the contact's depth: models of another sensor read a third too flat. Pressed faces lie lower than that.
+constexpr float kMaxFall = 0.4F;
 constexpr float kMinFallPx = 3 * kBareHeightPx;
 
 constexpr int kPanel = 4 * kLanes;  // columns at a time, for which vector registers suffice
@@ -82,8 +83,7 @@ BareGelLeveler::BareGelLeveler(cv::Size size, const cv::Mat1b& confidence)
   cv::divide(changed_variance_, known, changed_variance_);
 }
 
-void BareGelLeveler::average_cells(const cv::Mat1f& height_px, const cv::Mat1b& changed) {
-  cv::resize(height_px, height_, grid_, 0, 0, cv::INTER_AREA);
+void BareGelLeveler::mark_unchanged(const cv::Mat1b& changed) {
   bare_.create(grid_);
   bare_.setTo(255);
   constexpr int kBlocks = kCellPx / kBlockPx;
@@ -92,37 +92,65 @@ void BareGelLeveler::average_cells(const cv::Mat1f& height_px, const cv::Mat1b& 
       if (changed(row, column) != 0) bare_(row / kBlocks, column / kBlocks) = 0;
 }
 
-/// Removes unchanged pieces that are pressed; returns the number of bare cells. The gel never rises above its
+/// Removes unchanged pieces that are pressed; false where there are none. The gel hardly rises above its
 /// level, so that the highest cells tell the level of bare gel.
-int BareGelLeveler::find_bare_cells() {
-  scratch_.assign(height_.begin(), height_.end());
-  highest_ = quantile_in_place(scratch_, 1 - kMinBareShare);
-  const float lowest = *std::min_element(scratch_.begin(), scratch_.end());
-  const float least = highest_ - std::max(kMaxFall * (highest_ - lowest), kMinFallPx);
+bool BareGelLeveler::remove_pressed(const cv::Mat1f& heights) {
+  const float highest = highest_of(heights);
+  const float lowest = *std::min_element(heights.begin(), heights.end());
+  const float least = highest - std::max(kMaxFall * (highest - lowest), kMinFallPx);
 
   const int pieces = cv::connectedComponents(bare_, labels_, 4, CV_32S);
   std::vector<float> sum(static_cast<std::size_t>(pieces), 0.0F), cells(sum);
   for (int row = 0; row < grid_.height; ++row)
     for (int column = 0; column < grid_.width; ++column) {
-      sum[static_cast<std::size_t>(labels_(row, column))] += height_(row, column);
+      sum[static_cast<std::size_t>(labels_(row, column))] += heights(row, column);
       ++cells[static_cast<std::size_t>(labels_(row, column))];
     }
-  int count = 0;
+  bool removed = false;
   for (int row = 0; row < grid_.height; ++row)
     for (int column = 0; column < grid_.width; ++column) {
       const auto label = static_cast<std::size_t>(labels_(row, column));
-      if (label == 0) continue;
-      if (sum[label] < least * cells[label])
-        bare_(row, column) = 0;
-      else
-        ++count;
+      if (label == 0 || sum[label] >= least * cells[label]) continue;
+      bare_(row, column) = 0;
+      removed = true;
     }
-  return count;
+  return removed;
 }
 
-/// The normal equations by banded Cholesky decomposition, cells numbered along the grid's shorter side.
-void BareGelLeveler::solve() {
-  correction_.create(grid_);
+/// The 1 % quantile of the highest.
+float BareGelLeveler::highest_of(const cv::Mat1f& heights) {
+  scratch_.assign(heights.begin(), heights.end());
+  return quantile_in_place(scratch_, 1 - kMinBareShare);
+}
+
+/// Heights of the cells, up to a constant, from slopes whose error is a share of them: the usual error
+/// belongs to a slope of kUsualSlopeRad.
+cv::Mat1f BareGelLeveler::integrate_where_flat(const LineHeights& lines) {
+  LineHeights steps;
+  cv::resize(lines.along_rows, steps.along_rows, grid_, 0, 0, cv::INTER_AREA);
+  cv::resize(lines.along_columns, steps.along_columns, grid_, 0, 0, cv::INTER_AREA);
+  cv::Mat1f variance(grid_);
+  for (int row = 0; row < grid_.height; ++row)
+    for (int column = 0; column < grid_.width; ++column) {
+      const int left = std::max(column - 1, 0), right = std::min(column + 1, grid_.width - 1),
+                above = std::max(row - 1, 0), below = std::min(row + 1, grid_.height - 1);
+      const float x = (steps.along_rows(row, right) - steps.along_rows(row, left)) /
+                      static_cast<float>(kCellPx * (right - left)),
+                  y = (steps.along_columns(below, column) - steps.along_columns(above, column)) /
+                      static_cast<float>(kCellPx * (below - above));
+      variance(row, column) = kBareSlopeRad * kBareSlopeRad + changed_variance_(row, column) *
+                                                                  (x * x + y * y) /
+                                                                  (kUsualSlopeRad * kUsualSlopeRad);
+    }
+  constexpr float kHardly = 1e-4F;  // only makes the solution unique
+  return solve(steps, variance, kHardly, cv::Mat1f(grid_, 0.0F));
+}
+
+/// Heights whose differences are `steps` but for errors of that variance of the slopes, and of which bare
+/// ones are `bare_height` but for errors of that weight: the normal equations by banded Cholesky
+/// decomposition, cells numbered along the grid's shorter side.
+cv::Mat1f BareGelLeveler::solve(const LineHeights& steps, const cv::Mat1f& variance, float bare_weight,
+                                const cv::Mat1f& bare_height) {
   const bool by_rows = grid_.width <= grid_.height;
   const int width = std::min(grid_.width, grid_.height), count = grid_.area();
   const int stride = (width / kPanel + 1) * kPanel;
@@ -132,42 +160,55 @@ void BareGelLeveler::solve() {
   band_.assign(static_cast<std::size_t>(2 * count * stride), 0.0F);
   right_side_.assign(static_cast<std::size_t>(count + stride), 0.0F);
   const auto row = [&](int i) { return band_.data() + 2 * i * stride; };
-  const auto variance = [&](cv::Point p) {
-    return bare_(p) ? kBareSlopeRad * kBareSlopeRad : changed_variance_(p);
-  };
   const auto couple = [&](int a, int b) {  // a < b
-    const float weight = 2.0F / (kCellPx * kCellPx * (variance(cell(a)) + variance(cell(b))));
+    const cv::Point from = cell(a), to = cell(b);
+    const cv::Mat1f& line = from.y == to.y ? steps.along_rows : steps.along_columns;
+    const float weight = 2.0F / (kCellPx * kCellPx * (variance(from) + variance(to)));
+    const float pull = weight * (line(to) - line(from));
     row(a)[0] += weight;
     row(b)[0] += weight;
     row(a)[b - a] -= weight;
+    right_side_[static_cast<std::size_t>(a)] -= pull;
+    right_side_[static_cast<std::size_t>(b)] += pull;
   };
   for (int i = 0; i < count; ++i) {
     if ((i + 1) % width != 0 && i + 1 < count) couple(i, i + 1);
     if (i + width < count) couple(i, i + width);
     if (bare_(cell(i)) == 0) continue;
-    constexpr float kWeight = 1.0F / (kBareHeightPx * kBareHeightPx);
-    row(i)[0] += kWeight;
-    right_side_[static_cast<std::size_t>(i)] = -kWeight * height_(cell(i));
+    row(i)[0] += bare_weight;
+    right_side_[static_cast<std::size_t>(i)] += bare_weight * bare_height(cell(i));
   }
   solve_band(band_.data(), right_side_.data(), count, stride);
-  for (int i = 0; i < count; ++i) correction_(cell(i)) = right_side_[static_cast<std::size_t>(i)];
+  cv::Mat1f result(grid_);
+  for (int i = 0; i < count; ++i) result(cell(i)) = right_side_[static_cast<std::size_t>(i)];
+  return result;
 }
 
 void BareGelLeveler::add_correction(cv::Mat1f& height_px) {
-  cv::resize(correction_, fine_, cv::Size(grid_.width * kCellSquares, grid_.height * kCellSquares), 0, 0,
+  cv::Mat1f variance = changed_variance_.clone();
+  variance.setTo(kBareSlopeRad * kBareSlopeRad, bare_);
+  const cv::Mat1f none(grid_, 0.0F);
+  const cv::Mat1f correction =
+      solve({none, none}, variance, 1.0F / (kBareHeightPx * kBareHeightPx), -height_);
+  cv::resize(correction, fine_, cv::Size(grid_.width * kCellSquares, grid_.height * kCellSquares), 0, 0,
              cv::INTER_LINEAR);
   height_px += fine_(cv::Rect(cv::Point(), height_px.size()));
 }
 
-BareGelLeveler::Result BareGelLeveler::level(cv::Mat1f& height_px, const cv::Mat1b& changed) {
-  average_cells(height_px, changed);
-  scratch_.clear();
-  if (find_bare_cells() < kMinBareShare * grid_.area()) {
-    height_px -= highest_;
+BareGelLeveler::Result BareGelLeveler::level(cv::Mat1f& height_px, const cv::Mat1b& changed,
+                                             const PoissonSolver& slopes) {
+  cv::resize(height_px, height_, grid_, 0, 0, cv::INTER_AREA);
+  mark_unchanged(changed);
+  if (remove_pressed(height_)) {
+    mark_unchanged(changed);
+    remove_pressed(integrate_where_flat(slopes.line_heights()));
+  }
+  if (cv::countNonZero(bare_) < kMinBareShare * grid_.area()) {
+    height_px -= highest_of(height_);
     return {};
   }
-  solve();
   add_correction(height_px);
+  scratch_.clear();
   for (int v = 0; v < height_px.rows; v += kCellSquares)
     for (int u = 0; u < height_px.cols; u += kCellSquares / 2)
       if (bare_(v / kCellSquares, u / kCellSquares)) scratch_.push_back(std::abs(height_px(v, u)));

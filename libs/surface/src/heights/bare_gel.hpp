@@ -3,6 +3,8 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
+#include "heights/poisson.hpp"
+
 namespace gelslam::surface::detail {
 
 /// Lays integrated heights upon the bare gel (own). Gel whose picture shows no change lies at height 0, so
@@ -12,7 +14,9 @@ namespace gelslam::surface::detail {
 ///           + sum over bare cells (h_a + d_a)² / variance of a bare height,
 /// so that errors are spread where slopes are least certain. Cells are 8 pixels wide, the equations are
 /// solved exactly. A flat face that touches has the color of bare gel, too, but lies below the highest gel by
-/// more than errors of slopes explain: such pieces of unchanged gel are not bare.
+/// more than errors of slopes explain: such pieces of unchanged gel are not bare. Errors grow with slopes, so
+/// heights are integrated again for this question, on cells, where slopes are small rather than steep: around
+/// a contact whose flanks contradict each other instead of across it.
 class BareGelLeveler {
  public:
   /// `size`: of the picture; `confidence`: confidence_map(); empty: slopes are known equally well everywhere.
@@ -23,20 +27,22 @@ class BareGelLeveler {
     float scatter_px = 0.0F;  ///< of the bare gel's heights, about 0
   };
   /// `height_px` (as PoissonSolver::solve() returns it) in place; `changed`: a block mask (block_grid()), 0
-  /// where the picture shows no change.
-  Result level(cv::Mat1f& height_px, const cv::Mat1b& changed);
+  /// where the picture shows no change; `slopes`: what has solved for the heights.
+  Result level(cv::Mat1f& height_px, const cv::Mat1b& changed, const PoissonSolver& slopes);
 
  private:
-  void average_cells(const cv::Mat1f& height_px, const cv::Mat1b& changed);
-  int find_bare_cells();
-  void solve();
+  void mark_unchanged(const cv::Mat1b& changed);
+  bool remove_pressed(const cv::Mat1f& heights);
+  float highest_of(const cv::Mat1f& heights);
+  cv::Mat1f integrate_where_flat(const LineHeights& lines);
+  cv::Mat1f solve(const LineHeights& steps, const cv::Mat1f& variance, float bare_weight,
+                  const cv::Mat1f& bare_height);
   void add_correction(cv::Mat1f& height_px);
 
   cv::Size grid_;
-  cv::Mat1f changed_variance_;     // of slopes in cells that changed
-  cv::Mat1f height_, correction_;  // of the cells: mean height, d
-  cv::Mat1b bare_;                 // cells
-  float highest_ = 0.0F;           // cells
+  cv::Mat1f changed_variance_;  // of slopes in cells that changed
+  cv::Mat1f height_;            // of the cells, as given
+  cv::Mat1b bare_;              // cells
   cv::Mat1i labels_;
   cv::Mat1f fine_;
   std::vector<float> band_, right_side_, scratch_;

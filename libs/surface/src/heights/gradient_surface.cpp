@@ -40,7 +40,7 @@ SurfacePtr GradientSurfaces::make(const cv::Mat1f& gx, const cv::Mat1f& gy, cons
   cv::bitwise_or(disturbed, touched, disturbed);
   cv::Mat1b blocks;
   gather_blocks(disturbed, blocks);
-  surface->zero_is_bare_gel = impl_->leveler.level(height_px, blocks).seen;
+  surface->zero_is_bare_gel = impl_->leveler.level(height_px, blocks, impl_->poisson).seen;
   surface->height_mm = impl_->poisson.pixels(height_px, static_cast<float>(impl_->pixel_pitch_mm));
   cv::erode(touched != 0, surface->contact, impl_->border);
   surface->contact_pixels = cv::countNonZero(surface->contact);

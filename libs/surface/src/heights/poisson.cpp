@@ -308,6 +308,21 @@ cv::Mat1f PoissonSolver::solve(const cv::Mat1f& gx, const cv::Mat1f& gy) {
   return solution_(cv::Rect(cv::Point(), grid_));
 }
 
+LineHeights PoissonSolver::line_heights() const {
+  LineHeights lines{cv::Mat1f(grid_, 0.0F), cv::Mat1f(grid_, 0.0F)};
+  for (int v = 0; v < grid_.height; ++v) {
+    const float *rightward = steps_[kStepsPerSquare * v], *leftward = steps_[kStepsPerSquare * v + 1],
+                *upward = steps_[kStepsPerSquare * v + 3];
+    float* const row = lines.along_rows[v];
+    for (int u = 1; u < grid_.width; ++u) row[u] = row[u - 1] + rightward[u - 1] + leftward[u];
+    if (v == 0) continue;
+    const float *downward = steps_[kStepsPerSquare * (v - 1) + 2], *above = lines.along_columns[v - 1];
+    float* const column = lines.along_columns[v];
+    for (int u = 0; u < grid_.width; ++u) column[u] = above[u] + downward[u] + upward[u];
+  }
+  return lines;
+}
+
 cv::Mat1f PoissonSolver::pixels(const cv::Mat1f& squares, float scale) {
   cv::Mat1f height(2 * grid_.height, 2 * grid_.width);
   for (int v = 0; v < grid_.height; ++v)
