@@ -189,7 +189,7 @@ void BareGelLeveler::add_correction(cv::Mat1f& height_px) {
   variance.setTo(kBareSlopeRad * kBareSlopeRad, bare_);
   const cv::Mat1f none(grid_, 0.0F);
   const cv::Mat1f correction =
-      solve({none, none}, variance, 1.0F / (kBareHeightPx * kBareHeightPx), -height_);
+      solve({none, none}, variance, 1.0F / (kBareHeightPx * kBareHeightPx), cv::Mat1f(-height_));
   cv::resize(correction, fine_, cv::Size(grid_.width * kCellSquares, grid_.height * kCellSquares), 0, 0,
              cv::INTER_LINEAR);
   height_px += fine_(cv::Rect(cv::Point(), height_px.size()));
