@@ -12,6 +12,7 @@
 #include "camera_input.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/file_descriptor.hpp"
+#include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/slam/pose_stream.hpp"
 #include "live_fixture.hpp"
 
@@ -93,12 +94,15 @@ TEST_F(Live, TheNextScanHasTheSameBackgroundAndALogThatStandsAlone) {
   EXPECT_EQ(summary.keyframes, keyframes) << "the same pictures";
   EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames);
   const auto log = open_raw_log(options.run_folder / "log.mkv", options.config.sensor);
+  FrameDecoder decoder(options.config.sensor);
   double last_s = -1;
   int frames = 0;
   for (; const auto frame = log->next(); ++frames) {
     EXPECT_GT(frame->time_s, std::exchange(last_s, frame->time_s));
     if (frames >= kBackgroundFrames) continue;
-    EXPECT_TRUE(frame->bytes == background[static_cast<std::size_t>(frames)]->bytes) << frames;
+    const cv::Mat3b logged = decoder.decode(*frame)->bgr,
+                    given = decoder.decode(*background[static_cast<std::size_t>(frames)])->bgr;
+    EXPECT_EQ(cv::norm(logged, given, cv::NORM_INF), 0) << frames;
   }
   EXPECT_EQ(frames, kBackgroundFrames + kScanFrames);
   EXPECT_EQ(log->lost_frames(), 0);
@@ -194,7 +198,8 @@ TEST_F(Live, WhatIsSavedOnTheWayIsTheMapOfThatMoment) {
     for (int i = 0; i < 5; ++i) session->save_now();
   });
   source->before(50, [&] {
-    EXPECT_TRUE(comes_true([&] { return session->map()->nodes.back().frame > 40; }));  // after all saves
+    session->undo_last_trial();  // the mapper hears of it after all saves
+    EXPECT_TRUE(comes_true([&] { return session->map()->nodes.empty(); }));
     EXPECT_THAT(read("report.json"), HasSubstr("\"total\": 40"));
   });
   start().wait();

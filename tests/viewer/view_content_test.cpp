@@ -91,8 +91,8 @@ TEST(ViewContent, MistakesAreNamed) {
   write_bytes(folder / "RUN" / "keyframes.tum", "0 0 0 0 0 0 0 1\n");
   EXPECT_THAT(message(folder / "RUN"), HasSubstr("keyframes.tum lists 1 keyframes, session/ 3"));
   write_run(folder / "RUN", 3);
-  write_bytes(folder / "RUN" / "session" / "2.tiff", "no picture");
-  EXPECT_THAT(message(folder / "RUN"), HasSubstr("2.tiff"));
+  write_bytes(folder / "RUN" / "session" / "session.json", "{}");
+  EXPECT_THAT(message(folder / "RUN"), HasSubstr("session.json"));
   write_run(folder / "RUN", 3);
   write_bytes(folder / "RUN" / "mesh.ply", "ply\nformat ascii 1.0\nelement vertex 999999999\n");
   EXPECT_THAT(message(folder / "RUN"), HasSubstr("mesh.ply"));
