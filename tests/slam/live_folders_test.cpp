@@ -198,6 +198,7 @@ TEST_F(Live, WhatIsSavedOnTheWayIsTheMapOfThatMoment) {
     for (int i = 0; i < 5; ++i) session->save_now();
   });
   source->before(50, [&] {
+    wait_for_touch(49);
     session->undo_last_trial();  // the mapper hears of it after all saves
     EXPECT_TRUE(comes_true([&] { return session->map()->nodes.empty(); }));
     EXPECT_THAT(read("report.json"), HasSubstr("\"total\": 40"));
