@@ -197,7 +197,7 @@ The map's frame is that of the sensor at its first full contact: x right, y down
           [](const PythonRun& self) {
             std::vector<std::pair<double, Eigen::Matrix4d>> poses;
             for (const StampedPose& stamped : self.trajectory)
-              poses.emplace_back(stamped.time_s, stamped.pose.matrix());
+              poses.emplace_back(stamped.time_s, stamped.map_T_sensor.matrix());
             return py::make_tuple(self.mesh, poses, self.report, self.reservations, self.folder.string());
           },
           [](const py::tuple& state) {

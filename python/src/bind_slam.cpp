@@ -112,14 +112,14 @@ std::optional<py::array_t<double>> frame_covariance(const PythonFrame& self) {
   return scaled_array_of(translation_first(*self.covariance), kMetersPerMm);  // exchanges both again
 }
 
-py::tuple pickled(const PythonFrame& self) {
+py::tuple pickled_frame(const PythonFrame& self) {
   const TrackedFrame& tracked = self.tracked;
   return py::make_tuple(tracked.frame, tracked.time_s, static_cast<int>(tracked.status), tracked.trial,
                         tracked.trial_T_frame.matrix(), tracked.registration, self.covariance,
                         self.keyframes);
 }
 
-PythonFrame unpickled(const py::tuple& state) {
+PythonFrame unpickled_frame(const py::tuple& state) {
   PythonFrame frame;
   frame.tracked.frame = state[0].cast<std::int64_t>();
   frame.tracked.time_s = state[1].cast<double>();
@@ -184,7 +184,7 @@ A trial is an unbroken stretch of tracking. Its frame is that of the sensor in i
             }
           },
           "Why it is not tracked; or which motions are not observable; or \"\".")
-      .def(py::pickle(&pickled, &unpickled))
+      .def(py::pickle(&pickled_frame, &unpickled_frame))
       .def("__repr__", [](const PythonFrame& self) {
         return "<gelslam.TrackedFrame " + std::to_string(self.tracked.frame) + ", " +
                std::string(name(self.tracked.status)) + ">";
