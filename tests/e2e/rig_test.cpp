@@ -103,10 +103,13 @@ TEST(RigProgram, MistakesAreSaidInOneLine) {
   const ProgramResult same = gelslam({"scan", "--camera", "7", "--camera", "7", "--headless", "-o", "run",
                                       "--model", scan().model().string()});
   EXPECT_THAT(same.err, HasSubstr("--camera 7 and --camera 7 are both /dev/video7"));
-  const ProgramResult nowhere = gelslam({"replay", log, log, "--headless"});
+  const TemporaryFolder folder;
+  const std::string other = (folder / "other").string();
+  std::filesystem::copy(log, other, std::filesystem::copy_options::recursive);
+  const ProgramResult nowhere = gelslam({"replay", log, other, "--headless"});
   EXPECT_THAT(nowhere.err, HasSubstr("two sensors need a run folder"));
   const ProgramResult tum =
-      gelslam({"replay", log, log, "--headless", "-o", "run", "--stream", "-", "--stream-format", "tum"});
+      gelslam({"replay", log, other, "--headless", "-o", "run", "--stream", "-", "--stream-format", "tum"});
   EXPECT_THAT(tum.err, HasSubstr("does not tell two sensors apart"));
 }
 

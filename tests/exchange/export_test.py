@@ -281,7 +281,7 @@ class Export(unittest.TestCase):
             ((RUN, "-o", WORK / "a.ply", "--ground-truth"), "--ground-truth has no meaning for .ply files"),
             ((RUN, "-o", WORK / "a.ply", "--max-error-mm", "0,1"), "write a point"),
             ((RUN, "-o", WORK / "a.ply", "--max-error-mm", "-1"), "is no number from"),
-            ((RUN, "-o", WORK / "nowhere/a.glb"), "cannot be created"),
+            ((RUN, "-o", WORK / "nowhere/a.glb"), "there is no folder"),
             ((mesh, "-o", WORK / "a.mcap"), "give a run folder"),
             ((WORK / "one.stl", "--html", WORK / "a.html", "--color", "confidence"), "no confidence to color it by"),
             ((mesh, "-o", WORK / "a.tum"), "give a run folder"),

@@ -139,7 +139,9 @@ TEST_F(StreamOfALog, TheBackgroundIsFoundBehindOldPictures) {
     ASSERT_TRUE(item);
     EXPECT_EQ(item->frame, i);
     ASSERT_EQ(item->surface != nullptr, i >= 9) << i;
-    if (item->surface) EXPECT_GT(item->surface->contact_pixels, 500);
+    if (item->surface) {
+      EXPECT_GT(item->surface->contact_pixels, 500);
+    }
   }
   EXPECT_FALSE(stream.next());
 }
