@@ -9,14 +9,14 @@ usage() {
 usage: scripts/demo.sh [--no-install] [DIR]
 
 Installs what is missing, builds into DIR (as scripts/build.sh; default: build in the repository), simulates
-a coin of 24 mm moved over a touch sensor, reconstructs it from the sensor's video alone, and says how far
+a pebble of 21 mm rolled over a touch sensor, reconstructs it from the sensor's video alone, and says how far
 trajectory and mesh are from the truth. Safe to run again: it replaces what an earlier run left.
 --no-install does not install packages and stops if some are missing.
 
 Leaves in demo/ in the repository:
   picture.png      the reconstruction beside the true shape
   mesh.ply         the reconstructed surface, meters
-  trajectory.tum   the sensor's pose against the coin, frame by frame, meters
+  trajectory.tum   the sensor's pose against the pebble, frame by frame, meters
   log/             the simulated log with its ground truth and calibration, as a public data folder
   run/             all that gelslam reconstruct wrote
 END
@@ -46,8 +46,8 @@ say() { echo "demo: $*"; }
 mkdir -p "$demo"
 rm -f "$demo"/{mesh.ply,trajectory.tum,picture.png,evaluation.json}
 
-say "simulating a sensor, its calibration by ball presses, and a coin moved over it (16 s of video)"
-"$gelslam" simulate scan --object coin --motion allover --frames 400 -o "$demo/log" --overwrite
+say "simulating a sensor, its calibration by ball presses, and a pebble rolled over it (16 s of video)"
+"$gelslam" simulate scan --object pebble --motion allover --frames 400 -o "$demo/log" --overwrite
 
 say "reconstructing it from the video"
 "$gelslam" reconstruct "$demo/log" -o "$demo/run" --overwrite
