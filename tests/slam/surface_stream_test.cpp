@@ -173,7 +173,8 @@ TEST_F(StreamOfALog, PicturesThatCameShiftedAreLeftOutAndCounted) {
       for (int c = 0; c < 3; ++c)
         pixel[c] = cv::saturate_cast<uchar>(pixel[c] * (1.0 - 0.1 * (c + 2) * x * x));
     });
-    cv::hconcat(picture.colRange(320 - shift_px, 320), picture.colRange(0, 320 - shift_px), shifted);
+    shifted = picture.clone();
+    for (int u = 0; u < 320; ++u) picture.col(u).copyTo(shifted.col((u + shift_px) % 320));
     cv::imwrite((folder / ("log/" + std::to_string(recorded++) + ".png")).string(), shifted);
   };
   for (int i = 0; i < 10; ++i) write(cv::Mat1f(kSize, 0.0F), 0);
