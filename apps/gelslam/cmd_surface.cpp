@@ -101,7 +101,9 @@ Config config_for(const SurfaceArguments& arguments) {
   input.log = arguments.image;
   input.config = arguments.config;
   input.model = arguments.model;
-  Config config = resolve_config(input);
+  Config config = find_config(input);
+  if (config.sensor.calibration_model_path.empty())
+    throw Error("no gradient model: give --model nnmodel.pth, or --config with calibration_model_path");
   if (arguments.pitch_mm) config.surface.pixel_pitch_mm = *arguments.pitch_mm;
   config.background_frames = 1;
   return config;

@@ -28,7 +28,7 @@ class RealRecordings : public testing::Test {
 
   /// One JSON object for every frame.
   std::vector<nlohmann::json> track(const fs::path& log, std::vector<std::string> options) const {
-    std::vector<std::string> words{"track", log.string()};
+    std::vector<std::string> words{"track", log.string(), "--format", "ndjson"};
     words.insert(words.end(), options.begin(), options.end());
     const test::ProgramResult result = run(words);
     EXPECT_LE(result.exit_code, 1) << log << ": " << result.err;

@@ -105,7 +105,7 @@ TEST_F(SurfaceCommand, TheConfigurationNamesModelSizeAndPitch) {
   const ProgramResult result = surface({"--config", (folder_ / "other.yaml").string()});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(cv::imread((folder_ / "OUT/height.png").string()).size(), cv::Size(160, 120));
-  expect_mistake(surface({}), "no gradient model");
+  test::expect_mistake(surface({}), "no gradient model");
 }
 
 /// A GelSight Mini's lamps: bluish above, reddish below.
@@ -114,8 +114,8 @@ cv::Mat3b in_light_of_mini(const cv::Mat3b& picture) {
   for (int v = 0; v < lit.rows; ++v)
     for (int u = 0; u < lit.cols; ++u) {
       const double share = static_cast<double>(v) / lit.rows;
-      lit(v, u)[0] = cv::saturate_cast<unsigned char>(1.4 * lit(v, u)[0] * (1.2 - 0.5 * share));
-      lit(v, u)[2] = cv::saturate_cast<unsigned char>(0.9 * lit(v, u)[2] * (0.7 + 0.5 * share));
+      lit(v, u)[0] = cv::saturate_cast<unsigned char>(1.4 * lit(v, u)[0] * (1.5 - 1.0 * share));
+      lit(v, u)[2] = cv::saturate_cast<unsigned char>(0.9 * lit(v, u)[2] * (0.5 + 1.0 * share));
     }
   return lit;
 }
