@@ -123,6 +123,8 @@ def reconstruct(
     config: Optional[_Path] = None,
     force: bool = False,
     continue_from: Optional[_Path] = None,
+    background_frames: Optional[tuple[int, int]] = None,
+    cropped: bool = False,
     progress: _Progress = False,
 ) -> Run: ...
 def merge(

@@ -154,12 +154,11 @@ Moments moments_of(const PythonRun& run) {
   for (const py::handle& log : report["logs"]) {  // a pose is of the last log that begins before it
     const bool is_second = log.contains("sensor") && log["sensor"].cast<int>() == 1;
     const auto first_time_s = log["first_time_s"].cast<double>(),
-               start_s = is_second ? log["start_s"].cast<double>() : first_time_s,
-               rate = is_second ? log["rate"].cast<double>() : 1.0;
+               start_s = is_second ? log["start_s"].cast<double>() : first_time_s;
     for (std::size_t i = 0; i < run.trajectory.size(); ++i) {
       const double time_s = run.trajectory[i].time_s;
       if (time_s < first_time_s) continue;
-      moments.trajectory[i].time_s = is_second ? start_s + rate * (time_s - first_time_s) : time_s;
+      moments.trajectory[i].time_s = is_second ? start_s + time_s - first_time_s : time_s;
       moments.sensors[i] = is_second ? 1 : 0;
     }
   }
@@ -225,14 +224,19 @@ bool stop_by_signal() {
 
 PythonRun reconstruct_log(const fs::path& log, const OptionalPath& model, const OptionalPath& background,
                           const OptionalPath& config, bool force, const OptionalPath& continue_from,
-                          const py::object& progress) {
+                          const std::optional<std::pair<std::int64_t, std::int64_t>>& background_frames,
+                          bool cropped, const py::object& progress) {
+  if (background_frames &&
+      (background_frames->first < 0 || background_frames->second < background_frames->first))
+    throw Error("background_frames: give the first and the last frame, as (12, 21)");
   PythonProgress sink(progress);
   PythonRun run;
   {
     const py::gil_scoped_release release;
     const fs::path continued = continue_from.value_or("");
-    const LogInput input = with_settings_of_run(
-        {log, config.value_or(""), model.value_or(""), background.value_or(""), force}, continued);
+    LogInput named{log, config.value_or(""), model.value_or(""), background.value_or(""), force, {}, cropped};
+    if (background_frames) named.background_frames = {background_frames->first, background_frames->second};
+    const LogInput input = with_settings_of_run(std::move(named), continued);
     run = python_run(reconstruct(input, resolve_config(input), sink, stop_by_signal, continued));
   }
   warn_of(run);
@@ -326,13 +330,16 @@ void bind_run(py::module_& module) {
   add_run(module);
   module.def("reconstruct", &reconstruct_log, py::arg("log"), py::arg("model") = py::none(), py::kw_only(),
              py::arg("background") = py::none(), py::arg("config") = py::none(), py::arg("force") = false,
-             py::arg("continue_from") = py::none(), py::arg("progress") = false,
+             py::arg("continue_from") = py::none(), py::arg("background_frames") = py::none(),
+             py::arg("cropped") = false, py::arg("progress") = false,
              R"(Turns a log into a Run, as `gelslam reconstruct` does; the same log gives the same result.
 
 log: a video, a folder of pictures, a log of `gelslam record`, or a data folder. model and config: default: those in or
 beside the log. background: an image; default: the log's first frames, which must show the bare gel. force: go on
 although they seem to show contact. continue_from: a run folder that the log continues: the same object, sensor and
-model; it stays as it is, and its configuration counts unless config names one. progress: True for a line on stderr, or a function of (task, done, total or None).
+model; it stays as it is, and its configuration counts unless config names one. background_frames: (first, last) of
+the log that show the bare gel; earlier ones are left out. cropped: pictures of another size were cropped already.
+progress: True for a line on stderr, or a function of (task, done, total or None).
 Ctrl-C raises KeyboardInterrupt.)");
   module.def(
       "merge", &merge_runs, py::arg("runs"), py::arg("output"), py::kw_only(), py::arg("overwrite") = false,

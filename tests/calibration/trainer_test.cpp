@@ -238,14 +238,6 @@ TEST(BallSizes, MeasureAWrongDiameterByItsColors) {
   EXPECT_NEAR(steepness(7.4, 9.5), 6.31 / 7.4, 0.05);
 }
 
-TEST(BallSizes, RadiiForDiametersAreRefused) {
-  PressSet set = forty_labelled();
-  require_possible_diameters(set, zones_of_labelled().zones, 0.0634);
-  for (CalibrationPress& press : set.presses) press.diameter_mm *= 0.5;
-  EXPECT_THAT(message_of<Error>([&] { require_possible_diameters(set, zones_of_labelled().zones, 0.0634); }),
-              testing::HasSubstr("does catalog.csv give the radius?"));
-}
-
 TEST(BallSizes, ContradictInWordsOrNotAtAll) {
   EXPECT_EQ(contradiction_between_sizes({}), "");
   EXPECT_EQ(contradiction_between_sizes({{6.31, 9.5, 1.03}}), "");

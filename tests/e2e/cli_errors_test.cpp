@@ -207,16 +207,6 @@ TEST(Cli, NoOutputReplacesWhatIsThereUnasked) {
     EXPECT_EQ(test::read_bytes(folder / file), "precious");
 }
 
-TEST(Cli, TooLittleMemoryIsNoInternalError) {
-  const TemporaryFolder folder;
-  const std::string file = (folder / "large.npy").string();
-  test::write_bytes(file, "");
-  fs::resize_file(file, std::uintmax_t{1} << 30);
-  expect_mistake(test::run_program(
-                     "/bin/sh", {"-c", "ulimit -v 1500000; exec \"$0\" info \"$1\"", GELSLAM_PROGRAM, file}),
-                 "there is not enough memory");
-}
-
 TEST(InfoErrors, EveryUnusableInputIsOneLine) {
   const TemporaryFolder folder;
   test::write_bytes(folder / "text.avi", "no video\n");

@@ -102,7 +102,7 @@ TEST(Record, MistakesAreOneLineAndLeaveNothing) {
         Mistake{{"--camera", "5", "--camera", "/dev/video5", "-o", to}, "are both /dev/video5; name two"},
         Mistake{{"--camera", "5", "--camera", "6", "--camera", "7", "-o", to}, "two sensors, not 3"},
         Mistake{{"--from", from, "--model", from, "--model", from, "-o", to}, "more often than"},
-        Mistake{{"--from", from, "--device", "0"}, "excludes"}}) {
+        Mistake{{"--from", from, "--camera", "0"}, "excludes"}}) {
     std::vector<std::string> arguments{"record"};
     arguments.insert(arguments.end(), mistake.arguments.begin(), mistake.arguments.end());
     const ProgramResult result = gelslam(arguments);

@@ -157,7 +157,7 @@ class Maps(unittest.TestCase):
                                   ignore=shutil.ignore_patterns("circles.csv", "model"))
         for words, function, *arguments in [
                 ("add overwrite=True", self.run_.save, self.run_folder),
-                ("give background=IMAGE, or continue with force=True", gelslam.reconstruct, touching, simulated.MODEL),
+                ("a picture with background=IMAGE, or continue with force=True", gelslam.reconstruct, touching, simulated.MODEL),
                 ('give model="nnmodel.pth", or name', gelslam.reconstruct, touching),
                 ("gelslam.fuse() makes its map and mesh, gelslam scan --continue goes on", gelslam.read_run, unfinished),
                 ("give truncation_mm, too", lambda: gelslam.fuse(self.run_folder, voxel_size_mm=2.0)),
@@ -183,7 +183,7 @@ class Maps(unittest.TestCase):
         named = {{"camera": "device"}.get(name, name).replace("-", "_") for name in named}
         self.assertGreater(len(named), 5)
         self.assertEqual(named - set(arguments), set())
-        self.assertEqual({name for name in named if arguments[name] == "bool"}, {"overwrite", "force", "automatic"})
+        self.assertEqual({name for name in named if arguments[name] == "bool"}, {"overwrite", "force", "automatic", "cropped"})
 
 
 if __name__ == "__main__":

@@ -249,7 +249,7 @@ void check_run_files(const fs::path& folder) {
     }
   if (fs::exists(fs::symlink_status(folder / "saved.tmp", code)))
     throw Error(folder.string() +
-                ": its last save is not complete; gelslam fuse or scan --continue completes it");
+                ": its last save is not complete; gelslam fuse or gelslam scan --continue completes it");
 }
 
 void check_is_run(const fs::path& folder, RunNeeds needs) {

@@ -6,9 +6,7 @@
 #include <map>
 
 #include "gelslam/calibration/ball_zones.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
-#include "presses/press_fit.hpp"
 #include "training/color_field.hpp"
 
 namespace gelslam {
@@ -56,12 +54,6 @@ constexpr double kMinFactor = 0.4, kMaxFactor = 2.5, kFactorStep = 1.02;
 constexpr double kRobustChange = 0.02;  // of full brightness
 // Or its inverse. Three sets with right diameters: 1.00 to 1.02; diameters 11 % off: 1.09 to 1.14.
 constexpr double kMaxSteepness = 1.08;
-
-constexpr double kWantedSizePoints = 900, kSizeDecayPx = 8.0;
-// By which share of the cost a ball of twice the diameter explains a size's presses better (median): the gel
-// follows no ball to its rim, so it always does. Nine right sizes of six sets: 0.01 to 0.06; their radii for
-// diameters: 0.10 to 0.31.
-constexpr double kMaxGainOfLarger = 0.08;
 
 double residual(const ColorField& field, const std::vector<SlopeSample>& samples, double factor) {
   double sum = 0.0;
@@ -126,26 +118,6 @@ std::vector<BallSizeComparison> compare_ball_sizes(const PressSet& set, const st
     comparisons.push_back({first->first, other->first, std::sqrt(forth / back)});
   }
   return comparisons;
-}
-
-void require_possible_diameters(const PressSet& set, const std::vector<BallZone>& zones,
-                                double pixel_pitch_mm) {
-  std::map<double, std::vector<double>> gains;
-  for (const BallZone& zone : zones) {
-    const CalibrationPress& press = set.presses[zone.press];
-    const PressPoints points = points_around({zone.u_px, zone.v_px, zone.radius_px},
-                                             relative_change(press.bgr, set.background), kWantedSizePoints);
-    const PressShape start{zone.u_px, zone.v_px, zone.radius_px, kSizeDecayPx};
-    const double ball_px = press.ball_px(pixel_pitch_mm);
-    gains[press.diameter_mm].push_back(1.0 - fit_press(points, start, 2.0 * ball_px).cost /
-                                                 fit_press(points, start, ball_px).cost);
-  }
-  for (const auto& [diameter_mm, gain] : gains)
-    if (gain.size() >= kMinZones && median(gain) > kMaxGainOfLarger)
-      throw Error(
-          fmt::format("'{}': balls of {:.2f} mm diameter cannot make contacts as wide as these, larger ones "
-                      "can: does catalog.csv give the radius? It must give the diameter",
-                      set.folder.string(), diameter_mm));
 }
 
 std::string contradiction_between_sizes(const std::vector<BallSizeComparison>& comparisons) {

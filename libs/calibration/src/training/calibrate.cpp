@@ -49,7 +49,6 @@ Calibration calibrate(const PressSet& set, const CalibrationOptions& options, Pr
   for (const RejectedPress& press : zones.rejected)
     say_left_out(set.presses[press.press].name + ": " + press.reason);
   require_good_coverage(set, zones);
-  require_possible_diameters(set, zones.zones, training.pixel_pitch_mm);
   const std::string contradiction =
       contradiction_between_sizes(compare_ball_sizes(set, zones.zones, training.pixel_pitch_mm));
   if (!contradiction.empty()) throw Error("'" + set.folder.string() + "': " + contradiction);

@@ -80,11 +80,6 @@ struct BallSizeComparison {
 std::vector<BallSizeComparison> compare_ball_sizes(const PressSet& set, const std::vector<BallZone>& zones,
                                                    double pixel_pitch_mm);
 
-/// Throws Error for diameters that are too small for the contacts, such as radii (own): a ball of twice the
-/// diameter explains the pictures (fit_press) far better. Sizes with fewer than five zones are not judged.
-void require_possible_diameters(const PressSet& set, const std::vector<BallZone>& zones,
-                                double pixel_pitch_mm);
-
 /// A sentence about two sizes that contradict each other, or "".
 std::string contradiction_between_sizes(const std::vector<BallSizeComparison>& comparisons);
 
