@@ -7,6 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "../support/data_folder.hpp"
 #include "../support/run_program.hpp"
 #include "gelslam/core/npy.hpp"
 #include "linear_gel.hpp"
@@ -108,50 +109,38 @@ TEST_F(SurfaceCommand, TheConfigurationNamesModelSizeAndPitch) {
   test::expect_mistake(surface({}), "no gradient model");
 }
 
-/// A GelSight Mini's lamps: bluish above, reddish below.
-cv::Mat3b in_light_of_mini(const cv::Mat3b& picture) {
-  cv::Mat3b lit = picture.clone();
-  for (int v = 0; v < lit.rows; ++v)
-    for (int u = 0; u < lit.cols; ++u) {
-      const double share = static_cast<double>(v) / lit.rows;
-      lit(v, u)[0] = cv::saturate_cast<unsigned char>(1.4 * lit(v, u)[0] * (1.5 - 1.0 * share));
-      lit(v, u)[2] = cv::saturate_cast<unsigned char>(0.9 * lit(v, u)[2] * (0.5 + 1.0 * share));
-    }
-  return lit;
-}
-
 // What the first frames of a log are asked, and whether both pictures belong together.
 TEST_F(SurfaceCommand, ChecksPictureAndBackground) {
-  const auto turned = [](const cv::Mat3b& picture) {
-    cv::Mat3b other;
-    cv::rotate(picture, other, cv::ROTATE_180);
-    return other;
-  };
-  const auto swapped = [](const cv::Mat3b& picture) {
-    cv::Mat3b other;
-    cv::cvtColor(picture, other, cv::COLOR_BGR2RGB);
-    return other;
-  };
-  const cv::Mat3b bare = in_light_of_mini(render(cv::Mat1f(kSensor, 0.0F), kPitchMm, 0.0, 1)),
-                  touch = in_light_of_mini(render(truth_, kPitchMm, 0.5, 2));
+  expect_mistake(run("touch.png", {}, "touch.png"), "should show the bare gel, but the gel already shows");
+  write_picture("dark.png", cv::Mat3b(cv::imread((folder_ / "touch.png").string()) * 0.05));
+  const ProgramResult dark = run("dark.png", {"--overwrite"});
+  EXPECT_EQ(dark.exit_code, 1);
+  EXPECT_THAT(dark.err, HasSubstr("does not look like the background"));
+}
+
+TEST_F(SurfaceCommand, RefusesRealPicturesTurnedOrWithRedAndBlueSwapped) {
+  const auto presses = data_folder() / "calibration";
+  if (!std::filesystem::exists(presses)) GTEST_SKIP() << "no " << presses << "; set GELSLAM_DATA";
+  const cv::Mat3b bare = cv::imread((presses / "background.png").string()),
+                  touch = cv::imread((presses / "6.310mm/0/gelsight.png").string());
   write_picture("bare.png", bare);
   write_picture("lit.png", touch);
-  write_picture("bare_turned.png", turned(bare));
-  write_picture("bare_swapped.png", swapped(bare));
-  write_picture("turned.png", turned(touch));
-  write_picture("swapped.png", swapped(touch));
+  cv::Mat turned, swapped;
+  cv::rotate(bare, turned, cv::ROTATE_180);
+  write_picture("bare_turned.png", turned);
+  cv::cvtColor(bare, swapped, cv::COLOR_BGR2RGB);
+  write_picture("bare_swapped.png", swapped);
+  cv::rotate(touch, turned, cv::ROTATE_180);
+  write_picture("turned.png", turned);
+  cv::cvtColor(touch, swapped, cv::COLOR_BGR2RGB);
+  write_picture("swapped.png", swapped);
   expect_mistake(run("lit.png", {}, "bare_turned.png"),
                  "bare_turned.png': the picture seems to be upside down");
   expect_mistake(run("lit.png", {}, "bare_swapped.png"),
                  "bare_swapped.png': red and blue seem to be swapped");
   expect_mistake(run("turned.png", {}, "bare.png"), "upside down");
   expect_mistake(run("swapped.png", {}, "bare.png"), "red and blue seem to be swapped");
-  expect_mistake(run("touch.png", {}, "touch.png"), "should show the bare gel, but the gel already shows");
   EXPECT_LE(run("turned.png", {"--force"}, "bare.png").exit_code, 1);
-  write_picture("dark.png", cv::Mat3b(cv::imread((folder_ / "touch.png").string()) * 0.05));
-  const ProgramResult dark = run("dark.png", {"--overwrite"});
-  EXPECT_EQ(dark.exit_code, 1);
-  EXPECT_THAT(dark.err, HasSubstr("does not look like the background"));
 }
 
 TEST_F(SurfaceCommand, SaysSoWhenNothingTouches) {
