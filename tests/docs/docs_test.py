@@ -32,7 +32,7 @@ INSTEAD = [
     (r"--size 3.3", "--size 1"),
     (r"(calibrate label PRESSES)", r"\1 --headless --accept"),
     (r"(calibrate train \S+)", r"\1 --steps 300"),
-    (r"(gelslam view (?!.*--snapshot).*)", r"\1 --snapshot window.png"),
+    (r"(gelslam view (?!.*--snapshot).*)", r"\1 --snapshot window.png --overwrite"),
     (r"(gelslam (scan|replay|calibrate collect) (?!.*--headless).*)", r"\1 --headless"),
     (r"track --camera(.*) --window", r"track --camera\1"),
     (r"/tmp/pose", "pose"),
