@@ -98,8 +98,8 @@ void check_contents(const ExportArguments& a, const RunContents& run, const std:
   }
 }
 
-/// --watertight and --close.
-void fill_gaps(const ExportArguments& a, RunContents& run, ProgressSink& progress,
+/// --watertight and --close. False where the surface stays open.
+bool fill_gaps(const ExportArguments& a, RunContents& run, ProgressSink& progress,
                const std::function<void(const std::string&)>& say) {
   WatertightMesh watertight = [&] {
     const InterruptWatch at_once(1, InterruptWatch::Ends::at_once);
@@ -110,23 +110,29 @@ void fill_gaps(const ExportArguments& a, RunContents& run, ProgressSink& progres
       watertight.volume_mm3 > 0
           ? fmt::format("a closed body of {} mm3, {:.0f} % of its surface touched",
                         short_number(watertight.volume_mm3, 4), 100 * watertight.touched_share)
-          : fmt::format("gaps up to {} mm wide filled, still open beyond",
+          : fmt::format("gaps up to {} mm wide are filled, the surface is open beyond",
                         short_number(2 * watertight.reach_mm, 2));
-  say("made watertight: " + words);
-  run.figures.emplace_back("Watertight", words);
+  const bool is_closed = watertight.volume_mm3 > 0;
+  if (is_closed)
+    say("made watertight: " + words);
+  else
+    warn("not watertight: " + words + " (--close makes a closed body)");
+  run.figures.emplace_back("Watertight", is_closed ? words : "no, " + words);
+  return is_closed;
 }
 
-/// --largest-piece, --watertight and --max-error-mm. `say` hears what became of the mesh.
-void reduce_mesh(const ExportArguments& a, RunContents& run, ProgressSink& progress,
+/// --largest-piece, --watertight and --max-error-mm. `say` hears what became of the mesh. False where it is
+/// to be watertight and is not.
+bool reduce_mesh(const ExportArguments& a, RunContents& run, ProgressSink& progress,
                  const std::function<void(const std::string&)>& say) {
-  if (run.mesh.triangles.empty()) return;
+  if (run.mesh.triangles.empty()) return true;
   if (a.largest_piece) {
     const std::string pieces = loose_pieces(run.mesh);
     if (!pieces.empty()) say(pieces + "; it alone is exported");
     run.mesh = largest_piece(run.mesh);
   }
-  if (a.watertight) fill_gaps(a, run, progress, say);
-  if (!a.max_error_mm) return;
+  const bool as_asked = !a.watertight || fill_gaps(a, run, progress, say);
+  if (!a.max_error_mm) return as_asked;
   const std::size_t before = run.mesh.triangles.size();
   SimplifiedMesh simplified = simplify(run.mesh, *a.max_error_mm, progress);
   run.mesh = std::move(simplified.mesh);
@@ -135,6 +141,7 @@ void reduce_mesh(const ExportArguments& a, RunContents& run, ProgressSink& progr
                   before, short_number(simplified.largest_distance_mm, 3));
   say("simplified to " + words);
   run.figures.emplace_back("Simplified", words);
+  return as_asked;
 }
 
 MeshColor color_of(const ExportArguments& a, const RunContents& run, const std::string& ending) {
@@ -186,17 +193,13 @@ void say_loose_pieces(const Mesh& mesh) {
   if (!pieces.empty()) std::cerr << pieces << "\n";
 }
 
-void warn_of_missing_frames(const RunContents& run) {
-  if (run.folder.empty()) return;
-  std::cerr << reservation_words(read_reservations(run.folder));
-}
-
-void export_truth(const ExportArguments& a) {
+int export_truth(const ExportArguments& a) {
   const std::string lines = ground_truth_tum(a.source);
   write_file_atomically(a.output, lines);
   if (!a.quiet)
     std::cerr << "wrote " << a.output.string() << ": "
               << counted(std::count(lines.begin(), lines.end(), '\n'), "true pose") << ", in m\n";
+  return kExitDone;
 }
 
 void take_logs(const ExportArguments& a, RunContents& run) {
@@ -207,7 +210,7 @@ void take_logs(const ExportArguments& a, RunContents& run) {
   for (std::size_t i = 0; i < a.logs.size(); ++i) run.logs[i].file = a.logs[i];
 }
 
-void run_export(const ExportArguments& a) {
+int run_export(const ExportArguments& a) {
   std::vector<fs::path> outputs;
   for (const fs::path& output : {a.output, a.page})
     if (!output.empty()) outputs.push_back(output);
@@ -226,13 +229,15 @@ void run_export(const ExportArguments& a) {
   if (!a.quiet) a.unit.say(a.source);
   take_logs(a, run);
   for (const fs::path& output : outputs) check_contents(a, run, ending_of(output));
-  reduce_mesh(a, run, progress, say);
+  const bool as_asked = reduce_mesh(a, run, progress, say);
   for (const fs::path& output : outputs) {
     const std::string words = write_output(a, run, output, progress);
     say("wrote " + output.string() + (words.empty() ? "" : ": " + words));
   }
   if (!a.quiet) say_loose_pieces(run.mesh);
-  warn_of_missing_frames(run);
+  if (!run.folder.empty() && !read_reservations(run.folder).empty())
+    say("the run has warnings: gelslam info " + a.source.string());
+  return as_asked ? kExitDone : kExitNotGood;
 }
 
 void add_options(CLI::App& command, ExportArguments& a) {
@@ -250,7 +255,7 @@ void add_options(CLI::App& command, ExportArguments& a) {
   command.add_flag("--largest-piece", a.largest_piece, "Leave out all loose pieces but the largest");
   CLI::Option* watertight = command.add_flag("--watertight", a.watertight,
                                              "Fill gaps of a few edges of the mesh (it says how wide); where "
-                                             "more was not touched, the surface stays open");
+                                             "more was not touched, the surface stays open (exit code 1)");
   command
       .add_flag("--close", a.close,
                 "With --watertight: a closed body, for printers and simulators; where nothing was touched it "
@@ -294,11 +299,10 @@ void add_export_command(CLI::App& app, int& exit_code) {
       "Example: gelslam export RUN --ground-truth -o truth.tum");
   command->callback([arguments, &exit_code] {
     try {
-      run_export(*arguments);
+      exit_code = run_export(*arguments);
     } catch (const Stopped&) {
       throw Error("stopped: the file is not written");
     }
-    exit_code = kExitDone;
   });
 }
 

@@ -24,10 +24,10 @@ def gelslam(*arguments):
     return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True)
 
 
-def export(name, *options, source=RUN):
+def export(name, *options, source=RUN, exit_code=0):
     """The exported file's bytes and what the program said."""
     result = gelslam("export", source, "-o", WORK / name, "--overwrite", *options)
-    assert result.returncode == 0, result.stderr
+    assert result.returncode == exit_code, result.stderr
     return (WORK / name).read_bytes(), result.stderr
 
 
@@ -110,7 +110,9 @@ class Export(unittest.TestCase):
 
     @needs_open3d
     def test_a_watertight_surface_ends_where_nothing_was_touched(self):
-        ply, said = export("open.ply", "--watertight")
+        ply, said = export("open.ply", "--watertight", exit_code=1)
+        self.assertRegex(said, r"warning: not watertight: .* open beyond \(--close makes a closed body\)")
+        self.assertNotIn("made watertight", said)
         reach_mm = float(re.search(r"gaps up to ([\d.]+) mm wide", said)[1]) / 2
         made = np.array(list(zip(*(readers.read_ply(ply)[0][axis] for axis in "xyz")))) * 1000
         touched = np.array(self.vertices) * 1000
@@ -120,8 +122,9 @@ class Export(unittest.TestCase):
         for vertex in touched[::97]:  # and goes through what was touched
             self.assertLess(np.linalg.norm(made - vertex, axis=1).min(), longest)
         with_one_core = subprocess.run(
-            ["taskset", "-c", str(min(os.sched_getaffinity(0))), PROGRAM, "export", RUN, "-o", WORK / "one_core.ply", "--watertight", "-q"])
-        self.assertEqual(with_one_core.returncode, 0)
+            ["taskset", "-c", str(min(os.sched_getaffinity(0))), PROGRAM, "export", RUN, "-o", WORK / "one_core.ply", "--watertight", "-q"], capture_output=True, text=True)
+        self.assertEqual(with_one_core.returncode, 1)
+        self.assertIn("not watertight", with_one_core.stderr)
         self.assertEqual((WORK / "one_core.ply").read_bytes(), ply)
 
     @unittest.skipIf(os.environ["GELSLAM_OPEN3D"] == "1", "built with Open3D")
@@ -129,6 +132,17 @@ class Export(unittest.TestCase):
         said = gelslam("export", RUN, "-o", WORK / "no.stl", "--watertight")
         self.assertEqual((said.returncode, said.stderr),
                          (2, "gelslam: error: watertight meshes need Open3D, and this program was built without it\n"))
+
+    def test_a_run_with_warnings_names_info_in_one_line(self):
+        doubtful = WORK / "doubtful"
+        shutil.copytree(RUN, doubtful, dirs_exist_ok=True)
+        report = json.loads((doubtful / "report.json").read_text())
+        report["components"], report["warning"] = 3, "the gel may be dirty"
+        (doubtful / "report.json").write_text(json.dumps(report))
+        ply, said = export("doubtful.ply", source=doubtful)
+        self.assertEqual(said.count("the run has warnings: gelslam info"), 1)
+        self.assertNotIn("not joined", said)
+        self.assertIn("2 pieces not joined", gelslam("info", doubtful).stdout)
 
     def test_ground_truth_lies_on_the_run(self):
         truth = {round(p[0], 6): matrix(p) for p in map(tuple, readers.read_tum(export("truth.tum", "--ground-truth")[0].decode()))}
