@@ -104,7 +104,6 @@ void make_details(benchmark::State& state) {
     state.ResumeTiming();
     scene->draw(camera, {0, 0, kWidth, kHeight}, SceneStyle());
     state.counters["blocks"] = static_cast<double>(blocks.size());
-    state.counters["detail_ms"] = scene->statistics().detail_ms;
   }
 }
 

@@ -50,9 +50,7 @@ RunHistory read_history(const fs::path& run) {
   for (std::size_t i = 0; i < keyframes.size(); ++i) {
     history.keyframes.push_back({keyframes[i].time_s, std::move(session.patches[i])});
   }
-  for (const StampedPose& pose : read_tum(run / "trajectory.tum")) {
-    history.trajectory.push_back({pose.time_s, pose.map_T_sensor});
-  }
+  history.trajectory = read_tum(run / "trajectory.tum");
   read_edges(run / "pose_graph.g2o", false, history.edges);
   read_edges(run / "loop_outliers.g2o", true, history.edges);
   return history;
@@ -111,7 +109,7 @@ MapSnapshot RunHistory::map_at(double time_s) const {
 std::vector<std::vector<Pose>> RunHistory::trajectory_at(double time_s) const {
   std::vector<std::vector<Pose>> pieces;
   double last_s = 0;
-  for (const PoseAt& pose : trajectory) {
+  for (const StampedPose& pose : trajectory) {
     if (pose.time_s > time_s) break;
     if (pieces.empty() || pose.time_s - last_s > kGapS) pieces.emplace_back();
     pieces.back().push_back(pose.map_T_sensor);

@@ -27,7 +27,6 @@ class LiveScene {
   bool has_two_sensors() const { return touches_.size() > 1; }
   const std::optional<TouchPatch>& touch() const { return placed_; }  ///< in the map, or in the piece
   LoosePiece& piece() { return piece_; }
-  bool touch_is_apart() const { return piece_.is_apart(); }
 
  private:
   struct Sample {  // of the sensor's trajectory

@@ -81,7 +81,6 @@ struct Scene::Impl {
   const std::size_t max_triangles = is_software_renderer() ? kTrianglesForProcessor : kTrianglesForGpu;
   bool details_are_due = false;
   Clock::time_point last_draw = Clock::now();
-  SceneStatistics statistics;
 
   Impl() {
     const std::vector<std::uint8_t> picture = make_matcap(kMatcapSidePx);
@@ -295,9 +294,7 @@ Scene::Scene() : impl_(std::make_unique<Impl>()) {}
 Scene::~Scene() = default;
 
 void Scene::update(std::span<const MeshBlock> blocks) {
-  const auto start = Clock::now();
   for (const MeshBlock& block : blocks) impl_->mesh.put(block.key, make_drawable(block));
-  impl_->statistics.upload_ms = ms_since(start);
 }
 
 void Scene::update(const MeshChanges& changes) {
@@ -311,12 +308,10 @@ void Scene::clear_mesh() {
 }
 
 void Scene::set_mesh(const Mesh& mesh) {
-  const auto start = Clock::now();
   clear_mesh();
   for (DrawableMesh& piece : split(make_drawable(mesh), kTrianglesPerPiece)) {
     impl_->mesh.put(impl_->next_piece++, std::move(piece));
   }
-  impl_->statistics.upload_ms = ms_since(start);
 }
 
 void Scene::set_distance_query(DistanceQuery query) {
@@ -372,7 +367,6 @@ std::vector<Vector3f> Scene::outline_mm() const { return impl_->mesh.sample_vert
 std::optional<Vector3f> Scene::pick(const PickRay& ray) const { return impl_->mesh.pick(ray); }
 
 void Scene::draw(const OrbitCamera& camera, const Viewport& viewport, const SceneStyle& style) {
-  const auto start = Clock::now();
   const Matrix4f clip_T_camera = camera.projection(viewport.aspect(), impl_->drawn_box());
   const Matrix4f clip_T_map = clip_T_camera * camera.camera_T_map();
   glViewport(viewport.x, viewport.y, viewport.width, viewport.height);
@@ -400,7 +394,6 @@ void Scene::draw(const OrbitCamera& camera, const Viewport& viewport, const Scen
   impl_->mesh.end_frame();
   impl_->details_are_due = false;
   impl_->last_draw = Clock::now();
-  impl_->statistics.draw_ms = ms_since(start);
 }
 
 void Scene::finish_details() { impl_->details_are_due = true; }
@@ -415,14 +408,7 @@ std::optional<ColorLegend> Scene::legend(const SceneStyle& style) const {
 }
 
 SceneStatistics Scene::statistics() const {
-  SceneStatistics result = impl_->statistics;
-  result.blocks = impl_->mesh.block_count();
-  result.triangles = impl_->mesh.triangle_count();
-  result.drawn_blocks = impl_->mesh.drawn_blocks();
-  result.drawn_triangles = impl_->mesh.drawn_triangles();
-  result.complete = impl_->mesh.is_complete();
-  result.detail_ms = impl_->mesh.preparing_ms();
-  return result;
+  return {impl_->mesh.triangle_count(), impl_->mesh.drawn_triangles(), impl_->mesh.is_complete()};
 }
 
 }  // namespace gelslam

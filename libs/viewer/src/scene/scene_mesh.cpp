@@ -247,7 +247,6 @@ void SceneMesh::make_missing(const std::vector<Wanted>& wanted, double budget_ms
       block->values_meaning = values_meaning_;
     }
   }
-  preparing_ms_ = spent_ms();
 }
 
 void SceneMesh::list_calls(const std::vector<Wanted>& wanted) {

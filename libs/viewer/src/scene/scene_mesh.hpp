@@ -45,12 +45,9 @@ class SceneMesh {
   float typical_curvature() const;  ///< what four of five vertices stay below, 1/mm
   /// About `count` vertices, evenly from all blocks.
   std::vector<Eigen::Vector3f> sample_vertices(std::size_t count) const;
-  std::size_t block_count() const { return blocks_.size(); }
   std::size_t triangle_count() const { return triangles_; }
-  std::size_t drawn_blocks() const { return with_values_.counts.size() + without_values_.counts.size(); }
   std::size_t drawn_triangles() const { return drawn_triangles_; }
   bool is_complete() const { return is_complete_; }
-  double preparing_ms() const { return preparing_ms_; }
   void end_frame();
 
  private:
@@ -97,7 +94,6 @@ class SceneMesh {
   VertexValues values_;
   bool of_keyframes_ = false;  // values_
   std::uint64_t values_version_ = 0, values_meaning_ = 0;
-  double preparing_ms_ = 0;
   bool is_complete_ = true, has_confidence_ = false;
   mutable Eigen::AlignedBox3f box_mm_;
   mutable bool box_is_old_ = false, curvature_is_old_ = false;

@@ -36,11 +36,9 @@ struct TouchPatch {
 using DistanceQuery = std::function<std::vector<float>(std::span<const Eigen::Vector3f> points_mm)>;
 
 struct SceneStatistics {
-  std::size_t blocks = 0, triangles = 0;              ///< held, at full detail
-  std::size_t drawn_blocks = 0, drawn_triangles = 0;  ///< in the last draw()
+  std::size_t triangles = 0;        ///< held, at full detail
+  std::size_t drawn_triangles = 0;  ///< in the last draw()
   bool complete = true;  ///< the last draw() lacked no level of detail or color: drawing again adds nothing
-  double upload_ms = 0, detail_ms = 0,
-         draw_ms = 0;  ///< last update(); last draw(): making levels, and all of it
 };
 
 /// What is to be seen: a growing mesh, the touch on it, the way of the sensor and the pose graph. Map frame,

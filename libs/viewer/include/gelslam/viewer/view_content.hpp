@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "gelslam/core/trajectory.hpp"
 #include "gelslam/fusion/fusion.hpp"
 #include "gelslam/mesh/mesh.hpp"
 #include "gelslam/slam/live_session.hpp"
@@ -18,13 +19,9 @@ struct RunHistory {
     double time_s = 0;
     PosedSurface patch;
   };
-  struct PoseAt {
-    double time_s = 0;
-    Pose map_T_sensor = Pose::Identity();
-  };
   double gradient_scale = 1.0;
   std::vector<KeyframeAt> keyframes;     ///< ascending in time
-  std::vector<PoseAt> trajectory;        ///< the same
+  std::vector<StampedPose> trajectory;   ///< the same
   std::vector<MapSnapshot::Edge> edges;  ///< between keyframes of the map
 
   double start_s() const;
