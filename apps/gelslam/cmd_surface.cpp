@@ -64,14 +64,12 @@ cv::Mat1b curvature_picture(const cv::Mat1f& curvature) {  // 0 is mid-gray
 /// The whole height map as a mesh in the sensor frame, seen from the object's side.
 Mesh triangulate(const Surface& surface) {
   const int width = surface.height_mm.cols, height = surface.height_mm.rows;
-  const auto pitch_mm = static_cast<float>(surface.pixel_pitch_mm);
+  const CameraModel camera = surface.camera();
   Mesh mesh;
   for (int v = 0; v < height; ++v) {
     for (int u = 0; u < width; ++u) {
-      mesh.vertices_mm.emplace_back(
-          (static_cast<float>(u) - 0.5F * static_cast<float>(width - 1)) * pitch_mm,
-          (static_cast<float>(v) - 0.5F * static_cast<float>(height - 1)) * pitch_mm,
-          surface.height_mm(v, u));
+      mesh.vertices_mm.push_back(camera.point_mm(
+          camera.to_mm(Eigen::Vector2f(Eigen::Vector2i(u, v).cast<float>())), surface.height_mm(v, u)));
       const cv::Vec3f& normal = surface.normals(v, u);
       mesh.normals.emplace_back(normal[0], normal[1], normal[2]);
       if (u + 1 == width || v + 1 == height) continue;

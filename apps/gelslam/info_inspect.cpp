@@ -9,6 +9,7 @@
 #include "gelslam/core/gradient_model.hpp"
 #include "gelslam/core/npy.hpp"
 #include "gelslam/core/run_folder.hpp"
+#include "gelslam/core/sensor_optics.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/evaluation/run_and_truth.hpp"
 #include "gelslam/exchange/run_export.hpp"
@@ -57,6 +58,7 @@ SensorProfile add_config(InfoReport& report, const Config& config) {
   report.facts.emplace_back("config", fmt::format("valid; {}, {} pixels of {} mm", sensor.device_name,
                                                   size_text(sensor.width_px, sensor.height_px),
                                                   short_number(sensor.pixel_pitch_mm)));
+  report.facts.emplace_back("optics", optics_text(config.surface.optics) + ", from: " + config.optics_from);
   return sensor;
 }
 
@@ -64,6 +66,7 @@ void add_model(InfoReport& report, const fs::path& file) {
   const GradientModel model = read_gradient_model(file);
   const std::size_t weights = model.maker ? model.maker->numbers.size() : model.numbers.size();
   report.facts.emplace_back("model", fmt::format("network of {} weights, {}", weights, file.string()));
+  if (model.optics) report.facts.emplace_back("optics", optics_text(*model.optics));
 }
 
 void add_mesh(InfoReport& report, const fs::path& file, const Mesh& mesh) {

@@ -54,12 +54,27 @@ py::array_t<float> sigma_of(const TouchedSurface& surface) {
   return array;
 }
 
+py::array_t<float> points_of(const TouchedSurface& surface) {
+  const Surface& maps = *surface.maps;
+  py::array_t<float> array({maps.height_mm.rows, maps.height_mm.cols, 3});
+  auto values = array.mutable_unchecked<3>();
+  for (int v = 0; v < maps.height_mm.rows; ++v)
+    for (int u = 0; u < maps.height_mm.cols; ++u) {
+      const Eigen::Vector3d point = maps.point_mm({u, v});
+      for (int axis = 0; axis < 3; ++axis) values(v, u, axis) = static_cast<float>(point[axis]);
+    }
+  return array;
+}
+
 py::tuple pickled_surface(const py::object& self) {
   const Surface& maps = maps_of(self);
+  const SensorOptics& optics = maps.optics;
   return py::make_tuple(
       map_view(self, maps.height_mm), map_view(self, maps.normals), map_view(self, maps.contact),
       map_view(self, maps.confidence), map_view(self, maps.curvature), maps.pixel_pitch_mm, maps.model_sigma,
-      maps.contact_pixels, maps.zero_is_bare_gel, self.cast<const TouchedSurface&>().best_sigma_rad);
+      maps.contact_pixels, maps.zero_is_bare_gel, self.cast<const TouchedSurface&>().best_sigma_rad,
+      optics.lens_k1, optics.lens_center_px, optics.pixel_aspect, optics.camera_distance_mm,
+      optics.gel_dome_per_mm);
 }
 
 /// Copies what map_view() showed.
@@ -91,6 +106,8 @@ TouchedSurface unpickled_surface(const py::tuple& state) {
   maps->model_sigma = state[6].cast<double>();
   maps->contact_pixels = cv::countNonZero(maps->contact);
   maps->zero_is_bare_gel = state[8].cast<bool>();
+  maps->optics = {state[10].cast<double>(), state[11].cast<std::array<double, 2>>(), state[12].cast<double>(),
+                  state[13].cast<double>(), state[14].cast<std::array<double, 2>>()};
   return {maps, state[9].cast<double>()};
 }
 
@@ -98,11 +115,13 @@ void add_surface(py::module_& module) {
   py::class_<TouchedSurface>(module, "Surface", R"(What the gel's surface looks like in one picture.
 
 All maps have H rows and W columns. Frame: x right, y down, z out of the gel toward the object; the origin is the
-picture's center on the undeformed gel. Pixel (row v, column u) lies at x = (u - W/2 + 1/2) * pixel_pitch_mm,
-y = (v - H/2 + 1/2) * pixel_pitch_mm. The arrays are read-only.)")
+picture's center on the plane z = 0. The ray of pixel (row v, column u) meets that plane at
+X = (u - W/2 + 1/2) * pixel_pitch_mm, Y = (v - H/2 + 1/2) * pixel_pitch_mm; points_mm() gives what it shows. The arrays
+are read-only.)")
       .def_property_readonly(
           "height_mm", [](const py::object& self) { return map_view(self, maps_of(self).height_mm); },
-          "HxW float32, mm: 0 where nothing touches, negative in contact.")
+          "HxW float32, mm: about 0 where nothing touches (a gel may be domed), negative in contact.")
+      .def("points_mm", &points_of, "HxWx3 float32, mm: the point of the sensor frame that each pixel shows.")
       .def_property_readonly(
           "normals", [](const py::object& self) { return map_view(self, maps_of(self).normals); },
           "HxWx3 float32: unit normals (x, y, z), z > 0.")

@@ -65,6 +65,19 @@ TEST(Fusion, TwoPatchesOfASphereMakeOneSphere) {
   EXPECT_GE(*std::min_element(mesh.confidence.begin(), mesh.confidence.end()), 0.01f);
 }
 
+TEST(Fusion, PatchesOfANearCameraLieWhereTheObjectIs) {
+  const Shape ball = sphere(kRadiusMm);
+  std::vector<PosedSurface> patches;
+  for (const double aside_mm : {-6.0, 6.0}) {
+    Pose pose = press(ball, {0, 0, 1}, 1.0, 0.2);
+    pose.translation() += aside_mm * pose.linear().col(0);
+    patches.push_back({static_cast<int>(patches.size()), pose, touch(ball, pose, 0, 22)});
+  }
+  const Accuracy a = accuracy(fuse(patches, {}), ball);
+  EXPECT_LT(a.mean_mm, 0.003) << "0.27 mm aside without the camera's distance";
+  EXPECT_LT(a.normal_mean_rad, 0.005);
+}
+
 TEST(Fusion, SheetsThatDisagreeBecomeOneInTheMiddle) {
   const Shape ball = sphere(kRadiusMm);
   const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.2);

@@ -12,15 +12,22 @@ namespace {
 constexpr int kWidth = 320, kHeight = 240;
 constexpr double kPitchMm = 0.0634;
 
-/// First z at which the line (x, y, z) of the sensor meets the object, coming from below; `limit` when it
-/// does not.
+/// The point of height z on the sensor's ray that meets z = 0 at (x, y).
+Eigen::Vector3d on_ray(double x, double y, double z, double camera_distance_mm) {
+  const double stretch = camera_distance_mm > 0 ? 1 + z / camera_distance_mm : 1;
+  return {stretch * x, stretch * y, z};
+}
+
+/// First z at which that ray meets the object, coming from below; `limit` when it does not.
 double first_hit(const Shape& shape, const Pose& object_T_sensor, double x, double y, double start,
-                 double limit) {
+                 double limit, double camera_distance_mm = 0) {
+  const double length =
+      camera_distance_mm > 0 ? std::sqrt(1 + (x * x + y * y) / (camera_distance_mm * camera_distance_mm)) : 1;
   double z = start;
   for (int step = 0; step < 200 && z < limit; ++step) {
-    const double d = shape(object_T_sensor * Eigen::Vector3d(x, y, z));
+    const double d = shape(object_T_sensor * on_ray(x, y, z, camera_distance_mm));
     if (d < 1e-4) return z;
-    z += d;
+    z += d / length;
   }
   return limit;
 }
@@ -91,9 +98,10 @@ Pose press(const Shape& shape, const Eigen::Vector3d& side, double depth_mm, dou
   return pose;
 }
 
-SurfacePtr touch(const Shape& shape, const Pose& object_T_sensor, int rim_px) {
+SurfacePtr touch(const Shape& shape, const Pose& object_T_sensor, int rim_px, double camera_distance_mm) {
   auto surface = std::make_shared<Surface>();
   surface->pixel_pitch_mm = kPitchMm;
+  surface->optics.camera_distance_mm = camera_distance_mm;
   surface->height_mm.create(kHeight, kWidth);
   surface->normals.create(kHeight, kWidth);
   surface->contact.create(kHeight, kWidth);
@@ -103,12 +111,12 @@ SurfacePtr touch(const Shape& shape, const Pose& object_T_sensor, int rim_px) {
   for (int v = 0; v < kHeight; ++v) {
     for (int u = 0; u < kWidth; ++u) {
       const double x = (u - 0.5 * (kWidth - 1)) * kPitchMm, y = (v - 0.5 * (kHeight - 1)) * kPitchMm;
-      const double z = first_hit(shape, object_T_sensor, x, y, -5.0, 0.0);
+      const double z = first_hit(shape, object_T_sensor, x, y, -5.0, 0.0, camera_distance_mm);
       surface->contact(v, u) = z < 0 ? 255 : 0;
       surface->height_mm(v, u) = static_cast<float>(z);
       if (z >= 0) continue;
       const Eigen::Vector3d n =
-          -sensor_R_object * outward_normal(shape, object_T_sensor * Eigen::Vector3d(x, y, z));
+          -sensor_R_object * outward_normal(shape, object_T_sensor * on_ray(x, y, z, camera_distance_mm));
       surface->normals(v, u) =
           cv::Vec3f(static_cast<float>(n.x()), static_cast<float>(n.y()), static_cast<float>(n.z()));
     }

@@ -54,7 +54,9 @@ Pose press(const Shape& shape, const Eigen::Vector3d& side, double depth_mm, dou
 
 /// What the sensor measures: contact where the object is below the untouched gel, a membrane rim of hanging
 /// gel around it which the mask takes for contact over `rim_px` pixels.
-SurfacePtr touch(const Shape& shape, const Pose& object_T_sensor, int rim_px = 2);
+/// `camera_distance_mm`: 0: orthographic.
+SurfacePtr touch(const Shape& shape, const Pose& object_T_sensor, int rim_px = 2,
+                 double camera_distance_mm = 0);
 
 /// `n` presses rolled evenly through a full turn about the object's x axis and along it, with errors.
 std::vector<PosedSurface> roll(const Shape& shape, int n, double half_length_mm, double depth_mm,

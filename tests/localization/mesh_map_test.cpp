@@ -44,7 +44,7 @@ PosedSurface touch_of_pebble(const Pose& object_T_sensor) {
   cv::split(gel.slope, slope.data());
   cv::Mat1b touched(gel.height_mm < -0.1);
   return {0, sensor_T_object.inverse(),
-          GradientSurfaces(touched.size(), 0.0634).make(slope[0], slope[1], touched)};
+          GradientSurfaces({touched.size(), 0.0634}).make(slope[0], slope[1], touched)};
 }
 
 Pose looking_inward(const Eigen::Vector3d& direction, double twist_rad) {

@@ -102,8 +102,10 @@ TEST(Kernels, ResidualSumsAreTheSumsTheyStandFor) {
   }
 }
 
-TEST(Kernels, WarpLooksUpBilinearlyInsideContactOnly) {
-  const auto target = with_noise(*touch(textured_plane(4), motion(0, 0, 0, 0, 0, 0.4)), 0.05, 1);
+void expect_bilinear_lookup(double camera_distance_mm) {
+  View view;
+  view.camera_distance_mm = camera_distance_mm;
+  const auto target = with_noise(*touch(textured_plane(4), motion(0, 0, 0, 0, 0, 0.4), view), 0.05, 1);
   const Samples samples = random_samples(3000, 5);
   const Pose pose = motion(5, -4, 25, 0.7, -0.4, 0.1);
   const Eigen::Matrix<float, 3, 3, Eigen::RowMajor> rotation = pose.linear().cast<float>();
@@ -115,7 +117,9 @@ TEST(Kernels, WarpLooksUpBilinearlyInsideContactOnly) {
   int inside = 0, outside = 0;
   for (std::size_t i = 0; i < 3000; ++i) {
     const Eigen::Vector3d p = pose * Eigen::Vector3d(samples.x[i], samples.y[i], samples.z[i]);
-    const double u = p.x() / target->pixel_pitch_mm + 159.5, v = p.y() / target->pixel_pitch_mm + 119.5;
+    const double shrink = camera_distance_mm > 0 ? camera_distance_mm / (camera_distance_mm + p.z()) : 1.0;
+    const double u = shrink * p.x() / target->pixel_pitch_mm + 159.5,
+                 v = shrink * p.y() / target->pixel_pitch_mm + 119.5;
     const int ui = static_cast<int>(std::floor(u)), vi = static_cast<int>(std::floor(v));
     const double fu = u - ui, fv = v - vi;
     if (std::min({fu, fv, 1 - fu, 1 - fv}) < 1e-3)
@@ -144,13 +148,19 @@ TEST(Kernels, WarpLooksUpBilinearlyInsideContactOnly) {
   EXPECT_GT(outside, 500);
 }
 
+TEST(Kernels, WarpLooksUpBilinearlyInsideContactOnly) {
+  for (const double distance_mm : {0.0, 22.0}) expect_bilinear_lookup(distance_mm);
+}
+
 /// The Jacobian says how the template's normals change when it is warped by a small motion: N(xi) = R(xi)^T
-/// n(P(exp(xi) q)). Here n is the analytic surface, and N is differentiated numerically. The kernel's 3x3
+/// n(pi(exp(xi) q)). Here n is the analytic surface, and N is differentiated numerically. The kernel's 3x3
 /// derivative of a texture with waves of 4 mm or more is 1 % too flat at most.
-TEST(Jacobian, AgreesWithFiniteDifferencesOfTheAnalyticSurface) {
+void expect_right_jacobian(double camera_distance_mm) {
   const Field field = textured_plane(6, 0.25, 4, 8);
   const Pose object_T_sensor = motion(4, -6, 20, 0, 0, 0.6);
-  const NormalFlowReference reference(touch(field, object_T_sensor), {});
+  View view;
+  view.camera_distance_mm = camera_distance_mm;
+  const NormalFlowReference reference(touch(field, object_T_sensor, view), {});
   const Samples& samples = reference.impl().samples;
   ASSERT_GT(samples.size(), 1000);
 
@@ -159,9 +169,11 @@ TEST(Jacobian, AgreesWithFiniteDifferencesOfTheAnalyticSurface) {
     xi(column) = step;
     const Pose warp = se3_exp(xi);
     const Eigen::Vector3d p = warp * q;
+    const double shrink = camera_distance_mm > 0 ? camera_distance_mm / (camera_distance_mm + p.z()) : 1.0;
     double z = 0;
     Eigen::Vector3d normal;
-    if (!follow_ray(field, object_T_sensor, p.x(), p.y(), -3, z, normal))
+    if (!follow_ray(field, object_T_sensor, shrink * p.x(), shrink * p.y(), -3, z, normal,
+                    camera_distance_mm))
       throw std::runtime_error("no surface");
     return Eigen::Vector3d(warp.linear().transpose() * normal);
   };
@@ -179,7 +191,13 @@ TEST(Jacobian, AgreesWithFiniteDifferencesOfTheAnalyticSurface) {
       size2[c] += expected.squaredNorm();
     }
   }
-  for (int c = 0; c < kParameters; ++c) EXPECT_LT(std::sqrt(error2[c] / size2[c]), 0.02) << "column " << c;
+  for (int c = 0; c < kParameters; ++c)
+    EXPECT_LT(std::sqrt(error2[c] / size2[c]), 0.02)
+        << "column " << c << ", camera at " << camera_distance_mm;
+}
+
+TEST(Jacobian, AgreesWithFiniteDifferencesOfTheAnalyticSurface) {
+  for (const double distance_mm : {0.0, 22.0, 8.0}) expect_right_jacobian(distance_mm);
 }
 
 TEST(Jacobian, ItsHessianIsItsOwnSquare) {

@@ -30,6 +30,23 @@ void expect_near(const RegistrationResult& result, const Pose& truth, double deg
   EXPECT_LT(error.mm, mm);
 }
 
+TEST(NormalFlow, FollowsAnObjectAcrossThePictureOfANearCamera) {
+  View view;
+  view.camera_distance_mm = 22;
+  view.contact_width_px = 60, view.contact_height_px = 60;
+  const auto seen_at = [&](double x_mm, const Pose& object_T_sensor) {
+    View at = view;
+    at.contact_center_px = {x_mm / view.pixel_pitch_mm, 0};
+    return touch(bumpy_ellipsoid(2), object_T_sensor, at);
+  };
+  // The object slides by 8 mm and goes 0.2 mm deeper.
+  const Pose left_T_right = motion(0, 0, 3, 8, 0.3, 0.2),
+             object_T_left = pressed(6, 1.2) * motion(0, 0, 0, -4, 0, 0);
+  const SurfacePtr left = seen_at(4, object_T_left), right = seen_at(-4, object_T_left * left_T_right);
+  const Pose start = left_T_right * motion(0.5, -0.5, 1, 0.2, 0.1, 0.1);
+  expect_near(register_pair(right, *left, start), left_T_right, kExactDeg, kExactMm);
+}
+
 /// An object touched at a first place, and at places a known motion away from it.
 struct Scene {
   const char* name;

@@ -133,11 +133,14 @@ Pose motion(double rx_deg, double ry_deg, double rz_deg, double x_mm, double y_m
 }
 
 bool follow_ray(const Field& field, const Pose& object_T_sensor, double x, double y, double start_z,
-                double& z, Eigen::Vector3d& normal) {
-  const Eigen::Vector3d up = object_T_sensor.linear().col(2);
+                double& z, Eigen::Vector3d& normal, double distance_mm) {
+  const Eigen::Vector3d foot(x, y, 0), along = distance_mm > 0
+                                                   ? Eigen::Vector3d(x / distance_mm, y / distance_mm, 1)
+                                                   : Eigen::Vector3d(0, 0, 1);
+  const Eigen::Vector3d up = object_T_sensor.linear() * along;
   z = start_z;
   for (int i = 0; i < 60; ++i) {
-    const auto [value, gradient] = field(object_T_sensor * Eigen::Vector3d(x, y, z));
+    const auto [value, gradient] = field(object_T_sensor * Eigen::Vector3d(foot + z * along));
     const double rise = gradient.dot(up);
     if (std::abs(rise) < 1e-3) return false;
     const double step = std::clamp(-value / rise, -0.5, 0.5);
@@ -167,6 +170,7 @@ std::shared_ptr<Surface> touch(const Field& field, const Pose& object_T_sensor, 
   auto surface = std::make_shared<Surface>();
   const cv::Size size(view.width_px, view.height_px);
   surface->pixel_pitch_mm = view.pixel_pitch_mm;
+  surface->optics.camera_distance_mm = view.camera_distance_mm;
   surface->height_mm = cv::Mat1f::zeros(size);
   surface->normals = cv::Mat3f(size, cv::Vec3f(0, 0, 1));
   surface->contact = cv::Mat1b::zeros(size);
@@ -181,7 +185,7 @@ std::shared_ptr<Surface> touch(const Field& field, const Pose& object_T_sensor, 
       Eigen::Vector3d n;
       if (radius2 > 1.2 ||
           !follow_ray(field, object_T_sensor, du * view.pixel_pitch_mm, dv * view.pixel_pitch_mm, start_z, z,
-                      n) ||
+                      n, view.camera_distance_mm) ||
           z > 0.1 || n.z() < 0.2) {
         start_z = -3;
         continue;

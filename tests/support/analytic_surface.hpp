@@ -68,6 +68,7 @@ Field bumpy_ellipsoid(std::uint64_t seed, const Eigen::Vector3d& semi_axes_mm = 
 struct View {
   int width_px = 320, height_px = 240;
   double pixel_pitch_mm = 0.0634;
+  double camera_distance_mm = 0;                                ///< 0: orthographic
   double contact_width_px = 110, contact_height_px = 85;        ///< semi-axes
   Eigen::Vector2d contact_center_px = Eigen::Vector2d::Zero();  ///< from the image center
 };
@@ -83,10 +84,11 @@ Pose pressed(double radius_mm, double depth_mm);
 /// Small motion: rotations about x, y, z in degrees (twist outermost), then translation in mm.
 Pose motion(double rx_deg, double ry_deg, double rz_deg, double x_mm, double y_mm, double z_mm = 0);
 
-/// First crossing of the sensor's ray at (x, y) with the field: z in the sensor's frame and the surface's
+/// First crossing of the sensor's ray that meets z = 0 at (x, y) with the field, for a camera `distance_mm`
+/// behind that plane (0: parallel rays): z in the sensor's frame and the surface's
 /// normal there (z up), by Newton's method with bounded steps from below; false where the ray misses.
 bool follow_ray(const Field& field, const Pose& object_T_sensor, double x, double y, double start_z,
-                double& z, Eigen::Vector3d& normal);
+                double& z, Eigen::Vector3d& normal, double distance_mm = 0);
 
 /// Curvature as the surface stage defines it: smoothed divergence of the slopes, per pixel.
 void set_curvature(Surface& surface, const cv::Mat1f& gx, const cv::Mat1f& gy);

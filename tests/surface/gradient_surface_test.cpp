@@ -24,7 +24,7 @@ TEST(GradientSurfaces, GiveBackADentAndItsContact) {
       gy(v, u) = static_cast<float>(dent_px(x, y) * -y / 400.0);
       if (std::hypot(x, y) < 20) touched(v, u) = 1;
     }
-  const SurfacePtr surface = GradientSurfaces(size, kPitchMm).make(gx, gy, touched);
+  const SurfacePtr surface = GradientSurfaces({size, kPitchMm}).make(gx, gy, touched);
   EXPECT_EQ(surface->pixel_pitch_mm, kPitchMm);
   // The corners are 0 in truth; the median over the untouched gel has some of the dent's foot in it.
   EXPECT_NEAR(surface->height_mm(2, 2), 0, 0.1 * kPitchMm);
@@ -47,7 +47,7 @@ TEST(GradientSurfaces, GiveTheSameCurvatureWhateverElseIsTouched) {
   cv::randn(gy, 0.0, 0.05);
   cv::Mat1b some(size, static_cast<unsigned char>(0));
   some(cv::Rect(0, 20, 40, 30)).setTo(1);
-  GradientSurfaces surfaces(size, kPitchMm);
+  GradientSurfaces surfaces({size, kPitchMm});
   const SurfacePtr all = surfaces.make(gx, gy, cv::Mat1b(size, static_cast<unsigned char>(1))),
                    part = surfaces.make(gx, gy, some);
   ASSERT_GT(part->contact_pixels, 0);
@@ -57,7 +57,7 @@ TEST(GradientSurfaces, GiveTheSameCurvatureWhateverElseIsTouched) {
 TEST(GradientSurfaces, TakeAGelThatIsTouchedEverywhereOrNowhere) {
   const cv::Size size(32, 16);
   const cv::Mat1f flat(size, 0.0F);
-  GradientSurfaces surfaces(size, kPitchMm);
+  GradientSurfaces surfaces({size, kPitchMm});
   const SurfacePtr everywhere = surfaces.make(flat, flat, cv::Mat1b(size, static_cast<unsigned char>(255))),
                    nowhere = surfaces.make(flat, flat, cv::Mat1b(size, static_cast<unsigned char>(0)));
   EXPECT_EQ(everywhere->contact_pixels, 512);

@@ -79,6 +79,17 @@ TEST(PackedSurface, PackingAgainChangesNothing) {
   EXPECT_LT(once.bytes().size(), once.unpack()->height_mm.total() * 22 / 10) << "of 22 bytes per pixel";
 }
 
+TEST(PackedSurface, KeepsTheOpticsAndRefusesImpossibleOnes) {
+  Surface surface = *textured();
+  surface.optics = {0.045, {3, -2}, 1.02, 22, {0.0017, 0.0028}};
+  const PackedSurface packed(surface);
+  EXPECT_EQ(packed.unpack()->optics, surface.optics);
+  EXPECT_TRUE(PackedSurface::from_bytes(packed.bytes()).bytes() == packed.bytes());
+  surface.optics.camera_distance_mm = 2;
+  const std::string forged = PackedSurface(surface).bytes();
+  EXPECT_THROW(PackedSurface::from_bytes(forged), Error);
+}
+
 TEST(PackedSurface, KnowsItsContactWithoutUnpacking) {
   const SurfacePtr surface = textured();
   const PackedSurface packed(*surface);

@@ -55,6 +55,65 @@ TEST(SurfaceEstimator, GivesBackTheHeightOfAPressedBall) {
   }
 }
 
+/// What a ray shows of a domed gel into which a ball is pressed.
+struct Seen {
+  double z = 0;
+  Eigen::Vector2d slope = Eigen::Vector2d::Zero();
+  bool ball = false;
+};
+
+Seen seen_along(const CameraModel& camera, const Eigen::Vector2d& rest_mm, const Eigen::Vector3d& ball_mm) {
+  const Eigen::Vector3d rest = camera.rest_point_mm(rest_mm);
+  const double distance = camera.optics.camera_distance_mm;
+  // Along the ray from z = -2 upward.
+  for (double z = -2; z < rest.z(); z += 1e-4) {
+    const Eigen::Vector3d from_middle =
+        Eigen::Vector3d((1 + z / distance) * rest_mm.x(), (1 + z / distance) * rest_mm.y(), z) - ball_mm;
+    if (from_middle.norm() > kBallMm) continue;
+    return {z, -from_middle.head<2>() / from_middle.z(), true};
+  }
+  return {rest.z(), camera.rest_slope(rest.head<2>()), false};
+}
+
+/// The raw picture of it, in the colors of the linear gel.
+cv::Mat3b raw_picture(const CameraModel& camera, const Eigen::Vector3d& ball_mm) {
+  cv::Mat3b picture(camera.size);
+  for (int v = 0; v < picture.rows; ++v)
+    for (int u = 0; u < picture.cols; ++u) {
+      const Seen seen = seen_along(camera, camera.to_mm(camera.rest_px(Eigen::Vector2d(u, v))), ball_mm);
+      const auto level = [&](int axis) {
+        return cv::saturate_cast<unsigned char>(kBareLevel + std::atan(seen.slope[axis]) / kRadPerLevel);
+      };
+      picture(v, u) = {cv::saturate_cast<unsigned char>(60.0 + 80.0 * u / picture.cols), level(1), level(0)};
+    }
+  return picture;
+}
+
+TEST(SurfaceEstimator, GivesBackABallOnADomedGelBehindALens) {
+  GradientModel model = linear_gel_model();
+  model.optics = {0.045, {3, -2}, 1.02, 22, {0.0017, 0.0028}};
+  const CameraModel camera = camera_of(model, kSensor, {});
+  constexpr double kFarMm = 100;
+  SurfaceEstimator estimator(model, raw_picture(camera, {0, 0, kFarMm}), {});
+  const Eigen::Vector3d ball(5, -2.5, kBallMm - 0.7);
+  const SurfacePtr surface = estimator.estimate(raw_picture(camera, ball));
+  EXPECT_EQ(surface->optics, *model.optics);
+  for (int v = 8; v < kSensor.height; v += 16)
+    for (int u = 8; u < kSensor.width; u += 16) {
+      const cv::Point pixel(u, v);
+      const Seen seen = seen_along(camera, camera.to_mm(pixel), ball);
+      EXPECT_NEAR(surface->height_mm(pixel), seen.z, 0.02) << pixel;
+      const bool is_seen = camera.pixel_of(*camera.raw_px(Eigen::Vector2d(u, v))).has_value();
+      EXPECT_LE(surface->contact(pixel) != 0, seen.ball && is_seen) << pixel;
+      if (!surface->contact(pixel)) continue;
+      const cv::Vec3f& n = surface->normals(pixel);
+      EXPECT_NEAR(-n[0] / n[2], seen.slope.x(), 0.02);
+      EXPECT_NEAR(-n[1] / n[2], seen.slope.y(), 0.02);
+      EXPECT_NEAR((surface->point_mm(pixel) - ball).norm(), kBallMm, 0.02) << pixel;
+    }
+  EXPECT_GT(surface->contact_pixels, 2000);
+}
+
 TEST(SurfaceEstimator, NormalsFollowTheSurfaceInsideAndAroundTheContact) {
   const cv::Mat1f truth = press(0.6);
   const SurfacePtr surface = make_estimator().estimate(render(truth, kPitchMm, 0.0, 2));

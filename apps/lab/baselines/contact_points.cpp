@@ -17,9 +17,7 @@ ContactPoints contact_points(const Surface& surface, int max_points) {
   for (std::size_t k = 0; k < count; ++k) {
     const cv::Point p = pixels[(2 * k + 1) * pixels.size() / (2 * count)];
     const cv::Vec3f& n = surface.normals(p);
-    points.position_mm.emplace_back((p.x - 0.5 * size.width + 0.5) * surface.pixel_pitch_mm,
-                                    (p.y - 0.5 * size.height + 0.5) * surface.pixel_pitch_mm,
-                                    surface.height_mm(p));
+    points.position_mm.push_back(surface.point_mm(p));
     points.normal.emplace_back(n[0], n[1], n[2]);
   }
   return points;

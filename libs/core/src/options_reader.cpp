@@ -23,12 +23,13 @@ class OptionReader final : public OptionVisitor {
     enter(root, "");
   }
 
-  void section(const std::string& key, const std::string&, const std::function<void()>& fields) override {
+  bool section(const std::string& key, const std::string&, const std::function<void()>& fields) override {
     const YAML::Node node = find(key);
     // Visited even when it is absent: its keys must be known to name the nearest one.
     enter(node, sections_.back().name + key + ".");
     fields();
     leave();
+    return static_cast<bool>(node);
   }
 
   void number(const std::string& key, double& value, double min, double max, const std::string&) override {

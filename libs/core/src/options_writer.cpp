@@ -25,12 +25,13 @@ std::string quoted_scalar(const std::string& text) {
 
 class OptionWriter final : public OptionVisitor {
  public:
-  void section(const std::string& key, const std::string& comment,
+  bool section(const std::string& key, const std::string& comment,
                const std::function<void()>& fields) override {
     line(key, "", comment);
     indent_ += "  ";
     fields();
     indent_.resize(indent_.size() - 2);
+    return true;
   }
   void number(const std::string& key, double& value, double min, double max,
               const std::string& comment) override {

@@ -1,5 +1,7 @@
 #include "gelslam/core/sensor_optics.hpp"
 
+#include <fmt/core.h>
+
 #include <cmath>
 
 #include "gelslam/core/files.hpp"
@@ -12,17 +14,6 @@ namespace {
 constexpr double kMostK1 = 0.3, kLeastDistanceMm = 5, kSteepestDome = 0.5, kMostAspect = 1.5;
 
 }  // namespace
-
-SensorOptics gelsight_mini_optics(double picture_width_mm) {
-  constexpr double kMeasuredWidthMm = 320 * 0.0634;
-  const double zoom = picture_width_mm / kMeasuredWidthMm;  // of a picture that was cropped further
-  SensorOptics optics;
-  // Printed dots of four sensors show 0.048, of which the dome below makes 0.011.
-  optics.lens_k1 = 0.037 * zoom * zoom;
-  optics.camera_distance_mm = 22;             // dots under a pressed ball
-  optics.gel_dome_per_mm = {0.0017, 0.0028};  // what five sensors' own networks read of their bare gel
-  return optics;
-}
 
 std::string why_impossible(const SensorOptics& optics, int width_px, int height_px, double pixel_pitch_mm) {
   const auto in = [](double x, double least, double most) { return x >= least && x <= most; };  // NaN: false
@@ -37,6 +28,14 @@ std::string why_impossible(const SensorOptics& optics, int width_px, int height_
   if (!(std::hypot(a * width_px, b * height_px) * pixel_pitch_mm <= kSteepestDome))
     return "gel_dome_per_mm makes the gel steeper than 0.5 rad within the picture";
   return "";
+}
+
+std::string optics_text(const SensorOptics& optics) {
+  const auto [a, b] = optics.gel_dome_per_mm;
+  return (optics.camera_distance_mm > 0 ? fmt::format("camera at {:.4g} mm", optics.camera_distance_mm)
+                                        : std::string("orthographic camera")) +
+         (optics.has_lens() ? fmt::format(", lens k1 {:.3g}", optics.lens_k1) : ", no lens") +
+         (a == 0 && b == 0 ? ", flat gel" : fmt::format(", dome {:.2g} and {:.2g} per mm", a, b));
 }
 
 void describe_optics(OptionVisitor& visit, SensorOptics& optics) {

@@ -85,6 +85,7 @@ std::optional<Patch> Patch::prepare(const PosedSurface& posed, double gradient_s
   }
   patch.pixels_ = std::make_shared<const std::vector<Pixel>>(std::move(pixels));
   patch.inverse_pitch_ = static_cast<float>(1.0 / s.pixel_pitch_mm);
+  patch.inverse_distance_ = static_cast<float>(s.optics.inverse_distance());
   const Eigen::Vector2d center_px = s.camera().center_px();
   patch.u_origin_ = static_cast<float>(center_px.x() - box.x);
   patch.v_origin_ = static_cast<float>(center_px.y() - box.y);

@@ -43,8 +43,11 @@ class Patch {
   /// False when the patch shows nothing at `point_mm` (map frame), or only further away than `reach_mm`.
   bool read(const Eigen::Vector3f& point_mm, float reach_mm, Reading& out) const {
     const Eigen::Vector3f p = sensor_R_map_ * point_mm + sensor_t_map_;
-    const float u = p.x() * inverse_pitch_ + u_origin_;
-    const float v = p.y() * inverse_pitch_ + v_origin_;
+    const float depth = 1 + p.z() * inverse_distance_;
+    if (!(depth > 0)) return false;
+    const float x = p.x() / depth, y = p.y() / depth;  // rest coordinates
+    const float u = x * inverse_pitch_ + u_origin_;
+    const float v = y * inverse_pitch_ + v_origin_;
     if (!(u >= 0 && v >= 0 && u < u_end_ && v < v_end_)) return false;
     const int iu = static_cast<int>(u), iv = static_cast<int>(v);
     const float fu = u - static_cast<float>(iu), fv = v - static_cast<float>(iv);
@@ -58,7 +61,8 @@ class Patch {
     out.nx = wa * a.nx + wb * b.nx + wc * c.nx + wd * d.nx;
     out.ny = wa * a.ny + wb * b.ny + wc * c.ny + wd * d.ny;
     out.nz = std::sqrt(std::max(1 - out.nx * out.nx - out.ny * out.ny, kMinNormalZ * kMinNormalZ));
-    out.distance_mm = rise * out.nz;
+    // The surface lies on the ray at that height.
+    out.distance_mm = rise * (out.nz + (out.nx * x + out.ny * y) * inverse_distance_);
     if (std::fabs(out.distance_mm) >= reach_mm) return false;
     out.weight = weight - kMinPixelWeight;  // begins at zero: no step where a patch begins
     return true;
@@ -95,8 +99,10 @@ class Patch {
       for (int u = 0; u < width_; u += stride) {
         const Pixel& pixel = (*pixels_)[static_cast<std::size_t>(v * width_ + u)];
         if (pixel.weight <= kMinPixelWeight) continue;
-        const Eigen::Vector3f p((static_cast<float>(u) - u_origin_) / inverse_pitch_,
-                                (static_cast<float>(v) - v_origin_) / inverse_pitch_, pixel.height_mm);
+        const float stretch = 1 + pixel.height_mm * inverse_distance_;
+        const Eigen::Vector3f p(stretch * ((static_cast<float>(u) - u_origin_) / inverse_pitch_),
+                                stretch * ((static_cast<float>(v) - v_origin_) / inverse_pitch_),
+                                pixel.height_mm);
         const float nz =
             std::sqrt(std::max(1 - pixel.nx * pixel.nx - pixel.ny * pixel.ny, kMinNormalZ * kMinNormalZ));
         visit(Eigen::Vector3f(origin_ + p.x() * x_axis_ + p.y() * y_axis_ + p.z() * z_axis_),
@@ -118,7 +124,7 @@ class Patch {
 
   Eigen::Matrix3f sensor_R_map_;
   Eigen::Vector3f sensor_t_map_, origin_, x_axis_, y_axis_, z_axis_;
-  float inverse_pitch_ = 0, u_origin_ = 0, v_origin_ = 0, u_end_ = 0, v_end_ = 0;
+  float inverse_pitch_ = 0, inverse_distance_ = 0, u_origin_ = 0, v_origin_ = 0, u_end_ = 0, v_end_ = 0;
   int width_ = 0, height_ = 0;
   int keyframe_ = 0;
   std::shared_ptr<const std::vector<Pixel>> pixels_;

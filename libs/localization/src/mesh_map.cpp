@@ -142,7 +142,8 @@ std::optional<PosedSurface> touch_at(const SurfacePlace& place, const Shape& sha
   cv::Mat1b touched;
   cv::dilate(gel.contact, touched, cv::getStructuringElement(cv::MORPH_RECT, {closed_px, closed_px}));
   PosedSurface patch;
-  patch.surface = GradientSurfaces(touched.size(), options.pixel_pitch_mm).make(slope[0], slope[1], touched);
+  patch.surface =
+      GradientSurfaces({touched.size(), options.pixel_pitch_mm}).make(slope[0], slope[1], touched);
   patch.map_T_keyframe = sensor_T_object->inverse();
   if (patch.surface->contact_pixels < kMinContactPx) return std::nullopt;
   return patch;

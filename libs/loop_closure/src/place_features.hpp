@@ -38,7 +38,8 @@ struct Match {
 std::vector<Match> match_features(const PlaceFeatures& a, const PlaceFeatures& b, double max_ratio);
 
 /// Matches (a = older, b = newer) that one rotation and shift in the image explains. Rigid, not similar: the
-/// projection is orthographic, so a place has one scale. Same input, same answer (explicit seed).
+/// scale changes by a few per cent with depth at most, so a place has one. Same input, same answer (explicit
+/// seed).
 std::vector<Match> rigid_inliers(const PlaceFeatures& older, const PlaceFeatures& newer,
                                  const std::vector<Match>& matches, double threshold_px, int iterations);
 

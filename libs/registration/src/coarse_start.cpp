@@ -76,15 +76,14 @@ Pose pose_at(const Place& place, const Surface& reference, const Surface& target
   for (int v = kTextureShrink / 2; v < camera.size.height; v += kTextureShrink)
     for (int u = kTextureShrink / 2; u < camera.size.width; u += kTextureShrink) {
       if (!reference.contact(v, u)) continue;
-      const Eigen::Vector3d p = reference.point_mm({u, v});
-      const Eigen::Vector2d q = twist.topLeftCorner<2, 2>() * p.head<2>() + shift_mm;
+      const Eigen::Vector2d q = twist.topLeftCorner<2, 2>() * camera.to_mm(cv::Point(u, v)) + shift_mm;
       const std::optional<cv::Point> at = camera.pixel_of(camera.to_px(q));
       if (!at || !target.contact(*at)) continue;
       const Eigen::Vector3d normal = twist * vector(reference.normals(v, u));
       gap += normal.z() * (vector(target.normals(*at)) - normal).head<2>();
       weight += normal.z() * normal.z();
-      reference_sum += p;
-      target_sum += Eigen::Vector3d(q.x(), q.y(), target.height_mm(*at));
+      reference_sum += reference.point_mm({u, v});
+      target_sum += camera.point_mm(q, static_cast<double>(target.height_mm(*at)));
       ++count;
     }
   Pose start = Pose::Identity();

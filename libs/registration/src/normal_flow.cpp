@@ -75,6 +75,10 @@ class Alignment {
       warp(reference_.samples, view_, target_T_reference, residuals());
       if (count_shared(residuals()) < options_.min_shared_pixels) return false;
       apply_robust_weights(residuals(), static_cast<float>(options_.robust_scale_rad));
+      // Behind a camera at a distance, pixels move with z.
+      if (result.iterations == 0 && view_.inverse_distance > 0)
+        target_T_reference.translation().z() +=
+            height_gap(reference_.samples, target_, target_T_reference, residuals()).mean_mm;
       progress.add(sum_residuals(residuals()));
       NormalEquations equations = linearize(reference_.samples, residuals());
       const Vector5d from_initial = se3_log(initial.inverse() * target_T_reference).head<kParameters>();

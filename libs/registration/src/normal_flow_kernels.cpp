@@ -78,11 +78,15 @@ GELSLAM_CLONES void project(const float* __restrict x, const float* __restrict y
                             const float* __restrict r, const float* __restrict t, const TargetView& target,
                             float* __restrict u, float* __restrict v, int count) {
   const float scale = target.inverse_pitch_per_mm, center_u = target.center_u_px,
-              center_v = target.center_v_px;
-  const float r0 = r[0], r1 = r[1], r2 = r[2], r3 = r[3], r4 = r[4], r5 = r[5], t0 = t[0], t1 = t[1];
+              center_v = target.center_v_px, inverse_distance = target.inverse_distance;
+  const float r0 = r[0], r1 = r[1], r2 = r[2], r3 = r[3], r4 = r[4], r5 = r[5], r6 = r[6], r7 = r[7],
+              r8 = r[8], t0 = t[0], t1 = t[1], t2 = t[2];
   for (int i = 0; i < count; ++i) {
-    u[i] = (r0 * x[i] + r1 * y[i] + r2 * z[i] + t0) * scale + center_u;
-    v[i] = (r3 * x[i] + r4 * y[i] + r5 * z[i] + t1) * scale + center_v;
+    const float depth = 1.0f + (r6 * x[i] + r7 * y[i] + r8 * z[i] + t2) * inverse_distance;
+    // Behind the camera: beyond any picture.
+    const float shrink = depth > 0.0f ? 1.0f / depth : 1e9f;
+    u[i] = (r0 * x[i] + r1 * y[i] + r2 * z[i] + t0) * shrink * scale + center_u;
+    v[i] = (r3 * x[i] + r4 * y[i] + r5 * z[i] + t1) * shrink * scale + center_v;
   }
 }
 

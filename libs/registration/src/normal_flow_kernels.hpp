@@ -7,7 +7,8 @@
 
 namespace gelslam::registration::detail {
 
-/// Jacobian columns: rx ry rz tx ty. tz cannot be seen in normals under orthographic projection.
+/// Jacobian columns: rx ry rz tx ty. Normals hardly show tz: it only moves pixels toward the picture's
+/// center.
 inline constexpr int kParameters = 5;
 inline constexpr int kHessianEntries = kParameters * (kParameters + 1) / 2;
 
@@ -19,6 +20,8 @@ struct Samples {
   std::array<std::vector<float>, 3 * kParameters> jacobian;  ///< row-major 3x5, one array per entry
   std::array<std::vector<float>, kHessianEntries> hessian;  ///< upper triangle of JᵀJ per sample, row by row
 
+  float inverse_distance = 0;  ///< of the reference's camera, 1/mm
+
   int size() const { return static_cast<int>(x.size()); }
   void resize(std::size_t count);
 };
@@ -27,6 +30,7 @@ struct Samples {
 struct TargetView {
   int width = 0, height = 0;
   float inverse_pitch_per_mm = 0;
+  float inverse_distance = 0;              ///< of the camera, 1/mm
   float center_u_px = 0, center_v_px = 0;  ///< pixel coordinates of the sensor's origin
   const float* normals = nullptr;          ///< width * height * 3
   /// width * height: Surface::confidence, or the contact where all of it is known equally well
@@ -42,7 +46,8 @@ struct Residuals {
   void resize(std::size_t count);
 };
 
-/// r = Rᵀ n'(P(R q + t)) - n for every sample (`rotation` row-major 3x3, translation in mm).
+/// r = Rᵀ n'(π(R q + t)) - n for every sample, π: CameraModel::project() (`rotation` row-major 3x3,
+/// translation in mm).
 void warp_residuals(const Samples& samples, const TargetView& target, const float* rotation,
                     const float* translation, Residuals& residuals);
 

@@ -13,6 +13,7 @@ namespace {
 using registration::detail::kParameters;
 using registration::detail::normal_gradient;
 using registration::detail::NormalGradient;
+using registration::detail::picture_motion;
 using registration::detail::Samples;
 
 /// |curvature| that this many pixels of the contact exceed, or reach.
@@ -83,14 +84,13 @@ void set_jacobian(Samples& samples, std::size_t k, const cv::Vec3f& normal_dx, c
   const float x = samples.x[k], y = samples.y[k], z = samples.z[k];
   const float nx = samples.nx[k], ny = samples.ny[k], nz = samples.nz[k];
   const float n_cross_e[3][3] = {{0, -nz, ny}, {nz, 0, -nx}, {-ny, nx, 0}};  // [n]x, rows by component
+  const Eigen::Matrix<float, 2, kParameters> motion = picture_motion(x, y, z, samples.inverse_distance);
   float j[3][kParameters];
-  for (int c = 0; c < 3; ++c) {
-    j[c][0] = -normal_dy[c] * z + n_cross_e[c][0];
-    j[c][1] = normal_dx[c] * z + n_cross_e[c][1];
-    j[c][2] = -normal_dx[c] * y + normal_dy[c] * x + n_cross_e[c][2];
-    j[c][3] = normal_dx[c];
-    j[c][4] = normal_dy[c];
-  }
+  for (int c = 0; c < 3; ++c)
+    for (int a = 0; a < kParameters; ++a) {
+      j[c][a] = normal_dx[c] * motion(0, a) + normal_dy[c] * motion(1, a);
+      if (a < 3) j[c][a] += n_cross_e[c][a];
+    }
   std::size_t entry = 0;
   for (int a = 0; a < kParameters; ++a)
     for (int b = a; b < kParameters; ++b)
@@ -114,6 +114,7 @@ NormalFlowReference::NormalFlowReference(SurfacePtr surface, const NormalFlowOpt
 
   Samples& samples = impl->samples;
   samples.resize(pixels.size());
+  samples.inverse_distance = static_cast<float>(camera.optics.inverse_distance());
   impl->curvature.resize(pixels.size());
   for (std::size_t k = 0; k < pixels.size(); ++k) {
     const cv::Point p = pixels[k];

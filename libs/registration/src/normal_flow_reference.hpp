@@ -35,6 +35,18 @@ inline Eigen::Matrix<float, 3, kParameters> jacobian_of(const Samples& samples, 
   return jacobian;
 }
 
+/// How the point (x, y, z) moves in the picture with the five parameters, in rest coordinates: rows along x
+/// and along y. A camera at a distance sees what comes closer move away from the center.
+inline Eigen::Matrix<float, 2, kParameters> picture_motion(float x, float y, float z,
+                                                           float inverse_distance) {
+  const float shrink = 1.0f / (1.0f + z * inverse_distance);
+  const float toward_x = x * shrink * inverse_distance, toward_y = y * shrink * inverse_distance;
+  Eigen::Matrix<float, 2, kParameters> motion;
+  motion << -toward_x * y, z + toward_x * x, -y, 1, 0,  //
+      -z - toward_y * y, toward_y * x, x, 0, 1;
+  return shrink * motion;
+}
+
 /// Change of the normal per pixel along x and y (Sobel). `p` is no border pixel.
 struct NormalGradient {
   cv::Vec3f dx, dy;
@@ -62,10 +74,11 @@ class PixelLookup {
     return rotation_ * Eigen::Vector3f(samples_.x[k], samples_.y[k], samples_.z[k]) + translation_;
   }
   cv::Point pixel(const Eigen::Vector3f& p) const {
-    return {
-        std::clamp(cvRound(p.x() * target_.inverse_pitch_per_mm + target_.center_u_px), 0, target_.width - 1),
-        std::clamp(cvRound(p.y() * target_.inverse_pitch_per_mm + target_.center_v_px), 0,
-                   target_.height - 1)};
+    const float shrink = 1.0f / (1.0f + p.z() * target_.inverse_distance);
+    return {std::clamp(cvRound(p.x() * shrink * target_.inverse_pitch_per_mm + target_.center_u_px), 0,
+                       target_.width - 1),
+            std::clamp(cvRound(p.y() * shrink * target_.inverse_pitch_per_mm + target_.center_v_px), 0,
+                       target_.height - 1)};
   }
 
   const Eigen::Matrix3f& rotation() const { return rotation_; }

@@ -96,9 +96,11 @@ Matrix6d pose_information(const ObservableDirections& directions, bool heights_k
   return 0.5 * (information + information.transpose());
 }
 
-Vector6d membrane_bias(const ObservableDirections& directions, const RegistrationResult& result) {
-  const Eigen::Vector3d& center = result.shared_center_mm;
-  const double before = std::abs(center.z()), after = std::abs((result.target_T_reference * center).z());
+Vector6d membrane_bias(const ObservableDirections& directions, const CameraModel& reference,
+                       const CameraModel& target, const RegistrationResult& result) {
+  const Eigen::Vector3d &center = result.shared_center_mm, moved = result.target_T_reference * center;
+  const double before = std::abs(center.z() - reference.rest_height_mm(center.head<2>())),
+               after = std::abs(moved.z() - target.rest_height_mm(moved.head<2>()));
   const double deepest = std::max(before, after);
   if (deepest == 0) return Vector6d::Zero();
   Vector6d pull;

@@ -120,6 +120,7 @@ TargetView view_of(const Surface& target) {
   view.height = target.contact.rows;
   const CameraModel camera = target.camera();
   view.inverse_pitch_per_mm = static_cast<float>(1.0 / camera.pitch_mm);
+  view.inverse_distance = static_cast<float>(camera.optics.inverse_distance());
   view.center_u_px = static_cast<float>(camera.center_px().x());
   view.center_v_px = static_cast<float>(camera.center_px().y());
   view.normals = target.normals.ptr<float>();
@@ -193,7 +194,7 @@ Directions assess(const NormalFlowReference::Impl& reference, const Surface& tar
                             reference.surface->pixel_pitch_mm * reference.surface->pixel_pitch_mm;
   result.information =
       pose_information(directions, heights_known, shared_mm2, model_sigma, kUsualPull, result, options);
-  result.membrane_bias = membrane_bias(directions, result);
+  result.membrane_bias = membrane_bias(directions, reference.surface->camera(), target.camera(), result);
   result.observable = observability(
       pose_information(directions, heights_known, shared_mm2, model_sigma, 1.0, result, options),
       result.target_T_reference.linear(), heights_known, options);

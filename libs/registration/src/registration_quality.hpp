@@ -95,6 +95,7 @@ Matrix6d pose_information(const ObservableDirections& directions, bool heights_k
                           const NormalFlowOptions& options);
 
 /// RegistrationResult::membrane_bias. Flanks on both sides pull to no side.
-Vector6d membrane_bias(const ObservableDirections& directions, const RegistrationResult& result);
+Vector6d membrane_bias(const ObservableDirections& directions, const CameraModel& reference,
+                       const CameraModel& target, const RegistrationResult& result);
 
 }  // namespace gelslam::registration::detail

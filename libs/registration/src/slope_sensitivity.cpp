@@ -20,7 +20,10 @@ using PoseByFactor = Eigen::Matrix<double, kParameters, SlopeSensitivity::kTerms
 /// How a corrected normal at a pixel changes with the factors: dn = dn/dg dg, dg = -terms.
 NormalByFactor normal_by_factor(const Eigen::Vector3d& n, const Surface& surface, const cv::Point& pixel) {
   const cv::Point2f place = SlopeCorrection::place(surface.normals.size(), pixel);
-  const auto gx = static_cast<float>(-n.x() / n.z()), gy = static_cast<float>(-n.y() / n.z());
+  const CameraModel camera = surface.camera();
+  const Eigen::Vector2d rest = camera.rest_slope(camera.rest_point_mm(camera.to_mm(pixel)).head<2>());
+  const auto gx = static_cast<float>(-n.x() / n.z() - rest.x()),
+             gy = static_cast<float>(-n.y() / n.z() - rest.y());
   const SlopeCorrection::Terms terms = SlopeCorrection::terms(place.x, place.y, gx, gy);
   NormalByFactor result;
   for (int axis = 0; axis < 2; ++axis) {

@@ -18,13 +18,9 @@ using SampleMatrix = Eigen::Matrix<float, kParameters, kParameters>;
 /// reference's x and y.
 SampleJacobian target_jacobian(const Samples& s, std::size_t k, const Eigen::Vector3f& n,
                                const Eigen::Vector3f& dx, const Eigen::Vector3f& dy) {
-  const float x = s.x[k], y = s.y[k], z = s.z[k];
-  SampleJacobian jacobian;
-  jacobian.col(0) = -dy * z + n.cross(Eigen::Vector3f::UnitX());
-  jacobian.col(1) = dx * z + n.cross(Eigen::Vector3f::UnitY());
-  jacobian.col(2) = -dx * y + dy * x + n.cross(Eigen::Vector3f::UnitZ());
-  jacobian.col(3) = dx;
-  jacobian.col(4) = dy;
+  const auto motion = picture_motion(s.x[k], s.y[k], s.z[k], s.inverse_distance);
+  SampleJacobian jacobian = dx * motion.row(0) + dy * motion.row(1);
+  for (int axis = 0; axis < 3; ++axis) jacobian.col(axis) += n.cross(Eigen::Vector3f::Unit(axis));
   return jacobian;
 }
 

@@ -201,6 +201,8 @@ HeldOutScale write_calibration_folder(const std::filesystem::path& folder, const
   write_png(folder / "background.png", simulator.background());
   const GradientModel network = train_on_presses(without_dots(spec), progress);
   write_pth_model(folder / "model" / "nnmodel.pth", network);
+  for (const std::filesystem::path& optics : {folder, folder / "model"})
+    write_optics(optics / kOpticsFileName, {});
   write_file_atomically(folder / "circles.csv", circles);
   write_file_atomically(folder / "catalog.csv", catalog);
   return measure_gradient_scale(network, without_dots(spec), 12);

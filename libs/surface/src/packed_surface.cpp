@@ -25,7 +25,7 @@ struct PackedHeader {
   std::uint16_t width = 0, height = 0;
   std::uint16_t box_x = 0, box_y = 0, box_width = 0, box_height = 0;
   std::uint8_t zero_is_bare_gel = 0, has_confidence = 0;
-  std::uint16_t reserved = 0;
+  std::uint16_t has_optics = 0;  ///< then SensorOptics follow the header, in its order
   std::uint32_t contact_pixels = 0;
   float model_sigma = 1;
   float center_x_mm = 0, center_y_mm = 0;
@@ -34,13 +34,24 @@ struct PackedHeader {
 static_assert(sizeof(PackedHeader) == 40);
 
 constexpr std::size_t kHeaderAt = kMagic.size() + sizeof(std::uint32_t);
-constexpr std::size_t kStreamAt = kHeaderAt + sizeof(PackedHeader);
+constexpr std::size_t kHeaderEnd = kHeaderAt + sizeof(PackedHeader);
+static_assert(sizeof(SensorOptics) == 7 * sizeof(double));
 
 /// Of bytes, or of their beginning.
 PackedHeader header_of(const std::string& bytes) {
   PackedHeader header;
   std::memcpy(&header, bytes.data() + kHeaderAt, sizeof header);
   return header;
+}
+
+std::size_t stream_at(const PackedHeader& header) {
+  return kHeaderEnd + (header.has_optics ? sizeof(SensorOptics) : 0);
+}
+
+SensorOptics optics_of(const std::string& bytes) {
+  SensorOptics optics;
+  if (header_of(bytes).has_optics) std::memcpy(&optics, bytes.data() + kHeaderEnd, sizeof optics);
+  return optics;
 }
 
 cv::Rect box_of(const PackedHeader& h) { return {h.box_x, h.box_y, h.box_width, h.box_height}; }
@@ -214,19 +225,22 @@ std::string deflated(const std::string& planes) {
   return bytes;
 }
 
-std::string inflated(const std::string& bytes, std::size_t expected) {
+std::string inflated(const std::string& bytes, std::size_t begin, std::size_t expected) {
   constexpr std::size_t kMaxInflation = 1100;  // of zlib: a damaged header must not take all memory
   if (expected / kMaxInflation > bytes.size()) throw Error("damaged: its planes are incomplete");
   std::string planes(expected, '\0');
   uLongf size = static_cast<uLongf>(expected);
   const int code = ::uncompress(reinterpret_cast<Bytef*>(planes.data()), &size,
-                                reinterpret_cast<const Bytef*>(bytes.data() + kStreamAt),
-                                static_cast<uLong>(bytes.size() - kStreamAt));
+                                reinterpret_cast<const Bytef*>(bytes.data() + begin),
+                                static_cast<uLong>(bytes.size() - begin));
   if (code != Z_OK || size != expected) throw Error("damaged: its planes are incomplete");
   return planes;
 }
 
-bool is_possible(const PackedHeader& h) {
+bool is_possible(const std::string& bytes) {
+  const PackedHeader h = header_of(bytes);
+  if (h.has_optics > 1 || bytes.size() < stream_at(h)) return false;
+  if (!why_impossible(optics_of(bytes), h.width, h.height, h.pixel_pitch_mm).empty()) return false;
   const bool box = h.box_x + h.box_width <= h.width && h.box_y + h.box_height <= h.height;
   const bool center = std::isfinite(h.center_x_mm) && std::isfinite(h.center_y_mm);
   const bool sigma = h.model_sigma > 0 && h.model_sigma <= 1000;
@@ -252,8 +266,11 @@ std::string packed(const Surface& surface) {
   header.center_x_mm = static_cast<float>(center_mm.x());
   header.center_y_mm = static_cast<float>(center_mm.y());
 
+  header.has_optics = surface.optics == SensorOptics{} ? 0 : 1;
   std::string content(sizeof header, '\0');
   std::memcpy(content.data(), &header, sizeof header);
+  if (header.has_optics)
+    content.append(reinterpret_cast<const char*>(&surface.optics), sizeof surface.optics);
   content += deflated(planes_of(surface, box, header.has_confidence != 0));
   const std::uint32_t sum = crc32_of(content);
   std::string bytes(kMagic);
@@ -264,17 +281,18 @@ std::string packed(const Surface& surface) {
 }  // namespace
 
 PackedSurface::PackedSurface(std::string bytes)
-    : header_(bytes.substr(0, kStreamAt)), bytes_(std::move(bytes)) {}
+    : header_(bytes.substr(0, stream_at(header_of(bytes)))), bytes_(std::move(bytes)) {}
 
 PackedSurface::PackedSurface(const Surface& surface) : PackedSurface(packed(surface)) {}
 
 PackedSurface PackedSurface::from_bytes(std::string bytes) {
-  if (bytes.size() < kStreamAt || !bytes.starts_with(kMagic)) throw Error("damaged, or not a packed surface");
+  if (bytes.size() < kHeaderEnd || !bytes.starts_with(kMagic))
+    throw Error("damaged, or not a packed surface");
   std::uint32_t sum = 0;
   std::memcpy(&sum, bytes.data() + kMagic.size(), sizeof sum);
   if (sum != crc32_of(std::string_view(bytes).substr(kHeaderAt)))
     throw Error("damaged: its checksum does not match");
-  if (!is_possible(header_of(bytes))) throw Error("holds numbers that no surface has");
+  if (!is_possible(bytes)) throw Error("holds numbers that no surface has");
   return PackedSurface(std::move(bytes));
 }
 
@@ -286,6 +304,7 @@ SurfacePtr PackedSurface::unpack() const {
   const cv::Rect box = box_of(header);
   auto surface = std::make_shared<Surface>();
   surface->pixel_pitch_mm = header.pixel_pitch_mm;
+  surface->optics = optics_of(header_);
   surface->model_sigma = model_sigma();
   surface->zero_is_bare_gel = header.zero_is_bare_gel != 0;
   surface->height_mm = cv::Mat1f::zeros(size);
@@ -293,7 +312,7 @@ SurfacePtr PackedSurface::unpack() const {
   surface->contact = cv::Mat1b::zeros(size);
   surface->curvature = cv::Mat1f::zeros(size);
   if (header.has_confidence) surface->confidence = cv::Mat1b::zeros(size);
-  const std::string planes = inflated(bytes_.read(), planes_size(header));
+  const std::string planes = inflated(bytes_.read(), stream_at(header), planes_size(header));
   unpack_coarse(planes, box, *surface);
   if (!box.empty()) unpack_box(planes, coarse_size(header), box, *surface);
   surface->contact_pixels = cv::countNonZero(surface->contact);

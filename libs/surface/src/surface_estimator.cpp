@@ -9,7 +9,8 @@
 #include "gelslam/surface/slopes.hpp"
 #include "heights/bare_gel.hpp"
 #include "heights/contact_mask.hpp"
-#include "heights/poisson.hpp"
+#include "heights/height_integrator.hpp"
+#include "heights/rest_grid.hpp"
 #include "photometry/blocks.hpp"
 #include "photometry/light.hpp"
 #include "photometry/pixel_repair.hpp"
@@ -62,9 +63,11 @@ struct SurfaceEstimator::Impl {
         light_tracker(background_blocks, true),
         shift_finder(background_blocks),
         gradient(model, pixels.background()),
-        poisson(size),
+        camera(camera_of(model, size, options)),
+        rest_grid(camera),
+        integrator(camera),
         uncertainty(uncertainty_of(model, size, options.pixel_pitch_mm)),
-        confidence(confidence_map(uncertainty, size)),
+        confidence(rest_grid.resample(confidence_map(uncertainty, size))),
         leveler(size, confidence),
         contact_detector(size, {options.color_dist_threshold, options.height_threshold_mm}),
         everywhere(all_blocks(size)) {}
@@ -83,17 +86,30 @@ struct SurfaceEstimator::Impl {
     return even;
   }
 
-  // Height in mm, 0 on the untouched gel.
-  cv::Mat1f height_from_gradient() {
-    cv::Mat1f height_px = poisson.solve(gx, gy);
-    const BareGelLeveler::Result gel = leveler.level(height_px, changed_blocks, poisson);
+  // In mm, 0 on the untouched gel. The slopes become the surface's own, on the rest grid.
+  cv::Mat1f relief_from_gradient() {
+    gx = rest_grid.resample(gx);
+    gy = rest_grid.resample(gy);
+    const cv::Mat1b changed = rest_grid.resample_mask(changed_blocks);
+    cv::Mat1f relief_px = integrator.solve(gx, gy);
+    const BareGelLeveler::Result gel = leveler.level(relief_px, changed, integrator.solver());
     scatter_mm = gel.scatter_px * static_cast<float>(options.pixel_pitch_mm);
     bare_gel_seen = gel.seen;
-    return poisson.pixels(height_px, static_cast<float>(options.pixel_pitch_mm));
+    return integrator.relief_mm(relief_px);
+  }
+
+  cv::Mat1b contact_of(const cv::Mat1f& relief_mm) {
+    cv::Mat1b contact;
+    contact_detector.detect(relief_mm, options.pixel_pitch_mm, scatter_mm, rest_grid.resample_blocks(blocks),
+                            contact);
+    rest_grid.remove_beyond(contact);
+    return contact;
   }
 
   // Blocks the next frame's light must not be read from.
-  void remember_contact() { cv::dilate(contact_detector.contact_blocks(), touched_blocks, contact_margin); }
+  void remember_contact() {
+    cv::dilate(rest_grid.raw_mask(contact_detector.contact_blocks()), touched_blocks, contact_margin);
+  }
 
   SurfaceOptions options;
   PixelRepair pixels;
@@ -103,7 +119,9 @@ struct SurfaceEstimator::Impl {
   Light light;  // of the last picture
   ShiftFinder shift_finder;
   GradientMap gradient;
-  PoissonSolver poisson;
+  CameraModel camera;
+  RestGrid rest_grid;
+  HeightIntegrator integrator;
   SlopeUncertainty uncertainty;
   cv::Mat1b confidence;  // Surface::confidence where all is contact
   BareGelLeveler leveler;
@@ -143,26 +161,27 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
   }
   Stopwatch watch;
   auto surface = std::make_shared<Surface>();
-  surface->pixel_pitch_mm = self.options.pixel_pitch_mm;
+  surface->pixel_pitch_mm = self.camera.pitch_mm;
+  surface->optics = self.camera.optics;
 
   const cv::Mat3b& bgr = self.find_changes(self.pixels.clean(image));
   const cv::Mat1b& blocks = self.options.gradient_everywhere ? self.everywhere : self.changed_blocks;
   self.gradient.compute(bgr, self.colors, blocks, self.gx, self.gy);
   self.timings.gradient_ms = watch.lap_ms();
 
-  surface->height_mm = self.height_from_gradient();
+  surface->height_mm = self.relief_from_gradient();
   surface->zero_is_bare_gel = self.bare_gel_seen;
   self.timings.poisson_ms = watch.lap_ms();
 
-  self.contact_detector.detect(surface->height_mm, self.options.pixel_pitch_mm, self.scatter_mm, self.blocks,
-                               surface->contact);
+  surface->contact = self.contact_of(surface->height_mm);
+  self.integrator.to_height(surface->height_mm);
   surface->contact_pixels = cv::countNonZero(surface->contact);
   surface->model_sigma =
       static_cast<float>(relative_sigma(self.uncertainty));  // as a packed surface keeps it
   surface->confidence = cv::Mat1b::zeros(self.size);
   self.confidence.copyTo(surface->confidence, surface->contact);
   if (const cv::Mat1b& covered = self.pixels.covered(); !covered.empty())
-    surface->confidence.setTo(1, covered & surface->contact);  // the least
+    surface->confidence.setTo(1, (self.rest_grid.resample(covered) > 0) & surface->contact);  // the least
   self.remember_contact();
   self.timings.contact_ms = watch.lap_ms();
 

@@ -23,6 +23,7 @@ class ContactGrid {
       : points_mm_(coarse_contact_points_mm(surface)), extent_(extent_of(points_mm_)) {
     const int rows = surface.contact.rows, columns = surface.contact.cols;
     coarse_.pixel_pitch_mm = kCellPx * surface.pixel_pitch_mm;
+    coarse_.optics = surface.optics;
     coarse_.contact.create((rows + kCellPx - 1) / kCellPx, (columns + kCellPx - 1) / kCellPx);
     coarse_.height_mm.create(coarse_.contact.size());
     for (int v = 0; v < coarse_.contact.rows; ++v)

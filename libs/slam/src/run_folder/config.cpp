@@ -26,6 +26,9 @@ void describe_sensor(OptionVisitor& visit, Config& config) {
   visit.text("camera_controls", sensor.camera_controls,
              "name=number, name=number; as gelslam devices names them");
   visit.path("calibration_model_path", sensor.calibration_model_path, "nnmodel.pth of this sensor");
+  if (visit.section("optics", "of a sensor whose model does not say them",
+                    [&] { describe_optics(visit, config.surface.optics); }))
+    config.optics_from = "configuration";
   visit.number("color_gain_blue", config.color_gain_bgr[0], 0.1, 10,
                "factor on every picture, to use another sensor's model");
   visit.number("color_gain_green", config.color_gain_bgr[1], 0.1, 10, "the same for green");
@@ -116,7 +119,10 @@ Config completed(Config config, const std::filesystem::path& name) {
   if (!is_possible_picture({sensor.width_px, sensor.height_px}, sensor.pixel_pitch_mm))
     throw Error(name.string() +
                 ": device_config makes the gel more than 200 mm wide; check ppmm, imgw and imgh");
-  config.surface.pixel_pitch_mm = config.sensor.pixel_pitch_mm;
+  config.surface.pixel_pitch_mm = sensor.pixel_pitch_mm;
+  const std::string problem =
+      why_impossible(config.surface.optics, sensor.width_px, sensor.height_px, sensor.pixel_pitch_mm);
+  if (!problem.empty()) throw Error(name.string() + ": device_config.optics: " + problem);
   return config;
 }
 

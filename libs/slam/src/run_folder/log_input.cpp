@@ -48,7 +48,6 @@ FoundConfig look_up(const LogInput& input) {
 }
 
 std::string model_bytes(const fs::path& file) {
-  read_gradient_model(file);  // a log with a broken model would be found out too late
   if (is_matroska(file)) return read_log_attachments(file).model;
   return read_file(file);
 }
@@ -59,7 +58,11 @@ LogAttachments attachments_of(const Config& config) {
   LogAttachments attachments;
   Config stored = config;
   fs::path& model = stored.sensor.calibration_model_path;
-  if (!model.empty()) attachments.model = model_bytes(model);
+  if (!model.empty()) {
+    // A log with a broken model would be found out too late. Its optics may lie in a file beside it.
+    stored.surface.optics = read_gradient_model(model).optics.value_or(stored.surface.optics);
+    attachments.model = model_bytes(model);
+  }
   model.clear();  // it is in the log, and this machine's paths mean nothing elsewhere
   attachments.config_yaml = write_config(stored);
   return attachments;
@@ -81,7 +84,13 @@ Config find_config(const LogInput& input) { return look_up(input).config; }
 
 Config resolve_config(const LogInput& input) {
   FoundConfig found = look_up(input);
-  if (!found.config.sensor.calibration_model_path.empty()) return found.config;
+  if (const fs::path& model = found.config.sensor.calibration_model_path; !model.empty()) {
+    if (const auto optics = read_gradient_model(model).optics) {
+      found.config.surface.optics = *optics;
+      found.config.optics_from = "model";
+    }
+    return found.config;
+  }
   if (!input.log.empty()) open_frame_source(input.log, found.config.sensor)->next();  // first what is no log
   throw Error("no gradient model: give --model nnmodel.pth, or name calibration_model_path in " +
               (found.from.empty() ? std::string("a configuration") : found.from));

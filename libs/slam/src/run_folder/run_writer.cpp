@@ -120,6 +120,16 @@ ordered_json rig_fields(const SlamMap& map) {
           {"second_start_s", map.measured.rig.second_start_s}};
 }
 
+ordered_json optics_fields(const Config& config) {
+  const SensorOptics& optics = config.surface.optics;
+  return {{"from", config.optics_from},
+          {"lens_k1", optics.lens_k1},
+          {"lens_center_px", optics.lens_center_px},
+          {"pixel_aspect", optics.pixel_aspect},
+          {"camera_distance_mm", optics.camera_distance_mm},
+          {"gel_dome_per_mm", optics.gel_dome_per_mm}};
+}
+
 ordered_json report(const Config& config, const SlamMap& map, const RunAccount& account) {
   const ReconstructSummary& summary = account.summary;
   ordered_json json;
@@ -127,6 +137,7 @@ ordered_json report(const Config& config, const SlamMap& map, const RunAccount& 
   if (!account.log.empty()) json["log"] = fs::absolute(account.log).lexically_normal().string();
   json["log_description"] = account.log_description;
   json["model"] = config.sensor.calibration_model_path.string();
+  json["optics"] = optics_fields(config);
   json["partial"] = summary.partial;
   if (!summary.warning.empty()) json["warning"] = summary.warning;
   if (!summary.parts.empty()) {

@@ -2,7 +2,7 @@
 
 #include "gelslam/surface/slopes.hpp"
 #include "heights/bare_gel.hpp"
-#include "heights/poisson.hpp"
+#include "heights/height_integrator.hpp"
 #include "photometry/blocks.hpp"
 
 namespace gelslam {
@@ -10,38 +10,42 @@ namespace gelslam {
 using namespace surface::detail;
 
 struct GradientSurfaces::Impl {
-  Impl(cv::Size size, double pitch_mm)
-      : poisson(size),
-        leveler(size),
-        pixel_pitch_mm(pitch_mm),
-        border(cv::getStructuringElement(cv::MORPH_RECT,
-                                         cv::Size(2 * (size.height / 48) + 1, 2 * (size.height / 48) + 1))) {}
+  explicit Impl(const CameraModel& model)
+      : camera(model),
+        integrator(camera),
+        leveler(camera.size),
+        border(cv::getStructuringElement(
+            cv::MORPH_RECT, cv::Size(2 * (camera.size.height / 48) + 1, 2 * (camera.size.height / 48) + 1))) {
+  }
 
-  PoissonSolver poisson;
+  CameraModel camera;
+  HeightIntegrator integrator;
   BareGelLeveler leveler;
-  double pixel_pitch_mm;
   cv::Mat border;
 };
 
-GradientSurfaces::GradientSurfaces(cv::Size size, double pixel_pitch_mm)
-    : impl_(std::make_unique<Impl>(size, pixel_pitch_mm)) {}
+GradientSurfaces::GradientSurfaces(const CameraModel& camera) : impl_(std::make_unique<Impl>(camera)) {}
 GradientSurfaces::~GradientSurfaces() = default;
 
-SurfacePtr GradientSurfaces::make(const cv::Mat1f& gx, const cv::Mat1f& gy, const cv::Mat1b& touched) {
+SurfacePtr GradientSurfaces::make(const cv::Mat1f& relative_gx, const cv::Mat1f& relative_gy,
+                                  const cv::Mat1b& touched) {
   auto surface = std::make_shared<Surface>();
-  surface->pixel_pitch_mm = impl_->pixel_pitch_mm;
-  cv::Mat1f height_px = impl_->poisson.solve(gx, gy);
+  surface->pixel_pitch_mm = impl_->camera.pitch_mm;
+  surface->optics = impl_->camera.optics;
   // The gel moves beyond the contact, too.
   constexpr double kStillSlope = 0.02;
   cv::Mat1f slope;
-  cv::magnitude(gx, gy, slope);
+  cv::magnitude(relative_gx, relative_gy, slope);
   cv::Mat1b disturbed;
   cv::compare(slope, kStillSlope, disturbed, cv::CMP_GT);
   cv::bitwise_or(disturbed, touched, disturbed);
   cv::Mat1b blocks;
   gather_blocks(disturbed, blocks);
-  surface->zero_is_bare_gel = impl_->leveler.level(height_px, blocks, impl_->poisson).seen;
-  surface->height_mm = impl_->poisson.pixels(height_px, static_cast<float>(impl_->pixel_pitch_mm));
+  cv::Mat1f gx = relative_gx.clone(), gy = relative_gy.clone();
+  cv::Mat1f relief_px = impl_->integrator.solve(gx, gy);
+  surface->zero_is_bare_gel = impl_->leveler.level(relief_px, blocks, impl_->integrator.solver()).seen;
+  surface->height_mm = impl_->integrator.relief_mm(relief_px);
+  impl_->integrator.to_height(surface->height_mm);
   cv::erode(touched != 0, surface->contact, impl_->border);
   surface->contact_pixels = cv::countNonZero(surface->contact);
   surface->normals = normals_from_gradient(gx, gy);

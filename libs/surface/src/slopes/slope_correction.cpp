@@ -8,7 +8,7 @@
 #include "gelslam/core/gradient_model.hpp"
 #include "gelslam/core/median.hpp"
 #include "heights/contact_mask.hpp"
-#include "heights/poisson.hpp"
+#include "heights/height_integrator.hpp"
 
 namespace gelslam {
 
@@ -17,12 +17,14 @@ using namespace surface::detail;
 namespace {
 
 /// Median change in height on bare gel: the constant of integration.
-float change_of_bare_gel(const cv::Mat1f& change, const Surface& read, std::vector<float>& scratch) {
-  constexpr float kFlatNormalZ = 0.9995F;  // tilt below 2 degrees
+float change_of_bare_gel(const cv::Mat1f& change, const Surface& read, const cv::Mat3f& rest_normals,
+                         std::vector<float>& scratch) {
+  constexpr float kFlatCosine = 0.9995F;  // tilted by less than 2 degrees
   scratch.clear();
   for (int v = 0; v < change.rows; ++v)
     for (int u = 0; u < change.cols; ++u)
-      if (!read.contact(v, u) && read.normals(v, u)[2] > kFlatNormalZ) scratch.push_back(change(v, u));
+      if (!read.contact(v, u) && read.normals(v, u).dot(rest_normals(v, u)) > kFlatCosine)
+        scratch.push_back(change(v, u));
   if (scratch.empty()) scratch.assign(change.begin(), change.end());
   return quantile_in_place(scratch, 0.5);
 }
@@ -87,10 +89,19 @@ std::array<double, SlopeCorrection::kTerms> SlopeCorrection::prior_sigma(double 
 }
 
 struct SlopeCorrector::Impl {
-  explicit Impl(cv::Size size) : poisson(size), gx(size), gy(size), dx(size), dy(size) {}
+  explicit Impl(const CameraModel& model)
+      : camera(model),
+        integrator(camera),
+        rest_normals(normals_from_gradient(integrator.rest_gx(), integrator.rest_gy())),
+        gx(camera.size),
+        gy(camera.size),
+        dx(camera.size),
+        dy(camera.size) {}
 
-  PoissonSolver poisson;     // of this size
-  cv::Mat1f gx, gy, dx, dy;  // corrected slopes, and what was taken off
+  CameraModel camera;
+  HeightIntegrator integrator;
+  cv::Mat3f rest_normals;
+  cv::Mat1f gx, gy, dx, dy;  // read slopes, and what is added to them
   cv::Mat1f touched;         // 1 in contact, 0 on bare gel, and a membrane rim between
   std::vector<float> scratch;
 };
@@ -99,7 +110,7 @@ SlopeCorrector::SlopeCorrector() = default;
 SlopeCorrector::~SlopeCorrector() = default;
 
 SurfacePtr SlopeCorrector::apply(const Surface& read, const SlopeCorrection& correction) {
-  if (!impl_ || impl_->gx.size() != read.contact.size()) impl_ = std::make_unique<Impl>(read.contact.size());
+  if (!impl_ || impl_->camera != read.camera()) impl_ = std::make_unique<Impl>(read.camera());
   Impl& self = *impl_;
   read.contact.convertTo(self.touched, CV_32F, 1.0 / 255.0);
   // From contact to bare gel there is a membrane rim.
@@ -111,21 +122,28 @@ SurfacePtr SlopeCorrector::apply(const Surface& read, const SlopeCorrection& cor
       const float gx = -n[0] / n[2], gy = -n[1] / n[2];
       const cv::Point2f place = SlopeCorrection::place(read.normals.size(), {u, v});
       const float touched = self.touched(v, u);
-      const SlopeCorrection::Terms terms = SlopeCorrection::terms(place.x, place.y, gx, gy);
+      // The gel at rest is known.
+      const SlopeCorrection::Terms terms = SlopeCorrection::terms(
+          place.x, place.y, gx - self.integrator.rest_gx()(v, u), gy - self.integrator.rest_gy()(v, u));
       const double* const factors = correction.factors.data();
       self.dx(v, u) = -weighted(terms[0], factors, touched);
       self.dy(v, u) = -weighted(terms[1], factors + SlopeCorrection::kTermsPerAxis, touched);
-      self.gx(v, u) = gx + self.dx(v, u);
-      self.gy(v, u) = gy + self.dy(v, u);
+      self.gx(v, u) = gx;
+      self.gy(v, u) = gy;
     }
   auto surface = std::make_shared<Surface>(read);
-  surface->normals = normals_from_gradient(self.gx, self.gy);
   const auto pitch_mm = static_cast<float>(read.pixel_pitch_mm);
-  const cv::Mat1f change_px = self.poisson.pixels(self.poisson.solve(self.dx, self.dy));
-  const float level = change_of_bare_gel(change_px, read, self.scratch);
+  const cv::Mat1f change_px =
+      self.integrator.relief_px(self.integrator.solve_change(self.gx, self.gy, self.dx, self.dy));
+  const float level = change_of_bare_gel(change_px, read, self.rest_normals, self.scratch);
   surface->height_mm = read.height_mm.clone();
+  self.integrator.to_relief(surface->height_mm);
   for (int v = 0; v < change_px.rows; ++v)
     for (int u = 0; u < change_px.cols; ++u) surface->height_mm(v, u) += pitch_mm * (change_px(v, u) - level);
+  self.integrator.to_height(surface->height_mm);
+  self.gx += self.dx;
+  self.gy += self.dy;
+  surface->normals = normals_from_gradient(self.gx, self.gy);
   return surface;
 }
 

@@ -30,6 +30,7 @@ TouchMesh make_touch_mesh(const TouchPatch& touch) {
   const Surface& s = *touch.surface;
   const int step = s.contact_pixels > kFewPixels ? 2 : 1, width = s.contact.cols, height = s.contact.rows;
   const double scale = touch.gradient_scale > 0 ? touch.gradient_scale : 1.0;
+  const CameraModel camera = s.camera();
   cv::Mat1f inside;
   s.contact.convertTo(inside, CV_32F, 1.0 / 255);
   cv::GaussianBlur(inside, inside, {}, kBlurPx);
@@ -40,8 +41,7 @@ TouchMesh make_touch_mesh(const TouchPatch& touch) {
       const cv::Vec3f& n = s.normals(v, u);
       const float z = s.height_mm(v, u);
       if (inside(v, u) < -0.5F || !std::isfinite(z) || !std::isfinite(n[0] + n[1] + n[2])) continue;
-      const Vector3d p((u - 0.5 * width + 0.5) * s.pixel_pitch_mm,
-                       (v - 0.5 * height + 0.5) * s.pixel_pitch_mm, z / scale);
+      const Vector3d p = camera.point_mm(cv::Point(u, v), z / scale);
       index(v / step, u / step) = static_cast<int>(mesh.vertices.size());
       mesh.vertices.push_back(
           {(touch.map_T_sensor * p).cast<float>(),

@@ -25,7 +25,8 @@ namespace gelslam {
 class OptionVisitor {
  public:
   virtual ~OptionVisitor() = default;
-  virtual void section(const std::string& key, const std::string& comment,
+  /// Whether the file has it.
+  virtual bool section(const std::string& key, const std::string& comment,
                        const std::function<void()>& fields) = 0;
   virtual void number(const std::string& key, double& value, double min, double max,
                       const std::string& comment) = 0;

@@ -31,11 +31,11 @@ struct SensorOptics {
   bool operator==(const SensorOptics&) const = default;
 };
 
-/// A GelSight Mini whose picture is `picture_width_mm` wide: medians of public pictures of five sensors.
-SensorOptics gelsight_mini_optics(double picture_width_mm);
-
 /// Why no sensor with such pictures has these optics, or "".
 std::string why_impossible(const SensorOptics& optics, int width_px, int height_px, double pixel_pitch_mm);
+
+/// For people: "camera at 22 mm, lens k1 0.037, dome 0.0017 and 0.0028 per mm".
+std::string optics_text(const SensorOptics& optics);
 
 /// The numbers under the names that files have for them.
 void describe_optics(OptionVisitor& visit, SensorOptics& optics);

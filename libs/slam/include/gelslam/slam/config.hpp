@@ -25,6 +25,8 @@ struct Config {
   /// Factors on every picture's blue, green and red, background included, before anything looks at it: for a
   /// log from a sensor that is brighter or darker than the one the model was trained on.
   std::array<double, 3> color_gain_bgr = {1.0, 1.0, 1.0};
+  /// Who says surface.optics: "configuration", "model", or else nobody: an orthographic camera, a flat gel.
+  std::string optics_from = "default";
 };
 
 /// Throws Error with file and line on unknown keys, wrong types and values out of range.

@@ -18,6 +18,8 @@ struct CameraModel {
   double pitch_mm = 0;
   SensorOptics optics = {};
 
+  bool operator==(const CameraModel&) const = default;
+
   /// Pixel coordinates of the sensor's origin.
   Eigen::Vector2d center_px() const { return {0.5 * size.width - 0.5, 0.5 * size.height - 0.5}; }
 

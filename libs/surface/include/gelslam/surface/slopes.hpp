@@ -21,12 +21,13 @@ SlopeMap read_slope_map(const GradientModel& model, const cv::Mat3b& bgr, const 
 /// of the public TactileTracking data), all of one size. Not thread-safe: it keeps work buffers.
 class GradientSurfaces {
  public:
-  /// `size` at least 16x16.
-  GradientSurfaces(cv::Size size, double pixel_pitch_mm);
+  /// Pictures of at least 16x16 pixels.
+  explicit GradientSurfaces(const CameraModel& camera);
   ~GradientSurfaces();
 
-  /// gx, gy: height per distance; `touched`: not 0 where the object touches, which is eroded by H/48 pixels
-  /// as the public systems do. Zero height is the median where nothing touches.
+  /// gx, gy: slopes on the rest grid, relative to the gel at rest; `touched`: not 0 where the object touches,
+  /// which is eroded by H/48 pixels as the public systems do. Zero height is the median where nothing
+  /// touches.
   SurfacePtr make(const cv::Mat1f& gx, const cv::Mat1f& gy, const cv::Mat1b& touched);
 
  private:

@@ -1,0 +1,128 @@
+#include "heights/height_integrator.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "gelslam/core/target_clones.hpp"
+
+namespace gelslam::surface::detail {
+namespace {
+
+// 1 - g·X / D is the cosine between ray and normal over that of an upright surface: a surface that is seen
+// has a positive one. Noise may read others.
+constexpr float kLeastFacing = 0.1F;
+
+/// Derivatives of w by rest coordinates, of slopes.
+GELSLAM_CLONES void derivatives_of_row(const float* gx, const float* gy, const float* x_mm, float y_mm,
+                                       float inverse_distance, int length, float* dx, float* dy) {
+  for (int u = 0; u < length; ++u) {
+    const float facing = 1.0F - (gx[u] * x_mm[u] + gy[u] * y_mm) * inverse_distance;
+    const float stretch = 1.0F / (facing > kLeastFacing ? facing : kLeastFacing);
+    dx[u] = gx[u] * stretch;
+    dy[u] = gy[u] * stretch;
+  }
+}
+
+GELSLAM_CLONES void add_row(const float* from, int length, float factor, float* to) {
+  for (int u = 0; u < length; ++u) to[u] += factor * from[u];
+}
+
+/// z = D (exp(w / D) - 1), by the power series, in which D may be infinite.
+GELSLAM_CLONES void heights_of_row(float* w, float inverse_distance, int length) {
+  for (int u = 0; u < length; ++u) {
+    const float t = w[u] * inverse_distance;
+    w[u] *= 1.0F + t * (1.0F / 2 + t * (1.0F / 6 + t * (1.0F / 24 + t * (1.0F / 120 + t * (1.0F / 720)))));
+  }
+}
+
+/// w = D ln(1 + z / D), with t = z / (2 D + z): 2 D artanh(t).
+GELSLAM_CLONES void reliefs_of_row(float* z, float inverse_distance, int length) {
+  for (int u = 0; u < length; ++u) {
+    const float q = 2.0F / (2.0F + z[u] * inverse_distance), t = 0.5F * z[u] * inverse_distance * q,
+                s = t * t;
+    z[u] *= q * (1.0F + s * (1.0F / 3 + s * (1.0F / 5 + s * (1.0F / 7))));
+  }
+}
+
+}  // namespace
+
+HeightIntegrator::HeightIntegrator(const CameraModel& camera)
+    : pitch_mm_(static_cast<float>(camera.pitch_mm)),
+      inverse_distance_(static_cast<float>(camera.optics.inverse_distance())),
+      poisson_(camera.size),
+      rest_gx_(camera.size),
+      rest_gy_(camera.size),
+      rest_w_(camera.size) {
+  for (int u = 0; u < camera.size.width; ++u)
+    x_mm_.push_back(static_cast<float>(camera.to_mm(cv::Point(u, 0)).x()));
+  for (int v = 0; v < camera.size.height; ++v)
+    y_mm_.push_back(static_cast<float>(camera.to_mm(cv::Point(0, v)).y()));
+  for (int v = 0; v < camera.size.height; ++v)
+    for (int u = 0; u < camera.size.width; ++u) {
+      const Eigen::Vector3d point = camera.rest_point_mm(camera.to_mm(cv::Point(u, v)));
+      const Eigen::Vector2f slope = camera.rest_slope(point.head<2>()).cast<float>();
+      rest_gx_(v, u) = slope.x();
+      rest_gy_(v, u) = slope.y();
+      rest_w_(v, u) = static_cast<float>(point.z());
+    }
+  for (int v = 0; v < camera.size.height; ++v) reliefs_of_row(rest_w_[v], inverse_distance_, rest_w_.cols);
+  to_derivatives(rest_gx_, rest_gy_);
+  rest_dx_ = dx_.clone();
+  rest_dy_ = dy_.clone();
+}
+
+void HeightIntegrator::to_derivatives(const cv::Mat1f& gx, const cv::Mat1f& gy) {
+  dx_.create(gx.size());
+  dy_.create(gx.size());
+  for (int v = 0; v < gx.rows; ++v)
+    derivatives_of_row(gx[v], gy[v], x_mm_.data(), y_mm_[static_cast<std::size_t>(v)], inverse_distance_,
+                       gx.cols, dx_[v], dy_[v]);
+}
+
+cv::Mat1f HeightIntegrator::solve(cv::Mat1f& gx, cv::Mat1f& gy) {
+  for (int v = 0; v < gx.rows; ++v) {
+    add_row(rest_gx_[v], gx.cols, 1.0F, gx[v]);
+    add_row(rest_gy_[v], gx.cols, 1.0F, gy[v]);
+  }
+  to_derivatives(gx, gy);
+  for (int v = 0; v < gx.rows; ++v) {
+    add_row(rest_dx_[v], gx.cols, -1.0F, dx_[v]);
+    add_row(rest_dy_[v], gx.cols, -1.0F, dy_[v]);
+  }
+  return poisson_.solve(dx_, dy_);
+}
+
+float HeightIntegrator::stretch(float gx, float gy, int u, int v) const {
+  const float x_mm = x_mm_[static_cast<std::size_t>(u)], y_mm = y_mm_[static_cast<std::size_t>(v)];
+  return 1.0F / std::max(1.0F - (gx * x_mm + gy * y_mm) * inverse_distance_, kLeastFacing);
+}
+
+cv::Mat1f HeightIntegrator::solve_change(const cv::Mat1f& gx, const cv::Mat1f& gy, const cv::Mat1f& step_x,
+                                         const cv::Mat1f& step_y) {
+  dx_.create(gx.size());
+  dy_.create(gx.size());
+  for (int v = 0; v < gx.rows; ++v)
+    for (int u = 0; u < gx.cols; ++u) {
+      const float before = stretch(gx(v, u), gy(v, u), u, v),
+                  after = stretch(gx(v, u) + step_x(v, u), gy(v, u) + step_y(v, u), u, v);
+      dx_(v, u) = step_x(v, u) * after + gx(v, u) * (after - before);
+      dy_(v, u) = step_y(v, u) * after + gy(v, u) * (after - before);
+    }
+  return poisson_.solve(dx_, dy_);
+}
+
+void HeightIntegrator::to_height(cv::Mat1f& relief_mm) const {
+  for (int v = 0; v < relief_mm.rows; ++v) {
+    add_row(rest_w_[v], relief_mm.cols, 1.0F, relief_mm[v]);
+    heights_of_row(relief_mm[v], inverse_distance_, relief_mm.cols);
+  }
+}
+
+void HeightIntegrator::to_relief(cv::Mat1f& height_mm) const {
+  for (int v = 0; v < height_mm.rows; ++v) {
+    reliefs_of_row(height_mm[v], inverse_distance_, height_mm.cols);
+    add_row(rest_w_[v], height_mm.cols, -1.0F, height_mm[v]);
+  }
+}
+
+}  // namespace gelslam::surface::detail
