@@ -65,12 +65,15 @@ struct Seen {
 Seen seen_along(const CameraModel& camera, const Eigen::Vector2d& rest_mm, const Eigen::Vector3d& ball_mm) {
   const Eigen::Vector3d rest = camera.rest_point_mm(rest_mm);
   const double distance = camera.optics.camera_distance_mm;
-  // Along the ray from z = -2 upward.
-  for (double z = -2; z < rest.z(); z += 1e-4) {
-    const Eigen::Vector3d from_middle =
-        Eigen::Vector3d((1 + z / distance) * rest_mm.x(), (1 + z / distance) * rest_mm.y(), z) - ball_mm;
-    if (from_middle.norm() > kBallMm) continue;
-    return {z, -from_middle.head<2>() / from_middle.z(), true};
+  // Where the ray, (x, y, z) = ((1 + z / distance) X, z), first meets the ball from below.
+  const Eigen::Vector3d along(rest_mm.x() / distance, rest_mm.y() / distance, 1);
+  const Eigen::Vector3d from_middle = Eigen::Vector3d(rest_mm.x(), rest_mm.y(), 0) - ball_mm;
+  const double half = along.dot(from_middle), length2 = along.squaredNorm(),
+               root2 = half * half - length2 * (from_middle.squaredNorm() - kBallMm * kBallMm);
+  const double z = root2 < 0 ? rest.z() : (-half - std::sqrt(root2)) / length2;
+  if (z < rest.z()) {
+    const Eigen::Vector3d normal = from_middle + z * along;
+    return {z, -normal.head<2>() / normal.z(), true};
   }
   return {rest.z(), camera.rest_slope(rest.head<2>()), false};
 }
