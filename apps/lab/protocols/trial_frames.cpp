@@ -45,7 +45,7 @@ class ArraySource final : public TrialFrames::Source {
     if (!sources.config.empty() || fs::is_regular_file(file)) config = read_config(file);
     check_shapes(folder);
     const cv::Size size(static_cast<int>(gradients_.shape[2]), static_cast<int>(gradients_.shape[1]));
-    surfaces_.emplace(size, config.sensor.pixel_pitch_mm);
+    surfaces_.emplace(CameraModel{size, config.sensor.pixel_pitch_mm});
     size_ = size;
   }
 
