@@ -103,8 +103,7 @@ TEST(RigProgram, MistakesAreSaidInOneLine) {
   const ProgramResult same = gelslam({"scan", "--camera", "7", "--camera", "7", "--headless", "-o", "run",
                                       "--model", scan().model().string()});
   EXPECT_THAT(same.err, HasSubstr("--camera 7 and --camera 7 are both /dev/video7"));
-  const TemporaryFolder folder;
-  const std::string other = (folder / "other").string();
+  const std::string other = log + "-again";  // beside it, where its model is found
   std::filesystem::copy(log, other, std::filesystem::copy_options::recursive);
   const ProgramResult nowhere = gelslam({"replay", log, other, "--headless"});
   EXPECT_THAT(nowhere.err, HasSubstr("two sensors need a run folder"));
