@@ -87,6 +87,7 @@ TEST_F(RecordedLog, WhatAPersonNamesGoesFirst) {
   write_bytes(folder / "config.yaml", "device_config:\n  calibration_model_path: model.pth\n");
   EXPECT_EQ(resolve_config(input).sensor.calibration_model_path.filename(), "model.pth");
   input.config.clear();
+  write_bytes(folder / "other.pth", model_bytes);
   input.model = folder / "other.pth";
   EXPECT_EQ(resolve_config(input).sensor.calibration_model_path.filename(), "other.pth");
 }
