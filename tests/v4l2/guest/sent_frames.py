@@ -38,7 +38,7 @@ def main() -> None:
     frames = [head + rest for rest in log.split(head)[1:]]
     whole = sum(any(frame.startswith(picture) for picture in sent) for frame in frames)
     torn = sum(is_torn(frame, sent) for frame in frames) - whole
-    readable = info["readable"]
+    readable = (lambda i: {"frames": int(__import__("re").search("([0-9]+) frames", i["readable"])[1]), "state": "damaged" if i["problems"] else "whole"})(info)
     print("  frames", readable["frames"], "of which byte for byte", whole, "and torn by the loopback", torn)
     assert readable["state"] == "whole" and readable["frames"] >= 5, info
     assert len(frames) == readable["frames"], "frames begin otherwise than they were sent"
