@@ -53,7 +53,8 @@ both, first, second = reports = [json.load(open(run / "report.json")) for run in
 print("  tracked", *(report["frames"]["tracked"] for report in reports), "pieces", both["components"])
 assert [report["partial"] for report in reports] == [False, False, True]
 assert all((run / "mesh.ply").stat().st_size > 10000 for run in runs)
-assert second["frames"]["tracked"] >= 1 and first["frames"]["tracked"] >= 3, "too few frames were tracked"
+# Which of the two leaves out more frames depends on the emulated processor.
+assert min(run["frames"]["tracked"] for run in (first, second)) >= 1 and both["frames"]["tracked"] >= 4, "too few frames were tracked"
 assert both["frames"]["tracked"] == first["frames"]["tracked"] + second["frames"]["tracked"]
 assert both["components"] == 1 or both["warning"], "two maps, which is not said"
 log = (lambda i: {"frames": int(__import__("re").search("([0-9]+) frames", i["readable"])[1]), "state": "damaged" if i["problems"] else "whole"})(json.load(open(sys.argv[2])))
