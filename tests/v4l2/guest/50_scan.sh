@@ -25,7 +25,7 @@ kill -9 $scanner
 wait $scanner
 stop_feeding
 runs_with 0 "$gelslam" info --json "$tmp/run/log.mkv"
-python3 -c 'import json, sys; log = (lambda i: {"frames": int(__import__("re").search("([0-9]+) frames", i["readable"])[1]), "state": "damaged" if i["problems"] else "whole"})(json.load(sys.stdin)); print("  killed after", log["frames"], "recorded frames"); sys.exit(log["frames"] < 3)' \
+python3 -c 'import json, sys; from readable import readable; log = readable(json.load(sys.stdin)); print("  killed after", log["frames"], "recorded frames"); sys.exit(log["frames"] < 3)' \
   <"$tmp/out" || fail "the log was lost"
 
 begin log-2.mkv --continue "$tmp/run"
@@ -38,7 +38,8 @@ has "no frame for 5 s" "$tmp/err"
 runs_with 0 "$gelslam" info --json "$tmp/run/log-2.mkv"
 python3 - "$tmp/run" "$frames" "$tmp/out" <<'P' || fail "the run is not as expected"
 import json, pathlib, sys
-run, sent, log = pathlib.Path(sys.argv[1]), int(sys.argv[2]), (lambda i: {"frames": int(__import__("re").search("([0-9]+) frames", i["readable"])[1]), "state": "damaged" if i["problems"] else "whole"})(json.load(open(sys.argv[3])))
+from readable import readable
+run, sent, log = pathlib.Path(sys.argv[1]), int(sys.argv[2]), readable(json.load(open(sys.argv[3])))
 tracked = [line for line in (run / "trajectory.tum").read_text().splitlines() if not line.startswith("#")]
 head = (run / "mesh.ply").read_bytes()[:2000].decode("latin1").splitlines()
 vertices = next(int(line.split()[2]) for line in head if line.startswith("element vertex"))

@@ -48,6 +48,7 @@ lacks "/dev/video10: no frame" "$tmp/err"
 runs_with 0 "$gelslam" info --json "$tmp/run-second/log.mkv"
 python3 - "$tmp/run" "$tmp/out" <<'P' || fail "the runs are not as expected"
 import json, pathlib, sys
+from readable import readable
 runs = [pathlib.Path(sys.argv[1] + name) for name in ("", "-first", "-second")]
 both, first, second = reports = [json.load(open(run / "report.json")) for run in runs]
 print("  tracked", *(report["frames"]["tracked"] for report in reports), "pieces", both["components"])
@@ -57,6 +58,6 @@ assert all((run / "mesh.ply").stat().st_size > 10000 for run in runs)
 assert min(run["frames"]["tracked"] for run in (first, second)) >= 1 and both["frames"]["tracked"] >= 4, "too few frames were tracked"
 assert both["frames"]["tracked"] == first["frames"]["tracked"] + second["frames"]["tracked"]
 assert both["components"] == 1 or both["warning"], "two maps, which is not said"
-log = (lambda i: {"frames": int(__import__("re").search("([0-9]+) frames", i["readable"])[1]), "state": "damaged" if i["problems"] else "whole"})(json.load(open(sys.argv[2])))
+log = readable(json.load(open(sys.argv[2])))
 assert log["state"] == "whole" and 15 <= log["frames"] <= 25, log
 P

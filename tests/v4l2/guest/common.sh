@@ -3,6 +3,7 @@ set -uo pipefail
 
 gelslam=$build/bin/gelslam
 tmp=$(mktemp -d /dev/shm/test.XXXX)
+export PYTHONPATH=$here/guest PYTHONDONTWRITEBYTECODE=1  # readable.py
 
 fail() {
   echo "  failed: $*"

@@ -7,6 +7,8 @@ import json
 import pathlib
 import sys
 
+from readable import readable
+
 MOST_TORN = 0.1  # share of the frames
 
 
@@ -38,10 +40,10 @@ def main() -> None:
     frames = [head + rest for rest in log.split(head)[1:]]
     whole = sum(any(frame.startswith(picture) for picture in sent) for frame in frames)
     torn = sum(is_torn(frame, sent) for frame in frames) - whole
-    readable = (lambda i: {"frames": int(__import__("re").search("([0-9]+) frames", i["readable"])[1]), "state": "damaged" if i["problems"] else "whole"})(info)
-    print("  frames", readable["frames"], "of which byte for byte", whole, "and torn by the loopback", torn)
-    assert readable["state"] == "whole" and readable["frames"] >= 5, info
-    assert len(frames) == readable["frames"], "frames begin otherwise than they were sent"
+    found = readable(info)
+    print("  frames", found["frames"], "of which byte for byte", whole, "and torn by the loopback", torn)
+    assert found["state"] == "whole" and found["frames"] >= 5, info
+    assert len(frames) == found["frames"], "frames begin otherwise than they were sent"
     assert whole + torn == len(frames), "frames were changed"
     assert torn <= max(1, MOST_TORN * len(frames)), "too many are torn"
     assert info["problems"] == [], info["problems"]
