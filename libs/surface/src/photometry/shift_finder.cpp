@@ -23,8 +23,8 @@ cv::Mat3f cells_of(const cv::Mat3f& blocks) {
   return cells;
 }
 
-/// How many cells of each row agree.
-std::vector<int> agreeing(const cv::Mat3f& cells, const cv::Mat3f& background) {
+/// 1 for every cell that agrees, else 0.
+cv::Mat1b agreeing(const cv::Mat3f& cells, const cv::Mat3f& background) {
   cv::Vec3d products(0, 0, 0), squares(0, 0, 0);
   for (auto b = background.begin(), c = cells.begin(); b != background.end(); ++b, ++c) {
     const cv::Vec3f difference = *c - *b;
@@ -34,22 +34,21 @@ std::vector<int> agreeing(const cv::Mat3f& cells, const cv::Mat3f& background) {
   }
   cv::Vec3f gain;
   for (int c = 0; c < 3; ++c) gain[c] = squares[c] > 0 ? static_cast<float>(products[c] / squares[c]) : 1.0F;
-  std::vector<int> counts(static_cast<std::size_t>(cells.rows), 0);
+  cv::Mat1b agree(cells.size(), 0);
   for (int row = 0; row < cells.rows; ++row) {
     for (int column = 0; column < cells.cols; ++column) {
       const cv::Vec3f difference = cells(row, column) - gain.mul(background(row, column));
-      if (difference.dot(difference) < kCellAgreesLevels * kCellAgreesLevels)
-        ++counts[static_cast<std::size_t>(row)];
+      agree(row, column) = difference.dot(difference) < kCellAgreesLevels * kCellAgreesLevels;
     }
   }
-  return counts;
+  return agree;
 }
 
 /// Of rows next to each other, the most that more cells agree.
-int gained(const std::vector<int>& counts, const std::vector<int>& before) {
+int gained(const cv::Mat1b& agree, const cv::Mat1b& before) {
   int most = 0, sum = 0;
-  for (std::size_t row = 0; row < counts.size(); ++row) {
-    sum = std::max(0, sum + counts[row] - before[row]);
+  for (int row = 0; row < agree.rows; ++row) {
+    sum = std::max(0, sum + cv::countNonZero(agree.row(row)) - cv::countNonZero(before.row(row)));
     most = std::max(most, sum);
   }
   return most;
@@ -69,17 +68,22 @@ ShiftFinder::ShiftFinder(const cv::Mat3f& background_blocks) {
   }
 }
 
-int ShiftFinder::find_px(const cv::Mat3f& blocks) const {
+int ShiftFinder::find_px(const cv::Mat3f& blocks) {
   const cv::Mat3f cells = cells_of(blocks);
-  const std::vector<int> unshifted = agreeing(cells, shifted_.front());
-  int best = static_cast<int>(kLeastGain * static_cast<double>(cells.total())), shift_blocks = 0;
-  for (std::size_t i = 1; i < shifted_.size(); ++i) {
-    const int more = gained(agreeing(cells, shifted_[i]), unshifted);
-    if (more > best) {
-      best = more;
-      shift_blocks = shift_blocks_[i];
+  const cv::Mat1b unshifted = agreeing(cells, shifted_.front());
+  const auto least = static_cast<int>(kLeastGain * static_cast<double>(cells.total()));
+  int best = least, shift_blocks = 0;
+  // Bare gel that is shifted agrees no more where it agreed before. Few pictures are compared further.
+  if (bare_.empty() || cv::countNonZero(bare_ > unshifted) > least) {
+    for (std::size_t i = 1; i < shifted_.size(); ++i) {
+      const int more = gained(agreeing(cells, shifted_[i]), unshifted);
+      if (more > best) {
+        best = more;
+        shift_blocks = shift_blocks_[i];
+      }
     }
   }
+  if (shift_blocks == 0) bare_ = unshifted;
   return shift_blocks * kBlockPx;
 }
 
