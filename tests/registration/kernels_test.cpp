@@ -167,6 +167,7 @@ void expect_right_jacobian(double camera_distance_mm) {
   const auto warped_normal = [&](const Eigen::Vector3d& q, int column, double step) {
     Vector6d xi = Vector6d::Zero();
     xi(column) = step;
+    xi(5) = camera_distance_mm > 0 ? tz_of_turn(samples, xi(0), xi(1)) : 0.0;
     const Pose warp = se3_exp(xi);
     const Eigen::Vector3d p = warp * q;
     const double shrink = camera_distance_mm > 0 ? camera_distance_mm / (camera_distance_mm + p.z()) : 1.0;

@@ -21,9 +21,10 @@ void warp(const Samples& samples, const TargetView& target, const Pose& target_T
   warp_residuals(samples, target, rotation.data(), translation.data(), residuals);
 }
 
-Vector6d with_zero_tz(const Vector5d& step) {
+/// Parallel rays do not show z.
+Vector6d with_tz(const Vector5d& step, const Samples& samples) {
   Vector6d xi;
-  xi << step, 0.0;
+  xi << step, samples.inverse_distance > 0 ? tz_of_turn(samples, step[0], step[1]) : 0.0;
   return xi;
 }
 
@@ -85,7 +86,7 @@ class Alignment {
       equations.hessian.diagonal() += prior;
       equations.gradient += prior.cwiseProduct(from_initial);
       const Vector5d step = solve_along(directions, equations);
-      target_T_reference = target_T_reference * se3_exp(with_zero_tz(step)).inverse();
+      target_T_reference = target_T_reference * se3_exp(with_tz(step, reference_.samples)).inverse();
       ++result.iterations;
       // Smaller than one standard deviation of the noise, all five directions together.
       const bool is_noise = step.dot(equations.hessian * step) < noise_variance;

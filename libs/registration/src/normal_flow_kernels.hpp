@@ -21,6 +21,8 @@ struct Samples {
   std::array<std::vector<float>, kHessianEntries> hessian;  ///< upper triangle of JᵀJ per sample, row by row
 
   float inverse_distance = 0;  ///< of the reference's camera, 1/mm
+  float center_x_mm = 0,
+        center_y_mm = 0;  ///< mean of the points, about which rx and ry turn: see tz_of_turn()
 
   int size() const { return static_cast<int>(x.size()); }
   void resize(std::size_t count);

@@ -80,11 +80,16 @@ class SampleWeight {
   cv::Mat1f distance_px_;
 };
 
+float mean(const std::vector<float>& values) {
+  double sum = 0;
+  for (const float value : values) sum += static_cast<double>(value);
+  return values.empty() ? 0.0f : static_cast<float>(sum / static_cast<double>(values.size()));
+}
+
 void set_jacobian(Samples& samples, std::size_t k, const cv::Vec3f& normal_dx, const cv::Vec3f& normal_dy) {
-  const float x = samples.x[k], y = samples.y[k], z = samples.z[k];
   const float nx = samples.nx[k], ny = samples.ny[k], nz = samples.nz[k];
   const float n_cross_e[3][3] = {{0, -nz, ny}, {nz, 0, -nx}, {-ny, nx, 0}};  // [n]x, rows by component
-  const Eigen::Matrix<float, 2, kParameters> motion = picture_motion(x, y, z, samples.inverse_distance);
+  const Eigen::Matrix<float, 2, kParameters> motion = picture_motion(samples, k);
   float j[3][kParameters];
   for (int c = 0; c < 3; ++c)
     for (int a = 0; a < kParameters; ++a) {
@@ -128,9 +133,13 @@ NormalFlowReference::NormalFlowReference(SurfacePtr surface, const NormalFlowOpt
     samples.ny[k] = n[1];
     samples.nz[k] = n[2];
     samples.weight[k] = weight(p);
-    const NormalGradient gradient = normal_gradient(surface->normals, p);
-    set_jacobian(samples, k, gradient.dx / pitch, gradient.dy / pitch);
     impl->curvature[k] = surface->curvature(p);
+  }
+  samples.center_x_mm = mean(samples.x);
+  samples.center_y_mm = mean(samples.y);
+  for (std::size_t k = 0; k < pixels.size(); ++k) {
+    const NormalGradient gradient = normal_gradient(surface->normals, pixels[k]);
+    set_jacobian(samples, k, gradient.dx / pitch, gradient.dy / pitch);
   }
   impl->surface = std::move(surface);
   impl_ = std::move(impl);

@@ -18,7 +18,7 @@ using SampleMatrix = Eigen::Matrix<float, kParameters, kParameters>;
 /// reference's x and y.
 SampleJacobian target_jacobian(const Samples& s, std::size_t k, const Eigen::Vector3f& n,
                                const Eigen::Vector3f& dx, const Eigen::Vector3f& dy) {
-  const auto motion = picture_motion(s.x[k], s.y[k], s.z[k], s.inverse_distance);
+  const auto motion = picture_motion(s, k);
   SampleJacobian jacobian = dx * motion.row(0) + dy * motion.row(1);
   for (int axis = 0; axis < 3; ++axis) jacobian.col(axis) += n.cross(Eigen::Vector3f::Unit(axis));
   return jacobian;
