@@ -11,6 +11,7 @@
 #include "gelslam/calibration/press_set.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/core/progress.hpp"
+#include "gelslam/surface/model_file.hpp"
 
 namespace gelslam {
 
@@ -33,9 +34,10 @@ struct PressOptions {
 };
 
 /// Reads the configuration, if one is given, and the presses. Throws Error also like
-/// require_readable_background(); doubts are said on stderr. `model_pitch_mm`: of a model that the presses
-/// are read with; used where no other is given.
-PressSet read_presses(PressOptions& options, std::optional<double> model_pitch_mm = std::nullopt);
+/// require_readable_background(); doubts are said on stderr. `model`: that the presses are read with. Its
+/// pitch is used where no other is given; optics are those of the model, else of optics.yaml, else of the
+/// configuration.
+PressSet read_presses(PressOptions& options, const ModelFile& model = {});
 
 /// Zones of all presses, with a progress bar; presses that cannot be used are named on stderr. Ctrl-C throws
 /// Error.

@@ -4,6 +4,7 @@
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/slam/config.hpp"
 #include "gelslam/surface/background.hpp"
 #include "terminal_progress.hpp"
@@ -21,15 +22,18 @@ void PressOptions::add_to(CLI::App& command) {
   add_quiet_flag(command, quiet);
 }
 
-PressSet read_presses(PressOptions& options, std::optional<double> model_pitch_mm) {
-  if (model_pitch_mm) options.pitch_mm = *model_pitch_mm;
-  if (!options.config.empty()) {
-    const Config config = read_config(options.config);
-    options.pitch_mm = config.surface.pixel_pitch_mm;
-    options.device_name = config.sensor.device_name;
-  }
+PressSet read_presses(PressOptions& options, const ModelFile& model) {
+  const Config config = options.config.empty() ? Config{} : read_config(options.config);
+  if (model.record) options.pitch_mm = model.record->pixel_pitch_mm;
+  if (!options.config.empty()) options.pitch_mm = config.surface.pixel_pitch_mm;
+  options.device_name = config.sensor.device_name;
   if (options.given_pitch_mm) options.pitch_mm = *options.given_pitch_mm;
   PressSet set = read_press_set(options.folder);
+  if (model.model.optics) set.optics = model.model.optics;
+  if (!set.optics) set.optics = config.surface.optics;
+  const std::string problem =
+      why_impossible(*set.optics, set.background.cols, set.background.rows, options.pitch_mm);
+  if (!problem.empty()) throw Error(quoted(set.folder) + ": the sensor's optics: " + problem);
   require_readable_background(set.background, options.device_name,
                               "'" + (set.folder / "background.png").string() + "'",
                               [](const std::string& doubt) { std::cerr << "note: " << doubt << "\n"; });

@@ -153,9 +153,9 @@ int run_check(CheckArguments arguments) {
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.presses.quiet);
   const ModelFile file = read_model_file(arguments.model);
-  const PressSet set = read_presses(arguments.presses,
-                                    file.record ? std::optional(file.record->pixel_pitch_mm) : std::nullopt);
+  const PressSet set = read_presses(arguments.presses, file);
   std::vector<Finding> findings;
+  findings.push_back({Verdict::good, "optics: " + optics_text(*set.optics)});
   if (file.record) findings.push_back(drift_since(*file.record, set));
   if (!arguments.rulers.empty()) add_ruler_findings(arguments, findings);
   const BallZones zones = find_zones_for_people(set, arguments.presses, true, *progress, interrupt);

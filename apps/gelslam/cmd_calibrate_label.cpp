@@ -76,7 +76,8 @@ std::vector<FoundCircle> find_all(const PressSet& set, const LabelArguments& arg
   progress->begin("labeling", static_cast<std::int64_t>(set.presses.size()));
   for (const CalibrationPress& press : set.presses) {
     stop_if_asked(interrupt);
-    found.push_back(find_circle(press.bgr, set.background, press.ball_px(arguments.presses.pitch_mm)));
+    found.push_back(
+        find_circle(press.bgr, set.background, set.camera(arguments.presses.pitch_mm), press.diameter_mm));
     progress->update(static_cast<std::int64_t>(found.size()));
   }
   progress->end();

@@ -32,10 +32,13 @@ std::optional<PixelAspect> aspect_from_balls(const PressSet& set, const std::vec
     const CalibrationPress& press = set.presses[zone.press];
     if (!lies_whole_in(zone, press.bgr.size())) continue;
     const cv::Mat3f relative = relative_change(press.bgr, set.background);
+    const CameraModel camera = set.camera(pixel_pitch_mm);
     const PressPoints points =
-        points_around({zone.u_px, zone.v_px, zone.radius_px}, relative, kWantedAspectPoints);
-    const double aspect = fit_pixel_aspect(points, {zone.u_px, zone.v_px, zone.radius_px, kAspectDecayPx},
-                                           press.ball_px(pixel_pitch_mm));
+        points_around({zone.u_px, zone.v_px, zone.radius_px}, relative, camera, kWantedAspectPoints);
+    const Eigen::Vector2d center_px = camera.rest_px({zone.u_px, zone.v_px});
+    const double aspect =
+        fit_pixel_aspect(points, {center_px.x(), center_px.y(), zone.radius_px, kAspectDecayPx},
+                         press.ball_px(pixel_pitch_mm));
     if (std::abs(aspect - 1.0) < kMaxAspectError) aspects.push_back(aspect);
   }
   if (aspects.size() < kMinAspectPresses) return std::nullopt;

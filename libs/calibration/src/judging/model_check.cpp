@@ -27,6 +27,8 @@ constexpr Limits kGoodLimits = {3.0, 0.03, 0.03}, kUsableLimits = {5.0, 0.10, 0.
 constexpr double kOddNinthScale = 0.15;  // of one ninth, worth a sentence
 constexpr double kMinNinthPixels = 1500;
 
+constexpr double kMaxErrorPerMm = 0.001;  // of slopes: half of a sensor is 10 mm long
+
 constexpr int kMinSpherePixels = 100;
 constexpr double kSphereHuberMm = 0.01;
 
@@ -51,13 +53,19 @@ std::optional<double> fit_ball_radius_mm(const Surface& surface, const Calibrati
                                          const BallZone& zone, double start_radius_mm) {
   std::vector<Eigen::Vector3d> points;
   double lowest_mm = 0.0;
-  for_each_pixel(zone, press, [&](int u, int v) {
-    points.emplace_back(u * surface.pixel_pitch_mm, v * surface.pixel_pitch_mm, surface.height_mm(v, u));
-    lowest_mm = std::min(lowest_mm, points.back().z());
-  });
+  const CameraModel camera = surface.camera();
+  Eigen::Vector2d middle_mm = Eigen::Vector2d::Zero();
+  for_each_pixel(SeenBall(camera, zone, press.diameter_mm), press,
+                 [&](int, int, const Eigen::Vector2d& rest_mm) {
+                   const auto pixel = camera.pixel_of(camera.to_px(rest_mm));
+                   if (!pixel) return;
+                   points.push_back(surface.point_mm(*pixel));
+                   middle_mm += points.back().head<2>();
+                   lowest_mm = std::min(lowest_mm, points.back().z());
+                 });
   if (points.size() < kMinSpherePixels) return std::nullopt;
-  std::array<double, 4> sphere = {zone.u_px * surface.pixel_pitch_mm, zone.v_px * surface.pixel_pitch_mm,
-                                  lowest_mm + start_radius_mm, start_radius_mm};
+  middle_mm /= static_cast<double>(points.size());
+  std::array<double, 4> sphere = {middle_mm.x(), middle_mm.y(), lowest_mm + start_radius_mm, start_radius_mm};
   ceres::Problem problem;
   for (const Eigen::Vector3d& point : points)
     problem.AddResidualBlock(
@@ -82,7 +90,8 @@ Verdict judge_number(double value, double good_limit, double usable_limit) {
   return std::abs(value) <= usable_limit ? Verdict::usable : Verdict::recalibrate;
 }
 
-void judge(ModelCheck& check, const std::vector<double>& rim_slopes, const std::vector<Finding>& others) {
+void judge(ModelCheck& check, const std::vector<double>& rim_slopes, const CameraModel& camera,
+           const std::vector<Finding>& others) {
   std::vector<Finding> found;
   const auto note = [&](Verdict verdict, std::string reason) {
     if (verdict != Verdict::good) found.push_back({verdict, std::move(reason)});
@@ -106,6 +115,15 @@ void judge(ModelCheck& check, const std::vector<double>& rim_slopes, const std::
     note(Verdict::usable,
          fmt::format("at the {} of the gel {}", press_zone_name(k), scale_words(ninth.scale())));
   }
+  // A wrong dome, or circles that a near camera shows aside of their balls.
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    const ErrorOverPlace error_over = error_over_place(check.presses, camera, axis);
+    if (std::abs(error_over.per_mm) < kMaxErrorPerMm + 2.0 * error_over.sigma_per_mm) continue;
+    note(Verdict::usable,
+         fmt::format("slopes along {} err by {:+.4f} +- {:.4f} per mm of place: the sensor's "
+                     "optics are not those of these presses",
+                     axis == 0 ? "x" : "y", error_over.per_mm, error_over.sigma_per_mm));
+  }
   if (std::string missing = missing_depths(rim_slopes); !missing.empty())
     note(Verdict::usable, std::move(missing));
   for (const auto& [verdict, sentence] : others) {
@@ -123,6 +141,27 @@ void judge(ModelCheck& check, const std::vector<double>& rim_slopes, const std::
 
 }  // namespace
 
+ErrorOverPlace error_over_place(const std::vector<PressCheck>& presses, const CameraModel& camera,
+                                std::size_t axis) {
+  std::vector<std::array<double, 2>> points;  // place, error
+  std::array<double, 2> mean{};
+  for (const PressCheck& press : presses) {
+    const Eigen::Vector2d place_mm = camera.to_mm(camera.rest_px({press.zone.u_px, press.zone.v_px}));
+    points.push_back({place_mm[static_cast<Eigen::Index>(axis)], press.mean_error[axis]});
+    for (std::size_t k = 0; k < 2; ++k) mean[k] += points.back()[k] / static_cast<double>(presses.size());
+  }
+  double spread = 1e-12, both = 0.0, left = 0.0;
+  for (const auto& [place, error] : points) {
+    spread += (place - mean[0]) * (place - mean[0]);
+    both += (place - mean[0]) * (error - mean[1]);
+  }
+  ErrorOverPlace result{both / spread, 0.0};
+  for (const auto& [place, error] : points)
+    left += std::pow(error - mean[1] - result.per_mm * (place - mean[0]), 2);
+  result.sigma_per_mm = std::sqrt(left / std::max(1.0, static_cast<double>(points.size()) - 2.0) / spread);
+  return result;
+}
+
 const char* verdict_name(Verdict verdict) {
   return verdict == Verdict::good ? "good" : verdict == Verdict::usable ? "usable" : "recalibrate";
 }
@@ -133,6 +172,7 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
   if (zones.empty()) throw Error("'" + set.folder.string() + "': no press can be used to check a model");
   SurfaceOptions options;
   options.pixel_pitch_mm = pixel_pitch_mm;
+  options.optics = set.optics.value_or(SensorOptics{});
   // What a press does to the colors around it would be taken for a change of light (1 % of a real ball's
   // radius), and single pictures have no light to follow from one to the next.
   options.compensate_light = false;
@@ -148,12 +188,16 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
     const CalibrationPress& press = set.presses[zone.press];
     rim_slopes.push_back(rim_slope(zone.radius_px, press.ball_px(pixel_pitch_mm)));
     SlopeStatistics slopes;
-    for (const ZoneReading& pixel : read_zone(model, set, zone, pixel_pitch_mm))
+    std::array<double, 2> error{};
+    for (const ZoneReading& pixel : read_zone(model, set, zone, pixel_pitch_mm)) {
       slopes.add(pixel, press.bgr.size());
+      for (std::size_t axis = 0; axis < 2; ++axis) error[axis] += pixel.read[axis] - pixel.labeled[axis];
+    }
+    for (double& sum : error) sum /= std::max(1.0, slopes.all.pixels);
     check.slopes.add(slopes);
     const SurfacePtr surface = estimator.estimate(press.bgr);
     const auto radius_mm = fit_ball_radius_mm(*surface, press, zone, 0.5 * press.diameter_mm);
-    check.presses.push_back({zone, slopes.all.mean_abs_error_deg(), radius_mm});
+    check.presses.push_back({zone, slopes.all.mean_abs_error_deg(), error, radius_mm});
     Size& size = sizes[press.diameter_mm];
     ++size.presses;
     if (radius_mm) size.radii_mm.push_back(*radius_mm);
@@ -161,7 +205,7 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
   }
   for (const auto& [diameter_mm, size] : sizes)
     check.diameters.push_back({diameter_mm, size.presses, median(size.radii_mm)});
-  judge(check, rim_slopes, others);
+  judge(check, rim_slopes, set.camera(pixel_pitch_mm), others);
   return check;
 }
 

@@ -10,43 +10,44 @@
 namespace gelslam {
 namespace {
 
-/// Where the read slopes say the center is: the shift by which they agree with the ball in the mean.
-cv::Point2d center_as_read(const std::vector<ZoneReading>& pixels, double ball_px, cv::Point2d center) {
+/// The ball where the read slopes say that it is: the shift by which they agree with it in the mean.
+SeenBall ball_as_read(const std::vector<ZoneReading>& pixels, const std::vector<Eigen::Vector2d>& rest_mm,
+                      SeenBall ball, double diameter_mm) {
+  const double ball_px = 0.5 * diameter_mm / ball.camera().pitch_mm;
   for (int iteration = 0; iteration < 5 && !pixels.empty(); ++iteration) {
     double du = 0.0, dv = 0.0;
-    for (const ZoneReading& pixel : pixels) {
-      const auto truth = ball_slope(pixel.u - center.x, pixel.v - center.y, ball_px);
-      du += std::atan(pixel.read[0]) - std::atan(truth[0]);
-      dv += std::atan(pixel.read[1]) - std::atan(truth[1]);
+    for (std::size_t k = 0; k < pixels.size(); ++k) {
+      const auto truth = ball.slope(rest_mm[k]);
+      du += std::atan(pixels[k].read[0]) - std::atan(truth[0]);
+      dv += std::atan(pixels[k].read[1]) - std::atan(truth[1]);
     }
-    center.x -= du / static_cast<double>(pixels.size()) * ball_px;
-    center.y -= dv / static_cast<double>(pixels.size()) * ball_px;
+    BallZone zone = ball.zone();
+    zone.u_px -= du / static_cast<double>(pixels.size()) * ball_px;
+    zone.v_px -= dv / static_cast<double>(pixels.size()) * ball_px;
+    ball = SeenBall(ball.camera(), zone, diameter_mm);
   }
-  return center;
+  return ball;
 }
 
 }  // namespace
 
-std::array<double, 2> ball_slope(double du_px, double dv_px, double ball_px) {
-  const double down = std::sqrt(std::max(1e-6, ball_px * ball_px - du_px * du_px - dv_px * dv_px));
-  return {du_px / down, dv_px / down};
-}
-
 std::vector<ZoneReading> read_zone(const GradientModel& model, const PressSet& set, const BallZone& zone,
                                    double pixel_pitch_mm) {
   const CalibrationPress& press = set.presses[zone.press];
-  const double ball_px = press.ball_px(pixel_pitch_mm);
+  const SeenBall ball(set.camera(pixel_pitch_mm), zone, press.diameter_mm);
   const SlopeMap map = read_slope_map(model, press.bgr, set.background);
   std::vector<ZoneReading> pixels;
-  for_each_pixel(zone, press, [&](int u, int v) {
+  std::vector<Eigen::Vector2d> places_mm;
+  for_each_pixel(ball, press, [&](int u, int v, const Eigen::Vector2d& rest_mm) {
     pixels.push_back({u,
                       v,
                       {static_cast<double>(map.gx(v, u)), static_cast<double>(map.gy(v, u))},
-                      ball_slope(u - zone.u_px, v - zone.v_px, ball_px),
+                      ball.slope(rest_mm),
                       {}});
+    places_mm.push_back(rest_mm);
   });
-  const cv::Point2d center = center_as_read(pixels, ball_px, {zone.u_px, zone.v_px});
-  for (ZoneReading& pixel : pixels) pixel.truth = ball_slope(pixel.u - center.x, pixel.v - center.y, ball_px);
+  const SeenBall as_read = ball_as_read(pixels, places_mm, ball, press.diameter_mm);
+  for (std::size_t k = 0; k < pixels.size(); ++k) pixels[k].truth = as_read.slope(places_mm[k]);
   return pixels;
 }
 

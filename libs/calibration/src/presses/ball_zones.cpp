@@ -16,7 +16,6 @@ namespace {
 
 using namespace calibration::detail;
 
-constexpr double kZoneMarginPx = 3.0;  // the gel's bend at the rim, seen through the lens
 constexpr double kMinZonePx = 5.0;
 constexpr std::size_t kMinCompared = 5;  // labels, to tell how they were drawn
 constexpr double kCloseCenters = 0.12;   // of the radius: a label and what is found mean the same
@@ -95,7 +94,7 @@ BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool autom
   require_unmoved_background(set);
   std::vector<FoundCircle> found;
   for (const CalibrationPress& press : set.presses) {
-    found.push_back(find_circle(press.bgr, set.background, press.ball_px(pixel_pitch_mm)));
+    found.push_back(find_circle(press.bgr, set.background, set.camera(pixel_pitch_mm), press.diameter_mm));
     if (progress) progress(found.size());
   }
   const std::optional<double> drawn_share = ball_share_of_labels(set, found);

@@ -47,18 +47,37 @@ std::optional<ContactCircle> find_seed(const cv::Mat1f& difference, double cell_
                        std::sqrt(heaviest.cells / std::numbers::pi) * cell_px};
 }
 
-PressFit fit_from(const ContactCircle& seed, const cv::Mat3f& relative, double ball_px) {
-  const PressPoints points = points_around(seed, relative, kWantedPoints);
+/// A circle of the picture as one of the rest grid.
+PressShape shape_at(const CameraModel& camera, const ContactCircle& circle, double radius_px) {
+  const Eigen::Vector2d raw_px(circle.u_px, circle.v_px);
+  if (!camera.optics.has_lens()) return {raw_px.x(), raw_px.y(), radius_px, kFirstDecayPx};
+  const Eigen::Vector2d px = camera.rest_px(raw_px);
+  return {px.x(), px.y(), rest_px_per_raw_px(camera, raw_px) * radius_px, kFirstDecayPx};
+}
+
+/// And back; the disc that people see.
+ContactCircle circle_at(const CameraModel& camera, const PressShape& shape) {
+  const Eigen::Vector2d px(shape.u_px, shape.v_px);
+  const Eigen::Vector2d raw_px = camera.optics.has_lens() ? camera.raw_px(px).value_or(px) : px;
+  const double scale = camera.optics.has_lens() ? rest_px_per_raw_px(camera, raw_px) : 1.0;
+  return {raw_px.x(), raw_px.y(), shape.radius_px / scale + kVisibleRimPx};
+}
+
+PressFit fit_from(const ContactCircle& seed, const cv::Mat3f& relative, const CameraModel& camera,
+                  double ball_px) {
+  const PressPoints points = points_around(seed, relative, camera, kWantedPoints);
   constexpr double knee_share = 0.75;  // of the piece that changed
-  return fit_press(
-      points, {seed.u_px, seed.v_px, std::min(knee_share * seed.radius_px, 0.9 * ball_px), kFirstDecayPx},
-      ball_px);
+  PressShape start = shape_at(camera, seed, knee_share * seed.radius_px);
+  start.radius_px = std::min(start.radius_px, 0.9 * ball_px);
+  return fit_press(points, start, ball_px);
 }
 
 /// A better center, and where the gel leaves the ball.
-PressShape refined(const PressShape& shape, const cv::Mat3f& relative, double ball_px) {
-  const PressPoints points =
-      points_around({shape.u_px, shape.v_px, shape.radius_px}, relative, kWantedPointsToRefine);
+PressShape refined(const PressShape& shape, const cv::Mat3f& relative, const CameraModel& camera,
+                   double ball_px) {
+  ContactCircle contact = circle_at(camera, shape);
+  contact.radius_px = contact.on_ball_px();
+  const PressPoints points = points_around(contact, relative, camera, kWantedPointsToRefine);
   const PressShape ball = refine_press(points, shape, ball_px).shape;
   const double moved_px = std::hypot(ball.u_px - shape.u_px, ball.v_px - shape.v_px);
   return moved_px < kMaxRefined * shape.radius_px ? ball : shape;
@@ -76,9 +95,9 @@ std::string problem_with(const FoundCircle& found, const cv::Size& size, double 
 }
 
 /// A ball that moved explains far more of the picture than one at rest.
-bool slid(const ContactCircle& circle, const cv::Mat3f& relative, double ball_px) {
-  const PressPoints points = points_around(circle, relative, kWantedPointsToSmear);
-  const PressShape start{circle.u_px, circle.v_px, circle.on_ball_px(), kFirstDecayPx};
+bool slid(const ContactCircle& circle, const cv::Mat3f& relative, const CameraModel& camera, double ball_px) {
+  const PressPoints points = points_around(circle, relative, camera, kWantedPointsToSmear);
+  const PressShape start = shape_at(camera, circle, circle.on_ball_px());
   const SlidPress fit = fit_slid_press(points, start, ball_px);
   return fit.moved_px > kMinMoved * fit.radius_px &&
          fit.cost < kSlidCost * fit_press(points, start, ball_px).cost;
@@ -97,7 +116,21 @@ bool has_second_contact(const ContactCircle& first, const cv::Mat1f& difference,
 
 }  // namespace
 
+double rest_px_per_raw_px(const CameraModel& camera, const Eigen::Vector2d& raw_px) {
+  const auto step = [&](const Eigen::Vector2d& half) -> Eigen::Vector2d {
+    return camera.rest_px(raw_px + half) - camera.rest_px(raw_px - half);
+  };
+  const Eigen::Vector2d x = step({0.5, 0.0}), y = step({0.0, 0.5});
+  return std::sqrt(std::abs(x.x() * y.y() - x.y() * y.x()));
+}
+
 FoundCircle find_circle(const cv::Mat3b& bgr, const cv::Mat3b& background, double ball_px) {
+  return find_circle(bgr, background, CameraModel{bgr.size(), 1.0}, 2.0 * ball_px);
+}
+
+FoundCircle find_circle(const cv::Mat3b& bgr, const cv::Mat3b& background, const CameraModel& camera,
+                        double diameter_mm) {
+  const double ball_px = 0.5 * diameter_mm / camera.pitch_mm;
   FoundCircle found;
   const cv::Mat1f difference = cell_difference(shrink_to_cells(bgr), shrink_to_cells(background));
   const double cell_px = static_cast<double>(bgr.cols) / kCellsAcross;
@@ -107,15 +140,15 @@ FoundCircle find_circle(const cv::Mat3b& bgr, const cv::Mat3b& background, doubl
     return found;
   }
   const cv::Mat3f relative = relative_change(bgr, background);
-  const PressFit fit = fit_from(*seed, relative, ball_px);
-  const PressShape ball = refined(fit.shape, relative, ball_px);
-  found.circle = {ball.u_px, ball.v_px, ball.radius_px + kVisibleRimPx};
+  const PressFit fit = fit_from(*seed, relative, camera, ball_px);
+  const PressShape ball = refined(fit.shape, relative, camera, ball_px);
+  found.circle = circle_at(camera, ball);
   found.confidence = fit.explained;
   found.problem = problem_with(found, bgr.size(), ball_px);
   found.second_contact =
       has_second_contact(found.problem.empty() ? found.circle : *seed, difference, cell_px);
   if (found.problem.empty() && found.second_contact) found.problem = "two things touch the gel";
-  if (found.problem.empty() && slid(found.circle, relative, ball_px))
+  if (found.problem.empty() && slid(found.circle, relative, camera, ball_px))
     found.problem = "the ball slid while the picture was taken";
   return found;
 }

@@ -76,7 +76,8 @@ const char* press_zone_name(std::size_t zone) {
 }
 
 double rim_slope(double radius_px, double ball_px) {
-  return ball_slope(std::clamp(radius_px, 0.0, 0.99 * ball_px), 0.0, ball_px)[0];
+  const double radius = std::clamp(radius_px, 0.0, 0.99 * ball_px);
+  return radius / std::sqrt(ball_px * ball_px - radius * radius);
 }
 
 std::string missing_depths(const std::vector<double>& rim_slopes) {

@@ -35,6 +35,15 @@ std::array<T, 2> gel_slope(const T& x, const T& y, double ball_px, const T& radi
   return {over_distance * x, over_distance * y};
 }
 
+/// Height of the gel there over the rim, in pixels.
+template <class T>
+T height_over_rim(const T& x, const T& y, double ball_px, const T& radius, const T& decay) {
+  using std::exp, std::sqrt;
+  const T squared = x * x + y * y, down_at_rim = sqrt(ball_px * ball_px - radius * radius);
+  if (squared <= radius * radius) return down_at_rim - sqrt(ball_px * ball_px - squared);
+  return radius / down_at_rim * decay * (1.0 - exp((radius - sqrt(squared)) / decay));
+}
+
 /// Weighted color errors of a press, as ceres::TinySolver wants them.
 template <int degree, Extra extra>
 class PressErrors {
@@ -126,11 +135,15 @@ class PressErrors {
   template <class T>
   Terms<T> terms_at(Eigen::Index point, const T* parameters) const {
     const auto k = static_cast<std::size_t>(point);
-    const T x = points_.u_px[k] - parameters[0];
-    T y = points_.v_px[k] - parameters[1];
+    T x = points_.u_px[k] - parameters[0], y = points_.v_px[k] - parameters[1];
     if constexpr (extra == Extra::aspect) y *= parameters[4];
     const T radius = bounded(parameters[2], kMinFitRadiusPx, kMaxFitRadiusOfBall * ball_px_),
             decay = bounded(parameters[3], kMinDecayPx, kMaxDecayPx);
+    if (!points_.rise_x.empty()) {
+      const T height = height_over_rim<T>(x, y, ball_px_, radius, decay);
+      x += points_.rise_x[k] * height;
+      y += points_.rise_y[k] * height;
+    }
     Terms<T> terms{};
     if constexpr (extra == Extra::movement) {  // seen in passing from five places
       for (const double part : {-0.4, -0.2, 0.0, 0.2, 0.4})

@@ -10,7 +10,9 @@ namespace gelslam::calibration::detail {
 
 /// Relative color change against the background at some pixels.
 struct PressPoints {
-  std::vector<double> u_px, v_px;
+  std::vector<double> u_px, v_px;  ///< on the rest grid
+  /// Along x and y, over height: how the point of a ray moves as it rises. Empty for orthographic cameras.
+  std::vector<double> rise_x, rise_y;
   std::array<std::vector<double>, 3> change;  ///< B, G, R
 };
 
@@ -21,11 +23,13 @@ cv::Mat3f press_change(const cv::Mat3b& bgr, const cv::Mat3b& background);
 /// The same relative to the background's brightness, a little smoothed.
 cv::Mat3f relative_change(const cv::Mat3b& bgr, const cv::Mat3b& background);
 
-/// About `wanted` points of it on a grid around a contact, its membrane rim and some bare gel included.
-PressPoints points_around(const ContactCircle& contact, const cv::Mat3f& relative, double wanted);
+/// About `wanted` points of it on a grid around a contact (of the picture), its membrane rim and some bare
+/// gel included.
+PressPoints points_around(const ContactCircle& contact, const cv::Mat3f& relative, const CameraModel& camera,
+                          double wanted);
 
-/// A pressed ball: the gel lies on it inside the radius; outside, the slope falls by a factor e per
-/// `decay_px`.
+/// A pressed ball, on the rest grid: the gel lies on it inside the radius; outside, the slope falls by a
+/// factor e per `decay_px`. The place is that of its rim.
 struct PressShape {
   double u_px = 0.0, v_px = 0.0, radius_px = 0.0, decay_px = 0.0;
 };

@@ -34,7 +34,8 @@ cv::Mat3f relative_change(const cv::Mat3b& bgr, const cv::Mat3b& background) {
   return relative;
 }
 
-PressPoints points_around(const ContactCircle& contact, const cv::Mat3f& relative, double wanted) {
+PressPoints points_around(const ContactCircle& contact, const cv::Mat3f& relative, const CameraModel& camera,
+                          double wanted) {
   const double reach = kWindowRadii * contact.radius_px + kWindowMarginPx;
   const cv::Point first(static_cast<int>(contact.u_px - reach), static_cast<int>(contact.v_px - reach)),
       last(static_cast<int>(contact.u_px + reach) + 2, static_cast<int>(contact.v_px + reach) + 2);
@@ -43,8 +44,14 @@ PressPoints points_around(const ContactCircle& contact, const cv::Mat3f& relativ
   PressPoints points;
   for (int v = window.y; v < window.y + window.height; v += stride)
     for (int u = window.x; u < window.x + window.width; u += stride) {
-      points.u_px.push_back(u);
-      points.v_px.push_back(v);
+      const Eigen::Vector2d raw_px(u, v), px = camera.optics.has_lens() ? camera.rest_px(raw_px) : raw_px;
+      points.u_px.push_back(px.x());
+      points.v_px.push_back(px.y());
+      if (camera.optics.inverse_distance() > 0) {
+        const Eigen::Vector2d rise = camera.to_mm(px) * camera.optics.inverse_distance();
+        points.rise_x.push_back(rise.x());
+        points.rise_y.push_back(rise.y());
+      }
       for (int channel = 0; channel < 3; ++channel)
         points.change[static_cast<std::size_t>(channel)].push_back(
             static_cast<double>(relative(v, u)[channel]));

@@ -163,6 +163,7 @@ PressSet read_press_set(const fs::path& folder) {
   set.folder = folder;
   set.presses = read_catalog(folder / "catalog.csv");
   set.background = read_background(folder / "background.png");
+  set.optics = find_optics(folder / "catalog.csv");
   for (CalibrationPress& press : set.presses) read_press(set, press);
   return set;
 }

@@ -55,6 +55,7 @@ Calibration calibrate(const PressSet& set, const CalibrationOptions& options, Pr
 
   GradientModel model = train_model(set, zones.zones, training, progress, stop);
   model.sigma_rad = held_out_sigma_rad(set, zones.zones, training, progress, stop);
+  model.optics = set.optics;
   progress.begin("checking", static_cast<std::int64_t>(zones.zones.size()));
   ModelCheck check = check_model(model, set, zones.zones, training.pixel_pitch_mm, count);
   progress.end();

@@ -34,10 +34,11 @@ std::vector<SlopeSample> zone_samples(const PressSet& set, const std::vector<Bal
   for (std::size_t k = 0; k < zones.size(); ++k) {
     const BallZone& zone = zones[k];
     const CalibrationPress& press = set.presses[zone.press];
-    for_each_pixel(zone, press, [&](int u, int v) {
+    const SeenBall ball(set.camera(pixel_pitch_mm), zone, press.diameter_mm);
+    for_each_pixel(ball, press, [&](int u, int v, const Eigen::Vector2d& rest_mm) {
       if (number++ % every != 0) return;
       SlopeSample sample = sample_at(press.bgr, set.background, u, v);
-      const auto slope = ball_slope(u - zone.u_px, v - zone.v_px, press.ball_px(pixel_pitch_mm));
+      const auto slope = ball.slope(rest_mm);
       for (std::size_t axis = 0; axis < 2; ++axis)
         sample.angle_rad[axis] = static_cast<float>(std::atan(slope[axis]));
       sample.zone = static_cast<int>(k);

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "gelslam/calibration/press_set.hpp"
+#include "gelslam/surface/camera_model.hpp"
 
 namespace gelslam {
 
@@ -22,5 +23,12 @@ struct FoundCircle {
 /// with one of degree 4, which follows shadows. Parts outside the picture are not needed. Both images of one
 /// size. Never throws on a picture: without contact `problem` says so.
 FoundCircle find_circle(const cv::Mat3b& bgr, const cv::Mat3b& background, double ball_px);
+/// The same seen by a camera with optics; the circle is that of the picture. `diameter_mm`: of the ball.
+FoundCircle find_circle(const cv::Mat3b& bgr, const cv::Mat3b& background, const CameraModel& camera,
+                        double diameter_mm);
+
+/// Length of the camera's raw pixels at some place over those of the rest grid: less than 1 where the lens
+/// magnifies.
+double rest_px_per_raw_px(const CameraModel& camera, const Eigen::Vector2d& raw_px);
 
 }  // namespace gelslam

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -15,7 +16,8 @@ namespace gelslam {
 struct PressCheck {
   BallZone zone;
   double mean_abs_error_deg = 0.0;
-  std::optional<double> radius_mm;  ///< of the reconstructed ball; nothing when no sphere fits
+  std::array<double, 2> mean_error{};  ///< of the slopes along x and y
+  std::optional<double> radius_mm;     ///< of the reconstructed ball; nothing when no sphere fits
 };
 
 struct DiameterCheck {
@@ -43,6 +45,13 @@ struct ModelCheck {
   std::vector<std::string> reasons;   ///< for people: what is not good, worst first; empty when all is
   std::vector<std::string> findings;  ///< of gel and pixels, where they are good
 };
+
+/// How the mean slope errors of presses change with their place along an axis (regression).
+struct ErrorOverPlace {
+  double per_mm = 0.0, sigma_per_mm = 0.0;
+};
+ErrorOverPlace error_over_place(const std::vector<PressCheck>& presses, const CameraModel& camera,
+                                std::size_t axis);
 
 /// Reads every zone, reconstructs every ball (in the light as it is) and judges, together with what `others`
 /// found. `progress`, if given, is called with the number of presses done. Throws Error without zones, or

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "gelslam/surface/camera_model.hpp"
+
 namespace gelslam {
 
 /// The disc that people see and draw is this much wider than the part of the gel that lies on the ball: its
@@ -41,11 +43,17 @@ inline constexpr const char *kLabelFile = "label.npz", *kLeftOutFile = "left_out
 
 /// A calibration folder of the public layout: catalog.csv (experiment_reldir,diameter(mm)), background.png,
 /// <experiment_reldir>/gelsight.png and, where labeled, <experiment_reldir>/label.npz (center, radius); our
-/// own left_out.npz takes the label's place where a press is not to be used.
+/// own left_out.npz takes the label's place where a press is not to be used, and optics.yaml says how the
+/// sensor's camera sees the gel.
 struct PressSet {
   std::filesystem::path folder;
   cv::Mat3b background;
   std::vector<CalibrationPress> presses;  ///< in the catalog's order
+  std::optional<SensorOptics> optics{};   ///< of the sensor, as optics.yaml says
+
+  CameraModel camera(double pixel_pitch_mm) const {
+    return {background.size(), pixel_pitch_mm, optics.value_or(SensorOptics{})};
+  }
 };
 
 /// Reads all of it. A picture that is missing, damaged, empty or of another size than the background, and a

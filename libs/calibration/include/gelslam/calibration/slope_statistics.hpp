@@ -10,10 +10,8 @@
 
 namespace gelslam {
 
-/// Slopes dh/dx, dh/dy of a ball of `ball_px` pixels radius beside its center; very steep beyond its outline.
-std::array<double, 2> ball_slope(double du_px, double dv_px, double ball_px);
-
-/// One pixel of a zone: slopes dh/dx, dh/dy as the model reads them and as the ball has them.
+/// One pixel of a zone: slopes dh/dx, dh/dy relative to the gel at rest as the model reads them and as the
+/// ball has them.
 struct ZoneReading {
   int u = 0, v = 0;
   std::array<double, 2> read{};
