@@ -19,6 +19,7 @@ namespace gelslam {
 void add_calibrate_check_command(CLI::App& calibrate, int& exit_code);
 void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code);
 void add_calibrate_label_command(CLI::App& calibrate, int& exit_code);
+void add_calibrate_optics_command(CLI::App& calibrate, int& exit_code);
 void add_calibrate_train_command(CLI::App& calibrate, int& exit_code);
 
 /// What the commands that read presses have in common.

@@ -107,6 +107,7 @@ std::optional<MarkerDots> find_marker_dots(const cv::Mat3b& background) {
   if (spread_of(distances, markers.spacing_px) > kMaxSpread ||
       spread_of(diameters, markers.diameter_px) > kMaxSpread)
     return std::nullopt;
+  for (const Dot& dot : dots) markers.centers_px.emplace_back(dot.u_px, dot.v_px);
   surface::detail::spread_spots(dark, markers.mask);
   markers.covered_share =
       cv::countNonZero(markers.mask) / static_cast<double>(std::max<std::size_t>(1, background.total()));

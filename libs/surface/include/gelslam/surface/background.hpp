@@ -43,6 +43,7 @@ struct MarkerDots {
   /// 255 where ink darkens the gel, and around it as far as lens and JPEG spread it. Dots of any kind.
   cv::Mat1b mask{};
   double covered_share = 0.0;  ///< of the picture by the mask
+  std::vector<cv::Point2d> centers_px{};
   /// Enough bare gel is seen between the dots to fill them in from around: at most 40 % is covered.
   bool are_readable() const;
   /// For the user: "the gel has 63 markers, ...: their pixels are filled in from around", or why not.

@@ -1,0 +1,125 @@
+#include <fmt/core.h>
+
+#include <iostream>
+#include <map>
+#include <memory>
+
+#include "calibrate_commands.hpp"
+#include "command_line.hpp"
+#include "commands.hpp"
+#include "gelslam/calibration/optics_fit.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
+#include "gelslam/sensor/image_input.hpp"
+#include "gelslam/slam/gel_slam.hpp"
+#include "gelslam/slam/surface_stream.hpp"
+#include "terminal_progress.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct OpticsArguments {
+  std::string source;
+  LogOptions log;
+  fs::path output;
+  bool overwrite = false, quiet = false;
+};
+
+constexpr std::int64_t kWantedFrames = 150;  // pairs of them take memory and time
+
+OpticsFit from_picture(const fs::path& file, const Config& config) {
+  const cv::Mat3b picture = fit_to_profile(read_image(file), config.sensor, quoted(file));
+  try {
+    return optics_from_dots(picture, config.surface.pixel_pitch_mm, config.surface.optics);
+  } catch (const Error& error) {
+    throw Error(quoted(file) + ": " + error.what());
+  }
+}
+
+/// Some of a log's frames with their poses in the largest piece of the map.
+std::vector<SeenFrame> seen_frames(const LogInput& input, const Config& config, ProgressSink& progress,
+                                   const InterruptWatch& interrupt) {
+  StageTimer timer;
+  SurfaceStream stream(input, config, timer);
+  GelSlam slam(config.slam);
+  const std::int64_t every = std::max<std::int64_t>(1, stream.frame_count().value_or(0) / kWantedFrames);
+  std::map<std::int64_t, SurfacePtr> kept;
+  progress.begin("tracking", stream.frame_count());
+  while (const auto item = stream.next()) {
+    stop_if_asked(interrupt);
+    if (item->surface)
+      slam.process(item->frame, item->time_s, item->surface, timer);
+    else
+      slam.skip(item->frame, item->time_s);
+    if (item->surface && item->frame % every == 0) kept[item->frame] = item->surface;
+    progress.update(item->frame + 1);
+  }
+  progress.end();
+  const SlamMap map = slam.finish(/*refine=*/true, &progress);
+  std::vector<SeenFrame> frames;
+  for (const FrameRecord& frame : map.frames)
+    if (const auto surface = kept.find(frame.frame);
+        surface != kept.end() && map.has_pose(frame) && frame.status == TrackStatus::tracked)
+      frames.push_back({surface->second, map.anchor_T_keyframe(frame.keyframe) * frame.keyframe_T_frame});
+  return frames;
+}
+
+int run_optics(const OpticsArguments& arguments) {
+  check_output_file(arguments.output, arguments.overwrite);
+  const InterruptWatch interrupt;
+  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
+  const std::string ending = fs::path(arguments.source).extension().string();
+  const bool picture = ending == ".png" || ending == ".jpg" || ending == ".jpeg";
+  const LogInput input = arguments.log.input(arguments.source);
+  const Config config = picture ? find_config(arguments.log.input("")) : resolve_config(input);
+  OpticsFit fit;
+  if (picture) {
+    fit = from_picture(arguments.source, config);
+  } else {
+    std::vector<SeenFrame> frames = seen_frames(input, config, *progress, interrupt);
+    progress->begin("fitting optics", kOpticsRounds);
+    fit = optics_from_motion(
+        std::move(frames), [&] { return interrupt.requested(); },
+        [&](int round) { progress->update(round); });
+    progress->end();
+  }
+  const std::string problem = why_impossible(fit.optics, config.sensor.width_px, config.sensor.height_px,
+                                             config.surface.pixel_pitch_mm);
+  if (!problem.empty())
+    throw Error(quoted(fs::path(arguments.source)) + " shows no sensor's optics: " + problem);
+  std::cout << fit.words()
+            << (picture ? fmt::format("{} dots, {:.2f} px from their grid\n", fit.measurements, fit.residual)
+                        : fmt::format("{} pairs of frames, whose normals agree within {:.3f} rad\n",
+                                      fit.measurements, fit.residual));
+  if (!arguments.output.empty()) write_optics(arguments.output, fit.optics);
+  if (picture || fit.not_shown().empty()) return kExitDone;
+  std::cerr << "the log does not show " << fit.not_shown()
+            << ": slide a textured thing over the whole gel, turn and tilt it\n";
+  return kExitNotGood;
+}
+
+}  // namespace
+
+void add_calibrate_optics_command(CLI::App& calibrate, int& exit_code) {
+  CLI::App* command = calibrate.add_subcommand("optics", "Find lens, camera distance and dome of a sensor");
+  const auto arguments = std::make_shared<OpticsArguments>();
+  command
+      ->add_option(
+          "SOURCE", arguments->source,
+          "Picture of the bare gel with printed dots, or a log of a textured thing slid over the gel")
+      ->required();
+  arguments->log.add_to(*command);
+  command->add_option("-o,--output", arguments->output, "optics.yaml to write");
+  add_overwrite_flag(*command, arguments->overwrite);
+  add_quiet_flag(*command, arguments->quiet);
+  command->footer(
+      "Slide something with texture over the whole gel for twenty seconds, turn and tilt it. Put the result "
+      "beside catalog.csv and train again.\n"
+      "Exit code 1: the log does not show all numbers; those stay as they were.\n"
+      "Example: gelslam calibrate optics slide.mkv --model model.json -o PRESSES/optics.yaml");
+  command->callback([arguments, &exit_code] { exit_code = run_optics(*arguments); });
+}
+
+}  // namespace gelslam

@@ -1,0 +1,363 @@
+#include <ceres/ceres.h>
+#include <ceres/cubic_interpolation.h>
+#include <ceres/rotation.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <memory>
+#include <opencv2/imgproc.hpp>
+
+#include "gelslam/calibration/optics_fit.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/surface/contact_overlap.hpp"
+#include "gelslam/surface/slopes.hpp"
+#include "optics/optics_model.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace calibration::detail;
+
+constexpr std::size_t kMinPairs = 10, kPairsPerFrame = 10, kPointsPerPair = 80;
+constexpr double kMinShared = 0.3;    // of the smaller contact
+constexpr double kMinMotionMm = 0.7;  // smaller ones show less than noise
+constexpr double kNormalSigmaRad = 0.05;
+// Heights fix z alone: beside a contact without bare gel they are wrong by more than normals are.
+constexpr double kHeightSigmaMm = 1;
+// Errors of neighboring pixels have common causes: so many count as one.
+constexpr double kCommonError = 15;
+constexpr std::size_t kStretches = 12;  // of a log, whose errors are taken as independent
+// But a color model's errors are the same in all of them. Against the truth of a rendered scan, results are
+// off by three to four times what the stretches' scatter says.
+constexpr double kCommonToAll = 4;
+
+using Grid = ceres::Grid2D<float, 3>;
+using Interpolator = ceres::BiCubicInterpolator<Grid>;
+
+/// Slopes relative to the gel at rest, and relief, on the rest grid of the optics that it was made with: what
+/// was read, whatever the optics are.
+struct ReadFrame {
+  explicit ReadFrame(const SeenFrame& frame)
+      : camera(frame.surface->camera()),
+        maps(camera.size),
+        contact(frame.surface->contact),
+        confidence(frame.surface->confidence),
+        points_mm(coarse_contact_points_mm(*frame.surface)),
+        world_T_frame(frame.world_T_frame) {
+    const OpticsNumbers numbers = numbers_of(camera.optics);
+    const OpticsModel<double> model{numbers.data(), camera.size, camera.pitch_mm};
+    for (int v = 0; v < maps.rows; ++v)
+      for (int u = 0; u < maps.cols; ++u) {
+        const Eigen::Vector3d rest = model.rest_point_mm(camera.to_mm(cv::Point(u, v)));
+        const Eigen::Vector2d slope = model.rest_slope(rest.head<2>());
+        const cv::Vec3f& n = frame.surface->normals(v, u);
+        const double height = static_cast<double>(frame.surface->height_mm(v, u));
+        maps(v, u) = {static_cast<float>(-n[0] / n[2] - slope.x()),
+                      static_cast<float>(-n[1] / n[2] - slope.y()),
+                      static_cast<float>(model.relief_of(height) - model.relief_of(rest.z()))};
+      }
+    constexpr int kBorderPx = 3;  // of a contact, where the gel leaves the object
+    cv::erode(contact, inner, cv::Mat(), cv::Point(-1, -1), kBorderPx, cv::BORDER_CONSTANT, 0);
+  }
+
+  CameraModel camera;
+  cv::Mat3f maps;
+  cv::Mat1b contact, confidence, inner;
+  std::vector<Eigen::Vector3d> points_mm;
+  Pose world_T_frame;
+};
+
+/// The surface that a frame is with other optics.
+SurfacePtr seen_with(const SensorOptics& optics, const ReadFrame& read) {
+  const CameraModel camera{read.camera.size, read.camera.pitch_mm, optics};
+  cv::Mat2f from(camera.size);
+  for (int v = 0; v < from.rows; ++v)
+    for (int u = 0; u < from.cols; ++u) {
+      const auto raw = camera.raw_px(Eigen::Vector2d(u, v));
+      const Eigen::Vector2d px = raw ? read.camera.rest_px(*raw) : Eigen::Vector2d(-1e4, -1e4);
+      from(v, u) = {static_cast<float>(px.x()), static_cast<float>(px.y())};
+    }
+  cv::Mat1b contact;
+  cv::Mat3f maps;
+  cv::remap(read.maps, maps, from, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  cv::Mat1b confidence;
+  if (!read.confidence.empty())
+    cv::remap(read.confidence, confidence, from, cv::noArray(), cv::INTER_NEAREST, cv::BORDER_CONSTANT, 0);
+  cv::remap(read.contact, contact, from, cv::noArray(), cv::INTER_NEAREST, cv::BORDER_CONSTANT, 0);
+  std::array<cv::Mat1f, 3> planes;
+  cv::split(maps, planes.data());
+  auto surface = std::make_shared<Surface>(*GradientSurfaces(camera).make(planes[0], planes[1], contact));
+  surface->contact = contact;
+  surface->confidence = confidence;
+  return surface;
+}
+
+struct Pair {
+  std::size_t from = 0, to = 0;
+  double motion_mm = 0;
+};
+
+/// Of every frame's overlaps those of the largest motions and of some smaller ones.
+std::vector<Pair> overlapping_pairs(const std::vector<std::unique_ptr<ReadFrame>>& frames,
+                                    const std::vector<SeenFrame>& seen) {
+  std::vector<Pair> pairs;
+  for (std::size_t to = 1; to < frames.size(); ++to) {
+    std::vector<Pair> candidates;
+    for (std::size_t from = 0; from < to; ++from) {
+      const Pose from_T_to = frames[from]->world_T_frame.inverse() * frames[to]->world_T_frame;
+      const double motion_mm =
+          from_T_to.translation().norm() + 5 * rotation_angle_rad(from_T_to);  // half a contact
+      if (motion_mm < kMinMotionMm) continue;
+      if (shown_share(frames[to]->points_mm, *seen[from].surface, from_T_to) >= kMinShared)
+        candidates.push_back({from, to, motion_mm});
+    }
+    std::ranges::stable_sort(candidates, std::greater<>(), &Pair::motion_mm);
+    const std::size_t every = std::max<std::size_t>(1, candidates.size() / kPairsPerFrame);
+    for (std::size_t k = 0; k < candidates.size(); k += every) pairs.push_back(candidates[k]);
+  }
+  return pairs;
+}
+
+/// A point of one frame's surface against another's surface there.
+struct OverlapError {
+  const ReadFrame *from, *to;
+  const Interpolator* map;
+  Pose to_T_from;  // before the fit
+  Eigen::Vector2d raw_px;
+  Eigen::Vector3d read;  // slopes and relief at the point
+  double weight;
+
+  template <class T>
+  bool operator()(const T* from_step, const T* to_step, const T* numbers, T* error) const {
+    using Vector2 = Eigen::Matrix<T, 2, 1>;
+    using Vector3 = Eigen::Matrix<T, 3, 1>;
+    const OpticsModel<T> model{numbers, from->camera.size, from->camera.pitch_mm};
+    const Vector2 rest_mm = model.rest_mm(raw_px.cast<T>());
+    const Vector3 gel = model.rest_point_mm(rest_mm);
+    const Vector3 point = model.point_mm(rest_mm, model.height_of(model.relief_of(gel.z()) + read.z()));
+    const Vector3 normal = normal_of(model, gel, T(read.x()), T(read.y()));
+
+    const Eigen::Matrix<T, 3, 3> rotation = to_T_from.linear().cast<T>();
+    Vector3 moved, turned;
+    ceres::AngleAxisRotatePoint(from_step, point.data(), moved.data());
+    ceres::AngleAxisRotatePoint(from_step, normal.data(), turned.data());
+    moved += Eigen::Map<const Vector3>(from_step + 3);
+    moved = rotation * moved + to_T_from.translation().cast<T>() - Eigen::Map<const Vector3>(to_step + 3);
+    turned = rotation * turned;
+    const T back[3] = {-to_step[0], -to_step[1], -to_step[2]};
+    Vector3 there, facing;
+    ceres::AngleAxisRotatePoint(back, moved.data(), there.data());
+    ceres::AngleAxisRotatePoint(back, turned.data(), facing.data());
+
+    const Vector2 rest_there = model.project(there);
+    const Vector2 at = base_px(model.raw_px(rest_there));
+    T values[3];
+    map->Evaluate(at.y(), at.x(), values);
+    const Vector3 gel_there = model.rest_point_mm(rest_there);
+    const Vector3 expected = normal_of(model, gel_there, values[0], values[1]);
+    const T height = model.height_of(model.relief_of(gel_there.z()) + values[2]);
+    using std::atan;
+    const double root = weight / std::sqrt(kCommonError);
+    error[0] = root / kNormalSigmaRad * (atan(facing.x() / facing.z()) - atan(expected.x() / expected.z()));
+    error[1] = root / kNormalSigmaRad * (atan(facing.y() / facing.z()) - atan(expected.y() / expected.z()));
+    error[2] = root / kHeightSigmaMm * (there.z() - height) * expected.z();
+    return true;
+  }
+
+ private:
+  template <class T>
+  static Eigen::Matrix<T, 3, 1> normal_of(const OpticsModel<T>& model, const Eigen::Matrix<T, 3, 1>& gel,
+                                          const T& gx, const T& gy) {
+    const Eigen::Matrix<T, 2, 1> slope = model.rest_slope(gel.template head<2>());
+    return Eigen::Matrix<T, 3, 1>(-gx - slope.x(), -gy - slope.y(), T(1.0)).normalized();
+  }
+
+  /// Where the other frame's maps hold a pixel of the picture.
+  template <class T>
+  Eigen::Matrix<T, 2, 1> base_px(const Eigen::Matrix<T, 2, 1>& raw) const {
+    const OpticsNumbers constant = numbers_of(to->camera.optics);
+    std::array<T, OpticsFit::kNumbers> numbers;
+    for (std::size_t k = 0; k < numbers.size(); ++k) numbers[k] = T(constant[k]);
+    const OpticsModel<T> base{numbers.data(), to->camera.size, to->camera.pitch_mm};
+    return base.rest_mm(raw) / T(to->camera.pitch_mm) + to->camera.center_px().template cast<T>();
+  }
+};
+
+using OverlapCost = ceres::AutoDiffCostFunction<OverlapError, 3, 6, 6, 7>;
+
+/// Poses and optics as one problem.
+class Adjustment {
+ public:
+  Adjustment(const std::vector<SeenFrame>& seen, const SensorOptics& prior) {
+    for (const SeenFrame& frame : seen) frames_.push_back(std::make_unique<ReadFrame>(frame));
+    for (const auto& frame : frames_) {
+      grids_.push_back(
+          std::make_unique<Grid>(frame->maps.ptr<float>(), 0, frame->maps.rows, 0, frame->maps.cols));
+      maps_.push_back(std::make_unique<Interpolator>(*grids_.back()));
+    }
+    steps_.assign(frames_.size(), {});
+    numbers_ = numbers_of(seen.front().surface->optics);
+    prior_block_ = problem_.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<OpticsPrior, 7, 7>(new OpticsPrior{numbers_of(prior)}), nullptr,
+        numbers_.data());
+    for (const Pair& pair : overlapping_pairs(frames_, seen)) add(pair, seen);
+    if (pairs_ < kMinPairs)
+      throw Error("only " + std::to_string(pairs_) +
+                  " pairs of frames show the same place in different parts of the picture: slide a textured "
+                  "thing over the whole gel, back and forth, for about twenty seconds");
+    if (problem_.HasParameterBlock(steps_[first_].data()))
+      problem_.SetParameterBlockConstant(steps_[first_].data());
+  }
+
+  void solve(const std::function<bool()>& stop) {
+    ceres::Solver::Options options;
+    options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+    options.max_num_iterations = 15;
+    options.function_tolerance = 1e-5;
+    options.num_threads = 2;
+    options.logging_type = ceres::SILENT;
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, &problem_, &summary);
+    if (stop()) throw Error("stopped; nothing was written");
+    if (!summary.IsSolutionUsable()) throw Error("the frames do not fit each other: no optics were found");
+  }
+
+  const OpticsNumbers& numbers() const { return numbers_; }
+  std::size_t pairs() const { return pairs_; }
+  Pose world_T_frame(std::size_t k) const {
+    const auto& step = steps_[k];
+    Pose change = Pose::Identity();
+    change.linear() = so3_exp(Eigen::Vector3d(step[0], step[1], step[2]));
+    change.translation() = Eigen::Vector3d(step[3], step[4], step[5]);
+    return frames_[k]->world_T_frame * change;
+  }
+  const ReadFrame& frame(std::size_t k) const { return *frames_[k]; }
+
+  /// Sandwich estimate; `rmse_rad`: what is left of the normals.
+  OpticsNumbers variance(double& rmse_rad);
+
+ private:
+  /// Of the difference of two normals.
+  static double weight_of(const ReadFrame& from, cv::Point pixel, const ReadFrame& to, cv::Point other) {
+    if (from.confidence.empty() || to.confidence.empty()) return 1;
+    constexpr double kBest = 255;
+    return std::sqrt(2 / (kBest / std::max<int>(1, from.confidence(pixel)) +
+                          kBest / std::max<int>(1, to.confidence(other))));
+  }
+
+  void add(const Pair& pair, const std::vector<SeenFrame>& seen) {
+    const bool swapped = (pair.from + pair.to) % 2 == 1;  // noise of either side in turn
+    const std::size_t a = swapped ? pair.to : pair.from, b = swapped ? pair.from : pair.to;
+    const ReadFrame &from = *frames_[a], &to = *frames_[b];
+    const Pose to_T_from = to.world_T_frame.inverse() * from.world_T_frame;
+    std::vector<std::pair<cv::Point, double>> shared;  // and weights
+    for (int v = 0; v < from.inner.rows; v += 2)
+      for (int u = 0; u < from.inner.cols; u += 2) {
+        if (from.inner(v, u) == 0) continue;
+        const auto pixel = to.camera.pixel_at(to_T_from * seen[a].surface->point_mm({u, v}));
+        if (pixel && to.inner(*pixel) != 0)
+          shared.emplace_back(cv::Point(u, v), weight_of(from, {u, v}, to, *pixel));
+      }
+    if (shared.size() < kPointsPerPair) return;
+    ++pairs_;
+    for (std::size_t k = 0; k < kPointsPerPair; ++k) {
+      const auto& [pixel, weight] = shared[k * shared.size() / kPointsPerPair];
+      const cv::Vec3f& read = from.maps(pixel);
+      const auto raw = from.camera.raw_px(Eigen::Vector2d(pixel.x, pixel.y));
+      if (!raw) continue;
+      blocks_.push_back(problem_.AddResidualBlock(
+          new OverlapCost(
+              new OverlapError{&from, &to, maps_[b].get(), to_T_from, *raw,
+                               Eigen::Vector3d(static_cast<double>(read[0]), static_cast<double>(read[1]),
+                                               static_cast<double>(read[2])),
+                               weight}),
+          new ceres::CauchyLoss(2.0 / std::sqrt(kCommonError)), steps_[a].data(), steps_[b].data(),
+          numbers_.data()));
+      block_frame_.push_back(pair.to);
+    }
+    first_ = std::min(first_, std::min(a, b));
+  }
+
+  std::vector<std::unique_ptr<ReadFrame>> frames_;
+  std::vector<std::unique_ptr<Grid>> grids_;
+  std::vector<std::unique_ptr<Interpolator>> maps_;
+  std::vector<std::array<double, 6>> steps_;
+  OpticsNumbers numbers_{};
+  ceres::Problem problem_;
+  ceres::ResidualBlockId prior_block_ = nullptr;
+  std::vector<ceres::ResidualBlockId> blocks_;
+  std::vector<std::size_t> block_frame_;
+  std::size_t pairs_ = 0, first_ = static_cast<std::size_t>(-1);
+};
+
+OpticsNumbers Adjustment::variance(double& rmse_rad) {
+  ceres::Problem::EvaluateOptions options;
+  options.residual_blocks = blocks_;
+  options.residual_blocks.push_back(prior_block_);
+  options.parameter_blocks = {numbers_.data()};
+  for (std::size_t k = 0; k < steps_.size(); ++k)
+    if (k != first_ && problem_.HasParameterBlock(steps_[k].data()))
+      options.parameter_blocks.push_back(steps_[k].data());
+  std::vector<double> residuals;
+  ceres::CRSMatrix jacobian;
+  problem_.Evaluate(options, nullptr, &residuals, nullptr, &jacobian);
+  const Eigen::Index count = jacobian.num_cols;
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(count, count);
+  Eigen::MatrixXd pulls = Eigen::MatrixXd::Zero(count, kStretches);
+  double squares = 0;
+  for (int row = 0; row < jacobian.num_rows; ++row) {
+    const auto block = static_cast<std::size_t>(row) / 3;
+    const double residual = residuals[static_cast<std::size_t>(row)];
+    if (block < blocks_.size() && row % 3 < 2) squares += residual * residual;
+    for (int i = jacobian.rows[static_cast<std::size_t>(row)];
+         i < jacobian.rows[static_cast<std::size_t>(row) + 1]; ++i) {
+      const int p = jacobian.cols[static_cast<std::size_t>(i)];
+      const double value = jacobian.values[static_cast<std::size_t>(i)];
+      if (block < blocks_.size())
+        pulls(p, static_cast<Eigen::Index>(block_frame_[block] * kStretches / frames_.size())) +=
+            value * residual;
+      for (int j = jacobian.rows[static_cast<std::size_t>(row)];
+           j < jacobian.rows[static_cast<std::size_t>(row) + 1]; ++j)
+        information(p, jacobian.cols[static_cast<std::size_t>(j)]) +=
+            value * jacobian.values[static_cast<std::size_t>(j)];
+    }
+  }
+  rmse_rad = kNormalSigmaRad * std::sqrt(kCommonError * squares /
+                                         static_cast<double>(2 * std::max<std::size_t>(1, blocks_.size())));
+  information.diagonal().array() += 1e-9;
+  constexpr Eigen::Index kNumbers = OpticsFit::kNumbers;
+  const Eigen::MatrixXd by_pull =
+      information.ldlt().solve(Eigen::MatrixXd(Eigen::MatrixXd::Identity(count, kNumbers)));
+  constexpr double kOfFew = static_cast<double>(kStretches) / (kStretches - 1);
+  OpticsNumbers variance{};
+  for (Eigen::Index k = 0; k < kNumbers; ++k) {
+    variance[static_cast<std::size_t>(k)] =
+        kCommonToAll * kCommonToAll * kOfFew * (by_pull.col(k).transpose() * pulls).squaredNorm();
+    for (Eigen::Index p = 0; p < kNumbers; ++p)
+      variance[static_cast<std::size_t>(k)] +=
+          std::pow(by_pull(p, k) / kPriorSigma[static_cast<std::size_t>(p)], 2);
+  }
+  return variance;
+}
+
+}  // namespace
+
+OpticsFit optics_from_motion(std::vector<SeenFrame> frames, const std::function<bool()>& stop,
+                             const std::function<void(int round)>& progress) {
+  if (frames.empty()) throw Error("nothing touches the gel");
+  const SensorOptics start = frames.front().surface->optics;
+  OpticsFit fit;
+  for (int round = 0; round < kOpticsRounds; ++round) {
+    Adjustment adjustment(frames, start);
+    adjustment.solve(stop);
+    const SensorOptics found = optics_of(adjustment.numbers());
+    for (std::size_t k = 0; k < frames.size(); ++k)
+      frames[k] = {seen_with(found, adjustment.frame(k)), adjustment.world_T_frame(k)};
+    fit.measurements = adjustment.pairs();
+    conclude(adjustment.numbers(), adjustment.variance(fit.residual), start, fit);
+    progress(round + 1);
+  }
+  return fit;
+}
+
+}  // namespace gelslam

@@ -1,0 +1,233 @@
+// Optics found from dots and from motion, against what pictures and surfaces were made with; and balls.
+
+#include "gelslam/calibration/optics_fit.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/imgproc.hpp>
+
+#include "../support/analytic_surface.hpp"
+#include "gelslam/calibration/ball_zones.hpp"
+#include "gelslam/core/error.hpp"
+#include "optics/optics_model.hpp"
+
+namespace gelslam::test {
+namespace {
+
+using calibration::detail::numbers_of;
+using calibration::detail::OpticsModel;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kPitchMm = 0.0634;
+const cv::Size kPicture(320, 240);
+const SensorOptics kTrue = {0.05, {4, -3}, 1.015, 19, {0.0014, 0.0031}},
+                   kStart = {0.037, {0, 0}, 1, 22, {0.0017, 0.0028}};
+
+CameraModel camera_with(const SensorOptics& optics) { return {kPicture, kPitchMm, optics}; }
+
+double distance_of(const OpticsFit& fit, std::size_t k, const SensorOptics& truth) {
+  const auto found = numbers_of(fit.optics), wanted = numbers_of(truth);
+  return k == 4 ? fit.optics.camera_distance_mm - truth.camera_distance_mm : found[k] - wanted[k];
+}
+
+void expect_honest(const OpticsFit& fit, const SensorOptics& truth) {
+  constexpr double kSigmas = 3.5;
+  for (std::size_t k = 0; k < OpticsFit::kNumbers; ++k) {
+    if (!fit.shown[k]) continue;
+    EXPECT_LT(std::abs(distance_of(fit, k, truth)), kSigmas * fit.sigma[k]) << k << "\n" << fit.words();
+  }
+}
+
+TEST(OpticsModel, IsTheCameraModel) {
+  const CameraModel camera = camera_with(kTrue);
+  const auto numbers = numbers_of(kTrue);
+  const OpticsModel<double> model{numbers.data(), kPicture, kPitchMm};
+  for (const Vector2d& px : {Vector2d(0, 0), Vector2d(300, 20), Vector2d(163, 118)}) {
+    const Vector2d rest_mm = camera.to_mm(camera.rest_px(px));
+    EXPECT_LT((model.rest_mm(px) - rest_mm).norm(), 1e-8);
+    EXPECT_LT((model.raw_px(rest_mm) - px).norm(), 1e-6);
+    const Vector3d gel = camera.rest_point_mm(rest_mm), point = camera.point_mm(rest_mm, -0.6);
+    EXPECT_LT((model.rest_point_mm(rest_mm) - gel).norm(), 1e-12);
+    EXPECT_LT((model.point_mm(rest_mm, -0.6) - point).norm(), 1e-12);
+    EXPECT_LT((model.project(point) - camera.project(point)).norm(), 1e-12);
+    EXPECT_NEAR(model.height_of(model.relief_of(-0.9)), -0.9, 1e-7);
+  }
+}
+
+TEST(SeenBall, HasTheSlopesOfACircleWhereNothingIsBent) {
+  const BallZone zone{0, 120, 90, 25};
+  const CameraModel camera = camera_with({});
+  const SeenBall ball(camera, zone, 6.3);
+  const double ball_px = 3.15 / kPitchMm;
+  const auto slope = ball.slope(camera.to_mm(Vector2d(132, 83)));
+  const double down = std::sqrt(ball_px * ball_px - 12 * 12 - 7 * 7);
+  EXPECT_NEAR(slope[0], 12 / down, 1e-9);
+  EXPECT_NEAR(slope[1], -7 / down, 1e-9);
+  EXPECT_TRUE(ball.is_in_zone(camera.to_mm(Vector2d(144.9, 90))));
+  EXPECT_FALSE(ball.is_in_zone(camera.to_mm(Vector2d(145.1, 90))));
+}
+
+TEST(SeenBall, IsOneSurfaceThatItsRaysMeet) {
+  // grad w = g / (1 - g·X / D) has no curl: the slopes are those of some surface; and of a ball: the unit
+  // normals of points a known way apart turn by that way over the radius.
+  const CameraModel camera = camera_with(kTrue);
+  const SeenBall ball(camera, {0, 265, 190, 28}, 6.3);
+  const auto absolute = [&](const Vector2d& rest_mm) -> Vector2d {
+    const auto relative = ball.slope(rest_mm);
+    return Vector2d(relative[0], relative[1]) + camera.rest_slope(camera.rest_point_mm(rest_mm).head<2>());
+  };
+  const auto derivative_of_w = [&](const Vector2d& rest_mm) -> Vector2d {
+    const Vector2d slope = absolute(rest_mm);
+    return slope / (1 - slope.dot(rest_mm) / kTrue.camera_distance_mm);
+  };
+  constexpr double kStep = 1e-4;
+  for (const Vector2d& px : {Vector2d(265, 190), Vector2d(255, 200), Vector2d(280, 185)}) {
+    const Vector2d at = camera.to_mm(camera.rest_px(px));
+    EXPECT_TRUE(ball.is_in_zone(at));
+    const Vector2d x(kStep, 0), y(0, kStep);
+    const double curl = (derivative_of_w(at + x).y() - derivative_of_w(at - x).y()) -
+                        (derivative_of_w(at + y).x() - derivative_of_w(at - y).x());
+    EXPECT_NEAR(curl / (2 * kStep), 0, 1e-6);
+  }
+}
+
+TEST(SeenBall, LiesDeepestOutsideTheMiddleOfItsRim) {
+  const BallZone zone{0, 290, 119.5, 26};
+  const CameraModel camera = camera_with({0, {0, 0}, 1, 20, {0, 0}});
+  const SeenBall ball(camera, zone, 6.3);
+  // The rim is the circle of points as steep as one another; its two ends along x lie evenly about the zone.
+  const auto along_x = [&](double u) { return ball.slope(camera.to_mm(Vector2d(u, zone.v_px)))[0]; };
+  EXPECT_NEAR(along_x(290 + 29), -along_x(290 - 29), 0.02);
+  EXPECT_LT(along_x(290), -0.01) << "the deepest point appears farther out";
+}
+
+cv::Mat3b dots_seen_with(const SensorOptics& optics) {
+  const CameraModel camera = camera_with(optics);
+  constexpr int kFine = 8;
+  cv::Mat3b fine(kPicture * kFine, cv::Vec3b(170, 150, 140));
+  for (int j = -4; j <= 4; ++j)
+    for (int i = -5; i <= 5; ++i) {
+      const Vector2d xy(2.0 * i + 0.05 * j + 0.3, 2.0 * j - 0.05 * i - 0.2);
+      const auto px =
+          camera.raw_px(camera.to_px(camera.project(Vector3d(xy.x(), xy.y(), camera.rest_height_mm(xy)))));
+      const Vector2d at = kFine * (*px + Vector2d(0.5, 0.5)) - Vector2d(0.5, 0.5);
+      cv::circle(fine, cv::Point(static_cast<int>(16 * at.x()), static_cast<int>(16 * at.y())),
+                 16 * 6 * kFine, cv::Scalar(30, 28, 25), cv::FILLED, cv::LINE_8, 4);
+    }
+  cv::Mat3b picture;
+  cv::resize(fine, picture, kPicture, 0, 0, cv::INTER_AREA);
+  return picture;
+}
+
+TEST(OpticsFromDots, FindsLensCenterAndAspect) {
+  SensorOptics start = kStart;
+  start.camera_distance_mm = kTrue.camera_distance_mm;
+  start.gel_dome_per_mm = kTrue.gel_dome_per_mm;
+  const OpticsFit fit = optics_from_dots(dots_seen_with(kTrue), kPitchMm, start);
+  EXPECT_GT(fit.measurements, 60U);
+  EXPECT_LT(fit.residual, 0.1);
+  EXPECT_NEAR(fit.optics.lens_k1, kTrue.lens_k1, 0.002);
+  EXPECT_NEAR(fit.optics.lens_center_px[0], kTrue.lens_center_px[0], 1);
+  EXPECT_NEAR(fit.optics.lens_center_px[1], kTrue.lens_center_px[1], 1);
+  EXPECT_NEAR(fit.optics.pixel_aspect, kTrue.pixel_aspect, 0.002);
+  EXPECT_FALSE(fit.shown[4]) << "dots that rest show no distance";
+  EXPECT_EQ(fit.optics.gel_dome_per_mm, start.gel_dome_per_mm);
+  EXPECT_THAT(fit.not_shown(), ::testing::HasSubstr("camera_distance_mm"));
+}
+
+TEST(OpticsFromDots, CountsWhatIsNotKnownOfTheDome) {
+  const OpticsFit fit = optics_from_dots(dots_seen_with(kTrue), kPitchMm, kStart);
+  expect_honest(fit, kTrue);
+  EXPECT_GT(fit.sigma[0], 0.002) << "the dome hides in the lens";
+}
+
+TEST(OpticsFromDots, RefusesAPictureWithoutThem) {
+  EXPECT_THROW(optics_from_dots(cv::Mat3b(kPicture, cv::Vec3b(150, 150, 150)), kPitchMm, kStart), Error);
+}
+
+/// What a sensor with kTrue makes of a touch if it takes its optics for kStart.
+SeenFrame misread(const Field& field, const Pose& object_T_sensor) {
+  const CameraModel truth = camera_with(kTrue), start = camera_with(kStart);
+  const auto real = numbers_of(kTrue), assumed = numbers_of(kStart);
+  const OpticsModel<double> real_model{real.data(), kPicture, kPitchMm},
+      assumed_model{assumed.data(), kPicture, kPitchMm};
+  auto surface = std::make_shared<Surface>();
+  surface->pixel_pitch_mm = kPitchMm;
+  surface->optics = kStart;
+  surface->contact = cv::Mat1b::zeros(kPicture);
+  cv::Mat1f relief(kPicture, 0.0F), gx(kPicture, 0.0F), gy(kPicture, 0.0F);
+  cv::Mat1b exact(kPicture, static_cast<unsigned char>(0));
+  for (int v = 0; v < kPicture.height; ++v)
+    for (int u = 0; u < kPicture.width; ++u) {
+      const double radius = std::hypot((u - 159.5) / 110, (v - 119.5) / 85);
+      const Vector2d rest_mm = truth.to_mm(truth.rest_px(*start.raw_px(Vector2d(u, v))));
+      double z = 0;
+      Vector3d normal;
+      if (radius > 1.35 || !follow_ray(field, object_T_sensor, rest_mm.x(), rest_mm.y(), -3, z, normal,
+                                       kTrue.camera_distance_mm))
+        continue;
+      const Vector3d gel = truth.rest_point_mm(rest_mm);
+      const double blend = 0.5 + 0.5 * std::cos(M_PI * std::clamp((radius - 1) / 0.35, 0.0, 1.0));
+      relief(v, u) = static_cast<float>(blend * (real_model.relief_of(z) - real_model.relief_of(gel.z())));
+      if (radius > 1) continue;
+      const Vector2d slope = -normal.head<2>() / normal.z() - truth.rest_slope(gel.head<2>());
+      gx(v, u) = static_cast<float>(slope.x());
+      gy(v, u) = static_cast<float>(slope.y());
+      exact(v, u) = 255;
+      surface->contact(v, u) = radius < 0.95 ? 255 : 0;
+    }
+  cv::Mat1f beyond_x, beyond_y;
+  cv::Sobel(relief, beyond_x, CV_32F, 1, 0, 1, 0.5 / kPitchMm);
+  cv::Sobel(relief, beyond_y, CV_32F, 0, 1, 1, 0.5 / kPitchMm);
+  beyond_x.copyTo(gx, exact == 0);
+  beyond_y.copyTo(gy, exact == 0);
+  surface->height_mm.create(kPicture);
+  surface->normals.create(kPicture);
+  for (int v = 0; v < kPicture.height; ++v)
+    for (int u = 0; u < kPicture.width; ++u) {
+      const Vector3d gel = start.rest_point_mm(start.to_mm(cv::Point(u, v)));
+      const Vector2d slope = start.rest_slope(gel.head<2>());
+      surface->height_mm(v, u) = static_cast<float>(
+          assumed_model.height_of(assumed_model.relief_of(gel.z()) + static_cast<double>(relief(v, u))));
+      surface->normals(v, u) = cv::normalize(
+          cv::Vec3f(-gx(v, u) - static_cast<float>(slope.x()), -gy(v, u) - static_cast<float>(slope.y()), 1));
+    }
+  surface->contact_pixels = cv::countNonZero(surface->contact);
+  return {surface, object_T_sensor};
+}
+
+std::vector<SeenFrame> slid_over(const Field& field, double reach_mm, int count) {
+  std::vector<SeenFrame> frames;
+  for (int k = 0; k < count; ++k) {
+    const double t = 2 * M_PI * k / count;
+    frames.push_back(misread(field, motion(2 * std::sin(3 * t), 2 * std::cos(5 * t), 25 * std::sin(2 * t),
+                                           reach_mm * std::sin(4 * t), 0.7 * reach_mm * std::sin(3 * t + 1),
+                                           0.5 + 0.15 * std::sin(7 * t))));
+  }
+  return frames;
+}
+
+TEST(OpticsFromMotion, FindsAllNumbersWithThePoses) {
+  const OpticsFit fit = optics_from_motion(
+      slid_over(textured_plane(7, 0.3), 5, 40), [] { return false; }, [](int) {});
+  EXPECT_NEAR(fit.optics.lens_k1, kTrue.lens_k1, 0.005) << fit.words();
+  EXPECT_NEAR(fit.optics.pixel_aspect, kTrue.pixel_aspect, 0.003);
+  EXPECT_NEAR(fit.optics.camera_distance_mm, kTrue.camera_distance_mm, 2);
+  EXPECT_NEAR(fit.optics.gel_dome_per_mm[0], kTrue.gel_dome_per_mm[0], 0.0005);
+  EXPECT_NEAR(fit.optics.gel_dome_per_mm[1], kTrue.gel_dome_per_mm[1], 0.0005);
+  expect_honest(fit, kTrue);
+}
+
+TEST(OpticsFromMotion, SaysWhatLittleMotionDoesNotShow) {
+  const OpticsFit fit = optics_from_motion(
+      slid_over(textured_plane(7, 0.3), 0.8, 12), [] { return false; }, [](int) {});
+  EXPECT_NE(fit.not_shown(), "") << fit.words();
+  EXPECT_THROW(optics_from_motion(
+                   slid_over(textured_plane(7, 0.3), 0.02, 4), [] { return false; }, [](int) {}),
+               Error);
+}
+
+}  // namespace
+}  // namespace gelslam::test
