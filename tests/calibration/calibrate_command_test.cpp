@@ -30,6 +30,41 @@ const SimulatedPresses& few_presses() {
   return presses;
 }
 
+TEST(CalibrateCommand, FindsTheOpticsOfAPictureOfDots) {
+  const TemporaryFolder folder;
+  const std::string bare = (folder / "bare.png").string(), dots = (folder / "dots.png").string(),
+                    optics = (folder / "optics.yaml").string();
+  CalibrationSpec spec;
+  cv::imwrite(bare, PressSimulator(spec).background());
+  spec.optics.dot_spacing_mm = 2;
+  cv::imwrite(dots, PressSimulator(spec).background());
+  expect_mistake(calibrate({"optics", bare, "-o", optics}), "no grid of printed dots");
+  expect_mistake(calibrate({"optics", (folder / "none.png").string()}), "none.png");
+  EXPECT_FALSE(fs::exists(optics));
+  const ProgramResult found = calibrate({"optics", dots, "-o", optics});
+  EXPECT_EQ(found.exit_code, 0) << found.err;
+  EXPECT_THAT(found.out, HasSubstr("camera_distance_mm: 0, not shown"));
+  EXPECT_NEAR(read_optics(optics).pixel_aspect, 1, 0.003);
+  EXPECT_NEAR(read_optics(optics).lens_k1, 0, 0.004) << "the simulator's camera has no lens";
+  expect_mistake(calibrate({"optics", dots, "-o", optics}), "already there");
+}
+
+TEST(CalibrateCommand, TrainsThroughTheOpticsBesideThePresses) {
+  const TemporaryFolder folder;
+  const std::string presses = (folder / "presses").string(), model = (folder / "model.json").string();
+  write_folder(presses, few_presses().set);
+  const SensorOptics optics = {0.02, {1, 0}, 1.01, 25, {0.001, 0.002}};
+  write_optics(folder / "presses/optics.yaml", optics);
+  const ProgramResult trained = calibrate({"train", presses, "-o", model, "--automatic", "--steps", "100"});
+  ASSERT_LE(trained.exit_code, 1) << trained.err;
+  EXPECT_EQ(read_model(model).optics, optics);
+  SensorOptics near = optics;
+  near.camera_distance_mm = 2;
+  write_optics(folder / "presses/optics.yaml", near);
+  expect_mistake(calibrate({"train", presses, "-o", model, "--overwrite"}),
+                 "camera_distance_mm must be at least 5");
+}
+
 TEST(CalibrateCommand, LabelsTrainsAndChecks) {
   const TemporaryFolder folder;
   const std::string presses = (folder / "presses").string(), model = (folder / "model.json").string(),

@@ -22,6 +22,8 @@ constexpr std::size_t kMinPairs = 10, kPairsPerFrame = 10, kPointsPerPair = 80;
 constexpr double kMinShared = 0.3;    // of the smaller contact
 constexpr double kMinMotionMm = 0.7;  // smaller ones show less than noise
 constexpr double kNormalSigmaRad = 0.05;
+// Beside a flank the gel looks like a part of the object: such normals are off by more, and bend the dome.
+constexpr double kLossRad = 0.015;
 // Heights fix z alone: beside a contact without bare gel they are wrong by more than normals are.
 constexpr double kHeightSigmaMm = 1;
 // Errors of neighboring pixels have common causes: so many count as one.
@@ -271,8 +273,8 @@ class Adjustment {
                                Eigen::Vector3d(static_cast<double>(read[0]), static_cast<double>(read[1]),
                                                static_cast<double>(read[2])),
                                weight}),
-          new ceres::CauchyLoss(2.0 / std::sqrt(kCommonError)), steps_[a].data(), steps_[b].data(),
-          numbers_.data()));
+          new ceres::CauchyLoss(kLossRad / kNormalSigmaRad / std::sqrt(kCommonError)), steps_[a].data(),
+          steps_[b].data(), numbers_.data()));
       block_frame_.push_back(pair.to);
     }
     first_ = std::min(first_, std::min(a, b));

@@ -57,8 +57,9 @@ std::string OpticsFit::words() const {
   std::string text;
   const auto values = values_of(optics);
   for (std::size_t k = 0; k < kNumbers; ++k)
-    text += shown[k] ? fmt::format("{}: {:.4g} +- {:.2g}\n", kNames[k], values[k], sigma[k])
-                     : fmt::format("{}: {:.4g}, not shown\n", kNames[k], values[k]);
+    text += !shown[k]       ? fmt::format("{}: {:.4g}, not shown\n", kNames[k], values[k])
+            : sigma[k] == 0 ? fmt::format("{}: 0, orthographic\n", kNames[k])
+                            : fmt::format("{}: {:.4g} +- {:.2g}\n", kNames[k], values[k], sigma[k]);
   return text;
 }
 
