@@ -63,41 +63,48 @@ std::int16_t steps(float value, float step) {
 
 /// The median edge detector of JPEG-LS (Weinberger et al. 2000): what the three neighbors that are known
 /// already make of a value.
-int predicted(const cv::Mat_<std::int16_t>& plane, int v, int u) {
-  const int left = u > 0 ? plane(v, u - 1) : (v > 0 ? plane(v - 1, u) : 0);
-  const int above = v > 0 ? plane(v - 1, u) : left;
-  const int corner = u > 0 && v > 0 ? plane(v - 1, u - 1) : left;
+int predicted(int left, int above, int corner) {
   if (corner >= std::max(left, above)) return std::min(left, above);
   if (corner <= std::min(left, above)) return std::max(left, above);
   return left + above - corner;
 }
 
-/// Differences from the prediction, small ones of either sign as small numbers; low bytes, then high bytes.
-void append_plane(const cv::Mat_<std::int16_t>& plane, std::string& planes) {
-  const std::size_t low = planes.size(), pixels = plane.total();
-  planes.resize(low + 2 * pixels);
-  std::size_t i = 0;
-  for (int v = 0; v < plane.rows; ++v)
-    for (int u = 0; u < plane.cols; ++u, ++i) {
-      const auto difference = static_cast<std::int16_t>(plane(v, u) - predicted(plane, v, u));
-      const auto folded = static_cast<std::uint16_t>((difference * 2) ^ (difference >> 15));
-      planes[low + i] = static_cast<char>(folded & 0xFF);
-      planes[low + pixels + i] = static_cast<char>(folded >> 8);
+/// Calls visit(value, prediction) for every pixel, row by row. `visit` may set the value.
+template <typename Visit>
+void predict_all(cv::Mat_<std::int16_t>& plane, Visit&& visit) {
+  for (int v = 0; v < plane.rows; ++v) {
+    std::int16_t* const row = plane[v];
+    const std::int16_t* const above = v > 0 ? plane[v - 1] : nullptr;
+    for (int u = 0; u < plane.cols; ++u) {
+      if (u > 0)
+        visit(row[u], above ? predicted(row[u - 1], above[u], above[u - 1]) : row[u - 1]);
+      else
+        visit(row[u], above ? above[0] : 0);
     }
+  }
 }
 
-cv::Mat_<std::int16_t> read_plane(const std::string& planes, std::size_t low, cv::Size size) {
-  cv::Mat_<std::int16_t> plane(size);
+/// Differences from the prediction, small ones of either sign as small numbers; low bytes, then high bytes.
+void append_plane(cv::Mat_<std::int16_t>& plane, std::string& planes) {
   const std::size_t pixels = plane.total();
-  std::size_t i = 0;
-  for (int v = 0; v < plane.rows; ++v)
-    for (int u = 0; u < plane.cols; ++u, ++i) {
-      const auto folded =
-          static_cast<std::uint16_t>(static_cast<std::uint8_t>(planes[low + i]) |
-                                     static_cast<std::uint8_t>(planes[low + pixels + i]) << 8);
-      const int difference = (folded >> 1) ^ -(folded & 1);
-      plane(v, u) = static_cast<std::int16_t>(predicted(plane, v, u) + difference);
-    }
+  planes.resize(planes.size() + 2 * pixels);
+  char *low = planes.data() + planes.size() - 2 * pixels, *high = low + pixels;
+  predict_all(plane, [&](const std::int16_t& value, int prediction) {
+    const auto difference = static_cast<std::int16_t>(value - prediction);
+    const auto folded = static_cast<std::uint16_t>((difference * 2) ^ (difference >> 15));
+    *low++ = static_cast<char>(folded & 0xFF);
+    *high++ = static_cast<char>(folded >> 8);
+  });
+}
+
+cv::Mat_<std::int16_t> read_plane(const std::string& planes, std::size_t begin, cv::Size size) {
+  cv::Mat_<std::int16_t> plane(size);
+  const auto* low = reinterpret_cast<const std::uint8_t*>(planes.data()) + begin;
+  const auto* high = low + plane.total();
+  predict_all(plane, [&](std::int16_t& value, int prediction) {
+    const int folded = *low++ | *high++ << 8;
+    value = static_cast<std::int16_t>(prediction + ((folded >> 1) ^ -(folded & 1)));
+  });
   return plane;
 }
 
@@ -132,7 +139,7 @@ void append_coarse_planes(const Surface& surface, const cv::Rect& box, std::stri
       height(v, u) =
           steps(static_cast<float>(cv::mean(surface.height_mm(cell))[0]), PackedSurface::kCoarseHeightStepMm);
     }
-  for (const auto* plane : {&nx, &ny, &height}) append_plane(*plane, planes);
+  for (auto* plane : {&nx, &ny, &height}) append_plane(*plane, planes);
 }
 
 std::string planes_of(const Surface& surface, const cv::Rect& box, bool has_confidence) {
@@ -148,7 +155,7 @@ std::string planes_of(const Surface& surface, const cv::Rect& box, bool has_conf
     }
   std::string planes;
   append_coarse_planes(surface, box, planes);
-  for (const auto* plane : {&nx, &ny, &height, &curvature}) append_plane(*plane, planes);
+  for (auto* plane : {&nx, &ny, &height, &curvature}) append_plane(*plane, planes);
   const auto append_bytes = [&](const cv::Mat1b& map) {
     for (int v = 0; v < box.height; ++v)
       planes.append(reinterpret_cast<const char*>(&map(box.y + v, box.x)),
@@ -185,9 +192,13 @@ void unpack_coarse(const std::string& planes, const cv::Rect& box, Surface& surf
       const cv::Rect cell = cell_at(u, v, size);
       if (box.contains(cell.tl())) continue;
       constexpr float kStep = PackedSurface::kCoarseNormalStep;
-      surface.normals(cell).setTo(
-          cv::Scalar(normal_of(kStep * static_cast<float>(nx(v, u)), kStep * static_cast<float>(ny(v, u)))));
-      surface.height_mm(cell).setTo(PackedSurface::kCoarseHeightStepMm * static_cast<float>(height(v, u)));
+      const cv::Vec3f normal =
+          normal_of(kStep * static_cast<float>(nx(v, u)), kStep * static_cast<float>(ny(v, u)));
+      const float height_mm = PackedSurface::kCoarseHeightStepMm * static_cast<float>(height(v, u));
+      for (int y = cell.y; y < cell.br().y; ++y) {
+        std::fill_n(surface.normals[y] + cell.x, cell.width, normal);
+        std::fill_n(surface.height_mm[y] + cell.x, cell.width, height_mm);
+      }
     }
 }
 

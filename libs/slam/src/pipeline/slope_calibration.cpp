@@ -24,6 +24,7 @@ constexpr int kRounds = 3;
 
 Keyframes corrected(const Keyframes& read, const SlopeCorrection& correction,
                     const NormalFlowOptions& options, int threads) {
+  if (correction.factors == SlopeCorrection{}.factors) return read;
   constexpr std::size_t kPerCorrector = 16;
   Keyframes result(read.size());
   parallel_for_ranges(read.size(), kPerCorrector, threads, [&](std::size_t begin, std::size_t end) {
