@@ -175,7 +175,7 @@ LiveOptions LiveArguments::options(Config config, int sensor, int sensors) const
     options.run_folder = of_sensor(run_folder);
   } else {
     const bool of_several = is_of_several_sensors(continued);
-    if (of_several) config.slam.slope_calibration = {};  // off in that run, whose surfaces are corrected
+    if (of_several) config.slam.gradient_scale = {};  // off in that run, whose surfaces are corrected
     if (of_several || sensors > 1) {
       if (sensor == 0) check_can_be_merged(continued);
       options.run_folder = next_run_folder(of_sensor(continued));
@@ -185,7 +185,7 @@ LiveOptions LiveArguments::options(Config config, int sensor, int sensors) const
     }
   }
   options.config = config;
-  if (sensor == 0) options.stream = stream.open(config.slam.slope_calibration.gradient_scale_sigma, quiet);
+  if (sensor == 0) options.stream = stream.open(config.slam.gradient_scale.sigma, quiet);
   return options;
 }
 

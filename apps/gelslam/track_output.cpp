@@ -64,7 +64,7 @@ class TrialOutput final : public PoseOutput {
       : as_ndjson_(as_ndjson),
         tracker_(options.tracker, options.registration, options.verification),
         tum_(options),
-        drift_(options.slope_calibration.gradient_scale_sigma) {}
+        drift_(options.gradient_scale.sigma) {}
 
   PoseLine line(const SurfaceStream::Item& item) override {
     const TrackedFrame frame =

@@ -111,7 +111,7 @@ class MapLocalizer {
   MapLocalizer(std::shared_ptr<Sensor> sensor, const PythonMap& map, ProgressSink& progress)
       : sensor_(std::move(sensor)),
         localizer_(surfaces_of(*sensor_, map, progress), sensor_->config().slam),
-        drift_(sensor_->config().slam.slope_calibration.gradient_scale_sigma) {}
+        drift_(sensor_->config().slam.gradient_scale.sigma) {}
 
   PythonPlacedFrame process(const SurfacePtr& surface, double time_s) {
     const std::lock_guard lock(mutex_);

@@ -70,7 +70,7 @@ class Slam {
   Slam(std::shared_ptr<Sensor> sensor, const ContinuedScan& scan)
       : sensor_(std::move(sensor)),
         slam_(sensor_->config().slam, &scan),
-        drift_(sensor_->config().slam.slope_calibration.gradient_scale_sigma),
+        drift_(sensor_->config().slam.gradient_scale.sigma),
         first_time_s_(scan.first_time_s),
         frames_(scan.first_frame) {
     if (!scan.record.frames.empty()) times_.begin_after(scan.record.frames.back().time_s);

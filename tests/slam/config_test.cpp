@@ -65,8 +65,7 @@ TEST_F(ConfigFile, EveryValueSurvivesWritingAndReading) {
   slam.verification.curvature.min_scr = 0.41;
   slam.verification.curvature.min_ccs = 0.82;
   slam.pose_graph.loop_loss_scale = 2.5;
-  slam.slope_calibration.estimate_gradient_scale = !slam.slope_calibration.estimate_gradient_scale;
-  slam.slope_calibration.enabled = !slam.slope_calibration.enabled;
+  slam.gradient_scale.estimate = !slam.gradient_scale.estimate;
   slam.refinement.enabled = !slam.refinement.enabled;
   slam.refinement.max_pairs_per_keyframe = 5;
   slam.fusion.voxel_size_mm = 0.11;
@@ -87,9 +86,7 @@ TEST_F(ConfigFile, EveryValueSurvivesWritingAndReading) {
   EXPECT_EQ(back.slam.registration.max_samples, 2222);
   EXPECT_EQ(back.slam.registration.curvature.min_ccs, 0.72);
   EXPECT_EQ(back.slam.verification.curvature.min_ccs, 0.82);
-  EXPECT_EQ(back.slam.slope_calibration.estimate_gradient_scale,
-            config.slam.slope_calibration.estimate_gradient_scale);
-  EXPECT_EQ(back.slam.slope_calibration.enabled, config.slam.slope_calibration.enabled);
+  EXPECT_EQ(back.slam.gradient_scale.estimate, config.slam.gradient_scale.estimate);
   EXPECT_EQ(back.slam.refinement.enabled, config.slam.refinement.enabled);
   EXPECT_EQ(back.slam.fusion.truncation_mm, 0.9);
 }

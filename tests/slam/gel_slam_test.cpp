@@ -61,7 +61,8 @@ class Scan {
 
 /// A stroke of a few frames from (x, y).
 void stroke(Scan& scan, double x_mm, double y_mm, double twist_deg) {
-  for (int i = 0; i < 3; ++i) scan.see(motion(0.5 * i, 0, twist_deg, x_mm + 0.3 * i, y_mm - 0.2 * i, 0.4));
+  for (int i = 0; i < 3; ++i)
+    scan.see(motion(0.5 * i, 0, twist_deg, x_mm + 0.3 * i, y_mm - 0.2 * i, 0.4));
 }
 
 /// Every frame with a pose in the map lies where the truth has it, seen from the anchor. A pose graph without
@@ -300,9 +301,9 @@ TEST(GelSlam, WhatTakesLongTellsHowFarItIs) {
   Told told;
   const SlamMap map = scan.finish(&told);
   fuse_map(map, {}, &told);
-  ASSERT_EQ(told.tasks.size(), 3U);
-  const std::array<const char*, 3> names = {"closing loops", "calibrating slopes", "fusing"};
-  for (std::size_t i = 0; i < 3; ++i) {
+  ASSERT_EQ(told.tasks.size(), 2U);
+  const std::array<const char*, 2> names = {"closing loops", "fusing"};
+  for (std::size_t i = 0; i < names.size(); ++i) {
     EXPECT_EQ(told.tasks[i].name, names[i]);
     EXPECT_GT(told.tasks[i].total, 0);
     EXPECT_EQ(told.tasks[i].done, told.tasks[i].total);

@@ -134,8 +134,7 @@ TEST_F(Merge, LeavesOutADamagedSurface) {
   right.stroke(1.5, -0.5, -30);
   save("left", left, Config{}, {0, "one", 5, ""});
   save("right", right, Config{}, {0, "two", 6, ""});
-  SlamMap map = left.finish({0, "one", 5, ""});
-  map.surfaces_corrected = true;
+  const SlamMap map = left.finish({0, "one", 5, ""});
   save_session(folder / "left/session", map);
   const int damaged = map.edges.front().to;
   write_bytes(folder / "left/session" / (std::to_string(damaged) + ".surface"), "nothing");

@@ -222,7 +222,7 @@ void add_ablation(CLI::App& lab) {
   command->add_option("-o,--output", arguments->out,
                       "Folder for ablation, ablation_ratios and ablation_table (CSV and JSON)");
   command->footer(
-      "Example: gelslam-lab ablation DATA/sequences DATA/ablation --only \"slope calibration\" -o STUDY && "
+      "Example: gelslam-lab ablation DATA/sequences DATA/ablation --only \"gradient scale\" -o STUDY && "
       "scripts/plot_ablation.py STUDY");
 }
 

@@ -84,7 +84,7 @@ class LiveTracking {
  public:
   explicit LiveTracking(const SlamOptions& options)
       : tracker_(options.tracker, options.registration, options.verification),
-        drift_(options.slope_calibration.gradient_scale_sigma) {}
+        drift_(options.gradient_scale.sigma) {}
 
   void process(const SurfaceStream::Item& item, const OptionalPose& start_T_frame) {
     const TrackedFrame tracked = tracker_.track(item.frame, item.time_s, item.surface);
@@ -150,7 +150,7 @@ std::string live_key(Config config) {
   config.slam.tracker = slam.tracker;
   config.slam.registration = slam.registration;
   config.slam.verification = slam.verification;
-  config.slam.slope_calibration.gradient_scale_sigma = slam.slope_calibration.gradient_scale_sigma;
+  config.slam.gradient_scale.sigma = slam.gradient_scale.sigma;
   return write_config(config);
 }
 

@@ -42,10 +42,7 @@ std::string replaced(const std::string& yaml, const std::string& key, const std:
 }  // namespace
 
 std::vector<Variant> mechanism_variants() {
-  return {{"slope calibration", {{"calibrate_slopes", "false"}}},
-          {"gradient scale", {{"estimate_gradient_scale", "false"}}},
-          {"slope calibration and gradient scale",
-           {{"calibrate_slopes", "false"}, {"estimate_gradient_scale", "false"}}},
+  return {{"gradient scale", {{"estimate_gradient_scale", "false"}}},
           {"keyframes at turning points", {{"keyframe_min_unseen", "1"}}},
           {"early keyframes", {{"keyframe_min_shared", "0"}}},
           {"light compensation", {{"compensate_light", "false"}}},

@@ -109,9 +109,9 @@ void rename_or_throw(const fs::path& from, const fs::path& to) {
 }  // namespace
 
 std::vector<std::string> saved_entries() {
-  return {"mesh.ply",           "trajectory.tum",    "keyframes.tum",      "pose_graph.g2o",
-          "config.yaml",        "loop_outliers.g2o", "report.json",        "session/session.json",
-          "session/scan.jsonl", "session/*.surface", "session/*.corrected"};
+  return {"mesh.ply",           "trajectory.tum",    "keyframes.tum", "pose_graph.g2o",
+          "config.yaml",        "loop_outliers.g2o", "report.json",   "session/session.json",
+          "session/scan.jsonl", "session/*.surface"};
 }
 
 std::vector<std::string> run_entries() {

@@ -45,7 +45,7 @@ stop_feeding() {
 # small_config RATE: of the scanned pictures; without what other tests show, for which the emulated processor takes 15 s
 # each
 small_config() {
-  sed "s/pose_graph_config:/&\n    calibrate_slopes: false/; s/track_config:/&\n    relocalize: false/
+  sed "s/track_config:/&\n    relocalize: false/
     s/ppmm:.*/ppmm: 0.1268/; s/ imgh:.*/ imgh: 120/; s/ imgw:.*/ imgw: 160/; s/raw_imgh:.*/raw_imgh: 168/
     s/raw_imgw:.*/raw_imgw: 224/; s/framerate:.*/framerate: $1/; /calibration_model_path/d" "$data/config.yaml"
 }

@@ -50,7 +50,7 @@ SharedUnknowns shared_unknowns(const SlamMap& map, double scale_sigma, const Sla
   if (map.rig)
     return rig_unknowns(map.edges, map.measured.rig.constraints, map.rig->first_T_second,
                         prior_of_rig(map, scale_sigma));
-  if (!options.slope_calibration.estimate_gradient_scale) return {};
+  if (!options.gradient_scale.estimate) return {};
   return gradient_scale_unknowns(map.edges, scale_sigma);
 }
 
@@ -115,6 +115,14 @@ Matrix6d covariance_of_rig(const Eigen::MatrixXd& unknowns, double scale_sigma) 
 
 }  // namespace
 
+double gradient_scale_sigma(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
+                            const GradientScaleOptions& options) {
+  double model_sigma = 0;
+  for (const auto& keyframe : keyframes)
+    if (keyframe) model_sigma = std::max(model_sigma, keyframe->surface.model_sigma());
+  return options.sigma * model_sigma;
+}
+
 std::vector<PoseGraphEdge> chosen(const std::vector<PoseGraphEdge>& edges, const std::vector<bool>& keep) {
   std::vector<PoseGraphEdge> kept;
   for (std::size_t i = 0; i < edges.size(); ++i)
@@ -125,7 +133,7 @@ std::vector<PoseGraphEdge> chosen(const std::vector<PoseGraphEdge>& edges, const
 PoseGraphSolution solve_poses(const std::map<int, Pose>& initial, const std::vector<PoseGraphEdge>& edges,
                               double scale_sigma, const SlamOptions& options) {
   if (initial.empty()) return {};  // a scan that has touched nothing has no model's sigma, either
-  return options.slope_calibration.estimate_gradient_scale
+  return options.gradient_scale.estimate
              ? solve_with_gradient_scale(initial, edges, options.pose_graph, scale_sigma)
              : solve_pose_graph(initial, edges, options.pose_graph);
 }

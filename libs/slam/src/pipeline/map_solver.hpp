@@ -15,6 +15,10 @@ namespace gelslam::slam::detail {
 
 inline constexpr int kOverlapRounds = 2;  // the first one's corrections show more overlaps
 
+/// GradientScaleOptions::sigma, of the worst model among keyframes (null: none there).
+double gradient_scale_sigma(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
+                            const GradientScaleOptions& options);
+
 /// Those to be kept, in the same order.
 std::vector<PoseGraphEdge> chosen(const std::vector<PoseGraphEdge>& edges, const std::vector<bool>& keep);
 

@@ -12,7 +12,6 @@
 #include "gelslam/slam/refinement.hpp"
 #include "gelslam/slam/trial_drift.hpp"
 #include "pipeline/map_solver.hpp"
-#include "pipeline/slope_calibration.hpp"
 
 namespace gelslam {
 
@@ -81,21 +80,6 @@ void add_rejoining_loops(SlamMap& map, const std::vector<ScanPart>& parts, const
                      [&](const PoseGraphEdge& edge) { return edge.from == loop.from && edge.to == loop.to; }))
       map.edges.push_back(loop_edge(loop));
   }
-}
-
-/// `tracked`: links as the tracker measured them.
-void calibrate(SlamMap& map, const std::vector<PoseGraphEdge>& tracked, const SlamOptions& options,
-               const std::function<bool()>& stop_requested, ProgressSink* progress) {
-  std::optional<slam::detail::CalibratedMap> calibrated =
-      slam::detail::calibrate_slopes(map, options.pose_graph, options.slope_calibration, options.registration,
-                                     stop_requested, progress, options.fusion.threads);
-  if (!calibrated) return;
-  map.keyframes = std::move(calibrated->keyframes);
-  map.edges = std::move(calibrated->edges);
-  map.solution = std::move(calibrated->solution);
-  map.slope_correction = calibrated->correction;
-  map.surfaces_corrected = true;
-  slam::detail::distribute_corrections(tracked, map.edges, map.frames);
 }
 
 /// The map is the largest component, in the frame of its anchor. Returns that keyframe's id.
@@ -204,8 +188,7 @@ void Mapper::add_edge(const PoseGraphEdge& edge) {
 
 /// Which of edges_ are consistent.
 const std::vector<bool>& Mapper::judge_edges() {
-  return consistency_.judge(edges_,
-                            slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration));
+  return consistency_.judge(edges_, slam::detail::gradient_scale_sigma(keyframes_, options_.gradient_scale));
 }
 
 Neighborhood Mapper::neighborhood(int keyframe) {
@@ -266,7 +249,7 @@ void Mapper::update() {
 }
 
 void Mapper::optimize() {
-  const double scale_sigma = slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration);
+  const double scale_sigma = slam::detail::gradient_scale_sigma(keyframes_, options_.gradient_scale);
   live_edges_ = chosen(edges_, judge_edges());
   live_ = solve_poses(live_.component_T_node, live_edges_, scale_sigma, options_);
   new_loops_ = 0;
@@ -276,8 +259,8 @@ void Mapper::optimize() {
 void Mapper::assess() {
   sigma_mm_.clear();
   if (live_.component_of_node.empty()) return;
-  const double scale_sigma = options_.slope_calibration.estimate_gradient_scale
-                                 ? slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration)
+  const double scale_sigma = options_.gradient_scale.estimate
+                                 ? slam::detail::gradient_scale_sigma(keyframes_, options_.gradient_scale)
                                  : 0.0;
   const int gauge = largest_component(keyframes_per_component(live_));
   for (const auto& [id, covariance] :
@@ -288,7 +271,7 @@ void Mapper::assess() {
 MapSnapshot Mapper::snapshot() const {
   MapSnapshot snapshot;
   snapshot.version = version_;
-  snapshot.gradient_scale = SlopeCorrection::from_linear(live_.shared_unknowns).scale();
+  snapshot.gradient_scale = SlopeCorrection::from_unknowns(live_.shared_unknowns).scale();
   for (const auto& [id, component] : live_.component_of_node) {
     const Keyframe& keyframe = *keyframes_[static_cast<std::size_t>(id)];
     const auto sigma = sigma_mm_.find(id);
@@ -327,15 +310,13 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
     closing.end();
     return map;
   }
-  const double scale_sigma = slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration);
+  const double scale_sigma = slam::detail::gradient_scale_sigma(keyframes_, options_.gradient_scale);
   add_rejoining_loops(map, parts_, options_);
   solve_map(map, initial, scale_sigma, options_);
   if (refine && options_.refinement.enabled)
     add_overlap_edges(map, scale_sigma, options_, stop_requested, closing);
   closing.end();
-  if (!map.rig) map.slope_correction = SlopeCorrection::from_linear(map.solution.shared_unknowns);
-  if (refine && !map.rig && options_.slope_calibration.enabled && !stop_requested())
-    calibrate(map, edges_, options_, stop_requested, progress);
+  if (!map.rig) map.slope_correction = SlopeCorrection::from_unknowns(map.solution.shared_unknowns);
   const int anchor = choose_component_and_anchor(map);
   map.uncertainty =
       trajectory_uncertainty(map.frames, map.in_map, assess_map(map, anchor, scale_sigma, options_));

@@ -10,7 +10,7 @@
 #include "gelslam/slam/slam_options.hpp"
 #include "gelslam/surface/contact_overlap.hpp"
 #include "gelslam/surface/surface.hpp"
-#include "pipeline/slope_calibration.hpp"
+#include "pipeline/map_solver.hpp"
 
 namespace gelslam {
 namespace {
@@ -113,7 +113,7 @@ std::vector<PoseGraphEdge> find_overlap_edges(const std::vector<std::shared_ptr<
     linked.emplace(std::min(edge.from, edge.to), std::max(edge.from, edge.to));
   const std::vector<PosedKeyframe> all = posed(keyframes, solution, options.fusion.threads);
   const MotionCertainty certainty(edges,
-                                  slam::detail::gradient_scale_sigma(keyframes, options.slope_calibration));
+                                  slam::detail::gradient_scale_sigma(keyframes, options.gradient_scale));
   std::vector<std::vector<PoseGraphEdge>> found(all.size());  // by the newer keyframe
   parallel_for(all.size(), options.fusion.threads, [&](std::size_t i) {
     const PosedKeyframe& newer = all[i];

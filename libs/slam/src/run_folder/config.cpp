@@ -81,12 +81,10 @@ void describe_pose_graph(OptionVisitor& visit, SlamOptions& options) {
   describe_curvature(visit, options.verification.curvature);  // of a loop
   visit.number("loop_loss_scale", options.pose_graph.loop_loss_scale, 0.01, 1e6,
                "robust kernel on loops, in sigmas");
-  visit.number("gradient_scale_sigma", options.slope_calibration.gradient_scale_sigma, 0.001, 10,
+  visit.number("gradient_scale_sigma", options.gradient_scale.sigma, 0.001, 10,
                "prior standard deviation of read over true slope");
-  visit.flag("estimate_gradient_scale", options.slope_calibration.estimate_gradient_scale,
+  visit.flag("estimate_gradient_scale", options.gradient_scale.estimate,
              "estimate read over true slope, along x and y, from loops");
-  visit.flag("calibrate_slopes", options.slope_calibration.enabled,
-             "at the end of the log, estimate slope errors of the model from overlapping keyframes");
   visit.flag("refine", options.refinement.enabled,
              "register all overlapping keyframes when the log has ended");
   visit.integer("refine_pairs_per_keyframe", options.refinement.max_pairs_per_keyframe, 0, 10000, "at most");

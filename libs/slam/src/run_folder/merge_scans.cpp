@@ -74,7 +74,6 @@ void check_resolution(const fs::path& run, const ScanRecord& record, double pixe
 SavedMap corrections_of(const SlamMap& map) {
   SavedMap saved;
   saved.slope_correction = map.slope_correction;
-  saved.surfaces_corrected = map.surfaces_corrected;
   saved.edges = map.edges;
   saved.edge_outlier = map.solution.edge_outlier;
   return saved;
@@ -95,15 +94,7 @@ void take_corrections(ScanRecord& record, const SavedMap& map, double pixel_pitc
       record.keyframes[id] = std::move(keyframe);
     }
   });
-  if (map.surfaces_corrected) {  // every edge was registered again on corrected surfaces
-    record.edges.clear();
-    for (std::size_t i = 0; i < map.edges.size(); ++i)
-      if (!map.edge_outlier[i] && record.has_keyframe(map.edges[i].from) &&
-          record.has_keyframe(map.edges[i].to))
-        record.edges.push_back(map.edges[i]);
-    return;
-  }
-  record.edges = scale_corrected(record.edges, map.slope_correction.linear());
+  record.edges = scale_corrected(record.edges, map.slope_correction.factors);
 }
 
 /// Makes a record of any sensor one that can be joined with the first. `source`: where it comes from.
@@ -324,7 +315,7 @@ Run merge_scans(const MergeRequest& request, ProgressSink& progress,
       correct_alone(records[i], request.runs[i], load_map(request.runs[i] / "session"), config);
       if (records[i].parts.empty()) records[i].parts.push_back({0, "", 0, request.runs[i].string()});
     }
-    config.slam.slope_calibration.enabled = config.slam.slope_calibration.estimate_gradient_scale = false;
+    config.slam.gradient_scale.estimate = false;
   }
   const ScanRecord all = request.has_rig
                              ? joined_by_rig(records, request.rig, config.slam, progress, stop_requested)
@@ -362,7 +353,7 @@ Run reconstruct_rig(const RigRequest& request, ProgressSink& progress,
     if (!run.account.summary.warning.empty()) records.back().warnings.push_back(run.account.summary.warning);
   }
   if (records.size() < 2) throw Error("stopped before both logs were tracked; nothing was written");
-  config.slam.slope_calibration.enabled = config.slam.slope_calibration.estimate_gradient_scale = false;
+  config.slam.gradient_scale.estimate = false;
   const ScanRecord all = joined_by_rig(records, request.rig, config.slam, progress, stop_requested);
   RunAccount account;
   account.log_description = kOfRig;

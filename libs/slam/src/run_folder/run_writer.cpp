@@ -157,7 +157,6 @@ ordered_json report(const Config& config, const SlamMap& map, const RunAccount& 
       std::count(map.solution.edge_outlier.begin(), map.solution.edge_outlier.end(), true);
   const GradientScale scale = map.slope_correction.scale();
   json["gradient_scale"] = {{"x", scale.x}, {"y", scale.y}};
-  json["slope_correction"] = map.slope_correction.factors;
   json["mesh"] = {{"vertices", summary.vertices}, {"triangles", summary.triangles}};
   json["seconds"] = summary.seconds;
   if (account.live) json["live"] = live_account(*account.live);
@@ -217,7 +216,7 @@ ReconstructSummary summarize(const SlamMap& map, const Mesh& mesh) {
 
 Mesh fuse_map(const SlamMap& map, const FusionOptions& options, ProgressSink* progress) {
   FusionOptions fusion = options;
-  fusion.gradient_scale = map.surface_scale().mean();
+  fusion.gradient_scale = map.slope_correction.scale().mean();
   return fuse(posed_surfaces(map), fusion, progress);
 }
 

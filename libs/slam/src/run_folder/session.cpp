@@ -37,9 +37,9 @@ Json json_of(const SlamMap& map, const fs::path& scan, std::uintmax_t scan_bytes
                {"scan_bytes", scan_bytes},
                {"scan_crc32", crc32_at(scan, scan_bytes)},
                {"anchor_frame", map.anchor_frame},
-               {"gradient_scale", map.surface_scale().mean()},
-               {"slope_correction", map.slope_correction.factors},
-               {"surfaces_corrected", map.surfaces_corrected},
+               {"gradient_scale", map.slope_correction.scale().mean()},
+               {"slope_correction",
+                std::vector(map.slope_correction.factors.begin(), map.slope_correction.factors.end())},
                {"keyframes", Json::array()},
                {"edges", Json::array()}};
   for (const auto& [id, component] : map.solution.component_of_node) {
@@ -66,22 +66,19 @@ std::string read_text(const fs::path& file) {
   return read_file(file);
 }
 
-std::array<double, SlopeCorrection::kTerms> slope_factors_from(const Json& json) {
-  const auto factors = json.get<std::vector<double>>();
-  if (factors.size() != SlopeCorrection::kTerms) throw Error("wrong number of slope factors");
-  std::array<double, SlopeCorrection::kTerms> result;
+SlopeCorrection slope_correction_from(const Json& json) {
+  const auto factors = json.get<std::array<double, 4>>();
+  if (json.size() != factors.size()) throw Error("wrong number of slope factors");
   if (!std::all_of(factors.begin(), factors.end(), [](double f) { return std::abs(f) <= 10; }))
     throw Error("impossible slope factors");
-  std::copy(factors.begin(), factors.end(), result.begin());
-  return result;
+  return {Eigen::Map<const Eigen::Vector4d>(factors.data())};
 }
 
 SavedMap map_from(const Json& json) {
   SavedMap map;
   map.gradient_scale = json.at("gradient_scale").get<double>();
   if (!(map.gradient_scale > 0.1 && map.gradient_scale < 10)) throw Error("impossible gradient scale");
-  map.slope_correction.factors = slope_factors_from(json.at("slope_correction"));
-  map.surfaces_corrected = json.at("surfaces_corrected").get<bool>();
+  map.slope_correction = slope_correction_from(json.at("slope_correction"));
   map.scan_bytes = json.at("scan_bytes").get<std::uintmax_t>();
   map.scan_crc32 = json.value("scan_crc32", std::uint32_t{0});
   for (const Json& entry : json.at("keyframes")) {
@@ -138,11 +135,9 @@ Session patches_of(const SavedMap& map, const fs::path& folder) {
   std::string why;
   for (const SavedMap::Node& node : map.nodes) {
     if (!node.in_map) continue;
-    const fs::path file =
-        map.surfaces_corrected ? corrected_file(folder, node.keyframe) : surface_file(folder, node.keyframe);
     try {
-      session.patches.push_back(
-          {node.keyframe, node.component_T_keyframe, StoredSurface(read_packed_surface(file))});
+      session.patches.push_back({node.keyframe, node.component_T_keyframe,
+                                 StoredSurface(read_packed_surface(surface_file(folder, node.keyframe)))});
     } catch (const Error& error) {
       if (unreadable++ == 0) why = error.what();
     }
@@ -179,9 +174,6 @@ void save_session(const fs::path& folder, const SlamMap& map) {
 }
 
 void save_map(const fs::path& folder, const SlamMap& map, const fs::path& scan, std::uintmax_t scan_bytes) {
-  if (map.surfaces_corrected)
-    for (const PosedSurface& patch : posed_surfaces(map))
-      write_file_atomically(corrected_file(folder, patch.id), patch.surface.packed()->bytes());
   write_file_atomically(folder / "session.json", with_checksum(json_of(map, scan, scan_bytes)));
 }
 

@@ -171,8 +171,4 @@ std::filesystem::path surface_file(const std::filesystem::path& session, int key
   return session / (std::to_string(keyframe) + ".surface");
 }
 
-std::filesystem::path corrected_file(const std::filesystem::path& session, int keyframe) {
-  return session / (std::to_string(keyframe) + ".corrected");
-}
-
 }  // namespace gelslam::slam::detail

@@ -58,7 +58,5 @@ Json json_of(const SensorRig& rig);
 SensorRig rig_from(const Json& json);
 
 std::filesystem::path surface_file(const std::filesystem::path& session, int keyframe);
-/// With its slopes corrected.
-std::filesystem::path corrected_file(const std::filesystem::path& session, int keyframe);
 
 }  // namespace gelslam::slam::detail

@@ -9,7 +9,7 @@
 namespace gelslam {
 
 /// The four factors of true slope (gx, gy) = (I - F) * read slope, with F = ((xx, xy), (yx, yy)) along the
-/// sensor's axes, in the order xx, xy, yx, yy (0: no correction): SlopeCorrection::kLinear. xx and yy are the
+/// sensor's axes, in the order xx, xy, yx, yy (0: no correction): SlopeCorrection. xx and yy are the
 /// gradient scale.
 inline constexpr int kScaleTerms = 4;
 using MotionByScale = Eigen::Matrix<double, 6, kScaleTerms>;
@@ -22,8 +22,7 @@ using MotionByScale = Eigen::Matrix<double, 6, kScaleTerms>;
 /// own.
 MotionByScale motion_by_gradient_scale(const PoseGraphEdge& edge);
 
-/// Prior standard deviations of the factors, where that of the gradient scale is `sigma`: those of
-/// SlopeCorrection::prior_sigma().
+/// Prior standard deviations of the factors, where that of the gradient scale is `sigma`.
 Eigen::Vector4d scale_sigmas(double sigma);
 
 /// The factors as unknowns that all edges share.

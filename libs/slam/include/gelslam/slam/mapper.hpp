@@ -57,8 +57,7 @@ class Mapper {
 
   /// Solves for all poses, with refinement (slow; `refine` false: with the edges that are known). May be
   /// called at any time; keyframes may follow. SlamMap::measured has the parts of restore(). `stop_requested`
-  /// leaves out the rest of the refinement. `progress` (may be null) receives the tasks "closing loops" and
-  /// "calibrating slopes".
+  /// leaves out the rest of the refinement. `progress` (may be null) receives the task "closing loops".
   SlamMap finish(const std::vector<FrameRecord>& frames, bool refine,
                  const std::function<bool()>& stop_requested, ProgressSink* progress = nullptr) const;
 

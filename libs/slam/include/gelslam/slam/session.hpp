@@ -28,8 +28,7 @@ struct SavedMap {
   };
   double gradient_scale = 1.0;
   SlopeCorrection slope_correction;
-  bool surfaces_corrected = false;  ///< SlamMap::surfaces_corrected
-  std::vector<Node> nodes;          ///< by keyframe id, ascending
+  std::vector<Node> nodes;  ///< by keyframe id, ascending
   std::vector<PoseGraphEdge> edges;
   std::vector<bool> edge_outlier;
   std::uintmax_t scan_bytes = 0;  ///< so much of scan.jsonl it was concluded from
@@ -40,7 +39,7 @@ struct SavedMap {
 void save_session(const std::filesystem::path& folder, const SlamMap& map);
 
 /// Writes what was concluded from the first `scan_bytes` of a record (scan.jsonl): session.json, replaced
-/// whole, and the map's surfaces if their slopes were corrected.
+/// whole.
 void save_map(const std::filesystem::path& folder, const SlamMap& map, const std::filesystem::path& scan,
               std::uintmax_t scan_bytes);
 /// Throws Error, too, when the scan went on after its map was saved, or it is another scan's.

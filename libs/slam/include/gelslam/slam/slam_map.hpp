@@ -29,14 +29,12 @@ PoseGraphEdge odometry_edge(const KeyframeLink& link, int to);
 struct SlamMap {
   std::int64_t anchor_frame = -1;   ///< index in the log; -1 when nothing ever touched
   std::vector<FrameRecord> frames;  ///< every frame of the log, in order
-  /// By id, with corrected surfaces; null where a person took them back.
+  /// By id; null where a person took them back.
   std::vector<std::shared_ptr<const Keyframe>> keyframes;
   std::vector<PoseGraphEdge> edges;  ///< of a rig at the end: rig_edges()
   PoseGraphSolution solution;
   SlopeCorrection slope_correction;  ///< as estimated
-  bool surfaces_corrected =
-      false;                 ///< slope_correction is applied to the keyframes' surfaces and to the edges
-  std::vector<bool> in_map;  ///< by keyframe id: belongs to the largest component
+  std::vector<bool> in_map;          ///< by keyframe id: belongs to the largest component
   std::vector<int>
       coverage_keyframes;  ///< ids of keyframes that together cover all that was touched, ascending
   int trials = 0;
@@ -52,10 +50,6 @@ struct SlamMap {
 
   Pose anchor_T_keyframe(int id) const {
     return component_T_anchor.inverse() * solution.component_T_node.at(id);
-  }
-  /// The gradient scale that is still in the keyframes' surfaces.
-  GradientScale surface_scale() const {
-    return surfaces_corrected ? GradientScale{} : slope_correction.scale();
   }
   /// Poses of all frames that have one, in the map's frame.
   std::vector<StampedPose> trajectory() const;

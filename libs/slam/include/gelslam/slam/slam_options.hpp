@@ -12,11 +12,9 @@ struct RefinementOptions {
   int max_pairs_per_keyframe = 12;
 };
 
-/// What is estimated of a SlopeCorrection.
-struct SlopeCalibrationOptions {
-  bool estimate_gradient_scale = true;  ///< from loops, while the scan goes on and at its end
-  double gradient_scale_sigma = 0.1;    ///< prior of read slope over true slope, about 1
-  bool enabled = true;                  ///< at the end of the scan: all terms, from all registrations
+struct GradientScaleOptions {
+  bool estimate = true;  ///< from loops, while the scan goes on and at its end
+  double sigma = 0.1;    ///< prior of read slope over true slope, about 1
 };
 
 /// One options struct per stage.
@@ -27,7 +25,7 @@ struct SlamOptions {
   LoopClosureOptions loop_closure;
   PoseGraphOptions pose_graph;
   RefinementOptions refinement;
-  SlopeCalibrationOptions slope_calibration;
+  GradientScaleOptions gradient_scale;
   CoverageOptions coverage;
   FusionOptions fusion;
 };

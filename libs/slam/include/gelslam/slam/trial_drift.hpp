@@ -15,7 +15,7 @@ namespace gelslam {
 /// reduces it. Source: own.
 class TrialDrift {
  public:
-  /// `gradient_scale_sigma`: a slope is read 1 +- this times too steep (SlopeCalibrationOptions).
+  /// `gradient_scale_sigma`: a slope is read 1 +- this times too steep (GradientScaleOptions).
   explicit TrialDrift(double gradient_scale_sigma) : gradient_scale_sigma_(gradient_scale_sigma) {}
 
   /// Every frame, in order. Covariance of trial_T_frame, x y z in mm, rx ry rz in rad, along the axes of this
