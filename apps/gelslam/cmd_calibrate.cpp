@@ -23,7 +23,9 @@ void PressOptions::add_to(CLI::App& command) {
 }
 
 PressSet read_presses(PressOptions& options, const ModelFile& model) {
-  const Config config = options.config.empty() ? Config{} : read_config(options.config);
+  LogInput named;
+  named.config = options.config;
+  const Config config = find_config(named);
   if (model.record) options.pitch_mm = model.record->pixel_pitch_mm;
   if (!options.config.empty()) options.pitch_mm = config.surface.pixel_pitch_mm;
   options.device_name = config.sensor.device_name;

@@ -43,6 +43,9 @@ int run_train(TrainArguments arguments) {
   for (const DiameterCheck& ball : check.diameters)
     fmt::print(", {:.2f} mm ball {:+.1f} %", ball.diameter_mm, 100.0 * ball.radius_error());
   fmt::print("\n");
+  if (!fs::exists(set.folder / kOpticsFileName))
+    std::cerr << "note: no " << kOpticsFileName << " beside the presses: trained for "
+              << optics_text(*set.optics) << " (gelslam calibrate optics finds your sensor's)\n";
   if (check.diameters.size() == 1)
     std::cerr
         << "note: presses of one ball cannot show whether its diameter is right: press a second size too, "

@@ -41,7 +41,9 @@ TEST(CalibrateCommand, FindsTheOpticsOfAPictureOfDots) {
   expect_mistake(calibrate({"optics", bare, "-o", optics}), "no grid of printed dots");
   expect_mistake(calibrate({"optics", (folder / "none.png").string()}), "none.png");
   EXPECT_FALSE(fs::exists(optics));
-  const ProgramResult found = calibrate({"optics", dots, "-o", optics});
+  const std::string config = (folder / "config.yaml").string();
+  std::ofstream(config) << "device_config:\n  optics: {camera_distance_mm: 0}\n";
+  const ProgramResult found = calibrate({"optics", dots, "--config", config, "-o", optics});
   EXPECT_EQ(found.exit_code, 0) << found.err;
   EXPECT_THAT(found.out, HasSubstr("camera_distance_mm: 0, not shown"));
   EXPECT_NEAR(read_optics(optics).pixel_aspect, 1, 0.003);

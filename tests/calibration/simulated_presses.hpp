@@ -63,10 +63,11 @@ inline const BallZones& zones_of_forty() {
   return zones;
 }
 
-/// The set as a calibration folder, labels included.
+/// The set as a calibration folder, labels included. The simulator's camera is orthographic, its gel flat.
 inline void write_folder(const std::filesystem::path& folder, const PressSet& set) {
   std::filesystem::create_directories(folder);
   cv::imwrite((folder / "background.png").string(), set.background);
+  write_optics(folder / kOpticsFileName, {});
   std::ofstream catalog(folder / "catalog.csv");
   catalog << "experiment_reldir,diameter(mm)\n";
   for (const CalibrationPress& press : set.presses) {
