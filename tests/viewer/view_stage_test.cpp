@@ -1,7 +1,11 @@
 #include "browse/view_stage.hpp"
 
+#include <fmt/core.h>
+#include <gmock/gmock.h>
+
 #include <opencv2/imgproc.hpp>
 
+#include "gelslam/evaluation/mesh_metrics.hpp"
 #include "scene_fixture.hpp"
 #include "temporary_folder.hpp"
 #include "view_run.hpp"
@@ -71,6 +75,35 @@ TEST_F(ViewStagePicture, BesideEachOtherUnderOneCameraWithDistances) {
   EXPECT_TRUE(stage.pick(0, middle));
   EXPECT_TRUE(stage.pick(1, middle));
   EXPECT_FALSE(stage.pick(0, view.pick_ray({kWidth / 4.0F, 20}, half)));
+}
+
+TEST_F(ViewStagePicture, DistancesAreThoseThatEvaluateSays) {
+  // Half of its area is fine and 0.1 mm away, half of it coarse and 0.3 mm.
+  Mesh steps;
+  const auto add_plate = [&](float x_mm, float z_mm, int cells) {
+    const int first = static_cast<int>(steps.vertices_mm.size()), row = cells + 1;
+    for (int i = 0; i < row * row; ++i)
+      steps.vertices_mm.emplace_back(x_mm + 5.0F * static_cast<float>(i % row) / static_cast<float>(cells),
+                                     5.0F * static_cast<float>(i / row) / static_cast<float>(cells), z_mm);
+    for (int i = 0; i < cells * cells; ++i) {
+      const int corner = first + i / cells * row + i % cells;
+      steps.triangles.emplace_back(corner, corner + 1, corner + row);
+      steps.triangles.emplace_back(corner + 1, corner + row + 1, corner + row);
+    }
+  };
+  add_plate(0, 0.1F, 50);
+  add_plate(5, 0.3F, 1);
+  Mesh plane;
+  plane.vertices_mm = {{-10, -10, 0}, {20, -10, 0}, {20, 20, 0}, {-10, 20, 0}};
+  plane.triangles = {{0, 1, 2}, {0, 2, 3}};
+  const DistanceSummary said =
+      evaluate_mesh(TriangleScene(steps), TriangleScene(plane), {{0, 0, 0}}).accuracy;
+  EXPECT_NEAR(said.mean_mm, 0.2, 1e-3);
+  const ViewStage stage({"steps", steps, std::nullopt}, ViewContent{"plane", plane, std::nullopt});
+  style.color = SceneColor::distance;
+  EXPECT_THAT(stage.legend(style)->notes,
+              testing::ElementsAre(fmt::format("mean {:.3f} mm", said.mean_mm),
+                                   fmt::format("90 % below {:.3f} mm", said.p90_mm)));
 }
 
 TEST_F(ViewStagePicture, TimeMeansNothingToAMesh) {

@@ -61,6 +61,13 @@ DistanceSummary summarize(std::vector<double> distances) {
   return summary;
 }
 
+std::vector<double> sampled_distances(const Mesh& surface, const TriangleScene& target) {
+  std::vector<Eigen::Vector3d> points;
+  for (const SurfaceSample& sample : sample_surface(surface, kAccuracySamples, kAccuracySeed))
+    points.push_back(sample.point_mm);
+  return distances_of(target.closest(points));
+}
+
 double share_within(const std::vector<double>& distances, double limit_mm) {
   const auto near =
       std::count_if(distances.begin(), distances.end(), [&](double d) { return d <= limit_mm; });
@@ -96,13 +103,13 @@ Mesh transformed(const Mesh& mesh, const Pose& target_T_mesh) {
   return result;
 }
 
+DistanceSummary distances_from(const Mesh& surface, const TriangleScene& target) {
+  return summarize(sampled_distances(surface, target));
+}
+
 MeshMetrics evaluate_mesh(const TriangleScene& estimate, const TriangleScene& truth,
                           const std::vector<Eigen::Vector3d>& truth_points_mm) {
-  std::vector<Eigen::Vector3d> points;
-  for (const SurfaceSample& sample : sample_surface(estimate.mesh(), kAccuracySamples, kAccuracySeed)) {
-    points.push_back(sample.point_mm);
-  }
-  const std::vector<double> to_truth = distances_of(truth.closest(points));
+  const std::vector<double> to_truth = sampled_distances(estimate.mesh(), truth);
   const std::vector<double> to_estimate = distances_of(estimate.closest(truth_points_mm));
   MeshMetrics metrics;
   metrics.accuracy = summarize(to_truth);

@@ -6,22 +6,19 @@
 #include <array>
 #include <cmath>
 #include <iterator>
-#include <numeric>
 #include <utility>
 
-#include "gelslam/core/median.hpp"
-#include "gelslam/evaluation/triangle_scene.hpp"
-#include "live/status_text.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/evaluation/mesh_metrics.hpp"
 #include "scene/scene_geometry.hpp"
 
 namespace gelslam::viewer::detail {
 namespace {
 
-constexpr std::size_t kOutlinePoints = 5000, kDistancePoints = 20000;
+constexpr std::size_t kOutlinePoints = 5000;
 
 /// Distances by Embree, kept alive by the query itself.
-DistanceQuery distance_to(const Mesh& mesh) {
-  const auto surface = std::make_shared<const TriangleScene>(mesh);
+DistanceQuery distance_to(const std::shared_ptr<const TriangleScene>& surface) {
   return [surface](std::span<const Eigen::Vector3f> points_mm) {
     std::vector<Eigen::Vector3d> points;
     points.reserve(points_mm.size());
@@ -43,13 +40,15 @@ void add_vertices(const Mesh& mesh, std::size_t count, std::vector<Eigen::Vector
   }
 }
 
-std::vector<std::string> distance_notes(std::vector<float> distances_mm) {
-  std::erase_if(distances_mm, [](float d) { return !std::isfinite(d); });
-  if (distances_mm.empty()) return {};
-  const double mean_mm = std::accumulate(distances_mm.begin(), distances_mm.end(), 0.0) /
-                         static_cast<double>(distances_mm.size());
-  return {fmt::format("mean {:.3f} mm", mean_mm),
-          fmt::format("90 % below {:.3f} mm", quantile_in_place(distances_mm, 0.9))};
+/// As `evaluate` measures; nothing of a mesh without area.
+std::vector<std::string> distance_notes(const Mesh& mesh, const TriangleScene& target) {
+  try {
+    const DistanceSummary distances = distances_from(mesh, target);
+    return {fmt::format("mean {:.3f} mm", distances.mean_mm),
+            fmt::format("90 % below {:.3f} mm", distances.p90_mm)};
+  } catch (const Error&) {
+    return {};
+  }
 }
 
 }  // namespace
@@ -102,11 +101,9 @@ ViewStage::ViewStage(ViewContent first, std::optional<ViewContent> second)
   if (!impl_->second) return;
   impl_->second_scene = std::make_unique<Scene>();
   impl_->second_scene->set_mesh(impl_->second->mesh);
-  const DistanceQuery query = distance_to(impl_->second->mesh);
-  std::vector<Eigen::Vector3f> points;
-  add_vertices(impl_->first.mesh, kDistancePoints, points);
-  impl_->distance_notes = distance_notes(query(points));
-  impl_->first_scene.set_distance_query(query);
+  const auto target = std::make_shared<const TriangleScene>(impl_->second->mesh);
+  impl_->distance_notes = distance_notes(impl_->first.mesh, *target);
+  impl_->first_scene.set_distance_query(distance_to(target));
   SceneStyle by_distance;
   by_distance.color = SceneColor::distance;
   const auto legend = impl_->first_scene.legend(by_distance);
@@ -147,10 +144,7 @@ std::string ViewStage::title(std::size_t part) const {
 }
 
 std::string ViewStage::warning() const {
-  std::string text;
-  for (const std::string& warning : impl_->first.warnings)
-    text += (text.empty() ? "" : " ") + sentences(warning);
-  return text;
+  return impl_->first.warnings.empty() ? "" : "The run has warnings; gelslam info says them.";
 }
 
 Eigen::AlignedBox3f ViewStage::bounds_mm() const { return impl_->first_scene.bounds_mm(); }

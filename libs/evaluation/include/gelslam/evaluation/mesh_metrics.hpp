@@ -24,7 +24,7 @@ struct ShareWithin {
 };
 
 struct MeshMetrics {
-  DistanceSummary accuracy;         ///< from the reconstruction, area-weighted, to the true surface
+  DistanceSummary accuracy;         ///< distances_from() the reconstruction to the true surface
   DistanceSummary completeness;     ///< from the truth's points to the reconstructed surface
   std::vector<ShareWithin> within;  ///< at 0.05, 0.1 and 0.25 mm
 };
@@ -37,6 +37,9 @@ struct SurfaceSample {
 /// `count` points spread over the mesh in proportion to area (systematic sampling along the triangles'
 /// cumulated area; same seed, same points). Throws Error when the mesh has no area.
 std::vector<SurfaceSample> sample_surface(const Mesh& mesh, int count, std::uint64_t seed);
+
+/// Distances of a surface, area-weighted, to `target`. Point-to-triangle. Throws Error when it has no area.
+DistanceSummary distances_from(const Mesh& surface, const TriangleScene& target);
 
 /// The mesh with its vertices and normals moved by a pose.
 Mesh transformed(const Mesh& mesh, const Pose& target_T_mesh);
