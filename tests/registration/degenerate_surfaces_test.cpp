@@ -26,7 +26,7 @@ TEST(DegenerateSurfaces, APlaneShowsTiltAndDepthOnly) {
   const RegistrationResult result = register_pair(tilted, *flat, initial);
   EXPECT_THAT(result.observable, ElementsAre(false, false, true, true, true, false));
   EXPECT_EQ(describe_observability(result.observable),
-            "sliding along x, sliding along y, twisting are not observable on this surface");
+            "sliding along x, sliding along y, twisting are not observable");
   // The tilt is found: the tilted plane's normal lies where the flat one has it.
   const Eigen::Vector3d normal =
       result.target_T_reference.linear() * motion(2, -1.5, 0, 0, 0).linear().transpose().col(2);
@@ -143,7 +143,7 @@ TEST(DegenerateSurfaces, WithoutBareGelDepthIsKnownToTheGelsThickness) {
        {std::pair<SurfacePtr, SurfacePtr>{covered, seen}, {seen, covered}, {covered, covered}}) {
     const RegistrationResult result = register_pair(reference, *target, Pose::Identity());
     EXPECT_THAT(result.observable, ElementsAre(true, true, false, true, true, true));
-    EXPECT_EQ(describe_observability(result.observable), "moving along z is not observable on this surface");
+    EXPECT_EQ(describe_observability(result.observable), "moving along z is not observable");
     const double prior_mm = NormalFlowOptions{}.prior_translation_mm;
     EXPECT_NEAR(std::sqrt(result.information.inverse()(5, 5)), prior_mm, 0.05 * prior_mm);
   }

@@ -68,7 +68,7 @@ std::string describe_observability(const std::array<bool, 6>& observable) {
     hidden += (count++ == 0 ? "" : ", ") + std::string(motions[axis]);
   }
   if (count == 0) return "";
-  return hidden + (count == 1 ? " is" : " are") + " not observable on this surface";
+  return hidden + (count == 1 ? " is" : " are") + " not observable";
 }
 
 std::shared_ptr<const Registrar> make_normal_flow(const NormalFlowOptions& options) {

@@ -86,15 +86,14 @@ bool blue_leads(const cv::Mat3f& bgr) {
 std::string judge_mini_lamps(const cv::Mat3f& bgr) {
   const RedOverBlue slope = red_over_blue(bgr);
   if (std::abs(slope.downward) < kRedBlueSlope || std::abs(slope.sideways) > kRedBlueSlope) {
-    return "the colors do not lie as a GelSight Mini's lamps lay them (bluish top, reddish bottom): is it "
-           "the right camera, and its "
-           "whole picture?";
+    return "the colors do not lie as a GelSight Mini's (bluish top, reddish bottom): is it the right camera, "
+           "and uncropped?";
   }
   if (slope.downward < 0) return judge_mini_orientation(slope, blue_leads(bgr));
   if (!blue_leads(bgr)) {
-    return "red outweighs blue, which no bare GelSight Mini shows: its white balance may be off, or red and "
-           "blue are swapped in a "
-           "picture that is upside down";
+    return "red outweighs blue, as on no bare GelSight Mini: check the white balance, and whether red and "
+           "blue "
+           "are swapped";
   }
   return "";
 }
@@ -176,9 +175,10 @@ std::vector<std::string> judge_background(const cv::Mat3b& picture, const std::s
   if (markers) doubts.push_back(markers->sentence());
   const double stains = markers ? 0.0 : stained_share(mean);
   if (stains > kSpoiltShare) {
-    doubts.push_back(fmt::format(
-        "{:.1f} % of the gel differ sharply from what is around them: dirt, a tear, or something touches it",
-        100 * stains));
+    doubts.push_back(
+        fmt::format("{:.1f} % of the gel differ sharply from what is around: clean it, and touch nothing for "
+                    "the background",
+                    100 * stains));
   }
   const std::string lamps = judge_lamps(mean, device_name);
   if (!lamps.empty()) doubts.push_back(lamps);
@@ -188,9 +188,8 @@ std::vector<std::string> judge_background(const cv::Mat3b& picture, const std::s
     const double slope = median_slope(mean, *model);
     if (slope > surface::detail::kBareSlope) {
       doubts.push_back(fmt::format(
-          "the model reads the bare gel as sloped ({:.2f} in the middle of all pixels): is it this "
-          "sensor's model, and were gel and "
-          "exposure the same when it was calibrated?",
+          "the model reads the bare gel as sloped ({:.2f}): is it this sensor's? With a new gel or exposure, "
+          "calibrate anew",
           slope));
     }
   }

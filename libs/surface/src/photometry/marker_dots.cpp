@@ -88,8 +88,10 @@ std::string MarkerDots::sentence() const {
         "the gel has {} markers, {:.0f} pixels apart, that cover {:.0f} % of it: too little is left to read "
         "slopes from; use a gel with fewer markers or none",
         count, spacing_px, 100 * covered_share);
-  return fmt::format("the gel has {} markers, {:.0f} pixels apart: their pixels are filled in from around",
-                     count, spacing_px);
+  return fmt::format(
+      "the gel has {} markers, {:.0f} pixels apart; their pixels are filled in: a gel without them measures "
+      "more",
+      count, spacing_px);
 }
 
 bool MarkerDots::are_readable() const { return covered_share <= kMaxCovered; }

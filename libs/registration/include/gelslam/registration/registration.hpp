@@ -71,7 +71,7 @@ struct RegistrationResult {
   bool ok() const { return status == RegistrationStatus::converged; }
 };
 
-/// What the surface does not show, in words: "sliding along x is not observable on this surface", or "" when
+/// What the surface does not show, in words: "sliding along x is not observable", or "" when
 /// it shows all six motions.
 std::string describe_observability(const std::array<bool, 6>& observable);
 

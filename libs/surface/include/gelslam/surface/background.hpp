@@ -46,7 +46,7 @@ struct MarkerDots {
   std::vector<cv::Point2d> centers_px{};
   /// Enough bare gel is seen between the dots to fill them in from around: at most 40 % is covered.
   bool are_readable() const;
-  /// For the user: "the gel has 63 markers, ...: their pixels are filled in from around", or why not.
+  /// For the user: "the gel has 63 markers, ...; their pixels are filled in", or why not.
   std::string sentence() const;
 };
 
@@ -104,8 +104,8 @@ std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frame
 
 /// Message for users of the maker's model (GradientModel::maker).
 inline constexpr const char* kMakerModelDoubt =
-    "the model is the maker's and not made for this sensor: heights come out about a third too small; for a "
-    "model of this sensor, press a ball (gelslam calibrate)";
+    "the maker's model reads heights about a third too small: press a ball for one of this sensor (gelslam "
+    "calibrate)";
 
 /// What makes a picture of the bare gel doubtful, as sentences for the user (own): too dark, saturated,
 /// without color, markers, dirt or a tear, and judge_lamps. With `model` also a bare gel that the model reads
