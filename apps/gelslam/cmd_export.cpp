@@ -235,8 +235,7 @@ int run_export(const ExportArguments& a) {
     say("wrote " + output.string() + (words.empty() ? "" : ": " + words));
   }
   if (!a.quiet) say_loose_pieces(run.mesh);
-  if (!run.folder.empty() && !read_reservations(run.folder).empty())
-    say("the run has warnings: gelslam info " + a.source.string());
+  if (!a.quiet && !run.folder.empty()) say_where_warnings_are(run.folder);
   return as_asked ? kExitDone : kExitNotGood;
 }
 

@@ -31,7 +31,7 @@ int run(const FuseArguments& arguments) {
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const FuseSummary summary = fuse_run(request, *progress, [&] { return interrupt.requested(); });
-  for (const std::string& warning : summary.warnings) std::cerr << "warning: " << warning << "\n";
+  std::cerr << warning_words(summary.warnings);
   if (!arguments.quiet) {
     if (summary.map_was_made) std::cerr << "the scan had not been finished: its map was made first\n";
     std::cerr << fmt::format("{} fused, mesh of {} vertices and {} triangles: {}\n",
@@ -39,7 +39,7 @@ int run(const FuseArguments& arguments) {
                              summary.vertices, summary.triangles,
                              arguments.output.empty() ? arguments.run : arguments.output);
   }
-  std::cerr << reservation_words(read_reservations(arguments.run));
+  if (!arguments.quiet) say_where_warnings_are(arguments.run);
   return summary.triangles == 0 ? kExitNotGood : kExitDone;
 }
 

@@ -89,7 +89,7 @@ bool write_poses(SurfaceStream& stream, PoseOutput& output, const LineSink& sink
     if (stopper.stopped() || !std::cout) break;
   }
   progress.end();
-  warn(stream.warning());
+  std::cerr << warning_words(stream.warnings());
   warn(output.warning());
   return any;
 }
@@ -173,7 +173,8 @@ int run(const TrackArguments& arguments) {
                                    arguments.window.shows_map() ? &touches : nullptr, second.get(), rig)
                  : make_trial_output(config.slam, as_ndjson);
     const bool any = write_poses(stream, *output, sink, stopper, *progress);
-    if (second && !second->warning().empty()) warn("second sensor: " + second->warning());
+    if (second)
+      for (const std::string& warning : second->warnings()) warn("second sensor: " + warning);
     return any;
   };
   bool any = false;

@@ -114,7 +114,7 @@ ViewEnd run_view(const ViewArguments& arguments) {
   if (!arguments.quiet)
     for (const std::filesystem::path& shown : {arguments.source, arguments.compare, arguments.truth})
       arguments.unit.say(shown);
-  std::cerr << reservation_words(content.warnings);
+  if (!arguments.quiet) say_where_warnings_are(arguments.source);
   ViewWindowOptions options = window_options(arguments, size, style);
   if (arguments.snapshot.empty()) {
     options.title = content.name + " - GelSLAM";

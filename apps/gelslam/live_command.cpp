@@ -4,9 +4,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <future>
 #include <iostream>
+#include <set>
 #include <stop_token>
 #include <thread>
 
@@ -59,17 +61,17 @@ class StatusLine {
     if (terminal_ && !last_.empty()) std::cerr << "\r\033[K" << std::flush;
   }
 
-  const std::string& warned() const { return warned_; }
+  const std::vector<std::string>& warned() const { return warned_; }
 
   void show(const LiveStatus& s) {
     if (quiet_) return;
-    const Clock::time_point now = Clock::now();
-    if (!s.warning.empty() && s.warning != warned_ && now >= next_warning_) {
-      next_warning_ = now + std::chrono::seconds(
-                                5);  // some of them count what they warn of; the last word is said at the end
+    for (const std::string& warning : s.warnings) {
+      std::string kind = warning;  // some count what they warn of; the last word is said at the end
+      std::erase_if(kind, [](char c) { return c >= '0' && c <= '9'; });
+      if (!kinds_.insert(std::move(kind)).second) continue;
       if (terminal_) std::cerr << "\r\033[K";
-      warn(s.warning);
-      warned_ = s.warning;
+      warn(warning);
+      warned_.push_back(warning);
     }
     const std::string progress = s.progress.empty() ? "" : ": " + s.progress;
     const std::string line = terminal_ ? s.words + progress + figures(s) : s.words;
@@ -89,12 +91,13 @@ class StatusLine {
   }
 
   const bool quiet_, terminal_;
-  std::string last_, warned_;
-  Clock::time_point next_warning_;
+  std::string last_;
+  std::vector<std::string> warned_;
+  std::set<std::string> kinds_;
 };
 
-/// Returns the last warning that it said.
-std::string wait_in_terminal(const LiveSession& session, bool quiet) {
+/// Returns the warnings that it said.
+std::vector<std::string> wait_in_terminal(const LiveSession& session, bool quiet) {
   StatusLine line(quiet);
   while (session.status().phase != LivePhase::finished) {
     line.show(session.status());
@@ -104,11 +107,11 @@ std::string wait_in_terminal(const LiveSession& session, bool quiet) {
 }
 
 /// `warned`: what was said already.
-std::string report_text(const ReconstructSummary& s, const LiveStatus& status, const std::string& warned,
-                        bool quiet) {
-  std::string text;
-  if (!s.warning.empty() && s.warning != warned) text += "warning: " + s.warning + "\n";
-  text += reservation_words(reservations(s.completeness, s.uncertainty));
+std::string report_text(ReconstructSummary s, const LiveStatus& status,
+                        const std::vector<std::string>& warned, bool quiet) {
+  for (const std::string& said : warned) std::erase(s.warnings, said);
+  std::string text = warning_words(s.warnings);
+  text += warning_words(reservations(s.completeness, s.uncertainty));
   if (quiet) return text;
   for (const std::string& part : s.parts) text += part + "\n";
   text += fmt::format("{} in {:.1f} s, {} lost by the camera, {} dropped, {} damaged\n",
@@ -292,14 +295,16 @@ LiveEnd run_to_its_end(const LiveOptions& options, const LiveArguments& argument
   // Before there is anything that must not be left behind.
   const InterruptWatch interrupt(
       2, options.log.empty() ? InterruptWatch::Ends::regularly : InterruptWatch::Ends::early);
-  const auto session = usual_priority.run(begin);
+  std::atomic<bool> shown{arguments.headless};
+  const auto session = usual_priority.run([&] { return begin([&shown] { return shown.load(); }); });
+  window.when_shown = [&] { shown = true; };
   const StopWatch stop_watch(*session, interrupt, arguments.seconds);
   if (!arguments.headless) {
     window.asks_to_end = [&] { return interrupt.requested(); };
     end.window = run_live_window(*session, window);
     session->stop();
   }
-  const std::string warned = wait_in_terminal(*session, arguments.quiet);
+  const std::vector<std::string> warned = wait_in_terminal(*session, arguments.quiet);
   const ReconstructSummary summary = session->wait();
   if (arguments.headless && !arguments.snapshot.empty())
     write_live_snapshot(*session, arguments.snapshot, window);
@@ -366,7 +371,8 @@ int run_live(std::unique_ptr<RawFrameSource> source, LiveOptions options, const 
   const LiveEnd end = run_scans(
       arguments, window, next,
       [&](const WindowOptions& one) {
-        LiveEnd of_scan = run_to_its_end(options, arguments, one, usual_priority, [&] {
+        LiveEnd of_scan = run_to_its_end(options, arguments, one, usual_priority, [&](const auto& begins) {
+          options.begins = begins;
           return std::make_unique<LiveSlam>(std::move(source), options);
         });
         if (std::exchange(joins, false)) {
@@ -400,8 +406,10 @@ int run_live_rig(std::array<LiveRig::Sensor, 2> sensors, const LiveArguments& ar
   const LiveEnd end = run_scans(
       arguments, window, next,
       [&](const WindowOptions& one) {
-        return run_to_its_end(options[0], arguments, one, usual_priority,
-                              [&] { return std::make_unique<LiveRig>(std::move(sensors), rig); });
+        return run_to_its_end(options[0], arguments, one, usual_priority, [&](const auto& begins) {
+          for (LiveRig::Sensor& sensor : sensors) sensor.options.begins = begins;
+          return std::make_unique<LiveRig>(std::move(sensors), rig);
+        });
       },
       [&](LiveEnd& last, const std::filesystem::path& run_folder) {
         rig.run_folder = run_folder;

@@ -24,11 +24,15 @@ std::string mesh_words(const ReconstructSummary& s) {
   return "mesh of " + std::to_string(s.vertices) + " vertices and " + counted(s.triangles, "triangle");
 }
 
-std::string reservation_words(const std::vector<std::string>& reservations) {
+std::string warning_words(const std::vector<std::string>& warnings) {
   std::string text;
-  for (const std::string& sentence : reservations)
-    text += amber("warning: " + sentence, STDERR_FILENO) + "\n";
+  for (const std::string& sentence : warnings) text += amber("warning: " + sentence, STDERR_FILENO) + "\n";
   return text;
+}
+
+void say_where_warnings_are(const std::filesystem::path& run_folder) {
+  if (!read_reservations(run_folder).empty())
+    std::cerr << "the run has warnings: gelslam info " << run_folder.string() << "\n";
 }
 
 std::string rig_words(const std::optional<RigPose>& rig) {
@@ -48,8 +52,8 @@ std::string rig_words(const std::optional<RigPose>& rig) {
 std::string run_words(const ReconstructSummary& s, const std::string& run_folder, bool quiet) {
   std::string text;
   if (s.partial) text += "stopped early: this is what was seen so far\n";
-  if (!s.warning.empty()) text += "warning: " + s.warning + "\n";
-  const std::string last = reservation_words(reservations(s.completeness, s.uncertainty));
+  text += warning_words(s.warnings);
+  const std::string last = warning_words(reservations(s.completeness, s.uncertainty));
   if (quiet) return text + last;
   for (const std::string& part : s.parts) text += part + "\n";
   if (s.has_rig) text += rig_words(s.rig) + "\n";
@@ -59,7 +63,7 @@ std::string run_words(const ReconstructSummary& s, const std::string& run_folder
 }
 
 void warn(const std::string& warning) {
-  if (!warning.empty()) std::cerr << "warning: " << warning << "\n";
+  if (!warning.empty()) std::cerr << warning_words({warning});
 }
 
 RecordReport::RecordReport(const std::string& log, bool quiet, const std::vector<RawFrameSource*>& sensors)

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
@@ -25,8 +26,11 @@ std::string mesh_words(const ReconstructSummary& summary);
 /// warnings.
 std::string run_words(const ReconstructSummary& summary, const std::string& run_folder, bool quiet);
 
-/// A line "warning: 1 piece not joined; ..." for each of reservations().
-std::string reservation_words(const std::vector<std::string>& reservations);
+/// A line "warning: 1 piece not joined; ..." for each.
+std::string warning_words(const std::vector<std::string>& warnings);
+
+/// On stderr, of a run with reservations(): what they are was said when it was made.
+void say_where_warnings_are(const std::filesystem::path& run_folder);
 
 /// A line "warning: ..." on stderr; nothing for "".
 void warn(const std::string& warning);

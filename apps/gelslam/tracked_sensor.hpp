@@ -35,7 +35,7 @@ class SecondSensor {
   /// Its place in the map, if it knows that. Waits for its first frame at this time or later.
   std::optional<PlaceHypothesis> at(double time_s);
   const LocatedTouch& newest() const { return newest_; }
-  std::string warning() const { return stream_.warning(); }
+  std::vector<std::string> warnings() const { return stream_.warnings(); }
 
  private:
   std::optional<SurfaceStream::Item> next();

@@ -186,7 +186,7 @@ The map's frame is that of the sensor at its first full contact: x right, y down
           "N int64: the sensor that each pose is of: 0, or 1 for the second of two at the same time.")
       .def_property_readonly(
           "report", &report_of,
-          "dict: the figures of report.json: frames, keyframes, loops, partial, warning...")
+          "dict: the figures of report.json: frames, keyframes, loops, partial, warnings...")
       .def_readonly("reservations", &PythonRun::reservations,
                     "list of str: what is not in the mesh, how far poses may be off, and what was not "
                     "observable; also given\nas warnings. Its figures: report[\"uncertainty\"].")

@@ -62,7 +62,7 @@ class Slam {
     run.account.log_description = "frames of a Python program";
     run.account.times = timer_.statistics();
     run.account.summary = summarize(run.map, run.mesh);
-    run.account.summary.warning = warning_;
+    run.account.summary.warnings = warnings_;
     return python_run(std::move(run));
   }
 
@@ -72,9 +72,9 @@ class Slam {
         slam_(sensor_->config().slam, &scan),
         drift_(sensor_->config().slam.gradient_scale.sigma),
         first_time_s_(scan.first_time_s),
-        frames_(scan.first_frame) {
+        frames_(scan.first_frame),
+        warnings_(scan.record.warnings) {
     if (!scan.record.frames.empty()) times_.begin_after(scan.record.frames.back().time_s);
-    for (const std::string& warning : scan.record.warnings) append_sentence(warning_, warning);
   }
 
   const std::shared_ptr<Sensor> sensor_;
@@ -85,7 +85,7 @@ class Slam {
   const double first_time_s_;
   std::int64_t frames_;
   FrameTimes times_;
-  std::string warning_;
+  const std::vector<std::string> warnings_;
 };
 
 /// The work without the GIL; Ctrl-C ends it.

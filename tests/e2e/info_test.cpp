@@ -82,16 +82,19 @@ TEST(Info, ARunFolder) {
 TEST(Info, ARunSaysWhatItLacks) {
   const TemporaryFolder folder;
   test::write_bytes(folder / "report.json", R"({"frames": {"tracked": 120, "in_map": 104}, "components": 2,
-    "uncertainty": {"description": "poses may be off by 2 mm"}})");
+    "warnings": ["the gel may be dirty", "is it this sensor's model?"],
+    "reservations": ["2 pieces not joined", "poses may be off by 2 mm"]})");
   test::write_bytes(folder / "trajectory.tum", "0.4 0 0 0 0 0 0 1\n0.8 0.003 0.004 0 0 0 0 1\n");
-  const std::string missing = "1 piece not joined; 16 frames not in the mesh; touch a place between them";
+  const std::string missing = "2 pieces not joined";
   for (const fs::path& path : {folder.path(), folder / "report.json"}) {
     const ProgramResult run = info(path);
     EXPECT_THAT(run.out, HasSubstr("warning    " + missing + "\n"));
     EXPECT_THAT(run.out, HasSubstr("warning    poses may be off by 2 mm\n"));
+    EXPECT_THAT(run.out,
+                HasSubstr("warning    the gel may be dirty\n  warning    is it this sensor's model?\n"));
     EXPECT_THAT(run.out, HasSubstr("5 mm in 0 s"));
   }
-  EXPECT_EQ(nlohmann::json::parse(info(folder.path(), true).out).at("warnings").at(0), missing);
+  EXPECT_EQ(nlohmann::json::parse(info(folder.path(), true).out).at("warnings").at(2), missing);
   EXPECT_THAT(test::on_terminal(GELSLAM_PROGRAM " info " + folder.path().string()),
               HasSubstr("\x1b[33m" + missing))
       << "amber";

@@ -137,7 +137,7 @@ class Export(unittest.TestCase):
         doubtful = WORK / "doubtful"
         shutil.copytree(RUN, doubtful, dirs_exist_ok=True)
         report = json.loads((doubtful / "report.json").read_text())
-        report["components"], report["warning"] = 3, "the gel may be dirty"
+        report["reservations"], report["warnings"] = ["2 pieces not joined"], ["the gel may be dirty"]
         (doubtful / "report.json").write_text(json.dumps(report))
         ply, said = export("doubtful.ply", source=doubtful)
         self.assertEqual(said.count("the run has warnings: gelslam info"), 1)

@@ -218,11 +218,11 @@ class Module(unittest.TestCase):
 
     def test_what_is_uncertain_is_said(self):
         self.assertEqual(self.run_.reservations, [])
-        self.assertEqual(self.run_.report["uncertainty"]["description"], "")
+        self.assertEqual(self.run_.report["reservations"], [])
         doubtful = self.folder / "doubtful"
         self.run_.save(doubtful)
         report = json.loads((doubtful / "report.json").read_text())
-        report["uncertainty"]["description"] = "poses may be off by 2 mm"
+        report["reservations"] = ["poses may be off by 2 mm"]
         (doubtful / "report.json").write_text(json.dumps(report))
         self.assertEqual(gelslam.read_run(doubtful).reservations, ["poses may be off by 2 mm"])
 

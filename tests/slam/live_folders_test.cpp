@@ -212,8 +212,10 @@ TEST_F(Live, ARunFolderThatCannotBeWrittenDoesNotEndTheScan) {
     remove_in_use(options.run_folder);
     std::ofstream(options.run_folder) << "in the way";
     session->save_now();
-    EXPECT_TRUE(comes_true(
-        [&] { return session->status().warning.find("/run: cannot be written: ") != std::string::npos; }));
+    EXPECT_TRUE(comes_true([&] {
+      return testing::Value(session->status().warnings,
+                            testing::Contains(testing::HasSubstr("/run: cannot be written: ")));
+    }));
     EXPECT_NE(session->status().phase, LivePhase::finished);
     fs::remove(options.run_folder);
   });

@@ -7,6 +7,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/raw_log.hpp"
+#include "gelslam/slam/trial_drift.hpp"
 #include "live/live_board.hpp"
 #include "live_fixture.hpp"
 
@@ -107,7 +108,7 @@ TEST_F(Live, WaitsForTheBareGel) {
 TEST_F(Live, ALostSourceEndsTheScanWithAllThatWasSeen) {
   source->before(40, [] { throw Error("the camera was unplugged"); });
   const ReconstructSummary summary = start().wait();
-  EXPECT_THAT(summary.warning, HasSubstr("unplugged"));
+  EXPECT_THAT(summary.warnings, testing::Contains(HasSubstr("unplugged")));
   EXPECT_TRUE(summary.partial);
   EXPECT_EQ(summary.frames, 40);
   EXPECT_GT(summary.triangles, 1000U);
@@ -118,7 +119,8 @@ TEST_F(Live, DamagedFramesAreLeftOutAndCounted) {
   for (const int frame : {20, 21, 33}) source->damage(frame);
   const ReconstructSummary summary = start().wait();
   EXPECT_EQ(session->status().damaged, 3);
-  EXPECT_THAT(summary.warning, HasSubstr("left out 3 damaged pictures (the first: frame 20: "));
+  EXPECT_THAT(summary.warnings,
+              testing::Contains(HasSubstr("left out 3 damaged pictures (the first: frame 20: ")));
   EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames - 3);
   EXPECT_EQ(summary.components, 1);
 }
@@ -183,7 +185,7 @@ TEST_F(Live, SaysSoWhenTheLogEndsWithTheLastFrames) {
   options.record = LogAttachments{};
   source->damage(kBackgroundFrames + kScanFrames - 1);
   const ReconstructSummary summary = start().wait();
-  EXPECT_THAT(summary.warning, HasSubstr("recording stopped"));
+  EXPECT_THAT(summary.warnings, testing::Contains(HasSubstr("recording stopped")));
   EXPECT_EQ(session->status().log_bytes,
             static_cast<std::int64_t>(fs::file_size(options.run_folder / "log.mkv")));
 }
@@ -195,7 +197,8 @@ TEST_F(Live, ALogThatSomebodyRemovesIsMissed) {
     remove_in_use(options.run_folder);
   });
   const ReconstructSummary summary = start().wait();
-  EXPECT_THAT(summary.warning, HasSubstr("log.mkv: recording stopped: somebody removed the log"));
+  EXPECT_THAT(summary.warnings,
+              testing::Contains(HasSubstr("log.mkv: recording stopped: somebody removed the log")));
   EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames);
   EXPECT_TRUE(fs::exists(options.run_folder / "mesh.ply"));
 }
@@ -224,17 +227,77 @@ TEST_F(Live, AWarningThatCountsIsSaidOnceWithItsNewestCount) {
   source->warn([&] { return std::to_string(frames) + " frames came damaged"; });
   for (const int frame : {20, 30, 40}) source->before(frame, [&frames, frame] { frames = frame; });
   const ReconstructSummary summary = start().wait();
-  EXPECT_THAT(summary.warning, HasSubstr("40 frames came damaged"));
-  EXPECT_THAT(summary.warning, testing::Not(HasSubstr("30 frames came damaged")));
+  EXPECT_THAT(summary.warnings, testing::Contains(HasSubstr("40 frames came damaged")));
+  EXPECT_THAT(summary.warnings, testing::Each(testing::Not(HasSubstr("30 frames came damaged"))));
 }
 
 TEST_F(Live, ALogWhoseNameIsNotUtf8IsPlayedToItsEnd) {
   options.log = folder / "co\xe9in";
   const ReconstructSummary summary = start().wait();
-  EXPECT_THAT(summary.warning, testing::Not(HasSubstr("UTF")));
+  EXPECT_THAT(summary.warnings, testing::Each(testing::Not(HasSubstr("UTF"))));
   EXPECT_EQ(read_scan(options.run_folder / "session", {}).keyframes.size(),
             static_cast<std::size_t>(summary.keyframes));
   EXPECT_EQ(nlohmann::json::parse(read("report.json")).at("frames").at("total"), summary.frames);
+}
+
+TEST_F(Live, FramesWaitForTheWindow) {
+  std::atomic<bool> shown{false};
+  options.begins = [&shown] { return shown.load(); };
+  options.log = folder / "log.mkv";
+  start();
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  EXPECT_EQ(session->status().frames, 0);
+  EXPECT_EQ(session->status().phase, LivePhase::background);
+  shown = true;
+  EXPECT_EQ(session->wait().frames, kBackgroundFrames + kScanFrames);
+}
+
+TEST_F(Live, WhatACameraSeesBeforeItsWindowIsLeftOut) {
+  std::atomic<bool> shown{false};
+  options.begins = [&shown] { return shown.load(); };
+  source->before(5, [&] { shown = true; });
+  start().wait();
+  const auto frames = read_scan(options.run_folder / "session", {}).frames;
+  ASSERT_EQ(std::ssize(frames), kBackgroundFrames + kScanFrames - 5);
+  EXPECT_EQ(frames.front().frame, 5);
+}
+
+TEST_F(Live, ASaveIsSaidWhileItLasts) {
+  source->before(40, [&] {
+    wait_for_touch(39);
+    EXPECT_FALSE(session->status().saving);
+    session->save_now();
+    EXPECT_TRUE(session->status().saving);
+    EXPECT_TRUE(comes_true([&] { return !session->status().saving; }));
+    EXPECT_TRUE(fs::exists(options.run_folder / "mesh.ply"));
+  });
+  start().wait();
+}
+
+TEST(Board, AsksForTheStartWhereThePlaceIsNotKnown) {
+  slam::detail::LiveBoard board("");
+  board.set_phase(LivePhase::scanning);
+  const auto words_with = [&](double sigma_mm) {
+    MapSnapshot map;
+    map.shown_component = 0;
+    map.nodes.resize(1);
+    map.nodes.front().sigma_mm = sigma_mm;
+    board.set_map(std::make_shared<const MapSnapshot>(map));
+    return board.status().words;
+  };
+  LiveTouch touch;
+  touch.status = TrackStatus::tracked;
+  touch.keyframe = touch.trial = 0;
+  board.set_touch(touch, "", slam::detail::LiveClock::now());
+  EXPECT_EQ(words_with(-1), "tracking") << "it is not known yet";
+  EXPECT_EQ(words_with(0.4 * kLargeDriftMm), "tracking");
+  EXPECT_EQ(words_with(4.48), "tracking; may be off by 9.0 mm; return to the start");
+  touch.keyframe = 1;  // the map has not seen it
+  board.set_touch(touch, "", slam::detail::LiveClock::now());
+  EXPECT_EQ(board.status().words, "tracking; may be off by 9.0 mm; return to the start");
+  touch.keyframe = 0;
+  board.set_touch(touch, "", slam::detail::LiveClock::now());
+  EXPECT_EQ(words_with(0.1), "tracking") << "a loop was closed";
 }
 
 TEST_F(Live, AbortedItSavesWhatThereIs) {

@@ -139,7 +139,7 @@ TEST_F(Merge, LeavesOutADamagedSurface) {
   const int damaged = map.edges.front().to;
   write_bytes(folder / "left/session" / (std::to_string(damaged) + ".surface"), "nothing");
   const ReconstructSummary summary = merge({"left", "right"});
-  EXPECT_THAT(summary.warning, HasSubstr("1 keyframe of"));
+  EXPECT_THAT(summary.warnings, testing::Contains(HasSubstr("1 keyframe of")));
   for (const SavedMap::Node& node : load_map(folder / "merged/session").nodes)
     EXPECT_NE(node.keyframe, damaged);
 }

@@ -74,7 +74,7 @@ TEST_F(RecordedLog, StandsOnItsOwn) {
     }
   }
   EXPECT_FALSE(stream.next());
-  EXPECT_EQ(stream.warning(), "");
+  EXPECT_TRUE(stream.warnings().empty());
 }
 
 TEST_F(RecordedLog, WhatAPersonNamesGoesFirst) {

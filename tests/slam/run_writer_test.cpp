@@ -37,7 +37,7 @@ SlamMap map_with_a_false_loop() {
     map.solution.component_T_node[id] = motion(0, 0, 0, id, 0);
     map.solution.component_of_node[id] = 0;
     map.in_map.push_back(true);
-    map.frames.push_back({.frame = id, .time_s = 0.04 * id, .keyframe = id});
+    map.frames.push_back({.frame = id, .time_s = 0.04 * id, .status = TrackStatus::tracked, .keyframe = id});
   }
   const auto add = [&](int from, int to, EdgeKind kind, bool outlier) {
     PoseGraphEdge edge;
@@ -134,6 +134,8 @@ SlamMap map_of_two_pieces() {
   for (FrameRecord& frame : map.frames) frame.status = TrackStatus::tracked;
   map.frames.push_back({.frame = 4, .time_s = 0.16, .status = TrackStatus::tracked, .keyframe = 3});
   map.frames.push_back({.frame = 5, .time_s = 0.2, .status = TrackStatus::lost});
+  // A lost frame that begins a trial has a keyframe.
+  map.frames.push_back({.frame = 6, .time_s = 0.24, .status = TrackStatus::lost, .keyframe = 0});
   return map;
 }
 
@@ -143,15 +145,14 @@ TEST(MapCompleteness, IsSaidInTheSummaryAndInTheReport) {
   account.summary = summarize(map, Mesh{});
   EXPECT_EQ(account.summary.completeness.pieces_not_joined, 1);
   EXPECT_EQ(account.summary.completeness.frames_not_in_mesh, 2);
+  EXPECT_EQ(account.summary.in_map + 2, account.summary.tracked);
+  EXPECT_EQ(account.summary.in_map, std::ssize(map.trajectory())) << "one set of figures";
   EXPECT_EQ(describe(account.summary.completeness),
-            "1 piece not joined; 2 frames not in the mesh; touch a place between them");
+            "1 piece not joined; 2 frames not in the mesh; next time cross places that you touched before");
 
   const TemporaryFolder folder;
   write_run(folder.path(), Config{}, map, Mesh{}, account);
-  const auto read = read_completeness(folder.path());
-  ASSERT_TRUE(read);
-  EXPECT_EQ(read->pieces_not_joined, 1);
-  EXPECT_EQ(read->frames_not_in_mesh, 2);
+  EXPECT_THAT(read_reservations(folder.path()), testing::ElementsAre(describe(account.summary.completeness)));
 }
 
 TEST(TrajectoryUncertaintyReport, HasFieldsAndIsReadAsWords) {
@@ -166,10 +167,9 @@ TEST(TrajectoryUncertaintyReport, HasFieldsAndIsReadAsWords) {
   EXPECT_EQ(report.at("drift_mm"), (nlohmann::json{{"amount", 12.5}, {"frame", 3}, {"time_s", 0.12}}));
   EXPECT_EQ(report.at("not_observable").at(0).at("motion"), "rz");
   EXPECT_EQ(report.at("not_observable").at(0).at("first_frame"), 1);
-  const std::vector<std::string> read = read_reservations(folder.path());
-  ASSERT_EQ(read.size(), 1u);
-  EXPECT_EQ(read[0], describe(map.uncertainty));
-  EXPECT_THAT(read[0], HasSubstr("may be off by 12 mm; twisting is not observable"));
+  EXPECT_THAT(read_reservations(folder.path()),
+              testing::ElementsAre("poses may be off by 12 mm: return to where you began, and press on "
+                                   "texture"));
   write_run(folder.path(), Config{}, map_with_a_false_loop(), Mesh{}, RunAccount{});
   EXPECT_TRUE(read_reservations(folder.path()).empty());
 }
@@ -181,16 +181,13 @@ TEST(MapCompleteness, AWholeMapNeedsNoWords) {
   EXPECT_EQ(describe(MapCompleteness{0, 3}), "3 frames not in the mesh");
 }
 
-TEST(MapCompleteness, IsReadFromAReportThatIsWhole) {
+TEST(Reservations, AreNoneWhereNothingWasSaved) {
   const TemporaryFolder folder;
-  EXPECT_FALSE(read_completeness(folder.path()));
-  write_bytes(folder / "report.json", R"({"frames": {"tracked": 20, "in_map": 4}, "components": 3})");
-  ASSERT_TRUE(read_completeness(folder.path()));
-  EXPECT_EQ(read_completeness(folder.path())->pieces_not_joined, 2);
-  EXPECT_EQ(read_completeness(folder.path())->frames_not_in_mesh, 16);
-  for (const char* damaged : {"{", "[]", "{}", R"({"partial": true, "saved": false})", R"({"frames": 3})"}) {
+  EXPECT_TRUE(read_reservations(folder.path()).empty());
+  for (const char* damaged :
+       {"{", "[]", "{}", R"({"partial": true, "saved": false})", R"({"reservations": [3]})"}) {
     write_bytes(folder / "report.json", damaged);
-    EXPECT_FALSE(read_completeness(folder.path())) << damaged;
+    EXPECT_TRUE(read_reservations(folder.path()).empty()) << damaged;
   }
 }
 

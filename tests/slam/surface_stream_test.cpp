@@ -90,7 +90,7 @@ TEST_F(StreamOfALog, HandsOutBackgroundFirstAndThenSurfaces) {
     }
   }
   EXPECT_FALSE(stream.next());
-  EXPECT_EQ(stream.warning(), "");
+  EXPECT_TRUE(stream.warnings().empty());
   EXPECT_NE(stream.description(), "");
 }
 
@@ -184,8 +184,8 @@ TEST_F(StreamOfALog, PicturesThatCameShiftedAreLeftOutAndCounted) {
   while (const auto item = stream.next())
     if (item->surface) frames.push_back(item->frame);
   EXPECT_THAT(frames, ElementsAre(10, 12, 14));
-  EXPECT_THAT(stream.warning(), HasSubstr("left out 2 pictures"));
-  EXPECT_THAT(stream.warning(), HasSubstr("the first: frame 11, by about 12 pixels"));
+  EXPECT_THAT(stream.warnings(), Contains(HasSubstr("left out 2 pictures")));
+  EXPECT_THAT(stream.warnings(), Contains(HasSubstr("the first: frame 11, by about 12 pixels")));
 }
 
 // As a live scan does it.

@@ -13,7 +13,7 @@ class Trajectory : public testing::Test {
  protected:
   void track(int frames, const std::array<bool, 6>& observable, int keyframe = 0, int trial = 0) {
     for (int k = 0; k < frames; ++k, ++next_)
-      records.push_back({next_, 0.04 * static_cast<double>(next_), TrackStatus::tracked, trial, keyframe,
+      records.push_back({next_, frame_s * static_cast<double>(next_), TrackStatus::tracked, trial, keyframe,
                          Pose::Identity(), observable});
   }
 
@@ -26,16 +26,17 @@ class Trajectory : public testing::Test {
   }
 
   std::vector<FrameRecord> records;
+  double frame_s = 0.04;
 
  private:
   std::int64_t next_ = 0;
 };
 
 TEST_F(Trajectory, IsQuietWhereAllWasObservableAndTheDriftIsSmall) {
-  EXPECT_EQ(describe(TrajectoryUncertainty()), "");
+  EXPECT_THAT(describe(TrajectoryUncertainty()), testing::IsEmpty());
   track(30, kAll);
   track(30, kAll, 1);
-  EXPECT_EQ(describe(uncertainty(0.4, 0.04)), "");
+  EXPECT_THAT(describe(uncertainty(0.4, 0.04)), testing::IsEmpty());
   EXPECT_NEAR(uncertainty(0.4, 0.04).mm.amount, 0.8, 1e-9);
 }
 
@@ -46,13 +47,14 @@ TEST_F(Trajectory, SaysTheLargestDriftAndWhereItIs) {
   EXPECT_NEAR(found.mm.amount, 2.0, 1e-9);
   EXPECT_EQ(found.mm.frame, 30);
   EXPECT_NEAR(found.deg.amount, 0.4 * kDegreesPerRadian, 1e-9);
-  EXPECT_EQ(describe(found), "poses may be off by 2 mm and 23 degrees");
+  EXPECT_THAT(describe(found),
+              testing::ElementsAre("poses may be off by 2 mm and 23 degrees: return to where you began"));
   EXPECT_EQ(uncertainty(0, 7).deg.amount, 180);
 }
 
 TEST_F(Trajectory, SaysWhatWasNotObservableOnceItHasLasted) {
   track(10, kAll);
-  track(10, kNoSlideX);  // 0.4 s
+  track(10, kNoSlideX);
   track(10, kAll);
   EXPECT_TRUE(uncertainty().hidden.empty());
   track(40, kNoSlideX, 1);
@@ -62,8 +64,35 @@ TEST_F(Trajectory, SaysWhatWasNotObservableOnceItHasLasted) {
   EXPECT_EQ(found.hidden[0].motion, 0u);
   EXPECT_EQ(found.hidden[0].first_frame, 30);
   EXPECT_EQ(found.hidden[0].frames, 40);
-  EXPECT_EQ(describe(found),
-            "sliding along x is not observable on this surface: up to 40 frames, from 1.2 s on");
+  EXPECT_THAT(describe(found),
+              testing::ElementsAre(
+                  "sliding along x is not observable in 40 frames, from 1.2 s on: press on texture"));
+}
+
+TEST_F(Trajectory, SaysItInALine) {
+  track(400, {false, false, true, true, false, false});
+  TrajectoryUncertainty found = uncertainty();
+  const auto words = [&] { return describe(found).at(0); };
+  EXPECT_LE(words().size(), 130U) << words();
+  found.hidden.pop_back();
+  EXPECT_LE(words().size(), 120U) << words();
+  found.mm.amount = 12.3;
+  found.deg.amount = 89;
+  EXPECT_LE(words().size(), 120U) << words();
+}
+
+TEST_F(Trajectory, SaysTheSameOfTheSameFramesAtAnyRate) {
+  for (const double rate_hz : {10.0, 25.0, 60.0}) {
+    records.clear();
+    frame_s = 1 / rate_hz;
+    track(10, kAll);
+    track(10, kNoSlideX);
+    track(10, kAll);
+    track(20, kNoSlideX, 1);
+    const TrajectoryUncertainty found = uncertainty();
+    ASSERT_EQ(found.hidden.size(), 1u) << rate_hz;
+    EXPECT_EQ(found.hidden[0].frames, 20) << rate_hz;
+  }
 }
 
 TEST_F(Trajectory, CountsTheMapAndEachTrialByItself) {

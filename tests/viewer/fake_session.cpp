@@ -152,8 +152,9 @@ void FakeSession::publish_map(int place) {
   const Pose map_T_object = places_.front().object_T_sensor.inverse();
   for (int i = 0; i <= place; ++i) {
     const FakePlace& at = places_[static_cast<std::size_t>(i)];
+    const Pose map_T_keyframe = map_T_object * at.object_T_sensor;
     map->nodes.push_back(
-        {i, std::int64_t{i} * frames_per_place_, 0, 0, map_T_object * at.object_T_sensor, at.surface});
+        {i, std::int64_t{i} * frames_per_place_, 0, 0, map_T_keyframe, at.surface, map_T_keyframe});
     if (i > 0) map->edges.push_back({i - 1, i, EdgeKind::odometry, false});
     if (i > 2) map->edges.push_back({i - 3, i, EdgeKind::loop, i == 5});
   }
@@ -174,8 +175,10 @@ void FakeSession::advance(int frames) {
     touch->surface = at.surface;
     touch->status = TrackStatus::tracked;
     touch->keyframe = place;
+    touch->trial = 0;
+    touch->trial_T_frame = places_.front().object_T_sensor.inverse() * at.object_T_sensor;
     touch_ = std::move(touch);
-    if (place >= status_.keyframes) {
+    if (place >= status_.keyframes && !mapper_is_busy) {
       uncover(at.object_T_sensor);
       publish_map(place);
     }

@@ -35,6 +35,8 @@ class FakeSession : public LiveSession {
   /// "pause", "go on", "undo", "save", "stop": what the window asked for, in order.
   std::vector<std::string> calls;
 
+  bool mapper_is_busy = false;  ///< no map comes, as during a save
+
   /// stop() is followed by so many looks at the status until it is finished; none: it stays finishing.
   int looks_until_finished = -1;
 

@@ -40,6 +40,22 @@ TEST(LiveSnapshot, IsDrawnWithoutADisplay) {
   EXPECT_GT(glowing(shown, {0, 0, 550, 440}), 1000);
 }
 
+TEST(RunLiveWindow, FramesComeAfterItsFirstPicture) {
+  if (!can_draw()) GTEST_SKIP() << "no OpenGL here, not even without a display";
+  const TemporaryFolder folder;
+  FakeSession session(4, 1);
+  WindowOptions options = hidden(900, 600);
+  options.picture_folder = folder.path();
+  options.script = "screenshot start.png\nuntil tracking\nscreenshot tracking.png\nquit";
+  options.when_shown = [&] { session.advance(4); };
+  run_live_window(session, options);
+  const viewer::Box state{0, 0, 300, 80};
+  const cv::Mat3b start = cv::imread((folder / "start.png").string()),
+                  tracking = cv::imread((folder / "tracking.png").string());
+  EXPECT_GT(share_of(start, state, theme::kBlue), 0.02) << "it says Getting ready";
+  EXPECT_GT(share_of(tracking, state, theme::kGreen), 0.02) << "it says Tracking";
+}
+
 TEST(RunLiveWindow, PlaysAScriptAsAPersonWould) {
   if (!can_draw()) GTEST_SKIP() << "no OpenGL here, not even without a display";
   const TemporaryFolder folder;

@@ -29,9 +29,8 @@ TEST(StateWords, GiveTheUsualAdviceWhereTheSessionGivesNone) {
   EXPECT_EQ(state_words(saying(LivePhase::scanning, "no contact", TrackStatus::no_contact)).advice,
             "Press the object on the gel.");
   EXPECT_EQ(state_words(saying(LivePhase::scanning, "tracking")).advice, "");
-  EXPECT_EQ(
-      state_words(saying(LivePhase::scanning, "tracking; twisting is not observable on this surface")).advice,
-      "Twisting is not observable on this surface.");
+  EXPECT_EQ(state_words(saying(LivePhase::scanning, "tracking; twisting is not observable")).advice,
+            "Twisting is not observable.");
   EXPECT_EQ(state_words(saying(LivePhase::paused, "")).advice, "Press Space to go on.");
 }
 
@@ -67,7 +66,7 @@ TEST(StateWords, ClaimNothingThatIsNotSaved) {
 TEST(StateWords, AreAmberWhereTheMeshIsNotWholeOrAMotionIsNotObservable) {
   EXPECT_EQ(state_words(saying(LivePhase::scanning, "tracking")).color, theme::kGreen);
   const StateWords unsure =
-      state_words(saying(LivePhase::scanning, "tracking; sliding along x is not observable on this surface"));
+      state_words(saying(LivePhase::scanning, "tracking; sliding along x is not observable"));
   EXPECT_EQ(unsure.color, theme::kAmber);
   EXPECT_EQ(unsure.state, "tracking");
   EXPECT_EQ(unsure.headline, "Position uncertain");
@@ -76,8 +75,15 @@ TEST(StateWords, AreAmberWhereTheMeshIsNotWholeOrAMotionIsNotObservable) {
   status.reservations = {describe(MapCompleteness{1, 16}), "poses may be off by 2 mm"};
   EXPECT_EQ(state_words(status).color, theme::kAmber);
   EXPECT_EQ(state_words(status).advice,
-            "1 piece not joined. 16 frames not in the mesh. Touch a place between them. Poses may be off by "
-            "2 mm. The rest is saved. Q closes.");
+            "Saved. 1 piece not joined. 16 frames not in the mesh. Next time cross places that you touched "
+            "before. Poses may be off by 2 mm. Q closes.");
+}
+
+TEST(StateWords, SayThatItIsSaving) {
+  LiveStatus status = saying(LivePhase::scanning, "tracking");
+  status.saving = true;
+  EXPECT_EQ(state_words(status).advice, "Saving\u2026");
+  EXPECT_EQ(state_words(status).color, theme::kGreen) << "tracking goes on";
 }
 
 TEST(StateWords, TakeAnyWords) {

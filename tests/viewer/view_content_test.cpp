@@ -39,8 +39,7 @@ TEST(ViewContent, WhatARunLeavesInDoubtIsSaid) {
   const TemporaryFolder folder;
   write_run(folder / "RUN", 5);
   EXPECT_TRUE(load_view(folder / "RUN").warnings.empty());
-  write_bytes(folder / "RUN" / "report.json",
-              R"({"uncertainty": {"description": "poses may be off by 2 mm"}})");
+  write_bytes(folder / "RUN" / "report.json", R"({"reservations": ["poses may be off by 2 mm"]})");
   EXPECT_THAT(load_view(folder / "RUN").warnings, testing::ElementsAre("poses may be off by 2 mm"));
 }
 

@@ -1,5 +1,8 @@
 // The live window while a scan goes on.
 
+#include <opencv2/imgproc.hpp>
+#include <sstream>
+
 #include "live_window_fixture.hpp"
 
 namespace gelslam::test {
@@ -11,18 +14,18 @@ TEST_F(Window, SaysInWordsAndColorHowItGoes) {
   expect_text(picture("background"), "Getting ready", theme::kBlue);
   scan(1);
   expect_text(picture("first_touch"), "Tracking", theme::kGreen);
-  session_.say(LivePhase::scanning, "tracking; sliding along x is not observable on this surface");
+  session_.say(LivePhase::scanning, "tracking; sliding along x is not observable");
   expect_text(picture("uncertain"), "Position uncertain", theme::kAmber);
   session_.say(LivePhase::scanning, "lost: too little overlap; touch a place you have seen",
                TrackStatus::lost);
-  session_.figures().warning = "The log has stopped: the disk is full. The scan goes on.";
+  session_.figures().warnings = {"The log has stopped: the disk is full. The scan goes on."};
   session_.figures().dropped = 12;
   cv::Mat3b shown = picture("lost");
   expect_text(shown, "Lost", theme::kRed);
   expect_text(shown, "Touch a place you have seen.", theme::kText);
   expect_text(shown, "the disk is full", theme::kText);
   expect_text(shown, "12", theme::kAmber);
-  session_.figures().warning.clear();
+  session_.figures().warnings.clear();
   session_.release();
   expect_text(picture("no_contact"), "No contact", theme::kAmber);
   press(GLFW_KEY_SPACE);
@@ -57,6 +60,28 @@ TEST_F(Window, ShowsTheSurfaceGrowingAndTheTouchOnIt) {
               0.01);
 }
 
+TEST_F(Window, TheTouchStaysWhereItIsWhileTheMapperIsBusy) {
+  const auto settled = [&](const char* name) {
+    for (int i = 0; i < 40; ++i) window_->turn(now_s_ += 0.1);
+    return picture(name);
+  };
+  scan(4);
+  session_.mapper_is_busy = true;
+  session_.figures().saving = true;
+  scan(4);  // at another place
+  const cv::Mat3b saving = settled("saving");
+  EXPECT_GT(glowing(saving, view()), 3000);
+  expect_text(saving, "Saving", theme::kText);
+  session_.figures().saving = false;
+  const cv::Mat3b busy = settled("busy");
+  EXPECT_EQ(find("Saving"), nullptr);
+  session_.mapper_is_busy = false;
+  scan(1);
+  const cv::Mat3b known = settled("known");
+  EXPECT_NEAR(glowing(busy, view()), glowing(known, view()), 0.1 * glowing(known, view()));
+  EXPECT_LT(change(busy, known, view()), 0.1) << "but for the surface that came";
+}
+
 TEST_F(Window, ShowsPicturesFiguresAndOnRequestDiagnostics) {
   StageStatistics slow;
   slow.stage = "loop_closure";
@@ -80,6 +105,44 @@ TEST_F(Window, ShowsPicturesFiguresAndOnRequestDiagnostics) {
   const Box between{touch->box.x, touch->box.bottom() + 6, 150, normals->box.y - touch->box.bottom() - 20};
   EXPECT_GT(share_of(shown, between, theme::rgb(112, 120, 118)), 0.3) << "the untouched gel";
   EXPECT_GT(share_of(shown, between, theme::kGreen), 0.005) << "the contact's outline";
+}
+
+TEST_F(Window, NoLineBreaksInANumber) {
+  const std::string text = "Poses may be off by 8.96 mm since 12 345 frames, or 3.1 degrees about an axis.";
+  window_->host().begin_frame(0.02);
+  {
+    const Ui ui(1);
+    for (float width = 20; width < 700; width += 1) {
+      std::string shown = ui.wrapped(Face::body, text, width);
+      for (const char* whole : {"8.96 mm", "12 345 frames", "3.1 degrees"})
+        ASSERT_NE(shown.find(whole), std::string::npos) << width << ": " << shown;
+      std::istringstream lines(shown);
+      for (std::string line; width > 120 && std::getline(lines, line);)
+        ASSERT_LE(ui.width_of(Face::body, line), width) << line;
+      std::replace(shown.begin(), shown.end(), '\n', ' ');
+      ASSERT_EQ(shown, text);
+    }
+  }
+  window_->host().end_frame();
+}
+
+TEST_F(Window, TheCardsLeaveTheObjectFree) {
+  session_.figures().warnings = {"The log has stopped: the disk is full.", "The picture is very dark."};
+  scan(6);
+  for (int i = 0; i < 40; ++i) window_->turn(now_s_ += 0.1);
+  const cv::Mat3b shown = picture("follow_below_cards");
+  const DrawnText* last = find("The picture is very dark.");
+  ASSERT_NE(last, nullptr);
+  const auto bottom = static_cast<int>(last->box.bottom());
+  // The touch, which the view follows, lies in the middle of what is free.
+  cv::Moments glow;
+  cv::Mat1b mask(shown.size(), uchar{0});
+  for (int y = bottom; y < static_cast<int>(view().bottom()); ++y)
+    for (int x = 0; x < static_cast<int>(view().width); ++x)
+      mask(y, x) = shown(y, x)[2] > shown(y, x)[0] + 90 ? 1 : 0;
+  glow = cv::moments(mask, true);
+  EXPECT_GT(glow.m00, 3000);
+  EXPECT_NEAR(glow.m01 / glow.m00, 0.5 * (bottom + static_cast<double>(view().bottom())), 40);
 }
 
 TEST_F(Window, ColorsBringTheirLegend) {

@@ -74,8 +74,8 @@ void add_path(RunContents& run) {
 
 void add_warnings(RunContents& run, const json& report) {
   if (report.empty()) run.warnings.emplace_back("There is no report.json, or it is damaged.");
-  if (const std::string warning = text_at(report, "warning"); !warning.empty())
-    run.warnings.push_back(warning);
+  for (const json& warning : report.value("warnings", json::array()))
+    if (warning.is_string()) run.warnings.push_back(warning);
   if (report.value("partial", json(false)) == true)
     run.warnings.emplace_back("The run ended before its log did.");
   for (std::string& sentence : read_reservations(run.folder)) run.warnings.push_back(std::move(sentence));

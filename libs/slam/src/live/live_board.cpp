@@ -8,6 +8,7 @@
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/slam/trial_drift.hpp"
 
 namespace gelslam::slam::detail {
 namespace {
@@ -97,12 +98,6 @@ void BoardProgress::update(std::int64_t done) {
   board_.set_progress(done, total_, seconds(LiveClock::now() - start_));
 }
 
-void LiveBoard::warn(const std::string& sentence) {
-  const std::lock_guard lock(mutex_);
-  if (sentence.empty() || all_warnings().find(sentence) != std::string::npos) return;
-  warnings_.push_back({"", sentence});
-}
-
 void LiveBoard::warn_about(const std::string& what, const std::string& sentence) {
   if (sentence.empty()) return;
   const std::lock_guard lock(mutex_);
@@ -112,12 +107,6 @@ void LiveBoard::warn_about(const std::string& what, const std::string& sentence)
     warnings_.push_back({what, sentence});
   else
     last->sentence = sentence;
-}
-
-std::string LiveBoard::all_warnings() const {
-  std::string text;
-  for (const Warning& warning : warnings_) append_sentence(text, warning.sentence);
-  return text;
 }
 
 void LiveBoard::frame_arrived(LiveClock::time_point when, std::int64_t lost_by_camera) {
@@ -147,14 +136,13 @@ void LiveBoard::set_log_bytes(std::int64_t bytes) {
   status_.log_bytes = bytes;
 }
 
-void LiveBoard::set_touch(LiveTouch touch, int trial, const std::string& why_lost,
-                          LiveClock::time_point arrived) {
+void LiveBoard::set_touch(LiveTouch touch, const std::string& why_lost, LiveClock::time_point arrived) {
   auto newest = std::make_shared<const LiveTouch>(std::move(touch));
   const LiveClock::time_point now = LiveClock::now();
   const std::lock_guard lock(mutex_);
+  if (!touch_ || touch_->trial != newest->trial) why_lost_ = why_lost;
   touch_ = std::move(newest);
-  if (trial_ != trial) why_lost_ = why_lost;
-  trial_ = trial;
+  look_up_sigma();
   meter_.posed(now, 1000.0 * seconds(now - arrived));
 }
 
@@ -163,6 +151,7 @@ void LiveBoard::set_map(std::shared_ptr<const MapSnapshot> newest) {
   const std::lock_guard lock(mutex_);
   map_ = std::move(newest);
   shown_trials_ = std::move(trials);
+  look_up_sigma();
   status_.keyframes = static_cast<int>(map_->nodes.size());
   status_.loops = static_cast<int>(std::count_if(
       map_->edges.begin(), map_->edges.end(), [](const auto& edge) { return edge.kind == EdgeKind::loop; }));
@@ -199,12 +188,24 @@ bool LiveBoard::has_contact() const {
 /// What is touched now belongs to the shown map. A trial that the mapper has not seen yet counts as joined as
 /// long as there is nothing it could be joined to.
 bool LiveBoard::joined() const {
-  return trial_ >= 0 && (shown_trials_.empty() || shown_trials_.contains(trial_));
+  return touch_->trial >= 0 && (shown_trials_.empty() || shown_trials_.contains(touch_->trial));
+}
+
+/// What the map does not say yet stays as it was.
+void LiveBoard::look_up_sigma() {
+  const MapSnapshot::Node* node = touch_ ? map_->find(touch_->keyframe) : nullptr;
+  if (node != nullptr && node->sigma_mm >= 0) sigma_mm_ = node->sigma_mm;
 }
 
 std::string LiveBoard::words() const {
   if (!has_contact()) return "no contact";
-  if (joined()) return "tracking" + (touch_->hidden.empty() ? "" : "; " + touch_->hidden);
+  if (joined()) {
+    std::string text = "tracking";
+    append_sentence(text, touch_->hidden);
+    if (const double drift_mm = 2 * sigma_mm_; drift_mm > kLargeDriftMm)
+      append_sentence(text, fmt::format("may be off by {:.1f} mm; return to the start", drift_mm));
+    return text;
+  }
   return (why_lost_.empty() ? "not joined to the map" : "lost: " + why_lost_) +
          "; touch a place you have seen";
 }
@@ -213,7 +214,7 @@ LiveStatus LiveBoard::status() const {
   const double memory_mb = resident_memory_mb();
   const std::lock_guard lock(mutex_);
   LiveStatus status = status_;
-  status.warning = all_warnings();
+  for (const Warning& warning : warnings_) status.warnings.push_back(warning.sentence);
   if (status.phase == LivePhase::scanning) {
     status.words = words();
     status.track = !has_contact() ? TrackStatus::no_contact

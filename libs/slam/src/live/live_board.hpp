@@ -45,7 +45,7 @@ class LiveBoard {
   LivePhase phase() const;
   void set_words(std::string words, TrackStatus track);  ///< what people are told before anything is tracked
   void set_progress(std::int64_t done, std::int64_t total, double elapsed_s);  ///< of what `words` say
-  void warn(const std::string& sentence);  ///< each sentence once, the newest last
+  void warn(const std::string& sentence) { warn_about(sentence, sentence); }   ///< once
   /// What is said anew as it changes ("3 frames came damaged"): the newest sentence about it takes the place
   /// of the last.
   void warn_about(const std::string& what, const std::string& sentence);
@@ -54,7 +54,7 @@ class LiveBoard {
   void source_ended();  ///< the rate stays what it was
   void frame_damaged();
   void set_log_bytes(std::int64_t bytes);
-  void set_touch(LiveTouch touch, int trial, const std::string& why_lost, LiveClock::time_point arrived);
+  void set_touch(LiveTouch touch, const std::string& why_lost, LiveClock::time_point arrived);
   void set_map(std::shared_ptr<const MapSnapshot> map);
   void add_blocks(bool cleared, std::vector<MeshBlock> blocks);
   /// In place of what was good enough while it grew: what was saved.
@@ -68,23 +68,23 @@ class LiveBoard {
 
  private:
   struct Warning {
-    std::string about, sentence;  // about nothing: it stays
+    std::string about, sentence;
   };
 
   bool has_contact() const;
+  void look_up_sigma();
   bool joined() const;
   std::string words() const;
-  std::string all_warnings() const;
 
   mutable std::mutex mutex_;
   const LiveClock::time_point start_ = LiveClock::now();
   std::optional<LiveClock::time_point> source_end_, end_;
-  LiveStatus status_;  // without its warning
+  LiveStatus status_;  // without its warnings
   std::vector<Warning> warnings_;
   LiveMeter meter_;
   std::shared_ptr<const LiveTouch> touch_;
-  int trial_ = -1;
   std::string why_lost_;
+  double sigma_mm_ = 0;  // of the place of what is touched, as far as the map knows
   std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
   std::set<int> shown_trials_;
   bool mesh_cleared_ = false;

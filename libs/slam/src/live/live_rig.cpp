@@ -41,7 +41,10 @@ LiveStatus status_of_both(const LiveStatus& first, const LiveStatus& second, boo
   LiveStatus both = second_speaks ? second : first;
   both.phase = phase_of_both(first.phase, second.phase);
   if (both.phase != LivePhase::scanning) both.words = first.phase == both.phase ? first.words : second.words;
-  both.warning = of_both(first.warning, second.warning);
+  both.warnings.clear();
+  for (const std::string& warning : first.warnings) both.warnings.push_back(of_both(warning, ""));
+  for (const std::string& warning : second.warnings) both.warnings.push_back(of_both("", warning));
+  both.saving = first.saving || second.saving;
   both.failure = of_both(first.failure, second.failure);
   both.source = first.source + "; " + second.source;
   both.run_folder = first.run_folder;
@@ -179,7 +182,7 @@ LiveStatus LiveRig::status() const {
   status.phase = of_join.phase;
   status.words = of_join.words;
   status.progress = of_join.progress;
-  append_sentence(status.warning, of_join.warning);
+  status.warnings.insert(status.warnings.end(), of_join.warnings.begin(), of_join.warnings.end());
   append_sentence(status.failure, impl_->failure_in_words);
   if (status.phase != LivePhase::finished || impl_->failure) return status;
   const ReconstructSummary& summary = impl_->summary;

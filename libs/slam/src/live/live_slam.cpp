@@ -95,7 +95,8 @@ struct LiveSlam::Impl {
   RawQueue raw{kQueuedFrames};
   TrackerQueue surfaced{kQueuedFrames};
   MapperQueue keyframes{1};  // its limit is never asked for: the tracker goes beyond it
-  std::atomic<bool> paused{false}, leaves_out{false}, aborted{false}, stopped{false}, lost{false};
+  std::atomic<bool> paused{false}, leaves_out{false}, aborted{false}, stopped{false}, lost{false},
+      saving{false};
 
   std::mutex mutex;  // for what follows
   ReconstructSummary summary;
@@ -207,6 +208,8 @@ void LiveSlam::Impl::capture() {
 }
 
 void LiveSlam::Impl::take_frames() {
+  const auto has_begun = [this] { return stopped || !options.begins || options.begins(); };
+  while (!options.log.empty() && !has_begun()) std::this_thread::sleep_for(std::chrono::milliseconds(10));
   while (std::optional<RawFrame> frame = source->next()) {
     board.frame_arrived(frame->arrived, source->lost_frames());
     board.warn_about("the source", source->warning());
@@ -214,7 +217,7 @@ void LiveSlam::Impl::take_frames() {
       recorder->push(*frame);
       report_log();
     }
-    if (leaves_out) continue;
+    if (leaves_out || !has_begun()) continue;
     auto shared = std::make_shared<const RawFrame>(std::move(*frame));
     // What the background needs is waited for, however fast frames come.
     if (options.drop_when_behind && board.phase() != LivePhase::background)
@@ -256,6 +259,7 @@ void LiveSlam::Impl::save_for_now(const SaveSoFar& so_far) {
   } catch (const std::exception& error) {
     board.warn(error.what());
   }
+  saving = false;
 }
 
 void LiveSlam::Impl::finish() {
@@ -298,7 +302,7 @@ void LiveSlam::Impl::save(const SlamMap& map, const Mesh& mesh, bool partial, st
   const LiveStatus status = board.status();
   ReconstructSummary counts = summarize(map, mesh);
   counts.partial = partial;
-  counts.warning = status.warning;
+  counts.warnings = status.warnings;
   counts.seconds = std::chrono::duration<double>(LiveClock::now() - begin).count();
   {
     const std::lock_guard lock(mutex);
@@ -343,6 +347,7 @@ LiveStatus LiveSlam::status() const {
     status.phase = LivePhase::paused;
     status.words = "paused";
   }
+  status.saving = impl_->saving;
   if (impl_->run) status.run_folder = impl_->run->folder().string();
   const std::lock_guard lock(impl_->mutex);
   status.failure = impl_->failure_in_words;
@@ -366,7 +371,9 @@ void LiveSlam::set_paused(bool paused) {
 }
 void LiveSlam::undo_last_trial() { impl_->surfaced.push_beyond_limit(UndoTrial{}); }
 void LiveSlam::save_now() {
-  if (impl_->run) impl_->surfaced.push_beyond_limit(SaveNow{impl_->run->record_bytes()});
+  if (!impl_->run) return;
+  impl_->saving = true;
+  impl_->surfaced.push_beyond_limit(SaveNow{impl_->run->record_bytes()});
 }
 
 void LiveSlam::stop() {

@@ -47,7 +47,7 @@ void TrackingStage::handle(const SurfacedFrame& frame, MapperQueue& out) {
     bare.time_s = time_s;
     bare.image = frame.image.bgr;
     bare.status = TrackStatus::background;
-    board_.set_touch(std::move(bare), -1, "", frame.arrived);
+    board_.set_touch(std::move(bare), "", frame.arrived);
     return stream(background, frame);
   }
   take_neighborhood();
@@ -61,8 +61,7 @@ void TrackingStage::handle(const SurfacedFrame& frame, MapperQueue& out) {
   stream(tracked, frame);
   record(record_of(tracked));
   for (const NewKeyframe& added : tracked.new_keyframes) session_.push_beyond_limit(added);
-  if (tracked.status == TrackStatus::tracked)
-    hidden_.pass(tracked.trial, tracked.time_s, tracked.registration.observable);
+  if (tracked.status == TrackStatus::tracked) hidden_.pass(tracked.trial, tracked.registration.observable);
   LiveTouch touch{tracked.frame,
                   tracked.time_s,
                   frame.image.bgr,
@@ -70,11 +69,13 @@ void TrackingStage::handle(const SurfacedFrame& frame, MapperQueue& out) {
                   tracked.status,
                   tracked.keyframe ? tracked.keyframe->id : -1,
                   tracked.keyframe_T_frame,
+                  tracked.trial,
+                  tracked.trial_T_frame,
                   hidden_.words()};
   const std::string why_lost = tracked.status == TrackStatus::lost
                                    ? std::string(describe(tracked.registration.status))
                                    : std::string();
-  board_.set_touch(std::move(touch), tracked.trial, why_lost, frame.arrived);
+  board_.set_touch(std::move(touch), why_lost, frame.arrived);
   for (const NewKeyframe& added : tracked.new_keyframes) out.push_beyond_limit(added);
   ask_for_neighborhood(tracked, out);
 }

@@ -69,6 +69,7 @@ void RigView::show(const RigNews& news) {
   if (!shows_second_) return;
   auto touch = std::make_shared<LiveTouch>(*source);
   if (touch->keyframe >= 0) touch->keyframe += kSecond;
+  if (touch->trial >= 0) touch->trial += kSecond;
   touch_ = std::move(touch);
 }
 

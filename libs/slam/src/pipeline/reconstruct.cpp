@@ -3,7 +3,6 @@
 #include <chrono>
 
 #include "gelslam/core/run_folder.hpp"
-#include "gelslam/core/text.hpp"
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/gel_slam.hpp"
 #include "gelslam/slam/surface_stream.hpp"
@@ -37,12 +36,10 @@ bool track_log(SurfaceStream& stream, GelSlam& slam, const ContinuedScan& scan, 
   return stopped;
 }
 
-std::string warnings_of(const SurfaceStream& stream, const ScanRecord& record) {
-  std::string text;
-  for (const std::string& warning : record.warnings) append_sentence(text, warning);
-  for (const std::string& doubt : stream.background_doubts()) append_sentence(text, doubt);
-  append_sentence(text, stream.warning());
-  return text;
+std::vector<std::string> warnings_of(const SurfaceStream& stream, std::vector<std::string> warnings) {
+  for (const auto& more : {stream.background_doubts(), stream.warnings()})
+    warnings.insert(warnings.end(), more.begin(), more.end());
+  return warnings;
 }
 
 RunFolderOptions folder_options(std::vector<std::filesystem::path> inputs, bool overwrite) {
@@ -72,7 +69,7 @@ Run map_log(const LogInput& input, const Config& config, ProgressSink& progress,
   }
   run.account = {input.log, stream.description(), {}, {}, std::nullopt};
   run.account.summary.partial = partial;
-  run.account.summary.warning = warnings_of(stream, scan.record);
+  run.account.summary.warnings = warnings_of(stream, scan.record.warnings);
   return run;
 }
 
@@ -88,7 +85,7 @@ Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progr
   run.account.times = timer.statistics();
   ReconstructSummary summary = summarize(run.map, run.mesh);
   summary.partial = run.account.summary.partial;
-  summary.warning = run.account.summary.warning;
+  summary.warnings = run.account.summary.warnings;
   summary.seconds = std::chrono::duration<double>(Clock::now() - start).count();
   run.account.summary = std::move(summary);
   return run;

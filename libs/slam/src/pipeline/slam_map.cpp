@@ -41,6 +41,12 @@ const MapSnapshot::Node* MapSnapshot::find(int keyframe) const {
   return node != nodes.end() && node->keyframe == keyframe ? &*node : nullptr;
 }
 
+const MapSnapshot::Node* MapSnapshot::newest_of(int trial) const {
+  const auto node =
+      std::find_if(nodes.rbegin(), nodes.rend(), [trial](const Node& n) { return n.trial == trial; });
+  return node != nodes.rend() ? &*node : nullptr;
+}
+
 std::vector<PosedSurface> posed_surfaces(const MapSnapshot& map) {
   std::vector<PosedSurface> patches;
   for (const MapSnapshot::Node& node : map.nodes)
@@ -88,49 +94,25 @@ std::string describe(const MapCompleteness& completeness) {
     text = counted(completeness.pieces_not_joined, "piece") + " not joined";
   if (completeness.frames_not_in_mesh > 0)
     append_sentence(text, counted(completeness.frames_not_in_mesh, "frame") + " not in the mesh");
-  if (completeness.pieces_not_joined > 0) append_sentence(text, "touch a place between them");
+  if (completeness.pieces_not_joined > 0)
+    append_sentence(text, "next time cross places that you touched before");
   return text;
-}
-
-namespace {
-
-nlohmann::json read_report(const std::filesystem::path& run_folder) {
-  std::ifstream stream(run_folder / "report.json");
-  return nlohmann::json::parse(stream, nullptr, /*allow_exceptions=*/false);
-}
-
-}  // namespace
-
-std::optional<MapCompleteness> read_completeness(const std::filesystem::path& run_folder) {
-  const nlohmann::json report = read_report(run_folder);
-  try {
-    const nlohmann::json& frames = report.at("frames");
-    const auto components = report.at("components").get<int>();
-    const auto not_in_mesh =
-        frames.at("tracked").get<std::int64_t>() - frames.at("in_map").get<std::int64_t>();
-    return MapCompleteness{std::max(components - 1, 0), std::max<std::int64_t>(not_in_mesh, 0)};
-  } catch (const nlohmann::json::exception&) {
-    return std::nullopt;
-  }
 }
 
 std::vector<std::string> reservations(const MapCompleteness& completeness,
                                       const TrajectoryUncertainty& uncertainty) {
-  std::vector<std::string> sentences = {describe(completeness), describe(uncertainty)};
-  std::erase(sentences, "");
+  std::vector<std::string> sentences = describe(uncertainty);
+  if (!completeness.complete()) sentences.insert(sentences.begin(), describe(completeness));
   return sentences;
 }
 
 std::vector<std::string> read_reservations(const std::filesystem::path& run_folder) {
-  std::vector<std::string> sentences =
-      reservations(read_completeness(run_folder).value_or(MapCompleteness{}), {});
-  try {  // a scan that was not finished has none
-    sentences.push_back(read_report(run_folder).at("uncertainty").at("description").get<std::string>());
-  } catch (const nlohmann::json::exception&) {
-    return sentences;
+  std::ifstream stream(run_folder / "report.json");
+  try {
+    return nlohmann::json::parse(stream).at("reservations").get<std::vector<std::string>>();
+  } catch (const nlohmann::json::exception&) {  // nothing was saved yet, or it is damaged
+    return {};
   }
-  std::erase(sentences, "");
-  return sentences;
 }
 
 }  // namespace gelslam

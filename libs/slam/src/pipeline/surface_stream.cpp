@@ -73,7 +73,7 @@ bool FrameToSurface::is_shifted(const cv::Mat3b& bgr, std::int64_t index) {
 std::string FrameToSurface::warning() const {
   if (shifted_ == 0) return "";
   return "left out " + counted(shifted_, "picture") +
-         " shifted sideways on the way from the camera (the first: " + first_shifted_ + ")";
+         " shifted sideways, as by USB faults (the first: " + first_shifted_ + "): check the cable";
 }
 
 void FrameToSurface::gather_background(const cv::Mat3b& bgr, std::int64_t index) {
@@ -88,7 +88,9 @@ void FrameToSurface::gather_background(const cv::Mat3b& bgr, std::int64_t index)
     throw Error("the named frames should show the bare gel, but " + refusal_.reason);
   const bool is_refused = refusal_.markers || (refusal_.contact && !named_);
   if (is_refused && !force_) return;
-  if (refusal_.contact) doubts_.push_back("the background shows contact: " + refusal_.reason);
+  if (refusal_.contact)
+    doubts_.emplace_back(
+        "the background shows contact, and surfaces may be wrong: record the bare gel again");
   refusal_ = {};
   set_background(background_image(pictures));
   candidates_.clear();
@@ -107,7 +109,7 @@ std::optional<BareStretch> FrameToSurface::take_bare_stretch(const std::deque<Ta
   set_background(background_image({first, first + static_cast<std::ptrdiff_t>(stretch->count)}));
   doubts_.push_back("the background is that of frames " + std::to_string(seen[stretch->begin].index) +
                     " to " + std::to_string(seen[stretch->begin + stretch->count - 1].index) +
-                    "; earlier ones do not agree with them, as a camera's old buffers, and are left out");
+                    ", not the old ones before; --background-frames A-B names others");
   return stretch;
 }
 
@@ -189,10 +191,10 @@ std::optional<TactileImage> SurfaceStream::next_image() {
   return image;
 }
 
-std::string SurfaceStream::warning() const {
-  std::string text = source_->warning();
-  append_sentence(text, frames_.warning());
-  return text;
+std::vector<std::string> SurfaceStream::warnings() const {
+  std::vector<std::string> warnings = {source_->warning(), frames_.warning()};
+  std::erase(warnings, "");
+  return warnings;
 }
 
 }  // namespace gelslam

@@ -33,7 +33,7 @@ class HiddenFrames {
  public:
   void pass(const FrameRecord& frame) {
     if (std::exchange(trial_, frame.trial) != frame.trial) waiting_ = {};
-    motions_.pass(frame.trial, frame.time_s, frame.observable);
+    motions_.pass(frame.trial, frame.observable);
     for (std::size_t motion = 0; motion < kMotions; ++motion) {
       Hidden& waiting = waiting_[motion];
       if (frame.observable[motion]) {
@@ -91,15 +91,19 @@ TrajectoryUncertainty trajectory_uncertainty(const std::vector<FrameRecord>& fra
   return result;
 }
 
-std::string describe(const TrajectoryUncertainty& uncertainty) {
+std::vector<std::string> describe(const TrajectoryUncertainty& uncertainty) {
   std::string amounts;
   if (uncertainty.mm.amount > kLargeDriftMm) amounts = fmt::format("{:.2g} mm", uncertainty.mm.amount);
   if (uncertainty.deg.amount > kLargeDriftDeg)
     amounts += fmt::format("{}{:.0f} degrees", amounts.empty() ? "" : " and ", uncertainty.deg.amount);
-  std::string text = amounts.empty() ? "" : "poses may be off by " + amounts;
-  if (uncertainty.deg.amount > kSenselessDeg && uncertainty.mm.amount > kSenselessMm)
-    text += " (is the picture mirrored, or the model another sensor's?)";
-  if (uncertainty.hidden.empty()) return text;
+  if (!amounts.empty()) {
+    const bool senseless = uncertainty.deg.amount > kSenselessDeg && uncertainty.mm.amount > kSenselessMm;
+    return {"poses may be off by " + amounts +
+            (senseless ? ": is the picture mirrored, or the model another sensor's?"
+                       : ": return to where you began") +
+            (senseless || uncertainty.hidden.empty() ? "" : ", and press on texture")};
+  }
+  if (uncertainty.hidden.empty()) return {};
   std::array<bool, kMotions> observable;
   observable.fill(true);
   std::int64_t frames = 0;
@@ -109,9 +113,8 @@ std::string describe(const TrajectoryUncertainty& uncertainty) {
     frames = std::max(frames, hidden.frames);
     first_time_s = std::min(first_time_s, hidden.first_time_s);
   }
-  append_sentence(text, fmt::format("{}: up to {}, from {:.1f} s on", describe_observability(observable),
-                                    counted(frames, "frame"), first_time_s));
-  return text;
+  return {fmt::format("{} in {}, from {:.1f} s on: press on texture", describe_observability(observable),
+                      counted(frames, "frame"), first_time_s)};
 }
 
 }  // namespace gelslam

@@ -85,16 +85,16 @@ std::string describe_drift(const Vector6d& sigma) {
   return where.empty() ? "" : "may be off by " + where + " since the trial began";
 }
 
-void HiddenMotions::pass(int trial, double time_s, const std::array<bool, 6>& observable) {
+void HiddenMotions::pass(int trial, const std::array<bool, 6>& observable) {
   if (trial != trial_) {
     trial_ = trial;
     observable_.fill(true);
-    agreed_s_.fill(time_s);
+    differing_.fill(0);
   }
   for (std::size_t axis = 0; axis < observable.size(); ++axis) {
-    if (observable[axis] != observable_[axis] && time_s - agreed_s_[axis] >= kLastingS)
+    if (observable[axis] != observable_[axis] && ++differing_[axis] > kLastingFrames)
       observable_[axis] = observable[axis];
-    if (observable[axis] == observable_[axis]) agreed_s_[axis] = time_s;
+    if (observable[axis] == observable_[axis]) differing_[axis] = 0;
   }
 }
 

@@ -98,7 +98,7 @@ FuseSummary finish_scan(const FuseRequest& request, const Config& config, Target
   const Mesh mesh = fuse_map(map, config.slam.fusion, &progress);
   account.log_description = "the session of a scan that was not finished";
   account.summary = summarize(map, mesh);
-  for (const std::string& warning : record.warnings) append_sentence(account.summary.warning, warning);
+  account.summary.warnings = record.warnings;
   if (target.folder) {
     write_run(target.folder->path(), config, map, mesh, account);
     target.folder->commit();

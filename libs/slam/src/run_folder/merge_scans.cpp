@@ -232,7 +232,7 @@ Run write_joined(const fs::path& folder, const Config& config, const ScanRecord&
   ReconstructSummary& summary = run.account.summary;
   summary = summarize(run.map, run.mesh);
   summary.partial = stop_requested();
-  for (const std::string& warning : all.warnings) append_sentence(summary.warning, warning);
+  summary.warnings = all.warnings;
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   write_run(folder, config, run.map, run.mesh, run.account);
   return run;
@@ -350,7 +350,7 @@ Run reconstruct_rig(const RigRequest& request, ProgressSink& progress,
     const Run run = map_log(request.inputs[sensor], configs[sensor], progress, stop_requested, {}, timer);
     records.push_back(run.map.measured);
     correct_alone(records.back(), logs[sensor], corrections_of(run.map), config);
-    if (!run.account.summary.warning.empty()) records.back().warnings.push_back(run.account.summary.warning);
+    records.back().warnings = run.account.summary.warnings;
   }
   if (records.size() < 2) throw Error("stopped before both logs were tracked; nothing was written");
   config.slam.gradient_scale.estimate = false;

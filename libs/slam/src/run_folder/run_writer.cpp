@@ -94,8 +94,7 @@ ordered_json uncertainty_fields(const TrajectoryUncertainty& uncertainty) {
   const auto drift = [](const TrajectoryUncertainty::Drift& worst) {
     return ordered_json{{"amount", worst.amount}, {"frame", worst.frame}, {"time_s", worst.time_s}};
   };
-  ordered_json fields = {{"description", describe(uncertainty)},
-                         {"drift_mm", drift(uncertainty.mm)},
+  ordered_json fields = {{"drift_mm", drift(uncertainty.mm)},
                          {"drift_deg", drift(uncertainty.deg)},
                          {"not_observable", ordered_json::array()}};
   for (const TrajectoryUncertainty::Hidden& hidden : uncertainty.hidden)
@@ -139,7 +138,8 @@ ordered_json report(const Config& config, const SlamMap& map, const RunAccount& 
   json["model"] = config.sensor.calibration_model_path.string();
   json["optics"] = optics_fields(config);
   json["partial"] = summary.partial;
-  if (!summary.warning.empty()) json["warning"] = summary.warning;
+  if (!summary.warnings.empty()) json["warnings"] = summary.warnings;
+  json["reservations"] = reservations(summary.completeness, summary.uncertainty);
   if (!summary.parts.empty()) {
     json["parts"] = summary.parts;
     json["logs"] = part_logs(map);
@@ -198,9 +198,7 @@ ReconstructSummary summarize(const SlamMap& map, const Mesh& mesh) {
   summary.in_map = std::count_if(map.frames.begin(), map.frames.end(),
                                  [&](const FrameRecord& f) { return map.has_pose(f); });
   summary.completeness.pieces_not_joined = std::max(map.components - 1, 0);
-  summary.completeness.frames_not_in_mesh = std::count_if(
-      map.frames.begin(), map.frames.end(),
-      [&](const FrameRecord& f) { return f.status == TrackStatus::tracked && !map.has_pose(f); });
+  summary.completeness.frames_not_in_mesh = summary.tracked - summary.in_map;
   summary.uncertainty = map.uncertainty;
   summary.has_rig = !map.measured.rig.constraints.empty();
   summary.rig = map.rig;

@@ -28,7 +28,7 @@ std::vector<std::string> describe_parts(const SlamMap& map) {
   if (parts.size() < 2) return {};
   std::vector<Joined> joined(parts.size());
   for (const FrameRecord& frame : map.frames) {
-    if (frame.keyframe < 0) continue;
+    if (frame.status != TrackStatus::tracked) continue;
     Joined& part = joined[part_of_frame(parts, frame.frame)];
     part.trials.insert(frame.trial);
     ++part.frames;

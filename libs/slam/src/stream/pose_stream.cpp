@@ -73,9 +73,8 @@ std::optional<MapPlace> place_of(const TrackedFrame& frame, const MapSnapshot& m
   if (frame.status != TrackStatus::tracked) return std::nullopt;
   if (const MapSnapshot::Node* node = map.find(frame.keyframe->id))
     return MapPlace{normalized(node->component_T_keyframe * frame.keyframe_T_frame), node->component};
-  const auto newest = std::find_if(map.nodes.rbegin(), map.nodes.rend(),
-                                   [&](const MapSnapshot::Node& node) { return node.trial == frame.trial; });
-  if (newest == map.nodes.rend()) return std::nullopt;
+  const MapSnapshot::Node* newest = map.newest_of(frame.trial);
+  if (newest == nullptr) return std::nullopt;
   const Pose keyframe_T_frame = newest->trial_T_keyframe.inverse() * frame.trial_T_frame;
   return MapPlace{normalized(newest->component_T_keyframe * keyframe_T_frame), newest->component};
 }

@@ -123,10 +123,10 @@ float draw_banner(Ui& ui, const Box& view, const LiveFrame& frame, double now_s)
     ui.fill(bar, theme::kRaised, 3);
     ui.fill({bar.x + 0.75F * share * bar.width, bar.y, 0.25F * bar.width, bar.height}, theme::kBlue, 3);
   }
-  const auto note = [&](Color color, const std::string& sentence) {
-    box = ui.card(x, box.bottom() + ui.px(10), most, color, {{Face::body, theme::kText, sentence}});
-  };
-  if (!frame.status.warning.empty()) note(theme::kAmber, frame.status.warning);
+  std::vector<Paragraph> warnings;
+  for (const std::string& warning : frame.status.warnings)
+    warnings.push_back({Face::body, theme::kText, sentences(warning)});
+  if (!warnings.empty()) box = ui.card(x, box.bottom() + ui.px(10), most, theme::kAmber, warnings);
   return box.bottom();
 }
 

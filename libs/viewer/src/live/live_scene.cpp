@@ -7,8 +7,18 @@
 namespace gelslam::viewer::detail {
 namespace {
 
-/// A touch whose keyframe is not on the map yet keeps its last place for this time: the map comes later.
-constexpr double kPatienceS = 1.0;
+/// Refers to a keyframe that the map has: until the touch's own comes, to the newest of its trial. The mapper
+/// may be busy for long.
+std::shared_ptr<const LiveTouch> on_map(const std::shared_ptr<const LiveTouch>& touch,
+                                        const MapSnapshot& map) {
+  if (!touch || touch->keyframe < 0 || map.find(touch->keyframe) != nullptr) return touch;
+  const MapSnapshot::Node* newest = map.newest_of(touch->trial);
+  if (newest == nullptr) return touch;
+  auto placed = std::make_shared<LiveTouch>(*touch);
+  placed->keyframe = newest->keyframe;
+  placed->keyframe_T_frame = newest->trial_T_keyframe.inverse() * touch->trial_T_frame;
+  return placed;
+}
 
 }  // namespace
 
@@ -22,8 +32,7 @@ bool LiveScene::take_news(LiveSession& session, const OrbitCamera& camera, doubl
     take_pictures(std::move(touches));
     news = true;
   }
-  const auto touch = session.touch();
-  if (touch != touch_) {
+  if (const auto touch = session.touch(); touch != newest_) {
     take_touch(touch);
     news = true;
   }
@@ -34,8 +43,9 @@ bool LiveScene::take_news(LiveSession& session, const OrbitCamera& camera, doubl
     trajectory_is_old_ = true;
     news = true;
   }
+  if (news) touch_ = on_map(newest_, *map_);
   const bool piece_changed = follow_piece(camera, news, now_s);
-  if (news || piece_changed) place_touch(now_s);
+  if (news || piece_changed) place_touch();
   return news || piece_changed;
 }
 
@@ -50,11 +60,8 @@ bool LiveScene::follow_piece(const OrbitCamera& camera, bool news, double now_s)
 }
 
 void LiveScene::take_touch(const std::shared_ptr<const LiveTouch>& touch) {
-  touch_ = touch;
-  if (touch_ && touch_->keyframe >= 0) {
-    const MapSnapshot::Node* node = map_ ? map_->find(touch_->keyframe) : nullptr;
-    samples_.push_back({touch_->keyframe, node ? node->trial : -1, touch_->keyframe_T_frame});
-  }
+  newest_ = touch;
+  if (touch && touch->keyframe >= 0) samples_.push_back({touch->keyframe, touch->keyframe_T_frame});
 }
 
 void LiveScene::take_pictures(std::vector<std::shared_ptr<const LiveTouch>> touches) {
@@ -67,19 +74,14 @@ void LiveScene::take_pictures(std::vector<std::shared_ptr<const LiveTouch>> touc
   }
 }
 
-void LiveScene::place_touch(double now_s) {
-  const MapSnapshot::Node* node = touch_ && touch_->keyframe >= 0 ? map_->find(touch_->keyframe) : nullptr;
-  const bool touching = touch_ && touch_->keyframe >= 0 && touch_->surface;
-  const std::optional<Pose> in_piece = piece_.map_T_touch();
-  const bool apart = node != nullptr && node->component != map_->shown_component;
-  if (touching && node != nullptr && !apart) {
-    placed_ = TouchPatch{touch_->surface, node->component_T_keyframe * touch_->keyframe_T_frame,
-                         map_->gradient_scale.mean()};
-    placed_s_ = now_s;
-  } else if (touching && in_piece) {
-    placed_ = TouchPatch{touch_->surface, *in_piece, map_->gradient_scale.mean()};
-  } else if (!touching || apart || now_s - placed_s_ > kPatienceS) {
-    placed_.reset();
+void LiveScene::place_touch() {
+  placed_.reset();
+  if (touch_ && touch_->keyframe >= 0 && touch_->surface) {
+    const MapSnapshot::Node* node = map_->find(touch_->keyframe);
+    std::optional<Pose> map_T_touch = piece_.map_T_touch();
+    if (node != nullptr && node->component == map_->shown_component)
+      map_T_touch = node->component_T_keyframe * touch_->keyframe_T_frame;
+    if (map_T_touch) placed_ = TouchPatch{touch_->surface, *map_T_touch, map_->gradient_scale.mean()};
   }
   scene_.set_touch(placed_);
 }

@@ -31,25 +31,23 @@ class LiveScene {
  private:
   struct Sample {  // of the sensor's trajectory
     int keyframe;
-    int trial;
     Pose keyframe_T_frame;
   };
 
   void take_touch(const std::shared_ptr<const LiveTouch>& touch);
   void take_pictures(std::vector<std::shared_ptr<const LiveTouch>> touches);
-  void place_touch(double now_s);
+  void place_touch();
   bool follow_piece(const OrbitCamera& camera, bool news, double now_s);
   void rebuild_trajectory();
 
   Scene scene_;
   Texture tactile_, second_picture_;
   cv::Vec3b outline_bgr_;
-  std::shared_ptr<const LiveTouch> touch_;
+  std::shared_ptr<const LiveTouch> newest_, touch_;        // as it came; on the map
   std::vector<std::shared_ptr<const LiveTouch>> touches_;  // by sensor
   std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
   LoosePiece piece_;
   std::optional<TouchPatch> placed_;
-  double placed_s_ = 0;
   bool trajectory_is_old_ = false;
   std::vector<Sample> samples_;
 };

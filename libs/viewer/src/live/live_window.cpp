@@ -68,7 +68,10 @@ bool LiveWindow::advance(double now_s, double dt_s) {
     show_all();
   }
   bool changed = scene_.take_news(session_, camera_, now_s);
-  if (scene_.piece().take_joined()) controls_.say("Joined to the map.", now_s);
+  if (scene_.piece().take_joined())
+    controls_.say(
+        frame_.status.components > 1 ? "Joined to the map; other pieces are not yet." : "Joined to the map.",
+        now_s);
   changed |= move_camera(dt_s) || follow_touch(dt_s);
   return changed;
 }
@@ -81,7 +84,11 @@ bool LiveWindow::follow_touch(double dt_s) {
     both.extend(scene_.piece().box_mm());
     return glide(camera_.fitted(both, viewport()), dt_s);
   }
-  return scene_.touch() && follow(scene_.touch()->map_T_sensor, dt_s);
+  if (!scene_.touch()) return false;
+  Pose seen = scene_.touch()->map_T_sensor;  // in the middle of what the banner leaves free
+  const float up_mm = 0.5F * banner_px_ * camera_.mm_per_px(camera_.distance_mm(), viewport());
+  seen.translation() += (up_mm * camera_.map_R_camera().col(1)).cast<double>();
+  return follow(seen, dt_s);
 }
 
 void LiveWindow::look_at_figures(double now_s) {
@@ -145,6 +152,7 @@ void LiveWindow::draw_frame(Ui& ui, double now_s) {
   if (controls_.shows_panels()) {
     draw_marks(ui, style, scene_.scene().legend(style));
     const float bottom = draw_banner(ui, view(), frame_, now_s);
+    banner_px_ = bottom - view().y;
     const Box below{view().x, bottom, view().width, view().bottom() - bottom};
     if (frame_.status.keyframes == 0 && frame_.status.phase < LivePhase::finishing)
       draw_start(ui, below, frame_);
@@ -189,6 +197,8 @@ namespace gelslam {
 
 WindowEnd run_live_window(LiveSession& session, const WindowOptions& options) {
   viewer::detail::LiveWindow window(session, options);
+  for (int picture = 0; picture < 2; ++picture) window.turn(0, true);  // panels know their size in the second
+  if (options.when_shown) options.when_shown();
   window.run();
   return {window.controls().next_step(), window.script_left()};
 }

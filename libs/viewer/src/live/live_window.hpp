@@ -84,7 +84,7 @@ class LiveWindow : public SceneLoop {
   LiveFrame frame_;
   double figures_s_ = -1e9;
   Box side_;
-  float covered_px_ = 0;  ///< on the view's left
+  float covered_px_ = 0, banner_px_ = 0;  ///< on the view's left; at its top
 };
 
 }  // namespace gelslam::viewer::detail

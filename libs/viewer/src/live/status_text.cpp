@@ -75,6 +75,7 @@ StateWords state_words(const LiveStatus& status) {
   StateWords words = usual_words(status);
   if (status.phase == LivePhase::scanning) {
     say_while_scanning(status.words, words);
+    if (status.saving) words.advice += words.advice.empty() ? "Saving\u2026" : " Saving\u2026";
   } else if (status.phase == LivePhase::background || status.phase == LivePhase::finishing) {
     const std::string progress = status.progress.empty() ? "" : ": " + status.progress;
     if (std::string said = sentences(status.words + progress); !said.empty()) words.advice = std::move(said);
@@ -86,9 +87,9 @@ StateWords state_words(const LiveStatus& status) {
                        : "Not all may be saved. Q closes.";
   } else if (status.phase == LivePhase::finished && !status.reservations.empty()) {
     words.color = theme::kAmber;
-    words.advice.clear();
+    words.advice = "Saved. ";
     for (const std::string& reservation : status.reservations) words.advice += sentences(reservation) + " ";
-    words.advice += "The rest is saved. Q closes.";
+    words.advice += "Q closes.";
   }
   return words;
 }

@@ -95,7 +95,7 @@ bool MapWindow::advance(double /*now_s*/, double dt_s) {
   const std::shared_ptr<const LocatedTouch> touch = touches_.newest;
   const bool is_new = touch != touch_;
   if (is_new) show(touch);
-  if (touches_.have_ended) frame_.status.warning = "There are no more frames. Q closes.";
+  if (touches_.have_ended) frame_.status.warnings = {"There are no more frames. Q closes."};
   return move_camera(dt_s) || follow_touch(dt_s) || is_new || !scene_.statistics().complete;
 }
 

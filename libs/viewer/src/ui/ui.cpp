@@ -4,6 +4,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cfloat>
 #include <cmath>
 
@@ -141,7 +142,7 @@ void Ui::image(const Texture& texture, const Box& box, double rounding) {
 float Ui::width_of(Face face, std::string_view text) const { return size_of(face, text, 0).x; }
 float Ui::height_of(Face face) const { return font_of(face)->FontSize; }
 float Ui::height_of(Face face, std::string_view text, float wrap_width) const {
-  return size_of(face, text, wrap_width).y;
+  return size_of(face, wrapped(face, text, wrap_width), wrap_width).y;
 }
 
 /// As much of both ends as there is room for.
@@ -174,13 +175,30 @@ std::string Ui::fitted(Face face, std::string_view text, float width, Cut cut) c
   return "";
 }
 
+/// ImGui would break at a decimal point, too; a word that is too wide is left to it.
+std::string Ui::wrapped(Face face, std::string_view text, float width) const {
+  std::string lines(text);
+  std::size_t line = 0, blank = 0;
+  for (std::size_t i = 1; width > 0 && i <= lines.size(); ++i) {
+    const bool after_number = std::isdigit(static_cast<unsigned char>(lines[i - 1])) != 0;
+    if (i < lines.size() && (lines[i] != ' ' || after_number)) continue;
+    if (blank > line && width_of(face, std::string_view(lines).substr(line, i - line)) > width) {
+      lines[blank] = '\n';
+      line = blank + 1;
+    }
+    blank = i;
+  }
+  return lines;
+}
+
 void Ui::text_at(Face face, float x, float y, Color color, std::string_view text, float wrap_width) {
   ImFont* font = font_of(face);
   const ImVec2 corner(std::round(x), std::round(y));  // whole pixels: sharp letters
-  const ImVec2 size = size_of(face, text, wrap_width);
+  const std::string shown = wrapped(face, text, wrap_width);
+  const ImVec2 size = size_of(face, shown, wrap_width);
   if (panel_depth_ > 0 && !ImGui::IsRectVisible(corner, {corner.x + size.x, corner.y + size.y})) return;
   list_at(panel_depth_)
-      ->AddText(font, font->FontSize, corner, color, text.data(), text.data() + text.size(), wrap_width);
+      ->AddText(font, font->FontSize, corner, color, shown.data(), shown.data() + shown.size(), wrap_width);
   texts_.push_back({std::string(text), {corner.x, corner.y, size.x, size.y}, color});
 }
 

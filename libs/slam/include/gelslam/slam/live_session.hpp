@@ -21,14 +21,15 @@ struct LiveStatus {
   LivePhase phase = LivePhase::background;
   /// For the color of `words`. `lost` lasts until what is touched now has been joined to the shown map.
   TrackStatus track = TrackStatus::no_contact;
-  /// "tracking"; "tracking; sliding along x is not observable on this surface"; "no contact";
+  /// "tracking"; "tracking; sliding along x is not observable"; "no contact";
   /// "lost: too little overlap; touch a place you have seen"
   std::string words;
   std::string progress;  ///< of the last steps, while finishing: "34%, 12 s left"; or ""
-  std::string warning;   ///< what is wrong for longer than a frame (log stopped: disk full; background
-                         ///< doubtful), or ""
+  /// What is wrong for longer than a frame (log stopped: disk full; background doubtful).
+  std::vector<std::string> warnings;
   std::string
       failure;  ///< what ended the scan, or kept it from being saved whole; also among the warnings; or ""
+  bool saving = false;              ///< save_now() is at work; tracking goes on
   std::string run_folder;           ///< where it is saved; "" without one
   std::string source;               ///< RawFrameSource::description()
   double rate_hz = 0;               ///< measured over the last seconds
@@ -56,6 +57,8 @@ struct LiveTouch {
   TrackStatus status = TrackStatus::no_contact;
   int keyframe = -1;  ///< -1 without contact
   Pose keyframe_T_frame = Pose::Identity();
+  int trial = -1;
+  Pose trial_T_frame = Pose::Identity();
   std::string hidden;  ///< motions that have not been observable for a while, in words; or ""
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -36,7 +37,9 @@ struct LiveOptions {
   std::optional<LogAttachments> record;
   bool record_resized = false;  ///< at the profile's resolution, as PNG, instead of the sensor's own bytes
   std::shared_ptr<PoseStream> stream;  ///< gets every frame's pose; null: none
-  bool show_mesh = true;               ///< false: nobody calls take_mesh_changes(), no mesh grows for it
+  /// A log waits until this is true; what a camera sees before is recorded, and left out. None: at once.
+  std::function<bool()> begins;
+  bool show_mesh = true;  ///< false: nobody calls take_mesh_changes(), no mesh grows for it
 };
 
 /// Throws Error when LiveSlam would refuse the run folder: to be asked before a camera is disturbed. Makes

@@ -37,6 +37,8 @@ struct MapSnapshot {
   GradientScale gradient_scale;  ///< of the surfaces: heights and slopes are to be divided by it
 
   const Node* find(int keyframe) const;  ///< null when it is not there
+  /// The newest of a trial: it places what is tracked until the map has that keyframe. Null without one.
+  const Node* newest_of(int trial) const;
 };
 
 }  // namespace gelslam

@@ -25,9 +25,9 @@ struct ReconstructSummary {
   std::optional<RigPose> rig;  ///< nothing: it is not determined
   std::size_t vertices = 0, triangles = 0;
   double seconds = 0;
-  bool partial = false;            ///< stopped before the log's end
-  std::string warning;             ///< what was not right with the log, or ""
-  std::vector<std::string> parts;  ///< describe_parts()
+  bool partial = false;               ///< stopped before the log's end
+  std::vector<std::string> warnings;  ///< what was not right with the log, for people
+  std::vector<std::string> parts;     ///< describe_parts()
 };
 
 /// How a live scan went, beside its map.

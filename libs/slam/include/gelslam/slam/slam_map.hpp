@@ -53,8 +53,10 @@ struct SlamMap {
   }
   /// Poses of all frames that have one, in the map's frame.
   std::vector<StampedPose> trajectory() const;
+  /// Tracked, in the map. A lost frame that begins a trial has a keyframe, but is not tracked.
   bool has_pose(const FrameRecord& f) const {
-    return f.keyframe >= 0 && in_map[static_cast<std::size_t>(f.keyframe)];
+    return f.status == TrackStatus::tracked && f.keyframe >= 0 &&
+           in_map[static_cast<std::size_t>(f.keyframe)];
   }
 };
 
@@ -76,17 +78,13 @@ struct MapCompleteness {
   bool complete() const { return pieces_not_joined == 0 && frames_not_in_mesh == 0; }
 };
 
-/// "1 piece not joined; 16 frames not in the mesh; touch a place between them"; "" when the mesh shows all.
+/// "1 piece not joined; 16 frames not in the mesh; next time cross places that you touched before", or "".
 std::string describe(const MapCompleteness& completeness);
-
-/// The completeness of a saved run, from its report.json. Nothing when there is no
-/// report, it is damaged, or nothing was saved yet.
-std::optional<MapCompleteness> read_completeness(const std::filesystem::path& run_folder);
 
 /// What a user has to know beside a result: describe() of both, where they are not empty.
 std::vector<std::string> reservations(const MapCompleteness& completeness,
                                       const TrajectoryUncertainty& uncertainty);
-/// The same of a saved run, from its report.json.
+/// The same of a saved run, from its report.json; none where that is damaged.
 std::vector<std::string> read_reservations(const std::filesystem::path& run_folder);
 
 }  // namespace gelslam

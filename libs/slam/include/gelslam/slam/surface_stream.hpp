@@ -90,7 +90,7 @@ class SurfaceStream {
   /// FrameToSurface::doubts().
   const std::vector<std::string>& background_doubts() const { return frames_.doubts(); }
   /// What was wrong with the log, for the user, or "" (complete at the end).
-  std::string warning() const;
+  std::vector<std::string> warnings() const;
 
  private:
   bool look_further(std::deque<TactileImage> seen, std::size_t most);

@@ -36,9 +36,9 @@ TrajectoryUncertainty trajectory_uncertainty(const std::vector<FrameRecord>& fra
                                              const std::vector<bool>& in_map,
                                              const std::map<int, Matrix6d>& anchor_T_keyframe);
 
-/// "poses may be off by 1.6 mm and 6 degrees; sliding along x is not observable on this surface: up to 10
-/// frames, from 0.4 s on": the drift where it is large (kLargeDriftMm), and what was not observable. "" where
-/// there is nothing to say.
-std::string describe(const TrajectoryUncertainty& uncertainty);
+/// "poses may be off by 1.6 mm and 6 degrees: return to where you began" where the drift is large
+/// (kLargeDriftMm), else what was not observable: "twisting is not observable in 10 frames, from 0.4 s on:
+/// press on texture". At most one sentence.
+std::vector<std::string> describe(const TrajectoryUncertainty& uncertainty);
 
 }  // namespace gelslam

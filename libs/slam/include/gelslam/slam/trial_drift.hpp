@@ -40,11 +40,12 @@ inline constexpr double kLargeDriftMm = 1.0, kLargeDriftDeg = 5.0;
 /// "".
 std::string describe_drift(const Vector6d& sigma);
 
-/// Motions that are not observable, for display: a change counts once it has lasted for half a second.
+/// Motions that are not observable, for display: a change counts once it has lasted. Counted in frames, so
+/// that a log says the same at any rate.
 class HiddenMotions {
  public:
-  /// Takes the observability of a tracked frame. Times must not decrease.
-  void pass(int trial, double time_s, const std::array<bool, 6>& observable);
+  /// Takes the observability of a tracked frame.
+  void pass(int trial, const std::array<bool, 6>& observable);
 
   /// describe_observability() of what has lasted; "" at the start of a trial.
   std::string words() const;
@@ -52,11 +53,11 @@ class HiddenMotions {
   const std::array<bool, 6>& observable() const { return observable_; }
 
  private:
-  static constexpr double kLastingS = 0.5;
+  static constexpr int kLastingFrames = 12;  // half a second at 25 Hz
 
   int trial_ = -1;
   std::array<bool, 6> observable_{};  ///< as reported
-  std::array<double, 6> agreed_s_{};  ///< when a frame last agreed with it
+  std::array<int, 6> differing_{};    ///< frames since one agreed with it
 };
 
 }  // namespace gelslam

@@ -112,6 +112,8 @@ class Ui {
   /// Shortened until it fits, at its start ("…/run/mesh.ply", of a path the end says most) or at its end.
   std::string fitted(Face face, std::string_view text, float width, Cut cut) const;
   std::string fitted_in_the_middle(Face face, std::string_view text, float width) const;
+  /// With line breaks (width 0: without) at blanks, but not between a number and what it counts.
+  std::string wrapped(Face face, std::string_view text, float width) const;
   void text_at(Face face, float x, float y, Color color, std::string_view text, float wrap_width = 0);
   void text_right(Face face, float right, float y, Color color, std::string_view text);
   void text_centered(Face face, const Box& box, Color color, std::string_view text);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 
 #include "gelslam/slam/live_session.hpp"
@@ -14,6 +15,7 @@ struct WindowOptions : viewer::WindowLoopOptions {
   /// needed.
   bool keeps_run = true;
   bool can_go_on = false;            ///< the finished run can be continued: there is a camera
+  std::function<void()> when_shown;  ///< called once, after the first picture
   std::string next_run_folder = {};  ///< where another scan would go; empty: there is no camera for one
 };
 
