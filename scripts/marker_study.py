@@ -27,7 +27,8 @@ def measure(arguments, name, seed, dots):
     result = folder / "result.json"
     if not result.exists():
         call(arguments.program, "simulate", "scan", "--object", name, "--motion", "allover", "--frames", arguments.frames,
-             "--seed", seed, "-o", folder, "--overwrite", "-q", *(["--dots=%g" % arguments.spacing] if dots else []))
+             "--optics", "flat", "--seed", seed,  # as in docs/results.md
+             "-o", folder, "--overwrite", "-q", *(["--dots=%g" % arguments.spacing] if dots else []))
         call(arguments.program, "reconstruct", folder, "-o", folder / "run", "-q", "--overwrite")
         result.write_bytes(call(arguments.program, "evaluate", folder / "run", "--truth", folder, "--json", "-q"))
     return json.loads(result.read_text())

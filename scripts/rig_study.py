@@ -121,7 +121,8 @@ def main():
     if not arguments.calibration:
         arguments.calibration = arguments.out / "calibration"
         if not arguments.calibration.exists():
-            call(arguments.program, "simulate", "calibration", "-o", arguments.calibration, "-q")
+            call(arguments.program, "simulate", "calibration", "--optics", "flat",  # as in docs/results.md
+                 "-o", arguments.calibration, "-q")
     if arguments.thickness:
         study_thickness(arguments)
         return

@@ -11,6 +11,7 @@
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/run_folder.hpp"
+#include "gelslam/sensor/sensor_profile.hpp"
 #include "gelslam/simulation/calibration_set.hpp"
 #include "gelslam/simulation/data_folder.hpp"
 #include "gelslam/simulation/press_log.hpp"
@@ -27,6 +28,7 @@ struct SimulateArguments {
   PressLogSpec press_log;
   DataFolderOptions folder;
   std::filesystem::path output, calibration_folder, rig;
+  std::string optics;
   std::vector<double> place_mm;  // x, y
   std::uint64_t seed = 1;
   MeshUnit unit;
@@ -53,7 +55,7 @@ std::vector<std::string> simulated_files() {
     for (const char* file :
          {"gelsight.avi", "config.yaml", "meta.json", "gt_mesh.ply", "touched.npy", "true_start_T_currs.npy",
           "true_heights.npy", "true_contacts.npy", "opening.csv", "touches.csv", "catalog.csv", "circles.csv",
-          "background.png", "model/nnmodel.pth", "*/gelsight.png"})
+          "background.png", "optics.yaml", "model/nnmodel.pth", "model/optics.yaml", "*/*/gelsight.png"})
       files.push_back(folder + file);
   return files;
 }
@@ -76,6 +78,23 @@ void spread_seed(SimulateArguments& arguments) {
   arguments.press_log.optics = arguments.scan.optics;
 }
 
+/// Those of the calibration that is used, unless a person says others.
+SensorOptics optics_of(const SimulateArguments& arguments) {
+  if (arguments.optics == "mini") return kGelSightMiniOptics;
+  if (arguments.optics == "flat") return {};
+  if (!arguments.optics.empty()) return read_optics(arguments.optics);
+  const std::filesystem::path& calibration = arguments.calibration_folder;
+  const auto found = calibration.empty() ? std::nullopt : find_optics(calibration / kOpticsFileName);
+  return found.value_or(kGelSightMiniOptics);
+}
+
+/// The same sensor for all, but for the seeds.
+void prepare(SimulateArguments& arguments) {
+  spread_seed(arguments);
+  arguments.scan.geometry.optics = optics_of(arguments);
+  arguments.calibration.geometry = arguments.press_log.geometry = arguments.scan.geometry;
+}
+
 void calibrate_into(const std::filesystem::path& folder, const SimulateArguments& arguments,
                     ProgressSink& progress) {
   const HeldOutScale scale = write_calibration_folder(folder, arguments.calibration, progress);
@@ -94,7 +113,7 @@ std::vector<std::pair<ScanSpec, std::filesystem::path>> sensors_of(const Simulat
 }
 
 void run_scan(SimulateArguments& arguments) {
-  spread_seed(arguments);
+  prepare(arguments);
   if (!arguments.place_mm.empty())
     arguments.scan.motion.place_mm = {arguments.place_mm[0], arguments.place_mm[1]};
   StoppableProgress progress(arguments.quiet, throw_stopped);
@@ -131,6 +150,11 @@ void add_common_options(CLI::App& command, SimulateArguments& arguments) {
   command.add_option("--noise", arguments.scan.optics.noise_gain, "Factor on the sensor's noise")
       ->capture_default_str();
   command.add_flag("--dirt", arguments.scan.optics.dirt, "Specks and grains that stay on the gel");
+  command
+      .add_option("--optics", arguments.optics,
+                  "Lens, camera distance and dome of the gel: mini (GelSight Mini), flat (none), or an "
+                  "optics.yaml; default: those of --calibration, else mini")
+      ->type_name("mini|flat|FILE");
   add_overwrite_flag(command, arguments.overwrite);
   add_quiet_flag(command, arguments.quiet);
 }
@@ -199,7 +223,7 @@ void add_calibration(CLI::App& simulate, const std::shared_ptr<SimulateArguments
   add_common_options(*calibration, *arguments);
   calibration->footer("Example: gelslam simulate calibration -o calibration");
   calibration->callback([arguments, &exit_code] {
-    spread_seed(*arguments);
+    prepare(*arguments);
     StoppableProgress progress(arguments->quiet, throw_stopped);
     RunFolder folder(arguments->output, folder_options(*arguments, "circles.csv"));
     calibrate_into(folder.path(), *arguments, progress);
@@ -225,7 +249,7 @@ void add_presses(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& a
   presses->footer("Example: gelslam simulate presses --diameter 9.5 --mishaps -o hand");
   presses->callback([arguments, &exit_code] {
     RunFolder folder(arguments->output, folder_options(*arguments, "touches.csv"));
-    spread_seed(*arguments);
+    prepare(*arguments);
     StoppableProgress progress(arguments->quiet, throw_stopped);
     write_press_log(folder.path(), arguments->press_log, arguments->folder.lossless, progress);
     folder.commit();

@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/sensor/sensor_profile.hpp"
 #include "gelslam/simulation/calibration_set.hpp"
 #include "gelslam/simulation/simulator.hpp"
 #include "terminal_progress.hpp"
@@ -19,6 +20,7 @@ ScanSpec pebble() {
   spec.motion.name = "allover";
   spec.motion.frames = kFrames;
   spec.background_frames = 25;
+  spec.geometry.optics = kGelSightMiniOptics;
   return spec;
 }
 
@@ -64,7 +66,7 @@ std::filesystem::path cache_folder() {
 std::unique_ptr<RawFrameSource> open_simulated_camera() { return std::make_unique<SimulatedCamera>(); }
 
 std::filesystem::path simulated_camera_model(bool quiet) {
-  const std::filesystem::path folder = cache_folder() / "simulated_sensor",
+  const std::filesystem::path folder = cache_folder() / "simulated_mini",
                               model = folder / "model/nnmodel.pth";
   if (std::filesystem::exists(model)) return model;
   const auto throw_stopped = [] { throw Error("stopped; the simulated sensor has no model yet"); };
@@ -72,6 +74,7 @@ std::filesystem::path simulated_camera_model(bool quiet) {
   CalibrationSpec spec;  // coarser than usual: a person waits
   spec.presses = 60;
   spec.training.epochs = 20;
+  spec.geometry.optics = kGelSightMiniOptics;
   write_calibration_folder(folder, spec, progress);
   return model;
 }

@@ -36,7 +36,7 @@ TEST(RigProgram, TwoSensorsMakeOneMapAndTellHowTheyAreFixed) {
   std::ofstream(rig) << facing_at(kDistanceMm);
   const ProgramResult simulated =
       gelslam({"simulate", "scan", "--object", "golf", "--size", "0.5", "--motion", "roll", "--frames", "80",
-               "--speed", "0.7", "--rig", rig.string(), "--calibration",
+               "--speed", "1", "--rig", rig.string(), "--calibration",
                scan().model().parent_path().parent_path().string(), "-q", "-o", (folder / "logs").string()});
   ASSERT_EQ(simulated.exit_code, 0) << simulated.err;
   const std::string first = (folder / "logs/first").string(), second = (folder / "logs/second").string();

@@ -171,7 +171,7 @@ TEST(DataFolder, IsTheSameWhateverTheNumberOfThreads) {
   std::vector<std::pair<std::string, std::string>> files;
   for (const auto& entry : std::filesystem::directory_iterator(a.path()))
     files.emplace_back(entry.path().filename(), read_bytes(entry.path()));
-  ASSERT_EQ(files.size(), 6u);
+  ASSERT_EQ(files.size(), 7u);
   for (const auto& [name, bytes] : files) EXPECT_TRUE(bytes == read_bytes(b / name)) << name;
 }
 

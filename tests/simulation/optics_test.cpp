@@ -7,6 +7,7 @@
 #include <opencv2/core.hpp>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/surface/camera_model.hpp"
 
 namespace gelslam {
 namespace {
@@ -78,6 +79,79 @@ TEST(Optics, PrintsDotsThatTheGelCarriesAlong) {
   OpticsOptions dense = quiet();
   dense.dot_spacing_mm = 0.2;
   EXPECT_THROW(Optics(kSensor, dense), Error);
+}
+
+/// A sensor with all effects, and what its camera sees of a ball deep in the gel, off the middle.
+struct RealSensor {
+  RealSensor() {
+    geometry.optics = {0.045, {6, -4}, 1.03, 22, {0.0017, 0.0028}};
+    camera = {{geometry.width_px, geometry.height_px}, geometry.pixel_pitch_mm, geometry.optics};
+  }
+  /// Where the surface estimation takes the pixel's ray to meet the plane z = 0.
+  Eigen::Vector2d plane_mm(int u, int v) const { return camera.to_mm(camera.rest_px({1.0 * u, 1.0 * v})); }
+
+  SensorGeometry geometry;
+  CameraModel camera;
+};
+
+TEST(Optics, PixelsShowTheBallThatTheirRayMeets) {
+  const RealSensor sensor;
+  const Optics optics(sensor.geometry, quiet());
+  const double radius = 4, x = 5, y = -3.5, depth = 1.2;
+  const PressedBall pressed = press_ball(optics.gel_grid(), {}, radius, x, y, depth);
+  const GelView view = optics.view(pressed.gel);
+  const ImageCircle circle = seen_circle(optics, pressed);
+  EXPECT_GT(circle.radius_px, 25);
+  int inside = 0;
+  for (int v = 0; v < 240; ++v)
+    for (int u = 0; u < 320; ++u) {
+      if (std::hypot(u - circle.center_px.x, v - circle.center_px.y) > circle.radius_px - 4) continue;
+      // The first point of the sphere on the line from the camera, solved in closed form.
+      const Eigen::Vector2d plane = sensor.plane_mm(u, v);
+      const Eigen::Vector3d camera(0, 0, -22), ball(x, y, radius - depth),
+          along = Eigen::Vector3d(plane.x(), plane.y(), 22).normalized();
+      const double to_middle = (ball - camera).dot(along),
+                   half_chord =
+                       std::sqrt(radius * radius - ((ball - camera) - to_middle * along).squaredNorm());
+      const Eigen::Vector3d normal = camera + (to_middle - half_chord) * along - ball;
+      ASSERT_NEAR(view.slope(v, u)[0], -normal.x() / normal.z(), 0.015) << u << " " << v;
+      ASSERT_NEAR(view.slope(v, u)[1], -normal.y() / normal.z(), 0.015) << u << " " << v;
+      ++inside;
+    }
+  EXPECT_GT(inside, 1500);
+}
+
+TEST(Optics, TheBareGelIsDomedAndDotsLieWhereTheCameraProjectsThem) {
+  const RealSensor sensor;
+  OpticsOptions dotted = quiet();
+  dotted.dot_spacing_mm = 2.0;
+  const Optics optics(sensor.geometry, dotted), plain(sensor.geometry, quiet());
+  const GelShape rest = gel_at_rest(optics.gel_grid());
+  const cv::Mat2f slope = optics.view(rest).slope;
+  for (const cv::Point px : {cv::Point(20, 30), cv::Point(300, 120), cv::Point(160, 230)}) {
+    const Eigen::Vector3d seen = sensor.camera.rest_point_mm(sensor.plane_mm(px.x, px.y));
+    EXPECT_NEAR(slope(px)[0], -2 * 0.0017 * seen.x(), 1e-3);
+    EXPECT_NEAR(slope(px)[1], -2 * 0.0028 * seen.y(), 1e-3);
+  }
+  cv::Mat3f ink;
+  cv::subtract(plain.background(), optics.background(), ink);
+  for (const Eigen::Vector2d& dot : {Eigen::Vector2d(-8, 4), Eigen::Vector2d(6, -6), Eigen::Vector2d(0, 0)}) {
+    // Ink is half a millimeter deep, along the normal of the dome.
+    const Eigen::Vector2d place =
+        dot.cwiseQuotient(Eigen::Vector2d(1 + 0.5 * 2 * 0.0017, 1 + 0.5 * 2 * 0.0028));
+    const Eigen::Vector3d point(place.x(), place.y(), sensor.camera.rest_height_mm(place));
+    const Eigen::Vector2d px = *sensor.camera.raw_px(sensor.camera.to_px(sensor.camera.project(point)));
+    double sum = 0, u_sum = 0, v_sum = 0;
+    for (int v = cvRound(px.y()) - 12; v <= cvRound(px.y()) + 12; ++v)
+      for (int u = cvRound(px.x()) - 12; u <= cvRound(px.x()) + 12; ++u) {
+        const double share = static_cast<double>(ink(v, u)[1]) / plain.background()(v, u)[1];
+        sum += share;
+        u_sum += share * u;
+        v_sum += share * v;
+      }
+    EXPECT_NEAR(u_sum / sum, px.x(), 0.1) << dot.transpose();
+    EXPECT_NEAR(v_sum / sum, px.y(), 0.1) << dot.transpose();
+  }
 }
 
 TEST(Optics, KeepsEverySlopeUpTo45DegreesApart) {

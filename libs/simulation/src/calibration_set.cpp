@@ -56,7 +56,8 @@ void add_press_samples(const CalibrationSpec& spec, const BallPress& press, Rand
     const int u = static_cast<int>(std::lround(press.center_px.x + radius * std::cos(angle)));
     const int v = static_cast<int>(std::lround(press.center_px.y + radius * std::sin(angle)));
     if (u < 0 || u >= press.bgr.cols || v < 0 || v >= press.bgr.rows) continue;
-    const double dx = u - press.center_px.x, dy = v - press.center_px.y;
+    const cv::Point2d place = cv::Point2f(press.view.place_px(v, u));
+    const double dx = place.x - press.ball_px.x, dy = place.y - press.ball_px.y;
     const double down = std::sqrt(ball_px * ball_px - dx * dx - dy * dy);
     samples.add(press.bgr, u, v, static_cast<float>(std::atan2(dx, down)),
                 static_cast<float>(std::atan2(dy, down)));
@@ -66,15 +67,19 @@ void add_press_samples(const CalibrationSpec& spec, const BallPress& press, Rand
 void add_background_samples(const PressSimulator& simulator, std::size_t count, Random& random,
                             TrainingSamples& samples) {
   const cv::Mat3b bgr = simulator.untouched(2 * kHeldOutFirst);
-  for (std::size_t k = 0; k < count; ++k)
-    samples.add(bgr, static_cast<int>(random.below(static_cast<std::uint64_t>(bgr.cols))),
-                static_cast<int>(random.below(static_cast<std::uint64_t>(bgr.rows))), 0.0F, 0.0F);
+  const cv::Mat2f slope = simulator.rest_slope();
+  for (std::size_t k = 0; k < count; ++k) {
+    const int v = static_cast<int>(random.below(static_cast<std::uint64_t>(bgr.rows))),
+              u = static_cast<int>(random.below(static_cast<std::uint64_t>(bgr.cols)));
+    samples.add(bgr, u, v, std::atan(slope(v, u)[0]), std::atan(slope(v, u)[1]));
+  }
 }
 
 /// Read on true slope inside the contact circles. See measure_gradient_scale.
 HeldOutScale scale_on(const GradientModel& network, const PressSimulator& simulator,
                       const std::vector<BallPress>& presses) {
-  const cv::Mat2f zero = read_slopes(network, simulator.background());
+  cv::Mat2f zero;
+  cv::subtract(read_slopes(network, simulator.background()), simulator.rest_slope(), zero);
   cv::Vec2d read_true(0, 0), true_true(0, 0);
   double error_rad = 0, count = 0;
   for (const BallPress& press : presses) {
@@ -84,7 +89,7 @@ HeldOutScale scale_on(const GradientModel& network, const PressSimulator& simula
         const double circle = press.radius_px - kCircleShrinkPx;
         if (std::hypot(u - press.center_px.x, v - press.center_px.y) > circle) continue;
         for (int axis = 0; axis < 2; ++axis) {
-          const double slope = read(v, u)[axis] - zero(v, u)[axis], truth = press.gel.slope(v, u)[axis];
+          const double slope = read(v, u)[axis] - zero(v, u)[axis], truth = press.view.slope(v, u)[axis];
           read_true[axis] += slope * truth;
           true_true[axis] += truth * truth;
           error_rad += std::abs(std::atan(slope) - std::atan(truth));
@@ -127,18 +132,24 @@ BallPress PressSimulator::press(int number) const {
   const double x = random.uniform(-1, 1) * (spec_.geometry.half_width_mm() - 0.3);
   const double y = random.uniform(-1, 1) * (spec_.geometry.half_height_mm() - 0.3);
   const double depth = random.uniform(0.08, 0.33) * radius;
-  PressedBall pressed = press_ball(spec_.geometry, spec_.gel, radius, x, y, depth);
+  PressedBall pressed =
+      press_ball(optics_.gel_grid(), spec_.gel, radius, x, y, depth - spec_.geometry.rest_mm(x, y));
   // Numbers of their own, so that no picture shares its noise with a frame of a scan.
   press.bgr = optics_.render(pressed.gel, -1 - number, 0, false);
+  press.view = optics_.view(pressed.gel);
+  press.ball_px = pressed.center_px;
+  const ImageCircle circle = seen_circle(optics_, pressed);
+  press.center_px = circle.center_px;
+  press.radius_px = circle.radius_px;
   press.gel = std::move(pressed.gel);
-  press.center_px = pressed.center_px;
-  press.radius_px = pressed.radius_px;
   return press;
 }
 
 cv::Mat3b PressSimulator::untouched(std::int64_t number) const {
-  return optics_.render(flat_gel(spec_.geometry), -1 - number, 0, false);
+  return optics_.render(gel_at_rest(optics_.gel_grid()), -1 - number, 0, false);
 }
+
+cv::Mat2f PressSimulator::rest_slope() const { return optics_.view(gel_at_rest(optics_.gel_grid())).slope; }
 
 cv::Mat3b PressSimulator::background() const {
   cv::Mat3f sum(spec_.geometry.height_px, spec_.geometry.width_px, cv::Vec3f(0, 0, 0));
@@ -202,7 +213,7 @@ HeldOutScale write_calibration_folder(const std::filesystem::path& folder, const
   const GradientModel network = train_on_presses(without_dots(spec), progress);
   write_pth_model(folder / "model" / "nnmodel.pth", network);
   for (const std::filesystem::path& optics : {folder, folder / "model"})
-    write_optics(optics / kOpticsFileName, {});
+    write_optics(optics / kOpticsFileName, spec.geometry.optics);
   write_file_atomically(folder / "circles.csv", circles);
   write_file_atomically(folder / "catalog.csv", catalog);
   return measure_gradient_scale(network, without_dots(spec), 12);

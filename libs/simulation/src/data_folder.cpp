@@ -230,6 +230,7 @@ void write_data_folder(const std::filesystem::path& folder, const Simulator& sim
   write_file_atomically(
       folder / "config.yaml",
       config_yaml(folder, simulator.spec().geometry, simulator.spec().motion.frame_rate_hz, options.model));
+  write_optics(folder / kOpticsFileName, simulator.spec().geometry.optics);
   const std::string name = options.name.empty() ? name_of(std::filesystem::absolute(folder)) : options.name;
   write_file_atomically(folder / "meta.json",
                         meta_json(name, simulator, options, summary, points.size() / 3));

@@ -120,7 +120,7 @@ cv::Mat1f solve(const cv::Mat1f& obstacle, double pitch_mm, double length_mm, in
   return relax(guess, obstacle, pitch_mm, length_mm);
 }
 
-/// Where the gel can be anything but flat: around the pixels pushed below 0, in whole blocks.
+/// Where the gel can be anything but at rest: around the pixels pushed below 0, in whole blocks.
 cv::Rect affected(const cv::Mat1f& obstacle, double pitch_mm, double length_mm) {
   const cv::Rect pushed = cv::boundingRect(cv::Mat1b(obstacle < 0));
   if (pushed.empty()) return {};
@@ -159,28 +159,42 @@ void check(const cv::Mat1f& underside, const SensorGeometry& geometry, const Gel
 }
 
 /// Largest distance of a contact pixel from the center: the circle's radius, also where the picture cuts it.
-double contact_radius_px(const cv::Mat1b& contact, const cv::Point2d& center) {
+void measure_circle(PressedBall& pressed) {
+  const cv::Mat1b& contact = pressed.gel.contact;
+  const cv::Point2d center = pressed.center_px;
   double squared = 0;
   for (int v = 0; v < contact.rows; ++v)
-    for (int u = 0; u < contact.cols; ++u)
-      if (contact(v, u) != 0)
-        squared = std::max(squared, (u - center.x) * (u - center.x) + (v - center.y) * (v - center.y));
-  return std::sqrt(squared);
+    for (int u = 0; u < contact.cols; ++u) {
+      const double here = (u - center.x) * (u - center.x) + (v - center.y) * (v - center.y);
+      if (contact(v, u) == 0 || !(here > squared)) continue;
+      squared = here;
+      pressed.ring_height_mm = static_cast<double>(pressed.gel.height_mm(v, u));
+    }
+  pressed.radius_px = std::sqrt(squared);
 }
 
 }  // namespace
 
-GelShape flat_gel(const SensorGeometry& geometry) {
+GelShape gel_at_rest(const SensorGeometry& geometry) {
   const cv::Size size(geometry.width_px, geometry.height_px);
-  return {cv::Mat1f(size, 0.0F), cv::Mat1b(size, std::uint8_t{0}), cv::Mat2f(size, cv::Vec2f(0, 0))};
+  GelShape gel{cv::Mat1f(size), cv::Mat1b(size, std::uint8_t{0}), cv::Mat2f(size)};
+  const auto [a, b] = geometry.optics.gel_dome_per_mm;
+  for (int v = 0; v < size.height; ++v)
+    for (int u = 0; u < size.width; ++u) {
+      const auto x = static_cast<double>(geometry.x_mm(u)), y = static_cast<double>(geometry.y_mm(v));
+      gel.height_mm(v, u) = static_cast<float>(geometry.rest_mm(x, y));
+      gel.slope(v, u) = {static_cast<float>(-2 * a * x), static_cast<float>(-2 * b * y)};
+    }
+  return gel;
 }
 
 GelShape press_gel(const cv::Mat1f& underside_mm, const SensorGeometry& geometry, const GelOptions& options) {
   check(underside_mm, geometry, options);
   const double pitch = geometry.pixel_pitch_mm, length = options.relaxation_length_mm;
+  const GelShape rest = gel_at_rest(geometry);
   GelShape gel;
-  // Nothing pulls the gel up, so an object above the rest plane is as good as one that lies on it.
-  gel.height_mm = cv::min(underside_mm, 0.0F);
+  // Nothing pulls the gel up, so an object above the gel at rest is as good as one that lies on it.
+  gel.height_mm = cv::min(underside_mm - rest.height_mm, 0.0F);
   gel.contact = cv::Mat1b::zeros(underside_mm.size());
   const cv::Rect region = affected(gel.height_mm, pitch, length);
   if (!region.empty()) {
@@ -191,7 +205,8 @@ GelShape press_gel(const cv::Mat1f& underside_mm, const SensorGeometry& geometry
     height.copyTo(gel.height_mm(region));
     gel.contact(region).setTo(255, (obstacle < 0) & (obstacle - height <= kContactGapMm));
   }
-  gel.slope = slope_of(gel.height_mm, pitch);
+  gel.slope = slope_of(gel.height_mm, pitch) + rest.slope;
+  gel.height_mm += rest.height_mm;
   return gel;
 }
 
@@ -214,7 +229,7 @@ PressedBall press_ball(const SensorGeometry& geometry, const GelOptions& gel, do
                              sensor_T_ball, geometry, gel);
   pressed.center_px = {x_mm / geometry.pixel_pitch_mm + 0.5 * geometry.width_px - 0.5,
                        y_mm / geometry.pixel_pitch_mm + 0.5 * geometry.height_px - 0.5};
-  pressed.radius_px = contact_radius_px(pressed.gel.contact, pressed.center_px);
+  measure_circle(pressed);
   return pressed;
 }
 

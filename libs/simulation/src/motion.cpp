@@ -262,21 +262,24 @@ Eigen::Vector2d support_center(const Eigen::Matrix3d& sensor_R_object, const Poi
   return sum / weights;
 }
 
-/// Lowest point over the sensor's view, of the whole object if none is over it. Object axes as above, moved
-/// by `shift`.
+/// The point over the sensor's view that is lowest above the gel at rest, of the whole object if none is over
+/// it. Object axes as above, moved by `shift`.
 double lowest_in_view(const Eigen::Matrix3d& sensor_R_object, const Eigen::Vector2d& shift,
                       const PointRuns& surface, const SensorGeometry& geometry) {
   const Eigen::Matrix3f turn = sensor_R_object.cast<float>();
   const auto half_width = static_cast<float>(geometry.half_width_mm() - kViewMarginMm);
   const auto half_height = static_cast<float>(geometry.half_height_mm() - kViewMarginMm);
   const Eigen::Vector2f move = shift.cast<float>();
-  float in_view = 1e9F, anywhere = 1e9F;
-  surface.each_below(turn.row(2), in_view, [&](const Eigen::Vector3f& p, float z) {
-    if (z >= in_view) return;
+  const auto highest_rest = static_cast<float>(geometry.highest_rest_mm());
+  float in_view = 1e9F, anywhere = 1e9F, limit = 1e9F;
+  surface.each_below(turn.row(2), limit, [&](const Eigen::Vector3f& p, float z) {
+    if (z >= limit) return;
     anywhere = std::min(anywhere, z);
-    if (std::abs(turn.row(0).dot(p) + move.x()) < half_width &&
-        std::abs(turn.row(1).dot(p) + move.y()) < half_height)
-      in_view = z;
+    const float x = turn.row(0).dot(p) + move.x(), y = turn.row(1).dot(p) + move.y();
+    if (!(std::abs(x) < half_width && std::abs(y) < half_height)) return;
+    in_view = std::min(
+        in_view, z - static_cast<float>(geometry.rest_mm(static_cast<double>(x), static_cast<double>(y))));
+    limit = in_view + highest_rest;
   });
   return in_view < 1e8F ? in_view : anywhere;
 }

@@ -5,12 +5,14 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
+#include "camera_rays.hpp"
 #include "gelslam/core/error.hpp"
 #include "random.hpp"
 
 namespace gelslam {
 namespace {
 
+using simulation::detail::CameraRays;
 using simulation::detail::hash;
 using simulation::detail::Random;
 
@@ -53,7 +55,7 @@ float incidence(float cosine) {
   return 0.5F * (cosine + std::sqrt(cosine * cosine + softness * softness));
 }
 
-cv::Mat3f through_lens(const cv::Mat3f& picture) {
+cv::Mat3f softened(const cv::Mat3f& picture) {
   cv::Mat3f soft;
   cv::GaussianBlur(picture, soft, cv::Size(5, 5), kLensBlurPx, kLensBlurPx, cv::BORDER_REPLICATE);
   return soft;
@@ -124,13 +126,20 @@ Optics::Optics(const SensorGeometry& geometry, const OpticsOptions& options)
     throw Error("number of grains must be between 0 and 10000");
   if (options.dot_spacing_mm != 0.0 && !(options.dot_spacing_mm >= 0.5 && options.dot_spacing_mm <= 10.0))
     throw Error("the distance of printed dots must be between 0.5 and 10 mm");
+  const std::string problem =
+      why_impossible(geometry.optics, geometry.width_px, geometry.height_px, geometry.pixel_pitch_mm);
+  if (!problem.empty()) throw Error("the simulated sensor's optics: " + problem);
+  rays_ = std::make_shared<CameraRays>(geometry);
+  rest_ = view(gel_at_rest(gel_grid()));
   const cv::Size size(geometry.width_px, geometry.height_px);
   brightness_.create(size);
   ambient_.create(size);
   for (cv::Mat3f& map : light_direction_) map.create(size);
   for (int v = 0; v < size.height; ++v)
     for (int u = 0; u < size.width; ++u) {
-      const float x = geometry.x_mm(u), y = geometry.y_mm(v);
+      const cv::Vec2f& place = rest_.place_px(v, u);
+      const float x = gel_grid().x_mm(static_cast<double>(place[0])),
+                  y = gel_grid().y_mm(static_cast<double>(place[1]));
       const float corner = (x * x + y * y) / 161.0F;  // 1 at the picture's corners of a GelSight Mini
       ambient_(v, u) = kAmbientLevel * (1.0F / (1.0F + 0.4F * corner));
       for (std::size_t k = 0; k < kLights.size(); ++k) {
@@ -142,23 +151,33 @@ Optics::Optics(const SensorGeometry& geometry, const OpticsOptions& options)
       }
     }
   Random random(hash(options.seed, 0xd127));
-  albedo_ = options.dirt ? speckled_albedo(size, random) : cv::Mat1f(size, 1.0F);
-  if (options.dirt)
-    late_dirt_slope_ = grain_slopes(size, geometry.pixel_pitch_mm, options.late_grains, random);
-  const cv::Mat2f level(size, cv::Vec2f(0, 0));
-  flat_ = shade(level);
-  cv::Mat3f printed = flat_.clone();
-  print_dots(level, printed);
-  background_ = through_lens(printed);
+  if (options.dirt) {
+    const cv::Size grid(gel_grid().width_px, gel_grid().height_px);
+    albedo_ = speckled_albedo(grid, random);
+    late_dirt_slope_ = grain_slopes(grid, geometry.pixel_pitch_mm, options.late_grains, random);
+  }
+  rest_color_ = shade(rest_.slope);
+  background_ = draw(rest_);
 }
+
+const SensorGeometry& Optics::gel_grid() const { return rays_->gel_grid(); }
+
+GelView Optics::view(const GelShape& gel) const {
+  if (gel.slope.size() != cv::Size(gel_grid().width_px, gel_grid().height_px))
+    throw Error("the gel's size is not the sensor's");
+  const cv::Mat2f seen_px = rays_->seen_px(gel.height_mm);
+  return {seen_px, rays_->take(gel.slope, seen_px)};
+}
+
+Eigen::Vector2d Optics::image_px(const Eigen::Vector3d& point_mm) const { return rays_->image_px(point_mm); }
 
 cv::Mat3f Optics::shade(const cv::Mat2f& slope) const {
   cv::Mat3f picture(slope.size());
   for (int v = 0; v < slope.rows; ++v)
     for (int u = 0; u < slope.cols; ++u) {
       const float gx = slope(v, u)[0], gy = slope(v, u)[1];
-      if (gx == 0 && gy == 0 && !flat_.empty()) {
-        picture(v, u) = flat_(v, u);
+      if (!rest_color_.empty() && slope(v, u) == rest_.slope(v, u)) {
+        picture(v, u) = rest_color_(v, u);
         continue;
       }
       // The camera looks from below: the normal on its side is (gx, gy, -1), normalized.
@@ -169,24 +188,49 @@ cv::Mat3f Optics::shade(const cv::Mat2f& slope) const {
         const float cosine = scale * (gx * l[0] + gy * l[1] - l[2]);
         color += brightness_(v, u)[static_cast<int>(k)] * incidence(cosine) * kLights[k].color_bgr;
       }
-      picture(v, u) = albedo_(v, u) * color;
+      picture(v, u) = color;
     }
   return picture;
 }
 
+cv::Mat3f Optics::draw(const GelView& view) const {
+  cv::Mat3f picture = shade(view.slope);
+  if (!albedo_.empty()) {
+    const cv::Mat1f albedo = rays_->take(albedo_, view.place_px);
+    for (int v = 0; v < picture.rows; ++v)
+      for (int u = 0; u < picture.cols; ++u) picture(v, u) *= albedo(v, u);
+  }
+  print_dots(view, picture);
+  return softened(picture);
+}
+
 /// A grid about the middle of the gel; edges are a pixel wide.
-void Optics::print_dots(const cv::Mat2f& slope, cv::Mat3f& picture) const {
+void Optics::print_dots(const GelView& view, cv::Mat3f& picture) const {
   if (options_.dot_spacing_mm == 0.0) return;
   constexpr double ink_depth_mm = 0.5, ink_light = 0.3, radius_share = 1.0 / 6.0;
   const double spacing = options_.dot_spacing_mm, pitch = geometry_.pixel_pitch_mm;
   for (int v = 0; v < picture.rows; ++v)
     for (int u = 0; u < picture.cols; ++u) {
-      const double x = geometry_.x_mm(u) - ink_depth_mm * static_cast<double>(slope(v, u)[0]),
-                   y = geometry_.y_mm(v) - ink_depth_mm * static_cast<double>(slope(v, u)[1]);
+      const cv::Vec2d place = view.place_px(v, u), slope = view.slope(v, u);
+      const double x = gel_grid().x_mm(place[0]) - ink_depth_mm * slope[0],
+                   y = gel_grid().y_mm(place[1]) - ink_depth_mm * slope[1];
       const double from_dot = std::hypot(std::remainder(x, spacing), std::remainder(y, spacing));
       const double ink = std::clamp((radius_share * spacing - from_dot) / pitch + 0.5, 0.0, 1.0);
       picture(v, u) *= static_cast<float>(1.0 - (1.0 - ink_light) * ink);
     }
+}
+
+ImageCircle seen_circle(const Optics& optics, const PressedBall& ball) {
+  const SensorGeometry& grid = optics.gel_grid();
+  const auto seen = [&](double right_px, double down_px) {
+    const double u = ball.center_px.x + right_px + 0.5 - 0.5 * grid.width_px,
+                 v = ball.center_px.y + down_px + 0.5 - 0.5 * grid.height_px;
+    return optics.image_px({u * grid.pixel_pitch_mm, v * grid.pixel_pitch_mm, ball.ring_height_mm});
+  };
+  const double radius = ball.radius_px;
+  const Eigen::Vector2d right = seen(radius, 0), left = seen(-radius, 0), below = seen(0, radius),
+                        above = seen(0, -radius), middle = 0.25 * (right + left + below + above);
+  return {{middle.x(), middle.y()}, 0.25 * ((right - left).norm() + (below - above).norm())};
 }
 
 std::array<float, 3> Optics::drift(double time_s) const {
@@ -203,15 +247,10 @@ std::array<float, 3> Optics::drift(double time_s) const {
 }
 
 cv::Mat3b Optics::render(const GelShape& gel, std::int64_t frame, double time_s, bool in_use) const {
-  if (gel.slope.size() != background_.size()) throw Error("the gel's size is not the sensor's");
-  cv::Mat2f slope;
+  GelView seen = view(gel);
   if (in_use && !late_dirt_slope_.empty())
-    cv::add(gel.slope, late_dirt_slope_, slope);
-  else
-    slope = gel.slope;
-  cv::Mat3f shaded = shade(slope);
-  print_dots(slope, shaded);
-  const cv::Mat3f picture = through_lens(shaded);
+    cv::add(seen.slope, rays_->take(late_dirt_slope_, seen.place_px), seen.slope);
+  const cv::Mat3f picture = draw(seen);
   const std::array<float, 3> factor = drift(time_s);
   const auto gain = static_cast<float>(options_.noise_gain);
   const std::uint64_t key = hash(options_.seed, static_cast<std::uint64_t>(frame));

@@ -85,10 +85,10 @@ std::vector<PlannedTouch> plan(const PressLogSpec& spec) {
   return touches;
 }
 
-/// Two contacts that lie far apart: what each does to the gel adds up.
-void add_contact(GelShape& gel, const GelShape& other) {
-  cv::add(gel.height_mm, other.height_mm, gel.height_mm);
-  cv::add(gel.slope, other.slope, gel.slope);
+/// Two contacts that lie far apart: what each does to the gel at rest adds up.
+void add_contact(GelShape& gel, const GelShape& other, const GelShape& rest) {
+  gel.height_mm += other.height_mm - rest.height_mm;
+  gel.slope += other.slope - rest.slope;
   cv::bitwise_or(gel.contact, other.contact, gel.contact);
 }
 
@@ -96,20 +96,24 @@ void add_contact(GelShape& gel, const GelShape& other) {
 class PressFilm {
  public:
   PressFilm(const PressLogSpec& spec, const std::function<void(const cv::Mat3b&)>& take)
-      : spec_(spec), take_(take), optics_(spec.geometry, spec.optics), flat_(flat_gel(spec.geometry)) {}
+      : spec_(spec),
+        take_(take),
+        optics_(spec.geometry, spec.optics),
+        rest_(gel_at_rest(optics_.gel_grid())) {}
 
   void show(const GelShape& gel, int frames) {
     for (int k = 0; k < frames; ++k, ++frame_)
       take_(optics_.render(gel, frame_, frame_ / spec_.frame_rate_hz, false));
   }
-  void show_bare(int frames) { show(flat_, frames); }
+  void show_bare(int frames) { show(rest_, frames); }
 
   SimulatedTouch show_touch(const PlannedTouch& planned) {
     for (const double share : kApproachShares) show(pressed(planned, share, 0).gel, 1);
     SimulatedTouch touch{planned.kind, frame_, 0, {}, 0};
     const PressedBall ball = pressed(planned, 1.0, 0);
-    touch.center_px = ball.center_px;
-    touch.radius_px = ball.radius_px;
+    const ImageCircle circle = seen_circle(optics_, ball);
+    touch.center_px = circle.center_px;
+    touch.radius_px = circle.radius_px;
     if (planned.kind == TouchKind::sliding)
       for (int k = 0; k < kSlideFrames; ++k) show(pressed(planned, 1.0, k * kSlideMm).gel, 1);
     else
@@ -124,19 +128,22 @@ class PressFilm {
 
  private:
   PressedBall pressed(const PlannedTouch& touch, double share, double slid_mm) const {
+    PressedBall ball = pressed_at(touch.x_mm + slid_mm, touch, share);
+    if (touch.kind == TouchKind::two_contacts)
+      add_contact(ball.gel, pressed_at(-touch.x_mm, touch, share).gel, rest_);
+    return ball;
+  }
+  PressedBall pressed_at(double x_mm, const PlannedTouch& touch, double share) const {
     const double radius = 0.5 * spec_.diameter_mm,
                  depth = share * touch.contact_mm * touch.contact_mm / radius;
-    PressedBall ball = press_ball(spec_.geometry, spec_.gel, radius, touch.x_mm + slid_mm, touch.y_mm, depth);
-    if (touch.kind == TouchKind::two_contacts)
-      add_contact(ball.gel,
-                  press_ball(spec_.geometry, spec_.gel, radius, -touch.x_mm, touch.y_mm, depth).gel);
-    return ball;
+    return press_ball(optics_.gel_grid(), spec_.gel, radius, x_mm, touch.y_mm,
+                      depth - spec_.geometry.rest_mm(x_mm, touch.y_mm));
   }
 
   const PressLogSpec& spec_;
   const std::function<void(const cv::Mat3b&)>& take_;
   Optics optics_;
-  GelShape flat_;
+  GelShape rest_;
   int frame_ = 0;
 };
 
@@ -190,6 +197,7 @@ void write_press_log(const std::filesystem::path& folder, const PressLogSpec& sp
                          touch.last_frame, spec.diameter_mm, touch.center_px.x, touch.center_px.y,
                          touch.radius_px);
   write_file_atomically(folder / "touches.csv", truth);
+  write_optics(folder / kOpticsFileName, spec.geometry.optics);
   write_file_atomically(folder / "config.yaml", config_yaml(folder, spec.geometry, spec.frame_rate_hz, {}));
   video.finish();  // last: a folder with a gelsight.avi is whole
 }

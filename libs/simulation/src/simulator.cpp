@@ -43,7 +43,7 @@ Simulator::Simulator(const ScanSpec& spec)
   for (Pose& sensor_T_object : sensor_T_object_)
     sensor_T_object = spec_.rig_T_sensor.inverse() * sensor_T_object;
   for (std::size_t k = 0; k < sensor_T_object_.size(); ++k) {
-    if (!touches(press_object(*shape_, sensor_T_object_[k], spec_.geometry, spec_.gel))) continue;
+    if (!touches(press_object(*shape_, sensor_T_object_[k], optics_.gel_grid(), spec_.gel))) continue;
     contact_start_frame_ = spec_.background_frames + static_cast<int>(k);
     start_T_object_ = sensor_T_object_[k];
     return;
@@ -59,16 +59,20 @@ SimulatedFrame Simulator::frame(int index) const {
   const bool background = index < spec_.background_frames;
   GelShape gel;
   if (background) {
-    gel = flat_gel(spec_.geometry);
+    gel = gel_at_rest(optics_.gel_grid());
   } else {
     frame.sensor_T_object = sensor_T_object_[static_cast<std::size_t>(index - spec_.background_frames)];
-    gel = press_object(*shape_, frame.sensor_T_object, spec_.geometry, spec_.gel);
+    gel = press_object(*shape_, frame.sensor_T_object, optics_.gel_grid(), spec_.gel);
     if (touches(gel)) frame.start_T_sensor = start_T_object_ * frame.sensor_T_object.inverse();
   }
   frame.bgr = optics_.render(gel, index, frame.time_s, !background);
-  frame.height_mm = gel.height_mm;
-  frame.contact = gel.contact;
-  frame.slope = gel.slope;
+  const SensorGeometry& grid = optics_.gel_grid();
+  const cv::Rect view((grid.width_px - spec_.geometry.width_px) / 2,
+                      (grid.height_px - spec_.geometry.height_px) / 2, spec_.geometry.width_px,
+                      spec_.geometry.height_px);
+  frame.height_mm = gel.height_mm(view).clone();
+  frame.contact = gel.contact(view).clone();
+  frame.slope = gel.slope(view).clone();
   return frame;
 }
 

@@ -11,7 +11,7 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr int kTilePx = 8;            // tiles that the object is far from are skipped
 constexpr int kNodeStep = 4;          // rays are searched for on this grid; those between start from a guess
-constexpr float kAboveGelMm = 0.02F;  // a little above the rest plane: the edge of a contact is seen whole
+constexpr float kAboveGelMm = 0.02F;  // a little above the gel at rest: the edge of a contact is seen whole
 constexpr float kSmoothEnoughMm = 0.15F;  // nodes of a cell that differ by less are one sheet of surface
 
 /// Casts one picture's rays: along +z of the sensor, from the deepest indentation to just above the gel.
@@ -24,7 +24,7 @@ class Caster {
         geometry_(geometry),
         direction_(object_R_sensor_.col(2)),
         depth_(depth),
-        length_(depth + kAboveGelMm),
+        length_(depth + static_cast<float>(geometry.highest_rest_mm()) + kAboveGelMm),
         starts_(cells(geometry.height_px, kTilePx), cells(geometry.width_px, kTilePx)),
         nodes_(cells(geometry.height_px, kNodeStep) + 1, cells(geometry.width_px, kNodeStep) + 1) {}
 

@@ -3,7 +3,13 @@
 #include <filesystem>
 #include <string>
 
+#include "gelslam/core/sensor_optics.hpp"
+
 namespace gelslam {
+
+/// Of a GelSight Mini, in pictures 20.3 mm wide: k from the printed dots of four sensors less what the dome
+/// adds to it, the distance from 157 dots under pressed balls, the dome from five sensors' bare gel.
+inline constexpr SensorOptics kGelSightMiniOptics{0.037, {0, 0}, 1, 22, {0.0017, 0.0028}};
 
 /// What is fixed about a sensor (device_config in the public YAML). Defaults: GelSight Mini without markers.
 struct SensorProfile {

@@ -48,9 +48,11 @@ struct CalibrationSpec {
 struct BallPress {
   cv::Mat3b bgr;
   GelShape gel;
+  GelView view;
   double diameter_mm = 0;
-  cv::Point2d center_px;  ///< of the contact circle
-  double radius_px = 0;   ///< of the contact circle
+  cv::Point2d ball_px;    ///< the ball's axis, on the grid of the gel
+  cv::Point2d center_px;  ///< of the contact circle in the picture
+  double radius_px = 0;   ///< of the contact circle in the picture
 };
 
 /// The sensor on which balls are pressed. Deterministic. Throws Error for parameters out of range.
@@ -64,6 +66,8 @@ class PressSimulator {
   cv::Mat3b background() const;
   /// One picture without contact.
   cv::Mat3b untouched(std::int64_t number) const;
+  /// Slopes that it shows.
+  cv::Mat2f rest_slope() const;
 
  private:
   CalibrationSpec spec_;
@@ -80,12 +84,13 @@ HeldOutScale measure_gradient_scale(const GradientModel& network, const Calibrat
 
 /// Trains the published network on four fifths of the spec's presses by the published recipe (L1, Adam 2e-3,
 /// batch 1024, a fifth of background pixels; fewer epochs), labels from the balls' geometry inside the
-/// contact circles. The other fifth shows its gradient scale, which is divided out.
+/// contact circles, where the camera really looks: surface slopes, those of the dome on the bare gel. The
+/// other fifth shows its gradient scale, which is divided out.
 GradientModel train_on_presses(const CalibrationSpec& spec, ProgressSink& progress);
 
 /// Writes a calibration folder: catalog.csv, <d>mm/<n>/gelsight.png, background.png, circles.csv (the truth
-/// about the contact circles), model/nnmodel.pth. Returns the gradient scale on 12 held-out presses. The
-/// folder is made if it is not there.
+/// about the contact circles), model/nnmodel.pth, optics.yaml and model/optics.yaml. Returns the gradient
+/// scale on 12 held-out presses. The folder is made if it is not there.
 HeldOutScale write_calibration_folder(const std::filesystem::path& folder, const CalibrationSpec& spec,
                                       ProgressSink& progress);
 

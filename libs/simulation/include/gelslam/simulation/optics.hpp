@@ -1,7 +1,9 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <opencv2/core/mat.hpp>
 
 #include "gelslam/simulation/gel.hpp"
@@ -21,13 +23,30 @@ struct OpticsOptions {
   std::uint64_t seed = 1;  ///< of this sensor: noise, drift, dirt
 };
 
-/// Draws the gel as the camera below it sees it: three near lights (red from the top, green from the right,
-/// blue from below) on a matt membrane, stray light, vignetting, a slightly soft lens, photon and read noise,
-/// 8 bit. Color depends on slope and position only: no cast shadows, no light spilling from one place to
-/// another.
+namespace simulation::detail {
+class CameraRays;
+}
+
+/// What the picture's pixels show of the gel.
+struct GelView {
+  cv::Mat2f place_px;  ///< on the grid of the gel
+  cv::Mat2f slope;     ///< the surface's own
+};
+
+/// Draws the gel as the camera below it sees it, through its lens: three near lights (red from the top, green
+/// from the right, blue from below) on a matt membrane, stray light, vignetting, a slightly soft lens, photon
+/// and read noise, 8 bit. Color depends on slope and pixel only: no cast shadows, no light spilling from one
+/// place to another.
 class Optics {
  public:
+  /// Throws Error for options out of range and optics that no sensor has.
   Optics(const SensorGeometry& geometry, const OpticsOptions& options);
+
+  /// The grid of the gel that is drawn: larger than the picture where the lens looks beyond it.
+  const SensorGeometry& gel_grid() const;
+  GelView view(const GelShape& gel) const;
+  /// Pixel, fractional, in which a point of the sensor frame (mm) appears.
+  Eigen::Vector2d image_px(const Eigen::Vector3d& point_mm) const;
 
   /// Deterministic: depends on the constructor's arguments, the gel and `frame` (the number of the picture,
   /// for noise and drift) only. `in_use`: specks that came with contact are drawn.
@@ -38,18 +57,28 @@ class Optics {
 
  private:
   cv::Mat3f shade(const cv::Mat2f& slope) const;
-  void print_dots(const cv::Mat2f& slope, cv::Mat3f& picture) const;
+  cv::Mat3f draw(const GelView& view) const;
+  void print_dots(const GelView& view, cv::Mat3f& picture) const;
   std::array<float, 3> drift(double time_s) const;
 
   SensorGeometry geometry_;
   OpticsOptions options_;
+  std::shared_ptr<const simulation::detail::CameraRays> rays_;
   cv::Mat3f light_direction_[3];  ///< unit vectors from the membrane to each light (R, G, B)
   cv::Mat3f brightness_;          ///< of the three lights at each place, at full incidence
   cv::Mat3f ambient_;             ///< BGR
-  cv::Mat3f flat_;                ///< untouched gel, before the lens
+  GelView rest_;
+  cv::Mat3f rest_color_;  ///< of the gel at rest, without specks and dots
   cv::Mat3f background_;
-  cv::Mat1f albedo_;           ///< specks from the start
-  cv::Mat2f late_dirt_slope_;  ///< specks that come with contact are little hills
+  cv::Mat1f albedo_;           ///< on the gel: specks from the start
+  cv::Mat2f late_dirt_slope_;  ///< on the gel: specks that come with contact are little hills
 };
+
+/// As a person draws it: round the ring where the gel leaves the ball. `ball`: on the grid of the gel.
+struct ImageCircle {
+  cv::Point2d center_px;
+  double radius_px = 0;
+};
+ImageCircle seen_circle(const Optics& optics, const PressedBall& ball);
 
 }  // namespace gelslam

@@ -51,9 +51,9 @@ struct SimulatedFrame {
   std::int64_t index = 0;  ///< in the log; background frames count
   double time_s = 0;
   cv::Mat3b bgr;
-  cv::Mat1f height_mm;                      ///< true height of the gel
-  cv::Mat1b contact;                        ///< 255 where gel and object touch
-  cv::Mat2f slope;                          ///< true (dh/dx, dh/dy)
+  cv::Mat1f height_mm;                      ///< true height of the gel, on the grid of the geometry
+  cv::Mat1b contact;                        ///< the same: 255 where gel and object touch
+  cv::Mat2f slope;                          ///< the same: true (dh/dx, dh/dy)
   Pose sensor_T_object = Pose::Identity();  ///< meaningless in background frames
   /// This frame's sensor in the sensor frame of the first contact, mm; nothing where nothing touches.
   std::optional<Pose> start_T_sensor;
