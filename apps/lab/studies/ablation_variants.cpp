@@ -48,7 +48,11 @@ std::vector<Variant> mechanism_variants() {
           {"light compensation", {{"compensate_light", "false"}}},
           {"relocalization", {{"relocalize", "false"}}},
           {"overlap edges", {{"refine", "false"}}},
-          {"patience", {{"patience_s", "0"}}}};
+          {"patience", {{"patience_s", "0"}}},
+          // Of models that state their optics nothing is switched off.
+          {"lens", {{"lens_k1", "0"}, {"lens_center_px", "[0, 0]"}, {"pixel_aspect", "1"}}},
+          {"perspective", {{"camera_distance_mm", "0"}}},
+          {"dome", {{"gel_dome_per_mm", "[0, 0]"}}}};
 }
 
 Variant parse_variant(const std::string& text) {
