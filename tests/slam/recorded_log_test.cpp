@@ -123,6 +123,32 @@ TEST_F(RecordedLog, HostileAttachmentsAreNamed) {
   EXPECT_THROW(attachments_of(config), Error);
 }
 
+TEST_F(RecordedLog, OpticsAreOfTheModelElseTheLogElseTheMini) {
+  input.model = folder / "model.pth";
+  const auto found = [&] {
+    const Config config = resolve_config(input);
+    return std::pair(config.optics_from, config.surface.optics);
+  };
+  record({});
+  EXPECT_EQ(found(), std::pair(std::string("GelSight Mini"), kGelSightMiniOptics));
+  write_bytes(folder / "config.yaml", "device_config:\n  ppmm: 0.0317\n");  // the middle half of the picture
+  EXPECT_NEAR(found().second.lens_k1, kGelSightMiniOptics.lens_k1 / 4, 1e-9);
+  EXPECT_EQ(found().second.gel_dome_per_mm, kGelSightMiniOptics.gel_dome_per_mm);
+  write_bytes(folder / "config.yaml", "device_config:\n  device_name: DIGIT\n");
+  EXPECT_EQ(found(), std::pair(std::string("default"), SensorOptics{}));
+  std::filesystem::create_directory(folder / "elsewhere");
+  input.log = std::filesystem::path(folder / "elsewhere/a.mkv");
+  std::filesystem::copy(folder / "a.mkv", input.log);
+  const SensorOptics of_log{0, {0, 0}, 1, 30, {0, 0}}, of_model{0, {0, 0}, 1, 25, {0, 0}};
+  write_optics(folder / "elsewhere/optics.yaml", of_log);
+  EXPECT_EQ(found(), std::pair(std::string("log"), of_log));
+  write_bytes(folder / "elsewhere/config.yaml", "device_config:\n  optics: {camera_distance_mm: 40}\n");
+  EXPECT_EQ(found().first, "configuration");
+  EXPECT_EQ(found().second.camera_distance_mm, 40);
+  write_optics(folder / "optics.yaml", of_model);
+  EXPECT_EQ(found(), std::pair(std::string("model"), of_model));
+}
+
 TEST_F(RecordedLog, ACameraNeedsNoLog) {
   input.log.clear();
   EXPECT_EQ(find_config(input).background_frames, Config{}.background_frames);

@@ -31,6 +31,7 @@ class StreamOfALog : public testing::Test {
     PthFile pth;
     pth.layers = layers_of(linear_gel_model());
     write_bytes(folder / "model.pth", zip_archive(pth.entries()));
+    write_optics(folder / "optics.yaml", {});  // of the pictures below
     input.log = folder / "log";
     input.model = folder / "model.pth";
   }

@@ -40,8 +40,31 @@ FoundConfig config_of_log(const LogInput& input) {
   return found;
 }
 
+/// In a narrower picture than they were measured in, the lens shows less of its border.
+SensorOptics mini_optics(const SensorProfile& sensor) {
+  const SensorProfile mini;
+  const double width = sensor.width_px * sensor.pixel_pitch_mm / (mini.width_px * mini.pixel_pitch_mm);
+  SensorOptics optics = kGelSightMiniOptics;
+  optics.lens_k1 *= width * width;
+  return optics;
+}
+
+/// Where the configuration says no optics.
+void add_optics(const LogInput& input, Config& config) {
+  if (config.optics_from != "default") return;
+  const fs::path folder = fs::is_directory(input.log) ? input.log : input.log.parent_path();
+  if (const auto optics = input.log.empty() ? std::nullopt : find_optics(folder / kOpticsFileName)) {
+    config.surface.optics = *optics;
+    config.optics_from = "log";
+  } else if (config.sensor.device_name.find("GelSight Mini") != std::string::npos) {
+    config.surface.optics = mini_optics(config.sensor);
+    config.optics_from = "GelSight Mini";
+  }
+}
+
 FoundConfig look_up(const LogInput& input) {
   FoundConfig found = input.log.empty() ? found_config(input.config) : config_of_log(input);
+  add_optics(input, found.config);
   found.config.sensor.cropped |= input.cropped;
   if (!input.model.empty()) found.config.sensor.calibration_model_path = fs::absolute(input.model);
   return found;

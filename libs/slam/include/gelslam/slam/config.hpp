@@ -25,7 +25,7 @@ struct Config {
   /// Factors on every picture's blue, green and red, background included, before anything looks at it: for a
   /// log from a sensor that is brighter or darker than the one the model was trained on.
   std::array<double, 3> color_gain_bgr = {1.0, 1.0, 1.0};
-  /// Who says surface.optics: "configuration", "model", or else nobody: an orthographic camera, a flat gel.
+  /// Who says surface.optics: "configuration", "log", "model" or "GelSight Mini"; "default": flat gel.
   std::string optics_from = "default";
 };
 
