@@ -65,6 +65,28 @@ TEST(Fusion, TwoPatchesOfASphereMakeOneSphere) {
   EXPECT_GE(*std::min_element(mesh.confidence.begin(), mesh.confidence.end()), 0.01f);
 }
 
+/// A dent that was filled in: it gives way to another touch, and leaves no hole where there is none.
+TEST(Fusion, PixelsThatWereFilledInOnlyCloseTheHole) {
+  const Shape ball = sphere(kRadiusMm);
+  const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.2);
+  const SurfacePtr whole = touch(ball, pose);
+  const auto dented = [&](unsigned char confidence) {
+    auto surface = std::make_shared<Surface>(*whole);
+    surface->height_mm = whole->height_mm.clone();
+    surface->confidence = whole->contact.clone();
+    const cv::Rect dot(cv::Point(whole->contact.cols / 2 - 5, whole->contact.rows / 2 - 5), cv::Size(10, 10));
+    surface->height_mm(dot) -= 0.1;
+    surface->confidence(dot).setTo(confidence);
+    return SurfacePtr(surface);
+  };
+  const auto error_mm = [&](unsigned char confidence) {
+    return accuracy(fuse({{0, pose, whole}, {1, pose, dented(confidence)}}, {}), ball).max_mm;
+  };
+  EXPECT_LT(error_mm(1), 0.5 * error_mm(255));
+  EXPECT_EQ(topology(fuse({{0, pose, dented(1)}}, {})).boundary_edges,
+            topology(fuse({{0, pose, dented(255)}}, {})).boundary_edges);
+}
+
 TEST(Fusion, PatchesOfANearCameraLieWhereTheObjectIs) {
   const Shape ball = sphere(kRadiusMm);
   std::vector<PosedSurface> patches;

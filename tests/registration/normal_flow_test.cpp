@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "../support/analytic_surface.hpp"
+#include "gelslam/registration/verification.hpp"
 
 namespace gelslam {
 namespace {
@@ -45,6 +46,40 @@ TEST(NormalFlow, FollowsAnObjectAcrossThePictureOfANearCamera) {
   const SurfacePtr left = seen_at(4, object_T_left), right = seen_at(-4, object_T_left * left_T_right);
   const Pose start = left_T_right * motion(0.5, -0.5, 1, 0.2, 0.1, 0.1);
   expect_near(register_pair(right, *left, start), left_T_right, kExactDeg, kExactMm);
+}
+
+/// Dents that stay with the gel, as printed dots leave them where they are filled in from around.
+SurfacePtr with_dots(const Surface& surface, bool known) {
+  auto dotted = std::make_shared<Surface>(surface);
+  dotted->normals = surface.normals.clone();
+  dotted->curvature = surface.curvature.clone();
+  dotted->confidence = surface.contact.clone();
+  constexpr int kSpacingPx = 30;
+  constexpr double kRadiusPx = 6;
+  for (int v = 0; v < surface.contact.rows; ++v)
+    for (int u = 0; u < surface.contact.cols; ++u) {
+      const cv::Point2d from(u % kSpacingPx - kSpacingPx / 2, v % kSpacingPx - kSpacingPx / 2);
+      if (surface.contact(v, u) == 0 || cv::norm(from) > kRadiusPx) continue;
+      const cv::Vec3f steep(static_cast<float>(0.05 * from.x), static_cast<float>(0.05 * from.y), 0);
+      dotted->normals(v, u) = cv::normalize(dotted->normals(v, u) + steep);
+      dotted->curvature(v, u) = -0.1f;
+      if (known) dotted->confidence(v, u) = 1;
+    }
+  return dotted;
+}
+
+TEST(NormalFlow, PixelsThatWereFilledInCarryNoTexture) {
+  const Field field = textured_plane(1);
+  const Pose first = motion(0, 0, 0, 0, 0, 0.4), moved = motion(0, 0, 4, 0.5, -0.3, 0.4);
+  const Pose truth = moved.inverse() * first;
+  const auto aligned = [&](bool known) {
+    return register_pair(with_dots(*touch(field, first), known), *with_dots(*touch(field, moved), known));
+  };
+  expect_near(aligned(true), truth, 2 * kExactDeg, 2 * kExactMm);
+  EXPECT_GT(aligned(true).ccs, 0.95);
+  EXPECT_LT(aligned(false).ccs, 0.8) << "the dots are faint";
+  const auto repeats = [&](bool known) { return self_similarity(*with_dots(*touch(field, first), known)); };
+  EXPECT_LT(repeats(true), repeats(false));
 }
 
 /// An object touched at a first place, and at places a known motion away from it.

@@ -5,9 +5,14 @@
 #include <string>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/surface/slopes.hpp"
 
 namespace gelslam::fusion::detail {
 namespace {
+
+/// At most, for pixels that were filled in from around: as much as the border of a contact. It closes the
+/// hole where no other touch shows the place.
+constexpr float kUnreadWeight = 0.1f;
 
 /// sqrt(W), W = (tanh(d/l - 3) + 1)/2, l = H/60, d the distance to the mask's border in pixels: near it lies
 /// the gel's membrane rim and not the object (Huang et al., T-RO 2026). The root, because our mask ends
@@ -78,9 +83,9 @@ std::optional<Patch> Patch::prepare(const PosedSurface& posed, double gradient_s
       const float height_mm = s.height_mm(at) * inverse_scale;
       if (!tilted.allFinite() || !std::isfinite(height_mm)) continue;  // weight 0: it shows nothing
       // A steep slope's height is uncertain by 1/nz: its information falls with nz squared.
+      const float known = weight(at) * tilted.z() * tilted.z() * border_weight(at.x, at.y, s.contact.size());
       pixels[static_cast<std::size_t>(v * box.width + u)] = {
-          height_mm, weight(at) * tilted.z() * tilted.z() * border_weight(at.x, at.y, s.contact.size()),
-          tilted.x(), tilted.y()};
+          height_mm, std::min(known, is_read(s, at) ? 1.0f : kUnreadWeight), tilted.x(), tilted.y()};
     }
   }
   patch.pixels_ = std::make_shared<const std::vector<Pixel>>(std::move(pixels));

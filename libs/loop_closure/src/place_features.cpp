@@ -5,6 +5,8 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "gelslam/surface/slopes.hpp"
+
 namespace gelslam::loop_closure::detail {
 namespace {
 
@@ -43,7 +45,8 @@ cv::Rect around(const cv::Mat1b& mask) {
 
 PlaceFeatures extract_features(const Surface& surface, const LoopClosureOptions& options) {
   PlaceFeatures features;
-  const cv::Mat1b mask = inner_contact(surface);
+  cv::Mat1b mask;
+  cv::bitwise_and(inner_contact(surface), read_contact(surface), mask);
   if (cv::countNonZero(mask) == 0) return features;
 
   constexpr int kOctaveLayers = 3;  // as published (Lowe 2004)

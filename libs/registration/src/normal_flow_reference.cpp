@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "gelslam/registration/verification.hpp"
+#include "gelslam/surface/slopes.hpp"
 
 namespace gelslam {
 namespace {
@@ -34,7 +35,7 @@ std::vector<cv::Point> select_samples(const Surface& surface, int max_samples) {
   bend.reserve(candidates.capacity());
   for (int v = 1; v + 1 < surface.contact.rows; ++v)
     for (int u = 1; u + 1 < surface.contact.cols; ++u)
-      if (surface.contact(v, u)) {
+      if (is_read(surface, {u, v})) {
         candidates.emplace_back(u, v);
         bend.push_back(std::fabs(surface.curvature(v, u)));
       }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gelslam/surface/slopes.hpp"
+
 namespace gelslam::registration::detail {
 namespace {
 
@@ -26,8 +28,10 @@ CurvatureAgreement compare_curvature(const NormalFlowReference::Impl& reference,
     const double c = reference.curvature[k];
     all += std::fabs(c);
     if (residuals.weight[k] <= 0) continue;
-    const double d = target.curvature(lookup.pixel(lookup.warped_mm(k)));
+    const cv::Point at = lookup.pixel(lookup.warped_mm(k));
+    const double d = target.curvature(at);
     shared += std::fabs(c);
+    if (!is_read(target, at)) continue;
     dot += c * d;
     reference2 += c * c;
     target2 += d * d;

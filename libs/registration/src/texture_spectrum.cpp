@@ -4,6 +4,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "gelslam/core/se3.hpp"
+#include "gelslam/surface/slopes.hpp"
 
 namespace gelslam::registration::detail {
 namespace {
@@ -36,7 +37,7 @@ cv::Mat1f correlate(const cv::Mat& a, const cv::Mat& b) {
 
 CoarseTexture::CoarseTexture(const Surface& surface)
     : pixel_pitch_mm(surface.pixel_pitch_mm * kTextureShrink) {
-  surface.contact.convertTo(mask, CV_32F, 1.0 / 255.0);
+  read_contact(surface).convertTo(mask, CV_32F, 1.0 / 255.0);
   cv::resize(mask, mask, {}, 1.0 / kTextureShrink, 1.0 / kTextureShrink, cv::INTER_NEAREST);
   cv::resize(surface.curvature, curvature, mask.size(), 0, 0, cv::INTER_AREA);
   remove_mean();

@@ -180,13 +180,17 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
       static_cast<float>(relative_sigma(self.uncertainty));  // as a packed surface keeps it
   surface->confidence = cv::Mat1b::zeros(self.size);
   self.confidence.copyTo(surface->confidence, surface->contact);
-  if (const cv::Mat1b& covered = self.pixels.covered(); !covered.empty())
-    surface->confidence.setTo(1, (self.rest_grid.resample(covered) > 0) & surface->contact);  // the least
+  cv::Mat1b unread;
+  if (const cv::Mat1b& covered = self.pixels.covered(); !covered.empty()) {
+    // Curvature and the change of normals are differences of neighbors.
+    cv::dilate(self.rest_grid.resample(covered) > 0, unread, cv::Mat());
+    surface->confidence.setTo(1, unread & surface->contact);
+  }
   self.remember_contact();
   self.timings.contact_ms = watch.lap_ms();
 
   surface->normals = normals_from_gradient(self.gx, self.gy);
-  surface->curvature = curvature_in_contact(self.gx, self.gy, surface->contact);
+  surface->curvature = curvature_in_contact(self.gx, self.gy, surface->contact, unread);
   self.timings.normals_ms = watch.lap_ms();
   return surface;
 }

@@ -390,14 +390,24 @@ cv::Mat1f divergence(const cv::Mat1f& gx, const cv::Mat1f& gy) {
   return by_x;
 }
 
-cv::Mat1f curvature_in_contact(const cv::Mat1f& gx, const cv::Mat1f& gy, const cv::Mat1b& contact) {
+cv::Mat1f curvature_in_contact(const cv::Mat1f& gx, const cv::Mat1f& gy, const cv::Mat1b& contact,
+                               const cv::Mat1b& unread) {
   constexpr int kSmoothedPx = 2;  // to each side
   cv::Mat1f curvature(contact.size(), 0.0F), smooth;
   const cv::Rect box = cv::boundingRect(contact);
   if (box.empty()) return curvature;
   const cv::Rect around = grown(box, kSmoothedPx, contact.size());
-  cv::GaussianBlur(divergence(gx(around), gy(around)), smooth,
-                   cv::Size(2 * kSmoothedPx + 1, 2 * kSmoothedPx + 1), 0.0);
+  const cv::Size kernel(2 * kSmoothedPx + 1, 2 * kSmoothedPx + 1);
+  cv::Mat1f sharp = divergence(gx(around), gy(around));
+  if (!unread.empty()) sharp.setTo(0.0, unread(around));
+  cv::GaussianBlur(sharp, smooth, kernel, 0.0);
+  if (!unread.empty()) {
+    cv::Mat1f read;
+    cv::Mat(unread(around) == 0).convertTo(read, CV_32F, 1.0 / 255);
+    cv::GaussianBlur(read, read, kernel, 0.0);
+    cv::divide(smooth, read, smooth);
+    smooth.setTo(0.0, unread(around));
+  }
   cv::min(smooth, kMaxCurvature, smooth);
   cv::max(smooth, -kMaxCurvature, smooth);
   smooth(box - around.tl()).copyTo(curvature(box), contact(box));

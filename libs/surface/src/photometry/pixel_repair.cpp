@@ -111,7 +111,7 @@ const cv::Mat3b& PixelRepair::clean(const cv::Mat3b& bgr) {
   covered_.release();
   const cv::Mat3b& whole = replace_wrong_values(bgr);
   if (!find_spots(whole)) return whole;
-  if (!dots_.empty()) covered_ = readable_ == 0;
+  covered_ = readable_ == 0;
   return fill_spots(whole, dots_.empty() ? 0 : kSmoothRounds);
 }
 

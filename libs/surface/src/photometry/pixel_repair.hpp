@@ -31,7 +31,7 @@ class PixelRepair {
   const cv::Mat3b& background() const { return background_; }
   /// `bgr` itself where nothing is wrong; else a copy, valid until the next call.
   const cv::Mat3b& clean(const cv::Mat3b& bgr);
-  /// Of the last picture on a gel with markers: 255 where it was filled in. Else empty.
+  /// Of the last picture: 255 where it was filled in; empty: nowhere.
   const cv::Mat1b& covered() const { return covered_; }
 
  private:

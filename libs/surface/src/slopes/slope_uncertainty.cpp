@@ -11,6 +11,8 @@ namespace {
 // 0.15 at 3 mm from the border and by 0.3 at 1 mm.
 constexpr double kBorderSigmaRad = 0.4, kBorderLengthMm = 1.6;
 
+constexpr int kFilledIn = 1;  // in Surface::confidence
+
 }  // namespace
 
 SlopeUncertainty default_uncertainty(cv::Size picture, double pixel_pitch_mm) {
@@ -47,9 +49,20 @@ cv::Mat1b confidence_map(const SlopeUncertainty& uncertainty, cv::Size picture) 
   cv::Mat1b map(picture);
   std::transform(sigma.begin(), sigma.end(), map.begin(), [least](float s) {
     const double share = std::min(1.0, least / static_cast<double>(s));
-    return static_cast<unsigned char>(std::clamp(std::lround(255 * share * share), 1L, 255L));
+    return static_cast<unsigned char>(std::clamp(std::lround(255 * share * share), kFilledIn + 1L, 255L));
   });
   return map;
+}
+
+bool is_read(const Surface& surface, cv::Point pixel) {
+  return surface.confidence.empty() ? surface.contact(pixel) != 0 : surface.confidence(pixel) > kFilledIn;
+}
+
+cv::Mat1b read_contact(const Surface& surface) {
+  if (surface.confidence.empty()) return surface.contact;
+  cv::Mat1b read;
+  cv::compare(surface.confidence, kFilledIn, read, cv::CMP_GT);
+  return read;
 }
 
 }  // namespace gelslam

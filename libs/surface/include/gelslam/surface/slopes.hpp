@@ -54,8 +54,13 @@ SlopeUncertainty uncertainty_of(const GradientModel& model, cv::Size picture, do
 /// Standard deviation at the best place of the gel over kBestSlopeSigmaRad, as in Surface::model_sigma.
 double relative_sigma(const SlopeUncertainty& uncertainty);
 
-/// 255 (best / sigma)² of every pixel, 1 to 255: Surface::confidence where all is contact. The best is the
+/// 255 (best / sigma)² of every pixel, 2 to 255: Surface::confidence where all is contact. The best is the
 /// least sigma, at least kBestSlopeSigmaRad.
 cv::Mat1b confidence_map(const SlopeUncertainty& uncertainty, cv::Size picture);
+
+/// Whether the picture shows the object there: it is contact, and was not filled in from around.
+bool is_read(const Surface& surface, cv::Point pixel);
+/// 255 where it is.
+cv::Mat1b read_contact(const Surface& surface);
 
 }  // namespace gelslam
