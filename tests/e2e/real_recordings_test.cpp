@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -43,6 +44,20 @@ class RealRecordings : public testing::Test {
     return frames;
   }
 
+  /// Of a gel with dots, of which 0.0453 mm are a pixel.
+  std::vector<std::string> dotted(const fs::path& background) const {
+    return {"--model",  (real / "nnmini.pt").string(),  "--background", background.string(),
+            "--config", (folder / "dots.yaml").string()};
+  }
+
+  static double most_contact_px(const std::vector<nlohmann::json>& frames, int first, double pitch_mm) {
+    double most = 0;
+    for (const nlohmann::json& frame : frames)
+      if (frame.at("frame") >= first && frame.at("contact").is_object())
+        most = std::max(most, frame.at("contact").at("area_mm2").get<double>() / (pitch_mm * pitch_mm));
+    return most;
+  }
+
   const fs::path data = test::data_folder(), real = data / "real";
   const test::TemporaryFolder folder;
 };
@@ -55,7 +70,49 @@ TEST_F(RealRecordings, AFingerIsTrackedHoweverItsClipIsEncoded) {
                                        [](const nlohmann::json& f) { return f.at("status") == "tracked"; });
     EXPECT_EQ(frames.size(), 306U) << clip;
     EXPECT_GE(tracked, 205) << clip;
+    // A person counts 15 000 of its tip; for eight frames it lies flat, and as much as 25 800 touches.
+    EXPECT_LT(most_contact_px(frames, 0, 0.0634), 27'000) << clip;
   }
+}
+
+TEST_F(RealRecordings, BareGelBesideASmallTouchIsNoContact) {
+  // Frames from which on the object is there, and pixels that touch by eye, with a margin.
+  const std::map<std::string, std::pair<int, int>> touched{{"wooden_statue_4", {10, 12'000}},
+                                                           {"tin_box_1", {18, 27'000}}};
+  for (const auto& [name, limit] : touched) {
+    const fs::path log = real / "bare_gel" / (name + "_right.avi");
+    const auto frames = track(log, dotted(real / "bare_gel" / (name + "_background.png")));
+    ASSERT_GT(frames.size(), 100U) << name;
+    EXPECT_LT(most_contact_px(frames, limit.first, 0.0453), limit.second) << name;
+  }
+}
+
+/// They are shaken by up to 0.7 mm per frame.
+TEST_F(RealRecordings, AHeldObjectStaysInOneTrial) {
+  for (const char* name : {"tin_box_2", "tin_box_3", "wooden_statue_1", "wooden_statue_2"}) {
+    const fs::path pair = real / "pairs" / name;
+    const auto facts = nlohmann::json::parse(test::read_bytes(pair / "pair.json"));
+    const int start = facts.at("start"), end = facts.at("end");
+    for (const std::string side : {"left", "right"}) {
+      std::map<int, int> frames_of_trial;
+      for (const auto& frame :
+           track(pair / (side + ".avi"), dotted(pair / ("background_" + side + ".png")))) {
+        const int at = frame.at("frame");
+        if (start <= at && at <= end && frame.at("status") == "tracked") ++frames_of_trial[frame.at("trial")];
+      }
+      int longest = 0;
+      for (const auto& [trial, frames] : frames_of_trial) longest = std::max(longest, frames);
+      EXPECT_GE(longest, 0.9 * (end - start + 1)) << name << " " << side;
+    }
+  }
+}
+
+TEST_F(RealRecordings, AMeshOfOneLargeAndManyTinyTrianglesIsClosedInSeconds) {
+  const fs::path mesh = folder / "closed.ply";
+  const test::ProgramResult result =
+      run({"export", (real / "faults/sliver.ply").string(), "--watertight", "-o", mesh.string()});
+  EXPECT_LE(result.exit_code, 1) << result.err;
+  EXPECT_TRUE(fs::exists(mesh));
 }
 
 /// Their first pictures are dark, or old ones from the camera's buffers. When the object comes was seen by
