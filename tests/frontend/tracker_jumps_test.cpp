@@ -75,6 +75,20 @@ TEST(Tracker, APatternThatMovesAsAHandDoesIsFollowed) {
   }
 }
 
+/// At constant velocity it would be more than a millimeter further, and an edge shows no place along itself.
+TEST(Tracker, AnEdgeThatIsShakenIsFollowed) {
+  Tracker tracker(TrackerOptions{});
+  const std::array<double, 6> y_mm = {0, 0.05, -0.05, 0.6, -0.05, 0.6};
+  for (int i = 0; i < 6; ++i) {
+    const double at_mm = y_mm[static_cast<std::size_t>(i)];
+    const TrackedFrame frame =
+        tracker.track(i, 0.04 * i, touch(extruded_edge(), motion(0, 0, 0, 0, at_mm, 0.4), everywhere()));
+    ASSERT_EQ(frame.status, TrackStatus::tracked) << i;
+    EXPECT_EQ(frame.trial, 0);
+    EXPECT_NEAR(frame.trial_T_frame.translation().y(), at_mm, kStepMm * (i + 1)) << i;
+  }
+}
+
 TEST(Tracker, APatternThatMovedWhenItWasTouchedBeginsATrialWithTheSecondFrame) {
   constexpr double kStepMm = 0.35;
   Tracker tracker(TrackerOptions{});

@@ -166,8 +166,11 @@ RegistrationResult Tracker::relocalize_on(const Reference& reference, const Surf
     return unconfirmed;
   }
   const double start_s = clock_ ? clock_() : 0;
+  // A body that is shaken turns back within a frame.
+  const Pose expected[] = {reference.T_predicted.inverse(), reference.T_previous.inverse()};
+  const bool goes_on = innovation_mm(registration, expected[0]) <= innovation_mm(registration, expected[1]);
   const RegistrationResult place =
-      relocalize(*reference.prepared.samples(), surface, reference.T_predicted.inverse(), registration,
+      relocalize(*reference.prepared.samples(), surface, expected[goes_on ? 0 : 1], registration,
                  normal_flow_, verification_);
   if (clock_) relocalization_debt_s_ += clock_() - start_s;
   // Another method starts from there and decides.
