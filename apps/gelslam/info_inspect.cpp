@@ -168,7 +168,11 @@ InfoReport inspect_log(const fs::path& log) {
   const bool is_data = is_folder && (fs::exists(config, code) || fs::exists(folder / "gelsight.avi", code));
   InfoReport report{log, is_data ? "a data folder" : is_folder ? "a folder of images" : "a log"};
   SensorProfile profile;
-  if (fs::exists(config, code)) attempt(report, [&] { profile = add_config(report, read_config(config)); });
+  if (fs::exists(config, code))
+    attempt(report, [&] {
+      profile =
+          add_config(report, find_config({.log = log, .config = config, .model = {}, .background = {}}));
+    });
   const auto add = [&] { add_log(report, log, profile); };
   is_data ? attempt(report, add) : add();
   if (!profile.calibration_model_path.empty())
@@ -229,7 +233,9 @@ InfoReport inspect_file(const fs::path& file, ProgressSink& progress) {
     report.commands = {"reconstruct --model", "scan --model"};
   } else if (ending == ".yaml" || ending == ".yml") {
     report.kind = "a configuration";
-    const fs::path model = add_config(report, read_config(file)).calibration_model_path;
+    const fs::path model =
+        add_config(report, find_config({.log = {}, .config = file, .model = {}, .background = {}}))
+            .calibration_model_path;
     if (!model.empty()) attempt(report, [&] { add_model(report, model); });
     report.commands = {"reconstruct --config", "scan --config"};
   } else if (ending == ".ply" || ending == ".obj" || ending == ".stl") {
