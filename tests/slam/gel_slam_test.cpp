@@ -61,8 +61,7 @@ class Scan {
 
 /// A stroke of a few frames from (x, y).
 void stroke(Scan& scan, double x_mm, double y_mm, double twist_deg) {
-  for (int i = 0; i < 3; ++i)
-    scan.see(motion(0.5 * i, 0, twist_deg, x_mm + 0.3 * i, y_mm - 0.2 * i, 0.4));
+  for (int i = 0; i < 3; ++i) scan.see(motion(0.5 * i, 0, twist_deg, x_mm + 0.3 * i, y_mm - 0.2 * i, 0.4));
 }
 
 /// Every frame with a pose in the map lies where the truth has it, seen from the anchor. A pose graph without
