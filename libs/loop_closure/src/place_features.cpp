@@ -5,8 +5,6 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "gelslam/surface/slopes.hpp"
-
 namespace gelslam::loop_closure::detail {
 namespace {
 
@@ -45,8 +43,7 @@ cv::Rect around(const cv::Mat1b& mask) {
 
 PlaceFeatures extract_features(const Surface& surface, const LoopClosureOptions& options) {
   PlaceFeatures features;
-  cv::Mat1b mask;
-  cv::bitwise_and(inner_contact(surface), read_contact(surface), mask);
+  const cv::Mat1b mask = inner_contact(surface);
   if (cv::countNonZero(mask) == 0) return features;
 
   constexpr int kOctaveLayers = 3;  // as published (Lowe 2004)
