@@ -24,7 +24,8 @@ constexpr float kUsualSlopeRad = 0.25F;    // within a contact
 // Slopes that are read too flat on one flank of a contact let bare gel beyond it come out too low by a share
 // of the contact's depth: models of another sensor read a third too flat. Pressed faces lie lower than that.
 constexpr float kMaxFall = 0.4F;
-constexpr float kMinFallPx = 3 * kBareHeightPx;
+// A borrowed model errs by so much on shallow touches: 0.06 mm on a GelSight Mini.
+constexpr float kMinFallPx = 1.0F;
 
 constexpr int kPanel = 4 * kLanes;  // columns at a time, for which vector registers suffice
 
