@@ -113,7 +113,7 @@ TEST_F(StreamOfALog, ContactInTheBackgroundIsRefusedUnlessForced) {
 
 TEST_F(StreamOfALog, DoubtsAboutTheBackgroundAreReported) {
   record(10, false);
-  EXPECT_THAT(open().background_doubts(), ElementsAre(HasSubstr("GelSight Mini's lamps")));
+  EXPECT_THAT(open().background_doubts(), ElementsAre(HasSubstr("colors do not lie as a GelSight Mini's")));
   input.config = folder / "other.yaml";
   write_bytes(input.config, "device_config:\n  device_name: other\n");
   EXPECT_THAT(open().background_doubts(), IsEmpty()) << "its lamps are not known";
