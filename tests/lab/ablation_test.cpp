@@ -8,6 +8,7 @@
 #include "ablation_variants.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/evaluation/evaluation.hpp"
+#include "gelslam/sensor/sensor_profile.hpp"
 #include "gelslam/simulation/data_folder.hpp"
 #include "gelslam/slam/reconstruct.hpp"
 #include "gelslam/surface/model_file.hpp"
@@ -145,6 +146,7 @@ TEST(AblationVariants, SetKeysOfTheConfiguration) {
   EXPECT_EQ(changed.slam.registration.curvature.min_scr, 0.25);
   EXPECT_EQ(changed.slam.verification.curvature.min_scr, config.slam.verification.curvature.min_scr);
   EXPECT_EQ(changed.sensor.device_name, "mine");
+  config.surface.optics = kGelSightMiniOptics;
   for (const lab::Variant& variant : lab::mechanism_variants())
     EXPECT_NE(write_config(lab::with_settings(config, variant)), write_config(config)) << variant.name;
 }

@@ -10,6 +10,7 @@
 #include "../support/data_folder.hpp"
 #include "../support/run_program.hpp"
 #include "gelslam/core/npy.hpp"
+#include "gelslam/core/sensor_optics.hpp"
 #include "linear_gel.hpp"
 #include "pth_file.hpp"
 
@@ -28,6 +29,7 @@ class SurfaceCommand : public ::testing::Test {
     PthFile file;
     file.layers = layers_of(linear_gel_model());
     write_bytes(folder_ / "nnmodel.pth", zip_archive(file.entries()));
+    write_optics(folder_ / kOpticsFileName, {});  // as they are rendered
     write_picture("background.png", render(cv::Mat1f(kSensor, 0.0F), kPitchMm, 0.0, 1));
     truth_ = ball_press(kSensor, kPitchMm, 150, 110, 4.0, 0.5);
     write_picture("touch.png", render(truth_, kPitchMm, 0.5, 2));
