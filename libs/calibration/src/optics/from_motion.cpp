@@ -216,7 +216,7 @@ class Adjustment {
     options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
     options.max_num_iterations = 15;
     options.function_tolerance = 1e-5;
-    options.num_threads = 2;
+    options.num_threads = 1;  // sums in one order: the same result every time
     options.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;
     ceres::Solve(options, &problem_, &summary);
