@@ -120,13 +120,9 @@ ordered_json rig_fields(const SlamMap& map) {
 }
 
 ordered_json optics_fields(const Config& config) {
-  const SensorOptics& optics = config.surface.optics;
-  return {{"from", config.optics_from},
-          {"lens_k1", optics.lens_k1},
-          {"lens_center_px", optics.lens_center_px},
-          {"pixel_aspect", optics.pixel_aspect},
-          {"camera_distance_mm", optics.camera_distance_mm},
-          {"gel_dome_per_mm", optics.gel_dome_per_mm}};
+  ordered_json fields = {{"from", config.optics_from}};
+  fields.update(ordered_json(config.surface.optics));
+  return fields;
 }
 
 ordered_json report(const Config& config, const SlamMap& map, const RunAccount& account) {

@@ -76,14 +76,6 @@ SensorOptics parse_optics(const Json& json) {
   return optics;
 }
 
-Json to_json(const SensorOptics& optics) {
-  return {{"lens_k1", optics.lens_k1},
-          {"lens_center_px", optics.lens_center_px},
-          {"pixel_aspect", optics.pixel_aspect},
-          {"camera_distance_mm", optics.camera_distance_mm},
-          {"gel_dome_per_mm", optics.gel_dome_per_mm}};
-}
-
 CalibrationRecord parse_record(const Json& json) {
   CalibrationRecord record;
   record.width_px = whole_number(json, "width_px", 1, 100'000);
@@ -193,7 +185,7 @@ void write_model_file(const std::filesystem::path& path, const ModelFile& file) 
     for (const float sigma : file.model.sigma_rad)
       sigmas.push_back(std::round(1e4 * static_cast<double>(sigma)) / 1e4);
   }
-  if (file.model.optics) json["optics"] = to_json(*file.model.optics);
+  if (file.model.optics) json["optics"] = *file.model.optics;
   json["layers"] = Json::array();
   for (std::size_t l = 0; l < GradientModel::kLayers; ++l)
     json["layers"].push_back({{"weight", file.model.weight(l)}, {"bias", file.model.bias(l)}});

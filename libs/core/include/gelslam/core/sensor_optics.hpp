@@ -37,7 +37,15 @@ std::string why_impossible(const SensorOptics& optics, int width_px, int height_
 /// For people: "camera at 22 mm, lens k1 0.037, dome 0.0017 and 0.0028 per mm".
 std::string optics_text(const SensorOptics& optics);
 
-/// The numbers under the names that files have for them.
+/// The numbers under the names that files have for them. `Json`: nlohmann's, which calls this.
+template <typename Json>
+void to_json(Json& json, const SensorOptics& optics) {
+  json = {{"lens_k1", optics.lens_k1},
+          {"lens_center_px", optics.lens_center_px},
+          {"pixel_aspect", optics.pixel_aspect},
+          {"camera_distance_mm", optics.camera_distance_mm},
+          {"gel_dome_per_mm", optics.gel_dome_per_mm}};
+}
 void describe_optics(OptionVisitor& visit, SensorOptics& optics);
 
 /// Name of the file beside a model or a calibration's catalog.

@@ -36,9 +36,8 @@ class GelSlam {
   void skip(std::int64_t frame, double time_s);
 
   /// Optimize: all keyframes' poses in the frame of the map's anchor, and how well they are known. May be
-  /// called at any time; frames may follow. `refine` true: with overlap edges; false:
-  /// with the edges that are known, which takes tenths of a second. `progress` (may be null) receives the
-  /// task "closing loops".
+  /// called at any time; frames may follow. `refine` true: with overlap edges; false: with the edges that are
+  /// known, which takes tenths of a second. `progress` (may be null) receives the task "closing loops".
   SlamMap finish(bool refine = true, ProgressSink* progress = nullptr) const;
 
  private:
