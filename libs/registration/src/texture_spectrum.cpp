@@ -55,6 +55,12 @@ CoarseTexture CoarseTexture::turned(double angle_rad) const {
   return result;
 }
 
+void CoarseTexture::crop() {
+  const cv::Rect box = cv::boundingRect(cv::Mat1b(mask > 0));
+  mask = mask(box);
+  curvature = curvature(box);
+}
+
 void CoarseTexture::remove_mean() {
   pixels = cv::sum(mask)[0];
   if (pixels > 0) curvature -= static_cast<float>(curvature.dot(mask) / pixels);

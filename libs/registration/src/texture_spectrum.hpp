@@ -20,6 +20,8 @@ struct CoarseTexture {
   explicit CoarseTexture(const Surface& surface);
   /// Turned about the sensor's z axis.
   CoarseTexture turned(double angle_rad) const;
+  /// To the contact, where no other texture has to be of the same size.
+  void crop();
 
  private:
   void remove_mean();

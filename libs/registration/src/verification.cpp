@@ -100,8 +100,9 @@ double free_space_violation(const Surface& reference, const Surface& target, con
 double self_similarity(const Surface& surface) {
   constexpr double kMinShared = 0.5;
   if (surface.contact_pixels == 0) return 0.0;
-  const CoarseTexture texture(surface);
+  CoarseTexture texture(surface);
   if (texture.pixels < 1) return 0.0;
+  texture.crop();
   const TextureSpectrum spectrum(texture);
   const auto [similarity, shared] = spectrum.laid_on(spectrum);
   const double min_shift_px = kMinPeriodMm / texture.pixel_pitch_mm;

@@ -58,7 +58,8 @@ cv::Rect box_of(const PackedHeader& h) { return {h.box_x, h.box_y, h.box_width, 
 
 std::int16_t steps(float value, float step) {
   constexpr float kMost = 32767.0F;
-  return static_cast<std::int16_t>(std::lround(std::clamp(value / step, -kMost, kMost)));
+  const float steps = std::clamp(value / step, -kMost, kMost);
+  return static_cast<std::int16_t>(steps + std::copysign(0.5F, steps));  // std::lround() is a call per pixel
 }
 
 /// The median edge detector of JPEG-LS (Weinberger et al. 2000): what the three neighbors that are known
@@ -133,26 +134,36 @@ void append_coarse_planes(const Surface& surface, const cv::Rect& box, std::stri
     for (int u = 0; u < cells.width; ++u) {
       const cv::Rect cell = cell_at(u, v, size);
       if (box.contains(cell.tl())) continue;
-      const cv::Scalar normal = cv::mean(surface.normals(cell));
-      nx(v, u) = steps(static_cast<float>(normal[0]), PackedSurface::kCoarseNormalStep);
-      ny(v, u) = steps(static_cast<float>(normal[1]), PackedSurface::kCoarseNormalStep);
-      height(v, u) =
-          steps(static_cast<float>(cv::mean(surface.height_mm(cell))[0]), PackedSurface::kCoarseHeightStepMm);
+      cv::Vec3d normal(0, 0, 0);
+      double height_mm = 0;
+      for (int y = cell.y; y < cell.br().y; ++y)
+        for (int x = cell.x; x < cell.br().x; ++x) {
+          normal += surface.normals(y, x);
+          height_mm += static_cast<double>(surface.height_mm(y, x));
+        }
+      const double share = 1.0 / cell.area();
+      nx(v, u) = steps(static_cast<float>(normal[0] * share), PackedSurface::kCoarseNormalStep);
+      ny(v, u) = steps(static_cast<float>(normal[1] * share), PackedSurface::kCoarseNormalStep);
+      height(v, u) = steps(static_cast<float>(height_mm * share), PackedSurface::kCoarseHeightStepMm);
     }
   for (auto* plane : {&nx, &ny, &height}) append_plane(*plane, planes);
 }
 
 std::string planes_of(const Surface& surface, const cv::Rect& box, bool has_confidence) {
   cv::Mat_<std::int16_t> nx(box.size()), ny(box.size()), height(box.size()), curvature(box.size());
-  for (int v = 0; v < box.height; ++v)
+  for (int v = 0; v < box.height; ++v) {
+    const cv::Vec3f* const normals = surface.normals[box.y + v] + box.x;
+    const float *const heights_mm = surface.height_mm[box.y + v] + box.x, *const curvatures =
+                                                                              surface.curvature[box.y + v] +
+                                                                              box.x;
+    const std::uint8_t* const contact = surface.contact[box.y + v] + box.x;
     for (int u = 0; u < box.width; ++u) {
-      const cv::Point p(box.x + u, box.y + v);
-      const cv::Vec3f& n = surface.normals(p);
-      nx(v, u) = steps(n[0], PackedSurface::kNormalStep);
-      ny(v, u) = steps(n[1], PackedSurface::kNormalStep);
-      height(v, u) = PackedSurface::height_steps(surface.height_mm(p));
-      curvature(v, u) = steps(surface.contact(p) ? surface.curvature(p) : 0, PackedSurface::kCurvatureStep);
+      nx(v, u) = steps(normals[u][0], PackedSurface::kNormalStep);
+      ny(v, u) = steps(normals[u][1], PackedSurface::kNormalStep);
+      height(v, u) = PackedSurface::height_steps(heights_mm[u]);
+      curvature(v, u) = steps(contact[u] ? curvatures[u] : 0, PackedSurface::kCurvatureStep);
     }
+  }
   std::string planes;
   append_coarse_planes(surface, box, planes);
   for (auto* plane : {&nx, &ny, &height, &curvature}) append_plane(*plane, planes);
