@@ -1,7 +1,10 @@
 #include "heights/rest_grid.hpp"
 
-#include <opencv2/imgproc.hpp>
+#include <algorithm>
+#include <opencv2/core.hpp>
+#include <vector>
 
+#include "gelslam/core/target_clones.hpp"
 #include "photometry/blocks.hpp"
 
 namespace gelslam::surface::detail {
@@ -12,7 +15,7 @@ constexpr double kNowhere = -1e4;  // beyond any picture
 /// `from(pixel)`: where a pixel of the result comes from. `cell_px`: pixels of the picture along one of the
 /// grid.
 template <typename From>
-cv::Mat2f places(cv::Size grid, int cell_px, const From& from) {
+cv::Mat2f positions(cv::Size grid, int cell_px, const From& from) {
   cv::Mat2f at(grid);
   const double middle = 0.5 * (cell_px - 1);
   for (int v = 0; v < grid.height; ++v)
@@ -24,11 +27,46 @@ cv::Mat2f places(cv::Size grid, int cell_px, const From& from) {
   return at;
 }
 
-template <typename Way>
-cv::Mat taken(const cv::Mat& map, const Way& way) {
-  if (way.at.empty()) return map;
-  cv::Mat result;
-  cv::remap(map, result, way.at, way.between, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+RestGrid::Places places_of(const cv::Mat2f& at) {
+  const int last_column = at.cols - 2, last_row = at.rows - 2;
+  RestGrid::Places places;
+  for (const cv::Vec2f& px : at) {
+    const float x = std::clamp(px[0], 0.0F, static_cast<float>(at.cols - 1)),
+                y = std::clamp(px[1], 0.0F, static_cast<float>(at.rows - 1));
+    const int column = std::min(static_cast<int>(x), last_column),
+              row = std::min(static_cast<int>(y), last_row);
+    places.first.push_back(row * at.cols + column);
+    places.right.push_back(x - static_cast<float>(column));
+    places.below.push_back(y - static_cast<float>(row));
+  }
+  return places;
+}
+
+GELSLAM_CLONES void interpolate(const float* raw, int columns, const std::int32_t* first, const float* right,
+                                const float* below, std::size_t count, float* rest) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const float *const upper = raw + first[i], *const lower = upper + columns;
+    const float above = upper[0] + right[i] * (upper[1] - upper[0]),
+                beneath = lower[0] + right[i] * (lower[1] - lower[0]);
+    rest[i] = above + below[i] * (beneath - above);
+  }
+}
+
+cv::Mat1f taken(const cv::Mat1f& map, const RestGrid::Places& places) {
+  if (places.first.empty()) return map;
+  const cv::Mat1f raw = map.isContinuous() ? map : map.clone();
+  cv::Mat1f result(map.size());
+  interpolate(raw[0], map.cols, places.first.data(), places.right.data(), places.below.data(), result.total(),
+              result[0]);
+  return result;
+}
+
+cv::Mat1b taken(const cv::Mat1b& map, const RestGrid::Places& places) {
+  if (places.first.empty()) return map;
+  cv::Mat1f values;
+  map.convertTo(values, CV_32F);
+  cv::Mat1b result;
+  taken(values, places).convertTo(result, CV_8U);
   return result;
 }
 
@@ -39,15 +77,12 @@ RestGrid::RestGrid(const CameraModel& camera) {
   const auto raw_of = [&](const Eigen::Vector2d& px) {
     return camera.raw_px(px).value_or(Eigen::Vector2d(kNowhere, kNowhere));
   };
-  const auto prepare = [](const cv::Mat2f& at, Way& way) {
-    cv::convertMaps(at, cv::noArray(), way.at, way.between, CV_16SC2);
-  };
-  const cv::Mat2f pixels = places(camera.size, 1, raw_of);
-  prepare(pixels, to_rest_);
-  prepare(places(block_grid(camera.size), kBlockPx, raw_of), blocks_to_rest_);
-  prepare(places(block_grid(camera.size), kBlockPx,
-                 [&](const Eigen::Vector2d& px) { return camera.rest_px(px); }),
-          blocks_to_raw_);
+  const cv::Size blocks = block_grid(camera.size);
+  const cv::Mat2f pixels = positions(camera.size, 1, raw_of);
+  to_rest_ = places_of(pixels);
+  blocks_to_rest_ = places_of(positions(blocks, kBlockPx, raw_of));
+  blocks_to_raw_ =
+      places_of(positions(blocks, kBlockPx, [&](const Eigen::Vector2d& px) { return camera.rest_px(px); }));
   beyond_.create(camera.size);
   for (int v = 0; v < beyond_.rows; ++v)
     for (int u = 0; u < beyond_.cols; ++u) {
@@ -56,15 +91,26 @@ RestGrid::RestGrid(const CameraModel& camera) {
     }
 }
 
-cv::Mat RestGrid::resample(const cv::Mat& raw) const { return taken(raw, to_rest_); }
-cv::Mat RestGrid::resample_blocks(const cv::Mat& raw) const { return taken(raw, blocks_to_rest_); }
+cv::Mat1f RestGrid::resample(const cv::Mat1f& raw) const { return taken(raw, to_rest_); }
+
+cv::Mat1b RestGrid::resample(const cv::Mat1b& raw) const { return taken(raw, to_rest_); }
+
+cv::Mat3f RestGrid::resample_blocks(const cv::Mat3f& raw) const {
+  if (blocks_to_rest_.first.empty()) return raw;
+  std::vector<cv::Mat> channels;
+  cv::split(raw, channels);
+  for (cv::Mat& channel : channels) channel = taken(cv::Mat1f(channel), blocks_to_rest_);
+  cv::Mat3f rest;
+  cv::merge(channels, rest);
+  return rest;
+}
 
 cv::Mat1b RestGrid::resample_mask(const cv::Mat1b& raw_blocks) const {
-  return blocks_to_rest_.at.empty() ? raw_blocks : cv::Mat1b(resample_blocks(raw_blocks) > 0);
+  return blocks_to_rest_.first.empty() ? raw_blocks : cv::Mat1b(taken(raw_blocks, blocks_to_rest_) > 0);
 }
 
 cv::Mat1b RestGrid::raw_mask(const cv::Mat1b& rest_blocks) const {
-  return blocks_to_raw_.at.empty() ? rest_blocks : cv::Mat1b(taken(rest_blocks, blocks_to_raw_) > 0);
+  return blocks_to_raw_.first.empty() ? rest_blocks : cv::Mat1b(taken(rest_blocks, blocks_to_raw_) > 0);
 }
 
 void RestGrid::remove_beyond(cv::Mat1b& rest) const {

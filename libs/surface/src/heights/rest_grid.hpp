@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <opencv2/core/mat.hpp>
+#include <vector>
 
 #include "gelslam/surface/camera_model.hpp"
 
@@ -13,9 +15,10 @@ class RestGrid {
   explicit RestGrid(const CameraModel& camera);
 
   /// Linear between pixels.
-  cv::Mat resample(const cv::Mat& raw) const;
+  cv::Mat1f resample(const cv::Mat1f& raw) const;
+  cv::Mat1b resample(const cv::Mat1b& raw) const;
   /// The same for means of blocks (block_grid()).
-  cv::Mat resample_blocks(const cv::Mat& raw) const;
+  cv::Mat3f resample_blocks(const cv::Mat3f& raw) const;
   /// Masks of blocks: set where any of the blocks on which one falls is.
   cv::Mat1b resample_mask(const cv::Mat1b& raw_blocks) const;
   /// And back.
@@ -24,11 +27,14 @@ class RestGrid {
   /// Sets zero what lies beyond the raw picture.
   void remove_beyond(cv::Mat1b& rest) const;
 
- private:
-  struct Way {
-    cv::Mat at, between;  // as cv::remap takes them
+  /// Of every pixel of a map, row by row: between which four of the other it lies.
+  struct Places {
+    std::vector<std::int32_t> first;  // of the upper left one, in a map without padding
+    std::vector<float> right, below;  // how far from it, 0..1
   };
-  Way to_rest_, blocks_to_rest_, blocks_to_raw_;  // none without a lens
+
+ private:
+  Places to_rest_, blocks_to_rest_, blocks_to_raw_;  // none without a lens
   cv::Mat1b beyond_;
 };
 
