@@ -65,27 +65,27 @@ HeightIntegrator::HeightIntegrator(const CameraModel& camera)
       rest_gy_(v, u) = slope.y();
       rest_w_(v, u) = static_cast<float>(point.z());
     }
-  for (int v = 0; v < camera.size.height; ++v) reliefs_of_row(rest_w_[v], inverse_distance_, rest_w_.cols);
-  to_derivatives(rest_gx_, rest_gy_);
-  rest_dx_ = dx_.clone();
-  rest_dy_ = dy_.clone();
+  rest_dx_.create(camera.size);
+  rest_dy_.create(camera.size);
+  for (int v = 0; v < camera.size.height; ++v) {
+    reliefs_of_row(rest_w_[v], inverse_distance_, rest_w_.cols);
+    to_derivatives(rest_gx_, rest_gy_, v, rest_dx_, rest_dy_);
+  }
 }
 
-void HeightIntegrator::to_derivatives(const cv::Mat1f& gx, const cv::Mat1f& gy) {
-  dx_.create(gx.size());
-  dy_.create(gx.size());
-  for (int v = 0; v < gx.rows; ++v)
-    derivatives_of_row(gx[v], gy[v], x_mm_.data(), y_mm_[static_cast<std::size_t>(v)], inverse_distance_,
-                       gx.cols, dx_[v], dy_[v]);
+void HeightIntegrator::to_derivatives(const cv::Mat1f& gx, const cv::Mat1f& gy, int row, cv::Mat1f& dx,
+                                      cv::Mat1f& dy) const {
+  derivatives_of_row(gx[row], gy[row], x_mm_.data(), y_mm_[static_cast<std::size_t>(row)], inverse_distance_,
+                     gx.cols, dx[row], dy[row]);
 }
 
 cv::Mat1f HeightIntegrator::solve(cv::Mat1f& gx, cv::Mat1f& gy) {
+  dx_.create(gx.size());
+  dy_.create(gx.size());
   for (int v = 0; v < gx.rows; ++v) {
     add_row(rest_gx_[v], gx.cols, 1.0F, gx[v]);
     add_row(rest_gy_[v], gx.cols, 1.0F, gy[v]);
-  }
-  to_derivatives(gx, gy);
-  for (int v = 0; v < gx.rows; ++v) {
+    to_derivatives(gx, gy, v, dx_, dy_);
     add_row(rest_dx_[v], gx.cols, -1.0F, dx_[v]);
     add_row(rest_dy_[v], gx.cols, -1.0F, dy_[v]);
   }

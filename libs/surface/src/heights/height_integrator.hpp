@@ -38,7 +38,7 @@ class HeightIntegrator {
   const cv::Mat1f& rest_gy() const { return rest_gy_; }
 
  private:
-  void to_derivatives(const cv::Mat1f& gx, const cv::Mat1f& gy);
+  void to_derivatives(const cv::Mat1f& gx, const cv::Mat1f& gy, int row, cv::Mat1f& dx, cv::Mat1f& dy) const;
   float stretch(float gx, float gy, int u, int v) const;
 
   float pitch_mm_, inverse_distance_;
