@@ -144,6 +144,16 @@ TEST(BallZones, AcceptedCirclesAreAsGoodAsNoLabels) {
   }
 }
 
+/// However the circles came about.
+TEST(BallZones, RefuseRadiiForDiameters) {
+  for (const bool automatic : {false, true}) {
+    PressSet set = automatic ? forty_presses().set : forty_labelled();
+    for (CalibrationPress& press : set.presses) press.diameter_mm *= 0.5;
+    EXPECT_THAT(message_of<Error>([&] { find_ball_zones(set, kPitchMm, automatic); }),
+                HasSubstr("was the radius given?"));
+  }
+}
+
 TEST(BallZones, LeaveOutLabelsBesideTheContact) {
   PressSet set = forty_labelled();
   set.presses[2].label->u_px += set.presses[2].label->u_px > 160 ? -90.0 : 90.0;

@@ -1,8 +1,11 @@
 #include "gelslam/calibration/ball_zones.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <opencv2/core.hpp>
 
 #include "gelslam/calibration/circle_finder.hpp"
@@ -21,6 +24,13 @@ constexpr std::size_t kMinCompared = 5;  // labels, to tell how they were drawn
 constexpr double kCloseCenters = 0.12;   // of the radius: a label and what is found mean the same
 constexpr double kBesideRadii = 0.6;     // of the radius: a label that misses its contact
 constexpr std::size_t kMinPresses = 10;
+
+// Contacts are found with a ball this many times as large, whose slopes limit no width.
+constexpr double kFlatterBall = 4.0;
+// Of a ball's diameter: wider than this are at most a tenth of its contacts, or the gel would lie on it more
+// than 53 degrees from its deepest point. 17 sizes with right diameters: 0.30 to 0.72; with half of them 0.84
+// to 1.45, but for balls of 12 and 15 mm that sank in by 0.5 mm.
+constexpr double kWidest = 0.8;
 
 double distance_px(const ContactCircle& a, const ContactCircle& b) {
   return std::hypot(a.u_px - b.u_px, a.v_px - b.v_px);
@@ -59,6 +69,31 @@ std::string problem_with_label(const CalibrationPress& press, const FoundCircle&
   return "";
 }
 
+/// Width of a contact, found without knowing the ball, over the ball's diameter; nothing where none is clear.
+std::optional<double> share_of_ball(const PressSet& set, const CalibrationPress& press,
+                                    double pixel_pitch_mm) {
+  const CameraModel camera = set.camera(pixel_pitch_mm);
+  const FoundCircle found = find_circle(press.bgr, set.background, camera, kFlatterBall * press.diameter_mm);
+  if (press.left_out || !found.problem.empty()) return std::nullopt;
+  const Eigen::Vector2d center(found.circle.u_px, found.circle.v_px);
+  return found.circle.on_ball_px() * rest_px_per_raw_px(camera, center) / press.ball_px(pixel_pitch_mm);
+}
+
+/// Throws Error when the contacts of some diameter are too wide for it: a radius was given.
+void require_possible_widths(const PressSet& set, const std::map<double, std::vector<double>>& shares) {
+  for (auto [diameter_mm, widths] : shares) {
+    if (widths.size() < kMinCompared) continue;
+    std::ranges::sort(widths);
+    const double wide = widths[widths.size() * 9 / 10];
+    if (wide > kWidest)
+      throw Error(
+          fmt::format("'{}': contacts are {:.2f} times as wide as the ball of {:.2f} mm, and gel follows a "
+                      "ball to at most "
+                      "{:.2f} of its diameter: was the radius given? catalog.csv must give the diameter",
+                      set.folder.string(), wide, diameter_mm, kWidest));
+  }
+}
+
 /// Two balls that overlap, something that is no ball, one press with another ball.
 void reject_odd_ones(const PressSet& set, double pixel_pitch_mm, BallZones& zones) {
   const std::vector<std::size_t> odd = find_odd_zones(set, zones.zones, pixel_pitch_mm);
@@ -93,10 +128,14 @@ BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool autom
                           const std::function<void(std::size_t)>& progress) {
   require_unmoved_background(set);
   std::vector<FoundCircle> found;
+  std::map<double, std::vector<double>> shares;
   for (const CalibrationPress& press : set.presses) {
     found.push_back(find_circle(press.bgr, set.background, set.camera(pixel_pitch_mm), press.diameter_mm));
+    if (const auto share = share_of_ball(set, press, pixel_pitch_mm))
+      shares[press.diameter_mm].push_back(*share);
     if (progress) progress(found.size());
   }
+  require_possible_widths(set, shares);
   const std::optional<double> drawn_share = ball_share_of_labels(set, found);
   const cv::Mat3f background = shrink_to_cells(set.background);
   BallZones result;

@@ -80,7 +80,8 @@ struct BallZones {
 /// a label get the circle found when `automatic`; else they are rejected. Presses in another light than the
 /// background's are rejected, and so are presses whose colors are not those of the same slopes in the others
 /// (find_odd_zones).
-/// `progress`, if given, is called with the number of presses done. Throws as require_unmoved_background().
+/// `progress`, if given, is called with the number of presses done. Throws as require_unmoved_background(),
+/// and Error for diameters that are too small for the contacts (own), such as radii.
 BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool automatic,
                           const std::function<void(std::size_t)>& progress = nullptr);
 
