@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <set>
 #include <sstream>
 
@@ -85,6 +87,99 @@ TEST_F(RealRecordings, BareGelBesideASmallTouchIsNoContact) {
     ASSERT_GT(frames.size(), 100U) << name;
     EXPECT_LT(most_contact_px(frames, limit.first, 0.0453), limit.second) << name;
   }
+}
+
+/// The first eighth of six logs of two fingers each: about 56 frames.
+TEST_F(RealRecordings, WhatTwoFingersHoldIsTrackedAndBareGelIsNot) {
+  test::write_bytes(folder / "long.yaml", "device_config:\n  ppmm: 0.0634\n");
+  for (const char* name : {"cellotape_7", "screw_driver_blue_gray_1", "screw_driver_blue_gray_4",
+                           "screw_driver_blue_gray_5", "screw_driver_blue_gray_6", "walnut_1"}) {
+    for (const std::string side : {"left", "right"}) {
+      const fs::path pair = real / "pairs" / name, log = folder / "short.avi";
+      const std::string video = test::read_bytes(pair / (side + ".avi"));
+      test::write_bytes(log, video.substr(0, video.size() / 8));
+      const auto frames = track(log, {"--model", (real / "nnmini.pt").string(), "--background",
+                                      (pair / ("background_" + side + ".png")).string(), "--config",
+                                      (folder / "long.yaml").string()});
+      EXPECT_GT(frames.size(), 40U) << name << " " << side;
+      const auto in_first_trial = std::ranges::count_if(
+          frames, [](const auto& f) { return f.at("status") == "tracked" && f.at("trial") == 0; });
+      EXPECT_GE(static_cast<double>(in_first_trial), 0.9 * static_cast<double>(frames.size()))
+          << name << " " << side;
+      EXPECT_LT(most_contact_px(frames, 0, 0.0634), 0.4 * 320 * 240) << name << " " << side;
+    }
+  }
+}
+
+/// By how much the middle of an edge between two points of a picture lies beside its ends, in pixels: the
+/// strongest gradient of each of 40 lines across, fitted by a parabola.
+double bow_px(const cv::Mat& bgr, const cv::Point2d& from, const cv::Point2d& to) {
+  constexpr int kLines = 40, kReach = 5;
+  const bool upright = std::abs(to.y - from.y) > std::abs(to.x - from.x);
+  cv::Mat3d smooth;
+  bgr.convertTo(smooth, CV_64F);
+  cv::GaussianBlur(smooth, smooth, {}, 1.0);
+  const auto gradient = [&](int u, int v) {
+    return upright ? cv::norm(smooth(v, u + 1) - smooth(v, u - 1))
+                   : cv::norm(smooth(v + 1, u) - smooth(v - 1, u));
+  };
+  cv::Mat1d terms(kLines, 3), places(kLines, 1);
+  for (int k = 0; k < kLines; ++k) {
+    const double along = 0.08 + 0.84 * k / (kLines - 1);
+    const cv::Point2d middle = from + along * (to - from);
+    const int u = cvRound(middle.x), v = cvRound(middle.y);
+    std::vector<double> across;
+    for (int d = -kReach; d <= kReach; ++d)
+      across.push_back(upright ? gradient(u + d, v) : gradient(u, v + d));
+    const auto best = std::max_element(across.begin() + 1, across.end() - 1);
+    const double before = best[-1], after = best[1];
+    places(k, 0) = (upright ? u : v) + static_cast<double>(best - across.begin()) - kReach +
+                   0.5 * (before - after) / (before - 2.0 * *best + after);
+    const double x = 2.0 * along - 1.0;
+    terms(k, 0) = 1.0;
+    terms(k, 1) = x;
+    terms(k, 2) = x * x;
+  }
+  cv::Mat1d parabola;
+  cv::solve(terms, places, parabola, cv::DECOMP_QR);
+  return std::abs(parabola(2, 0));
+}
+
+/// A Mini's lens bends them outside in; nothing here says the sensor's optics.
+TEST_F(RealRecordings, EdgesOfABlockAreStraight) {
+  test::write_bytes(folder / "flat.yaml", "device_config:\n  optics: {camera_distance_mm: 0}\n");
+  const auto bows = [&](const std::vector<std::string>& options) {
+    std::vector<std::string> words{
+        "surface",      (real / "square_block/img_21.png").string(),
+        "--background", (real / "square_block/background_approximate.png").string(),
+        "--model",      (real / "nnmini.pt").string(),
+        "--force",      "--overwrite",
+        "-o",           (folder / "BLOCK").string()};
+    words.insert(words.end(), options.begin(), options.end());
+    EXPECT_LE(run(words).exit_code, 1);
+    const cv::Mat normals = cv::imread((folder / "BLOCK/normals.png").string());
+    const std::vector<cv::Point2d> corners{{105, 20}, {265, 31}, {253, 190}, {94, 180}, {105, 20}};
+    std::vector<double> px;
+    for (std::size_t k = 0; k + 1 < corners.size(); ++k)
+      px.push_back(bow_px(normals, corners[k], corners[k + 1]));
+    return px;
+  };
+  const std::vector<double> bent = bows({"--config", (folder / "flat.yaml").string()}), straight = bows({});
+  for (std::size_t k = 0; k < bent.size(); ++k) {
+    EXPECT_GT(bent[k], 0.25) << k;
+    EXPECT_LT(straight[k], 0.5 * bent[k]) << k;
+  }
+}
+
+/// A DIGIT's gel is strongly curved, which nothing here says.
+TEST_F(RealRecordings, PressesOfADigitAreFoundAndTrainAModel) {
+  const test::ProgramResult result = run({"calibrate", "train", (real / "digit_balls").string(), "--config",
+                                          (real / "digit_balls/config.yaml").string(), "--automatic",
+                                          "--steps", "1500", "-o", (folder / "digit.json").string()});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, testing::HasSubstr("trained on 42 presses"));
+  EXPECT_THAT(result.err, testing::HasSubstr("trained for orthographic camera, no lens, flat gel"));
+  EXPECT_THAT(result.err, testing::HasSubstr("the sensor's optics are not those of these presses"));
 }
 
 /// They are shaken by up to 0.7 mm per frame.
