@@ -74,6 +74,10 @@ int run_collect(CollectArguments arguments) {
   // Where no window can be opened, no camera should have been disturbed.
   if (!arguments.headless) GlContext::window({.title = "GelSLAM", .visible = false});
   CollectOptions& collect = arguments.collect;
+  const std::optional<SensorOptics> folder_optics = find_optics(collect.folder / "catalog.csv");
+  collect.optics = folder_optics.value_or(config.surface.optics);
+  collect.keep_optics =  // not what any such sensor has
+      !folder_optics && (config.optics_from == "log" || config.optics_from == "configuration");
   PressFolder folder(collect.folder, collect.diameter_mm, !arguments.no_labels);  // nor with a wrong folder
   const std::unique_ptr<RawFrameSource> source = open_source(arguments, config);
   collect.until_enough = arguments.headless;

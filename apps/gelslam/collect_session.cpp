@@ -17,6 +17,7 @@ CollectorOptions collector_options(const CollectOptions& options, const SensorPr
   CollectorOptions collector;
   collector.diameter_mm = options.diameter_mm;
   collector.pixel_pitch_mm = profile.pixel_pitch_mm;
+  collector.optics = options.optics;
   collector.any_background = options.any_background;
   return collector;
 }
@@ -101,6 +102,7 @@ void CollectSession::begin_presses() {
   require_readable_background(collector_.background(), profile_.device_name, "the bare gel", say_);
   folder_.require_same_gel(collector_.background());
   folder_.write_background(collector_.background());
+  if (options_.keep_optics) write_optics(options_.folder / kOpticsFileName, options_.optics);
   collector_.set_background(folder_.background());
   say_("bare gel seen; " + coverage_.advice());
 }

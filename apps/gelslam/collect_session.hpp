@@ -21,6 +21,8 @@ struct CollectOptions {
   std::filesystem::path folder;
   double diameter_mm = 0.0;
   int presses = 50;  ///< of this ball, those that are there already included
+  SensorOptics optics;
+  bool keep_optics = false;  ///< beside the presses
   bool any_background = false;
   bool until_enough = true;  ///< else until the source ends or stop()
 };

@@ -79,6 +79,7 @@ TEST_F(Chain, CollectsEveryGoodPressWithItsLabel) {
     EXPECT_THAT(collected_small_.err, HasSubstr(words));
   const PressSet set = read_press_set(presses());
   ASSERT_EQ(set.presses.size(), 18U);
+  EXPECT_EQ(set.optics, small_ball().geometry.optics) << "the log's optics.yaml";
   std::ifstream truth(small_log() / "touches.csv");
   std::string line;
   std::getline(truth, line);

@@ -92,6 +92,28 @@ TEST(PressCollector, TakesEveryGoodTouchOnceAndNoBadOne) {
   EXPECT_FALSE(collector.finish());
 }
 
+TEST(PressCollector, FindsCirclesThroughTheSensorsOptics) {
+  PressLogSpec spec;
+  spec.presses = 9;
+  spec.geometry.optics = {0.045, {}, 1, 15, {}};  // touches have the ball's middle, which a dome shifts
+  const Film log = film(spec);
+  const auto mean_error_px = [&](const SensorOptics& optics) {
+    CollectorOptions options = ball(spec.diameter_mm);
+    options.optics = optics;
+    PressCollector collector(options);
+    const Watched watched = watch(collector, log.frames);
+    EXPECT_EQ(watched.taken.size(), log.touches.size());
+    double sum = 0;
+    for (std::size_t k = 0; k < std::min(watched.taken.size(), log.touches.size()); ++k) {
+      const ContactCircle& circle = watched.taken[k].press.circle;
+      sum += std::hypot(circle.u_px - log.touches[k].center_px.x, circle.v_px - log.touches[k].center_px.y);
+    }
+    return sum / static_cast<double>(log.touches.size());
+  };
+  const double with = mean_error_px(spec.geometry.optics), without = mean_error_px({});
+  EXPECT_LT(with, 0.8 * without) << with << " and " << without;
+}
+
 TEST(PressCollector, SaysWhatIsWrongWithEachBadTouch) {
   const Film& log = mixed_film();
   PressCollector collector(ball(6.31));

@@ -174,7 +174,9 @@ void PressCollector::Impl::judge_hold() {
   cv::Mat1b covered;
   const MarkerFiller filler(background);
   const double ball_px = 0.5 * options.diameter_mm / options.pixel_pitch_mm;
-  const FoundCircle found = find_circle(filler.fill(mean, covered), filler.background(), ball_px);
+  const FoundCircle found =
+      find_circle(filler.fill(mean, covered), filler.background(),
+                  CameraModel{mean.size(), options.pixel_pitch_mm, options.optics}, options.diameter_mm);
   const std::string problem = advice_about(found, mean.size(), ball_px);
   ++holds;
   if (best && (!problem.empty() || found.confidence <= best->confidence)) return;

@@ -81,7 +81,8 @@ std::vector<ContactCircle> PressFolder::earlier_circles(double pixel_pitch_mm) c
       circles.push_back(*press.label);
       continue;
     }
-    const FoundCircle found = find_circle(press.bgr, earlier_.background, press.ball_px(pixel_pitch_mm));
+    const FoundCircle found =
+        find_circle(press.bgr, earlier_.background, earlier_.camera(pixel_pitch_mm), press.diameter_mm);
     if (found.problem.empty()) circles.push_back(found.circle);
   }
   return circles;

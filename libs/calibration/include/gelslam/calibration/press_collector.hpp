@@ -12,6 +12,7 @@ namespace gelslam {
 struct CollectorOptions {
   double diameter_mm = 0.0;  ///< of the ball
   double pixel_pitch_mm = 0.0634;
+  SensorOptics optics{};        ///< of the sensor
   bool any_background = false;  ///< take the first still frames as background whatever they show
 };
 
