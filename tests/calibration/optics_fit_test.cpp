@@ -143,6 +143,12 @@ TEST(OpticsFromDots, CountsWhatIsNotKnownOfTheDome) {
   EXPECT_GT(fit.sigma[0], 0.002) << "the dome hides in the lens";
 }
 
+TEST(OpticsFromDots, TakesNoDomeForNoneMeasured) {
+  const OpticsFit fit = optics_from_dots(dots_seen_with(kTrue), kPitchMm, {});
+  expect_honest(fit, kTrue);
+  EXPECT_LT(std::abs(fit.optics.lens_k1 - kTrue.lens_k1), 1.5 * fit.sigma[0]) << fit.words();
+}
+
 TEST(OpticsFromDots, RefusesAPictureWithoutThem) {
   EXPECT_THROW(optics_from_dots(cv::Mat3b(kPicture, cv::Vec3b(150, 150, 150)), kPitchMm, kStart), Error);
 }

@@ -9,6 +9,7 @@
 #include "gelslam/calibration/optics_fit.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
+#include "gelslam/sensor/sensor_profile.hpp"
 #include "gelslam/surface/background.hpp"
 #include "optics/optics_model.hpp"
 
@@ -185,6 +186,17 @@ OpticsFit optics_from_dots(const cv::Mat3b& picture, double pixel_pitch_mm, cons
   }
   fit.measurements = grid.size();
   conclude(numbers, variance, start, fit);
+  // Only a dome and a near camera together bend the grid: where the start has neither, no derivative shows
+  // how much of the lens is theirs. What those of a usual sensor would change counts as doubt.
+  SensorOptics domed = start;
+  if (start.camera_distance_mm == 0) domed.camera_distance_mm = kGelSightMiniOptics.camera_distance_mm;
+  if (start.gel_dome_per_mm == std::array{0.0, 0.0})
+    domed.gel_dome_per_mm = kGelSightMiniOptics.gel_dome_per_mm;
+  if (domed == start) return fit;
+  const OpticsFit other = optics_from_dots(picture, pixel_pitch_mm, domed);
+  const OpticsNumbers here = numbers_of(fit.optics), there = numbers_of(other.optics);
+  for (std::size_t k = 0; k < here.size(); ++k)
+    if (fit.shown[k]) fit.sigma[k] = std::hypot(other.sigma[k], here[k] - there[k]);
   return fit;
 }
 
