@@ -59,7 +59,10 @@ Variant parse_variant(const std::string& text) {
   const auto colon = text.find(':');
   Variant variant{trimmed(text.substr(0, colon)), {}};
   std::istringstream settings(colon == std::string::npos ? "" : text.substr(colon + 1));
-  for (std::string setting; std::getline(settings, setting, ',');) {
+  for (std::string setting, more; std::getline(settings, setting, ',');) {
+    while (setting.find('[') != std::string::npos && setting.find(']') == std::string::npos &&
+           std::getline(settings, more, ','))  // a list's own commas
+      setting += "," + more;
     const auto equals = setting.find('=');
     if (equals == std::string::npos) break;
     variant.settings.emplace_back(trimmed(setting.substr(0, equals)), trimmed(setting.substr(equals + 1)));
