@@ -32,8 +32,8 @@ struct Surface {
       curvature;  ///< smoothed Laplacian of height (1/pixel), 0 outside contact, clipped to +-kMaxCurvature
   double pixel_pitch_mm = 0.0634;
   SensorOptics optics;  ///< of the camera that saw it; maps are on its rest grid
-  /// Standard deviation of slopes at the best place as the color model states it, over what is assumed of a
-  /// model that states none.
+  /// Standard deviation of slopes at the best place, over what is assumed of a sensor's own model (own): at
+  /// least 1; more as the model states it, or as it reads the bare gel as sloped.
   double model_sigma = 1.0;
   int contact_pixels = 0;  ///< number of set pixels in `contact`
   /// Bare gel was seen, so that height 0 is where it lies. Else heights are right among themselves only.
