@@ -78,11 +78,9 @@ int run_optics(const OpticsArguments& arguments) {
   if (picture) {
     fit = from_picture(arguments.source, config);
   } else {
-    std::vector<SeenFrame> frames = seen_frames(input, config, *progress, interrupt);
-    progress->begin("fitting optics", kOpticsRounds);
-    fit = optics_from_motion(
-        std::move(frames), [&] { return interrupt.requested(); },
-        [&](int round) { progress->update(round); });
+    const std::vector<SeenFrame> frames = seen_frames(input, config, *progress, interrupt);
+    progress->begin("fitting optics", std::nullopt);
+    fit = optics_from_motion(frames, [&] { return interrupt.requested(); });
     progress->end();
   }
   const std::string problem = why_impossible(fit.optics, config.sensor.width_px, config.sensor.height_px,

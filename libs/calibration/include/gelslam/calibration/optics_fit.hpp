@@ -42,11 +42,8 @@ struct SeenFrame {
 
 /// From a scan (own): a rigid body looks the same in whatever part of the picture it lies. Poses and optics
 /// are found together by least squares over the normals and heights of overlapping contacts (bundle
-/// adjustment), and surfaces are made again with what was found until it settles. Standard deviations allow
-/// for errors that frames in a row have in common (sandwich estimator, White 1980). Throws Error when fewer
-/// than ten pairs of frames overlap.
-OpticsFit optics_from_motion(std::vector<SeenFrame> frames, const std::function<bool()>& stop,
-                             const std::function<void(int round)>& progress);
-inline constexpr int kOpticsRounds = 3;  ///< of optics_from_motion()
+/// adjustment). Standard deviations allow for errors that frames in a row have in common (sandwich estimator,
+/// White 1980). Throws Error when fewer than ten pairs of frames overlap, and once `stop` says true.
+OpticsFit optics_from_motion(const std::vector<SeenFrame>& frames, const std::function<bool()>& stop);
 
 }  // namespace gelslam
