@@ -12,7 +12,7 @@ Builds gelslam and gelslam-lab, runs the studies on the sequences in DATA/sequen
 takes fewer cases and is good for a first look. The tables stay in OUT/STUDY (default OUT: charts in the repository), the
 charts are:
   accuracy.png speed_accuracy.png stability.png tracking.png honesty.png honesty_six.png parsimony.png long_scan.png
-  ablation.png
+  ablation.png wrong_optics/wrong_optics.png
   frame0/ and keyframes/: tables and pictures of the two protocols; protocols.txt: both tables
   information.txt, loops.txt, silent_failures.txt, borders.txt, calibration.txt, markers.txt, marker_scans.txt,
   localization.txt, speed.txt, pose_graph.txt, disturbances.txt, soak.txt: the other tables
@@ -86,6 +86,8 @@ draw parsimony parsimony.png "$out/parsimony"
 say "what each mechanism is worth"
 "$lab" ablation "${mechanisms[@]}" -o "$out/ablation" >/dev/null
 draw ablation ablation.png "$out/ablation"
+
+table wrong_optics "$root/scripts/wrong_optics.py" "$data/optics" --lab "$lab" -o "$out/wrong_optics"
 
 say "a long scan"
 "$lab" long-scan --frames "$frames" -o "$out/long_scan"

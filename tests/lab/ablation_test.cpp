@@ -147,6 +147,10 @@ TEST(AblationVariants, SetKeysOfTheConfiguration) {
   EXPECT_EQ(changed.slam.verification.curvature.min_scr, config.slam.verification.curvature.min_scr);
   EXPECT_EQ(changed.sensor.device_name, "mine");
   config.surface.optics = kGelSightMiniOptics;
+  const Config domed =
+      lab::with_settings(config, lab::parse_variant("domed: gel_dome_per_mm=[0.001, 0.002], lens_k1=0.02"));
+  EXPECT_EQ(domed.surface.optics.gel_dome_per_mm, (std::array{0.001, 0.002}));
+  EXPECT_EQ(domed.surface.optics.lens_k1, 0.02);
   for (const lab::Variant& variant : lab::mechanism_variants())
     EXPECT_NE(write_config(lab::with_settings(config, variant)), write_config(config)) << variant.name;
 }
