@@ -31,7 +31,7 @@ constexpr std::size_t kStretches = 12;  // of a log, whose errors are taken as i
 // But a color model's errors are the same in all of them. With this factor, errors on rendered logs of four
 // sensors are 1.2 sigmas (root mean square of the numbers other than distances).
 constexpr double kCommonToAll = 4;
-// There distances come out 5 to 14 % too far, which exact surfaces do not.
+// There distances come out 5 to 14 % off, mostly too far, which exact surfaces do not.
 constexpr double kDistanceError = 0.1;
 
 using Grid = ceres::Grid2D<float, 3>;
