@@ -27,10 +27,9 @@ int run(const MergeArguments& arguments, bool has_rig) {
   request.rig = read_given_rig(arguments.rig);
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
-  const ReconstructSummary summary =
-      merge_scans(request, *progress, [&] { return interrupt.requested(); }).account.summary;
-  std::cerr << run_words(summary, arguments.run_folder, arguments.quiet);
-  return summary.completeness.complete() ? kExitDone : kExitNotGood;
+  const RunReport report = merge_scans(request, *progress, [&] { return interrupt.requested(); }).report;
+  std::cerr << run_words(report, arguments.run_folder, arguments.quiet);
+  return report.complete() ? kExitDone : kExitNotGood;
 }
 
 }  // namespace

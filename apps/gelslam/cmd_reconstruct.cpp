@@ -20,9 +20,9 @@ struct ReconstructArguments {
   bool overwrite = false, quiet = false;
 };
 
-int report(const ReconstructSummary& summary, const ReconstructArguments& arguments) {
-  std::cerr << run_words(summary, arguments.run_folder, arguments.quiet);
-  if (summary.tracked > 0) return kExitDone;
+int say(const RunReport& report, const ReconstructArguments& arguments) {
+  std::cerr << run_words(report, arguments.run_folder, arguments.quiet);
+  if (report.frames.tracked > 0) return kExitDone;
   std::cerr << "nothing ever touched the sensor: the mesh is empty\n";
   return kExitNotGood;
 }
@@ -36,8 +36,7 @@ int run_one(const ReconstructArguments& arguments) {
   request.continued_run = arguments.continued;
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
-  const ReconstructSummary summary = reconstruct(request, *progress, [&] { return interrupt.requested(); });
-  return report(summary, arguments);
+  return say(reconstruct(request, *progress, [&] { return interrupt.requested(); }), arguments);
 }
 
 int run_rig(const ReconstructArguments& arguments, const std::vector<std::filesystem::path>& logs) {
@@ -50,10 +49,9 @@ int run_rig(const ReconstructArguments& arguments, const std::vector<std::filesy
   request.overwrite = arguments.overwrite;
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
-  const ReconstructSummary summary =
-      reconstruct_rig(request, *progress, [&] { return interrupt.requested(); }).account.summary;
-  const int exit_code = report(summary, arguments);
-  return summary.completeness.complete() ? exit_code : kExitNotGood;
+  const RunReport report = reconstruct_rig(request, *progress, [&] { return interrupt.requested(); }).report;
+  const int exit_code = say(report, arguments);
+  return report.complete() ? exit_code : kExitNotGood;
 }
 
 int run(const ReconstructArguments& arguments, bool with_rig) {

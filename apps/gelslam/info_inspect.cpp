@@ -2,7 +2,6 @@
 
 #include <fstream>
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "gelslam/core/error.hpp"
@@ -121,8 +120,6 @@ InfoReport inspect_run(const fs::path& folder) {
   check_run_files(folder);
   InfoReport report{folder, "a run folder"};
   if (const std::string left = left_behind(folder); !left.empty()) report.problems.push_back(left);
-  std::ifstream stream(folder / "report.json");
-  if (!nlohmann::json::accept(stream)) report.problems.emplace_back("report.json is damaged");
   attempt(report, [&] {
     const RunContents run = read_run_contents(folder);
     for (const auto& [name, words] : run.figures) report.facts.emplace_back(lower_case(name), words);

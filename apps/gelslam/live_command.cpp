@@ -107,17 +107,16 @@ std::vector<std::string> wait_in_terminal(const LiveSession& session, bool quiet
 }
 
 /// `warned`: what was said already.
-std::string report_text(ReconstructSummary s, const LiveStatus& status,
-                        const std::vector<std::string>& warned, bool quiet) {
-  for (const std::string& said : warned) std::erase(s.warnings, said);
-  std::string text = warning_words(s.warnings);
-  text += warning_words(reservations(s.completeness, s.uncertainty));
+std::string report_text(RunReport r, const LiveStatus& status, const std::vector<std::string>& warned,
+                        bool quiet) {
+  for (const std::string& said : warned) std::erase(r.warnings, said);
+  std::string text = warning_words(r.warnings) + warning_words(r.reservations);
   if (quiet) return text;
-  for (const std::string& part : s.parts) text += part + "\n";
+  for (const std::string& part : r.parts) text += part + "\n";
   text += fmt::format("{} in {:.1f} s, {} lost by the camera, {} dropped, {} damaged\n",
-                      counted(status.frames, "frame"), s.seconds, status.lost_by_camera, status.dropped,
+                      counted(status.frames, "frame"), r.seconds, status.lost_by_camera, status.dropped,
                       status.damaged);
-  text += fmt::format("{} tracked, {}\n{}{}\n", s.tracked, map_words(s), mesh_words(s),
+  text += fmt::format("{} tracked, {}\n{}{}\n", r.frames.tracked, map_words(r), mesh_words(r),
                       status.run_folder.empty() ? ", not kept (no -o)" : ": " + status.run_folder);
   return text;
 }
@@ -275,8 +274,7 @@ void join_with_continued(const std::filesystem::path& scan, const LiveArguments&
   request.in_place = true;
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
-  const ReconstructSummary all =
-      merge_scans(request, *progress, [&] { return interrupt.requested(); }).account.summary;
+  const RunReport all = merge_scans(request, *progress, [&] { return interrupt.requested(); }).report;
   std::cerr << run_words(all, arguments.continued, arguments.quiet);
 }
 
@@ -305,11 +303,11 @@ LiveEnd run_to_its_end(const LiveOptions& options, const LiveArguments& argument
     session->stop();
   }
   const std::vector<std::string> warned = wait_in_terminal(*session, arguments.quiet);
-  const ReconstructSummary summary = session->wait();
+  const RunReport report = session->wait();
   if (arguments.headless && !arguments.snapshot.empty())
     write_live_snapshot(*session, arguments.snapshot, window);
-  std::cerr << report_text(summary, session->status(), warned, arguments.quiet);
-  end.exit_code = summary.tracked == 0 || summary.partial ? kExitNotGood : kExitDone;
+  std::cerr << report_text(report, session->status(), warned, arguments.quiet);
+  end.exit_code = report.frames.tracked == 0 || report.partial ? kExitNotGood : kExitDone;
   end.run_folder = session->status().run_folder;
   end.backgrounds = backgrounds_of(*session);
   if (interrupt.requested()) end.window.next = NextStep::none;

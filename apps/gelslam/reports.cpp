@@ -7,21 +7,22 @@
 #include <iostream>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/se3.hpp"
 #include "gelslam/core/text.hpp"
-#include "gelslam/slam/trial_drift.hpp"
 #include "gelslam/surface/background.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam {
 
-std::string map_words(const ReconstructSummary& s) {
-  return counted(s.in_map, "frame") + " in the map; " + counted(s.trials, "trial") + " in " +
-         counted(s.components, "piece") + ", " + counted(s.keyframes, "keyframe") + ", " +
-         counted(s.loops, "loop");
+std::string map_words(const RunReport& r) {
+  return counted(r.frames.in_map, "frame") + " in the map; " + counted(r.trials, "trial") + " in " +
+         counted(r.components, "piece") + ", " + counted(r.keyframes, "keyframe") + ", " +
+         counted(r.loops, "loop");
 }
 
-std::string mesh_words(const ReconstructSummary& s) {
-  return "mesh of " + std::to_string(s.vertices) + " vertices and " + counted(s.triangles, "triangle");
+std::string mesh_words(const RunReport& r) {
+  return "mesh of " + std::to_string(r.mesh.vertices) + " vertices and " +
+         counted(r.mesh.triangles, "triangle");
 }
 
 std::string warning_words(const std::vector<std::string>& warnings) {
@@ -31,34 +32,36 @@ std::string warning_words(const std::vector<std::string>& warnings) {
 }
 
 void say_where_warnings_are(const std::filesystem::path& run_folder) {
-  if (!read_reservations(run_folder).empty())
+  if (const auto report = find_report(run_folder); report && !report->reservations.empty())
     std::cerr << "the run has warnings: gelslam info " << run_folder.string() << "\n";
 }
 
-std::string rig_words(const std::optional<RigPose>& rig) {
+std::string rig_words(const std::optional<RunReport::Rig>& rig) {
   if (!rig)
     return "the sensors' motions do not tell how they are fixed to each other: two maps (turn the object "
            "more, or give --rig FILE)";
   constexpr double kTwoSigma = 2.0;
-  const Eigen::Vector3d mm = rig->first_T_second.translation();
-  const Vector6d sigma = sigma_of(rig->covariance);
+  const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> pose(rig->first_T_second_mm.data());
   return fmt::format(
       "the second sensor is at {:.2f}, {:.2f}, {:.2f} mm in the first one's frame, turned by {:.1f} degrees "
       "(within {:.2g} mm, {:.2g} degrees)",
-      mm.x(), mm.y(), mm.z(), kDegreesPerRadian * rotation_angle_rad(rig->first_T_second),
-      kTwoSigma * sigma.tail<3>().maxCoeff(), kTwoSigma * kDegreesPerRadian * sigma.head<3>().maxCoeff());
+      pose(0, 3), pose(1, 3), pose(2, 3),
+      kDegreesPerRadian * Eigen::AngleAxisd(pose.leftCols<3>().eval()).angle(),
+      kTwoSigma * *std::max_element(rig->sigma_mm.begin(), rig->sigma_mm.end()),
+      kTwoSigma * *std::max_element(rig->sigma_deg.begin(), rig->sigma_deg.end()));
 }
 
-std::string run_words(const ReconstructSummary& s, const std::string& run_folder, bool quiet) {
+std::string run_words(const RunReport& r, const std::string& run_folder, bool quiet) {
   std::string text;
-  if (s.partial) text += "stopped early: this is what was seen so far\n";
-  text += warning_words(s.warnings);
-  const std::string last = warning_words(reservations(s.completeness, s.uncertainty));
+  if (r.partial) text += "stopped early: this is what was seen so far\n";
+  text += warning_words(r.warnings);
+  const std::string last = warning_words(r.reservations);
   if (quiet) return text + last;
-  for (const std::string& part : s.parts) text += part + "\n";
-  if (s.has_rig) text += rig_words(s.rig) + "\n";
-  text += fmt::format("{} of {} frames tracked, {}\n{}, in {} s: {}\n", s.tracked, s.frames, map_words(s),
-                      mesh_words(s), short_number(s.seconds, 3), run_folder);
+  for (const std::string& part : r.parts) text += part + "\n";
+  if (std::any_of(r.logs.begin(), r.logs.end(), [](const auto& log) { return log.sensor == 1; }))
+    text += rig_words(r.rig) + "\n";
+  text += fmt::format("{} of {} frames tracked, {}\n{}, in {} s: {}\n", r.frames.tracked, r.frames.total,
+                      map_words(r), mesh_words(r), short_number(r.seconds, 3), run_folder);
   return text + last;
 }
 

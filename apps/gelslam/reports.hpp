@@ -18,18 +18,18 @@
 namespace gelslam {
 
 /// "120 frames in the map; 1 trial in 1 piece, 6 keyframes, 1 loop".
-std::string map_words(const ReconstructSummary& summary);
+std::string map_words(const RunReport& report);
 /// "mesh of 12146 vertices and 23394 triangles".
-std::string mesh_words(const ReconstructSummary& summary);
+std::string mesh_words(const RunReport& report);
 
 /// What `reconstruct` and `merge` say at the end, with a line for each part of the scan; when quiet only
 /// warnings.
-std::string run_words(const ReconstructSummary& summary, const std::string& run_folder, bool quiet);
+std::string run_words(const RunReport& report, const std::string& run_folder, bool quiet);
 
 /// A line "warning: 1 piece not joined; ..." for each.
 std::string warning_words(const std::vector<std::string>& warnings);
 
-/// On stderr, of a run with reservations(): what they are was said when it was made.
+/// On stderr, of a run with reservations: what they are was said when it was made.
 void say_where_warnings_are(const std::filesystem::path& run_folder);
 
 /// A line "warning: ..." on stderr; nothing for "".

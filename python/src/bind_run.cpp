@@ -120,9 +120,7 @@ PythonRun read_run(const fs::path& folder) {
   run.folder = folder;
   run.trajectory = read_tum(folder / "trajectory.tum");
   run.mesh = std::make_shared<MetricMesh>(read_mesh(folder / "mesh.ply"));
-  std::ifstream report(folder / "report.json");
-  run.report = {std::istreambuf_iterator<char>(report), {}};
-  run.reservations = read_reservations(folder);
+  run.report = find_report(folder).value_or(RunReport());
   return run;
 }
 
@@ -134,11 +132,7 @@ void save(const PythonRun& self, const fs::path& folder, bool overwrite) {
 }
 
 py::object report_of(const PythonRun& self) {
-  try {
-    return py::module_::import("json").attr("loads")(self.report);
-  } catch (const py::error_already_set& error) {
-    throw Error((self.folder / "report.json").string() + ": not a JSON object");
-  }
+  return py::module_::import("json").attr("loads")(report_json(self.report));
 }
 
 /// A trajectory whose times are those of the first of two sensors.
@@ -149,19 +143,13 @@ struct Moments {
 
 Moments moments_of(const PythonRun& run) {
   Moments moments{run.trajectory, std::vector<std::int64_t>(run.trajectory.size(), 0)};
-  const py::dict report = report_of(run);
-  if (!report.contains("logs")) return moments;
-  for (const py::handle& log : report["logs"]) {  // a pose is of the last log that begins before it
-    const bool is_second = log.contains("sensor") && log["sensor"].cast<int>() == 1;
-    const auto first_time_s = log["first_time_s"].cast<double>(),
-               start_s = is_second ? log["start_s"].cast<double>() : first_time_s;
+  for (const RunReport::Log& log : run.report.logs)  // a pose is of the last log that begins before it
     for (std::size_t i = 0; i < run.trajectory.size(); ++i) {
       const double time_s = run.trajectory[i].time_s;
-      if (time_s < first_time_s) continue;
-      moments.trajectory[i].time_s = is_second ? start_s + time_s - first_time_s : time_s;
-      moments.sensors[i] = is_second ? 1 : 0;
+      if (time_s < log.first_time_s) continue;
+      moments.trajectory[i].time_s = log.sensor == 1 ? log.start_s + time_s - log.first_time_s : time_s;
+      moments.sensors[i] = log.sensor;
     }
-  }
   return moments;
 }
 
@@ -187,9 +175,10 @@ The map's frame is that of the sensor at its first full contact: x right, y down
       .def_property_readonly(
           "report", &report_of,
           "dict: the figures of report.json: frames, keyframes, loops, partial, warnings...")
-      .def_readonly("reservations", &PythonRun::reservations,
-                    "list of str: what is not in the mesh, how far poses may be off, and what was not "
-                    "observable; also given\nas warnings. Its figures: report[\"uncertainty\"].")
+      .def_property_readonly(
+          "reservations", [](const PythonRun& self) { return self.report.reservations; },
+          "list of str: what is not in the mesh, how far poses may be off, and what was not "
+          "observable; also given\nas warnings. Its figures: report[\"uncertainty\"].")
       .def("save", &save, py::arg("path"), py::kw_only(), py::arg("overwrite") = false,
            "Writes a run folder: mesh, trajectory, keyframes, pose graph, configuration, report.")
       .def(py::pickle(
@@ -197,7 +186,7 @@ The map's frame is that of the sensor at its first full contact: x right, y down
             std::vector<std::pair<double, Eigen::Matrix4d>> poses;
             for (const StampedPose& stamped : self.trajectory)
               poses.emplace_back(stamped.time_s, stamped.map_T_sensor.matrix());
-            return py::make_tuple(self.mesh, poses, self.report, self.reservations, self.folder.string());
+            return py::make_tuple(self.mesh, poses, report_json(self.report), self.folder.string());
           },
           [](const py::tuple& state) {
             PythonRun run;
@@ -205,9 +194,8 @@ The map's frame is that of the sensor at its first full contact: x right, y down
             for (const auto& [time_s, pose] :
                  state[1].cast<std::vector<std::pair<double, Eigen::Matrix4d>>>())
               run.trajectory.push_back({time_s, Pose(pose)});
-            run.report = state[2].cast<std::string>();
-            run.reservations = state[3].cast<std::vector<std::string>>();
-            run.folder = state[4].cast<std::string>();
+            run.folder = state[3].cast<std::string>();
+            run.report = parse_report(state[2].cast<std::string>(), run.folder / "report.json");
             return run;
           }))
       .def("__repr__", [](const PythonRun& self) {
@@ -307,14 +295,13 @@ PythonRun python_run(Run run) {
   PythonRun result;
   result.mesh = std::make_shared<MetricMesh>(run.mesh);
   result.trajectory = run.map.trajectory();
-  result.report = report_json(run);
-  result.reservations = reservations(run.account.summary.completeness, run.account.summary.uncertainty);
+  result.report = run.report;
   result.run = std::make_shared<const Run>(std::move(run));
   return result;
 }
 
 void warn_of(const PythonRun& run) {
-  for (const std::string& sentence : run.reservations) warn(sentence);
+  for (const std::string& sentence : run.report.reservations) warn(sentence);
 }
 
 Config config_of(const OptionalPath& config, const OptionalPath& model) {

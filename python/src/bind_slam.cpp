@@ -57,13 +57,12 @@ class Slam {
 
   PythonRun finish(ProgressSink& progress) const {
     const std::lock_guard lock(mutex_);
-    Run run{sensor_->config(), slam_.finish(true, &progress), {}, {}};
-    run.mesh = fuse_map(run.map, run.config.slam.fusion, &progress);
-    run.account.log_description = "frames of a Python program";
-    run.account.times = timer_.statistics();
-    run.account.summary = summarize(run.map, run.mesh);
-    run.account.summary.warnings = warnings_;
-    return python_run(std::move(run));
+    const auto start = std::chrono::steady_clock::now();
+    RunReport report;
+    report.log_description = "frames of a Python program";
+    report.warnings = warnings_;
+    return python_run(finish_scan(sensor_->config(), slam_.finish(true, &progress), std::move(report), timer_,
+                                  start, &progress));
   }
 
  private:
@@ -79,7 +78,7 @@ class Slam {
 
   const std::shared_ptr<Sensor> sensor_;
   mutable std::mutex mutex_;
-  StageTimer timer_;
+  mutable StageTimer timer_;
   GelSlam slam_;
   TrialDrift drift_;
   const double first_time_s_;

@@ -22,8 +22,7 @@ struct PythonRun {
   std::shared_ptr<const Run> run;  ///< null for one that was read
   std::shared_ptr<MetricMesh> mesh;
   std::vector<StampedPose> trajectory;
-  std::string report;  ///< JSON
-  std::vector<std::string> reservations{};
+  RunReport report{};
   std::filesystem::path folder{};  ///< where it was read
 };
 

@@ -7,6 +7,7 @@
 #include "../support/data_folder.hpp"
 #include "../support/pictures.hpp"
 #include "../support/run_program.hpp"
+#include "gelslam/core/run_report.hpp"
 
 namespace gelslam {
 namespace {
@@ -67,7 +68,10 @@ TEST(Info, ImagesOfTheWrongSize) {
 
 TEST(Info, ARunFolder) {
   const TemporaryFolder folder;
-  test::write_bytes(folder / "report.json", R"({"trials": 3, "components": 1})");
+  RunReport report;
+  report.trials = 3;
+  report.components = 1;
+  test::write_bytes(folder / "report.json", report_json(report));
   EXPECT_THAT(info(folder.path()).out, HasSubstr("is no run folder"));
   test::write_bytes(folder / "trajectory.tum", "0.4 0 0 0 0 0 0 1\n");
   const ProgramResult result = info(folder.path());
@@ -76,14 +80,15 @@ TEST(Info, ARunFolder) {
   EXPECT_THAT(result.out, HasSubstr("holds no mesh.ply"));
   EXPECT_THAT(result.out, testing::Not(HasSubstr("use "))) << "nothing takes it";
   test::write_bytes(folder / "report.json", R"({"frames": 245, )");
-  EXPECT_THAT(info(folder.path()).out, HasSubstr("report.json is damaged"));
+  EXPECT_THAT(info(folder.path()).out, HasSubstr("report.json: is damaged"));
 }
 
 TEST(Info, ARunSaysWhatItLacks) {
   const TemporaryFolder folder;
-  test::write_bytes(folder / "report.json", R"({"frames": {"tracked": 120, "in_map": 104}, "components": 2,
-    "warnings": ["the gel may be dirty", "is it this sensor's model?"],
-    "reservations": ["2 pieces not joined", "poses may be off by 2 mm"]})");
+  RunReport report;
+  report.warnings = {"the gel may be dirty", "is it this sensor's model?"};
+  report.reservations = {"2 pieces not joined", "poses may be off by 2 mm"};
+  test::write_bytes(folder / "report.json", report_json(report));
   test::write_bytes(folder / "trajectory.tum", "0.4 0 0 0 0 0 0 1\n0.8 0.003 0.004 0 0 0 0 1\n");
   const std::string missing = "2 pieces not joined";
   for (const fs::path& path : {folder.path(), folder / "report.json"}) {

@@ -13,6 +13,7 @@
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/npy.hpp"
+#include "gelslam/core/run_report.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "test_meshes.hpp"
 
@@ -91,13 +92,20 @@ struct Scene {
       lines += line.data();
     }
     write_bytes(run / "trajectory.tum", lines);
-    write_report({{"anchor_frame", anchor + kBackground},
-                  {"frames", {{"total", kFrames + kBackground}}},
-                  {"trials", 2},
-                  {"components", 1}});
+    RunReport report = report_of(anchor + kBackground, kFrames + kBackground);
+    report.trials = 2;
+    report.components = 1;
+    write_report(report);
   }
 
-  void write_report(const json& report) const { write_bytes(run / "report.json", report.dump()); }
+  static RunReport report_of(int anchor_frame, int frames) {
+    RunReport report;
+    report.anchor_frame = anchor_frame;
+    report.frames.total = frames;
+    report.mesh.triangles = 1;
+    return report;
+  }
+  void write_report(const RunReport& report) const { write_bytes(run / "report.json", report_json(report)); }
 
   void write_meshes(int anchor) const {
     const Mesh object = test::height_field(-5, 5, -5, 5, 60, &test::bumps);
@@ -193,10 +201,12 @@ TEST(Evaluate, TruthOfAnotherLengthIsNoticed) {
   scene.meta["frames"] = kFrames - 5 + kBackground;
   scene.write_truth(kFrames - 5);  // report.json says otherwise
   EXPECT_THAT(scene.error(), HasSubstr("50 frames"));
-  scene.write_report({{"anchor_frame", kBackground}});  // only the trajectory reaches beyond
+  RunReport part = Scene::report_of(kBackground, 10);
+  part.partial = true;
+  scene.write_report(part);  // only the trajectory reaches beyond
   EXPECT_THAT(scene.error(), HasSubstr("another log"));
   scene.write_run(0, 0, kFrames - 6);
-  scene.write_report({{"anchor_frame", kBackground}});
+  scene.write_report(part);
   EXPECT_EQ(scene.error(), "nothing was thrown");
 }
 
@@ -272,19 +282,12 @@ TEST(Evaluate, DamagedReportsAreNoticed) {
   Scene scene;
   scene.write_truth();
   scene.write_run(0);
-  scene.write_report({{"frames", {{"total", "many"}}}});
-  EXPECT_THAT(scene.error(), HasSubstr("total"));
-  scene.write_report(
-      {{"frames", "many"}, {"partial", 7}, {"mesh", json::array()}});  // other programs' reports
-  EXPECT_EQ(scene.error(), "nothing was thrown");
-  for (const json& anchor : {json(-1), json(5000), json("x"), json(1.5)}) {
-    scene.write_report({{"anchor_frame", anchor}});
-    EXPECT_THAT(scene.error(), HasSubstr("anchor_frame")) << anchor;
+  scene.write_report(Scene::report_of(5000, kFrames + kBackground));
+  EXPECT_THAT(scene.error(), HasSubstr("anchor_frame"));
+  for (const std::string& damaged : {std::string("[1, 2]"), std::string(100'000, '['), std::string("{}")}) {
+    write_bytes(scene.run / "report.json", damaged);
+    EXPECT_THAT(scene.error(), HasSubstr("report.json: is damaged"));
   }
-  write_bytes(scene.run / "report.json", "[1, 2]");
-  EXPECT_THAT(scene.error(), HasSubstr("JSON object"));
-  write_bytes(scene.run / "report.json", std::string(100'000, '['));
-  EXPECT_THAT(scene.error(), HasSubstr("JSON object"));
   EXPECT_THAT(message_of<Error>([&] { read_run(scene.run / "none"); }), HasSubstr("none"));
 }
 
@@ -293,14 +296,21 @@ TEST(Evaluate, InterruptedRunsAndEmptyMeshesAreJudgedAsFarAsTheyGo) {
   scene.write_truth();
   scene.write_run(0, 0, 20);
   scene.write_meshes(0);
-  scene.write_report({{"anchor_frame", kBackground}, {"partial", true}, {"frames", {{"total", 31}}}});
+  RunReport report = Scene::report_of(kBackground, 31);
+  report.partial = true;
+  scene.write_report(report);
   EXPECT_EQ(scene.evaluated().trajectory->compared_frames, 21);
-  scene.write_report({{"anchor_frame", kBackground}, {"frames", {{"total", 31}, {"left_out", 2}}}});
+  report.partial = false;
+  report.frames.left_out = 2;
+  scene.write_report(report);
   EXPECT_EQ(scene.evaluated().trajectory->compared_frames, 21);
-  scene.write_report({{"anchor_frame", kBackground}, {"partial", false}, {"frames", {{"total", 31}}}});
+  report.frames.left_out = 0;
+  scene.write_report(report);
   EXPECT_THAT(scene.error(), HasSubstr("31 frames"));
   write_bytes(scene.run / "mesh.ply", "ply\n");  // what an empty mesh's file holds does not matter
-  scene.write_report({{"anchor_frame", kBackground}, {"mesh", {{"triangles", 0}}}});
+  report.partial = true;
+  report.mesh.triangles = 0;
+  scene.write_report(report);
   EXPECT_FALSE(scene.evaluated().mesh.has_value());
 }
 

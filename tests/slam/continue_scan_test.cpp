@@ -131,7 +131,7 @@ TEST(ContinuedScan, MayHoldNoKeyframeAnyMore) {
   const ContinuedScan undone = read_back(folder / "run/session");
   const SlamMap map = Strokes(&undone).finish();
   EXPECT_EQ(map.components, 0);
-  write_run(folder / "run", Config{}, map, fuse_map(map, FusionOptions{}), {});
+  write_run(folder / "run", {Config{}, map, fuse_map(map, FusionOptions{}), {}});
   EXPECT_EQ(read_bytes(folder / "run/trajectory.tum"), "");
   Strokes again(&undone);
   again.stroke(0, 0, 0);

@@ -53,13 +53,13 @@ TEST_F(Live, UndoTakesBackTheLastTrialOnly) {
     session->undo_last_trial();
     EXPECT_TRUE(comes_true([&] { return session->status().trials == 1; }));
   });
-  const ReconstructSummary summary = start().wait();
+  const RunReport summary = start().wait();
   EXPECT_EQ(trials_before, 2);
   EXPECT_EQ(summary.components, 1);
   EXPECT_THAT(read("report.json"), HasSubstr("\"undone\": 15"));
   const std::string trajectory = read("trajectory.tum");
-  EXPECT_EQ(std::count(trajectory.begin(), trajectory.end(), '\n'), summary.in_map);
-  EXPECT_LE(summary.in_map, kScanFrames);
+  EXPECT_EQ(std::count(trajectory.begin(), trajectory.end(), '\n'), summary.frames.in_map);
+  EXPECT_LE(summary.frames.in_map, kScanFrames);
 }
 
 TEST_F(Live, TheBackgroundIsHandedOnFrameByFrame) {
@@ -90,9 +90,9 @@ TEST_F(Live, TheNextScanHasTheSameBackgroundAndALogThatStandsAlone) {
   pictures->open();
   session = std::make_unique<LiveSlam>(
       after_background(background, std::move(pictures), 0.04 * kBackgroundFrames), options);
-  const ReconstructSummary summary = session->wait();
+  const RunReport summary = session->wait();
   EXPECT_EQ(summary.keyframes, keyframes) << "the same pictures";
-  EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames);
+  EXPECT_EQ(summary.frames.total, kBackgroundFrames + kScanFrames);
   const auto log = open_raw_log(options.run_folder / "log.mkv", options.config.sensor);
   FrameDecoder decoder(options.config.sensor);
   double last_s = -1;
@@ -160,8 +160,8 @@ TEST_F(Live, AScanThatTouchedNothingGoesOn) {
       write_bytes(record, first_line);
     }
     continue_run();
-    const ReconstructSummary summary = start().wait();
-    EXPECT_GT(summary.tracked, 40);
+    const RunReport summary = start().wait();
+    EXPECT_GT(summary.frames.tracked, 40);
     EXPECT_EQ(summary.components, 1);
     EXPECT_TRUE(fs::exists(options.run_folder / "mesh.ply"));
   }
@@ -185,8 +185,8 @@ TEST_F(Live, SavesOnTheWayAndGoesOn) {
     EXPECT_TRUE(comes_true([&] { return fs::exists(options.run_folder / "report.json"); }));
     EXPECT_THAT(read("report.json"), HasSubstr("\"partial\": true"));
   });
-  const ReconstructSummary summary = start().wait();
-  EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames);
+  const RunReport summary = start().wait();
+  EXPECT_EQ(summary.frames.total, kBackgroundFrames + kScanFrames);
   EXPECT_THAT(read("report.json"), HasSubstr("\"partial\": false"));
   EXPECT_FALSE(fs::exists(options.run_folder / "saving.tmp"));
 }
@@ -219,8 +219,8 @@ TEST_F(Live, ARunFolderThatCannotBeWrittenDoesNotEndTheScan) {
     EXPECT_NE(session->status().phase, LivePhase::finished);
     fs::remove(options.run_folder);
   });
-  const ReconstructSummary summary = start().wait();
-  EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames);
+  const RunReport summary = start().wait();
+  EXPECT_EQ(summary.frames.total, kBackgroundFrames + kScanFrames);
   EXPECT_TRUE(fs::exists(options.run_folder / "mesh.ply"));
 }
 

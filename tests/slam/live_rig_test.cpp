@@ -74,23 +74,23 @@ TEST_F(TwoSensors, TheirMapsAreShownAsOneAndSavedAsOne) {
         << " keyframes in " << components.size() << " pieces";
     EXPECT_EQ(both->status().words, "tracking");
   });
-  const ReconstructSummary summary = start_both().wait();
+  const RunReport summary = start_both().wait();
   EXPECT_EQ(summary.components, 1);
   EXPECT_FALSE(summary.partial);
   ASSERT_TRUE(summary.rig.has_value());
-  EXPECT_LT(summary.rig->first_T_second.translation().norm(), 0.01);
-  EXPECT_GT(summary.tracked, 2 * (kScanFrames - 5));
+  for (const std::size_t axis : {3, 7, 11}) EXPECT_NEAR(summary.rig->first_T_second_mm[axis], 0, 0.01);
+  EXPECT_GT(summary.frames.tracked, 2 * (kScanFrames - 5));
   EXPECT_EQ(both->status().phase, LivePhase::finished);
   EXPECT_EQ(both->status().run_folder, rig.run_folder.string());
   const MeshChanges changes = both->take_mesh_changes();
   EXPECT_TRUE(changes.cleared);
-  EXPECT_EQ(changes.blocks.back().mesh.triangles.size(), summary.triangles);
+  EXPECT_EQ(changes.blocks.back().mesh.triangles.size(), summary.mesh.triangles);
   EXPECT_TRUE(fs::exists(rig.run_folder / "mesh.ply"));
   for (const int sensor : {0, 1}) EXPECT_TRUE(fs::exists(run_of_sensor(rig.run_folder, sensor) / "mesh.ply"));
 }
 
 TEST_F(TwoSensors, TheNextScanIsOfItsOwnFramesOnly) {
-  const ReconstructSummary first = start_both().wait();
+  const RunReport first = start_both().wait();
   const std::array<BackgroundFrames, 2> backgrounds = {both->background_frames(0),
                                                        both->background_frames(1)};
   const std::string mesh = read_bytes(rig.run_folder / "mesh.ply");
@@ -103,18 +103,18 @@ TEST_F(TwoSensors, TheNextScanIsOfItsOwnFramesOnly) {
     sensors[i].options.run_folder = run_of_sensor(rig.run_folder, static_cast<int>(i));
   }
   both = std::make_unique<LiveRig>(std::move(sensors), rig);
-  const ReconstructSummary second = both->wait();
+  const RunReport second = both->wait();
   EXPECT_FALSE(second.partial);
-  EXPECT_EQ(second.frames, first.frames);
-  EXPECT_EQ(second.tracked, first.tracked) << "the same pictures";
+  EXPECT_EQ(second.frames.total, first.frames.total);
+  EXPECT_EQ(second.frames.tracked, first.frames.tracked) << "the same pictures";
   EXPECT_TRUE(fs::exists(rig.run_folder / "mesh.ply"));
   EXPECT_TRUE(read_bytes(folder / "run/mesh.ply") == mesh);
 }
 
 TEST_F(TwoSensors, OneGoesOnWhenTheOtherIsUnplugged) {
   second_source->before(kBackgroundFrames + 20, [] { throw Error("the camera is gone"); });
-  const ReconstructSummary summary = start_both().wait();
-  EXPECT_GT(summary.tracked, kScanFrames - 5 + 15);
+  const RunReport summary = start_both().wait();
+  EXPECT_GT(summary.frames.tracked, kScanFrames - 5 + 15);
   EXPECT_TRUE(summary.partial);
   EXPECT_EQ(summary.components, 1);
   EXPECT_THAT(both->status().warnings,

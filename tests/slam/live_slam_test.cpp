@@ -26,13 +26,13 @@ TEST_F(Live, WithoutDropsTheMapIsThatOfTheOfflineProgram) {
   request.config = options.config;
   request.run_folder = folder / "offline";
   NoProgress progress;
-  const ReconstructSummary offline = reconstruct(request, progress, [] { return false; });
+  const RunReport offline = reconstruct(request, progress, [] { return false; });
 
-  const ReconstructSummary live = start().wait();
+  const RunReport live = start().wait();
 
-  EXPECT_GT(live.tracked, kScanFrames - 5);
+  EXPECT_GT(live.frames.tracked, kScanFrames - 5);
   EXPECT_GT(live.keyframes, 2);
-  EXPECT_EQ(live.frames, offline.frames);
+  EXPECT_EQ(live.frames.total, offline.frames.total);
   EXPECT_EQ(live.loops, offline.loops);
   for (const char* file : {"trajectory.tum", "keyframes.tum", "pose_graph.g2o", "mesh.ply"})
     EXPECT_TRUE(read(file) == read_bytes(request.run_folder / file)) << file;
@@ -51,14 +51,14 @@ TEST_F(Live, TheWindowSeesTheMeshGrowAndAtLastTheSavedOne) {
     EXPECT_FALSE(session->map()->nodes.empty());
     EXPECT_EQ(session->map()->shown_component, 0);
   });
-  const ReconstructSummary summary = start().wait();
+  const RunReport summary = start().wait();
   EXPECT_EQ(session->status().phase, LivePhase::finished);
   EXPECT_EQ(session->status().age_s, session->status().age_s);  // the clock has stopped
   const MeshChanges changes = session->take_mesh_changes();
   EXPECT_TRUE(changes.cleared);
   ASSERT_EQ(changes.blocks.size(), 1U);
-  EXPECT_EQ(changes.blocks.front().mesh.triangles.size(), summary.triangles);
-  EXPECT_GT(summary.triangles, 1000U);
+  EXPECT_EQ(changes.blocks.front().mesh.triangles.size(), summary.mesh.triangles);
+  EXPECT_GT(summary.mesh.triangles, 1000U);
 }
 
 TEST_F(Live, WithoutAWindowNoMeshGrows) {
@@ -100,38 +100,38 @@ TEST_F(Live, WaitsForTheBareGel) {
     EXPECT_TRUE(comes_true([&] { return session->status().words.find("take the object off") == 0; }));
     EXPECT_EQ(session->status().phase, LivePhase::background);
   });
-  const ReconstructSummary summary = start().wait();
-  EXPECT_GT(summary.tracked, kScanFrames - 5);
+  const RunReport summary = start().wait();
+  EXPECT_GT(summary.frames.tracked, kScanFrames - 5);
   EXPECT_THAT(read("report.json"), HasSubstr("\"background\": 25"));
 }
 
 TEST_F(Live, ALostSourceEndsTheScanWithAllThatWasSeen) {
   source->before(40, [] { throw Error("the camera was unplugged"); });
-  const ReconstructSummary summary = start().wait();
+  const RunReport summary = start().wait();
   EXPECT_THAT(summary.warnings, testing::Contains(HasSubstr("unplugged")));
   EXPECT_TRUE(summary.partial);
-  EXPECT_EQ(summary.frames, 40);
-  EXPECT_GT(summary.triangles, 1000U);
+  EXPECT_EQ(summary.frames.total, 40);
+  EXPECT_GT(summary.mesh.triangles, 1000U);
   EXPECT_TRUE(fs::exists(options.run_folder / "mesh.ply"));
 }
 
 TEST_F(Live, DamagedFramesAreLeftOutAndCounted) {
   for (const int frame : {20, 21, 33}) source->damage(frame);
-  const ReconstructSummary summary = start().wait();
+  const RunReport summary = start().wait();
   EXPECT_EQ(session->status().damaged, 3);
   EXPECT_THAT(summary.warnings,
               testing::Contains(HasSubstr("left out 3 damaged pictures (the first: frame 20: ")));
-  EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames - 3);
+  EXPECT_EQ(summary.frames.total, kBackgroundFrames + kScanFrames - 3);
   EXPECT_EQ(summary.components, 1);
 }
 
 TEST_F(Live, FramesThatComeTooFastAreDroppedWholeAndCounted) {
   options.drop_when_behind = true;
-  const ReconstructSummary summary = start().wait();
+  const RunReport summary = start().wait();
   const LiveStatus status = session->status();
   EXPECT_EQ(status.frames, kBackgroundFrames + kScanFrames);
   EXPECT_GT(status.dropped, 0);  // nobody estimates a surface in the time it takes to copy a picture
-  EXPECT_EQ(summary.frames + status.dropped, status.frames);
+  EXPECT_EQ(summary.frames.total + status.dropped, status.frames);
 }
 
 TEST_F(Live, APauseBreaksTheTrial) {
@@ -141,8 +141,8 @@ TEST_F(Live, APauseBreaksTheTrial) {
     EXPECT_EQ(session->status().phase, LivePhase::paused);
   });
   source->before(40, [&] { session->set_paused(false); });
-  const ReconstructSummary summary = start().wait();
-  EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames - 10);
+  const RunReport summary = start().wait();
+  EXPECT_EQ(summary.frames.total, kBackgroundFrames + kScanFrames - 10);
   EXPECT_EQ(summary.trials, 2);
 }
 
@@ -157,8 +157,8 @@ TEST_F(Live, ALogWaitsForTheEndOfAPause) {
   EXPECT_TRUE(comes_true([&] { return session->touch() && session->touch()->index == 29; }));
   EXPECT_EQ(session->status().frames, 30) << "frame 30 waits";
   session->set_paused(false);
-  const ReconstructSummary summary = session->wait();
-  EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames) << "none is left out";
+  const RunReport summary = session->wait();
+  EXPECT_EQ(summary.frames.total, kBackgroundFrames + kScanFrames) << "none is left out";
   EXPECT_EQ(summary.trials, 1);
 }
 
@@ -178,13 +178,13 @@ TEST_F(Live, APauseBeforeTheBackgroundIsSeenAndCanBeEnded) {
     session->set_paused(false);
     EXPECT_EQ(session->status().phase, LivePhase::background);
   });
-  EXPECT_GT(start().wait().tracked, kScanFrames - 5);
+  EXPECT_GT(start().wait().frames.tracked, kScanFrames - 5);
 }
 
 TEST_F(Live, SaysSoWhenTheLogEndsWithTheLastFrames) {
   options.record = LogAttachments{};
   source->damage(kBackgroundFrames + kScanFrames - 1);
-  const ReconstructSummary summary = start().wait();
+  const RunReport summary = start().wait();
   EXPECT_THAT(summary.warnings, testing::Contains(HasSubstr("recording stopped")));
   EXPECT_EQ(session->status().log_bytes,
             static_cast<std::int64_t>(fs::file_size(options.run_folder / "log.mkv")));
@@ -196,18 +196,18 @@ TEST_F(Live, ALogThatSomebodyRemovesIsMissed) {
     wait_for_touch(39);
     remove_in_use(options.run_folder);
   });
-  const ReconstructSummary summary = start().wait();
+  const RunReport summary = start().wait();
   EXPECT_THAT(summary.warnings,
               testing::Contains(HasSubstr("log.mkv: recording stopped: somebody removed the log")));
-  EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames);
+  EXPECT_EQ(summary.frames.total, kBackgroundFrames + kScanFrames);
   EXPECT_TRUE(fs::exists(options.run_folder / "mesh.ply"));
 }
 
 TEST_F(Live, HoweverFastFramesComeTheBackgroundIsSeen) {
   options.drop_when_behind = true;
-  const ReconstructSummary summary = start().wait();
+  const RunReport summary = start().wait();
   EXPECT_THAT(read("report.json"), HasSubstr("\"background\": 10"));
-  EXPECT_EQ(session->status().dropped, kBackgroundFrames + kScanFrames - summary.frames);
+  EXPECT_EQ(session->status().dropped, kBackgroundFrames + kScanFrames - summary.frames.total);
 }
 
 TEST(LiveMeter, TheRateFallsWhenNothingComes) {
@@ -226,18 +226,18 @@ TEST_F(Live, AWarningThatCountsIsSaidOnceWithItsNewestCount) {
   int frames = 0;
   source->warn([&] { return std::to_string(frames) + " frames came damaged"; });
   for (const int frame : {20, 30, 40}) source->before(frame, [&frames, frame] { frames = frame; });
-  const ReconstructSummary summary = start().wait();
+  const RunReport summary = start().wait();
   EXPECT_THAT(summary.warnings, testing::Contains(HasSubstr("40 frames came damaged")));
   EXPECT_THAT(summary.warnings, testing::Each(testing::Not(HasSubstr("30 frames came damaged"))));
 }
 
 TEST_F(Live, ALogWhoseNameIsNotUtf8IsPlayedToItsEnd) {
   options.log = folder / "co\xe9in";
-  const ReconstructSummary summary = start().wait();
+  const RunReport summary = start().wait();
   EXPECT_THAT(summary.warnings, testing::Each(testing::Not(HasSubstr("UTF"))));
   EXPECT_EQ(read_scan(options.run_folder / "session", {}).keyframes.size(),
             static_cast<std::size_t>(summary.keyframes));
-  EXPECT_EQ(nlohmann::json::parse(read("report.json")).at("frames").at("total"), summary.frames);
+  EXPECT_EQ(nlohmann::json::parse(read("report.json")).at("frames").at("total"), summary.frames.total);
 }
 
 TEST_F(Live, FramesWaitForTheWindow) {
@@ -249,7 +249,7 @@ TEST_F(Live, FramesWaitForTheWindow) {
   EXPECT_EQ(session->status().frames, 0);
   EXPECT_EQ(session->status().phase, LivePhase::background);
   shown = true;
-  EXPECT_EQ(session->wait().frames, kBackgroundFrames + kScanFrames);
+  EXPECT_EQ(session->wait().frames.total, kBackgroundFrames + kScanFrames);
 }
 
 TEST_F(Live, WhatACameraSeesBeforeItsWindowIsLeftOut) {
@@ -305,10 +305,10 @@ TEST_F(Live, AbortedItSavesWhatThereIs) {
     wait_for_touch(39);
     session->abort();
   });
-  const ReconstructSummary summary = start().wait();
+  const RunReport summary = start().wait();
   EXPECT_TRUE(summary.partial);
-  EXPECT_EQ(summary.frames, 40);
-  EXPECT_GT(summary.triangles, 1000U);
+  EXPECT_EQ(summary.frames.total, 40);
+  EXPECT_GT(summary.mesh.triangles, 1000U);
 }
 
 TEST_F(Live, PicturesOfAnotherSizeAreAnErrorInWords) {

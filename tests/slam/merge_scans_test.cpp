@@ -28,17 +28,16 @@ class Merge : public testing::Test {
   void save(const char* name, const Strokes& scan, const Config& config, const ScanPart& part) {
     const SlamMap map = scan.finish(part);
     std::filesystem::create_directory(folder / name);
-    write_run(folder / name, config, map, fuse_map(map, config.slam.fusion), {});
+    write_run(folder / name, {config, map, fuse_map(map, config.slam.fusion), {}});
     first_frame[name] = frames;
     for (const auto& [frame, pose] : scan.truth()) truth[frames + frame] = pose;
     frames += map.frames.back().frame + 1;
   }
-  ReconstructSummary merge(std::vector<std::string> names, const char* output = "merged",
-                           bool overwrite = false) {
+  RunReport merge(std::vector<std::string> names, const char* output = "merged", bool overwrite = false) {
     MergeRequest request{{}, folder / output, overwrite};
     for (const std::string& name : names) request.runs.push_back(folder / name);
     NoProgress progress;
-    return merge_scans(request, progress, [] { return false; }).account.summary;
+    return merge_scans(request, progress, [] { return false; }).report;
   }
   /// Every keyframe of the merged map lies where the truth has it, seen from the first.
   void expect_true(double mm, double deg) {
@@ -71,7 +70,7 @@ TEST_F(Merge, JoinsTwoHalvesOfAScan) {
   right.stroke(2.5, 0.1, 10);
   save("left", left, Config{}, {0, "one", 5, ""});
   save("right", right, Config{}, {0, "one", 5, ""});
-  const ReconstructSummary summary = merge({"left", "right"});
+  const RunReport summary = merge({"left", "right"});
   EXPECT_EQ(summary.components, 1);
   EXPECT_EQ(summary.trials, 4);
   ASSERT_EQ(summary.parts.size(), 2u);
@@ -138,7 +137,7 @@ TEST_F(Merge, LeavesOutADamagedSurface) {
   save_session(folder / "left/session", map);
   const int damaged = map.edges.front().to;
   write_bytes(folder / "left/session" / (std::to_string(damaged) + ".surface"), "nothing");
-  const ReconstructSummary summary = merge({"left", "right"});
+  const RunReport summary = merge({"left", "right"});
   EXPECT_THAT(summary.warnings, testing::Contains(HasSubstr("1 keyframe of")));
   for (const SavedMap::Node& node : load_map(folder / "merged/session").nodes)
     EXPECT_NE(node.keyframe, damaged);
@@ -151,7 +150,7 @@ TEST_F(Merge, SaysWhatDidNotJoin) {
   right.stroke(40, 0, 0);
   save("left", left, Config{}, {0, "one", 5, ""});
   save("right", right, Config{}, {0, "one", 5, ""});
-  const ReconstructSummary summary = merge({"left", "right"});
+  const RunReport summary = merge({"left", "right"});
   EXPECT_EQ(summary.components, 2);
   EXPECT_THAT(summary.parts[1], HasSubstr("right): did not join"));
   EXPECT_THAT(message_of<Error>([&] { merge({"left"}); }), HasSubstr("at least two"));

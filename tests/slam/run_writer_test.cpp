@@ -56,7 +56,7 @@ SlamMap map_with_a_false_loop() {
 
 TEST(RunFolderFiles, LoopsThatAreContradictedAreNotInTheGraph) {
   const TemporaryFolder folder;
-  write_run(folder.path(), Config{}, map_with_a_false_loop(), Mesh{}, RunAccount{});
+  write_run(folder.path(), {Config{}, map_with_a_false_loop(), {}, {}});
   const std::string graph = read_bytes(folder / "pose_graph.g2o"),
                     outliers = read_bytes(folder / "loop_outliers.g2o");
   EXPECT_THAT(graph, HasSubstr("EDGE_SE3:QUAT 0 2 "));
@@ -72,23 +72,23 @@ TEST(LiveRunFolder, ASessionThatCannotBeWrittenAgainStays) {
   SlamMap map = map_with_a_false_loop();
   map.measured.keyframes = map.keyframes;
   for (int i = 0; i < 200; ++i) map.measured.frames.push_back({.frame = i, .time_s = 0.04 * i});
-  write_run(folder.path(), Config{}, map, Mesh{}, RunAccount{});
+  write_run(folder.path(), {Config{}, map, {}, {}});
   const std::string record = read_bytes(folder / "session/scan.jsonl"),
                     saved = read_bytes(folder / "session/session.json"),
                     surface = read_bytes(folder / "session/3.surface");
-  const auto run = slam::detail::LiveRun::resume(folder.path(), Config{},
-                                                 std::make_shared<const FolderLock>(folder.path()));
+  const auto run =
+      slam::detail::LiveRun::resume(folder.path(), std::make_shared<const FolderLock>(folder.path()));
   map.measured.frames.push_back({.frame = 200, .time_s = 8});
   std::string message;
   {
     const FileSizeLimit limit(record.size() - 1);
-    message = message_of<Error>([&] { run->save(map, Mesh{}, RunAccount{}); });
+    message = message_of<Error>([&] { run->save({Config{}, map, {}, {}}, std::nullopt); });
   }
   EXPECT_THAT(message, HasSubstr("session/scan.jsonl: cannot be written"));
   EXPECT_TRUE(read_bytes(folder / "session/scan.jsonl") == record);
   EXPECT_TRUE(read_bytes(folder / "session/session.json") == saved);
   EXPECT_TRUE(read_bytes(folder / "session/3.surface") == surface);
-  run->save(map, Mesh{}, RunAccount{});
+  run->save({Config{}, map, {}, {}}, std::nullopt);
   EXPECT_EQ(read_scan(folder / "session", {}).frames.size(), 201u);
   EXPECT_FALSE(std::filesystem::exists(folder / "saving.tmp"));
 }
@@ -100,11 +100,11 @@ TEST(LiveRunFolder, WritesIntoNoOtherRun) {
   map.measured.keyframes = map.keyframes;
   const auto begin = [&](const char* name) {
     std::filesystem::create_directory(folder / name);
-    write_run(folder / name, Config{}, map, Mesh{}, RunAccount{});
+    write_run(folder / name, {Config{}, map, {}, {}});
   };
   begin("RUN");
-  const auto run = slam::detail::LiveRun::resume(folder / "RUN", Config{},
-                                                 std::make_shared<const FolderLock>(folder / "RUN"));
+  const auto run =
+      slam::detail::LiveRun::resume(folder / "RUN", std::make_shared<const FolderLock>(folder / "RUN"));
   ScanWriter writer = ScanWriter::append(folder / "RUN/session");
   std::filesystem::rename(folder / "RUN", folder / "moved");
   begin("RUN");
@@ -115,9 +115,12 @@ TEST(LiveRunFolder, WritesIntoNoOtherRun) {
   EXPECT_THAT(message_of<Error>([&] { writer.add_keyframe(keyframe, nullptr); }),
               HasSubstr("was moved or replaced"));
   EXPECT_FALSE(std::filesystem::exists(folder / "RUN/session/4.surface"));
-  map.anchor_frame = 7;
+  RunReport newer;
+  newer.anchor_frame = 7;
   for (int saves = 0; saves < 2; ++saves) {
-    const std::string message = message_of<Error>([&] { run->save(map, Mesh{}, RunAccount{}); });
+    const std::string message = message_of<Error>([&] {
+      run->save({Config{}, map, {}, newer}, std::nullopt);
+    });
     EXPECT_THAT(message, HasSubstr("another folder is there now; saved in "));
     EXPECT_EQ(read_bytes(folder / "RUN/report.json"), report);
     const std::filesystem::path kept = folder / ("RUN.kept-" + std::to_string(::getpid()));
@@ -139,55 +142,76 @@ SlamMap map_of_two_pieces() {
   return map;
 }
 
-TEST(MapCompleteness, IsSaidInTheSummaryAndInTheReport) {
-  const SlamMap map = map_of_two_pieces();
-  RunAccount account;
-  account.summary = summarize(map, Mesh{});
-  EXPECT_EQ(account.summary.completeness.pieces_not_joined, 1);
-  EXPECT_EQ(account.summary.completeness.frames_not_in_mesh, 2);
-  EXPECT_EQ(account.summary.in_map + 2, account.summary.tracked);
-  EXPECT_EQ(account.summary.in_map, std::ssize(map.trajectory())) << "one set of figures";
-  EXPECT_EQ(describe(account.summary.completeness),
-            "1 piece not joined; 2 frames not in the mesh; next time cross places that you touched before");
-
-  const TemporaryFolder folder;
-  write_run(folder.path(), Config{}, map, Mesh{}, account);
-  EXPECT_THAT(read_reservations(folder.path()), testing::ElementsAre(describe(account.summary.completeness)));
+Run finished(const SlamMap& map) {
+  StageTimer timer;
+  return finish_scan(Config{}, map, {}, timer, std::chrono::steady_clock::now(), nullptr);
 }
 
-TEST(TrajectoryUncertaintyReport, HasFieldsAndIsReadAsWords) {
+TEST(Report, SaysWhatIsNotInTheMesh) {
+  const SlamMap map = map_of_two_pieces();
+  const RunReport report = finished(map).report;
+  EXPECT_FALSE(report.complete());
+  EXPECT_EQ(report.frames.not_in_mesh, 2);
+  EXPECT_EQ(report.frames.in_map + 2, report.frames.tracked);
+  EXPECT_EQ(report.frames.in_map, std::ssize(map.trajectory())) << "one set of figures";
+  EXPECT_THAT(report.reservations,
+              testing::ElementsAre("1 piece not joined; 2 frames not in the mesh; next time cross places "
+                                   "that you touched before"));
+}
+
+TEST(Report, SaysHowFarPosesMayBeOff) {
   const TemporaryFolder folder;
   SlamMap map = map_with_a_false_loop();
   map.uncertainty.mm = {12.5, 3, 0.12};
   map.uncertainty.hidden = {{.motion = 5, .first_frame = 1, .first_time_s = 0.04, .frames = 3}};
-  RunAccount account;
-  account.summary = summarize(map, Mesh{});
-  write_run(folder.path(), Config{}, map, Mesh{}, account);
-  const auto report = nlohmann::json::parse(read_bytes(folder / "report.json")).at("uncertainty");
-  EXPECT_EQ(report.at("drift_mm"), (nlohmann::json{{"amount", 12.5}, {"frame", 3}, {"time_s", 0.12}}));
-  EXPECT_EQ(report.at("not_observable").at(0).at("motion"), "rz");
-  EXPECT_EQ(report.at("not_observable").at(0).at("first_frame"), 1);
-  EXPECT_THAT(read_reservations(folder.path()),
+  write_run(folder.path(), finished(map));
+  const RunReport report = *find_report(folder.path());
+  EXPECT_EQ(report.uncertainty.drift_mm.amount, 12.5);
+  EXPECT_EQ(report.uncertainty.drift_mm.frame, 3);
+  EXPECT_EQ(report.uncertainty.not_observable.at(0).motion, "rz");
+  EXPECT_EQ(report.uncertainty.not_observable.at(0).first_frame, 1);
+  EXPECT_THAT(report.reservations,
               testing::ElementsAre("poses may be off by 12 mm: return to where you began, and press on "
                                    "texture"));
-  write_run(folder.path(), Config{}, map_with_a_false_loop(), Mesh{}, RunAccount{});
-  EXPECT_TRUE(read_reservations(folder.path()).empty());
-}
-
-TEST(MapCompleteness, AWholeMapNeedsNoWords) {
-  const MapCompleteness whole = summarize(map_with_a_false_loop(), Mesh{}).completeness;
+  const RunReport whole = finished(map_with_a_false_loop()).report;
   EXPECT_TRUE(whole.complete());
-  EXPECT_EQ(describe(whole), "");
-  EXPECT_EQ(describe(MapCompleteness{0, 3}), "3 frames not in the mesh");
+  EXPECT_TRUE(whole.reservations.empty());
 }
 
-TEST(Reservations, AreNoneWhereNothingWasSaved) {
+/// All members, also those that most runs do not have.
+TEST(Report, IsReadAsItWasWritten) {
+  RunReport report = finished(map_of_two_pieces()).report;
+  report.log = "a log";
+  report.logs = {{"first.mkv", 0, 0, 0}, {"second.mkv", 12, 1, 0.5}};
+  report.rig.emplace().first_T_second_mm[11] = 12;
+  report.rig->second_start_s = 0.25;
+  report.live = {25, 100, 1, 2, 3};
+  report.saved = true;
+  report.stages["tracking"] = {"tracking", 3, 1, 2, 3, 6};
+  const std::string json = report_json(report);
+  EXPECT_EQ(report_json(parse_report(json, "x")), json);
+  const RunReport again = parse_report(json, "x");
+  EXPECT_EQ(again.logs.at(1).sensor, 1);
+  EXPECT_EQ(again.rig->first_T_second_mm[11], 12);
+  EXPECT_EQ(again.live->damaged, 3);
+}
+
+TEST(Report, ADamagedOneIsNamed) {
   const TemporaryFolder folder;
-  EXPECT_TRUE(read_reservations(folder.path()).empty());
-  for (const char* damaged :
-       {"{", "[]", "{}", R"({"partial": true, "saved": false})", R"({"reservations": [3]})"}) {
-    write_bytes(folder / "report.json", damaged);
-    EXPECT_TRUE(read_reservations(folder.path()).empty()) << damaged;
+  EXPECT_FALSE(find_report(folder.path()).has_value());
+  std::string no_frames = report_json(RunReport()), wrong_type = no_frames;
+  no_frames.replace(no_frames.find("\"frames\""), 8, "\"pictures\"");
+  wrong_type.replace(wrong_type.find("\"trials\": 0"), 11, "\"trials\": \"many\"");
+  for (const auto& [text, named] :
+       std::vector<std::pair<std::string, std::string>>{{"{", "damaged"},
+                                                        {"[]", "damaged"},
+                                                        {"{}", "anchor_frame is missing"},
+                                                        {no_frames, "frames"},
+                                                        {wrong_type, "trials"}}) {
+    write_bytes(folder / "report.json", text);
+    const std::string message = message_of<Error>([&] { find_report(folder.path()); });
+    EXPECT_THAT(message, testing::AllOf(HasSubstr("report.json: is damaged"), HasSubstr(named)));
+    EXPECT_THAT(message, Not(HasSubstr("exception")));
   }
 }
 

@@ -72,7 +72,9 @@ TEST(StateWords, AreAmberWhereTheMeshIsNotWholeOrAMotionIsNotObservable) {
   EXPECT_EQ(unsure.headline, "Position uncertain");
   LiveStatus status = saying(LivePhase::finished, "");
   EXPECT_EQ(state_words(status).color, theme::kGreen);
-  status.reservations = {describe(MapCompleteness{1, 16}), "poses may be off by 2 mm"};
+  status.reservations = {
+      "1 piece not joined; 16 frames not in the mesh; next time cross places that you touched before",
+      "poses may be off by 2 mm"};
   EXPECT_EQ(state_words(status).color, theme::kAmber);
   EXPECT_EQ(state_words(status).advice,
             "Saved. 1 piece not joined. 16 frames not in the mesh. Next time cross places that you touched "

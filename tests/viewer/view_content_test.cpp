@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/run_report.hpp"
 #include "temporary_folder.hpp"
 #include "view_run.hpp"
 
@@ -39,7 +40,9 @@ TEST(ViewContent, WhatARunLeavesInDoubtIsSaid) {
   const TemporaryFolder folder;
   write_run(folder / "RUN", 5);
   EXPECT_TRUE(load_view(folder / "RUN").warnings.empty());
-  write_bytes(folder / "RUN" / "report.json", R"({"reservations": ["poses may be off by 2 mm"]})");
+  RunReport report;
+  report.reservations = {"poses may be off by 2 mm"};
+  write_bytes(folder / "RUN" / "report.json", report_json(report));
   EXPECT_THAT(load_view(folder / "RUN").warnings, testing::ElementsAre("poses may be off by 2 mm"));
 }
 

@@ -11,6 +11,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "browse/choose_window.hpp"
+#include "gelslam/core/run_report.hpp"
 #include "scene_fixture.hpp"
 #include "temporary_folder.hpp"
 #include "view_run.hpp"
@@ -200,7 +201,7 @@ class ChooseWindowPicture : public ViewWindowPicture {
     ViewWindowPicture::SetUp();
     if (IsSkipped()) return;
     namespace fs = std::filesystem;
-    std::ofstream(folder / "RUN/report.json") << "{}";
+    std::ofstream(folder / "RUN/report.json") << report_json(RunReport());
     fs::create_directories(folder / "shapes/.hidden");
     for (const char* name : {"shapes/part.stl", "shapes/.hidden/part.stl", "shapes/notes.txt"})
       std::ofstream(folder / name) << "";

@@ -68,7 +68,7 @@ TEST_F(Window, FinishedSaysWhereEverythingIs) {
 
 TEST_F(Window, FinishedSaysWhatIsNotInTheMesh) {
   scan(8);
-  session_.figures().reservations = {describe(MapCompleteness{1, 16})};
+  session_.figures().reservations = {"1 piece not joined; 16 frames not in the mesh"};
   session_.say(LivePhase::finished, "");
   const cv::Mat3b shown = picture("incomplete");
   expect_text(shown, "Finished", theme::kAmber);

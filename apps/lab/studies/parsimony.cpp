@@ -132,16 +132,16 @@ Json measure(const fs::path& folder, const Setting& setting, double changed, con
   request.run_folder = run;
   request.overwrite = true;
   NoProgress progress;
-  const ReconstructSummary summary = reconstruct(request, progress, [] { return false; });
+  const RunReport report = reconstruct(request, progress, [] { return false; });
   Json row = {{"sequence", name_of(folder)}, {"knob", setting.knob}, {"value", setting.value}};
-  row["keyframes"] = summary.keyframes;
+  row["keyframes"] = report.keyframes;
   row["samples"] = request.config.slam.registration.max_samples;
   const SensorProfile& sensor = request.config.sensor;
   row["pixels"] =
       request.config.surface.gradient_everywhere ? 1.0 * sensor.width_px * sensor.height_px : changed;
-  row["triangles"] = summary.triangles;
+  row["triangles"] = report.mesh.triangles;
   row["bytes"] = bytes_in(run);
-  row["components"] = summary.components;
+  row["components"] = report.components;
   add_errors(row, run, folder);
   return row;
 }

@@ -88,7 +88,8 @@ Comparison compare(const std::filesystem::path& run, const std::filesystem::path
   check_lengths(truth, comparison.run);
   comparison.estimate = match_frames(truth, comparison.run);
   std::optional<int> preferred;
-  if (comparison.run.anchor_frame) preferred = *comparison.run.anchor_frame - truth.background_frames;
+  if (comparison.run.anchor_frame)
+    preferred = static_cast<int>(*comparison.run.anchor_frame) - truth.background_frames;
   comparison.reference_index = choose_reference_index(comparison.estimate, truth.start_T_currs, preferred);
   for (const IndexedPose& pose : comparison.estimate) {
     if (pose.index != comparison.reference_index) continue;

@@ -3,21 +3,55 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/core/npy.hpp"
 #include "gelslam/evaluation/run_and_truth.hpp"
-#include "json_file.hpp"
 
 namespace gelslam {
 namespace {
 
-using evaluation::detail::integer_at;
-using evaluation::detail::number_at;
-
 constexpr double kMillimetersPerMeter = 1000.0;
 constexpr double kMaxFps = 10'000.0;
+constexpr std::uintmax_t kMaxBytes = 64U << 20;
+
+/// Parses a file that holds one JSON object (at most 64 MB).
+nlohmann::json read_json_object(const std::filesystem::path& path) {
+  std::error_code error;
+  const std::uintmax_t bytes = std::filesystem::file_size(path, error);
+  if (error) throw Error("cannot read " + path.string() + ": " + error.message());
+  if (bytes > kMaxBytes) throw Error(path.string() + " is too large for what it should hold (over 64 MB)");
+  nlohmann::json object = nlohmann::json::parse(read_file(path), nullptr, false);
+  if (!object.is_object()) throw Error(path.string() + " does not hold a JSON object: is it cut off?");
+  return object;
+}
+
+/// The number at `key`, none where the key is absent. Throws Error when it is no finite number from `low` to
+/// `high`.
+std::optional<double> number_at(const nlohmann::json& object, const std::string& key, double low, double high,
+                                const std::filesystem::path& path) {
+  const auto found = object.find(key);
+  if (found == object.end() || found->is_null()) return std::nullopt;
+  const double value = found->is_number() ? found->get<double>() : std::nan("");
+  if (!(value >= low && value <= high)) {
+    throw Error(path.string() + ": " + key + " is not a number from " + nlohmann::json(low).dump() + " to " +
+                nlohmann::json(high).dump());
+  }
+  return value;
+}
+
+/// The same for a whole number from `low` to the largest int.
+std::optional<int> integer_at(const nlohmann::json& object, const std::string& key, int low,
+                              const std::filesystem::path& path) {
+  const auto value = number_at(object, key, low, std::numeric_limits<int>::max(), path);
+  if (!value) return std::nullopt;
+  if (*value != std::floor(*value)) throw Error(path.string() + ": " + key + " is not a whole number");
+  return static_cast<int>(*value);
+}
 
 /// A 4 x 4 matrix of 16 row-major numbers, meters to millimeters. Throws Error when it is no rigid motion.
 Pose to_pose(const double* numbers, const std::string& what) {
@@ -68,7 +102,7 @@ Pose read_matrix(const nlohmann::json& rows, const std::string& what) {
 }
 
 void read_meta(const std::filesystem::path& path, GroundTruth& truth) {
-  const nlohmann::json meta = evaluation::detail::read_json_object(path);
+  const nlohmann::json meta = read_json_object(path);
   if (const auto count = integer_at(meta, "background_frames", 0, path)) truth.background_frames = *count;
   if (const auto fps = number_at(meta, "fps", 1e-3, kMaxFps, path)) truth.fps = *fps;
   if (meta.contains("start_T_object")) {

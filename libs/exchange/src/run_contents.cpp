@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
@@ -13,51 +11,23 @@
 #include "gelslam/core/trajectory.hpp"
 #include "gelslam/evaluation/evaluation.hpp"
 #include "gelslam/exchange/run_export.hpp"
-#include "gelslam/slam/slam_map.hpp"
 #include "gelslam/viewer/scene_style.hpp"
 
 namespace gelslam {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 
-json read_report(const fs::path& folder) {
-  std::ifstream stream(folder / "report.json");
-  const json report = json::parse(stream, nullptr, /*allow_exceptions=*/false);
-  return report.is_object() ? report : json::object();
-}
-
-/// A count of the report; nothing where it has none.
-std::optional<std::int64_t> count_at(const json& object, const char* key) {
-  const auto found = object.find(key);
-  if (found == object.end() || !found->is_number_integer()) return std::nullopt;
-  return found->get<std::int64_t>();
-}
-
-std::string text_at(const json& object, const char* key) {
-  const auto found = object.find(key);
-  return found != object.end() && found->is_string() ? found->get<std::string>() : "";
-}
-
-void add_figures(RunContents& run, const json& report) {
-  const auto add = [&](const char* name, const std::string& words) {
-    if (!words.empty()) run.figures.emplace_back(name, words);
-  };
-  if (const auto frames = report.find("frames"); frames != report.end() && frames->is_object()) {
-    const auto total = count_at(*frames, "total"), tracked = count_at(*frames, "tracked"),
-               in_map = count_at(*frames, "in_map");
-    if (total && tracked && in_map)
-      add("Frames", fmt::format("{} of {} tracked, {} in the map", *tracked, *total, *in_map));
-  }
-  const auto trials = count_at(report, "trials"), pieces = count_at(report, "components");
-  if (trials && pieces) add("Pieces", counted(*trials, "trial") + " in " + counted(*pieces, "piece"));
-  if (const auto keyframes = count_at(report, "keyframes")) add("Keyframes", std::to_string(*keyframes));
-  if (const auto loops = count_at(report, "loops")) {
-    const auto outliers = count_at(report, "loop_outliers").value_or(0);
-    add("Loops", std::to_string(*loops) + (outliers > 0 ? fmt::format(", {} contradicted", outliers) : ""));
-  }
-  add("Log", text_at(report, "log_description"));
+void add_figures(RunContents& run, const RunReport& report) {
+  const RunReport::Frames& frames = report.frames;
+  const std::string contradicted =
+      report.loop_outliers > 0 ? fmt::format(", {} contradicted", report.loop_outliers) : "";
+  run.figures = {
+      {"Frames", fmt::format("{} of {} tracked, {} in the map", frames.tracked, frames.total, frames.in_map)},
+      {"Pieces", counted(report.trials, "trial") + " in " + counted(report.components, "piece")},
+      {"Keyframes", std::to_string(report.keyframes)},
+      {"Loops", std::to_string(report.loops) + contradicted}};
+  if (!report.log_description.empty()) run.figures.emplace_back("Log", report.log_description);
 }
 
 void add_path(RunContents& run) {
@@ -72,15 +42,6 @@ void add_path(RunContents& run) {
                            fmt::format("{} mm in {}", short_number(length_mm), duration_text(duration_s)));
 }
 
-void add_warnings(RunContents& run, const json& report) {
-  if (report.empty()) run.warnings.emplace_back("There is no report.json, or it is damaged.");
-  for (const json& warning : report.value("warnings", json::array()))
-    if (warning.is_string()) run.warnings.push_back(warning);
-  if (report.value("partial", json(false)) == true)
-    run.warnings.emplace_back("The run ended before its log did.");
-  for (std::string& sentence : read_reservations(run.folder)) run.warnings.push_back(std::move(sentence));
-}
-
 /// The log of a live scan is in the run's folder, wherever that has been moved.
 fs::path find_log(const fs::path& folder, const fs::path& named) {
   std::error_code code;
@@ -88,20 +49,14 @@ fs::path find_log(const fs::path& folder, const fs::path& named) {
   return fs::exists(own, code) && !fs::exists(named, code) ? own : named;
 }
 
-std::vector<RunLog> find_logs(const fs::path& folder, const json& report) {
-  std::vector<RunLog> logs;
-  for (const json& entry : report.value("logs", json::array())) {
-    const auto number = [&](const char* key, double otherwise) {
-      const json value = entry.value(key, json());
-      return value.is_number() ? value.get<double>() : otherwise;
-    };
-    if (!entry.is_object() || !entry.value("first_time_s", json()).is_number()) continue;
-    const double first_time_s = number("first_time_s", 0);
-    logs.push_back({find_log(folder, text_at(entry, "file")), first_time_s, number("sensor", 0) == 1,
-                    number("start_s", first_time_s)});
-  }
-  if (logs.empty()) logs.push_back({find_log(folder, text_at(report, "log"))});
-  return logs;
+void add_report(RunContents& run, const RunReport& report) {
+  add_figures(run, report);
+  run.warnings = report.warnings;
+  if (report.partial) run.warnings.emplace_back("The run ended before its log did.");
+  run.warnings.insert(run.warnings.end(), report.reservations.begin(), report.reservations.end());
+  run.logs = report.logs;
+  if (run.logs.empty()) run.logs.push_back({report.log});
+  for (RunReport::Log& log : run.logs) log.file = find_log(run.folder, log.file).string();
 }
 
 RunContents read_folder(const fs::path& folder) {
@@ -110,16 +65,17 @@ RunContents read_folder(const fs::path& folder) {
   const fs::path clean = fs::weakly_canonical(folder);
   run.name = clean.filename().string();
   run.folder = folder;
-  const json report = read_report(folder);
-  const json mesh = report.value("mesh", json::object());
-  const bool is_empty = mesh.is_object() && count_at(mesh, "triangles") == 0;
+  const std::optional<RunReport> report = find_report(folder);
+  const bool is_empty = report && report->mesh.triangles == 0;
   if (fs::exists(folder / "mesh.ply") && !is_empty) run.mesh = read_mesh(folder / "mesh.ply");
   if (fs::exists(folder / "trajectory.tum")) run.trajectory = read_tum(folder / "trajectory.tum");
   if (fs::exists(folder / "keyframes.tum")) run.keyframes = read_tum(folder / "keyframes.tum");
-  run.logs = find_logs(folder, report);
-  add_figures(run, report);
+  if (report)
+    add_report(run, *report);
+  else
+    run.warnings.emplace_back("There is no report.json.");
+  run.logs.resize(std::max<std::size_t>(run.logs.size(), 1));
   add_path(run);
-  add_warnings(run, report);
   return run;
 }
 
@@ -146,10 +102,10 @@ std::pair<float, float> range_of(std::vector<float> values, MeshColor color) {
 }
 
 fs::path data_folder_of(const fs::path& run) {
-  const std::vector<RunLog> logs = read_run_contents(run).logs;
+  const std::vector<RunReport::Log> logs = read_run_contents(run).logs;
   if (logs.size() > 1)
     throw Error("no ground truth for '" + run.string() + "': it was made from several logs");
-  const fs::path log = logs.empty() ? fs::path() : logs.front().file;
+  const fs::path log = logs.empty() ? fs::path() : fs::path(logs.front().file);
   std::error_code code;
   for (const fs::path& folder : {log, log.parent_path()})
     if (!folder.empty() && fs::exists(truth_file(folder), code)) return folder;

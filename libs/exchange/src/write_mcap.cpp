@@ -180,7 +180,7 @@ class RunRecorder {
     for (const char* topic : {"/trajectory", "/keyframes"}) add(topic, "foxglove.PosesInFrame");
     add("/tf", "foxglove.FrameTransform");
     add("/tactile", "foxglove.CompressedImage");
-    if (std::ranges::any_of(run.logs, &RunLog::of_second_sensor)) {
+    if (std::ranges::any_of(run.logs, &RunReport::Log::sensor)) {
       for (const char* topic : {"/second/sensor", "/second/keyframe"}) add(topic, "foxglove.PoseInFrame");
       add("/second/tactile", "foxglove.CompressedImage");
     }
@@ -239,10 +239,10 @@ class RunRecorder {
   };
   /// The run's time goes on from log to log, also where they were recorded at the same time.
   Moment moment_of(double run_time_s) const {
-    const auto next =
-        std::ranges::find_if(run_.logs, [&](const RunLog& log) { return log.first_time_s > run_time_s; });
-    if (next == run_.logs.begin() || !std::prev(next)->of_second_sensor) return {false, run_time_s};
-    const RunLog& log = *std::prev(next);
+    const auto next = std::ranges::find_if(
+        run_.logs, [&](const RunReport::Log& log) { return log.first_time_s > run_time_s; });
+    if (next == run_.logs.begin() || std::prev(next)->sensor == 0) return {false, run_time_s};
+    const RunReport::Log& log = *std::prev(next);
     return {true, log.start_s + run_time_s - log.first_time_s};
   }
   static std::string topic_of(const std::string& topic, const Moment& moment) {
@@ -265,8 +265,8 @@ class RunRecorder {
 };
 
 /// Writes the pictures of a log that can be read; the reason why there are no more, or "".
-std::string write_pictures(RunRecorder& recorder, const std::filesystem::path& config, const RunLog& log,
-                           ProgressSink& progress, std::int64_t& written) {
+std::string write_pictures(RunRecorder& recorder, const std::filesystem::path& config,
+                           const RunReport::Log& log, ProgressSink& progress, std::int64_t& written) {
   if (log.file.empty()) return "the run does not say which log it was made from";
   try {
     const SensorProfile profile =
@@ -296,7 +296,7 @@ McapOutcome write_mcap(const std::filesystem::path& path, const RunContents& run
   recorder.write_whole(colors);
   McapOutcome outcome;
   outcome.poses = static_cast<std::int64_t>(run.trajectory.size());
-  for (const RunLog& log : run.logs)
+  for (const RunReport::Log& log : run.logs)
     append_sentence(outcome.missing,
                     write_pictures(recorder, run.folder / "config.yaml", log, progress, outcome.pictures));
   recorder.write_poses(std::numeric_limits<double>::infinity());

@@ -88,7 +88,7 @@ struct LiveRig::Impl {
   RigView view;
   bool joining = false;
   LiveStatus last;  // of both, when they ended
-  ReconstructSummary summary;
+  RunReport report;
   std::exception_ptr failure;
   std::string failure_in_words;
   std::jthread thread;
@@ -149,9 +149,9 @@ void LiveRig::Impl::join() {
   const Run run = merge_scans(request, progress, [this] { return aborted.load(); });
   board.show_saved(run.map, run.mesh);
   const std::lock_guard lock(mutex);
-  summary = run.account.summary;
-  summary.partial = summary.partial || first.wait().partial || second.wait().partial;
-  summary.seconds = last.age_s + board.status().age_s;
+  report = run.report;
+  report.partial = report.partial || first.wait().partial || second.wait().partial;
+  report.seconds = last.age_s + board.status().age_s;
   board.set_words("done: saved in " + options.run_folder.string(), TrackStatus::background);
 }
 
@@ -185,15 +185,15 @@ LiveStatus LiveRig::status() const {
   status.warnings.insert(status.warnings.end(), of_join.warnings.begin(), of_join.warnings.end());
   append_sentence(status.failure, impl_->failure_in_words);
   if (status.phase != LivePhase::finished || impl_->failure) return status;
-  const ReconstructSummary& summary = impl_->summary;
+  const RunReport& report = impl_->report;
   status.run_folder = impl_->options.run_folder.string();
-  status.keyframes = summary.keyframes;
-  status.loops = summary.loops;
-  status.trials = summary.trials;
-  status.components = summary.components;
-  status.drift_mm = summary.uncertainty.mm.amount;
-  status.drift_deg = summary.uncertainty.deg.amount;
-  status.reservations = reservations(summary.completeness, summary.uncertainty);
+  status.keyframes = report.keyframes;
+  status.loops = report.loops;
+  status.trials = report.trials;
+  status.components = report.components;
+  status.drift_mm = report.uncertainty.drift_mm.amount;
+  status.drift_deg = report.uncertainty.drift_deg.amount;
+  status.reservations = report.reservations;
   return status;
 }
 
@@ -247,11 +247,11 @@ void LiveRig::abort() {
   impl_->second.abort();
 }
 
-ReconstructSummary LiveRig::wait() {
+RunReport LiveRig::wait() {
   if (impl_->thread.joinable()) impl_->thread.join();
   const std::lock_guard lock(impl_->mutex);
   if (impl_->failure) std::rethrow_exception(impl_->failure);
-  return impl_->summary;
+  return impl_->report;
 }
 
 BackgroundFrames LiveRig::background_frames(int sensor) const {

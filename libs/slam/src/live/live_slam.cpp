@@ -36,7 +36,7 @@ std::optional<double> relocalization_share(const LiveOptions& options) {
 /// Null: nothing is kept.
 std::shared_ptr<LiveRun> run_of(const LiveOptions& options) {
   if (options.run_folder.empty()) return nullptr;
-  if (options.continued) return LiveRun::resume(options.run_folder, options.config, options.continued->lock);
+  if (options.continued) return LiveRun::resume(options.run_folder, options.continued->lock);
   return LiveRun::begin(options.run_folder, options.overwrite, options.log, options.config);
 }
 
@@ -71,7 +71,7 @@ struct LiveSlam::Impl {
   void save_for_now(const SaveSoFar& so_far);
   void finish();
   std::vector<ScanPart> parts(const std::vector<FrameRecord>& records) const;
-  void save(const SlamMap& map, const Mesh& mesh, bool partial, std::uintmax_t scan_bytes);
+  Run save(SlamMap map, bool partial, std::uintmax_t scan_bytes, ProgressSink* progress);
   bool failed();
   void join();
   template <typename Work>
@@ -99,7 +99,7 @@ struct LiveSlam::Impl {
       saving{false};
 
   std::mutex mutex;  // for what follows
-  ReconstructSummary summary;
+  RunReport report;
   std::exception_ptr failure;
   std::string failure_in_words;
 
@@ -255,7 +255,7 @@ void LiveSlam::Impl::save_for_now(const SaveSoFar& so_far) {
   try {
     SlamMap map = mapping.finish(so_far.records, [this] { return stopped.load(); });
     map.measured.parts = parts(so_far.records);
-    save(map, fuse_map(map, options.config.slam.fusion), true, so_far.scan_bytes);
+    save(std::move(map), true, so_far.scan_bytes, nullptr);
   } catch (const std::exception& error) {
     board.warn(error.what());
   }
@@ -275,15 +275,10 @@ void LiveSlam::Impl::finish() {
   }
   fusion.stop();
   fusion_thread.join();  // what it drew must not come after what is saved
-  Mesh mesh;
-  {
-    const auto scope = timer.measure("finish/fusion");
-    mesh = fuse_map(map, options.config.slam.fusion, &progress);
-  }
-  board.set_words("saving", TrackStatus::background);
   captured.wait();
-  save(map, mesh, aborted || lost || failed(), run ? run->record_bytes() : 0);
-  if (options.show_mesh) board.show_saved(map, mesh);
+  const Run saved =
+      save(std::move(map), aborted || lost || failed(), run ? run->record_bytes() : 0, &progress);
+  if (options.show_mesh) board.show_saved(saved.map, saved.mesh);
   board.set_words(run ? "done: saved in " + run->folder().string() : "done", TrackStatus::background);
 }
 
@@ -298,22 +293,23 @@ std::vector<ScanPart> LiveSlam::Impl::parts(const std::vector<FrameRecord>& reco
   return {only};
 }
 
-void LiveSlam::Impl::save(const SlamMap& map, const Mesh& mesh, bool partial, std::uintmax_t scan_bytes) {
+Run LiveSlam::Impl::save(SlamMap map, bool partial, std::uintmax_t scan_bytes, ProgressSink* progress) {
   const LiveStatus status = board.status();
-  ReconstructSummary counts = summarize(map, mesh);
-  counts.partial = partial;
-  counts.warnings = status.warnings;
-  counts.seconds = std::chrono::duration<double>(LiveClock::now() - begin).count();
+  RunReport known;
+  if (const auto& log = options.record && run ? run->log() : options.log; !log.empty())
+    known.log = std::filesystem::absolute(log).lexically_normal().string();
+  known.log_description = status.source;
+  known.warnings = status.warnings;
+  known.partial = partial;
+  known.live = {status.rate_hz, status.frames, status.lost_by_camera, status.dropped, status.damaged};
+  Run finished = finish_scan(options.config, std::move(map), std::move(known), timer, begin, progress);
   {
     const std::lock_guard lock(mutex);
-    summary = counts;
+    report = finished.report;
   }
-  if (!run) return;
-  const LiveAccount live{status.rate_hz, status.frames, status.lost_by_camera, status.dropped,
-                         status.damaged};
-  run->save(map, mesh,
-            {options.record ? run->log() : options.log, status.source, timer.statistics(), counts, live,
-             session->is_whole() ? std::optional(scan_bytes) : std::nullopt});
+  if (progress) board.set_words("saving", TrackStatus::background);
+  if (run) run->save(finished, session->is_whole() ? std::optional(scan_bytes) : std::nullopt);
+  return finished;
 }
 
 bool LiveSlam::Impl::failed() {
@@ -351,9 +347,9 @@ LiveStatus LiveSlam::status() const {
   if (impl_->run) status.run_folder = impl_->run->folder().string();
   const std::lock_guard lock(impl_->mutex);
   status.failure = impl_->failure_in_words;
-  status.drift_mm = impl_->summary.uncertainty.mm.amount;
-  status.drift_deg = impl_->summary.uncertainty.deg.amount;
-  status.reservations = reservations(impl_->summary.completeness, impl_->summary.uncertainty);
+  status.drift_mm = impl_->report.uncertainty.drift_mm.amount;
+  status.drift_deg = impl_->report.uncertainty.drift_deg.amount;
+  status.reservations = impl_->report.reservations;
   return status;
 }
 
@@ -386,11 +382,11 @@ void LiveSlam::abort() {
   stop();
 }
 
-ReconstructSummary LiveSlam::wait() {
+RunReport LiveSlam::wait() {
   impl_->join();
   const std::lock_guard lock(impl_->mutex);
   if (impl_->failure) std::rethrow_exception(impl_->failure);
-  return impl_->summary;
+  return impl_->report;
 }
 
 BackgroundFrames LiveSlam::background_frames() const { return impl_->surface.background_frames(); }

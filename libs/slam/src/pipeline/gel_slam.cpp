@@ -53,9 +53,9 @@ void GelSlam::skip(std::int64_t frame, double time_s) {
   impl_->frames.push_back(background_record(frame, time_s));
 }
 
-SlamMap GelSlam::finish(bool refine, ProgressSink* progress) const {
-  return impl_->mapper.finish(
-      impl_->frames, refine, [] { return false; }, progress);
+SlamMap GelSlam::finish(bool refine, ProgressSink* progress,
+                        const std::function<bool()>& stop_requested) const {
+  return impl_->mapper.finish(impl_->frames, refine, stop_requested, progress);
 }
 
 }  // namespace gelslam

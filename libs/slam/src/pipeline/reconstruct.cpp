@@ -1,7 +1,5 @@
 #include "gelslam/slam/reconstruct.hpp"
 
-#include <chrono>
-
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/gel_slam.hpp"
@@ -10,8 +8,6 @@
 
 namespace gelslam {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 /// Feeds the whole log to `slam`; true when stopped before its end.
 bool track_log(SurfaceStream& stream, GelSlam& slam, const ContinuedScan& scan, StageTimer& timer,
@@ -42,15 +38,6 @@ std::vector<std::string> warnings_of(const SurfaceStream& stream, std::vector<st
   return warnings;
 }
 
-RunFolderOptions folder_options(std::vector<std::filesystem::path> inputs, bool overwrite) {
-  return {.overwrite = overwrite, .inputs = std::move(inputs)};
-}
-
-void commit_run(RunFolder& folder, const Run& run) {
-  write_run(folder.path(), run.config, run.map, run.mesh, run.account);
-  folder.commit();
-}
-
 }  // namespace
 
 Run map_log(const LogInput& input, const Config& config, ProgressSink& progress,
@@ -61,48 +48,42 @@ Run map_log(const LogInput& input, const Config& config, ProgressSink& progress,
   SurfaceStream stream(input, config, timer);
   if (continued_run.empty()) scan.record.parts = {part_of(config, input.log)};
   GelSlam slam(config.slam, &scan);
-  const bool partial = track_log(stream, slam, scan, timer, progress, stop_requested);
+  const bool stopped = track_log(stream, slam, scan, timer, progress, stop_requested);
   Run run{config, {}, {}, {}};
   {
     const auto scope = timer.measure("finish/poses");
-    run.map = slam.finish(/*refine=*/true, &progress);
+    // Stopped while tracking: what was seen is refined all the same. Stopped now: the rest is left out.
+    run.map = slam.finish(/*refine=*/true, &progress, [&] { return !stopped && stop_requested(); });
   }
-  run.account = {input.log, stream.description(), {}, {}, std::nullopt};
-  run.account.summary.partial = partial;
-  run.account.summary.warnings = warnings_of(stream, scan.record.warnings);
+  run.report.log = std::filesystem::absolute(input.log).lexically_normal().string();
+  run.report.log_description = stream.description();
+  run.report.partial = stopped || stop_requested();
+  run.report.warnings = warnings_of(stream, scan.record.warnings);
   return run;
 }
 
 Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progress,
                 const std::function<bool()>& stop_requested, const std::filesystem::path& continued_run) {
-  const Clock::time_point start = Clock::now();
+  const auto start = std::chrono::steady_clock::now();
   StageTimer timer;
   Run run = map_log(input, config, progress, stop_requested, continued_run, timer);
-  {
-    const auto scope = timer.measure("finish/fusion");
-    run.mesh = fuse_map(run.map, config.slam.fusion, &progress);
-  }
-  run.account.times = timer.statistics();
-  ReconstructSummary summary = summarize(run.map, run.mesh);
-  summary.partial = run.account.summary.partial;
-  summary.warnings = run.account.summary.warnings;
-  summary.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-  run.account.summary = std::move(summary);
-  return run;
+  return finish_scan(config, std::move(run.map), std::move(run.report), timer, start, &progress);
 }
 
 void save_run(const std::filesystem::path& path, const Run& run, bool overwrite) {
-  RunFolder folder(path, folder_options({run.account.log}, overwrite));
-  commit_run(folder, run);
+  RunFolder folder(path, {.overwrite = overwrite, .inputs = {run.report.log}});
+  write_run(folder.path(), run);
+  folder.commit();
 }
 
-ReconstructSummary reconstruct(const ReconstructRequest& request, ProgressSink& progress,
-                               const std::function<bool()>& stop_requested) {
+RunReport reconstruct(const ReconstructRequest& request, ProgressSink& progress,
+                      const std::function<bool()>& stop_requested) {
   RunFolder folder(request.run_folder,
-                   folder_options({request.input.log, request.continued_run}, request.overwrite));
+                   {.overwrite = request.overwrite, .inputs = {request.input.log, request.continued_run}});
   const Run run = reconstruct(request.input, request.config, progress, stop_requested, request.continued_run);
-  commit_run(folder, run);
-  return run.account.summary;
+  write_run(folder.path(), run);
+  folder.commit();
+  return run.report;
 }
 
 }  // namespace gelslam

@@ -1,10 +1,7 @@
 #include "gelslam/slam/slam_map.hpp"
 
 #include <algorithm>
-#include <fstream>
-#include <nlohmann/json.hpp>
 
-#include "gelslam/core/text.hpp"
 #include "gelslam/slam/map_snapshot.hpp"
 
 namespace gelslam {
@@ -86,33 +83,6 @@ std::vector<PosedSurface> posed_surfaces(const SlamMap& map) {
       patches.push_back(
           {static_cast<int>(id), map.anchor_T_keyframe(static_cast<int>(id)), map.keyframes[id]->surface});
   return patches;
-}
-
-std::string describe(const MapCompleteness& completeness) {
-  std::string text;
-  if (completeness.pieces_not_joined > 0)
-    text = counted(completeness.pieces_not_joined, "piece") + " not joined";
-  if (completeness.frames_not_in_mesh > 0)
-    append_sentence(text, counted(completeness.frames_not_in_mesh, "frame") + " not in the mesh");
-  if (completeness.pieces_not_joined > 0)
-    append_sentence(text, "next time cross places that you touched before");
-  return text;
-}
-
-std::vector<std::string> reservations(const MapCompleteness& completeness,
-                                      const TrajectoryUncertainty& uncertainty) {
-  std::vector<std::string> sentences = describe(uncertainty);
-  if (!completeness.complete()) sentences.insert(sentences.begin(), describe(completeness));
-  return sentences;
-}
-
-std::vector<std::string> read_reservations(const std::filesystem::path& run_folder) {
-  std::ifstream stream(run_folder / "report.json");
-  try {
-    return nlohmann::json::parse(stream).at("reservations").get<std::vector<std::string>>();
-  } catch (const nlohmann::json::exception&) {  // nothing was saved yet, or it is damaged
-    return {};
-  }
 }
 
 }  // namespace gelslam

@@ -1,7 +1,6 @@
 
 #include <algorithm>
-#include <fstream>
-#include <nlohmann/json.hpp>
+#include <chrono>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
@@ -9,7 +8,6 @@
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
-#include "gelslam/slam/mapper.hpp"
 #include "gelslam/slam/merge_scans.hpp"
 #include "gelslam/slam/session.hpp"
 #include "run_folder/live_run.hpp"
@@ -40,11 +38,10 @@ Config config_of(const FuseRequest& request) {
 void write_fused(const fs::path& folder, const fs::path& run, const Config& config, const Mesh& mesh) {
   write_mesh(folder / "mesh.ply", mesh);
   write_file_atomically(folder / "config.yaml", write_config(config));
-  std::ifstream stream(run / "report.json");
-  auto report = nlohmann::ordered_json::parse(stream, nullptr, /*allow_exceptions=*/false);
-  if (!report.is_object()) return;
-  report["mesh"] = {{"vertices", mesh.vertices_mm.size()}, {"triangles", mesh.triangles.size()}};
-  write_file_atomically(folder / "report.json", report.dump(2) + "\n");
+  std::optional<RunReport> report = find_report(run);
+  if (!report) return;
+  report->mesh = {mesh.vertices_mm.size(), mesh.triangles.size()};
+  write_file_atomically(folder / "report.json", report_json(*report));
 }
 
 /// All of a run but its logs, which are large, and what does not belong to a run.
@@ -82,30 +79,26 @@ struct Target {
 };
 
 /// Of a scan that was killed before its map was saved, or went on after that.
-FuseSummary finish_scan(const FuseRequest& request, const Config& config, Target& target,
-                        ProgressSink& progress, const std::function<bool()>& stop_requested) {
+FuseSummary finish_killed(const FuseRequest& request, const Config& config, Target& target,
+                          ProgressSink& progress, const std::function<bool()>& stop_requested) {
+  const auto start = std::chrono::steady_clock::now();
   const fs::path session = request.run / "session";
-  RunAccount account;
-  account.scan_bytes = fs::file_size(session / "scan.jsonl");
+  const std::uintmax_t scan_bytes = fs::file_size(session / "scan.jsonl");
   const ScanRecord record = read_scan(session, config.slam.registration);
   const auto keyframes = std::count_if(record.keyframes.begin(), record.keyframes.end(),
                                        [](const auto& keyframe) { return keyframe != nullptr; });
   check_readable(request, keyframes > 0, record.warnings);
-  Mapper mapper(config.slam);
-  mapper.restore(record);
-  SlamMap map = mapper.finish(record.frames, true, stop_requested, &progress);
+  StageTimer timer;
+  const Run run = finish_scan(config, record, "the session of a scan that was not finished", timer, start,
+                              progress, stop_requested);
   if (stop_requested()) throw Error("stopped; nothing was changed");
-  const Mesh mesh = fuse_map(map, config.slam.fusion, &progress);
-  account.log_description = "the session of a scan that was not finished";
-  account.summary = summarize(map, mesh);
-  account.summary.warnings = record.warnings;
   if (target.folder) {
-    write_run(target.folder->path(), config, map, mesh, account);
+    write_run(target.folder->path(), run);
     target.folder->commit();
   } else {
-    slam::detail::LiveRun::resume(request.run, config, target.lock)->save(map, mesh, account);
+    slam::detail::LiveRun::resume(request.run, target.lock)->save(run, scan_bytes);
   }
-  return {static_cast<std::size_t>(keyframes), mesh.vertices_mm.size(), mesh.triangles.size(), true,
+  return {static_cast<std::size_t>(keyframes), run.mesh.vertices_mm.size(), run.mesh.triangles.size(), true,
           record.warnings};
 }
 
@@ -119,9 +112,9 @@ FuseSummary fuse_run(const FuseRequest& request, ProgressSink& progress,
   const fs::path session_folder = request.run / "session";
   Target target(request);
   if (!fs::exists(session_folder / "session.json") && fs::exists(session_folder / "scan.jsonl"))
-    return finish_scan(request, config, target, progress, stop_requested);
+    return finish_killed(request, config, target, progress, stop_requested);
   const Session session = load_session(session_folder);
-  if (!session.is_current) return finish_scan(request, config, target, progress, stop_requested);
+  if (!session.is_current) return finish_killed(request, config, target, progress, stop_requested);
   check_readable(request, !session.patches.empty(), session.warnings);
   FusionOptions fusion = config.slam.fusion;
   fusion.gradient_scale = session.gradient_scale;

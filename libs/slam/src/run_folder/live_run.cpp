@@ -33,21 +33,23 @@ void LiveRun::check(const fs::path& folder, bool overwrite, const fs::path& inpu
   gelslam::check_run_folder(folder, options_for(overwrite, input));
 }
 
-LiveRun::LiveRun(fs::path folder, fs::path log, const Config& config, std::shared_ptr<const FolderLock> lock)
-    : folder_(std::move(folder)), log_(std::move(log)), config_(config), lock_(std::move(lock)) {}
+LiveRun::LiveRun(fs::path folder, fs::path log, std::shared_ptr<const FolderLock> lock)
+    : folder_(std::move(folder)), log_(std::move(log)), lock_(std::move(lock)) {}
 
 std::shared_ptr<LiveRun> LiveRun::begin(const fs::path& folder, bool overwrite, const fs::path& input,
                                         const Config& config) {
   RunFolder run(folder, options_for(overwrite, input));
   write_file_atomically(run.path() / "config.yaml", write_config(config));
-  write_file_atomically(run.path() / "report.json", "{\"partial\": true, \"saved\": false}\n");
+  RunReport nothing_saved;
+  nothing_saved.partial = true;
+  nothing_saved.saved = false;
+  write_file_atomically(run.path() / "report.json", report_json(nothing_saved));
   auto lock = std::make_shared<const FolderLock>(run.commit());
   const fs::path& path = run.final_path();
-  return std::shared_ptr<LiveRun>(new LiveRun(path, path / "log.mkv", config, std::move(lock)));
+  return std::shared_ptr<LiveRun>(new LiveRun(path, path / "log.mkv", std::move(lock)));
 }
 
-std::shared_ptr<LiveRun> LiveRun::resume(const fs::path& folder, const Config& config,
-                                         std::shared_ptr<const FolderLock> lock) {
+std::shared_ptr<LiveRun> LiveRun::resume(const fs::path& folder, std::shared_ptr<const FolderLock> lock) {
   std::error_code code;
   const fs::path path = fs::canonical(folder, code);
   if (code) throw Error(folder.string() + ": cannot be reached: " + code.message());
@@ -55,7 +57,7 @@ std::shared_ptr<LiveRun> LiveRun::resume(const fs::path& folder, const Config& c
     throw Error(folder.string() + ": cannot be continued: " + std::strerror(errno));
   fs::path log = path / "log.mkv";
   for (int part = 2; fs::exists(log, code); ++part) log = path / ("log-" + std::to_string(part) + ".mkv");
-  return std::shared_ptr<LiveRun>(new LiveRun(path, log, config, std::move(lock)));
+  return std::shared_ptr<LiveRun>(new LiveRun(path, log, std::move(lock)));
 }
 
 std::uintmax_t LiveRun::record_bytes() const {
@@ -64,9 +66,9 @@ std::uintmax_t LiveRun::record_bytes() const {
   return code ? 0 : bytes;  // not begun
 }
 
-void LiveRun::save(const SlamMap& map, const Mesh& mesh, const RunAccount& account) {
+void LiveRun::save(const Run& run, std::optional<std::uintmax_t> scan_bytes) {
   try {
-    replace_entries(map, mesh, account);
+    replace_entries(run, scan_bytes);
   } catch (const fs::filesystem_error& error) {
     throw Error(error.path1().string() + ": cannot be written: " + error.code().message());
   } catch (const Error& error) {
@@ -74,26 +76,26 @@ void LiveRun::save(const SlamMap& map, const Mesh& mesh, const RunAccount& accou
   }
 }
 
-void LiveRun::replace_entries(const SlamMap& map, const Mesh& mesh, const RunAccount& account) {
+void LiveRun::replace_entries(const Run& run, std::optional<std::uintmax_t> scan_bytes) {
   // Somebody may have tidied up meanwhile; what was scanned is saved all the same.
   if (fs::create_directories(folder_)) lock_ = std::make_shared<const FolderLock>(folder_);
   if (!lock_->is_of(folder_)) {
     fs::path name = folder_;
     RunFolder beside(name += ".kept-" + std::to_string(::getpid()), {.overwrite = true});
-    write_run(beside.path(), config_, map, mesh, account);
+    write_run(beside.path(), run);
     beside.commit();
     throw Error(folder_.string() + ": was moved during the scan, and another folder is there now; saved in " +
                 beside.final_path().string());
   }
   FolderUpdate update(folder_);
-  write_results(update.path(), config_, map, mesh, account);
+  write_results(update.path(), run);
   // The record was written while the scan went on, unless that has failed.
-  const bool record_is_whole = account.scan_bytes && fs::exists(session() / "scan.jsonl");
+  const bool record_is_whole = scan_bytes && fs::exists(session() / "scan.jsonl");
   if (record_is_whole) {
     fs::create_directory(update.path() / "session");
-    save_map(update.path() / "session", map, session() / "scan.jsonl", *account.scan_bytes);
+    save_map(update.path() / "session", run.map, session() / "scan.jsonl", *scan_bytes);
   } else {
-    save_session(update.path() / "session", map);
+    save_session(update.path() / "session", run.map);
   }
   update.commit();
 }

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "gelslam/core/files.hpp"
 #include "run_folder/run_writer.hpp"
@@ -22,7 +23,7 @@ class LiveRun {
                                         const std::filesystem::path& input, const Config& config);
   /// The folder of a scan that is continued. `lock`: taken before the scan was read. Throws Error when the
   /// folder cannot be written.
-  static std::shared_ptr<LiveRun> resume(const std::filesystem::path& folder, const Config& config,
+  static std::shared_ptr<LiveRun> resume(const std::filesystem::path& folder,
                                          std::shared_ptr<const FolderLock> lock);
 
   const std::filesystem::path& folder() const { return folder_; }
@@ -35,15 +36,14 @@ class LiveRun {
 
   /// Throws Error when the disk is full or the folder may not be written; what was saved before is then still
   /// there. Also when another folder has its name now: then the map is saved beside that one, whole.
-  void save(const SlamMap& map, const Mesh& mesh, const RunAccount& account);
+  /// `scan_bytes`: record_bytes() when the map was requested; none: the record is missing or incomplete.
+  void save(const Run& run, std::optional<std::uintmax_t> scan_bytes);
 
  private:
-  LiveRun(std::filesystem::path folder, std::filesystem::path log, const Config& config,
-          std::shared_ptr<const FolderLock> lock);
-  void replace_entries(const SlamMap& map, const Mesh& mesh, const RunAccount& account);
+  LiveRun(std::filesystem::path folder, std::filesystem::path log, std::shared_ptr<const FolderLock> lock);
+  void replace_entries(const Run& run, std::optional<std::uintmax_t> scan_bytes);
 
   const std::filesystem::path folder_, log_;
-  const Config config_;
   std::shared_ptr<const FolderLock> lock_;
 };
 

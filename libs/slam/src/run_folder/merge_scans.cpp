@@ -221,23 +221,6 @@ ScanRecord joined(const std::vector<ScanRecord>& records, const SlamOptions& opt
   return all;
 }
 
-/// The map of records that are corrected already, and its mesh, in a run folder.
-Run write_joined(const fs::path& folder, const Config& config, const ScanRecord& all,
-                 const RunAccount& account, std::chrono::steady_clock::time_point start,
-                 ProgressSink& progress, const std::function<bool()>& stop_requested) {
-  Mapper mapper(config.slam);
-  mapper.restore(all);
-  Run run{config, mapper.finish(all.frames, true, stop_requested, &progress), {}, account};
-  run.mesh = fuse_map(run.map, config.slam.fusion, &progress);
-  ReconstructSummary& summary = run.account.summary;
-  summary = summarize(run.map, run.mesh);
-  summary.partial = stop_requested();
-  summary.warnings = all.warnings;
-  summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  write_run(folder, config, run.map, run.mesh, run.account);
-  return run;
-}
-
 /// Scans whose own maps have corrected them; the last two are of two sensors at the same time.
 ScanRecord joined_by_rig(const std::vector<ScanRecord>& records, const std::optional<RigPose>& known,
                          const SlamOptions& options, ProgressSink& progress,
@@ -322,11 +305,11 @@ Run merge_scans(const MergeRequest& request, ProgressSink& progress,
                              : joined(records, config.slam, progress, stop_requested);
   if (request.in_place && stop_requested())
     throw Error("stopped; gelslam merge joins " + request.run_folder.string() + " with the new runs");
-  RunAccount account;
-  account.log_description =
-      request.has_rig ? kOfRig : "a merge of " + std::to_string(records.size()) + " runs";
-  Run run = write_joined(update ? update->path() : made->path(), config, all, account, start, progress,
-                         stop_requested);
+  StageTimer timer;
+  Run run = finish_scan(config, all,
+                        request.has_rig ? kOfRig : "a merge of " + std::to_string(records.size()) + " runs",
+                        timer, start, progress, stop_requested);
+  write_run(update ? update->path() : made->path(), run);
   if (update)
     update->commit();
   else
@@ -350,15 +333,13 @@ Run reconstruct_rig(const RigRequest& request, ProgressSink& progress,
     const Run run = map_log(request.inputs[sensor], configs[sensor], progress, stop_requested, {}, timer);
     records.push_back(run.map.measured);
     correct_alone(records.back(), logs[sensor], corrections_of(run.map), config);
-    records.back().warnings = run.account.summary.warnings;
+    records.back().warnings = run.report.warnings;
   }
   if (records.size() < 2) throw Error("stopped before both logs were tracked; nothing was written");
   config.slam.gradient_scale.estimate = false;
   const ScanRecord all = joined_by_rig(records, request.rig, config.slam, progress, stop_requested);
-  RunAccount account;
-  account.log_description = kOfRig;
-  account.times = timer.statistics();
-  Run run = write_joined(folder.path(), config, all, account, start, progress, stop_requested);
+  Run run = finish_scan(config, all, kOfRig, timer, start, progress, stop_requested);
+  write_run(folder.path(), run);
   folder.commit();
   return run;
 }

@@ -1,9 +1,9 @@
 #include <array>
-#include <fstream>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/options.hpp"
 #include "gelslam/core/run_folder.hpp"
+#include "gelslam/core/run_report.hpp"
 #include "gelslam/slam/sensor_rig.hpp"
 #include "run_folder/session_text.hpp"
 
@@ -11,19 +11,13 @@ namespace gelslam {
 
 std::optional<RigPose> rig_of_run(const std::filesystem::path& run) {
   check_run_files(run);
-  std::ifstream stream(run / "report.json");
-  const auto report = nlohmann::json::parse(stream, nullptr, /*allow_exceptions=*/false);
-  try {
-    const nlohmann::json& rig = report.at("rig");
-    Vector6d sigma;
-    for (int row = 0; row < 3; ++row) {
-      sigma[row] = rig.at("sigma_deg").at(row).get<double>() / kDegreesPerRadian;
-      sigma[3 + row] = rig.at("sigma_mm").at(row).get<double>();
-    }
-    return RigPose{slam::detail::pose_from(rig.at("first_T_second_mm")), sigma.cwiseAbs2().asDiagonal()};
-  } catch (const nlohmann::json::exception&) {
-    return std::nullopt;
-  }
+  const std::optional<RunReport> report = find_report(run);
+  if (!report || !report->rig) return std::nullopt;
+  const RunReport::Rig& rig = *report->rig;
+  Vector6d sigma;
+  sigma << Eigen::Vector3d::Map(rig.sigma_deg.data()) / kDegreesPerRadian,
+      Eigen::Vector3d::Map(rig.sigma_mm.data());
+  return RigPose{slam::detail::pose_from(rig.first_T_second_mm), sigma.cwiseAbs2().asDiagonal()};
 }
 
 RigPose read_rig(const std::filesystem::path& file) {

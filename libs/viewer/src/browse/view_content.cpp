@@ -11,6 +11,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/run_folder.hpp"
+#include "gelslam/core/run_report.hpp"
 #include "gelslam/evaluation/evaluation.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/slam/session.hpp"
@@ -61,7 +62,8 @@ ViewContent load_run(const fs::path& run) {
   const bool has_mesh = fs::exists(run / "mesh.ply"),
              has_session = fs::exists(run / "session" / "session.json");
   if (!has_mesh) throw Error(run.string() + ": holds no mesh.ply; give a run folder or a mesh file");
-  ViewContent content{name_of(run), read_mesh(run / "mesh.ply"), std::nullopt, read_reservations(run)};
+  ViewContent content{name_of(run), read_mesh(run / "mesh.ply"), std::nullopt};
+  if (const auto report = find_report(run)) content.warnings = report->reservations;
   if (has_session) content.history = read_history(run);
   return content;
 }

@@ -21,8 +21,8 @@ struct MeshEvaluation {
 
 struct Evaluation {
   std::optional<TrajectoryMetrics> trajectory;
-  std::optional<int> reference_frame;  ///< log frame at which estimate and truth are set to identity
-  std::optional<int> anchor_frame;     ///< as the run says
+  std::optional<int> reference_frame;        ///< log frame at which estimate and truth are set to identity
+  std::optional<std::int64_t> anchor_frame;  ///< as the run says
   std::optional<int> trials;
   std::optional<int> components;
   std::optional<MeshEvaluation> mesh;

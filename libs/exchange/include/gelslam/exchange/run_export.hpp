@@ -8,18 +8,11 @@
 #include <vector>
 
 #include "gelslam/core/progress.hpp"
+#include "gelslam/core/run_report.hpp"
 #include "gelslam/core/trajectory.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 
 namespace gelslam {
-
-/// A log that a run was made from.
-struct RunLog {
-  std::filesystem::path file;     ///< where it is, or was when the run was made; empty: not known
-  double first_time_s = 0;        ///< of its first picture, in the run's trajectory
-  bool of_second_sensor = false;  ///< that felt the object at the same time
-  double start_s = 0;             ///< its clock says 0 at start_s of the first sensor's
-};
 
 /// What a run folder holds for other programs. For a mesh file only the name and the mesh are set.
 struct RunContents {
@@ -27,7 +20,8 @@ struct RunContents {
   std::filesystem::path folder;  ///< empty for a mesh file
   Mesh mesh;                     ///< map frame, mm; empty where the run has none
   std::vector<StampedPose> trajectory, keyframes;
-  std::vector<RunLog> logs;  ///< at least one of a run folder; more of one that was continued, or merged
+  /// At least one of a run folder; more of one that was continued, or merged.
+  std::vector<RunReport::Log> logs;
   /// Counts of report.json in words: {"Loops", "89"}.
   std::vector<std::pair<std::string, std::string>> figures;
   std::vector<std::string> warnings;  ///< sentences: pieces that are not joined, a partial run

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 
 #include "gelslam/core/progress.hpp"
@@ -38,7 +39,10 @@ class GelSlam {
   /// Optimize: all keyframes' poses in the frame of the map's anchor, and how well they are known. May be
   /// called at any time; frames may follow. `refine` true: with overlap edges; false: with the edges that are
   /// known, which takes tenths of a second. `progress` (may be null) receives the task "closing loops".
-  SlamMap finish(bool refine = true, ProgressSink* progress = nullptr) const;
+  /// `stop_requested` leaves out the rest of the overlap edges.
+  SlamMap finish(
+      bool refine = true, ProgressSink* progress = nullptr,
+      const std::function<bool()>& stop_requested = [] { return false; }) const;
 
  private:
   struct Impl;

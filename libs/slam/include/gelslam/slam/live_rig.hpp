@@ -51,7 +51,7 @@ class LiveRig final : public LiveSession {
 
   /// Waits until both have ended and the one map is saved. Throws Error when that cannot be; what each sensor
   /// has saved stays.
-  ReconstructSummary wait();
+  RunReport wait();
   BackgroundFrames background_frames(int sensor) const;  ///< LiveSlam::background_frames()
 
  private:

@@ -71,7 +71,7 @@ class LiveSlam final : public LiveSession {
 
   /// Waits until the source has ended or stop() was called and everything is saved. Throws what a stage
   /// threw: an Error when the source does not fit or nothing could be saved.
-  ReconstructSummary wait();
+  RunReport wait();
   /// What the background was made of, once wait() has returned; none of an image, or without a background.
   BackgroundFrames background_frames() const;
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -68,23 +67,5 @@ MapSnapshot snapshot_of(const SlamMap& map);
 std::vector<PosedSurface> posed_surfaces(const SlamMap& map);
 /// Those of a snapshot's shown component, in its frame.
 std::vector<PosedSurface> posed_surfaces(const MapSnapshot& map);
-
-/// What was tracked but is not in the mesh: the mesh shows the largest connected component (in the UI:
-/// piece).
-struct MapCompleteness {
-  int pieces_not_joined = 0;            ///< components besides the largest: no loop joins them to it
-  std::int64_t frames_not_in_mesh = 0;  ///< tracked frames that are not in the largest component
-
-  bool complete() const { return pieces_not_joined == 0 && frames_not_in_mesh == 0; }
-};
-
-/// "1 piece not joined; 16 frames not in the mesh; next time cross places that you touched before", or "".
-std::string describe(const MapCompleteness& completeness);
-
-/// What a user has to know beside a result: describe() of both, where they are not empty.
-std::vector<std::string> reservations(const MapCompleteness& completeness,
-                                      const TrajectoryUncertainty& uncertainty);
-/// The same of a saved run, from its report.json; none where that is damaged.
-std::vector<std::string> read_reservations(const std::filesystem::path& run_folder);
 
 }  // namespace gelslam

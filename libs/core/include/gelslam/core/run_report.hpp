@@ -1,0 +1,96 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gelslam/core/sensor_optics.hpp"
+#include "gelslam/core/stage_timer.hpp"
+
+namespace gelslam {
+
+/// The figures of a run, as report.json holds them under these names (docs/file-formats.md).
+struct RunReport {
+  struct Optics : SensorOptics {
+    std::string from;
+  };
+  struct Log {
+    std::string file;         ///< where it is, or was when the run was made; empty: none was kept
+    double first_time_s = 0;  ///< of its first picture, in the run's trajectory
+    int sensor = 0;           ///< 1: the second of two that felt the object at the same time
+    double start_s = 0;       ///< when it started, by the first sensor's clock
+  };
+  struct Frames {
+    std::int64_t total = 0, background = 0, no_contact = 0, tracked = 0, lost = 0, undone = 0;
+    std::int64_t in_map = 0;
+    std::int64_t not_in_mesh = 0;  ///< tracked, but not in the largest component
+    std::int64_t left_out = 0;     ///< damaged or dropped between the first and the last
+  };
+  struct Drift {
+    double amount = 0;  ///< two standard deviations
+    std::int64_t frame = -1;
+    double time_s = 0;
+  };
+  struct Hidden {
+    std::string motion;  ///< x, y, z, rx, ry, rz
+    std::int64_t first_frame = 0;
+    double first_time_s = 0;
+    std::int64_t frames = 0;
+  };
+  struct Uncertainty {
+    Drift drift_mm, drift_deg;
+    std::vector<Hidden> not_observable;
+  };
+  struct Rig {
+    std::array<double, 12> first_T_second_mm{};     ///< three rows of [R t]
+    std::array<double, 3> sigma_mm{}, sigma_deg{};  ///< per axis
+    std::int64_t constraints = 0;
+    double second_start_s = 0;
+  };
+  struct GradientScale {
+    double x = 1, y = 1;
+  };
+  struct MeshSize {
+    std::size_t vertices = 0, triangles = 0;
+  };
+  using Stage = StageStatistics;
+  struct Live {
+    double rate_hz = 0;
+    std::int64_t arrived = 0, lost_by_camera = 0, dropped = 0, damaged = 0;
+  };
+
+  std::string program, log, log_description, model;
+  Optics optics;
+  bool partial = false;                   ///< stopped before the log's end
+  std::optional<bool> saved;              ///< false: a live scan of which nothing was saved yet
+  std::vector<std::string> warnings;      ///< what was not right with the log, for people
+  std::vector<std::string> reservations;  ///< what is not in the mesh, or uncertain
+  std::vector<std::string> parts;         ///< of a scan in parts: what became of each
+  std::vector<Log> logs;                  ///< the same parts'
+  std::int64_t anchor_frame = -1;         ///< -1: nothing touched
+  Frames frames;
+  Uncertainty uncertainty;
+  std::optional<Rig> rig;
+  int keyframes = 0, coverage_keyframes = 0, trials = 0, components = 0, loops = 0, loop_outliers = 0;
+  GradientScale gradient_scale;
+  MeshSize mesh;
+  double seconds = 0;
+  std::optional<Live> live;
+  std::map<std::string, StageStatistics> stages;  ///< by name
+
+  /// All that was tracked is in the mesh: no piece is left, nor a frame.
+  bool complete() const { return components < 2 && frames.not_in_mesh == 0; }
+};
+
+/// What is not UTF-8 (of file names) is replaced.
+std::string report_json(const RunReport& report);
+/// Members of other names are passed over. Throws Error, naming `file`, for what is no report.
+RunReport parse_report(const std::string& json, const std::filesystem::path& file);
+/// The report of a run folder; none where it has no report.json. Throws Error when that is damaged.
+std::optional<RunReport> find_report(const std::filesystem::path& run_folder);
+
+}  // namespace gelslam
