@@ -27,9 +27,14 @@ inline SurfacePtr flat_touch() {
   return surface;
 }
 
+inline void join(SlamMap& map, int from, int to, EdgeKind kind, bool outlier = false) {
+  map.edges.push_back({.from = from, .to = to, .kind = kind});
+  map.solution.edge_outlier.push_back(outlier);
+}
+
 /// A run folder: flat touches, one every second and 1.5 mm to the right, a trajectory of ten poses per
 /// second, and a mesh that covers them all.
-inline void write_run(const std::filesystem::path& folder, int keyframes) {
+inline void write_run(const std::filesystem::path& folder, int keyframes, bool loop_is_outlier = false) {
   namespace fs = std::filesystem;
   fs::create_directories(folder / "session");
   Mesh mesh =
@@ -40,8 +45,7 @@ inline void write_run(const std::filesystem::path& folder, int keyframes) {
   map.anchor_frame = 10;
   map.keyframes.resize(static_cast<std::size_t>(2 * keyframes - 1));  // ids need not be without gaps
   map.in_map.resize(map.keyframes.size());
-  std::ofstream keyframe_times(folder / "keyframes.tum"), trajectory(folder / "trajectory.tum"),
-      graph(folder / "pose_graph.g2o");
+  std::ofstream keyframe_times(folder / "keyframes.tum"), trajectory(folder / "trajectory.tum");
   const std::string identity = " 0 0 0 0 0 1\n";
   for (int k = 0; k < keyframes; ++k) {
     const int id = 2 * k;
@@ -56,10 +60,9 @@ inline void write_run(const std::filesystem::path& folder, int keyframes) {
     map.solution.component_T_node[id] = Pose(Eigen::Translation3d(x_mm, 0, 0));
     keyframe_times << k << " " << x_mm / 1000 << identity;
     for (int i = 0; i < 10; ++i) trajectory << k + 0.1 * i << " " << (x_mm + 0.15 * i) / 1000 << identity;
-    graph << "VERTEX_SE3:QUAT " << id << " 0 0 0 0 0 0 1\n";
-    if (k > 0) graph << "EDGE_SE3:QUAT " << id - 2 << " " << id << " 0 0 0 0 0 0 1 1\n";
+    if (k > 0) join(map, id - 2, id, EdgeKind::odometry);
   }
-  graph << "EDGE_SE3:QUAT 0 " << 2 * keyframes - 2 << " 0 0 0 0 0 0 1 1\nEDGE_SE3:QUAT nonsense\n\x01\x02\n";
+  join(map, 0, 2 * keyframes - 2, EdgeKind::loop, loop_is_outlier);
   save_session(folder / "session", map);
 }
 

@@ -131,6 +131,8 @@ Session patches_of(const SavedMap& map, const fs::path& folder) {
     if (is_of_another_scan(map, folder)) return session;
   }
   session.gradient_scale = map.gradient_scale;
+  for (std::size_t i = 0; i < map.edges.size(); ++i)
+    session.edges.push_back({map.edges[i].from, map.edges[i].to, map.edges[i].kind, map.edge_outlier[i]});
   int unreadable = 0;
   std::string why;
   for (const SavedMap::Node& node : map.nodes) {

@@ -1,11 +1,9 @@
 #include "gelslam/viewer/view_content.hpp"
 
 #include <algorithm>
-#include <fstream>
 #include <iterator>
 #include <limits>
 #include <set>
-#include <sstream>
 #include <system_error>
 
 #include "gelslam/core/error.hpp"
@@ -23,21 +21,6 @@ namespace fs = std::filesystem;
 
 constexpr double kGapS = 0.25;
 
-/// Which keyframes the edges of a run's pose graph join. Neighbors by id are odometry. Other lines are not
-/// ours to judge; a file that is not there has none.
-void read_edges(const fs::path& file, bool outliers, std::vector<MapSnapshot::Edge>& edges) {
-  std::ifstream stream(file);
-  for (std::string line; std::getline(stream, line);) {
-    std::istringstream words(line);
-    std::string kind;
-    MapSnapshot::Edge edge;
-    if (!(words >> kind >> edge.from >> edge.to) || kind != "EDGE_SE3:QUAT") continue;
-    edge.kind = edge.to - edge.from == 1 ? EdgeKind::odometry : EdgeKind::loop;
-    edge.outlier = outliers;
-    edges.push_back(edge);
-  }
-}
-
 RunHistory read_history(const fs::path& run) {
   RunHistory history;
   Session session = load_session(run / "session");
@@ -52,8 +35,7 @@ RunHistory read_history(const fs::path& run) {
     history.keyframes.push_back({keyframes[i].time_s, std::move(session.patches[i])});
   }
   history.trajectory = read_tum(run / "trajectory.tum");
-  read_edges(run / "pose_graph.g2o", false, history.edges);
-  read_edges(run / "loop_outliers.g2o", true, history.edges);
+  history.edges = std::move(session.edges);
   return history;
 }
 

@@ -6,14 +6,16 @@
 #include <vector>
 
 #include "gelslam/fusion/fusion.hpp"
+#include "gelslam/slam/map_snapshot.hpp"
 #include "gelslam/slam/slam_map.hpp"
 
 namespace gelslam {
 
-/// What is needed to fuse a map again or to relocalize in it: every keyframe's surface and pose.
+/// What is needed to fuse a map again, to relocalize in it or to draw it.
 struct Session {
-  double gradient_scale = 1.0;        ///< that is still in the surfaces
-  std::vector<PosedSurface> patches;  ///< keyframes of the map, in the anchor's frame, by id
+  double gradient_scale = 1.0;           ///< that is still in the surfaces
+  std::vector<PosedSurface> patches;     ///< keyframes of the map, in the anchor's frame, by id
+  std::vector<MapSnapshot::Edge> edges;  ///< of all keyframes, also outside the map
   bool is_current = true;             ///< false: the scan went on after this map was saved, or is another one
   std::vector<std::string> warnings;  ///< what could not be read, or is not in it, as sentences for the user
 };
