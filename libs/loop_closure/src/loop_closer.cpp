@@ -111,7 +111,8 @@ std::optional<LoopConstraint> verify_loop(const Keyframe& older, const Keyframe&
   loop.from = older.id;
   loop.to = newer.id;
   loop.from_T_to = result.target_T_reference;
-  loop.information = result.information;
+  loop.information = symmetric(result.information);
+  loop.kind = EdgeKind::loop;
   loop.shared_center_mm = result.shared_center_mm;
   loop.scr = result.scr;
   loop.ccs = result.ccs;

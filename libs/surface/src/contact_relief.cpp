@@ -15,11 +15,19 @@ constexpr std::int16_t kNoContact = std::numeric_limits<std::int16_t>::min();
 
 }  // namespace
 
-ContactRelief::ContactRelief(const Surface& surface)
-    : camera_(surface.camera()), box_(cv::boundingRect(surface.contact)), height_(box_.size(), kNoContact) {
+ContactRelief::ContactRelief(const Surface& surface, int cell_px) : camera_(surface.camera()) {
+  const cv::Size size = camera_.size;
+  camera_.size = {(size.width + cell_px - 1) / cell_px, (size.height + cell_px - 1) / cell_px};
+  camera_.pitch_mm *= cell_px;
+  const cv::Rect box = cv::boundingRect(surface.contact);
+  const cv::Point begin = box.tl() / cell_px,
+                  end = (box.br() + cv::Point(cell_px - 1, cell_px - 1)) / cell_px;
+  box_ = {begin, end};
+  height_ = cv::Mat_<std::int16_t>(box_.size(), kNoContact);
   for (int v = 0; v < box_.height; ++v)
     for (int u = 0; u < box_.width; ++u) {
-      const cv::Point at(box_.x + u, box_.y + v);
+      const cv::Point at(std::min(cell_px * (box_.x + u) + cell_px / 2, size.width - 1),
+                         std::min(cell_px * (box_.y + v) + cell_px / 2, size.height - 1));
       if (surface.contact(at)) height_(v, u) = PackedSurface::height_steps(surface.height_mm(at));
     }
 }

@@ -78,7 +78,7 @@ void add_rejoining_loops(SlamMap& map, const std::vector<ScanPart>& parts, const
     const auto end = map.edges.begin() + static_cast<std::ptrdiff_t>(known);
     if (std::none_of(map.edges.begin(), end,
                      [&](const PoseGraphEdge& edge) { return edge.from == loop.from && edge.to == loop.to; }))
-      map.edges.push_back(loop_edge(loop));
+      map.edges.push_back(loop);
   }
 }
 
@@ -98,13 +98,6 @@ int choose_component_and_anchor(SlamMap& map) {
 }
 
 }  // namespace
-
-PoseGraphEdge loop_edge(const LoopConstraint& loop) {
-  return {loop.from,      loop.to,
-          loop.from_T_to, symmetric(loop.information),
-          EdgeKind::loop, loop.shared_center_mm,
-          loop.tentative};
-}
 
 Mapper::Mapper(const SlamOptions& options)
     : options_(options), loop_closer_(options.loop_closure, options.registration, options.verification) {}
@@ -130,7 +123,7 @@ std::vector<PoseGraphEdge> Mapper::search_loops(const Keyframe& keyframe, int pr
   std::vector<PoseGraphEdge> loops;
   for (const LoopConstraint& loop : loop_closer_.add(keyframe))
     if (loop.from != previous)  // the link already holds this registration
-      loops.push_back(loop_edge(loop));
+      loops.push_back(loop);
   new_loops_ += static_cast<int>(loops.size());
   return loops;
 }

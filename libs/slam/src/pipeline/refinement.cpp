@@ -9,6 +9,7 @@
 #include "gelslam/core/parallel.hpp"
 #include "gelslam/slam/slam_options.hpp"
 #include "gelslam/surface/contact_overlap.hpp"
+#include "gelslam/surface/contact_relief.hpp"
 #include "gelslam/surface/surface.hpp"
 #include "pipeline/map_solver.hpp"
 
@@ -20,20 +21,9 @@ namespace {
 class ContactGrid {
  public:
   explicit ContactGrid(const Surface& surface)
-      : points_mm_(coarse_contact_points_mm(surface)), extent_(extent_of(points_mm_)) {
-    const int rows = surface.contact.rows, columns = surface.contact.cols;
-    coarse_.pixel_pitch_mm = kCellPx * surface.pixel_pitch_mm;
-    coarse_.optics = surface.optics;
-    coarse_.contact.create((rows + kCellPx - 1) / kCellPx, (columns + kCellPx - 1) / kCellPx);
-    coarse_.height_mm.create(coarse_.contact.size());
-    for (int v = 0; v < coarse_.contact.rows; ++v)
-      for (int u = 0; u < coarse_.contact.cols; ++u) {
-        const cv::Point middle(std::min(kCellPx * u + kCellPx / 2, columns - 1),
-                               std::min(kCellPx * v + kCellPx / 2, rows - 1));
-        coarse_.contact(v, u) = surface.contact(middle);
-        coarse_.height_mm(v, u) = surface.height_mm(middle);
-      }
-  }
+      : points_mm_(coarse_contact_points_mm(surface)),
+        extent_(extent_of(points_mm_)),
+        coarse_(surface, /*cell_px=*/4) {}
 
   /// Share of the smaller contact that lies on the other's.
   static double overlap(const ContactGrid& a, const ContactGrid& b, const Pose& a_T_b) {
@@ -43,11 +33,9 @@ class ContactGrid {
   }
 
  private:
-  static constexpr int kCellPx = 4;
-
   std::vector<Eigen::Vector3d> points_mm_;
   ContactExtent extent_;
-  Surface coarse_;  ///< contact and heights alone
+  ContactRelief coarse_;
 };
 
 struct Candidate {

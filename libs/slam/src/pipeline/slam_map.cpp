@@ -6,8 +6,6 @@
 
 namespace gelslam {
 
-Matrix6d symmetric(const Matrix6d& information) { return 0.5 * (information + information.transpose()); }
-
 PoseGraphEdge odometry_edge(const KeyframeLink& link, int to) {
   return {link.previous->id,    to, link.previous_T_this, symmetric(link.information), EdgeKind::odometry,
           link.shared_center_mm};

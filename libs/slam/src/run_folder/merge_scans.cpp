@@ -214,7 +214,7 @@ ScanRecord joined(const std::vector<ScanRecord>& records, const SlamOptions& opt
       for (const auto& of_keyframe : loops)
         for (std::size_t i = 0; i < std::min(of_keyframe.size(), index(options.loop_closure.max_constraints));
              ++i)
-          all.edges.push_back(loop_edge(of_keyframe[i]));
+          all.edges.push_back(of_keyframe[i]);
     }
     closer.keep(added);
   }

@@ -30,6 +30,12 @@ struct PoseGraphEdge {
   bool tentative = false;
 };
 
+/// The matrix made exactly symmetric, without rounding differences of its halves: sessions keep only one
+/// half.
+inline Matrix6d symmetric(const Matrix6d& information) {
+  return 0.5 * (information + information.transpose());
+}
+
 /// Two measurements of one motion contradict each other when they differ by more than this many standard
 /// deviations of their combined covariance. A loop with a larger residual at the end is an outlier. The limit
 /// is wide because registrations share errors that their information does not contain.

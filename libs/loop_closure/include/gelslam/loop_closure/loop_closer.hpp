@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "gelslam/backend/pose_graph.hpp"
 #include "gelslam/frontend/keyframe.hpp"
 #include "gelslam/registration/verification.hpp"
 
@@ -23,18 +24,11 @@ struct LoopClosureOptions {
   int max_constraints = 6;
 };
 
-/// A keyframe seen again: `from` is the older one. from_T_to maps the newer keyframe's coordinates into the
-/// older's; information as in RegistrationResult (right perturbation, axes of the newer keyframe).
-struct LoopConstraint {
-  int from = 0, to = 0;  ///< keyframe ids
-  Pose from_T_to = Pose::Identity();
-  Matrix6d information = Matrix6d::Identity();
-  /// of what both show, in the newer keyframe's frame
-  Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
+/// A keyframe seen again, as an edge from the older one, and what speaks for it.
+struct LoopConstraint : PoseGraphEdge {
   int sift_inliers = 0;  ///< 0 when the candidate did not come from place recognition
   double scr = 0, ccs = 0;
   double texture_correlation = 0, height_rmse_mm = 0;  ///< as in RegistrationResult
-  bool tentative = false;                              ///< PoseGraphEdge::tentative
 };
 
 /// verify() between two keyframes, as a constraint. Nothing when they do not show the same surface.

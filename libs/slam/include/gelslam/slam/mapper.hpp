@@ -16,8 +16,6 @@
 
 namespace gelslam {
 
-PoseGraphEdge loop_edge(const LoopConstraint& loop);
-
 /// The part of the chain behind the tracker: it searches loops for each keyframe and solves the pose graph,
 /// fast and approximately while a scan goes on (update(), optimize()), completely at its end (finish()). The
 /// result of finish() does not depend on how often the others were called. Deterministic. Not thread-safe.

@@ -16,10 +16,6 @@
 
 namespace gelslam {
 
-/// The matrix made exactly symmetric, without rounding differences of its halves: sessions keep only one
-/// half.
-Matrix6d symmetric(const Matrix6d& information);
-
 /// The edge that a link to an earlier keyframe gives the node `to`.
 PoseGraphEdge odometry_edge(const KeyframeLink& link, int to);
 
