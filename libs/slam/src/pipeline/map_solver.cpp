@@ -13,14 +13,6 @@
 namespace gelslam::slam::detail {
 namespace {
 
-/// These edges, then those of the rig if it is known.
-std::vector<PoseGraphEdge> with_rig_edges(const SlamMap& map, std::vector<PoseGraphEdge> edges) {
-  if (!map.rig) return edges;
-  const std::vector<PoseGraphEdge> of_rig = rig_edges(map.measured.rig.constraints, map.rig->first_T_second);
-  edges.insert(edges.end(), of_rig.begin(), of_rig.end());
-  return edges;
-}
-
 /// `edges` without what contradicts them, or the rig.
 std::vector<PoseGraphEdge> consistent(const SlamMap& map, const std::vector<PoseGraphEdge>& edges,
                                       double scale_sigma) {
@@ -54,7 +46,8 @@ SharedUnknowns shared_unknowns(const SlamMap& map, double scale_sigma, const Sla
   return gradient_scale_unknowns(map.edges, scale_sigma);
 }
 
-/// Solves again, after the map's edges have changed.
+/// Solves again, after the map's edges have changed; with a rig for the poses alone, for surfaces of several
+/// sensors are corrected before.
 void solve_again(SlamMap& map, double scale_sigma, const SlamOptions& options) {
   if (!map.rig) {
     map.solution = solve_poses(map.solution.component_T_node, map.edges, scale_sigma, options);
@@ -158,14 +151,19 @@ void add_overlap_edges(SlamMap& map, double scale_sigma, const SlamOptions& opti
   }
 }
 
-std::map<int, Matrix6d> assess_map(SlamMap& map, int anchor, double scale_sigma, const SlamOptions& options) {
+MapCovariances assess_map(const SlamMap& map, int anchor, double scale_sigma, const SlamOptions& options) {
   const double sigma = map.rig ? options.registration.gradient_scale_error : scale_sigma;
-  const SharedUnknowns shared = shared_unknowns(map, sigma, options);
-  map.edges = with_rig_edges(map, std::move(map.edges));
-  GraphCovariances covariances =
-      graph_covariances(map.edges, map.solution, anchor, options.pose_graph, shared);
-  if (map.rig) map.rig->covariance = covariance_of_rig(covariances.shared_unknowns, sigma);
-  return std::move(covariances.gauge_T_node);
+  GraphCovariances covariances = graph_covariances(with_rig_edges(map, map.edges), map.solution, anchor,
+                                                   options.pose_graph, shared_unknowns(map, sigma, options));
+  return {std::move(covariances.gauge_T_node),
+          map.rig ? covariance_of_rig(covariances.shared_unknowns, sigma) : Matrix6d::Zero()};
+}
+
+std::vector<PoseGraphEdge> with_rig_edges(const SlamMap& map, std::vector<PoseGraphEdge> edges) {
+  if (!map.rig) return edges;
+  const std::vector<PoseGraphEdge> of_rig = rig_edges(map.measured.rig.constraints, map.rig->first_T_second);
+  edges.insert(edges.end(), of_rig.begin(), of_rig.end());
+  return edges;
 }
 
 }  // namespace gelslam::slam::detail

@@ -35,7 +35,14 @@ void solve_map(SlamMap& map, const std::map<int, Pose>& initial, double scale_si
 void add_overlap_edges(SlamMap& map, double scale_sigma, const SlamOptions& options,
                        const std::function<bool()>& stop_requested, ParallelProgress& progress);
 
-/// Adds the rig's edges and covariance to a map that is solved; those of the poses relative to the anchor.
-std::map<int, Matrix6d> assess_map(SlamMap& map, int anchor, double scale_sigma, const SlamOptions& options);
+/// How well a solved map is known.
+struct MapCovariances {
+  std::map<int, Matrix6d> anchor_T_keyframe;
+  Matrix6d rig = Matrix6d::Zero();  ///< RigPose::covariance, if there is a rig
+};
+MapCovariances assess_map(const SlamMap& map, int anchor, double scale_sigma, const SlamOptions& options);
+
+/// The edges that were solved: the map's, then those of the rig if it is known.
+std::vector<PoseGraphEdge> with_rig_edges(const SlamMap& map, std::vector<PoseGraphEdge> edges);
 
 }  // namespace gelslam::slam::detail

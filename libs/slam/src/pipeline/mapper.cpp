@@ -311,8 +311,10 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
   closing.end();
   if (!map.rig) map.slope_correction = SlopeCorrection::from_unknowns(map.solution.shared_unknowns);
   const int anchor = choose_component_and_anchor(map);
-  map.uncertainty =
-      trajectory_uncertainty(map.frames, map.in_map, assess_map(map, anchor, scale_sigma, options_));
+  const MapCovariances covariances = assess_map(map, anchor, scale_sigma, options_);
+  map.uncertainty = trajectory_uncertainty(map.frames, map.in_map, covariances.anchor_T_keyframe);
+  if (map.rig) map.rig->covariance = covariances.rig;
+  map.edges = with_rig_edges(map, std::move(map.edges));
   map.coverage_keyframes = select_coverage_keyframes(posed_surfaces(map), options_.coverage);
   return map;
 }
