@@ -43,7 +43,7 @@ std::unique_ptr<LogWriter> writer_of(const std::filesystem::path& path) {
 TEST(LogRecorder, WritesEverythingInOrder) {
   TemporaryFolder folder;
   LogRecorder recorder(writer_of(folder / "a.mkv"));
-  for (int i = 0; i < 200; ++i) recorder.push(jpeg_frame(i));
+  for (int i = 0; i < 200; ++i) recorder.push(std::make_shared<const RawFrame>(jpeg_frame(i)));
   recorder.finish();
   const LogRecorderStatus status = recorder.status();
   EXPECT_EQ(status.written, 200);
@@ -67,7 +67,7 @@ TEST(LogRecorder, WhatDoesNotFitIsCountedAndTheRestIsThere) {
   LogRecorder recorder(writer_of(folder / "a.mkv"), options);
   for (int i = 0; i < 300; ++i) {
     frame.sequence = i;
-    recorder.push(frame);
+    recorder.push(std::make_shared<const RawFrame>(frame));
   }
   recorder.finish();
   const LogRecorderStatus status = recorder.status();
@@ -90,7 +90,7 @@ TEST(LogRecorder, ASourceThatCanWaitLosesNothing) {
   LogRecorderOptions options;
   options.max_waiting_bytes = 1;
   LogRecorder recorder(writer_of(folder / "a.mkv"), options);
-  for (int i = 0; i < 100; ++i) recorder.push_waiting(jpeg_frame(i));
+  for (int i = 0; i < 100; ++i) recorder.push_waiting(std::make_shared<const RawFrame>(jpeg_frame(i)));
   recorder.finish();
   EXPECT_EQ(recorder.status().written, 100);
   EXPECT_EQ(recorder.status().left_out, 0);
@@ -106,7 +106,7 @@ TEST(LogRecorder, ResizedLogsAreTheDecodersPicturesWithoutLoss) {
     RawFrame frame = jpeg_frame(i, 1312, 984);
     frame.sequence = 2 * i;
     if (i == 2) frame.bytes.resize(100);
-    recorder.push(frame);
+    recorder.push(std::make_shared<const RawFrame>(frame));
   }
   recorder.finish();
   EXPECT_EQ(recorder.status().damaged, 1);
@@ -128,9 +128,9 @@ TEST(LogRecorder, AFailureIsSaidAndPushGoesOn) {
   LogRecorderOptions options;
   options.max_waiting_bytes = 1;
   LogRecorder recorder(writer_of(folder / "a.mkv"), options);
-  recorder.push_waiting(jpeg_frame(0));
-  recorder.push_waiting(jpeg_frame(1, 32, 24));
-  for (int i = 2; i < 50; ++i) recorder.push_waiting(jpeg_frame(i));
+  recorder.push_waiting(std::make_shared<const RawFrame>(jpeg_frame(0)));
+  recorder.push_waiting(std::make_shared<const RawFrame>(jpeg_frame(1, 32, 24)));
+  for (int i = 2; i < 50; ++i) recorder.push_waiting(std::make_shared<const RawFrame>(jpeg_frame(i)));
   recorder.finish();
   EXPECT_TRUE(recorder.status().stopped);
   EXPECT_EQ(recorder.status().written, 1);
@@ -138,7 +138,7 @@ TEST(LogRecorder, AFailureIsSaidAndPushGoesOn) {
 
   options.resize_to.emplace_back();
   LogRecorder resizing(writer_of(folder / "b.mkv"), options);
-  for (int i = 0; i < 3; ++i) resizing.push_waiting(jpeg_frame(i));
+  for (int i = 0; i < 3; ++i) resizing.push_waiting(std::make_shared<const RawFrame>(jpeg_frame(i)));
   resizing.finish();
   EXPECT_TRUE(resizing.status().stopped);
   EXPECT_THAT(resizing.status().warning, HasSubstr("b.mkv: recording stopped: frame 0: is 64x48 pixels"));

@@ -28,16 +28,16 @@ struct LogRecorder::Impl {
     return queue.empty() || status.waiting_bytes + frame.bytes.size() <= options.max_waiting_bytes;
   }
 
-  void push(RawFrame frame, std::size_t track, bool may_wait) {
+  void push(std::shared_ptr<const RawFrame> frame, std::size_t track, bool may_wait) {
     {
       std::unique_lock lock(mutex);
-      if (may_wait) room.wait(lock, [&] { return ending || status.stopped || has_room(frame); });
+      if (may_wait) room.wait(lock, [&] { return ending || status.stopped || has_room(*frame); });
       if (ending || status.stopped) return;
-      if (!has_room(frame)) {
+      if (!has_room(*frame)) {
         ++status.left_out;
         return;
       }
-      status.waiting_bytes += frame.bytes.size();
+      status.waiting_bytes += frame->bytes.size();
       queue.emplace_back(std::move(frame), track);
     }
     work.notify_one();
@@ -56,8 +56,8 @@ struct LogRecorder::Impl {
 
   void run() {
     while (std::optional<Waiting> waiting = take()) {
-      const std::size_t size = waiting->first.bytes.size();
-      const std::string failure = write(waiting->first, waiting->second);
+      const std::size_t size = waiting->first->bytes.size();
+      const std::string failure = write(*waiting->first, waiting->second);
       {
         const std::lock_guard lock(mutex);
         status.waiting_bytes -= size;
@@ -73,7 +73,7 @@ struct LogRecorder::Impl {
     if (!writer->failure().empty()) give_up(writer->failure());
   }
 
-  using Waiting = std::pair<RawFrame, std::size_t>;  // and its track
+  using Waiting = std::pair<std::shared_ptr<const RawFrame>, std::size_t>;  // and its track
 
   std::optional<Waiting> take() {
     std::unique_lock lock(mutex);
@@ -146,8 +146,10 @@ LogRecorder::LogRecorder(std::unique_ptr<LogWriter> writer, const LogRecorderOpt
     : impl_(std::make_unique<Impl>(std::move(writer), options)) {}
 LogRecorder::~LogRecorder() { finish(); }
 
-void LogRecorder::push(RawFrame frame, std::size_t track) { impl_->push(std::move(frame), track, false); }
-void LogRecorder::push_waiting(RawFrame frame, std::size_t track) {
+void LogRecorder::push(std::shared_ptr<const RawFrame> frame, std::size_t track) {
+  impl_->push(std::move(frame), track, false);
+}
+void LogRecorder::push_waiting(std::shared_ptr<const RawFrame> frame, std::size_t track) {
   impl_->push(std::move(frame), track, true);
 }
 void LogRecorder::finish() { impl_->finish(); }

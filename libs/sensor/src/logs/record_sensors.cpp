@@ -109,10 +109,11 @@ class SensorRecording {
 
   bool record(std::size_t sensor, RawFrame frame) {
     if (!options_.look(sensor, frame)) return false;
+    auto shared = std::make_shared<const RawFrame>(std::move(frame));
     if (options_.can_wait)
-      recorder_.push_waiting(std::move(frame), sensor);
+      recorder_.push_waiting(std::move(shared), sensor);
     else
-      recorder_.push(std::move(frame), sensor);
+      recorder_.push(std::move(shared), sensor);
     return !recorder_.status().stopped;
   }
 

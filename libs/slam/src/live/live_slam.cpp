@@ -210,20 +210,20 @@ void LiveSlam::Impl::capture() {
 void LiveSlam::Impl::take_frames() {
   const auto has_begun = [this] { return stopped || !options.begins || options.begins(); };
   while (!options.log.empty() && !has_begun()) std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  while (std::optional<RawFrame> frame = source->next()) {
+  while (std::optional<RawFrame> next = source->next()) {
+    const auto frame = std::make_shared<const RawFrame>(std::move(*next));
     board.frame_arrived(frame->arrived, source->lost_frames());
     board.warn_about("the source", source->warning());
     if (recorder) {
-      recorder->push(*frame);
+      recorder->push(frame);
       report_log();
     }
     if (leaves_out || !has_begun()) continue;
-    auto shared = std::make_shared<const RawFrame>(std::move(*frame));
     // What the background needs is waited for, however fast frames come.
     if (options.drop_when_behind && board.phase() != LivePhase::background)
-      board.frames_dropped(static_cast<std::int64_t>(raw.push_newest(std::move(shared))));
+      board.frames_dropped(static_cast<std::int64_t>(raw.push_newest(frame)));
     else
-      raw.push(std::move(shared));
+      raw.push(frame);
   }
   board.warn_about("the source", source->warning());
 }

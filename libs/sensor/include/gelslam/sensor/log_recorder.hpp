@@ -37,9 +37,9 @@ class LogRecorder {
   ~LogRecorder();
 
   /// Takes a frame and returns at once. When the queue is full the frame is left out and counted.
-  void push(RawFrame frame, std::size_t track = 0);
+  void push(std::shared_ptr<const RawFrame> frame, std::size_t track = 0);
   /// The same for a source that can wait, such as another log: waits for room instead.
-  void push_waiting(RawFrame frame, std::size_t track = 0);
+  void push_waiting(std::shared_ptr<const RawFrame> frame, std::size_t track = 0);
   /// Writes what waits, closes the log, and returns.
   void finish();
 
