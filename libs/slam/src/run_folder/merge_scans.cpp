@@ -70,17 +70,8 @@ void check_resolution(const fs::path& run, const ScanRecord& record, double pixe
   }
 }
 
-/// Of the saved map, in memory, what take_corrections() asks for.
-SavedMap corrections_of(const SlamMap& map) {
-  SavedMap saved;
-  saved.slope_correction = map.slope_correction;
-  saved.edges = map.edges;
-  saved.edge_outlier = map.solution.edge_outlier;
-  return saved;
-}
-
 /// A record's keyframes and edges as its own map has corrected them: true surfaces, whatever the sensor.
-void take_corrections(ScanRecord& record, const SavedMap& map, double pixel_pitch_mm,
+void take_corrections(ScanRecord& record, const SlopeCorrection& correction, double pixel_pitch_mm,
                       const SlamOptions& options) {
   parallel_for_ranges(record.keyframes.size(), 16, 0, [&](std::size_t begin, std::size_t end) {
     SlopeCorrector corrector;
@@ -88,19 +79,20 @@ void take_corrections(ScanRecord& record, const SavedMap& map, double pixel_pitc
       if (!record.keyframes[id]) continue;
       const SurfacePtr read = record.keyframes[id]->surface.get();
       auto keyframe = std::make_shared<Keyframe>(*record.keyframes[id]);
-      keyframe->surface = StoredSurface(
-          PackedSurface(*resampled(*corrector.apply(*read, map.slope_correction), pixel_pitch_mm)));
+      keyframe->surface =
+          StoredSurface(PackedSurface(*resampled(*corrector.apply(*read, correction), pixel_pitch_mm)));
       keyframe->reference = StoredReference(keyframe->surface, options.registration);
       record.keyframes[id] = std::move(keyframe);
     }
   });
-  record.edges = scale_corrected(record.edges, map.slope_correction.factors);
+  record.edges = scale_corrected(record.edges, correction.factors);
 }
 
 /// Makes a record of any sensor one that can be joined with the first. `source`: where it comes from.
-void correct_alone(ScanRecord& record, const fs::path& source, const SavedMap& map, const Config& config) {
+void correct_alone(ScanRecord& record, const fs::path& source, const SlopeCorrection& correction,
+                   const Config& config) {
   check_resolution(source, record, config.sensor.pixel_pitch_mm);
-  take_corrections(record, map, config.sensor.pixel_pitch_mm, config.slam);
+  take_corrections(record, correction, config.sensor.pixel_pitch_mm, config.slam);
   for (ScanPart& part : record.parts) part.model_crc32 = 0;
 }
 
@@ -295,7 +287,8 @@ Run merge_scans(const MergeRequest& request, ProgressSink& progress,
   }
   if (request.has_rig || !can_be_corrected_together(records)) {
     for (std::size_t i = 0; i < records.size(); ++i) {
-      correct_alone(records[i], request.runs[i], load_map(request.runs[i] / "session"), config);
+      correct_alone(records[i], request.runs[i], load_map(request.runs[i] / "session").slope_correction,
+                    config);
       if (records[i].parts.empty()) records[i].parts.push_back({0, "", 0, request.runs[i].string()});
     }
     config.slam.gradient_scale.estimate = false;
@@ -332,7 +325,7 @@ Run reconstruct_rig(const RigRequest& request, ProgressSink& progress,
   for (std::size_t sensor = 0; sensor < configs.size() && !stop_requested(); ++sensor) {
     const Run run = map_log(request.inputs[sensor], configs[sensor], progress, stop_requested, {}, timer);
     records.push_back(run.map.measured);
-    correct_alone(records.back(), logs[sensor], corrections_of(run.map), config);
+    correct_alone(records.back(), logs[sensor], run.map.slope_correction, config);
     records.back().warnings = run.report.warnings;
   }
   if (records.size() < 2) throw Error("stopped before both logs were tracked; nothing was written");

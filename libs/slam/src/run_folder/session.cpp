@@ -93,8 +93,8 @@ SavedMap map_from(const Json& json) {
     map.nodes.push_back(node);
   }
   for (const Json& entry : json.at("edges")) {
-    map.edges.push_back(edge_from(entry));
-    map.edge_outlier.push_back(entry.at("outlier").get<bool>());
+    const PoseGraphEdge edge = edge_from(entry);
+    map.edges.push_back({edge.from, edge.to, edge.kind, entry.at("outlier").get<bool>()});
   }
   return map;
 }
@@ -131,8 +131,7 @@ Session patches_of(const SavedMap& map, const fs::path& folder) {
     if (is_of_another_scan(map, folder)) return session;
   }
   session.gradient_scale = map.gradient_scale;
-  for (std::size_t i = 0; i < map.edges.size(); ++i)
-    session.edges.push_back({map.edges[i].from, map.edges[i].to, map.edges[i].kind, map.edge_outlier[i]});
+  session.edges = map.edges;
   int unreadable = 0;
   std::string why;
   for (const SavedMap::Node& node : map.nodes) {

@@ -31,8 +31,7 @@ struct SavedMap {
   double gradient_scale = 1.0;
   SlopeCorrection slope_correction;
   std::vector<Node> nodes;  ///< by keyframe id, ascending
-  std::vector<PoseGraphEdge> edges;
-  std::vector<bool> edge_outlier;
+  std::vector<MapSnapshot::Edge> edges;
   std::uintmax_t scan_bytes = 0;  ///< so much of scan.jsonl it was concluded from
   std::uint32_t scan_crc32 = 0;   ///< of the last 64 bytes of that; 0: not known
 };
