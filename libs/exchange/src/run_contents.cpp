@@ -11,7 +11,7 @@
 #include "gelslam/core/trajectory.hpp"
 #include "gelslam/evaluation/evaluation.hpp"
 #include "gelslam/exchange/run_export.hpp"
-#include "gelslam/viewer/scene_style.hpp"
+#include "gelslam/image/color_map.hpp"
 
 namespace gelslam {
 namespace {
@@ -129,7 +129,7 @@ VertexColors vertex_colors(const Mesh& mesh, MeshColor color) {
   if (color == MeshColor::none) return {};
   const std::vector<float> values = values_of(mesh, color);
   const auto [low, high] = range_of(values, color);
-  const auto map = color_map_rgb(color == MeshColor::height ? SceneColor::height : SceneColor::confidence);
+  const auto map = color_map_rgb(color == MeshColor::height ? ColorMap::height : ColorMap::confidence);
   VertexColors colors;
   for (const float value : values) {
     const float share = std::clamp((value - low) / (high - low), 0.0F, 1.0F);

@@ -9,7 +9,7 @@
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/exchange/run_export.hpp"
-#include "gelslam/viewer/scene_style.hpp"
+#include "gelslam/image/color_map.hpp"
 #include "page_template.hpp"
 
 namespace gelslam {
@@ -25,9 +25,9 @@ std::string size_words(const Mesh& mesh) {
   return fmt::format("{} × {} × {} mm", side(0), side(1), side(2));
 }
 
-std::string map_bytes_of(SceneColor color) {
+std::string map_bytes_of(ColorMap map) {
   std::string bytes;
-  for (const auto& rgb : color_map_rgb(color)) bytes.append(reinterpret_cast<const char*>(rgb.data()), 3);
+  for (const auto& rgb : color_map_rgb(map)) bytes.append(reinterpret_cast<const char*>(rgb.data()), 3);
   return base64(bytes);
 }
 
@@ -52,8 +52,8 @@ PageJson page_data(const RunContents& run, MeshColor color) {
   data["figures"].push_back({"Mesh", fmt::format("{} vertices, {} triangles", run.mesh.vertices_mm.size(),
                                                  run.mesh.triangles.size())});
   data["warnings"] = run.warnings;
-  data["maps"] = {{"confidence", map_bytes_of(SceneColor::confidence)},
-                  {"height", map_bytes_of(SceneColor::height)}};
+  data["maps"] = {{"confidence", map_bytes_of(ColorMap::confidence)},
+                  {"height", map_bytes_of(ColorMap::height)}};
   data["strips"] = PageJson::array();
   for (const auto& strip : exchange::detail::strips(run.trajectory)) data["strips"].push_back(places(strip));
   std::vector<Eigen::Vector3d> keyframes_mm;

@@ -1,8 +1,8 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
 
+#include "gelslam/image/color_map.hpp"
 #include "scene/scene_shaders.hpp"
 
 namespace gelslam {
@@ -38,21 +38,10 @@ std::uint8_t encode(float linear) {
 }  // namespace viewer::detail
 
 std::vector<std::array<std::uint8_t, 3>> color_map_rgb(SceneColor color) {
-  cv::Mat1b levels(1, 256);
-  for (int i = 0; i < 256; ++i) {
-    // the dark ends of the maps would look like shadow
-    levels(i) =
-        static_cast<std::uint8_t>(color == SceneColor::distance ? 252 - i * 200 / 255 : 20 + i * 228 / 255);
-  }
-  cv::Mat3b bgr;
-  cv::applyColorMap(levels, bgr,
-                    color == SceneColor::distance   ? cv::COLORMAP_MAGMA
-                    : color == SceneColor::keyframe ? cv::COLORMAP_PLASMA
-                    : color == SceneColor::height   ? cv::COLORMAP_CIVIDIS
-                                                    : cv::COLORMAP_VIRIDIS);
-  std::vector<std::array<std::uint8_t, 3>> rgb;
-  for (const cv::Vec3b& c : bgr) rgb.push_back({c[2], c[1], c[0]});
-  return rgb;
+  return color_map_rgb(color == SceneColor::distance   ? ColorMap::distance
+                       : color == SceneColor::keyframe ? ColorMap::keyframe
+                       : color == SceneColor::height   ? ColorMap::height
+                                                       : ColorMap::confidence);
 }
 
 namespace viewer::detail {
