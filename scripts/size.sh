@@ -10,8 +10,10 @@ usage: scripts/size.sh [--build] [DIR]
 
 Prints yardsticks of the checkout in DIR (default: this one), so that two states can be compared:
   lines        .cpp and .hpp of libs and apps/gelslam
-  settings     constants (constexpr at any scope, or const with a k name) and fields of structs named *Options and
-               *Limits, in the chain from surface to fusion and slam
+  settings     what changes a result, in the chain from surface to fusion and slam: constants (constexpr at any scope, or
+               const with a k name) and fields of structs named *Options and *Limits. Not counted: what follows from
+               other constants, text, file formats and their bounds, queues and intervals of live scans, and structs
+               within structs
   short files  .cpp and .hpp files of less than 40 lines, everywhere
   words        in README.md and docs/*.md, docs/*/*.md
   --build      also the processor time of a fresh clone to the demo's picture, without the compiler cache
@@ -38,18 +40,27 @@ sources() {
 lines_of() { sources "$@" | tr '\n' '\0' | xargs -0 -r cat | wc -l; }
 row() { printf '%-52s %8s\n' "$1" "$2"; }
 
-constants=$(sources "${chain[@]}" | tr '\n' '\0' | xargs -0 -r awk '
+# Formats, and what only a live scan has.
+chain_sources() {
+  sources "${chain[@]}" | grep -vE '/slam/src/(live|stream|run_folder)/|/(live_[a-z]+|packed_surface|model_file|pickle_reader|pth_reader|scan_record)[.]'
+}
+constants=$(chain_sources | tr '\n' '\0' | xargs -0 -r awk '
   /^ *(inline |static )*constexpr [^(]*( |\])?k?[A-Za-z_0-9]+(\[[^]]*\])* *[={;]/ || /^(inline |static )*const [^(]* k[A-Z][A-Za-z0-9]*(\[[^]]*\])* *[={;(]/ {
     line = $0
+    sub(/\/\/.*/, "", line)
+    value = line
+    if (line ~ /char *\*|string_view/ || !sub(/^[^={]*[={]/, "", value)) next
+    gsub(/, *k[A-Z][A-Za-z]* *=/, ",", value)  # the next constant of the line
+    if (value ~ /(^|[^A-Za-z_])k[A-Z]/ || value ~ /numeric_limits|numbers::/) next
     gsub(/[({][^(){}]*[)}]/, "", line)   # values may hold commas
     count += 1 + gsub(/, *k[A-Z]/, "", line)
   }
   END { print count + 0 }')
-fields=$(sources "${chain[@]}" | tr '\n' '\0' | xargs -0 -r awk '
+fields=$(chain_sources | tr '\n' '\0' | xargs -0 -r awk '
   FNR == 1 { inside = 0 }
   /^struct [A-Za-z]*(Options|Limits)( |$|\{)/ { inside = 1; next }
   inside && /^};/ { inside = 0 }
-  inside && /^  [A-Za-z][^()]*;/ && !/^  (using|static|friend|return) / {
+  inside && /^  [A-Za-z][^()]*;/ && !/^  (using|static|friend|return) / && !/^  [A-Za-z]*(Options|Limits|Optics) / {
     line = $0
     sub(/\/\/.*/, "", line)
     gsub(/[({][^(){}]*[)}]/, "", line)
