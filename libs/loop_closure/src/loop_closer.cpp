@@ -13,6 +13,11 @@ namespace gelslam {
 
 namespace loop_closure::detail {
 
+// Distance of a match over that of the second best: repeated patterns fail here.
+constexpr double kMaxMatchRatio = 0.9;
+constexpr double kRansacThresholdMm = 0.19;
+constexpr int kRansacIterations = 100;
+
 struct Place {
   Keyframe keyframe;
   PlaceFeatures features;
@@ -59,10 +64,10 @@ std::vector<Candidate> LoopCloser::Impl::compare(const PlaceFeatures& features,
   if (features.size() < options.min_sift_inliers) return result;
   for (const int i : with) {
     const Place& place = places[static_cast<std::size_t>(i)];
-    Candidate candidate{&place,
-                        rigid_inliers(place.features, features,
-                                      match_features(place.features, features, options.max_match_ratio),
-                                      options.ransac_threshold_px, options.ransac_iterations)};
+    const double threshold_px = kRansacThresholdMm / place.keyframe.surface.pixel_pitch_mm();
+    Candidate candidate{&place, rigid_inliers(place.features, features,
+                                              match_features(place.features, features, kMaxMatchRatio),
+                                              threshold_px, kRansacIterations)};
     if (static_cast<int>(candidate.inliers.size()) >= options.min_sift_inliers)
       result.push_back(std::move(candidate));
   }
@@ -125,11 +130,8 @@ std::optional<LoopConstraint> verify_loop(const Keyframe& older, const Keyframe&
 LoopCloser::LoopCloser(const LoopClosureOptions& options, const NormalFlowOptions& registration,
                        const VerificationOptions& verification)
     : impl_(std::make_unique<Impl>()) {
-  if (options.min_sift_inliers < 3 || options.max_features < options.min_sift_inliers ||
-      !(options.ransac_threshold_px > 0))
-    throw Error(
-        "loop closure: min_sift_inliers must be at least 3 and at most max_features, ransac_threshold_px "
-        "above 0");
+  if (options.min_sift_inliers < 3 || options.max_features < options.min_sift_inliers)
+    throw Error("loop closure: min_sift_inliers must be at least 3 and at most max_features");
   impl_->options = options;
   impl_->registration = registration;
   impl_->verification = verification;

@@ -11,6 +11,15 @@ namespace {
 
 constexpr double kUsualPull = 0.1;      // of the prior's sigma: a motion from one frame to the next
 constexpr double kNoisePatchPx = 25.0;  // neighboring normals share their noise over so many pixels
+// A direction is observable when both surfaces share at least this part of what one of them shows along it,
+// beyond what noise would share.
+constexpr double kMinCommonShare = 0.05;
+constexpr double kTextureToFollow = 0.35;  // texture_correlation above which no direction is fixed
+constexpr double kGelPatternRadPerMm =
+    0.12;  // change of the normal that may belong to the gel and stay with it
+// Root mean square curvature, 1/pixel, below which the texture is too faint for CCS: normals have to agree
+// within their noise instead.
+constexpr double kSmoothCurvaturePerPx = 0.02;
 
 struct CurvatureAgreement {
   double shared_ratio = 0;         // SCR
@@ -93,18 +102,16 @@ std::array<bool, 6> observability(const Matrix6d& information, const Eigen::Matr
 }
 
 /// Noise agrees with noise by chance, by one over the root of the number of patches that it is made of.
-double least_share(double shared_share, const NormalFlowReference::Impl& reference,
-                   const NormalFlowOptions& options) {
+double least_share(double shared_share, const NormalFlowReference::Impl& reference) {
   const double patches = shared_share * reference.surface->contact_pixels / kNoisePatchPx;
-  return options.min_common_share + 1.0 / std::sqrt(2.0 * std::max(1.0, patches));
+  return kMinCommonShare + 1.0 / std::sqrt(2.0 * std::max(1.0, patches));
 }
 
 /// On a surface with hardly any texture, CCS compares noise: there the normals' agreement has to do.
 bool curvature_matches(const CurvatureAgreement& agreement, double normal_rmse_rad,
                        const NormalFlowOptions& options) {
   if (agreement.cosine_similarity >= options.curvature.min_ccs) return true;
-  return agreement.rms_per_px < options.smooth_curvature_per_px &&
-         !is_far_above_noise(normal_rmse_rad, options);
+  return agreement.rms_per_px < kSmoothCurvaturePerPx && !is_far_above_noise(normal_rmse_rad, options);
 }
 
 RegistrationStatus judge(const RegistrationResult& result, const CurvatureAgreement& agreement,
@@ -188,10 +195,10 @@ Directions assess(const NormalFlowReference::Impl& reference, const Surface& tar
   result.texture_correlation = agreement.texture_correlation;
 
   const double shared_share = static_cast<double>(result.shared_pixels) / reference.samples.size();
-  const TextureAgreement texture = compare_texture(reference.samples, target, result.target_T_reference,
-                                                   residuals, options.gel_pattern_rad_per_mm);
+  const TextureAgreement texture =
+      compare_texture(reference.samples, target, result.target_T_reference, residuals, kGelPatternRadPerMm);
   const ObservableDirections directions =
-      observable_directions(texture, least_share(shared_share, reference, options));
+      observable_directions(texture, least_share(shared_share, reference));
   const bool heights_known = reference.surface->zero_is_bare_gel && target.zero_is_bare_gel;
   const double model_sigma = std::max(reference.surface->model_sigma, target.model_sigma);
   const double shared_mm2 = shared_share * reference.surface->contact_pixels *
@@ -204,7 +211,7 @@ Directions assess(const NormalFlowReference::Impl& reference, const Surface& tar
       result.target_T_reference.linear(), heights_known, options);
   result.status = judge(result, agreement, options);
   // Where texture is found again, the estimate along a weak direction is better than none.
-  if (agreement.texture_correlation >= options.texture_to_follow) return Matrix5d::Identity();
+  if (agreement.texture_correlation >= kTextureToFollow) return Matrix5d::Identity();
   return directions.updated;
 }
 

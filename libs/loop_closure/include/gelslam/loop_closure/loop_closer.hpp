@@ -11,13 +11,8 @@
 namespace gelslam {
 
 struct LoopClosureOptions {
-  double sift_contrast_threshold = 0.02;
   int max_features = 300;  ///< per keyframe, the strongest
-  /// distance of a match over that of the second best: repeated patterns fail here
-  double max_match_ratio = 0.9;
   int min_sift_inliers = 8;
-  double ransac_threshold_px = 3.0;
-  int ransac_iterations = 100;
   int max_candidates = 20;  ///< keyframes that are compared feature by feature, after voting
   /// Per keyframe, the most alike first: more loops to one place add little. Besides, a third as many to the
   /// last 12 keyframes of the same trial.

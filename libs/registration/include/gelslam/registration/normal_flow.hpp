@@ -22,14 +22,6 @@ struct NormalFlowOptions {
   /// Prior standard deviation of the pose about its start, mm (turns by kMmPerRad). It matters only along
   /// directions that are not observable.
   double prior_translation_mm = 1.0;
-  /// A direction is observable when both surfaces share at least this part of what one of them shows along
-  /// it, beyond what noise would share.
-  double min_common_share = 0.05;
-  double texture_to_follow = 0.35;       ///< texture_correlation above which no direction is fixed
-  double gel_pattern_rad_per_mm = 0.12;  ///< change of the normal that may belong to the gel and stay with it
-  /// Root mean square curvature, 1/pixel, below which the texture is too faint for CCS: normals have to agree
-  /// within their noise instead.
-  double smooth_curvature_per_px = 0.02;
 };
 
 /// self_similarity() of a surface, computed when it is first asked for. Shared by references of one surface.
