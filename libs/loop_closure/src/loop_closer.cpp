@@ -15,7 +15,7 @@ namespace loop_closure::detail {
 
 // Distance of a match over that of the second best: repeated patterns fail here.
 constexpr double kMaxMatchRatio = 0.9;
-constexpr double kRansacThresholdMm = 0.19;
+constexpr double kRansacThresholdPx = 3.0;  // features are located to a share of a pixel, whatever it shows
 constexpr int kRansacIterations = 100;
 
 struct Place {
@@ -64,10 +64,9 @@ std::vector<Candidate> LoopCloser::Impl::compare(const PlaceFeatures& features,
   if (features.size() < options.min_sift_inliers) return result;
   for (const int i : with) {
     const Place& place = places[static_cast<std::size_t>(i)];
-    const double threshold_px = kRansacThresholdMm / place.keyframe.surface.pixel_pitch_mm();
     Candidate candidate{&place, rigid_inliers(place.features, features,
                                               match_features(place.features, features, kMaxMatchRatio),
-                                              threshold_px, kRansacIterations)};
+                                              kRansacThresholdPx, kRansacIterations)};
     if (static_cast<int>(candidate.inliers.size()) >= options.min_sift_inliers)
       result.push_back(std::move(candidate));
   }

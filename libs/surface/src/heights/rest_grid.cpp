@@ -70,6 +70,10 @@ cv::Mat1b taken(const cv::Mat1b& map, const RestGrid::Places& places) {
   return result;
 }
 
+cv::Mat1b mask_of(const cv::Mat1b& blocks, const RestGrid::Places& places) {
+  return places.first.empty() ? blocks : cv::Mat1b(taken(blocks, places) > 127);
+}
+
 }  // namespace
 
 RestGrid::RestGrid(const CameraModel& camera) {
@@ -106,11 +110,11 @@ cv::Mat3f RestGrid::resample_blocks(const cv::Mat3f& raw) const {
 }
 
 cv::Mat1b RestGrid::resample_mask(const cv::Mat1b& raw_blocks) const {
-  return blocks_to_rest_.first.empty() ? raw_blocks : cv::Mat1b(taken(raw_blocks, blocks_to_rest_) > 0);
+  return mask_of(raw_blocks, blocks_to_rest_);
 }
 
 cv::Mat1b RestGrid::raw_mask(const cv::Mat1b& rest_blocks) const {
-  return blocks_to_raw_.first.empty() ? rest_blocks : cv::Mat1b(taken(rest_blocks, blocks_to_raw_) > 0);
+  return mask_of(rest_blocks, blocks_to_raw_);
 }
 
 void RestGrid::remove_beyond(cv::Mat1b& rest) const {

@@ -19,7 +19,8 @@ class RestGrid {
   cv::Mat1b resample(const cv::Mat1b& raw) const;
   /// The same for means of blocks (block_grid()).
   cv::Mat3f resample_blocks(const cv::Mat3f& raw) const;
-  /// Masks of blocks: set where any of the blocks on which one falls is.
+  /// Masks of blocks: set where half of what falls on a block is, so that they keep their size. (Masks that
+  /// grow leave less bare gel to level by.)
   cv::Mat1b resample_mask(const cv::Mat1b& raw_blocks) const;
   /// And back.
   cv::Mat1b raw_mask(const cv::Mat1b& rest_blocks) const;
