@@ -50,6 +50,7 @@ def main():
         axis.barh(i - 0.2, public["whole"], 0.36, color="#d1495b", label="public Python system" if i == 0 else None)
         axis.barh(i + 0.2, ours["whole"], 0.36, color="#1b6ca8", label="gelslam" if i == 0 else None)
         axis.text(public["whole"], i, " %.1f times" % (public["whole"] / ours["whole"]), va="center", fontsize=8)
+    axis.margins(x=0.12)
     axis.set_yticks(range(len(logs)), logs, fontsize=8)
     axis.invert_yaxis()
     axis.set_xlabel("processor time of a whole reconstruction, s", fontsize=8)
