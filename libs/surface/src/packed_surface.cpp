@@ -58,8 +58,9 @@ cv::Rect box_of(const PackedHeader& h) { return {h.box_x, h.box_y, h.box_width, 
 
 std::int16_t steps(float value, float step) {
   constexpr float kMost = 32767.0F;
-  const float steps = std::clamp(value / step, -kMost, kMost);
-  return static_cast<std::int16_t>(steps + std::copysign(0.5F, steps));  // std::lround() is a call per pixel
+  const float number = std::clamp(value / step, -kMost, kMost);
+  return static_cast<std::int16_t>(number +
+                                   std::copysign(0.5F, number));  // std::lround() is a call per pixel
 }
 
 /// The median edge detector of JPEG-LS (Weinberger et al. 2000): what the three neighbors that are known

@@ -86,11 +86,10 @@ void require_possible_widths(const PressSet& set, const std::map<double, std::ve
     std::ranges::sort(widths);
     const double wide = widths[widths.size() * 9 / 10];
     if (wide > kWidest)
-      throw Error(
-          fmt::format("'{}': contacts are {:.2f} times as wide as the ball of {:.2f} mm, and gel follows a "
-                      "ball to at most "
-                      "{:.2f} of its diameter: was the radius given? catalog.csv must give the diameter",
-                      set.folder.string(), wide, diameter_mm, kWidest));
+      throw Error(fmt::format(
+          "'{}': contacts are {:.2f} times as wide as the ball of {:.2f} mm, and gel follows a "
+          "ball to at most {:.2f} of its diameter: was the radius given? catalog.csv must give the diameter",
+          set.folder.string(), wide, diameter_mm, kWidest));
   }
 }
 
