@@ -25,9 +25,8 @@ struct MapArguments {
 int run_map(const MapArguments& arguments) {
   const Config config = find_config({{}, arguments.config, {}, {}, false});
   MeshMapOptions options = arguments.options;
-  options.width_px = config.sensor.width_px;
-  options.height_px = config.sensor.height_px;
-  options.pixel_pitch_mm = config.sensor.pixel_pitch_mm;
+  options.camera = {
+      {config.sensor.width_px, config.sensor.height_px}, config.sensor.pixel_pitch_mm, config.surface.optics};
   RunFolder folder(arguments.output, map_folder_options(arguments.mesh, arguments.overwrite));
   const Mesh mesh = read_mesh(arguments.mesh, arguments.unit.mm(arguments.mesh));
   StoppableProgress progress(arguments.quiet, [] { throw Error("stopped; nothing was written"); });
@@ -54,7 +53,8 @@ void add_map_command(CLI::App& app, int& exit_code) {
   a->unit.add_to(*command);
   command->add_option("-o,--output", a->output, "Map folder to write")->required();
   add_overwrite_flag(*command, a->overwrite);
-  command->add_option("--config", a->config, "Configuration of the sensor: picture size and pixel pitch");
+  command->add_option("--config", a->config,
+                      "Configuration of the sensor: picture size, pixel pitch and optics");
   command
       ->add_option("--indentation", a->options.indentation_mm, "How deep the sensor will be pressed on, mm")
       ->check(number_between(0.05, 1.5))

@@ -51,10 +51,11 @@ PythonMap map_of_mesh(const fs::path& path, const std::string& unit, const Optio
     const py::gil_scoped_release release;
     LogInput input;
     input.config = config.value_or("");
-    const SensorProfile sensor = find_config(input).sensor;
+    const Config found = find_config(input);
+    const CameraModel camera{
+        {found.sensor.width_px, found.sensor.height_px}, found.sensor.pixel_pitch_mm, found.surface.optics};
     map.mesh = read_mesh(path, named_unit_mm(path, unit));
-    map.made = make_mesh_map(
-        map.mesh, {sensor.width_px, sensor.height_px, sensor.pixel_pitch_mm, indentation_mm, touches}, sink);
+    map.made = make_mesh_map(map.mesh, {camera, indentation_mm, touches}, sink);
     map.session.patches = map.made->patches;
   }
   warn_of_map(map);

@@ -10,6 +10,7 @@
 #include "gelslam/localization/localizer.hpp"
 #include "gelslam/localization/maps.hpp"
 #include "gelslam/simulation/gel.hpp"
+#include "gelslam/surface/contact_overlap.hpp"
 #include "gelslam/surface/slopes.hpp"
 
 namespace gelslam {
@@ -73,6 +74,31 @@ TEST(MeshMap, ItsTouchesCoverTheSurfaceAndLieOnIt) {
     const float t = shape->intersect(from, patch.map_T_keyframe.linear().col(2).cast<float>(), 10);
     EXPECT_NEAR(t - 3, s.height_mm(middle), 0.1) << patch.id;
   }
+}
+
+/// Mean distance of the points of touches from the pebble, along the sensors' axes.
+double distance_of_points_mm(const MeshMap& map) {
+  const ShapePtr shape = make_mesh_shape(pebble());
+  double sum_mm = 0;
+  int count = 0;
+  for (const PosedSurface& patch : map.patches)
+    for (const Eigen::Vector3d& point : coarse_contact_points_mm(*patch.surface.get())) {
+      constexpr float kBefore = 3;
+      const Eigen::Vector3f axis = patch.map_T_keyframe.linear().col(2).cast<float>();
+      const Eigen::Vector3f from = (patch.map_T_keyframe * point).cast<float>() - kBefore * axis;
+      sum_mm += std::abs(static_cast<double>(shape->intersect(from, axis, 10) - kBefore));
+      ++count;
+    }
+  return sum_mm / count;
+}
+
+TEST(MeshMap, WhatANearCameraSeesOfADomedGelLiesOnTheSurface) {
+  MeshMapOptions few, near;
+  few.max_touches = near.max_touches = 12;
+  near.camera.optics = {.lens_k1 = 0.04, .camera_distance_mm = 12, .gel_dome_per_mm = {0.004, 0.006}};
+  NoProgress progress;
+  EXPECT_LT(distance_of_points_mm(make_mesh_map(pebble(), near, progress)),
+            1.2 * distance_of_points_mm(make_mesh_map(pebble(), few, progress)));
 }
 
 TEST(MeshMap, AnObjectThatWasNeverTouchedIsFound) {

@@ -17,7 +17,7 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/evaluation/mesh_metrics.hpp"
 #include "gelslam/localization/maps.hpp"
-#include "gelslam/simulation/gel.hpp"
+#include "gelslam/simulation/optics.hpp"
 #include "gelslam/surface/contact_overlap.hpp"
 #include "gelslam/surface/slopes.hpp"
 #include "gelslam/surface/surface.hpp"
@@ -126,24 +126,40 @@ Pose object_T_sensor_at(const SurfacePlace& place) {
   return pose;
 }
 
+/// A camera without lens, whose pictures are the rest grid.
+Optics without_lens(const CameraModel& camera) {
+  const SensorOptics optics{.camera_distance_mm = camera.optics.camera_distance_mm,
+                            .gel_dome_per_mm = camera.optics.gel_dome_per_mm};
+  return {{camera.size.width, camera.size.height, camera.pitch_mm, optics}, {}};
+}
+
+/// The gel in that camera.
+struct SeenGel {
+  explicit SeenGel(const CameraModel& camera)
+      : optics(without_lens(camera)), rest(optics.view(gel_at_rest(optics.gel_grid()))) {}
+  Optics optics;
+  GelView rest;
+};
+
 /// The gel's surface when it is pressed on there, or nothing where it is hardly touched.
-std::optional<PosedSurface> touch_at(const SurfacePlace& place, const Shape& shape,
+std::optional<PosedSurface> touch_at(const SurfacePlace& place, const Shape& shape, const SeenGel& seen,
                                      const MeshMapOptions& options) {
-  const SensorGeometry geometry{options.width_px, options.height_px, options.pixel_pitch_mm};
+  const SensorGeometry& geometry = seen.optics.gel_grid();
   const GelOptions gel_options;
   const std::optional<Pose> sensor_T_object = settle_object(shape, object_T_sensor_at(place).inverse(),
                                                             options.indentation_mm, geometry, gel_options);
   if (!sensor_T_object) return std::nullopt;
   const GelShape gel = press_object(shape, *sensor_T_object, geometry, gel_options);
+  const GelView view = seen.optics.view(gel);
   std::array<cv::Mat1f, 2> slope;
-  cv::split(gel.slope, slope.data());
+  cv::split(view.slope - seen.rest.slope, slope.data());
   // GradientSurfaces erodes what it is given: together this closes the pits that the gel bridges.
-  const int closed_px = 2 * (options.height_px / 48) + 1;
+  const int closed_px = 2 * (options.camera.size.height / 48) + 1;
   cv::Mat1b touched;
-  cv::dilate(gel.contact, touched, cv::getStructuringElement(cv::MORPH_RECT, {closed_px, closed_px}));
+  cv::remap(gel.contact, touched, view.place_px, cv::noArray(), cv::INTER_NEAREST);
+  cv::dilate(touched, touched, cv::getStructuringElement(cv::MORPH_RECT, {closed_px, closed_px}));
   PosedSurface patch;
-  patch.surface =
-      GradientSurfaces({touched.size(), options.pixel_pitch_mm}).make(slope[0], slope[1], touched);
+  patch.surface = GradientSurfaces(options.camera).make(slope[0], slope[1], touched);
   patch.map_T_keyframe = sensor_T_object->inverse();
   if (patch.surface->contact_pixels < kMinContactPx) return std::nullopt;
   return patch;
@@ -161,6 +177,7 @@ class MeshToucher {
  public:
   MeshToucher(const Mesh& mesh, const MeshMapOptions& options)
       : options_(options),
+        gel_(options.camera),
         scene_(mesh),
         shape_((check_size(mesh), make_mesh_shape(mesh))),
         places_(places_on(scene_)),
@@ -173,7 +190,7 @@ class MeshToucher {
       if (batch.empty()) break;
       std::vector<std::optional<PosedSurface>> touched(batch.size());
       parallel_for(batch.size(), 0,
-                   [&](std::size_t k) { touched[k] = touch_at(places_[batch[k]], *shape_, options_); });
+                   [&](std::size_t k) { touched[k] = touch_at(places_[batch[k]], *shape_, gel_, options_); });
       for (std::size_t k = 0; k < batch.size(); ++k) {
         if (touched[k]) keep(std::move(*touched[k]));
         places_[batch[k]].done = true;
@@ -220,6 +237,7 @@ class MeshToucher {
   }
 
   const MeshMapOptions options_;
+  const SeenGel gel_;
   TriangleScene scene_;
   ShapePtr shape_;
   std::vector<SurfacePlace> places_;

@@ -9,14 +9,14 @@
 #include "gelslam/fusion/fusion.hpp"
 #include "gelslam/mesh/mesh.hpp"
 #include "gelslam/slam/session.hpp"
+#include "gelslam/surface/camera_model.hpp"
 
 namespace gelslam {
 
 struct MeshMapOptions {
-  int width_px = 320, height_px = 240;  ///< of the sensor's pictures
-  double pixel_pitch_mm = 0.0634;
-  double indentation_mm = 0.6;  ///< how deep the sensor is pressed on; typical of a hand
-  int max_touches = 2000;       ///< bounds the time: about 0.1 s each on one core
+  CameraModel camera{{320, 240}, 0.0634};  ///< of the sensor
+  double indentation_mm = 0.6;             ///< how deep the sensor is pressed on; typical of a hand
+  int max_touches = 2000;                  ///< bounds the time: about 0.1 s each on one core
 };
 
 struct MeshMap {
