@@ -1,5 +1,9 @@
 #include "gelslam/slam/reconstruct.hpp"
 
+#include <exception>
+#include <thread>
+
+#include "gelslam/core/bounded_queue.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/gel_slam.hpp"
@@ -9,13 +13,48 @@
 namespace gelslam {
 namespace {
 
+/// A log's surfaces, made on a thread of their own while earlier ones are tracked and loops are searched.
+class SurfacesAhead {
+ public:
+  explicit SurfacesAhead(SurfaceStream& stream) : thread_([this, &stream] { make_all(stream); }) {}
+  ~SurfacesAhead() { queue_.close(); }
+  SurfacesAhead(const SurfacesAhead&) = delete;
+  SurfacesAhead& operator=(const SurfacesAhead&) = delete;
+
+  /// As SurfaceStream::next().
+  std::optional<SurfaceStream::Item> next() {
+    std::optional<SurfaceStream::Item> item = queue_.pop();
+    if (!item && failure_) std::rethrow_exception(failure_);
+    return item;
+  }
+
+ private:
+  void make_all(SurfaceStream& stream) {
+    try {
+      while (std::optional<SurfaceStream::Item> item = stream.next()) {
+        item->picture.release();
+        if (!queue_.push(*std::move(item))) break;
+      }
+    } catch (...) {
+      failure_ = std::current_exception();
+    }
+    queue_.close();
+  }
+
+  // A keyframe's loops take as long as ten to twenty surfaces, of 1.7 MB each.
+  BoundedQueue<SurfaceStream::Item> queue_{12};
+  std::exception_ptr failure_;
+  std::jthread thread_;
+};
+
 /// Feeds the whole log to `slam`; true when stopped before its end.
 bool track_log(SurfaceStream& stream, GelSlam& slam, const ContinuedScan& scan, StageTimer& timer,
                ProgressSink& progress, const std::function<bool()>& stop_requested) {
   progress.begin("tracking", stream.frame_count());
+  SurfacesAhead surfaces(stream);
   bool stopped = false;
   std::int64_t done = 0;
-  while (const std::optional<SurfaceStream::Item> item = stream.next()) {
+  while (const std::optional<SurfaceStream::Item> item = surfaces.next()) {
     const std::int64_t frame = scan.first_frame + item->frame;
     const double time_s = scan.first_time_s + item->time_s;
     if (item->surface)
