@@ -202,7 +202,6 @@ BENCHMARK(network_tile)
     ->Arg(1)
     ->Arg(3)
     ->Arg(4)
-    ->Arg(5)
     ->Unit(benchmark::kMicrosecond);
 BENCHMARK(poisson)->Name("surface/poisson")->Unit(benchmark::kMillisecond);
 BENCHMARK(whole_estimate)

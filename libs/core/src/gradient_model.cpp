@@ -7,15 +7,6 @@
 
 #include "gelslam/core/target_clones.hpp"
 
-#if GELSLAM_HAS_TARGETS && defined(__linux__)
-#define GELSLAM_HAS_TILES 1
-#include <immintrin.h>
-#include <sys/syscall.h>
-#include <unistd.h>
-#else
-#define GELSLAM_HAS_TILES 0
-#endif
-
 namespace gelslam {
 namespace {
 
@@ -97,40 +88,26 @@ struct Kernels {
     for (int k = 0; k < Neurons * kTile; ++k) delta[k] = output[k] > 0.0F ? delta[k] : 0.0F;
   }
 
-  // The layers between the hidden neurons, which take nine tenths of the products.
   template <int H>
-  struct HiddenLayers {
-    const PixelNetwork<H>& network;
-
-    [[gnu::always_inline]] void forward(std::size_t layer, const float* in, float* out) const {
-      multiply<H, H, H, 1, true>(network.weight(layer).data(), network.bias(layer).data(), in, out);
-    }
-    [[gnu::always_inline]] void transposed(std::size_t layer, const float* in, float* out) const {
-      multiply<H, H, 1, H, false>(network.weight(layer).data(), nullptr, in, out);
-    }
-  };
-
-  template <int H, class Hidden>
-  [[gnu::always_inline]] static void forward(const PixelNetwork<H>& n, const Hidden& hidden,
-                                             PixelNetworkTile<H>& t) {
+  [[gnu::always_inline]] static void forward(const PixelNetwork<H>& n, PixelNetworkTile<H>& t) {
     multiply<H, 5, 5, 1, true>(n.weight(0).data(), n.bias(0).data(), t.input.data(), t.hidden[0].data());
-    hidden.forward(1, t.hidden[0].data(), t.hidden[1].data());
-    hidden.forward(2, t.hidden[1].data(), t.hidden[2].data());
+    multiply<H, H, H, 1, true>(n.weight(1).data(), n.bias(1).data(), t.hidden[0].data(), t.hidden[1].data());
+    multiply<H, H, H, 1, true>(n.weight(2).data(), n.bias(2).data(), t.hidden[1].data(), t.hidden[2].data());
     multiply<2, H, H, 1, false>(n.weight(3).data(), n.bias(3).data(), t.hidden[2].data(), t.output.data());
   }
 
-  template <int H, class Hidden>
-  [[gnu::always_inline]] static void jacobian(const PixelNetwork<H>& n, const Hidden& hidden,
-                                              const PixelNetworkTile<H>& t, NetworkJacobian& result) {
+  template <int H>
+  [[gnu::always_inline]] static void jacobian(const PixelNetwork<H>& n, const PixelNetworkTile<H>& t,
+                                              NetworkJacobian& result) {
     alignas(64) float upper[H * kTile];
     alignas(64) float lower[H * kTile];
     for (std::size_t o = 0; o < 2; ++o) {
       for (std::size_t k = 0; k < H; ++k)
         for (int p = 0; p < kTile; ++p) upper[static_cast<int>(k) * kTile + p] = n.weight(3)[o * H + k];
       rectify_derivative<H>(t.hidden[2].data(), upper);
-      hidden.transposed(2, upper, lower);
+      multiply<H, H, 1, H, false>(n.weight(2).data(), nullptr, upper, lower);
       rectify_derivative<H>(t.hidden[1].data(), lower);
-      hidden.transposed(1, lower, upper);
+      multiply<H, H, 1, H, false>(n.weight(1).data(), nullptr, lower, upper);
       rectify_derivative<H>(t.hidden[0].data(), upper);
       multiply<5, H, 1, 5, false>(n.weight(0).data(), nullptr, upper, result.of_output[o].data());
     }
@@ -159,95 +136,6 @@ struct Kernels {
   }
 };
 
-#if GELSLAM_HAS_TILES
-
-// a and b of 16 floats: their upper halves (bf16) in pairs, and those of what remains.
-[[gnu::always_inline]] inline void split(const float* a, const float* b, std::uint32_t* high,
-                                         std::uint32_t* low) {
-  using Vector = Register512::Vector;
-  typedef std::uint32_t Words __attribute__((vector_size(64), may_alias));
-  constexpr std::uint32_t upper = 0xFFFF0000U;
-  const Words x = *reinterpret_cast<const Words*>(a), y = *reinterpret_cast<const Words*>(b);
-  *reinterpret_cast<Words*>(high) = (x >> 16) | (y & upper);
-  const Words rest_x =
-      reinterpret_cast<Words>(reinterpret_cast<Vector>(x) - reinterpret_cast<Vector>(x & upper));
-  const Words rest_y =
-      reinterpret_cast<Words>(reinterpret_cast<Vector>(y) - reinterpret_cast<Vector>(y & upper));
-  *reinterpret_cast<Words*>(low) = (rest_x >> 16) | (rest_y & upper);
-}
-
-// By the matrix tiles of AMX: 16 rows of 16 floats, or of 32 factors in bf16 (8 bits). A factor is the sum of
-// two of these, and a product that of three, which leaves a relative error of 2^-14.
-struct TiledLayers {
-  const GradientModel& network;
-  const std::array<SplitWeights, 2>& forward_weights;
-  const std::array<SplitWeights, 2>& transposed_weights;
-
-  template <bool Rectify>
-  [[gnu::always_inline]] static void multiply(const SplitWeights& weights, const float* bias, const float* in,
-                                              float* out) {
-    using Vector = Register512::Vector;
-    alignas(64) std::uint32_t high[256], low[256];
-    _tile_loadd(4, weights.high.data(), 64);
-    _tile_loadd(5, weights.high.data() + 256, 64);
-    _tile_loadd(6, weights.low.data(), 64);
-    _tile_loadd(7, weights.low.data() + 256, 64);
-    for (int p = 0; p < kTile; p += 16) {
-      for (int r = 0; r < 16; ++r)
-        split(in + r * kTile + p, in + (r + 16) * kTile + p, high + 16 * r, low + 16 * r);
-      __asm__ volatile("" ::: "memory");  // _tile_loadd does not say what it reads
-      _tile_loadd(2, high, 64);
-      _tile_loadd(3, low, 64);
-      _tile_zero(0);
-      _tile_zero(1);
-      _tile_dpbf16ps(0, 4, 2);
-      _tile_dpbf16ps(1, 5, 2);
-      _tile_dpbf16ps(0, 4, 3);
-      _tile_dpbf16ps(1, 5, 3);
-      _tile_dpbf16ps(0, 6, 2);
-      _tile_dpbf16ps(1, 7, 2);
-      _tile_stored(0, out + p, kTile * sizeof(float));
-      _tile_stored(1, out + 16 * kTile + p, kTile * sizeof(float));
-      for (int o = 0; Rectify && o < 32; ++o) {
-        Vector& value = *reinterpret_cast<Vector*>(out + o * kTile + p);
-        const Vector sum = value + bias[o];
-        value = sum > 0.0F ? sum : Vector{};
-      }
-    }
-  }
-
-  [[gnu::always_inline]] void forward(std::size_t layer, const float* in, float* out) const {
-    multiply<true>(forward_weights[layer - 1], network.bias(layer).data(), in, out);
-  }
-  [[gnu::always_inline]] void transposed(std::size_t layer, const float* in, float* out) const {
-    multiply<false>(transposed_weights[layer - 1], nullptr, in, out);
-  }
-};
-
-struct alignas(64) TileShapes {
-  std::uint8_t palette = 1, start_row = 0, reserved[14] = {};
-  std::uint16_t row_bytes[16] = {64, 64, 64, 64, 64, 64, 64, 64};
-  std::uint8_t rows[16] = {16, 16, 16, 16, 16, 16, 16, 16};
-};
-
-template <class Function>
-GELSLAM_TARGET("arch=x86-64-v4,amx-tile,amx-bf16")
-void run_tiled(const Function& function) {
-  static constexpr TileShapes shapes;
-  _tile_loadconfig(&shapes);
-  function(Kernels<Register512>{});
-  _tile_release();
-}
-
-bool has_tiles() {
-  constexpr int request_permission = 0x1023, tile_data = 18;  // arch_prctl(2)
-  static const bool granted = __builtin_cpu_supports("x86-64-v4") && __builtin_cpu_supports("amx-bf16") &&
-                              syscall(SYS_arch_prctl, request_permission, tile_data) == 0;
-  return granted;
-}
-
-#endif
-
 template <class Function>
 GELSLAM_TARGET("arch=x86-64-v4")
 void run_v4(const Function& function) {
@@ -275,9 +163,7 @@ using MakerTile = PixelNetworkTile<64>;
 MakerTile run_maker(const MakerNetwork& network, const NetworkTile& tile, int level) {
   MakerTile wide;
   wide.input = tile.input;
-  run(level, [&] [[gnu::always_inline]] (auto kernels) {
-    kernels.forward(network, typename decltype(kernels)::template HiddenLayers<64>{network}, wide);
-  });
+  run(level, [&] [[gnu::always_inline]] (auto kernels) { kernels.forward(network, wide); });
   return wide;
 }
 
@@ -294,9 +180,6 @@ Normal normal_of(const MakerTile& tile, std::size_t sample) {
 }  // namespace
 
 int instruction_level() {
-#if GELSLAM_HAS_TILES
-  if (has_tiles()) return 5;
-#endif
 #if GELSLAM_HAS_TARGETS
   if (__builtin_cpu_supports("x86-64-v4")) return 4;
   if (__builtin_cpu_supports("x86-64-v3")) return 3;
@@ -305,27 +188,7 @@ int instruction_level() {
 }
 
 void network_forward(const GradientModel& n, NetworkTile& t, int level) {
-  run(level, [&] [[gnu::always_inline]] (auto kernels) {
-    kernels.forward(n, typename decltype(kernels)::template HiddenLayers<32>{n}, t);
-  });
-}
-
-FrozenNetwork::FrozenNetwork(const GradientModel& network, int level) : network_(network), level_(level) {
-#if GELSLAM_HAS_TILES
-  if (level < 5 || network.maker) return;
-  for (std::size_t layer = 1; layer <= 2; ++layer)
-    for (std::size_t row = 0; row < 32; ++row) {
-      const float* const weights = network_.weight(layer).data();
-      alignas(64) std::array<float, 32> forward, transposed;
-      for (std::size_t k = 0; k < 32; ++k) {
-        forward[k] = weights[32 * row + k];
-        transposed[k] = weights[32 * k + row];
-      }
-      SplitWeights &f = forward_[layer - 1], &t = transposed_[layer - 1];
-      split(forward.data(), forward.data() + 16, f.high.data() + 16 * row, f.low.data() + 16 * row);
-      split(transposed.data(), transposed.data() + 16, t.high.data() + 16 * row, t.low.data() + 16 * row);
-    }
-#endif
+  run(level, [&] [[gnu::always_inline]] (auto kernels) { kernels.forward(n, t); });
 }
 
 void FrozenNetwork::forward(NetworkTile& tile) const {
@@ -338,35 +201,18 @@ void FrozenNetwork::forward(NetworkTile& tile) const {
     }
     return;
   }
-#if GELSLAM_HAS_TILES
-  if (level_ >= 5)
-    return run_tiled([&] [[gnu::always_inline]] (auto kernels) {
-      kernels.forward(network_, TiledLayers{network_, forward_, transposed_}, tile);
-    });
-#endif
   network_forward(network_, tile, level_);
 }
 
 void FrozenNetwork::jacobian(const NetworkTile& tile, NetworkJacobian& result) const {
   if (network_.maker) return maker_jacobian(tile, result);
-#if GELSLAM_HAS_TILES
-  if (level_ >= 5)
-    return run_tiled([&] [[gnu::always_inline]] (auto kernels) {
-      kernels.jacobian(network_, TiledLayers{network_, forward_, transposed_}, tile, result);
-    });
-#endif
-  run(level_, [&] [[gnu::always_inline]] (auto kernels) {
-    kernels.jacobian(network_, typename decltype(kernels)::template HiddenLayers<32>{network_}, tile, result);
-  });
+  run(level_, [&] [[gnu::always_inline]] (auto kernels) { kernels.jacobian(network_, tile, result); });
 }
 
 // d atan(x/z) = ((x² + z²) dx + x y dy) / (z (x² + z²)), and with x and y exchanged.
 void FrozenNetwork::maker_jacobian(const NetworkTile& tile, NetworkJacobian& result) const {
   const MakerTile wide = run_maker(*network_.maker, tile, level_);
-  run(level_, [&] [[gnu::always_inline]] (auto kernels) {
-    using Layers = typename decltype(kernels)::template HiddenLayers<64>;
-    kernels.jacobian(*network_.maker, Layers{*network_.maker}, wide, result);
-  });
+  run(level_, [&] [[gnu::always_inline]] (auto kernels) { kernels.jacobian(*network_.maker, wide, result); });
   for (std::size_t p = 0; p < kTile; ++p) {
     const Normal n = normal_of(wide, p);
     const float cross_x = n.x * n.y / (n.x * n.x + n.z * n.z), cross_y = n.x * n.y / (n.y * n.y + n.z * n.z);

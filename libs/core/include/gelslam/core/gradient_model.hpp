@@ -89,8 +89,7 @@ struct alignas(64) PixelNetworkTile {
 };
 using NetworkTile = PixelNetworkTile<32>;
 
-/// The level of this processor, numbered as the levels of x86-64: 4 has AVX-512, 3 AVX2. 1 elsewhere. 5:
-/// level 4 with AMX, which the operating system must permit.
+/// The level of this processor, numbered as the levels of x86-64: 4 has AVX-512, 3 AVX2. 1 elsewhere.
 int instruction_level();
 
 /// Computes `output` (and `hidden`, which network_backward needs) from `input`. Every sample takes the same
@@ -108,17 +107,12 @@ struct alignas(64) NetworkJacobian {
   std::array<NetworkTile::Values<5>, 2> of_output{};
 };
 
-/// A 32x32 matrix as the sum of two with factors of 8 bits (bf16). [row][k]: columns k and k + 16.
-struct alignas(64) SplitWeights {
-  std::array<std::uint32_t, 512> high{}, low{};
-};
-
-/// A network whose numbers no longer change. Like network_forward, but faster where the processor multiplies
-/// matrices (level 5). Angles then differ by the rounding of factors to 16 bits, by up to 1e-4 rad. The
-/// maker's network is evaluated, too: without the matrices, as angles, and `hidden` stays as it is.
+/// A network whose numbers no longer change, or the maker's network: also as angles, and `hidden` stays as it
+/// is.
 class FrozenNetwork {
  public:
-  explicit FrozenNetwork(const GradientModel& network, int level = instruction_level());
+  explicit FrozenNetwork(const GradientModel& network, int level = instruction_level())
+      : network_(network), level_(level) {}
   /// Like network_forward().
   void forward(NetworkTile& tile) const;
   /// To be called after forward() on the same tile.
@@ -129,7 +123,6 @@ class FrozenNetwork {
 
   GradientModel network_;
   int level_;
-  std::array<SplitWeights, 2> forward_, transposed_;  // layers between hidden neurons; only for AMX
 };
 
 /// Adam (Kingma & Ba 2015, algorithm 1), with the published decay rates.
