@@ -3,7 +3,6 @@
 
 #include <limits>
 
-#include "../support/peak_memory.hpp"
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/surface/model_file.hpp"
@@ -161,44 +160,6 @@ TEST(PthReader, SaysWhichFileIsMissing) {
   const TemporaryFolder folder;
   EXPECT_THAT(message_of<Error>([&] { read_model(folder / "no.pth"); }), HasSubstr("no.pth' does not exist"));
   EXPECT_THAT(message_of<Error>([&] { read_model(folder.path()); }), HasSubstr("is no file"));
-}
-
-TEST(PthReader, RefusesDeeplyNestedAndSelfReferringPicklesQuickly) {
-  auto entries = good_file().entries();
-  std::string nested = "\x80\x02)";
-  nested.append(60000, '\x85').append(".");
-  entries["nnmodel/data.pkl"] = nested;
-  EXPECT_THAT(refusal(zip_archive(entries)), HasSubstr("damaged"));
-  const std::string slot_0(1, '\0');
-  std::string doubling = "\x80\x02)q";  // each step makes a pair of the last one
-  doubling += slot_0;
-  for (int i = 0; i < 10000; ++i) doubling.append("h").append(slot_0).append("\x86q").append(slot_0);
-  entries["nnmodel/data.pkl"] = doubling.append(".");
-  EXPECT_THAT(refusal(zip_archive(entries)), HasSubstr("damaged"));
-}
-
-/// 64 kB that name one long tuple, or one long name, thousands of times.
-TEST(PthReader, SmallFilesTakeLittleMemory) {
-  const std::string slot_0(1, '\0'), slot_1(1, '\1'), slot_2(1, '\2');
-  const std::string rebuild = "ctorch._utils\n_rebuild_tensor_v2\nq" + slot_1;
-  std::string calls = "\x80\x02" + rebuild + "(";
-  for (int i = 0; i < 15000; ++i) calls += ")";
-  calls += "tq" + slot_0;
-  for (int i = 0; i < 9000; ++i) calls.append("h").append(slot_1).append("h").append(slot_0).append("R");
-  // One tensor of 15 000 dimensions, by many names.
-  std::string shapes = "\x80\x02" + rebuild + "((";
-  shapes += std::string("X\x07\0\0\0storagectorch\nFloatStorage\nX\1\0\0\0000X\1\0\0\0cK\1tQK\0(", 52);
-  for (int i = 0; i < 15000; ++i) shapes.append("K").append(slot_1);
-  shapes += "tq" + slot_0 + "h" + slot_0 + "tRq" + slot_2 + "}(X" + std::string("\1\0\0\0nq\3", 7);
-  shapes += "h" + slot_2;
-  for (int i = 0; i < 7000; ++i) shapes.append("h\3h").append(slot_2);
-  for (const std::string& pickle : {calls + ".", shapes + "u."}) {
-    ASSERT_LT(pickle.size(), 64U << 10);
-    auto entries = good_file().entries();
-    entries["nnmodel/data.pkl"] = pickle;
-    const std::string bytes = zip_archive(entries);
-    EXPECT_LT(memory_growth([&] { EXPECT_THAT(refusal(bytes), HasSubstr("nnmodel.pth")); }), 32U << 20);
-  }
 }
 
 }  // namespace

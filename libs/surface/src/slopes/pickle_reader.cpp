@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <string_view>
 #include <unordered_map>
 
@@ -10,208 +11,106 @@
 namespace gelslam::surface::detail {
 namespace {
 
-// Opcodes of protocol 2 that torch.save writes for a state_dict; no others exist for this reader.
-enum Opcode : unsigned char {
-  op_proto = 0x80,
-  op_global = 'c',
-  op_reduce = 'R',
-  op_build = 'b',
-  op_persistent_id = 'Q',
-  op_stop = '.',
-  op_mark = '(',
-  op_empty_tuple = ')',
-  op_tuple = 't',
-  op_tuple1 = 0x85,
-  op_tuple2 = 0x86,
-  op_tuple3 = 0x87,
-  op_empty_dict = '}',
-  op_set_item = 's',
-  op_set_items = 'u',
-  op_none = 'N',
-  op_true = 0x88,
-  op_false = 0x89,
-  op_int1 = 'K',
-  op_int2 = 'M',
-  op_int4 = 'J',
-  op_unicode = 'X',
-  op_float = 'G',
-  op_empty_list = ']',
-  op_append = 'a',
-  op_appends = 'e',
-  op_put1 = 'q',
-  op_put4 = 'r',
-  op_get1 = 'h',
-  op_get4 = 'j'
-};
-
-enum class Kind {
-  mark,
-  none,
-  boolean,
-  number,  // not read
-  integer,
-  text,
-  tuple,
-  list,
-  dict,
-  ordered_dict_class,
-  rebuild_tensor,
-  storage_class,
-  storage,
-  tensor
-};
-
-// Nodes live in one arena and refer to each other by index: shared or even cyclic input can neither grow by
-// copying nor recurse on destruction.
-using NodeId = std::uint32_t;
-struct Node {
-  Kind kind;
+// What torch.save writes, one instruction after the other. Nothing is executed and nothing refers to anything
+// else, so that a file cannot take more memory than its own size.
+struct PickleToken {
+  unsigned char opcode;  // 'K' for integers of any length
   std::int64_t integer = 0;
-  std::string_view text;
-  // tuple, list: items; dict: key, value, key, value...; storage, tensor: the one tuple of their arguments,
-  // which many of them may share
-  std::vector<NodeId> children;
+  std::string_view text;  // of a global: module, line feed, name
 };
+using PickleTokens = std::vector<PickleToken>;
 
-constexpr std::size_t kMaxTensors = 256, kMaxDimensions = 8;
+constexpr unsigned char kText = 'X', kGlobal = 'c', kInteger = 'K', kMark = '(';
+// Without operands: empty tuple, tuples, dict, list; reduce, build, persistent id; none, true, false; appends
+// and items of dictionaries.
+constexpr std::string_view kPlain =
+    "()t\x85\x86\x87}]RbQN\x88\x89"
+    "aesu";
 
-class PickleMachine {
+class PickleTokenizer {
  public:
-  explicit PickleMachine(std::span<const unsigned char> bytes) : bytes_(bytes) {}
+  explicit PickleTokenizer(std::span<const unsigned char> bytes) : bytes_(bytes) {}
 
-  std::vector<TensorEntry> run() {
+  PickleTokens run() {
     if (bytes_.size() > kMaxEntryBytes)
       throw Error("data.pkl is larger than 64 KiB, this is no gradient model");
-    while (step()) {
-    }
-    return collect_tensors(state_dict_of(pop(Kind::dict, "a dictionary at the end")));
+    for (unsigned char opcode = read_byte(); opcode != '.'; opcode = read_byte()) read(opcode);
+    return std::move(tokens_);
   }
 
  private:
-  // One instruction; false at STOP.
-  bool step() {
-    const unsigned char opcode = read_byte();
-    if (opcode == op_stop) return false;
-    if (opcode == op_proto)
-      check_protocol(read_byte());
-    else if (!push_plain(opcode) && !build(opcode) && !use_memo(opcode))
-      refuse_opcode(opcode);
-    return true;
-  }
-
-  static void check_protocol(unsigned char protocol) {
-    if (protocol != 2) throw Error("pickle protocol is not 2");
-  }
-
-  // Each of these three is false for the instructions of the others.
-
-  bool push_plain(unsigned char opcode) {
+  void read(unsigned char opcode) {
     switch (opcode) {
-      case op_mark:
-        push({Kind::mark, 0, {}, {}});
-        return true;
-      case op_empty_tuple:
-        push({Kind::tuple, 0, {}, {}});
-        return true;
-      case op_empty_dict:
-        push({Kind::dict, 0, {}, {}});
-        return true;
-      case op_empty_list:
-        push({Kind::list, 0, {}, {}});
-        return true;
-      case op_float:
+      case 0x80:
+        if (read_byte() != 2) throw Error("pickle protocol is not 2");
+        break;
+      case 'K':
+        tokens_.push_back({kInteger, read_byte(), {}});
+        break;
+      case 'M':
+        tokens_.push_back({kInteger, read_little_endian(2), {}});
+        break;
+      case 'J':
+        tokens_.push_back({kInteger, static_cast<std::int32_t>(read_little_endian(4)), {}});
+        break;
+      case 'G':  // a double, big-endian
         read_text(8);
-        push({Kind::number, 0, {}, {}});
-        return true;
-      case op_none:
-        push({Kind::none, 0, {}, {}});
-        return true;
-      case op_true:
-        push({Kind::boolean, 1, {}, {}});
-        return true;
-      case op_false:
-        push({Kind::boolean, 0, {}, {}});
-        return true;
-      case op_int1:
-        push({Kind::integer, read_byte(), {}, {}});
-        return true;
-      case op_int2:
-        push({Kind::integer, read_little_endian(2), {}, {}});
-        return true;
-      case op_int4:
-        push({Kind::integer, static_cast<std::int32_t>(read_little_endian(4)), {}, {}});
-        return true;
-      case op_unicode:
-        push({Kind::text, 0, read_text(read_little_endian(4)), {}});
-        return true;
-      default:
-        return false;
-    }
-  }
-
-  // Out of what is on the stack.
-  bool build(unsigned char opcode) {
-    switch (opcode) {
-      case op_global:
-        push_global();
-        return true;
-      case op_reduce:
-        reduce();
-        return true;
-      case op_build:  // sets attributes (torch puts version numbers there); nothing of it is needed
-        pop(Kind::dict, "a dictionary as state");
-        peek(Kind::dict, "a dictionary to set state on");
-        return true;
-      case op_persistent_id:
-        push_storage();
-        return true;
-      case op_tuple:
-        push({Kind::tuple, 0, {}, pop_to_mark()});
-        return true;
-      case op_tuple1:
-      case op_tuple2:
-      case op_tuple3:
-        push_tuple(opcode - op_tuple1 + 1U);
-        return true;
-      case op_append:
-        append(pop_items(1));
-        return true;
-      case op_appends:
-        append(pop_to_mark());
-        return true;
-      case op_set_item:
-        set_items(pop_items(2));
-        return true;
-      case op_set_items:
-        set_items(pop_to_mark());
-        return true;
-      default:
-        return false;
-    }
-  }
-
-  bool use_memo(unsigned char opcode) {
-    switch (opcode) {
-      case op_put1:
-        memo_[read_byte()] = peek_id();
-        return true;
-      case op_put4:
-        memo_[read_little_endian(4)] = peek_id();
-        return true;
-      case op_get1:
+        tokens_.push_back({opcode, 0, {}});
+        break;
+      case kText:
+        tokens_.push_back({kText, 0, read_text(read_little_endian(4))});
+        break;
+      case kGlobal:
+        tokens_.push_back({kGlobal, 0, read_global()});
+        break;
+      case 'q':
+        remember(read_byte());
+        break;
+      case 'r':
+        remember(read_little_endian(4));
+        break;
+      case 'h':
         recall(read_byte());
-        return true;
-      case op_get4:
+        break;
+      case 'j':
         recall(read_little_endian(4));
-        return true;
+        break;
       default:
-        return false;
+        if (kPlain.find(static_cast<char>(opcode)) == std::string_view::npos)
+          throw Error(
+              fmt::format("pickle instruction 0x{:02x} at byte {} is not one a state_dict needs; refused",
+                          opcode, position_ - 1));
+        tokens_.push_back({opcode, 0, {}});
     }
   }
 
-  [[noreturn]] void refuse_opcode(unsigned char opcode) const {
-    throw Error(fmt::format("pickle instruction 0x{:02x} at byte {} is not one a state_dict needs; refused",
-                            opcode, position_ - 1));
+  // Only texts and globals come again.
+  void remember(std::uint32_t slot) {
+    if (tokens_.empty()) throw Error("data.pkl is damaged (empty stack)");
+    memo_[slot] = tokens_.back();
+  }
+
+  void recall(std::uint32_t slot) {
+    const auto found = memo_.find(slot);
+    if (found == memo_.end()) throw Error("data.pkl is damaged (unknown memo)");
+    const bool repeats = found->second.opcode == kText || found->second.opcode == kGlobal;
+    tokens_.push_back(repeats ? found->second : PickleToken{'h', 0, {}});
+  }
+
+  std::string_view read_global() {
+    const std::size_t start = position_;
+    for (int line = 0; line < 2; ++line)
+      while (read_byte() != '\n') {
+      }
+    const std::string_view global(reinterpret_cast<const char*>(bytes_.data()) + start,
+                                  position_ - start - 1);
+    if (global != "collections\nOrderedDict" && global != "torch._utils\n_rebuild_tensor_v2" &&
+        !(global.starts_with("torch\n") && global.ends_with("Storage"))) {
+      std::string name(global);
+      std::ranges::replace(name, '\n', '.');
+      throw Error("it asks to load '" + printable(name) + "', which a gradient model does not need; refused");
+    }
+    return global;
   }
 
   unsigned char read_byte() {
@@ -232,181 +131,81 @@ class PickleMachine {
     return text;
   }
 
-  std::string_view read_line() {
-    const std::size_t start = position_;
-    while (read_byte() != '\n') {
-    }
-    return {reinterpret_cast<const char*>(bytes_.data()) + start, position_ - start - 1};
-  }
+  std::span<const unsigned char> bytes_;
+  std::size_t position_ = 0;
+  PickleTokens tokens_;
+  std::unordered_map<std::uint32_t, PickleToken> memo_;
+};
 
-  void push(Node node) {
-    arena_.push_back(std::move(node));
-    stack_.push_back(static_cast<NodeId>(arena_.size() - 1));
-  }
+// One after the other, as torch._utils._rebuild_tensor_v2 is called:
+// ((storage, class, key, device, elements), offset, size, stride, ...).
+class TensorCall {
+ public:
+  explicit TensorCall(std::span<const PickleToken> tokens) : tokens_(tokens) {}
 
-  NodeId peek_id() const {
-    if (stack_.empty()) throw Error("data.pkl is damaged (empty stack)");
-    return stack_.back();
-  }
-
-  Node& peek(Kind kind, const char* expected) {
-    Node& node = arena_[peek_id()];
-    if (node.kind != kind) throw Error(std::string("data.pkl is damaged (expected ") + expected + ")");
-    return node;
-  }
-
-  NodeId pop(Kind kind, const char* expected) {
-    peek(kind, expected);
-    const NodeId id = stack_.back();
-    stack_.pop_back();
-    return id;
-  }
-
-  std::vector<NodeId> pop_items(std::size_t count) {
-    if (stack_.size() < count) throw Error("data.pkl is damaged (empty stack)");
-    std::vector<NodeId> items(stack_.end() - static_cast<std::ptrdiff_t>(count), stack_.end());
-    stack_.resize(stack_.size() - count);
-    return items;
-  }
-
-  std::vector<NodeId> pop_to_mark() {
-    std::size_t first = stack_.size();
-    while (first > 0 && arena_[stack_[first - 1]].kind != Kind::mark) --first;
-    if (first == 0) throw Error("data.pkl is damaged (no mark)");
-    std::vector<NodeId> items = pop_items(stack_.size() - first);
-    stack_.pop_back();
-    return items;
-  }
-
-  void push_tuple(std::size_t count) { push({Kind::tuple, 0, {}, pop_items(count)}); }
-
-  void set_items(const std::vector<NodeId>& items) {
-    if (items.size() % 2 != 0) throw Error("data.pkl is damaged (a key without a value)");
-    auto& children = peek(Kind::dict, "a dictionary").children;
-    children.insert(children.end(), items.begin(), items.end());
-  }
-
-  void append(const std::vector<NodeId>& items) {
-    auto& children = peek(Kind::list, "a list").children;
-    children.insert(children.end(), items.begin(), items.end());
-  }
-
-  void recall(std::uint32_t slot) {
-    const auto found = memo_.find(slot);
-    if (found == memo_.end()) throw Error("data.pkl is damaged (unknown memo)");
-    stack_.push_back(found->second);
-  }
-
-  void push_global() {
-    const std::string_view module = read_line();
-    const std::string_view name = read_line();
-    const std::string global = std::string(module) + "." + std::string(name);
-    if (global == "collections.OrderedDict") {
-      push({Kind::ordered_dict_class, 0, {}, {}});
-    } else if (global == "torch._utils._rebuild_tensor_v2") {
-      push({Kind::rebuild_tensor, 0, {}, {}});
-    } else if (module == "torch" && name.ends_with("Storage")) {
-      push({Kind::storage_class, 0, name, {}});
-    } else {
-      throw Error("it asks to load '" + printable(global) +
-                  "', which a gradient model does not need; refused");
-    }
-  }
-
-  void reduce() {
-    const NodeId arguments = pop(Kind::tuple, "arguments");
-    const std::vector<NodeId> callee = pop_items(1);
-    switch (arena_[callee[0]].kind) {
-      case Kind::ordered_dict_class:
-        if (!arena_[arguments].children.empty())
-          throw Error("data.pkl is damaged (OrderedDict with arguments)");
-        push({Kind::dict, 0, {}, {}});
-        break;
-      case Kind::rebuild_tensor:
-        push({Kind::tensor, 0, {}, {arguments}});
-        break;
-      default:
-        throw Error("data.pkl is damaged (call of something that is no function)");
-    }
-  }
-
-  void push_storage() {
-    const NodeId id = pop(Kind::tuple, "a storage description");
-    const std::vector<NodeId>& fields =
-        arena_[id].children;  // 'storage', class, key, device, number of elements
-    if (fields.size() != 5 || arena_[fields[0]].text != "storage" ||
-        arena_[fields[1]].kind != Kind::storage_class || arena_[fields[2]].kind != Kind::text ||
-        arena_[fields[4]].kind != Kind::integer) {
-      throw Error("data.pkl is damaged (storage description)");
-    }
-    push({Kind::storage, 0, {}, {id}});
-  }
-
-  // A result has at most kMaxTensors of these, and many may name one tuple: hence the bound.
-  std::vector<std::int64_t> integers(NodeId id) const {
-    const Node& node = arena_[id];
-    if (node.kind != Kind::tuple || node.children.size() > kMaxDimensions)
-      throw Error("data.pkl is damaged (tensor size)");
-    std::vector<std::int64_t> values;
-    for (const NodeId child : node.children) {
-      if (arena_[child].kind != Kind::integer) throw Error("data.pkl is damaged (tensor size)");
-      values.push_back(arena_[child].integer);
-    }
-    return values;
-  }
-
-  TensorEntry tensor_entry(std::string_view name, const Node& tensor) const {
-    const auto& arguments =
-        arena_[tensor.children[0]].children;  // storage, offset, size, stride, requires_grad, hooks
-    if (arguments.size() < 4 || arena_[arguments[0]].kind != Kind::storage ||
-        arena_[arguments[1]].kind != Kind::integer) {
-      throw Error("data.pkl is damaged (tensor description)");
-    }
-    const auto& storage = arena_[arena_[arguments[0]].children[0]].children;
+  TensorEntry read(std::string_view name) {
     TensorEntry entry;
     entry.name = name;
-    entry.storage_class = arena_[storage[1]].text;
-    entry.storage_key = arena_[storage[2]].text;
-    entry.storage_elements = arena_[storage[4]].integer;
-    entry.storage_offset = arena_[arguments[1]].integer;
-    entry.shape = integers(arguments[2]);
-    entry.stride = integers(arguments[3]);
-    if (entry.stride.size() != entry.shape.size()) throw Error("data.pkl is damaged (tensor stride)");
+    take(kMark);
+    take(kMark);
+    if (take(kText).text != "storage") refuse();
+    const std::string_view storage = take(kGlobal).text;
+    entry.storage_class = storage.substr(storage.find('\n') + 1);
+    entry.storage_key = take(kText).text;
+    take(kText);
+    entry.storage_elements = take(kInteger).integer;
+    take('t');
+    take('Q');
+    entry.storage_offset = take(kInteger).integer;
+    entry.shape = take_sizes();
+    entry.stride = take_sizes();
+    if (entry.stride.size() != entry.shape.size()) refuse();
     return entry;
   }
 
-  // Of a checkpoint its entry with the state_dict, else the dictionary itself.
-  NodeId state_dict_of(NodeId dict) const {
-    const auto& children = arena_[dict].children;
-    for (std::size_t i = 0; i + 1 < children.size(); i += 2) {
-      const Node &key = arena_[children[i]], &value = arena_[children[i + 1]];
-      if (key.kind != Kind::text || value.kind != Kind::dict) continue;
-      if (key.text == "state_dict" || key.text == "model_state_dict") return children[i + 1];
-    }
-    return dict;
+ private:
+  [[noreturn]] static void refuse() { throw Error("data.pkl is damaged (tensor description)"); }
+
+  bool next_is(unsigned char opcode) const { return !tokens_.empty() && tokens_.front().opcode == opcode; }
+
+  const PickleToken& take(unsigned char opcode) {
+    if (!next_is(opcode)) refuse();
+    const PickleToken& token = tokens_.front();
+    tokens_ = tokens_.subspan(1);
+    return token;
   }
 
-  std::vector<TensorEntry> collect_tensors(NodeId dict) const {
-    const auto& children = arena_[dict].children;
-    if (children.size() > 2 * kMaxTensors) throw Error("it holds too many tensors for a gradient model");
-    std::vector<TensorEntry> tensors;
-    for (std::size_t i = 0; i + 1 < children.size(); i += 2) {
-      const Node& key = arena_[children[i]];
-      const Node& value = arena_[children[i + 1]];
-      if (key.kind != Kind::text || value.kind != Kind::tensor) {
-        throw Error("it is not a state_dict (a dictionary of named tensors)");
-      }
-      tensors.push_back(tensor_entry(key.text, value));
-    }
-    return tensors;
+  std::vector<std::int64_t> take_sizes() {
+    constexpr std::size_t most = 8;
+    std::vector<std::int64_t> sizes;
+    const bool marked = next_is(kMark);
+    if (marked) take(kMark);
+    while (next_is(kInteger) && sizes.size() < most) sizes.push_back(take(kInteger).integer);
+    constexpr unsigned char closing[] = {')', 0x85, 0x86, 0x87};
+    if (!marked && sizes.size() > 3) refuse();
+    take(marked ? static_cast<unsigned char>('t') : closing[sizes.size()]);
+    return sizes;
   }
 
-  std::span<const unsigned char> bytes_;
-  std::size_t position_ = 0;
-  std::vector<Node> arena_;
-  std::vector<NodeId> stack_;
-  std::unordered_map<std::uint32_t, NodeId> memo_;
+  std::span<const PickleToken> tokens_;
 };
+
+// Of a checkpoint what belongs to its entry with the state_dict, else everything.
+std::span<const PickleToken> state_dict_of(std::span<const PickleToken> tokens) {
+  const auto entry = std::ranges::find_if(tokens, [](const PickleToken& token) {
+    return token.opcode == kText && (token.text == "state_dict" || token.text == "model_state_dict");
+  });
+  const auto first =
+      std::find_if(entry, tokens.end(), [](const PickleToken& token) { return token.opcode == kMark; });
+  if (first == tokens.end()) return tokens;
+  auto last = first;
+  for (int open = 0; last != tokens.end(); ++last) {
+    open += last->opcode == kMark;
+    open -= last->opcode == 't' || last->opcode == 'u' || last->opcode == 'e';
+    if (open == 0) break;
+  }
+  return {first, last};
+}
 
 }  // namespace
 
@@ -419,7 +218,14 @@ std::string printable(const std::string& text) {
 }
 
 std::vector<TensorEntry> read_state_dict_pickle(std::span<const unsigned char> pickle) {
-  return PickleMachine(pickle).run();
+  const PickleTokens all = PickleTokenizer(pickle).run();
+  const std::span<const PickleToken> tokens = state_dict_of(all);
+  std::vector<TensorEntry> tensors;
+  for (std::size_t i = 1; i < tokens.size(); ++i)
+    if (tokens[i].opcode == kGlobal && tokens[i].text.starts_with("torch._utils") &&
+        tokens[i - 1].opcode == kText)
+      tensors.push_back(TensorCall(tokens.subspan(i + 1)).read(tokens[i - 1].text));
+  return tensors;
 }
 
 }  // namespace gelslam::surface::detail

@@ -22,9 +22,10 @@ struct TensorEntry {
   std::vector<std::int64_t> stride;  ///< in numbers, as long as shape
 };
 
-/// Reads the `data.pkl` of a PyTorch state_dict of tensors of any kind, or of a checkpoint's dictionary with
-/// an entry `state_dict` or `model_state_dict` (pickle protocol 2). Runs no code: it knows the opcodes and
-/// globals such a file needs and throws Error on anything else, naming it. At most kMaxEntryBytes.
+/// The named tensors in the `data.pkl` of a PyTorch state_dict, or of a checkpoint's dictionary with an entry
+/// `state_dict` or `model_state_dict` (pickle protocol 2), laid out as torch.save does. Runs no code: it
+/// knows the opcodes and globals such a file needs and throws Error on anything else, naming it. At most
+/// kMaxEntryBytes.
 std::vector<TensorEntry> read_state_dict_pickle(std::span<const unsigned char> pickle);
 
 /// What a message may show of hostile bytes.
