@@ -54,7 +54,7 @@ TEST_F(SceneColors, DistanceToAShiftedBallIsReadOffTheColors) {
   style.range = {0.0F, 0.6F};
   RenderTarget target(kWidth, kHeight);
   target.bind();
-  scene.finish_details();
+  scene.finish_colors();
   scene.draw(camera, kWhole, style);
   const cv::Mat3b picture = target.read();
   std::vector<double> errors;

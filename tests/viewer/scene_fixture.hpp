@@ -37,7 +37,7 @@ class SceneDrawing : public testing::Test {
   cv::Mat3b draw(Scene& scene) const {
     RenderTarget target(kWidth, kHeight);
     target.bind();
-    scene.finish_details();
+    scene.finish_colors();
     scene.draw(camera, kWhole, style);
     return target.read();
   }

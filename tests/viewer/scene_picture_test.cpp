@@ -136,61 +136,6 @@ TEST_F(ScenePicture, BuffersGrowBeyondTheirFirstSize) {
   EXPECT_EQ(strays(small_mask, large_mask, 1) + strays(large_mask, small_mask, 1), 0);
 }
 
-TEST_F(ScenePicture, CoarserLevelsKeepTheOutlineAndHaveNoHoles) {
-  Scene scene;
-  scene.set_mesh(sphere(5, 512));
-  camera.set_distance_mm(60);  // an edge is about half a pixel
-  style.level_of_detail = false;
-  const cv::Mat3b full = draw(scene);
-  const std::size_t full_count = scene.statistics().drawn_triangles;
-  EXPECT_EQ(full_count, 512U * 512U);
-  style.level_of_detail = true;
-  for (const float detail : {2.0F, 4.0F}) {
-    style.detail_px = detail;
-    const cv::Mat3b coarse = draw(scene);
-    EXPECT_LT(scene.statistics().drawn_triangles, detail > 2 ? full_count / 6 : full_count / 3);
-    const cv::Mat1b full_mask = mask_of(full), coarse_mask = mask_of(coarse);
-    const int margin = static_cast<int>(std::ceil(detail)) + 1;
-    EXPECT_EQ(strays(full_mask, coarse_mask, margin), 0) << detail;
-    EXPECT_EQ(strays(coarse_mask, full_mask, margin), 0) << detail;
-    cv::Mat1b inside;
-    cv::erode(full_mask, inside, cv::Mat(), {-1, -1}, margin + 1);
-    EXPECT_EQ(cv::countNonZero(inside & ~coarse_mask), 0) << "holes at " << detail;
-    EXPECT_LT(cv::norm(full, coarse, cv::NORM_L1) / (3.0 * kWidth * kHeight), 0.6 * detail);
-  }
-}
-
-TEST_F(ScenePicture, NoMoreTrianglesThanAskedFor) {
-  Scene scene;
-  scene.set_mesh(sphere(5, 400));
-  const cv::Mat1b full = mask_of(draw(scene));
-  style.max_triangles = 40'000;
-  const cv::Mat1b few = mask_of(draw(scene));
-  EXPECT_LT(scene.statistics().drawn_triangles, 44'000U);
-  EXPECT_GT(scene.statistics().drawn_triangles, 1'000U);
-  EXPECT_EQ(strays(full, few, 5) + strays(few, full, 5), 0);
-}
-
-TEST_F(ScenePicture, LevelsComeBitByBitAndNothingIsMissingMeanwhile) {
-  Scene scene;
-  scene.set_mesh(sphere(5, 480));
-  RenderTarget target(kWidth, kHeight);
-  target.bind();
-  style.detail_px = 4;
-  scene.draw(camera, kWhole, style);
-  const std::size_t at_first = scene.statistics().drawn_triangles;
-  for (int i = 0; i < 1000 && !scene.statistics().complete; ++i) scene.draw(camera, kWhole, style);
-  EXPECT_TRUE(scene.statistics().complete);
-  const std::size_t bit_by_bit = scene.statistics().drawn_triangles;
-  const cv::Mat1b first = mask_of(target.read());
-  scene.finish_details();
-  target.bind();
-  scene.draw(camera, kWhole, style);
-  EXPECT_LE(scene.statistics().drawn_triangles, at_first);
-  EXPECT_EQ(scene.statistics().drawn_triangles, bit_by_bit);
-  EXPECT_EQ(strays(first, mask_of(target.read()), 5), 0);
-}
-
 TEST_F(ScenePicture, WhatIsOutOfViewIsNotDrawn) {
   Scene scene;
   scene.update(std::vector{block(1, sphere(2, 32)), block(2, moved(sphere(2, 32), {500, 0, 0})),

@@ -67,44 +67,21 @@ void update_block(benchmark::State& state) {
   state.SetLabel(context().renderer());
 }
 
-/// A frame of 1280 x 800 until its last pixel; range(1): 0 full detail, 1 levels of detail; range(2):
-/// distance, mm.
+/// A frame of 1280 x 800 until its last pixel; range(1): distance, mm.
 void draw_frame(benchmark::State& state) {
   context().make_current();
   Scene scene;
   scene.update(wavy_blocks(static_cast<int>(state.range(0))));
-  SceneStyle style;
-  style.level_of_detail = state.range(1) != 0;
   OrbitCamera camera;
-  camera.set_distance_mm(static_cast<float>(state.range(2)));
+  camera.set_distance_mm(static_cast<float>(state.range(1)));
   camera.orbit({100, 60}, {0, 0, kWidth, kHeight});
   RenderTarget target(kWidth, kHeight, 4);
   target.bind();
-  scene.finish_details();
   for (auto _ : state) {
-    scene.draw(camera, {0, 0, kWidth, kHeight}, style);
+    scene.draw(camera, {0, 0, kWidth, kHeight}, SceneStyle());
     glFinish();
   }
   state.counters["drawn"] = static_cast<double>(scene.statistics().drawn_triangles);
-}
-
-/// Nothing but levels of detail: all blocks, made when the view first asks for them.
-void make_details(benchmark::State& state) {
-  context().make_current();
-  const std::vector<MeshBlock> blocks = wavy_blocks(static_cast<int>(state.range(0)));
-  OrbitCamera camera;
-  camera.set_distance_mm(150);
-  RenderTarget target(kWidth, kHeight, 0);
-  target.bind();
-  for (auto _ : state) {
-    state.PauseTiming();
-    auto scene = std::make_unique<Scene>();
-    scene->update(blocks);
-    scene->finish_details();
-    state.ResumeTiming();
-    scene->draw(camera, {0, 0, kWidth, kHeight}, SceneStyle());
-    state.counters["blocks"] = static_cast<double>(blocks.size());
-  }
 }
 
 BENCHMARK(update_block)
@@ -115,11 +92,10 @@ BENCHMARK(update_block)
     ->Unit(benchmark::kMicrosecond);
 BENCHMARK(draw_frame)
     ->Name("viewer/draw_frame")
-    ->ArgsProduct({{10'000, 100'000, 1'000'000}, {0, 1}, {40, 150}})
+    ->ArgsProduct({{10'000, 100'000, 1'000'000}, {40, 150}})
     ->Unit(benchmark::kMillisecond)
     ->MeasureProcessCPUTime()  // of all threads: a software renderer has its own
     ->UseRealTime();
-BENCHMARK(make_details)->Name("viewer/make_details")->Arg(1'000'000)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace gelslam

@@ -175,8 +175,8 @@ void ViewStage::set_time(std::optional<double> time_s) {
 }
 
 void ViewStage::finish() {
-  impl_->first_scene.finish_details();
-  if (impl_->second_scene) impl_->second_scene->finish_details();
+  impl_->first_scene.finish_colors();
+  if (impl_->second_scene) impl_->second_scene->finish_colors();
 }
 
 }  // namespace gelslam::viewer::detail

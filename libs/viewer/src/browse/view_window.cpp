@@ -161,7 +161,6 @@ void ViewWindow::draw_frame(Ui& ui, double now_s) {
   lay_out(ui);
   place_camera();
   SceneStyle style = snapshot_style_.value_or(controls_.style());
-  style.level_of_detail = !is_snapshot_;  // a picture has time
   stage_.draw(camera_, viewport(), style);
   if (controls_.shows_panels()) {
     draw_titles(ui, style);

@@ -187,7 +187,7 @@ std::optional<Eigen::Vector3f> LiveWindow::pick(std::size_t /*part*/, const Pick
 }
 
 void LiveWindow::show_all_at_once() {
-  scene_.scene().finish_details();
+  scene_.scene().finish_colors();
   camera_ = whole_view(viewport());
 }
 

@@ -147,7 +147,7 @@ std::optional<Eigen::Vector3f> MapWindow::pick(std::size_t /*part*/, const PickR
 }
 
 void MapWindow::show_everything() {
-  scene_.finish_details();
+  scene_.finish_colors();
   follow_touch(1e9);
 }
 

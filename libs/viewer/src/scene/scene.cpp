@@ -21,10 +21,9 @@ using Eigen::Matrix4f;
 using Eigen::Vector3f;
 using Clock = std::chrono::steady_clock;
 
-/// What levels of detail and new colors may take: a part of a frame's time, within limits.
+/// What new colors may take: a part of a frame's time, within limits.
 constexpr double kBudgetShare = 0.4, kMinBudgetMs = 3, kMaxBudgetMs = 100;
 constexpr double kUnlimitedMs = std::numeric_limits<double>::infinity();
-constexpr std::size_t kTrianglesForGpu = 1'500'000, kTrianglesForProcessor = 200'000;
 constexpr std::size_t kTrianglesPerPiece = 2000;
 constexpr std::size_t kDistanceSamples = 4000;
 constexpr std::size_t kOutlinePoints = 5000;
@@ -78,8 +77,7 @@ struct Scene::Impl {
   KeyframePlaces keyframe_places;
   SceneColor values_for = SceneColor::plain;  ///< what the vertices' values mean now
   bool values_are_old = false;
-  const std::size_t max_triangles = is_software_renderer() ? kTrianglesForProcessor : kTrianglesForGpu;
-  bool details_are_due = false;
+  bool colors_are_due = false;
   Clock::time_point last_draw = Clock::now();
 
   Impl() {
@@ -179,8 +177,7 @@ struct Scene::Impl {
     glEnable(GL_DEPTH_TEST);
   }
 
-  void draw_mesh(const OrbitCamera& camera, const Matrix4f& clip_T_map, const Viewport& viewport,
-                 const SceneStyle& style) {
+  void draw_mesh(const OrbitCamera& camera, const Matrix4f& clip_T_map, const SceneStyle& style) {
     choose_values(style.color);
     const bool has_map = style.color != SceneColor::plain && style.color != SceneColor::certainty;
     if (has_map && color_map_for != style.color) {
@@ -211,10 +208,7 @@ struct Scene::Impl {
     glBindTexture(GL_TEXTURE_2D, matcap.name());
     glActiveTexture(GL_TEXTURE0);
     glBindTexture(GL_TEXTURE_2D, color_map.name());
-    const auto detail_px = style.level_of_detail ? std::optional(style.detail_px) : std::nullopt;
-    mesh.prepare(camera, clip_T_map, viewport, detail_px,
-                 style.max_triangles > 0 ? style.max_triangles : max_triangles,
-                 details_are_due ? kUnlimitedMs : budget_ms());
+    mesh.prepare(clip_T_map, colors_are_due ? kUnlimitedMs : budget_ms());
     mesh.draw(true);
     // Their numbers are still to come: clay, so that gray means that there is none.
     if (is_by_value(style.color)) mesh_program.set("color_by", static_cast<int>(SceneColor::plain));
@@ -378,7 +372,7 @@ void Scene::draw(const OrbitCamera& camera, const Viewport& viewport, const Scen
   glDisable(GL_BLEND);
   glClear(GL_DEPTH_BUFFER_BIT);
   impl_->draw_background(style.light_theme);
-  if (style.mesh) impl_->draw_mesh(camera, clip_T_map, viewport, style);
+  if (style.mesh) impl_->draw_mesh(camera, clip_T_map, style);
   glEnable(GL_BLEND);
   glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
   impl_->draw_piece(camera, clip_T_camera);
@@ -392,11 +386,11 @@ void Scene::draw(const OrbitCamera& camera, const Viewport& viewport, const Scen
   glBindVertexArray(0);
   glUseProgram(0);
   impl_->mesh.end_frame();
-  impl_->details_are_due = false;
+  impl_->colors_are_due = false;
   impl_->last_draw = Clock::now();
 }
 
-void Scene::finish_details() { impl_->details_are_due = true; }
+void Scene::finish_colors() { impl_->colors_are_due = true; }
 
 std::optional<ColorLegend> Scene::legend(const SceneStyle& style) const {
   static constexpr const char* kTitles[] = {"", "confidence", "height", "keyframe", "distance"};

@@ -45,11 +45,6 @@ struct PackedVertex {
 /// `values` is empty (no value) or as long as the vertices.
 std::vector<PackedVertex> pack(const DrawableMesh& mesh, const std::vector<float>& values);
 
-/// Triangles over the mesh's own vertices in which all inner vertices of a cubic cell are one (vertex
-/// clustering, after Rossignac & Borrel 1993). Vertices on the mesh's border stay: neighbors meet without
-/// gaps whatever their cells.
-std::vector<std::uint32_t> cluster_vertices(const DrawableMesh& mesh, float cell_mm);
-
 /// Turns a camera to where most of the mesh faces it (a closed one: to its broad side), its long side lying,
 /// and a little to the side and above, so that depth shows. Meshes without area leave it as it is.
 void look_at_broad_side(const Mesh& mesh, OrbitCamera& camera);

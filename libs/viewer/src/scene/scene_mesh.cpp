@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
-#include <iterator>
 #include <limits>
 #include <tuple>
 #include <utility>
@@ -22,9 +21,6 @@ using Eigen::Vector4f;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kFirstVertices = 1 << 15, kFirstIndices = 1 << 18;
-/// A cell must span this many edges for a level to be worth its memory.
-constexpr float kMinEdgesPerCell = 1.5F;
-constexpr int kMaxDoublings = 6;
 
 /// Whether all of a box is outside one of the view's planes (Gribb & Hartmann: rows of the matrix).
 bool is_outside(const Matrix4f& clip_T_map, const AlignedBox3f& box) {
@@ -37,15 +33,6 @@ bool is_outside(const Matrix4f& clip_T_map, const AlignedBox3f& box) {
     }
   }
   return false;
-}
-
-/// The coarsest level whose cells are not larger than `cell_mm`, or nothing when full detail is due.
-std::optional<int> level_for(const DrawableMesh& mesh, float cell_mm) {
-  if (!(cell_mm >= kMinEdgesPerCell * mesh.edge_mm) || mesh.edge_mm <= 0) return std::nullopt;
-  const float coarsest = std::max(mesh.box_mm.sizes().maxCoeff(), mesh.edge_mm);
-  const int level = static_cast<int>(std::floor(std::log2(std::min(cell_mm, coarsest))));
-  if (std::ldexp(1.0F, level) < kMinEdgesPerCell * mesh.edge_mm) return std::nullopt;
-  return level;
 }
 
 /// Distance along the ray to the triangle, or nothing (Möller & Trumbore 1997; both sides).
@@ -79,8 +66,7 @@ SceneMesh::SceneMesh()
 
 void SceneMesh::release(Block& block) {
   vertices_.release(block.first_vertex, block.mesh.vertices_mm.size());
-  indices_.release(block.full.first, block.full.count);
-  for (const auto& [size, level] : block.coarser) indices_.release(level.first, level.count);
+  indices_.release(block.first_index, block.mesh.indices.size());
   triangles_ -= block.mesh.indices.size() / 3;
 }
 
@@ -88,14 +74,6 @@ void SceneMesh::upload_vertices(Block& block, const std::vector<float>& values) 
   const std::vector<PackedVertex> packed = pack(block.mesh, values);
   block.first_vertex = vertices_.take(packed.size());
   vertices_.write(block.first_vertex, packed.size(), packed.data());
-}
-
-SceneMesh::Level SceneMesh::upload_indices(const std::vector<std::uint32_t>& indices) {
-  Level level{0, indices.size()};
-  if (indices.empty()) return level;
-  level.first = indices_.take(indices.size());
-  indices_.write(level.first, indices.size(), indices.data());
-  return level;
 }
 
 void SceneMesh::put(std::int64_t key, DrawableMesh mesh) {
@@ -116,7 +94,8 @@ void SceneMesh::put(std::int64_t key, DrawableMesh mesh) {
   const bool has_values = of_keyframes_ && !block.mesh.keyframe.empty();
   upload_vertices(block, has_values ? values_(block.mesh) : std::vector<float>());
   if (has_values) block.values_version = values_version_, block.values_meaning = values_meaning_;
-  block.full = upload_indices(block.mesh.indices);
+  block.first_index = indices_.take(block.mesh.indices.size());
+  indices_.write(block.first_index, block.mesh.indices.size(), block.mesh.indices.data());
   triangles_ += block.mesh.indices.size() / 3;
 }
 
@@ -190,81 +169,33 @@ std::optional<Vector3f> SceneMesh::pick(const PickRay& ray) const {
   return ray.origin_mm + *nearest * ray.direction;
 }
 
-std::vector<SceneMesh::Wanted> SceneMesh::blocks_in_view(const OrbitCamera& camera,
-                                                         const Matrix4f& clip_T_map,
-                                                         const Viewport& viewport) {
-  std::vector<Wanted> wanted;
-  for (auto& [key, block] : blocks_) {
-    if (is_outside(clip_T_map, block.mesh.box_mm)) continue;
-    const float depth_mm = block.mesh.box_mm.exteriorDistance(camera.eye_mm());
-    wanted.push_back({&block, camera.mm_per_px(depth_mm, viewport), std::nullopt});
-  }
-  return wanted;
-}
-
-/// A level that is not made yet is taken to keep a square's border, and inside it a share by the cell's size.
-std::size_t SceneMesh::expected_triangles(const Wanted& wanted) {
-  const Block& block = *wanted.block;
-  if (!wanted.level) return block.full.count / 3;
-  const auto made = block.coarser.find(*wanted.level);
-  if (made != block.coarser.end()) return made->second.count / 3;
-  const float edges_per_cell = std::ldexp(1.0F, *wanted.level) / block.mesh.edge_mm;
-  return static_cast<std::size_t>(static_cast<float>(block.full.count / 3) /
-                                  (edges_per_cell * edges_per_cell));
-}
-
-void SceneMesh::choose_levels(std::vector<Wanted>& wanted, float detail_px, std::size_t max_triangles) {
-  for (int doubling = 0; doubling < kMaxDoublings; ++doubling) {
-    std::size_t total = 0;
-    for (Wanted& w : wanted) {
-      w.level = level_for(w.block->mesh, std::ldexp(detail_px, doubling) * w.mm_per_px);
-      total += expected_triangles(w);
-    }
-    if (total <= max_triangles) return;
-  }
-}
-
-void SceneMesh::make_missing(const std::vector<Wanted>& wanted, double budget_ms) {
+void SceneMesh::make_values(const std::vector<Block*>& seen, double budget_ms) {
   const auto start = Clock::now();
   is_complete_ = true;
-  const auto spent_ms = [&] {
-    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-  };
-  for (const auto& [block, mm_per_px, level] : wanted) {
-    const bool lacks_level = level && !block->coarser.contains(*level);
-    const bool lacks_values = values_ && block->values_version != values_version_;
-    if (!lacks_level && !lacks_values) continue;
-    if (spent_ms() > budget_ms) {
+  if (!values_) return;
+  for (Block* const block : seen) {
+    if (block->values_version == values_version_) continue;
+    if (std::chrono::duration<double, std::milli>(Clock::now() - start).count() > budget_ms) {
       is_complete_ = false;
       break;
     }
-    if (lacks_level)
-      block->coarser[*level] = upload_indices(cluster_vertices(block->mesh, std::ldexp(1.0F, *level)));
-    if (lacks_values) {
-      vertices_.release(block->first_vertex, block->mesh.vertices_mm.size());
-      upload_vertices(*block, values_(block->mesh));
-      block->values_version = values_version_;
-      block->values_meaning = values_meaning_;
-    }
+    vertices_.release(block->first_vertex, block->mesh.vertices_mm.size());
+    upload_vertices(*block, values_(block->mesh));
+    block->values_version = values_version_;
+    block->values_meaning = values_meaning_;
   }
 }
 
-void SceneMesh::list_calls(const std::vector<Wanted>& wanted) {
+void SceneMesh::list_calls(const std::vector<Block*>& seen) {
   with_values_ = {}, without_values_ = {};
   drawn_triangles_ = 0;
-  for (const auto& [block, mm_per_px, size] : wanted) {
-    Level level = block->full;
-    if (size) {  // the wanted one, or the coarsest that is finer
-      const auto after = block->coarser.upper_bound(*size);
-      if (after != block->coarser.begin()) level = std::prev(after)->second;
-    }
-    if (level.count == 0) continue;
+  for (const Block* const block : seen) {
     Calls& calls = block->values_version > 0 && block->values_meaning == values_meaning_ ? with_values_
                                                                                          : without_values_;
-    calls.counts.push_back(static_cast<GLsizei>(level.count));
-    calls.offsets.push_back(reinterpret_cast<const void*>(level.first * sizeof(std::uint32_t)));
+    calls.counts.push_back(static_cast<GLsizei>(block->mesh.indices.size()));
+    calls.offsets.push_back(reinterpret_cast<const void*>(block->first_index * sizeof(std::uint32_t)));
     calls.base_vertices.push_back(static_cast<GLint>(block->first_vertex));
-    drawn_triangles_ += level.count / 3;
+    drawn_triangles_ += block->mesh.indices.size() / 3;
   }
 }
 
@@ -285,12 +216,12 @@ void SceneMesh::bind_buffers() {
   bound_vertices_ = vertices_.buffer_version(), bound_indices_ = indices_.buffer_version();
 }
 
-void SceneMesh::prepare(const OrbitCamera& camera, const Matrix4f& clip_T_map, const Viewport& viewport,
-                        std::optional<float> detail_px, std::size_t max_triangles, double budget_ms) {
-  std::vector<Wanted> wanted = blocks_in_view(camera, clip_T_map, viewport);
-  if (detail_px) choose_levels(wanted, *detail_px, max_triangles);
-  make_missing(wanted, budget_ms);
-  list_calls(wanted);
+void SceneMesh::prepare(const Matrix4f& clip_T_map, double budget_ms) {
+  std::vector<Block*> seen;
+  for (auto& [key, block] : blocks_)
+    if (!is_outside(clip_T_map, block.mesh.box_mm)) seen.push_back(&block);
+  make_values(seen, budget_ms);
+  list_calls(seen);
 }
 
 void SceneMesh::draw(bool with_values) {

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <optional>
 #include <unordered_map>
 #include <vector>
@@ -16,8 +15,7 @@ namespace gelslam::viewer::detail {
 /// The numbers that a block's vertices are colored by.
 using VertexValues = std::function<std::vector<float>(const DrawableMesh&)>;
 
-/// Blocks of surface on the GPU: two shared buffers, one call to draw what is in view. Coarser levels are
-/// made when they are first wanted, some per frame; until then the next finer one is drawn.
+/// Blocks of surface on the GPU: two shared buffers, one call to draw what is in view.
 class SceneMesh {
  public:
   SceneMesh();
@@ -29,11 +27,8 @@ class SceneMesh {
   /// know them show at once.
   void set_values(VertexValues values, bool of_keyframes);
 
-  /// Chooses what of which block is drawn: full detail, or so that cells of `detail_px`, or those with which
-  /// about `max_triangles` are drawn, become one vertex. Spends about `budget_ms` on levels and values that
-  /// are missing.
-  void prepare(const OrbitCamera& camera, const Eigen::Matrix4f& clip_T_map, const Viewport& viewport,
-               std::optional<float> detail_px, std::size_t max_triangles, double budget_ms);
+  /// Chooses the blocks in view. Spends about `budget_ms` on their values that are missing.
+  void prepare(const Eigen::Matrix4f& clip_T_map, double budget_ms);
   /// Draws the blocks that were chosen, those with values or those without, with the program of the mesh in
   /// use.
   void draw(bool with_values);
@@ -51,21 +46,11 @@ class SceneMesh {
   void end_frame();
 
  private:
-  struct Level {
-    std::size_t first = 0, count = 0;  ///< in the index buffer
-  };
   struct Block {
     DrawableMesh mesh;
-    std::size_t first_vertex = 0;
-    Level full;
-    std::map<int, Level> coarser;  ///< by the cell's size, 2^n mm
+    std::size_t first_vertex = 0, first_index = 0;  ///< in the buffers
     std::uint64_t values_version = 0, values_meaning = 0;
     float confidence_p95 = 0, curvature_p80 = 0;
-  };
-  struct Wanted {
-    Block* block;
-    float mm_per_px;  ///< at its nearest point
-    std::optional<int> level;
   };
 
   /// One glMultiDrawElementsBaseVertex.
@@ -77,13 +62,8 @@ class SceneMesh {
 
   void release(Block& block);
   void upload_vertices(Block& block, const std::vector<float>& values);
-  Level upload_indices(const std::vector<std::uint32_t>& indices);
-  std::vector<Wanted> blocks_in_view(const OrbitCamera& camera, const Eigen::Matrix4f& clip_T_map,
-                                     const Viewport& viewport);
-  static std::size_t expected_triangles(const Wanted& wanted);
-  static void choose_levels(std::vector<Wanted>& wanted, float detail_px, std::size_t max_triangles);
-  void make_missing(const std::vector<Wanted>& wanted, double budget_ms);
-  void list_calls(const std::vector<Wanted>& wanted);
+  void make_values(const std::vector<Block*>& seen, double budget_ms);
+  void list_calls(const std::vector<Block*>& seen);
   void bind_buffers();
 
   GlVertexArray vertex_array_;

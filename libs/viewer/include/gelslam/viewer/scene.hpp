@@ -36,9 +36,9 @@ struct TouchPatch {
 using DistanceQuery = std::function<std::vector<float>(std::span<const Eigen::Vector3f> points_mm)>;
 
 struct SceneStatistics {
-  std::size_t triangles = 0;        ///< held, at full detail
+  std::size_t triangles = 0;        ///< held
   std::size_t drawn_triangles = 0;  ///< in the last draw()
-  bool complete = true;  ///< the last draw() lacked no level of detail or color: drawing again adds nothing
+  bool complete = true;             ///< the last draw() lacked no color: drawing again adds nothing
 };
 
 /// What is to be seen: a growing mesh, the touch on it, the way of the sensor and the pose graph. Map frame,
@@ -73,15 +73,14 @@ class Scene {
   Eigen::AlignedBox3f bounds_mm() const;  ///< of the mesh; empty without triangles
   /// Some thousand points all over the mesh, for OrbitCamera::fit().
   std::vector<Eigen::Vector3f> outline_mm() const;
-  /// Where the ray first meets the mesh at full detail.
+  /// Where the ray first meets the mesh.
   std::optional<Eigen::Vector3f> pick(const PickRay& ray) const;
 
   /// Draws into that part of the framebuffer now bound, background included. Sets the GL state it needs, and
   /// leaves depth test, blending, culling and scissor off and no program or vertex array bound.
   void draw(const OrbitCamera& camera, const Viewport& viewport, const SceneStyle& style);
-  /// The next draw() makes every level of detail and color it lacks, however long that takes: before a
-  /// picture or a measurement.
-  void finish_details();
+  /// The next draw() makes every color it lacks, however long that takes: before a picture.
+  void finish_colors();
 
   /// The meaning of the colors that `style` gives the mesh, or nothing for plain color.
   std::optional<ColorLegend> legend(const SceneStyle& style) const;

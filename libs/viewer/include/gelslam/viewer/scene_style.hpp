@@ -36,10 +36,6 @@ struct SceneStyle {
   bool grid = false;  ///< 1 mm squares below the mesh
   bool smooth_border =
       false;  ///< the mesh ends where confidence falls below a limit, not at its last triangle
-  bool level_of_detail = true;
-  float detail_px = 1.0F;  ///< parts smaller than this on the screen may be left out,
-  /// and larger ones when there are more triangles than this in view. 0: what the renderer is good for.
-  std::size_t max_triangles = 0;
   Eigen::Vector3f height_axis{
       0, 0, -1};  ///< unit, map frame; the default is out of the gel's side of the first touch
   /// Values at the ends of the color map; empty: what the mesh holds.
