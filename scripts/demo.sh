@@ -53,7 +53,8 @@ say "reconstructing it from the video"
 "$gelslam" reconstruct "$demo/log" -o "$demo/run" --overwrite
 
 say "comparing with the truth"
-"$gelslam" evaluate "$demo/run" --truth "$demo/log" --picture "$demo/picture.png" -o "$demo/evaluation.json" >/dev/null
+"$gelslam" evaluate "$demo/run" --truth "$demo/log" -o "$demo/evaluation.json" >/dev/null
+"$gelslam" view "$demo/run" --truth "$demo/log" --light --snapshot "$demo/picture.png" -q
 cp "$demo/run/mesh.ply" "$demo/run/trajectory.tum" "$demo/"
 
 python3 - "$demo/evaluation.json" <<'END'

@@ -8,7 +8,6 @@
 #include "gelslam/core/files.hpp"
 #include "gelslam/evaluation/evaluation.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
-#include "gelslam/viewer/mesh_picture.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam {
@@ -17,50 +16,30 @@ namespace {
 struct EvaluateArguments {
   std::filesystem::path run, data_folder;
   std::filesystem::path mesh, truth_mesh;
-  std::filesystem::path results, picture;
+  std::filesystem::path results;
   MeshUnit unit;
   bool json = false, overwrite = false, quiet = false;
 };
 
-struct Judged {
-  Evaluation evaluation;
-  std::optional<PlacedMeshes> meshes;
-};
-
-Judged judge(const EvaluateArguments& arguments, ProgressSink& progress) {
-  if (!arguments.mesh.empty()) {
-    const PlacedMeshes meshes{read_mesh(arguments.mesh, arguments.unit.mm(arguments.mesh)),
-                              read_mesh(arguments.truth_mesh, arguments.unit.mm(arguments.truth_mesh))};
-    return {evaluate(meshes, &progress), meshes};
-  }
+Evaluation judge(const EvaluateArguments& arguments, ProgressSink& progress) {
+  if (!arguments.mesh.empty())
+    return evaluate({read_mesh(arguments.mesh, arguments.unit.mm(arguments.mesh)),
+                     read_mesh(arguments.truth_mesh, arguments.unit.mm(arguments.truth_mesh))},
+                    &progress);
   if (arguments.run.empty())
     throw Error("nothing to evaluate: give RUN and --truth DATA, or --mesh and --truth-mesh");
   const Comparison comparison = compare(arguments.run, arguments.data_folder);
-  const std::optional<PlacedMeshes> meshes = place_meshes(comparison);
-  return {evaluate(comparison, meshes, &progress), meshes};
-}
-
-void draw(const EvaluateArguments& arguments, const std::optional<PlacedMeshes>& meshes) {
-  if (!meshes)
-    throw Error(
-        "--picture needs a mesh.ply in RUN, and gt_mesh.ply and start_T_object (meta.json) in the data");
-  write_picture(arguments.picture, draw_comparison(meshes->estimate, meshes->truth));
+  return evaluate(comparison, place_meshes(comparison), &progress);
 }
 
 void run_evaluate(const EvaluateArguments& arguments) {
-  for (const std::filesystem::path& output : {arguments.results, arguments.picture})
-    check_output_file(output, arguments.overwrite);
+  check_output_file(arguments.results, arguments.overwrite);
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
-  const Judged judged = judge(arguments, *progress);
+  const Evaluation evaluation = judge(arguments, *progress);
   if (!arguments.quiet)
     for (const std::filesystem::path& mesh : {arguments.mesh, arguments.truth_mesh}) arguments.unit.say(mesh);
-  if (!arguments.results.empty()) write_file_atomically(arguments.results, to_json(judged.evaluation));
-  if (!arguments.picture.empty()) {
-    progress->begin("drawing", std::nullopt);
-    draw(arguments, judged.meshes);
-    progress->end();
-  }
-  std::cout << (arguments.json ? to_json(judged.evaluation) : to_table(judged.evaluation));
+  if (!arguments.results.empty()) write_file_atomically(arguments.results, to_json(evaluation));
+  std::cout << (arguments.json ? to_json(evaluation) : to_table(evaluation));
 }
 
 }  // namespace
@@ -84,13 +63,9 @@ void add_evaluate_command(CLI::App& app, int& exit_code) {
   arguments->unit.add_to(*command);
   command->add_flag("--json", arguments->json, "Print JSON instead of a table");
   command->add_option("-o,--output", arguments->results, "Also write the results to this JSON file");
-  command
-      ->add_option("--picture", arguments->picture,
-                   "Draw reconstruction, true shape and the distance between them (PNG)")
-      ->check(refuse_unless_png);
   add_overwrite_flag(*command, arguments->overwrite);
   add_quiet_flag(*command, arguments->quiet);
-  command->footer("Example: gelslam evaluate RUN --truth DATA --picture comparison.png");
+  command->footer("Example: gelslam evaluate RUN --truth DATA -o results.json");
   command->callback([arguments, &exit_code] {
     run_evaluate(*arguments);
     exit_code = kExitDone;

@@ -20,7 +20,6 @@
 #include "gelslam/exchange/watertight.hpp"
 #include "gelslam/mesh/mesh.hpp"
 #include "gelslam/slam/slam_map.hpp"
-#include "gelslam/viewer/mesh_picture.hpp"
 #include "reports.hpp"
 #include "terminal_progress.hpp"
 
@@ -66,13 +65,12 @@ void check_output(const ExportArguments& a, const fs::path& output) {
                                                                      {".glb", {"--color"}},
                                                                      {".mcap", {"--color", "--log"}},
                                                                      {".html", {"--color"}},
-                                                                     {".png", {}},
                                                                      {".tum", {"--ground-truth"}}};
   const std::string ending = ending_of(output);
   const auto found = takes.find(ending);
   if (found == takes.end())
     throw Error("cannot export to " + quoted(output) +
-                ": the name has to end in .ply, .obj, .stl, .glb, .html, .mcap, .tum or .png");
+                ": the name has to end in .ply, .obj, .stl, .glb, .html, .mcap or .tum");
   for (const std::string& option : chosen_options(a))
     if (!found->second.contains(option) && !(ending != ".tum" && mesh.contains(option)))
       throw Error(fmt::format("{} has no meaning for {} files", option, ending));
@@ -87,7 +85,7 @@ std::string loose_pieces(const Mesh& mesh) {
                      100 * pieces.largest_share);
 }
 
-/// A picture and a mesh file need a mesh; an MCAP file does without.
+/// A page and a mesh file need a mesh; an MCAP file does without.
 void check_contents(const ExportArguments& a, const RunContents& run, const std::string& ending) {
   if (ending == ".mcap" || ending == ".tum") {
     if (run.folder.empty())
@@ -174,16 +172,13 @@ std::string write_output(const ExportArguments& a, const RunContents& run, const
     if (run.mesh.triangles.empty()) std::cerr << "no surface: the run has no mesh\n";
     return counted(outcome.poses, "pose") + ", " + counted(outcome.pictures, "picture") + ", in m";
   }
-  progress.begin(ending == ".png" ? "drawing" : "writing", std::nullopt);
-  if (ending == ".png") {
-    write_picture(output, draw_mesh(run.mesh));
-  } else if (ending == ".html") {
+  progress.begin("writing", std::nullopt);
+  if (ending == ".html") {
     write_page(output, run, color);
   } else {
     write_mesh(output, run.mesh, unit_of(a, output), colors);
   }
   progress.end();
-  if (ending == ".png") return "";
   return fmt::format("{} vertices, {} triangles, in {}", run.mesh.vertices_mm.size(),
                      run.mesh.triangles.size(), short_name(unit_of(a, output)));
 }
@@ -232,7 +227,7 @@ int run_export(const ExportArguments& a) {
   const bool as_asked = reduce_mesh(a, run, progress, say);
   for (const fs::path& output : outputs) {
     const std::string words = write_output(a, run, output, progress);
-    say("wrote " + output.string() + (words.empty() ? "" : ": " + words));
+    say("wrote " + output.string() + ": " + words);
   }
   if (!a.quiet) say_loose_pieces(run.mesh);
   if (!a.quiet && !run.folder.empty()) say_where_warnings_are(run.folder);
@@ -244,7 +239,7 @@ void add_options(CLI::App& command, ExportArguments& a) {
   command.add_option(
       "-o,--output", a.output,
       "File to write; its ending is its format: ply, obj, stl or glb (the surface), html (a page to "
-      "turn it around), mcap (the run for Foxglove), tum (the trajectory), png (three views)");
+      "turn it around), mcap (the run for Foxglove), tum (the trajectory)");
   command.add_option("--html", a.page, "Also, or only, write this page")->check(refuse_unless_html);
   command
       .add_option(
@@ -286,8 +281,8 @@ void add_options(CLI::App& command, ExportArguments& a) {
 }  // namespace
 
 void add_export_command(CLI::App& app, int& exit_code) {
-  CLI::App* command = app.add_subcommand(
-      "export", "Write a run for other programs: mesh, web page, MCAP, trajectory, or a picture");
+  CLI::App* command =
+      app.add_subcommand("export", "Write a run for other programs: mesh, web page, MCAP, or trajectory");
   const auto arguments = std::make_shared<ExportArguments>();
   add_options(*command, *arguments);
   command->footer(

@@ -197,12 +197,10 @@ TEST(Cli, NoOutputReplacesWhatIsThereUnasked) {
     return gelslam(more);
   };
   expect_mistake(judged({"-o", json}), "is already there; choose another name, or give --overwrite");
-  expect_mistake(judged({"--picture", png}), "is already there");
   expect_mistake(judged({"-o", json, "--overwrite"}), "m.ply");
   expect_mistake(judged({"-o", run + "/session/scan.jsonl", "--overwrite"}), "is a recording");
   expect_mistake(judged({"-o", run}), "is a folder");
   expect_mistake(gelslam({"view", "m.ply", "--snapshot", png}), "is already there");
-  expect_mistake(gelslam({"export", "m.ply", "-o", png}), "is already there");
   for (const char* file : {"config.yaml", "a.json", "a.png", "session/scan.jsonl"})
     EXPECT_EQ(test::read_bytes(folder / file), "precious");
 }

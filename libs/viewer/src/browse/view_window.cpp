@@ -160,7 +160,7 @@ void ViewWindow::place_camera() {
 void ViewWindow::draw_frame(Ui& ui, double now_s) {
   lay_out(ui);
   place_camera();
-  SceneStyle style = snapshot_style_.value_or(controls_.style());
+  SceneStyle style = controls_.style();
   stage_.draw(camera_, viewport(), style);
   if (controls_.shows_panels()) {
     draw_titles(ui, style);
@@ -232,14 +232,8 @@ void ViewWindow::draw_slider(Ui& ui) {
   ui.end_panel();
 }
 
-cv::Mat3b ViewWindow::snapshot(const std::optional<OrbitCamera>& camera,
-                               const std::optional<SceneStyle>& style) {
+cv::Mat3b ViewWindow::snapshot() {
   is_snapshot_ = true;
-  snapshot_style_ = style;
-  if (camera) {
-    camera_ = *camera;
-    camera_is_set_ = true;
-  }
   stage_.set_time(controls_.time_s());
   shown_time_s_ = controls_.time_s();
   stage_.finish();

@@ -51,11 +51,8 @@ class ViewWindow : public SceneLoop {
 
   ViewControls& controls() override { return controls_; }
   const Box& track() const { return track_; }  ///< of the slider; empty without one
-  ViewStage& stage() { return stage_; }
-  /// The view with titles, legend and scale, without buttons, at full detail; from where the window begins
-  /// and in its style, unless others are given.
-  cv::Mat3b snapshot(const std::optional<OrbitCamera>& camera = {},
-                     const std::optional<SceneStyle>& style = {});
+  /// The view with titles, legend and scale, without buttons, from where the window begins.
+  cv::Mat3b snapshot();
 
  private:
   bool advance(double now_s, double dt_s) override;
@@ -79,7 +76,6 @@ class ViewWindow : public SceneLoop {
   ViewControls controls_;
   std::optional<double> shown_time_s_;  ///< as the stage knows it
   bool camera_is_set_ = false, is_snapshot_ = false;
-  std::optional<SceneStyle> snapshot_style_;
   Box bar_, slider_, track_;
 };
 
