@@ -24,11 +24,10 @@ TEST(RealClip, ThePeanutIsOneMapWithNearlyEveryFrameInIt) {
                                           (data / "calibration/model/nnmodel.pth").string()});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const auto report = nlohmann::json::parse(test::read_bytes(folder / "run/report.json"));
-  EXPECT_LE(report.at("frames").at("not_in_mesh"), 8)
-      << "contact nearly fades at frame 61; the eight frames that follow may fit at several places";
-  EXPECT_GE(report.at("frames").at("in_map"), 93)
-      << "of 109, one without contact; the jumps of the sped up clip "
-         "fit nowhere, or at several places";
+  EXPECT_LE(report.at("frames").at("not_in_mesh"), 1)
+      << "contact nearly fades at frame 61, and is recognized again";
+  EXPECT_GE(report.at("frames").at("in_map"), 100) << "of 109, one without contact; five or six jumps of the "
+                                                      "sped up clip fit nowhere, or at several places";
 }
 
 }  // namespace

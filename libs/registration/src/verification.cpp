@@ -81,8 +81,9 @@ RegistrationResult verify_registered(const NormalFlowReference& reference, const
                                      const VerificationOptions& options) {
   RegistrationResult result = registration;
   if (!result.ok()) return result;
+  const double model_sigma = std::max(reference.surface().model_sigma, target.model_sigma);
   if (result.texture_correlation < min_texture_correlation(prior, options) ||
-      result.height_rmse_mm > options.max_height_rmse_mm)
+      result.height_rmse_mm > options.max_height_rmse_mm * model_sigma)
     result.status = RegistrationStatus::curvature_mismatch;
   else if (free_space_violation(reference.surface(), target, result.target_T_reference) >
            options.max_free_space_violation)

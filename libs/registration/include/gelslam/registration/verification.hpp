@@ -17,7 +17,9 @@ struct VerificationOptions {
   /// Among many shifts a wrong one agrees more easily: with 0.75 a jump to another part of an object was
   /// taken for a small one.
   double sure_texture_correlation = 0.85;
-  double max_height_rmse_mm = 0.1;  ///< right places have 0.03
+  /// Times Surface::model_sigma of the less certain: heights err as the slopes that they are the integral of.
+  /// Right places have 0.03.
+  double max_height_rmse_mm = 0.1;
   /// Share of either contact that would lie inside gel that the other surface shows untouched.
   double max_free_space_violation = 0.1;
   /// Self-similarity above which a surface shows no place by itself. A cloth or a thread has 0.95, a knurl
