@@ -67,6 +67,20 @@ TEST(MotionForest, CovarianceIsThatOfManyDraws) {
     for (int i = 0; i < 6; ++i) EXPECT_NEAR(sampled[k](i, i) / promised[k](i, i), 1.0, 0.4) << k << ' ' << i;
 }
 
+TEST(MotionForest, AnEdgeAndItsInverseSayTheSame) {
+  const Tree tree;
+  std::vector<UncertainMotion> motions, turned;
+  for (std::size_t i = 0; i < tree.joins.size(); ++i) motions.push_back(tree.motion(i));
+  Tree other = tree;
+  for (std::size_t i = 0; i < tree.joins.size(); ++i) {
+    if (i % 2 == 1) std::swap(other.joins[i].first, other.joins[i].second);
+    turned.push_back(i % 2 == 1 ? inverse(motions[i]) : motions[i]);
+  }
+  const UncertainMotion path = tree.forest(motions).path(20, 27), same = other.forest(turned).path(20, 27);
+  EXPECT_TRUE(path.covariance.isApprox(same.covariance, 1e-9));
+  EXPECT_TRUE(path.by_scale.isApprox(same.by_scale, 1e-9));
+}
+
 // The same against motions that a sensor with a scale would have read.
 TEST(MotionForest, KnowsWhatAGradientScaleDoes) {
   constexpr double kScale = 1e-3;
