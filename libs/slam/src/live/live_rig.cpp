@@ -10,9 +10,10 @@
 #include <utility>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/process.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/slam/merge_scans.hpp"
-#include "live/live_board.hpp"
+#include "live/live_fusion.hpp"
 #include "live/rig_view.hpp"
 
 namespace gelslam {
@@ -23,11 +24,8 @@ namespace {
 
 constexpr std::array<const char*, 2> kNames = {"first sensor", "second sensor"};
 
-std::string of_both(const std::string& first, const std::string& second) {
-  std::string text;
-  if (!first.empty()) append_sentence(text, std::string(kNames[0]) + ": " + first);
-  if (!second.empty()) append_sentence(text, std::string(kNames[1]) + ": " + second);
-  return text;
+std::string of_sensor(std::size_t sensor, const std::string& sentence) {
+  return std::string(kNames[sensor]) + ": " + sentence;
 }
 
 /// A sensor that has ended does not hold up the other one.
@@ -36,62 +34,66 @@ LivePhase phase_of_both(LivePhase first, LivePhase second) {
   return phase == LivePhase::finished ? LivePhase::finishing : phase;
 }
 
-/// `second_speaks`: the state is that of the second sensor.
-LiveStatus status_of_both(const LiveStatus& first, const LiveStatus& second, bool second_speaks) {
-  LiveStatus both = second_speaks ? second : first;
-  both.phase = phase_of_both(first.phase, second.phase);
-  if (both.phase != LivePhase::scanning) both.words = first.phase == both.phase ? first.words : second.words;
-  both.warnings.clear();
-  for (const std::string& warning : first.warnings) both.warnings.push_back(of_both(warning, ""));
-  for (const std::string& warning : second.warnings) both.warnings.push_back(of_both("", warning));
-  both.saving = first.saving || second.saving;
-  both.failure = of_both(first.failure, second.failure);
-  both.source = first.source + "; " + second.source;
-  both.run_folder = first.run_folder;
-  both.frames = first.frames + second.frames;
-  both.lost_by_camera = first.lost_by_camera + second.lost_by_camera;
-  both.dropped = first.dropped + second.dropped;
-  both.damaged = first.damaged + second.damaged;
-  both.latency_ms = std::max(first.latency_ms, second.latency_ms);
-  both.keyframes = first.keyframes + second.keyframes;
-  both.loops = first.loops + second.loops;
-  both.trials = first.trials + second.trials;
-  both.log_bytes = first.log_bytes + second.log_bytes;
-  both.drift_mm = both.drift_deg = 0;  // of one map: known at the end
-  both.reservations.clear();
-  return both;
+/// What frames of this sensor have come to.
+void add_sensor(LiveStatus& all, const LiveStatus& one, std::size_t sensor) {
+  for (const std::string& warning : one.warnings) all.warnings.push_back(of_sensor(sensor, warning));
+  if (!one.failure.empty()) append_sentence(all.failure, of_sensor(sensor, one.failure));
+  append_sentence(all.source, one.source);
+  all.saving = all.saving || one.saving;
+  all.frames += one.frames;
+  all.lost_by_camera += one.lost_by_camera;
+  all.dropped += one.dropped;
+  all.damaged += one.damaged;
+  all.latency_ms = std::max(all.latency_ms, one.latency_ms);
+  all.log_bytes += one.log_bytes;
+}
+
+LiveOptions without_mesh(LiveOptions options) {
+  options.show_mesh = false;
+  return options;
 }
 
 }  // namespace
 
 struct LiveRig::Impl {
-  Impl(std::array<Sensor, 2> sensors, const LiveRigOptions& rig_options)
+  Impl(std::array<Sensor, 2> of, const LiveRigOptions& rig_options)
       : options(rig_options),
-        first(std::move(sensors[0].source), sensors[0].options),
-        second(std::move(sensors[1].source), sensors[1].options),
+        show_mesh(of[0].options.show_mesh),
+        fusion(of[0].options.config.slam.fusion, board, timer),
+        first(std::move(of[0].source), without_mesh(of[0].options)),
+        second(std::move(of[1].source), without_mesh(of[1].options)),
         view(known) {
+    fusion_thread = std::jthread([this] {
+      lower_thread_priority();
+      try {
+        fusion.run();
+      } catch (const std::exception& error) {  // whatever it is, the scan goes on
+        board.warn(error.what());
+      }
+    });
     thread = std::jthread([this] { run(); });
   }
 
   void look();
   void run();
-  void end_of(LiveSlam& session, int sensor);
+  void end_of(LiveSlam& session, std::size_t sensor);
   void join();
 
   const LiveRigOptions options;
   const std::optional<RigPose> known = read_given_rig(options.rig);  // before the sensors start
+  const bool show_mesh;
+  StageTimer timer;
+  LiveBoard board{""};  // of the one map
+  FusionStage fusion;
   LiveSlam first, second;
-  LiveBoard board{""};  // from when both have ended
-  std::atomic<bool> aborted{false};
+  std::atomic<bool> aborted{false}, joining{false};
 
   mutable std::mutex mutex;  // for what follows
   RigView view;
-  bool joining = false;
-  LiveStatus last;  // of both, when they ended
   RunReport report;
   std::exception_ptr failure;
   std::string failure_in_words;
-  std::jthread thread;
+  std::jthread fusion_thread, thread;
 };
 
 void LiveRig::Impl::look() {
@@ -99,6 +101,9 @@ void LiveRig::Impl::look() {
   view.learn(news);
   const std::lock_guard lock(mutex);
   view.show(news);
+  if (board.map() == view.map()) return;
+  board.set_map(view.map());
+  if (show_mesh) fusion.set_map(view.map());
 }
 
 void LiveRig::Impl::run() {
@@ -109,12 +114,8 @@ void LiveRig::Impl::run() {
     look();
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
-  {
-    const std::lock_guard lock(mutex);
-    last = status_of_both(first.status(), second.status(), false);
-    joining = true;
-  }
   board.set_phase(LivePhase::finishing);
+  joining = true;
   try {
     end_of(first, 0);
     end_of(second, 1);
@@ -125,14 +126,15 @@ void LiveRig::Impl::run() {
     failure = std::current_exception();
     failure_in_words = error.what();
   }
+  fusion.stop();
   board.set_phase(LivePhase::finished);
 }
 
-void LiveRig::Impl::end_of(LiveSlam& session, int sensor) {
+void LiveRig::Impl::end_of(LiveSlam& session, std::size_t sensor) {
   try {
     session.wait();
   } catch (const Error& error) {
-    throw Error(std::string(kNames[static_cast<std::size_t>(sensor)]) + ": " + error.what());
+    throw Error(of_sensor(sensor, error.what()));
   }
 }
 
@@ -147,11 +149,13 @@ void LiveRig::Impl::join() {
   request.rig = known;
   BoardProgress progress(board);
   const Run run = merge_scans(request, progress, [this] { return aborted.load(); });
+  fusion.stop();
+  fusion_thread.join();  // what it drew must not come after what is saved
   board.show_saved(run.map, run.mesh);
   const std::lock_guard lock(mutex);
   report = run.report;
   report.partial = report.partial || first.wait().partial || second.wait().partial;
-  report.seconds = last.age_s + board.status().age_s;
+  report.seconds = board.status().age_s;
   board.set_words("done: saved in " + options.run_folder.string(), TrackStatus::background);
 }
 
@@ -170,30 +174,25 @@ LiveRig::~LiveRig() {
 }
 
 LiveStatus LiveRig::status() const {
+  const std::array<LiveStatus, 2> sensors = {impl_->first.status(), impl_->second.status()};
   const std::lock_guard lock(impl_->mutex);
+  LiveStatus status = impl_->board.status();
+  const LiveStatus& shown = sensors[impl_->view.shows_second() ? 1 : 0];
   if (!impl_->joining) {
-    LiveStatus status =
-        status_of_both(impl_->first.status(), impl_->second.status(), impl_->view.shows_second());
-    status.components = impl_->view.components();
-    return status;
+    status.phase = phase_of_both(sensors[0].phase, sensors[1].phase);
+    status.track = shown.track;
+    status.words = status.phase == LivePhase::scanning ? shown.words
+                   : sensors[0].phase == status.phase  ? sensors[0].words
+                                                       : sensors[1].words;
   }
-  LiveStatus status = impl_->last;
-  const LiveStatus of_join = impl_->board.status();
-  status.phase = of_join.phase;
-  status.words = of_join.words;
-  status.progress = of_join.progress;
-  status.warnings.insert(status.warnings.end(), of_join.warnings.begin(), of_join.warnings.end());
+  status.rate_hz = shown.rate_hz;
+  for (const std::size_t sensor : {0, 1}) add_sensor(status, sensors[sensor], sensor);
   append_sentence(status.failure, impl_->failure_in_words);
-  if (status.phase != LivePhase::finished || impl_->failure) return status;
-  const RunReport& report = impl_->report;
-  status.run_folder = impl_->options.run_folder.string();
-  status.keyframes = report.keyframes;
-  status.loops = report.loops;
-  status.trials = report.trials;
-  status.components = report.components;
-  status.drift_mm = report.uncertainty.drift_mm.amount;
-  status.drift_deg = report.uncertainty.drift_deg.amount;
-  status.reservations = report.reservations;
+  const bool saved = status.phase == LivePhase::finished && !impl_->failure;
+  status.run_folder = saved ? impl_->options.run_folder.string() : sensors[0].run_folder;
+  status.drift_mm = impl_->report.uncertainty.drift_mm.amount;
+  status.drift_deg = impl_->report.uncertainty.drift_deg.amount;
+  status.reservations = impl_->report.reservations;
   return status;
 }
 
@@ -206,19 +205,8 @@ std::vector<std::shared_ptr<const LiveTouch>> LiveRig::touches() const {
   return {impl_->first.touch(), impl_->second.touch()};
 }
 
-std::shared_ptr<const MapSnapshot> LiveRig::map() const {
-  const std::lock_guard lock(impl_->mutex);
-  const std::shared_ptr<const MapSnapshot> joined = impl_->board.map();
-  return joined->nodes.empty() ? impl_->view.map() : joined;
-}
-
-MeshChanges LiveRig::take_mesh_changes() {
-  const std::lock_guard lock(impl_->mutex);
-  MeshChanges joined = impl_->board.take_mesh_changes();
-  if (impl_->joining) return joined;
-  return impl_->view.take_mesh_changes({impl_->first.take_mesh_changes(), impl_->second.take_mesh_changes()});
-}
-
+std::shared_ptr<const MapSnapshot> LiveRig::map() const { return impl_->board.map(); }
+MeshChanges LiveRig::take_mesh_changes() { return impl_->board.take_mesh_changes(); }
 std::vector<StageStatistics> LiveRig::stage_times() const { return impl_->first.stage_times(); }
 
 void LiveRig::set_paused(bool paused) {

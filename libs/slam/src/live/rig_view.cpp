@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "live/live_board.hpp"
-
 namespace gelslam::slam::detail {
 namespace {
 
@@ -13,8 +11,7 @@ constexpr double kShownPerS = 5;
 constexpr double kMaxPairGapS = 0.02;       // half a frame: what moved meanwhile is not seen in a window
 constexpr std::size_t kFirstEstimate = 15;  // constraints, 3 s
 constexpr double kLeverMm = 10;             // from the middle of a sensor to its border
-constexpr double kAgreeMm = 1, kVisibleMm = 0.1;               // of two estimates; of a place
-constexpr std::int64_t kSecondBlocks = std::int64_t{1} << 62;  // turns the key of a block into another one
+constexpr double kAgreeMm = 1, kVisibleMm = 0.1;  // of two estimates; of a place
 
 double distance_mm(const Pose& a, const Pose& b) {
   const Vector6d error = se3_log(a.inverse() * b);
@@ -30,21 +27,6 @@ std::optional<Pose> place_of(int keyframe, const Pose& keyframe_T_sensor, const 
   const MapSnapshot::Node* node = map.find(keyframe);
   if (node == nullptr || node->component != map.shown_component) return std::nullopt;
   return node->component_T_keyframe * keyframe_T_sensor;
-}
-
-MeshBlock moved(MeshBlock block, const Pose& map_T_block) {
-  const Eigen::Isometry3f motion = map_T_block.cast<float>();
-  block.key ^= kSecondBlocks;
-  for (Eigen::Vector3f& vertex : block.mesh.vertices_mm) vertex = motion * vertex;
-  for (Eigen::Vector3f& normal : block.mesh.normals) normal = motion.linear() * normal;
-  for (int& keyframe : block.keyframe) keyframe += RigView::kSecond;
-  return block;
-}
-
-MeshBlock emptied(std::int64_t key) {
-  MeshBlock block;
-  block.key = key ^ kSecondBlocks;
-  return block;
 }
 
 }  // namespace
@@ -109,7 +91,7 @@ bool RigView::place_second() {
   const Pose place = normalized(*first * *first_T_second_ * second->inverse());
   if (first_map_T_second_map_ && distance_mm(place, *first_map_T_second_map_) < kVisibleMm) return false;
   first_map_T_second_map_ = place;
-  return second_moved_ = true;
+  return true;
 }
 
 void RigView::join_maps() {
@@ -129,27 +111,7 @@ void RigView::join_maps() {
     edge.to += kSecond;
     map->edges.push_back(edge);
   }
-  components_ = count_different(*map, &MapSnapshot::Node::component);
   map_ = std::move(map);
-}
-
-MeshChanges RigView::take_mesh_changes(std::array<MeshChanges, 2> changes) {
-  MeshChanges all = std::move(changes[0]);
-  const bool is_drawn = first_map_T_second_map_.has_value();
-  const bool from_anew = all.cleared || std::exchange(second_moved_, false);
-  if (changes[1].cleared) {
-    for (const auto& [key, block] : second_blocks_) all.blocks.push_back(emptied(key));
-    second_blocks_.clear();
-  }
-  for (MeshBlock& block : changes[1].blocks) {
-    if (is_drawn && !from_anew) all.blocks.push_back(moved(block, *first_map_T_second_map_));
-    const std::int64_t key = block.key;
-    second_blocks_[key] = std::move(block);
-  }
-  if (is_drawn && from_anew)
-    for (const auto& [key, block] : second_blocks_)
-      all.blocks.push_back(moved(block, *first_map_T_second_map_));
-  return all;
 }
 
 }  // namespace gelslam::slam::detail

@@ -1,8 +1,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
-#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -30,15 +28,11 @@ class RigView {
   void learn(const RigNews& news);
   /// The map and the touch from now on.
   void show(const RigNews& news);
-  /// `changes`: of each sensor, all since the last call.
-  MeshChanges take_mesh_changes(std::array<MeshChanges, 2> changes);
-
   /// The second sensor's keyframes and trials have numbers from kSecond on.
   const std::shared_ptr<const MapSnapshot>& map() const { return map_; }
   /// The first sensor's, unless only the second one touches.
   const std::shared_ptr<const LiveTouch>& touch() const { return touch_; }
   bool shows_second() const { return shows_second_; }
-  int components() const { return components_; }
 
   static constexpr int kSecond = 1 << 24;
 
@@ -52,13 +46,10 @@ class RigView {
   std::vector<RigConstraint> constraints_;  // without covariances
   double constrained_s_ = -1e9;
   std::size_t next_estimate_at_;
-  RigNews news_;                                     // that is shown
-  std::map<std::int64_t, MeshBlock> second_blocks_;  // in the second map
-  bool second_moved_ = false;                        // since the mesh was taken
+  RigNews news_;  // that is shown
   std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
   std::shared_ptr<const LiveTouch> touch_, touch_source_;
   bool shows_second_ = false;
-  int components_ = 0;
 };
 
 }  // namespace gelslam::slam::detail
