@@ -1,4 +1,3 @@
-#include <array>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -21,45 +20,28 @@ struct ReplayArguments {
   LiveArguments live;
 };
 
-std::unique_ptr<RawFrameSource> open_log(const ReplayArguments& arguments, std::size_t sensor,
-                                         const Config& config) {
-  const auto speed = arguments.every_frame ? std::nullopt : std::optional(arguments.speed);
-  return pace(open_raw_log(arguments.logs[sensor], config.sensor), speed);
-}
-
-int run_two(const ReplayArguments& arguments) {
-  const LiveArguments& live = arguments.live;
-  check_two_sensors(arguments.logs[0], arguments.logs[1]);
-  std::array<Config, 2> configs;
-  for (std::size_t i = 0; i < 2; ++i) configs[i] = resolve_config(live.input(arguments.logs[i], i, 2));
-  std::array<LiveOptions, 2> options = live.options_of_two(configs);
-  std::array<LiveRig::Sensor, 2> sensors;
-  for (std::size_t i = 0; i < 2; ++i) {
-    options[i].log = arguments.logs[i];
-    options[i].drop_when_behind = !arguments.every_frame;
-    open_frame_source(arguments.logs[i], configs[i].sensor)->next();
-    sensors[i] = {open_log(arguments, i, configs[i]), options[i]};
-  }
-  return run_live_rig(std::move(sensors), live);
-}
-
 int run(ReplayArguments arguments) {
-  if (arguments.logs.size() == 1) {
-    const std::vector<std::filesystem::path> sensors = sensors_of_log(arguments.logs.front());
-    arguments.logs.assign(sensors.begin(), sensors.end());
+  std::vector<std::string>& logs = arguments.logs;
+  if (logs.size() == 1) {
+    const std::vector<std::filesystem::path> sensors = sensors_of_log(logs.front());
+    logs.assign(sensors.begin(), sensors.end());
   }
-  if (arguments.logs.size() == 2) return run_two(arguments);
+  if (logs.size() == 2) check_two_sensors(logs[0], logs[1]);
   const LiveArguments& live = arguments.live;
-  if (!live.rig.empty()) throw Error("--rig takes the logs of two sensors");
-  const std::string& log = arguments.logs.front();
-  const Config config = resolve_config(live.input(log));
-  LiveOptions options = live.options(config);
-  options.log = log;
-  options.drop_when_behind = !arguments.every_frame;
+  const std::vector<Config> configs = live.configs(logs);
+  std::vector<LiveOptions> options = live.options(configs);
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    options[i].log = logs[i];
+    options[i].drop_when_behind = !arguments.every_frame;
+  }
   WindowOptions window = prepare_window(options, live);
   // A log of another camera is refused before a run folder is made, or replaced.
-  open_frame_source(log, config.sensor)->next();
-  return run_live(open_log(arguments, 0, config), options, live, std::move(window));
+  for (std::size_t i = 0; i < logs.size(); ++i) open_frame_source(logs[i], configs[i].sensor)->next();
+  const auto speed = arguments.every_frame ? std::nullopt : std::optional(arguments.speed);
+  RawFrameSources sources;
+  for (std::size_t i = 0; i < logs.size(); ++i)
+    sources.push_back(pace(open_raw_log(logs[i], configs[i].sensor), speed));
+  return run_live(std::move(sources), std::move(options), live, std::move(window));
 }
 
 }  // namespace

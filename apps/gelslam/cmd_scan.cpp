@@ -1,4 +1,3 @@
-#include <array>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -49,24 +48,23 @@ std::vector<std::string> go_on(const ScanArguments& arguments) {
   return words;
 }
 
-using Cameras = std::vector<std::unique_ptr<RawFrameSource>>;
-
 /// Plays a log, or the simulated sensor, in the camera's place. What it shows is not recorded once more.
 int run_without_camera(const std::filesystem::path& source, LiveArguments live) {
   const bool simulated = source == simulated_camera_name();
   if (simulated && live.log.models.empty()) live.log.models = {simulated_camera_model(live.quiet).string()};
-  const Config config = resolve_config(live.input(simulated ? "" : source.string()));
-  LiveOptions options = live.options(config);
-  if (!simulated) options.log = source;
+  const std::vector<Config> configs = live.configs({simulated ? "" : source.string()});
+  std::vector<LiveOptions> options = live.options(configs);
+  if (!simulated) options.front().log = source;
   WindowOptions window = prepare_window(options, live);
-  if (!simulated) return run_live(pace(open_raw_log(source, config.sensor)), options, live, window);
-  const auto open = [] {
-    Cameras cameras;
-    cameras.push_back(pace(open_simulated_camera()));
+  const auto open = [&] {
+    RawFrameSources cameras;
+    cameras.push_back(
+        pace(simulated ? open_simulated_camera() : open_raw_log(source, configs.front().sensor)));
     return cameras;
   };
-  return run_live(std::move(open().front()), options, live, window,
-                  {open, {config}, go_on({{source.string()}, false, false, live})});
+  if (!simulated) return run_live(open(), std::move(options), live, window);
+  return run_live(open(), std::move(options), live, window,
+                  {open, configs, go_on({{source.string()}, false, false, live})});
 }
 
 /// Where a person is at a window and asked for no particular camera, they can choose something else.
@@ -83,57 +81,42 @@ int run_instead(const ScanArguments& arguments, const Error& error) {
   return run_without_camera(*chosen, arguments.live);
 }
 
-Cameras frames_of(std::vector<CameraInput> inputs) {
-  Cameras cameras;
+RawFrameSources frames_of(std::vector<CameraInput> inputs) {
+  RawFrameSources cameras;
   for (CameraInput& input : inputs) cameras.push_back(std::move(input.frames));
   return cameras;
-}
-
-int run_two(const ScanArguments& arguments) {
-  const LiveArguments& live = arguments.live;
-  const std::array<Config, 2> configs = {resolve_config(live.input("", 0, 2)),
-                                         resolve_config(live.input("", 1, 2))};
-  const std::array<LiveOptions, 2> options = live.options_of_two(configs);
-  for (const LiveOptions& of_sensor : options) check_run_folder(of_sensor);
-  const auto open = [&] { return open_camera_inputs(configs, arguments.devices); };
-  std::vector<CameraInput> cameras = open();
-  std::array<LiveRig::Sensor, 2> sensors;
-  for (std::size_t i = 0; i < 2; ++i) {
-    sensors[i] = {std::move(cameras[i].frames), options[i]};
-    if (!arguments.no_log) sensors[i].options.record = cameras[i].attachments;
-    sensors[i].options.record_resized = arguments.resized;
-  }
-  return run_live_rig(std::move(sensors), live,
-                      {[&] { return frames_of(open()); }, {configs[0], configs[1]}, {}});
 }
 
 int run(ScanArguments arguments) {
   LiveArguments& live = arguments.live;
   if (live.run_folder.empty() && live.continued.empty()) live.run_folder = name_by_time();
-  if (arguments.devices.size() == 2) return run_two(arguments);
-  if (!live.rig.empty()) throw Error("--rig is for two sensors: give --camera twice");
-  const std::string device = arguments.devices.empty() ? "" : arguments.devices.front();
-  if (device == simulated_camera_name()) return run_without_camera(device, live);
-  Config config;
+  std::vector<std::string> devices = arguments.devices;
+  if (devices.empty()) devices.emplace_back();  // the configuration's
+  if (devices.size() == 1 && devices.front() == simulated_camera_name())
+    return run_without_camera(devices.front(), live);
+  std::vector<Config> configs;
   try {
-    config = resolve_config(live.input(""));
+    configs = live.configs(std::vector<std::string>(devices.size()));
   } catch (const Error& error) {
     if (!live.log.models.empty() || !live.log.configs.empty()) throw;  // there is a mistake in them
     return run_instead(arguments, error);
   }
-  LiveOptions options = live.options(config);
+  std::vector<LiveOptions> options = live.options(configs);
   WindowOptions window = prepare_window(options, live);
-  const auto open = [&] { return open_camera_inputs({&config, 1}, {&device, 1}); };
+  const auto open = [&] { return open_camera_inputs(configs, devices); };
   std::vector<CameraInput> cameras;
   try {
     cameras = open();
   } catch (const Error& error) {
     return run_instead(arguments, error);
   }
-  if (!arguments.no_log) options.record = cameras.front().attachments;
-  options.record_resized = arguments.resized;
-  return run_live(std::move(cameras.front().frames), options, live, std::move(window),
-                  {[&] { return frames_of(open()); }, {config}, go_on(arguments)});
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    if (!arguments.no_log) options[i].record = cameras[i].attachments;
+    options[i].record_resized = arguments.resized;
+  }
+  return run_live(frames_of(std::move(cameras)), std::move(options), live, std::move(window),
+                  {[&] { return frames_of(open()); }, configs,
+                   devices.size() == 1 ? go_on(arguments) : std::vector<std::string>()});
 }
 
 }  // namespace

@@ -131,7 +131,8 @@ std::filesystem::path next_run_folder(const std::filesystem::path& folder) {
     const auto exists = [&](const std::filesystem::path& path) {
       return std::filesystem::exists(path, code);
     };
-    if (!exists(next) && !exists(run_of_sensor(next, 0)) && !exists(run_of_sensor(next, 1))) return next;
+    if (!exists(next) && !exists(run_of_sensor(next, 0, 2)) && !exists(run_of_sensor(next, 1, 2)))
+      return next;
   }
 }
 
@@ -163,10 +164,7 @@ void LiveArguments::add_to(CLI::App& command) {
   add_quiet_flag(command, quiet);
 }
 
-LiveOptions LiveArguments::options(Config config, int sensor, int sensors) const {
-  const auto of_sensor = [&](const std::filesystem::path& run) {
-    return sensors == 1 ? run : run_of_sensor(run, sensor);
-  };
+LiveOptions LiveArguments::options_of(Config config, int sensor, int sensors) const {
   LiveOptions options;
   options.show_mesh = !headless || !snapshot.empty();
   options.background = log.background;
@@ -174,13 +172,13 @@ LiveOptions LiveArguments::options(Config config, int sensor, int sensors) const
   options.background_frames = log.named_frames();
   options.overwrite = overwrite;
   if (continued.empty()) {
-    options.run_folder = of_sensor(run_folder);
+    options.run_folder = run_of_sensor(run_folder, sensor, sensors);
   } else {
     const bool of_several = is_of_several_sensors(continued);
     if (of_several) config.slam.gradient_scale = {};  // off in that run, whose surfaces are corrected
     if (of_several || sensors > 1) {
       if (sensor == 0) check_can_be_merged(continued);
-      options.run_folder = next_run_folder(of_sensor(continued));
+      options.run_folder = next_run_folder(run_of_sensor(continued, sensor, sensors));
     } else {
       options.run_folder = continued;
       options.continued = continue_in_place(continued, config);
@@ -191,22 +189,33 @@ LiveOptions LiveArguments::options(Config config, int sensor, int sensors) const
   return options;
 }
 
-LogInput LiveArguments::input(const std::string& path, std::size_t sensor, std::size_t sensors) const {
+std::vector<Config> LiveArguments::configs(const std::vector<std::string>& logs) const {
   if (!continued.empty()) finish_update(continued);
-  return with_settings_of_run(log.input(path, sensor, sensors), continued);
+  std::vector<Config> of_sensor;
+  for (std::size_t sensor = 0; sensor < logs.size(); ++sensor)
+    of_sensor.push_back(
+        resolve_config(with_settings_of_run(log.input(logs[sensor], sensor, logs.size()), continued)));
+  return of_sensor;
 }
 
-std::array<LiveOptions, 2> LiveArguments::options_of_two(const std::array<Config, 2>& resolved) const {
-  if (run_folder.empty() && continued.empty()) throw Error("two sensors need a run folder: -o RUN");
-  if (!stream.target.empty() && stream.stream_format() == StreamFormat::tum)
+std::vector<LiveOptions> LiveArguments::options(const std::vector<Config>& configs) const {
+  const int sensors = static_cast<int>(configs.size());
+  if (sensors == 1 && !rig.empty()) throw Error("--rig is for two sensors");
+  if (sensors > 1 && run_folder.empty() && continued.empty())
+    throw Error("two sensors need a run folder: -o RUN");
+  if (sensors > 1 && !stream.target.empty() && stream.stream_format() == StreamFormat::tum)
     throw Error("--stream-format tum does not tell two sensors apart; use ndjson");
-  std::array<LiveOptions, 2> both = {options(resolved[0], 0, 2), options(resolved[1], 1, 2)};
-  if (both[0].stream) both[1].stream = std::make_shared<PoseStream>(*both[0].stream);
-  return both;
+  std::vector<LiveOptions> of_sensor;
+  for (int sensor = 0; sensor < sensors; ++sensor)
+    of_sensor.push_back(options_of(configs[static_cast<std::size_t>(sensor)], sensor, sensors));
+  if (sensors > 1 && of_sensor[0].stream)
+    of_sensor[1].stream = std::make_shared<PoseStream>(*of_sensor[0].stream);
+  return of_sensor;
 }
 
-WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& arguments) {
-  check_run_folder(options);
+WindowOptions prepare_window(const std::vector<LiveOptions>& of_sensor, const LiveArguments& arguments) {
+  for (const LiveOptions& options : of_sensor) check_run_folder(options);
+  const LiveOptions& options = of_sensor.front();
   if (std::filesystem::exists(arguments.snapshot)) check_output_file(arguments.snapshot, arguments.overwrite);
   WindowOptions window;
   window.picture_folder = options.run_folder.empty() ? "." : options.run_folder.string();
@@ -278,23 +287,15 @@ void join_with_continued(const std::filesystem::path& scan, const LiveArguments&
   std::cerr << run_words(all, arguments.continued, arguments.quiet);
 }
 
-std::vector<BackgroundFrames> backgrounds_of(const LiveSlam& session) {
-  return {session.background_frames()};
-}
-std::vector<BackgroundFrames> backgrounds_of(const LiveRig& session) {
-  return {session.background_frames(0), session.background_frames(1)};
-}
-
-/// `begin` makes the session.
-template <typename Begin>
-LiveEnd run_to_its_end(const LiveOptions& options, const LiveArguments& arguments, WindowOptions window,
-                       UsualPriority& usual_priority, const Begin& begin) {
+LiveEnd run_to_its_end(RawFrameSources sources, std::vector<LiveOptions> options, const LiveRigOptions& rig,
+                       const LiveArguments& arguments, WindowOptions window, UsualPriority& usual_priority) {
   LiveEnd end;
   // Before there is anything that must not be left behind.
   const InterruptWatch interrupt(
-      2, options.log.empty() ? InterruptWatch::Ends::regularly : InterruptWatch::Ends::early);
+      2, options.front().log.empty() ? InterruptWatch::Ends::regularly : InterruptWatch::Ends::early);
   std::atomic<bool> shown{arguments.headless};
-  const auto session = usual_priority.run([&] { return begin([&shown] { return shown.load(); }); });
+  for (LiveOptions& of_sensor : options) of_sensor.begins = [&shown] { return shown.load(); };
+  const auto session = usual_priority.run([&] { return begin_live(std::move(sources), options, rig); });
   window.when_shown = [&] { shown = true; };
   const StopWatch stop_watch(*session, interrupt, arguments.seconds);
   if (!arguments.headless) {
@@ -309,15 +310,14 @@ LiveEnd run_to_its_end(const LiveOptions& options, const LiveArguments& argument
   std::cerr << report_text(report, session->status(), warned, arguments.quiet);
   end.exit_code = report.frames.tracked == 0 || report.partial ? kExitNotGood : kExitDone;
   end.run_folder = session->status().run_folder;
-  end.backgrounds = backgrounds_of(*session);
+  end.backgrounds = session->background_frames();
   if (interrupt.requested()) end.window.next = NextStep::none;
   return end;
 }
 
 /// The cameras, opened once more, after what was the background of the scan before.
-std::vector<std::unique_ptr<RawFrameSource>> open_again(const NextScans& next,
-                                                        std::vector<BackgroundFrames> backgrounds) {
-  std::vector<std::unique_ptr<RawFrameSource>> cameras = next.open();
+RawFrameSources open_again(const NextScans& next, std::vector<BackgroundFrames> backgrounds) {
+  RawFrameSources cameras = next.open();
   double begins_s = 0;  // one start for both sensors
   for (std::size_t i = 0; i < cameras.size(); ++i)
     begins_s = std::max(begins_s, static_cast<double>(backgrounds[i].size()) / cameras[i]->rate_hz());
@@ -326,103 +326,54 @@ std::vector<std::unique_ptr<RawFrameSource>> open_again(const NextScans& next,
   return cameras;
 }
 
-LiveOptions of_next_scan(LiveOptions options, const Config& config, const std::filesystem::path& run_folder) {
+void prepare_next_scan(LiveOptions& options, const Config& config, const std::filesystem::path& run_folder) {
   options.config = config;  // a scan that continues another may have a changed one
   options.run_folder = run_folder;
   options.overwrite = false;
   options.continued.reset();
   if (options.stream) options.stream->start_scan();
-  return options;
-}
-
-/// Scan after scan, as long as the person begins another one. `run`: one of them. `prepare`: the next one, in
-/// that run folder.
-LiveEnd run_scans(const LiveArguments& arguments, WindowOptions window, const NextScans& next,
-                  const std::function<LiveEnd(const WindowOptions&)>& run,
-                  const std::function<void(LiveEnd&, const std::filesystem::path&)>& prepare) {
-  const std::filesystem::path first =
-      arguments.continued.empty() ? arguments.run_folder : arguments.continued;
-  for (int exit_code = kExitDone;;) {
-    const std::filesystem::path next_folder = next.open ? next_run_folder(first) : "";
-    window.next_run_folder = next_folder.string();
-    LiveEnd end = run(window);
-    end.exit_code = exit_code = std::max(exit_code, end.exit_code);
-    if (end.window.next != NextStep::new_scan) return end;
-    window.script = end.window.script;
-    window.picture_folder = next_folder;
-    prepare(end, next_folder);
-  }
-}
-
-void finish(const LiveOptions& options) {
-  if (options.stream && !options.stream->finish()) std::cout.setstate(std::ios::badbit);  // main() says so
 }
 
 }  // namespace
 
-int run_live(std::unique_ptr<RawFrameSource> source, LiveOptions options, const LiveArguments& arguments,
+int run_live(RawFrameSources sources, std::vector<LiveOptions> options, const LiveArguments& arguments,
              WindowOptions window, const NextScans& next) {
+  const int sensors = static_cast<int>(options.size());
   window.can_go_on = !next.go_on.empty();
-  bool joins = !arguments.continued.empty() && !options.continued;
+  const bool goes_on = !arguments.continued.empty();
+  const std::filesystem::path first = goes_on ? arguments.continued : arguments.run_folder;
+  LiveRigOptions rig{first, arguments.overwrite, arguments.rig, goes_on};
+  bool joins = goes_on && sensors == 1 && !options.front().continued;
   UsualPriority usual_priority;
   if (!arguments.headless) lower_thread_priority();  // drawing goes after tracking
-  const LiveEnd end = run_scans(
-      arguments, window, next,
-      [&](const WindowOptions& one) {
-        LiveEnd of_scan = run_to_its_end(options, arguments, one, usual_priority, [&](const auto& begins) {
-          options.begins = begins;
-          return std::make_unique<LiveSlam>(std::move(source), options);
-        });
-        if (std::exchange(joins, false)) {
-          join_with_continued(options.run_folder, arguments);
-          of_scan.run_folder = arguments.continued;
-        }
-        return of_scan;
-      },
-      [&](LiveEnd& last, const std::filesystem::path& run_folder) {
-        source = std::move(open_again(next, std::move(last.backgrounds)).front());
-        options = of_next_scan(std::move(options), next.configs.front(), run_folder);
-      });
-  finish(options);
+  LiveEnd end;
+  for (int exit_code = kExitDone;;) {  // scan after scan, as long as the person begins another one
+    const std::filesystem::path next_folder = next.open ? next_run_folder(first) : "";
+    window.next_run_folder = next_folder.string();
+    end = run_to_its_end(std::move(sources), options, rig, arguments, window, usual_priority);
+    if (std::exchange(joins, false)) {
+      join_with_continued(options.front().run_folder, arguments);
+      end.run_folder = arguments.continued;
+    }
+    end.exit_code = exit_code = std::max(exit_code, end.exit_code);
+    if (end.window.next != NextStep::new_scan) break;
+    window.script = end.window.script;
+    window.picture_folder = next_folder;
+    rig = {next_folder, false, arguments.rig, false};
+    sources = open_again(next, std::move(end.backgrounds));
+    for (int sensor = 0; sensor < sensors; ++sensor)
+      prepare_next_scan(options[static_cast<std::size_t>(sensor)],
+                        next.configs[static_cast<std::size_t>(sensor)],
+                        run_of_sensor(next_folder, sensor, sensors));
+  }
+  if (const auto& stream = options.front().stream; stream && !stream->finish())
+    std::cout.setstate(std::ios::badbit);  // main() says so
   if (end.window.next == NextStep::none) return end.exit_code;
   std::vector<std::string> words =
       end.window.next == NextStep::view ? std::vector<std::string>{"view"} : next.go_on;
   words.push_back(end.run_folder);
   words.push_back(fmt::format("--ui-scale={}", arguments.ui_scale));
   become(words);
-}
-
-int run_live_rig(std::array<LiveRig::Sensor, 2> sensors, const LiveArguments& arguments,
-                 const NextScans& next) {
-  const bool goes_on = !arguments.continued.empty();
-  LiveRigOptions rig{goes_on ? arguments.continued : arguments.run_folder, arguments.overwrite, arguments.rig,
-                     goes_on};
-  std::array<LiveOptions, 2> options = {sensors[0].options, sensors[1].options};
-  const WindowOptions window = prepare_window(options[0], arguments);
-  UsualPriority usual_priority;
-  if (!arguments.headless) lower_thread_priority();
-  const LiveEnd end = run_scans(
-      arguments, window, next,
-      [&](const WindowOptions& one) {
-        return run_to_its_end(options[0], arguments, one, usual_priority, [&](const auto& begins) {
-          for (LiveRig::Sensor& sensor : sensors) sensor.options.begins = begins;
-          return std::make_unique<LiveRig>(std::move(sensors), rig);
-        });
-      },
-      [&](LiveEnd& last, const std::filesystem::path& run_folder) {
-        rig.run_folder = run_folder;
-        rig.overwrite = rig.continued = false;
-        auto cameras = open_again(next, std::move(last.backgrounds));
-        for (std::size_t i = 0; i < 2; ++i) {
-          options[i] = of_next_scan(std::move(options[i]), next.configs[i],
-                                    run_of_sensor(run_folder, static_cast<int>(i)));
-          sensors[i] = {std::move(cameras[i]), options[i]};
-        }
-      });
-  finish(options[0]);
-  if (end.window.next == NextStep::view)
-    become({"view", end.run_folder, fmt::format("--ui-scale={}", arguments.ui_scale)});
-  return end.exit_code;
 }
 
 }  // namespace gelslam

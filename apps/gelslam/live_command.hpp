@@ -1,7 +1,6 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <array>
 #include <functional>
 #include <memory>
 #include <string>
@@ -26,25 +25,26 @@ struct LiveArguments {
   StreamArguments stream;
 
   void add_to(CLI::App& command);
-  /// The part of the options that does not depend on where frames come from. Opens the stream and reads the
-  /// session that is continued. Where two sensors continue a run, or one continues that of several, the scan
-  /// is a new one, in a folder of its own, which joins that run at its end.
-  LiveOptions options(Config resolved_config, int sensor = 0, int sensors = 1) const;
-  /// Where the configuration is looked up. `path`: empty for a camera.
-  LogInput input(const std::string& path, std::size_t sensor = 0, std::size_t sensors = 1) const;
+  /// The configuration of each sensor, whose frames are in these logs; empty names: cameras.
+  std::vector<Config> configs(const std::vector<std::string>& logs) const;
+  /// The part of each sensor's options that does not depend on where frames come from. Opens the stream and
+  /// reads the session that is continued. Where two sensors continue a run, or one continues that of several,
+  /// the scan is a new one, in a folder of its own, which joins that run at its end. Throws Error where one
+  /// of these arguments is for another number of sensors.
+  std::vector<LiveOptions> options(const std::vector<Config>& configs) const;
 
-  /// Of two sensors. Throws Error where one of these arguments is for a single sensor.
-  std::array<LiveOptions, 2> options_of_two(const std::array<Config, 2>& resolved_configs) const;
+ private:
+  LiveOptions options_of(Config config, int sensor, int sensors) const;
 };
 
 /// How the window begins. Throws Error where a session with these options could not: the run folder, the
 /// script or the display refuse. Makes nothing, so that it can be asked before a camera is disturbed.
-WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& arguments);
+WindowOptions prepare_window(const std::vector<LiveOptions>& options, const LiveArguments& arguments);
 
 /// What follows a scan where there is a camera.
 struct NextScans {
   /// Opens the cameras once more for another scan, one by sensor.
-  std::function<std::vector<std::unique_ptr<RawFrameSource>>()> open;
+  std::function<RawFrameSources()> open;
   std::vector<Config> configs;     ///< by sensor
   std::vector<std::string> go_on;  ///< the command that continues the run whose folder comes next; or empty
 };
@@ -54,11 +54,7 @@ struct NextScans {
 /// is, the third ends the program. Returns the worst exit code. When the person chose to look at the run or
 /// to go on, this program begins anew with those arguments instead, next.go_on and the run folder or "view"
 /// and the run folder.
-int run_live(std::unique_ptr<RawFrameSource> source, LiveOptions options, const LiveArguments& arguments,
+int run_live(RawFrameSources sources, std::vector<LiveOptions> options, const LiveArguments& arguments,
              WindowOptions window, const NextScans& next = {});
-
-/// The same of two sensors, without a window to go on in.
-int run_live_rig(std::array<LiveRig::Sensor, 2> sensors, const LiveArguments& arguments,
-                 const NextScans& next = {});
 
 }  // namespace gelslam

@@ -68,7 +68,7 @@ TEST_F(Live, TheBackgroundIsHandedOnFrameByFrame) {
   pictures.insert(pictures.end(), peanut_pictures().begin(), peanut_pictures().end());
   source = std::make_unique<Pictures>(pictures);
   start().wait();
-  const BackgroundFrames frames = session->background_frames();
+  const BackgroundFrames frames = session->background_frames().front();
   ASSERT_EQ(std::ssize(frames), kBackgroundFrames);
   for (int i = 0; i < kBackgroundFrames; ++i) EXPECT_EQ(frames[static_cast<std::size_t>(i)]->index, 5 + i);
   session.reset();
@@ -77,13 +77,13 @@ TEST_F(Live, TheBackgroundIsHandedOnFrameByFrame) {
   options.overwrite = true;
   source = std::make_unique<Pictures>(peanut_pictures());
   start().wait();
-  EXPECT_TRUE(session->background_frames().empty()) << "an image is there for the next scan, too";
+  EXPECT_TRUE(session->background_frames().front().empty()) << "an image is there for the next scan, too";
 }
 
 TEST_F(Live, TheNextScanHasTheSameBackgroundAndALogThatStandsAlone) {
   options.record = LogAttachments{};
   const int keyframes = start().wait().keyframes;
-  const BackgroundFrames background = session->background_frames();
+  const BackgroundFrames background = session->background_frames().front();
   const std::string first_log = read("log.mkv");
   options.run_folder = folder / "run-2";
   std::unique_ptr<Pictures> pictures = touching_pictures();

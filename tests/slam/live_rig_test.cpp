@@ -6,7 +6,9 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <map>
 #include <set>
+#include <utility>
 
 #include "camera_input.hpp"
 #include "gelslam/core/error.hpp"
@@ -28,16 +30,30 @@ class TwoSensors : public Live {
   }
 
   /// Both sources wait until the session is there.
-  LiveRig& start_both() {
+  LiveSession& start_both() {
     Pictures &a = *source, &b = *second_source;
-    std::array<LiveRig::Sensor, 2> sensors = {
-        {{std::move(source), options}, {std::move(second_source), options}}};
-    for (int sensor : {0, 1})
-      sensors[static_cast<std::size_t>(sensor)].options.run_folder = run_of_sensor(rig.run_folder, sensor);
-    both = std::make_unique<LiveRig>(std::move(sensors), rig);
+    RawFrameSources sources;
+    sources.push_back(std::move(source));
+    sources.push_back(std::move(second_source));
+    begin(std::move(sources));
     a.open();
     b.open();
     return *both;
+  }
+  void begin(RawFrameSources sources) {
+    std::vector<LiveOptions> of_sensor(2, options);
+    for (const int sensor : {0, 1})
+      of_sensor[static_cast<std::size_t>(sensor)].run_folder = run_of_sensor(rig.run_folder, sensor, 2);
+    both = begin_live(std::move(sources), of_sensor, rig);
+  }
+  /// Triangles of the mesh that the window shows.
+  std::size_t drawn() {
+    const MeshChanges changes = both->take_mesh_changes();
+    if (changes.cleared) triangles.clear();
+    for (const MeshBlock& block : changes.blocks) triangles[block.key] = block.mesh.triangles.size();
+    std::size_t sum = 0;
+    for (const auto& [key, of_block] : triangles) sum += of_block;
+    return sum;
   }
   /// In a source's thread: until both have tracked this frame.
   void wait_for_both(std::int64_t index) {
@@ -50,12 +66,13 @@ class TwoSensors : public Live {
 
   LiveRigOptions rig;
   std::unique_ptr<Pictures> second_source = std::make_unique<Pictures>(peanut_pictures());
-  std::unique_ptr<LiveRig> both;
+  std::unique_ptr<LiveSession> both;
+  std::map<std::int64_t, std::size_t> triangles;  // by block
 };
 
 TEST_F(TwoSensors, TheirMapsAreShownAsOneAndSavedAsOne) {
   std::set<int> components;
-  std::size_t keyframes = 0;
+  std::size_t keyframes = 0, shown_triangles = 0;
   const int last = kBackgroundFrames + kScanFrames - 1;
   // Neither sensor goes ahead: the window pairs touches of one time, and a slow machine drops no frame.
   for (int frame = kBackgroundFrames + 1; frame <= last; ++frame) {
@@ -73,10 +90,18 @@ TEST_F(TwoSensors, TheirMapsAreShownAsOneAndSavedAsOne) {
     })) << keyframes
         << " keyframes in " << components.size() << " pieces";
     EXPECT_EQ(both->status().words, "tracking");
+    EXPECT_EQ(both->status().components, 1);
+    int looks = 0;  // since the mesh has changed
+    EXPECT_TRUE(comes_true([&] {
+      const std::size_t now = drawn();
+      looks = now == std::exchange(shown_triangles, now) && now > 0 ? looks + 1 : 0;
+      return looks > 20;
+    }));
   });
   const RunReport summary = start_both().wait();
   EXPECT_EQ(summary.components, 1);
   EXPECT_FALSE(summary.partial);
+  EXPECT_LT(shown_triangles, 1.5 * static_cast<double>(summary.mesh.triangles)) << "not two surfaces";
   ASSERT_TRUE(summary.rig.has_value());
   for (const std::size_t axis : {3, 7, 11}) EXPECT_NEAR(summary.rig->first_T_second_mm[axis], 0, 0.01);
   EXPECT_GT(summary.frames.tracked, 2 * (kScanFrames - 5));
@@ -86,23 +111,22 @@ TEST_F(TwoSensors, TheirMapsAreShownAsOneAndSavedAsOne) {
   EXPECT_TRUE(changes.cleared);
   EXPECT_EQ(changes.blocks.back().mesh.triangles.size(), summary.mesh.triangles);
   EXPECT_TRUE(fs::exists(rig.run_folder / "mesh.ply"));
-  for (const int sensor : {0, 1}) EXPECT_TRUE(fs::exists(run_of_sensor(rig.run_folder, sensor) / "mesh.ply"));
+  for (const int sensor : {0, 1})
+    EXPECT_TRUE(fs::exists(run_of_sensor(rig.run_folder, sensor, 2) / "mesh.ply"));
 }
 
 TEST_F(TwoSensors, TheNextScanIsOfItsOwnFramesOnly) {
   const RunReport first = start_both().wait();
-  const std::array<BackgroundFrames, 2> backgrounds = {both->background_frames(0),
-                                                       both->background_frames(1)};
+  const std::vector<BackgroundFrames> backgrounds = both->background_frames();
   const std::string mesh = read_bytes(rig.run_folder / "mesh.ply");
   rig.run_folder = folder / "run-2";
-  std::array<LiveRig::Sensor, 2> sensors;
-  for (std::size_t i = 0; i < 2; ++i) {
+  RawFrameSources sources;
+  for (const BackgroundFrames& background : backgrounds) {
     std::unique_ptr<Pictures> pictures = touching_pictures();
     pictures->open();
-    sensors[i] = {after_background(backgrounds[i], std::move(pictures), 0.04 * kBackgroundFrames), options};
-    sensors[i].options.run_folder = run_of_sensor(rig.run_folder, static_cast<int>(i));
+    sources.push_back(after_background(background, std::move(pictures), 0.04 * kBackgroundFrames));
   }
-  both = std::make_unique<LiveRig>(std::move(sensors), rig);
+  begin(std::move(sources));
   const RunReport second = both->wait();
   EXPECT_FALSE(second.partial);
   EXPECT_EQ(second.frames.total, first.frames.total);
@@ -128,7 +152,8 @@ TEST_F(TwoSensors, WhatTheyHaveSavedStaysWhenTheOneMapCannotBe) {
   EXPECT_THROW(start_both().wait(), Error);
   EXPECT_THAT(both->status().failure, HasSubstr("run"));
   EXPECT_EQ(both->status().phase, LivePhase::finished);
-  for (const int sensor : {0, 1}) EXPECT_TRUE(fs::exists(run_of_sensor(rig.run_folder, sensor) / "mesh.ply"));
+  for (const int sensor : {0, 1})
+    EXPECT_TRUE(fs::exists(run_of_sensor(rig.run_folder, sensor, 2) / "mesh.ply"));
   EXPECT_EQ(read_bytes(rig.run_folder / "thesis.txt"), "not ours");
 }
 

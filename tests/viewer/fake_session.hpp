@@ -50,6 +50,8 @@ class FakeSession : public LiveSession {
   void save_now() override { calls.emplace_back("save"); }
   void stop() override;
   void abort() override { stop(); }
+  RunReport wait() override { return {}; }
+  std::vector<BackgroundFrames> background_frames() const override { return {}; }
 
  private:
   void uncover(const Pose& object_T_sensor);

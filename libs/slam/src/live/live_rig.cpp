@@ -53,132 +53,87 @@ LiveOptions without_mesh(LiveOptions options) {
   return options;
 }
 
-}  // namespace
-
-struct LiveRig::Impl {
-  Impl(std::array<Sensor, 2> of, const LiveRigOptions& rig_options)
-      : options(rig_options),
-        show_mesh(of[0].options.show_mesh),
-        fusion(of[0].options.config.slam.fusion, board, timer),
-        first(std::move(of[0].source), without_mesh(of[0].options)),
-        second(std::move(of[1].source), without_mesh(of[1].options)),
-        view(known) {
-    fusion_thread = std::jthread([this] {
-      lower_thread_priority();
-      try {
-        fusion.run();
-      } catch (const std::exception& error) {  // whatever it is, the scan goes on
-        board.warn(error.what());
-      }
-    });
-    thread = std::jthread([this] { run(); });
+/// Each has a LiveSlam and a run folder of its own, so that one goes on when the other is lost.
+class LiveRig final : public LiveSession {
+ public:
+  LiveRig(RawFrameSources sources, const std::vector<LiveOptions>& options, const LiveRigOptions& rig)
+      : options_(rig),
+        show_mesh_(options[0].show_mesh),
+        fusion_(options[0].config.slam.fusion, board_, timer_),
+        first_(std::move(sources[0]), without_mesh(options[0])),
+        second_(std::move(sources[1]), without_mesh(options[1])),
+        view_(known_) {
+    fusion_thread_ = std::jthread([this] { fuse(); });
+    thread_ = std::jthread([this] { run(); });
+  }
+  ~LiveRig() override {
+    LiveRig::abort();
+    if (thread_.joinable()) thread_.join();
   }
 
+  LiveStatus status() const override;
+  std::shared_ptr<const LiveTouch> touch() const override {
+    const std::lock_guard lock(mutex_);
+    return view_.touch();
+  }
+  std::vector<std::shared_ptr<const LiveTouch>> touches() const override {
+    return {first_.touch(), second_.touch()};
+  }
+  std::shared_ptr<const MapSnapshot> map() const override { return board_.map(); }
+  MeshChanges take_mesh_changes() override { return board_.take_mesh_changes(); }
+  std::vector<StageStatistics> stage_times() const override { return first_.stage_times(); }
+
+  void set_paused(bool paused) override {
+    for (LiveSlam* sensor : {&first_, &second_}) sensor->set_paused(paused);
+  }
+  void undo_last_trial() override {
+    const std::lock_guard lock(mutex_);
+    (view_.shows_second() ? second_ : first_).undo_last_trial();
+  }
+  void save_now() override {
+    for (LiveSlam* sensor : {&first_, &second_}) sensor->save_now();
+  }
+  void stop() override {
+    for (LiveSlam* sensor : {&first_, &second_}) sensor->stop();
+  }
+  void abort() override {
+    aborted_ = true;
+    for (LiveSlam* sensor : {&first_, &second_}) sensor->abort();
+  }
+  RunReport wait() override;
+  std::vector<BackgroundFrames> background_frames() const override {
+    return {first_.background_frames().front(), second_.background_frames().front()};
+  }
+
+ private:
   void look();
   void run();
-  void end_of(LiveSlam& session, std::size_t sensor);
+  void fuse();
   void join();
 
-  const LiveRigOptions options;
-  const std::optional<RigPose> known = read_given_rig(options.rig);  // before the sensors start
-  const bool show_mesh;
-  StageTimer timer;
-  LiveBoard board{""};  // of the one map
-  FusionStage fusion;
-  LiveSlam first, second;
-  std::atomic<bool> aborted{false}, joining{false};
+  const LiveRigOptions options_;
+  const std::optional<RigPose> known_ = read_given_rig(options_.rig);  // before the sensors start
+  const bool show_mesh_;
+  StageTimer timer_;
+  LiveBoard board_{""};  // of the one map
+  FusionStage fusion_;
+  LiveSlam first_, second_;
+  std::atomic<bool> aborted_{false}, joining_{false};
 
-  mutable std::mutex mutex;  // for what follows
-  RigView view;
-  RunReport report;
-  std::exception_ptr failure;
-  std::string failure_in_words;
-  std::jthread fusion_thread, thread;
+  mutable std::mutex mutex_;  // for what follows
+  RigView view_;
+  RunReport report_;
+  std::exception_ptr failure_;
+  std::string failure_in_words_;
+  std::jthread fusion_thread_, thread_;
 };
 
-void LiveRig::Impl::look() {
-  const RigNews news{{first.touch(), second.touch()}, {first.map(), second.map()}};
-  view.learn(news);
-  const std::lock_guard lock(mutex);
-  view.show(news);
-  if (board.map() == view.map()) return;
-  board.set_map(view.map());
-  if (show_mesh) fusion.set_map(view.map());
-}
-
-void LiveRig::Impl::run() {
-  const auto has_ended = [](const LiveSlam& session) {
-    return session.status().phase == LivePhase::finished;
-  };
-  while (!has_ended(first) || !has_ended(second)) {
-    look();
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  }
-  board.set_phase(LivePhase::finishing);
-  joining = true;
-  try {
-    end_of(first, 0);
-    end_of(second, 1);
-    join();
-  } catch (const std::exception& error) {
-    board.warn(error.what());
-    const std::lock_guard lock(mutex);
-    failure = std::current_exception();
-    failure_in_words = error.what();
-  }
-  fusion.stop();
-  board.set_phase(LivePhase::finished);
-}
-
-void LiveRig::Impl::end_of(LiveSlam& session, std::size_t sensor) {
-  try {
-    session.wait();
-  } catch (const Error& error) {
-    throw Error(of_sensor(sensor, error.what()));
-  }
-}
-
-void LiveRig::Impl::join() {
-  MergeRequest request;
-  if (options.continued) request.runs.push_back(options.run_folder);
-  for (const LiveSlam* session : {&first, &second}) request.runs.emplace_back(session->status().run_folder);
-  request.run_folder = options.run_folder;
-  request.in_place = options.continued;
-  request.overwrite = options.overwrite;
-  request.has_rig = true;
-  request.rig = known;
-  BoardProgress progress(board);
-  const Run run = merge_scans(request, progress, [this] { return aborted.load(); });
-  fusion.stop();
-  fusion_thread.join();  // what it drew must not come after what is saved
-  board.show_saved(run.map, run.mesh);
-  const std::lock_guard lock(mutex);
-  report = run.report;
-  report.partial = report.partial || first.wait().partial || second.wait().partial;
-  report.seconds = board.status().age_s;
-  board.set_words("done: saved in " + options.run_folder.string(), TrackStatus::background);
-}
-
-std::filesystem::path run_of_sensor(const std::filesystem::path& run_folder, int sensor) {
-  std::filesystem::path folder = run_folder.has_filename() ? run_folder : run_folder.parent_path();
-  folder += sensor == 0 ? "-first" : "-second";
-  return folder;
-}
-
-LiveRig::LiveRig(std::array<Sensor, 2> sensors, const LiveRigOptions& options)
-    : impl_(std::make_unique<Impl>(std::move(sensors), options)) {}
-
-LiveRig::~LiveRig() {
-  abort();
-  if (impl_->thread.joinable()) impl_->thread.join();
-}
-
 LiveStatus LiveRig::status() const {
-  const std::array<LiveStatus, 2> sensors = {impl_->first.status(), impl_->second.status()};
-  const std::lock_guard lock(impl_->mutex);
-  LiveStatus status = impl_->board.status();
-  const LiveStatus& shown = sensors[impl_->view.shows_second() ? 1 : 0];
-  if (!impl_->joining) {
+  const std::array<LiveStatus, 2> sensors = {first_.status(), second_.status()};
+  const std::lock_guard lock(mutex_);
+  LiveStatus status = board_.status();
+  const LiveStatus& shown = sensors[view_.shows_second() ? 1 : 0];
+  if (!joining_) {
     status.phase = phase_of_both(sensors[0].phase, sensors[1].phase);
     status.track = shown.track;
     status.words = status.phase == LivePhase::scanning ? shown.words
@@ -187,63 +142,104 @@ LiveStatus LiveRig::status() const {
   }
   status.rate_hz = shown.rate_hz;
   for (const std::size_t sensor : {0, 1}) add_sensor(status, sensors[sensor], sensor);
-  append_sentence(status.failure, impl_->failure_in_words);
-  const bool saved = status.phase == LivePhase::finished && !impl_->failure;
-  status.run_folder = saved ? impl_->options.run_folder.string() : sensors[0].run_folder;
-  status.drift_mm = impl_->report.uncertainty.drift_mm.amount;
-  status.drift_deg = impl_->report.uncertainty.drift_deg.amount;
-  status.reservations = impl_->report.reservations;
+  append_sentence(status.failure, failure_in_words_);
+  const bool saved = status.phase == LivePhase::finished && !failure_;
+  status.run_folder = saved ? options_.run_folder.string() : sensors[0].run_folder;
+  status.drift_mm = report_.uncertainty.drift_mm.amount;
+  status.drift_deg = report_.uncertainty.drift_deg.amount;
+  status.reservations = report_.reservations;
   return status;
 }
 
-std::shared_ptr<const LiveTouch> LiveRig::touch() const {
-  const std::lock_guard lock(impl_->mutex);
-  return impl_->view.touch();
+void LiveRig::look() {
+  const RigNews news{{first_.touch(), second_.touch()}, {first_.map(), second_.map()}};
+  view_.learn(news);
+  const std::lock_guard lock(mutex_);
+  view_.show(news);
+  if (board_.map() == view_.map()) return;
+  board_.set_map(view_.map());
+  if (show_mesh_) fusion_.set_map(view_.map());
 }
 
-std::vector<std::shared_ptr<const LiveTouch>> LiveRig::touches() const {
-  return {impl_->first.touch(), impl_->second.touch()};
+void LiveRig::fuse() {
+  lower_thread_priority();
+  try {
+    fusion_.run();
+  } catch (const std::exception& error) {  // whatever it is, the scan goes on
+    board_.warn(error.what());
+  }
 }
 
-std::shared_ptr<const MapSnapshot> LiveRig::map() const { return impl_->board.map(); }
-MeshChanges LiveRig::take_mesh_changes() { return impl_->board.take_mesh_changes(); }
-std::vector<StageStatistics> LiveRig::stage_times() const { return impl_->first.stage_times(); }
-
-void LiveRig::set_paused(bool paused) {
-  impl_->first.set_paused(paused);
-  impl_->second.set_paused(paused);
+void LiveRig::run() {
+  const auto has_ended = [](const LiveSlam& sensor) { return sensor.status().phase == LivePhase::finished; };
+  while (!has_ended(first_) || !has_ended(second_)) {
+    look();
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  board_.set_phase(LivePhase::finishing);
+  joining_ = true;
+  try {
+    join();
+  } catch (const std::exception& error) {
+    board_.warn(error.what());
+    const std::lock_guard lock(mutex_);
+    failure_ = std::current_exception();
+    failure_in_words_ = error.what();
+  }
+  fusion_.stop();
+  board_.set_phase(LivePhase::finished);
 }
 
-void LiveRig::undo_last_trial() {
-  const std::lock_guard lock(impl_->mutex);
-  (impl_->view.shows_second() ? impl_->second : impl_->first).undo_last_trial();
-}
-
-void LiveRig::save_now() {
-  impl_->first.save_now();
-  impl_->second.save_now();
-}
-
-void LiveRig::stop() {
-  impl_->first.stop();
-  impl_->second.stop();
-}
-
-void LiveRig::abort() {
-  impl_->aborted = true;
-  impl_->first.abort();
-  impl_->second.abort();
+void LiveRig::join() {
+  MergeRequest request;
+  if (options_.continued) request.runs.push_back(options_.run_folder);
+  bool partial = false;
+  for (const std::size_t i : {0, 1}) {
+    LiveSlam& sensor = i == 0 ? first_ : second_;
+    try {
+      partial = sensor.wait().partial || partial;
+    } catch (const Error& error) {
+      throw Error(of_sensor(i, error.what()));
+    }
+    request.runs.emplace_back(sensor.status().run_folder);
+  }
+  request.run_folder = options_.run_folder;
+  request.in_place = options_.continued;
+  request.overwrite = options_.overwrite;
+  request.has_rig = true;
+  request.rig = known_;
+  BoardProgress progress(board_);
+  const Run run = merge_scans(request, progress, [this] { return aborted_.load(); });
+  fusion_.stop();
+  fusion_thread_.join();  // what it drew must not come after what is saved
+  board_.show_saved(run.map, run.mesh);
+  const std::lock_guard lock(mutex_);
+  report_ = run.report;
+  report_.partial = report_.partial || partial;
+  report_.seconds = board_.status().age_s;
+  board_.set_words("done: saved in " + options_.run_folder.string(), TrackStatus::background);
 }
 
 RunReport LiveRig::wait() {
-  if (impl_->thread.joinable()) impl_->thread.join();
-  const std::lock_guard lock(impl_->mutex);
-  if (impl_->failure) std::rethrow_exception(impl_->failure);
-  return impl_->report;
+  if (thread_.joinable()) thread_.join();
+  const std::lock_guard lock(mutex_);
+  if (failure_) std::rethrow_exception(failure_);
+  return report_;
 }
 
-BackgroundFrames LiveRig::background_frames(int sensor) const {
-  return (sensor == 0 ? impl_->first : impl_->second).background_frames();
+}  // namespace
+
+std::filesystem::path run_of_sensor(const std::filesystem::path& run_folder, int sensor, int sensors) {
+  if (sensors == 1) return run_folder;
+  std::filesystem::path folder = run_folder.has_filename() ? run_folder : run_folder.parent_path();
+  folder += sensor == 0 ? "-first" : "-second";
+  return folder;
+}
+
+std::unique_ptr<LiveSession> begin_live(RawFrameSources sources, const std::vector<LiveOptions>& options,
+                                        const LiveRigOptions& rig) {
+  if (sources.size() == 1) return std::make_unique<LiveSlam>(std::move(sources.front()), options.front());
+  return std::make_unique<LiveRig>(std::move(sources), options, rig);
 }
 
 }  // namespace gelslam

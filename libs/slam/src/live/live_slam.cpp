@@ -389,6 +389,8 @@ RunReport LiveSlam::wait() {
   return impl_->report;
 }
 
-BackgroundFrames LiveSlam::background_frames() const { return impl_->surface.background_frames(); }
+std::vector<BackgroundFrames> LiveSlam::background_frames() const {
+  return {impl_->surface.background_frames()};
+}
 
 }  // namespace gelslam

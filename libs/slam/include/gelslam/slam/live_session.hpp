@@ -6,9 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "gelslam/core/run_report.hpp"
 #include "gelslam/core/stage_timer.hpp"
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/mesh/mesh.hpp"
+#include "gelslam/sensor/raw_frame.hpp"
 #include "gelslam/slam/map_snapshot.hpp"
 #include "gelslam/slam/slam_map.hpp"
 
@@ -68,6 +70,9 @@ struct MeshChanges {
   std::vector<MeshBlock> blocks;
 };
 
+/// As they came from the camera.
+using BackgroundFrames = std::vector<std::shared_ptr<const RawFrame>>;
+
 /// A live scan as the window sees it, and what a person can ask of it. All functions may be called from the
 /// window's thread at any time and return at once; what was asked for happens soon after.
 class LiveSession {
@@ -88,6 +93,13 @@ class LiveSession {
   virtual void stop() = 0;  ///< drains, closes loops, fuses, saves; phase goes to finishing, then finished
   virtual void
   abort() = 0;  ///< stop(), and leave out whatever takes time: loops not searched yet, refinement
+
+  /// Waits until every source has ended or stop() was called and everything is saved. Throws what a stage
+  /// threw: an Error when a source does not fit or nothing could be saved.
+  virtual RunReport wait() = 0;
+  /// By sensor, what the background was made of, once wait() has returned; none of an image, or without a
+  /// background.
+  virtual std::vector<BackgroundFrames> background_frames() const = 0;
 };
 
 }  // namespace gelslam

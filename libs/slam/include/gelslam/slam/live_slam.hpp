@@ -18,8 +18,8 @@ namespace gelslam {
 
 class PoseStream;
 
-/// As they came from the camera.
-using BackgroundFrames = std::vector<std::shared_ptr<const RawFrame>>;
+/// By sensor.
+using RawFrameSources = std::vector<std::unique_ptr<RawFrameSource>>;
 
 struct LiveOptions {
   Config config;                     ///< with the model path resolved
@@ -66,14 +66,9 @@ class LiveSlam final : public LiveSession {
   void undo_last_trial() override;
   void save_now() override;
   void stop() override;
-
   void abort() override;
-
-  /// Waits until the source has ended or stop() was called and everything is saved. Throws what a stage
-  /// threw: an Error when the source does not fit or nothing could be saved.
-  RunReport wait();
-  /// What the background was made of, once wait() has returned; none of an image, or without a background.
-  BackgroundFrames background_frames() const;
+  RunReport wait() override;
+  std::vector<BackgroundFrames> background_frames() const override;
 
  private:
   struct Impl;
