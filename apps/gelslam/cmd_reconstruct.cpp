@@ -6,7 +6,8 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/sensor/raw_log.hpp"
-#include "gelslam/slam/merge_scans.hpp"
+#include "gelslam/slam/reconstruct.hpp"
+#include "gelslam/slam/sensor_rig.hpp"
 #include "reports.hpp"
 #include "terminal_progress.hpp"
 
@@ -20,51 +21,33 @@ struct ReconstructArguments {
   bool overwrite = false, quiet = false;
 };
 
-int say(const RunReport& report, const ReconstructArguments& arguments) {
-  std::cerr << run_words(report, arguments.run_folder, arguments.quiet);
-  if (report.frames.tracked > 0) return kExitDone;
-  std::cerr << "nothing ever touched the sensor: the mesh is empty\n";
-  return kExitNotGood;
-}
-
-int run_one(const ReconstructArguments& arguments) {
+int run(const ReconstructArguments& arguments, bool with_rig) {
+  std::vector<std::filesystem::path> logs(arguments.logs.begin(), arguments.logs.end());
+  if (logs.size() > 1 && !with_rig)
+    throw Error("reconstruct takes one log, or with --rig those of two sensors");
+  if (logs.size() == 1) logs = sensors_of_log(logs.front());
+  if (logs.size() > 2 || (with_rig && logs.size() != 2)) throw Error("--rig takes the logs of two sensors");
   ReconstructRequest request;
-  request.input = with_settings_of_run(arguments.log.input(arguments.logs.front()), arguments.continued);
+  request.rig = read_given_rig(arguments.rig);
+  request.input =
+      with_settings_of_run(arguments.log.input(logs.front(), 0, logs.size()), arguments.continued);
   request.config = resolve_config(request.input);
   request.run_folder = arguments.run_folder;
   request.overwrite = arguments.overwrite;
   request.continued_run = arguments.continued;
-  const InterruptWatch interrupt;
-  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
-  return say(reconstruct(request, *progress, [&] { return interrupt.requested(); }), arguments);
-}
-
-int run_rig(const ReconstructArguments& arguments, const std::vector<std::filesystem::path>& logs) {
-  if (logs.size() != 2) throw Error("--rig takes the logs of two sensors");
-  RigRequest request;
-  for (std::size_t sensor = 0; sensor < 2; ++sensor)
-    request.inputs[sensor] = arguments.log.input(logs[sensor], sensor, 2);
-  request.rig = read_given_rig(arguments.rig);
-  request.run_folder = arguments.run_folder;
-  request.overwrite = arguments.overwrite;
-  const InterruptWatch interrupt;
-  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
-  const RunReport report = reconstruct_rig(request, *progress, [&] { return interrupt.requested(); }).report;
-  const int exit_code = say(report, arguments);
-  return report.complete() ? exit_code : kExitNotGood;
-}
-
-int run(const ReconstructArguments& arguments, bool with_rig) {
-  if (arguments.logs.size() > 1) {
-    if (!with_rig) throw Error("reconstruct takes one log, or with --rig those of two sensors");
-    return run_rig(arguments, {arguments.logs.begin(), arguments.logs.end()});
+  if (logs.size() == 2) {
+    if (!arguments.continued.empty())
+      throw Error(arguments.logs.front() +
+                  " holds two sensors; --continue takes one: " + arguments.logs.front() + "#1");
+    request.second = arguments.log.input(logs.back(), 1, 2);
   }
-  const std::string& log = arguments.logs.front();
-  const std::vector<std::filesystem::path> sensors = sensors_of_log(log);
-  if (!with_rig && sensors.size() < 2) return run_one(arguments);
-  if (!arguments.continued.empty())
-    throw Error(log + " holds two sensors; --continue takes one: " + log + "#1");
-  return run_rig(arguments, sensors);
+  const InterruptWatch interrupt;
+  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
+  const RunReport report = reconstruct(request, *progress, [&] { return interrupt.requested(); }).report;
+  std::cerr << run_words(report, arguments.run_folder, arguments.quiet);
+  if (report.frames.tracked == 0) std::cerr << "nothing ever touched the sensor: the mesh is empty\n";
+  const bool is_good = report.frames.tracked > 0 && (!request.second || report.complete());
+  return is_good ? kExitDone : kExitNotGood;
 }
 
 }  // namespace

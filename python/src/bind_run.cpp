@@ -251,15 +251,18 @@ PythonRun map_of_rig(const std::array<fs::path, 2>& logs, const fs::path& output
   PythonRun run;
   {
     const py::gil_scoped_release release;
-    RigRequest request;
-    for (std::size_t sensor = 0; sensor < 2; ++sensor) {
-      request.inputs[sensor].log = logs[sensor];
-      if (models) request.inputs[sensor].model = (*models)[sensor];
+    ReconstructRequest request;
+    request.input.log = logs[0];
+    request.second.emplace().log = logs[1];
+    if (models) {
+      request.input.model = (*models)[0];
+      request.second->model = (*models)[1];
     }
+    request.config = resolve_config(request.input);
     request.rig = read_given_rig(rig.value_or(""));
     request.run_folder = output;
     request.overwrite = overwrite;
-    run = python_run(reconstruct_rig(request, sink, stop_by_signal));
+    run = python_run(reconstruct(request, sink, stop_by_signal));
   }
   warn_of(run);
   return run;

@@ -26,7 +26,7 @@ TEST_F(Live, WithoutDropsTheMapIsThatOfTheOfflineProgram) {
   request.config = options.config;
   request.run_folder = folder / "offline";
   NoProgress progress;
-  const RunReport offline = reconstruct(request, progress, [] { return false; });
+  const RunReport offline = reconstruct(request, progress, [] { return false; }).report;
 
   const RunReport live = start().wait();
 

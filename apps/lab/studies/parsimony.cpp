@@ -132,7 +132,7 @@ Json measure(const fs::path& folder, const Setting& setting, double changed, con
   request.run_folder = run;
   request.overwrite = true;
   NoProgress progress;
-  const RunReport report = reconstruct(request, progress, [] { return false; });
+  const RunReport report = reconstruct(request, progress, [] { return false; }).report;
   Json row = {{"sequence", name_of(folder)}, {"knob", setting.knob}, {"value", setting.value}};
   row["keyframes"] = report.keyframes;
   row["samples"] = request.config.slam.registration.max_samples;

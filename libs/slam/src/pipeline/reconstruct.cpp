@@ -5,6 +5,7 @@
 
 #include "gelslam/core/bounded_queue.hpp"
 #include "gelslam/core/run_folder.hpp"
+#include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/gel_slam.hpp"
 #include "gelslam/slam/surface_stream.hpp"
@@ -115,14 +116,19 @@ void save_run(const std::filesystem::path& path, const Run& run, bool overwrite)
   folder.commit();
 }
 
-RunReport reconstruct(const ReconstructRequest& request, ProgressSink& progress,
-                      const std::function<bool()>& stop_requested) {
+Run reconstruct(const ReconstructRequest& request, ProgressSink& progress,
+                const std::function<bool()>& stop_requested) {
+  if (request.second) check_two_sensors(request.input.log, request.second->log);
   RunFolder folder(request.run_folder,
-                   {.overwrite = request.overwrite, .inputs = {request.input.log, request.continued_run}});
-  const Run run = reconstruct(request.input, request.config, progress, stop_requested, request.continued_run);
+                   {.overwrite = request.overwrite,
+                    .inputs = {request.input.log, request.continued_run,
+                               request.second ? request.second->log : std::filesystem::path()}});
+  Run run = request.second
+                ? slam::detail::map_of_both(request, progress, stop_requested)
+                : reconstruct(request.input, request.config, progress, stop_requested, request.continued_run);
   write_run(folder.path(), run);
   folder.commit();
-  return run.report;
+  return run;
 }
 
 }  // namespace gelslam

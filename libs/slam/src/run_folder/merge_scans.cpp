@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <fstream>
 #include <map>
@@ -15,6 +16,7 @@
 #include "gelslam/core/parallel.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/mapper.hpp"
 #include "gelslam/slam/session.hpp"
@@ -310,31 +312,24 @@ Run merge_scans(const MergeRequest& request, ProgressSink& progress,
   return run;
 }
 
-Run reconstruct_rig(const RigRequest& request, ProgressSink& progress,
-                    const std::function<bool()>& stop_requested) {
+Run slam::detail::map_of_both(const ReconstructRequest& request, ProgressSink& progress,
+                              const std::function<bool()>& stop_requested) {
   const auto start = std::chrono::steady_clock::now();
-  std::vector<fs::path> logs;
-  for (const LogInput& input : request.inputs) logs.push_back(input.log);
-  check_distinct(logs);
-  RunFolder folder(request.run_folder, {.overwrite = request.overwrite, .inputs = logs});
-  std::vector<Config> configs;
-  for (const LogInput& input : request.inputs) configs.push_back(resolve_config(input));
-  Config config = configs.front();
+  Config config = request.config;
+  const std::array<const LogInput*, 2> inputs = {&request.input, &*request.second};
+  const std::array<Config, 2> configs = {config, resolve_config(*request.second)};
   std::vector<ScanRecord> records;
   StageTimer timer;
-  for (std::size_t sensor = 0; sensor < configs.size() && !stop_requested(); ++sensor) {
-    const Run run = map_log(request.inputs[sensor], configs[sensor], progress, stop_requested, {}, timer);
+  for (std::size_t sensor = 0; sensor < 2 && !stop_requested(); ++sensor) {
+    const Run run = map_log(*inputs[sensor], configs[sensor], progress, stop_requested, {}, timer);
     records.push_back(run.map.measured);
-    correct_alone(records.back(), logs[sensor], run.map.slope_correction, config);
+    correct_alone(records.back(), inputs[sensor]->log, run.map.slope_correction, config);
     records.back().warnings = run.report.warnings;
   }
   if (records.size() < 2) throw Error("stopped before both logs were tracked; nothing was written");
   config.slam.gradient_scale.estimate = false;
   const ScanRecord all = joined_by_rig(records, request.rig, config.slam, progress, stop_requested);
-  Run run = finish_scan(config, all, kOfRig, timer, start, progress, stop_requested);
-  write_run(folder.path(), run);
-  folder.commit();
-  return run;
+  return finish_scan(config, all, kOfRig, timer, start, progress, stop_requested);
 }
 
 }  // namespace gelslam

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -18,7 +17,7 @@ struct MergeRequest {
   std::vector<std::filesystem::path> runs;  ///< at least two; the first one's configuration is used
   std::filesystem::path run_folder;
   bool overwrite = false;
-  /// Two sensors scanned the last two runs at the same time: joined as reconstruct_rig() joins them.
+  /// Two sensors scanned the last two runs at the same time: joined as reconstruct() joins them.
   bool has_rig = false;
   std::optional<RigPose> rig = {};  ///< of them; nothing: the motions tell
   /// `run_folder` is the first run, which the others continue: what it holds is replaced, but for its logs.
@@ -40,19 +39,6 @@ void check_can_be_merged(const std::filesystem::path& run);
 /// when a run holds no session, or another run into the folder is refused. Returns what it wrote.
 Run merge_scans(const MergeRequest& request, ProgressSink& progress,
                 const std::function<bool()>& stop_requested);
-
-struct RigRequest {
-  std::array<LogInput, 2> inputs;  ///< recorded at the same time: times of both count from one start
-  std::optional<RigPose> rig;      ///< nothing: the motions tell
-  std::filesystem::path run_folder;
-  bool overwrite = false;
-};
-
-/// One map of what two sensors felt that are fixed to each other. Each log is tracked and corrected alone;
-/// loops, also between the sensors, and the rig join them. Where the rig is not determined they stay apart.
-/// Returns what it wrote. Throws Error.
-Run reconstruct_rig(const RigRequest& request, ProgressSink& progress,
-                    const std::function<bool()>& stop_requested);
 
 struct FuseRequest {
   std::filesystem::path run;

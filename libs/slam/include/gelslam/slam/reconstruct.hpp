@@ -3,6 +3,7 @@
 #include <chrono>
 #include <filesystem>
 #include <functional>
+#include <optional>
 
 #include "gelslam/core/progress.hpp"
 #include "gelslam/core/run_report.hpp"
@@ -51,15 +52,19 @@ Mesh fuse_map(const SlamMap& map, const FusionOptions& options, ProgressSink* pr
 void save_run(const std::filesystem::path& folder, const Run& run, bool overwrite = false);
 
 /// The same for the program, which checks the folder before the work begins. No folder is left behind when
-/// it throws.
+/// it throws. Of two sensors that are fixed to each other it makes one map: each log is tracked and corrected
+/// alone; loops, also between the sensors, and the rig join them. Where the rig is not determined they stay
+/// apart. Returns what it wrote.
 struct ReconstructRequest {
   LogInput input;
   Config config;  ///< from resolve_config()
   std::filesystem::path run_folder;
   bool overwrite = false;
   std::filesystem::path continued_run = {};  ///< empty: a new scan
+  std::optional<LogInput> second = {};       ///< of another sensor at the same time; by its own configuration
+  std::optional<RigPose> rig = {};           ///< of both; nothing: the motions tell
 };
-RunReport reconstruct(const ReconstructRequest& request, ProgressSink& progress,
-                      const std::function<bool()>& stop_requested);
+Run reconstruct(const ReconstructRequest& request, ProgressSink& progress,
+                const std::function<bool()>& stop_requested);
 
 }  // namespace gelslam
