@@ -27,6 +27,7 @@ int run(const ReconstructArguments& arguments, bool with_rig) {
     throw Error("reconstruct takes one log, or with --rig those of two sensors");
   if (logs.size() == 1) logs = sensors_of_log(logs.front());
   if (logs.size() > 2 || (with_rig && logs.size() != 2)) throw Error("--rig takes the logs of two sensors");
+  if (logs.size() == 2) check_two_sensors(logs[0], logs[1]);
   ReconstructRequest request;
   request.rig = read_given_rig(arguments.rig);
   request.input =

@@ -10,6 +10,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
+#include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/merge_scans.hpp"
 #include "run.hpp"
 
@@ -251,6 +252,7 @@ PythonRun map_of_rig(const std::array<fs::path, 2>& logs, const fs::path& output
   PythonRun run;
   {
     const py::gil_scoped_release release;
+    check_two_sensors(logs[0], logs[1]);
     ReconstructRequest request;
     request.input.log = logs[0];
     request.second.emplace().log = logs[1];

@@ -157,7 +157,8 @@ TEST(Cli, NoOptionReplacesARecording) {
                                    log};
     if (command == std::string("evaluate"))
       words = {"evaluate", "--mesh", "m.ply", "--truth-mesh", "m.ply", "-o", log};
-    if (command != std::string("evaluate")) words.back() += ".png";
+    if (command == std::string("export")) words.back() += ".glb";
+    if (command == std::string("view")) words.back() += ".png";
     test::write_bytes(words.back(), "\x1A\x45\xDF\xA3 pictures");
     words.emplace_back("--overwrite");
     expect_mistake(gelslam(words), "is a recording, which cannot be made again");
