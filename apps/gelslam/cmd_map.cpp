@@ -23,10 +23,8 @@ struct MapArguments {
 };
 
 int run_map(const MapArguments& arguments) {
-  const Config config = find_config({{}, arguments.config, {}, {}, false});
   MeshMapOptions options = arguments.options;
-  options.camera = {
-      {config.sensor.width_px, config.sensor.height_px}, config.sensor.pixel_pitch_mm, config.surface.optics};
+  options.camera = configured_camera(find_config({{}, arguments.config, {}, {}, false}));
   RunFolder folder(arguments.output, map_folder_options(arguments.mesh, arguments.overwrite));
   const Mesh mesh = read_mesh(arguments.mesh, arguments.unit.mm(arguments.mesh));
   StoppableProgress progress(arguments.quiet, [] { throw Error("stopped; nothing was written"); });

@@ -51,9 +51,7 @@ PythonMap map_of_mesh(const fs::path& path, const std::string& unit, const Optio
     const py::gil_scoped_release release;
     LogInput input;
     input.config = config.value_or("");
-    const Config found = find_config(input);
-    const CameraModel camera{
-        {found.sensor.width_px, found.sensor.height_px}, found.sensor.pixel_pitch_mm, found.surface.optics};
+    const CameraModel camera = configured_camera(find_config(input));
     map.mesh = read_mesh(path, named_unit_mm(path, unit));
     map.made = make_mesh_map(map.mesh, {camera, indentation_mm, touches}, sink);
     map.session.patches = map.made->patches;

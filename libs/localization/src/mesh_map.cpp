@@ -18,6 +18,7 @@
 #include "gelslam/evaluation/mesh_metrics.hpp"
 #include "gelslam/localization/maps.hpp"
 #include "gelslam/simulation/optics.hpp"
+#include "gelslam/slam/config.hpp"
 #include "gelslam/surface/contact_overlap.hpp"
 #include "gelslam/surface/slopes.hpp"
 #include "gelslam/surface/surface.hpp"
@@ -248,6 +249,11 @@ class MeshToucher {
 };
 
 }  // namespace
+
+CameraModel configured_camera(const Config& config) {
+  return {
+      {config.sensor.width_px, config.sensor.height_px}, config.sensor.pixel_pitch_mm, config.surface.optics};
+}
 
 MeshMap make_mesh_map(const Mesh& mesh, const MeshMapOptions& options, ProgressSink& progress) {
   if (!(options.indentation_mm >= 0.05 && options.indentation_mm <= 1.5))

@@ -13,11 +13,16 @@
 
 namespace gelslam {
 
+struct Config;
+
 struct MeshMapOptions {
   CameraModel camera{{320, 240}, 0.0634};  ///< of the sensor
   double indentation_mm = 0.6;             ///< how deep the sensor is pressed on; typical of a hand
   int max_touches = 2000;                  ///< bounds the time: about 0.1 s each on one core
 };
+
+/// The camera of a configured sensor, for MeshMapOptions. The optics that its model states are not known.
+CameraModel configured_camera(const Config& config);
 
 struct MeshMap {
   std::vector<PosedSurface> patches;  ///< in the mesh's frame
