@@ -29,7 +29,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct ExportArguments {
-  fs::path source, output, page;
+  fs::path source, output;
   std::vector<fs::path> logs;
   std::string units, color;
   MeshUnit unit;
@@ -57,7 +57,7 @@ std::set<std::string> chosen_options(const ExportArguments& a) {
 }
 
 /// Throws Error for an ending that is none, or an option that has no meaning for it.
-void check_output(const ExportArguments& a, const fs::path& output) {
+void check_output(const ExportArguments& a) {
   static const std::set<std::string> mesh = {"--max-error-mm", "--largest-piece", "--watertight"};
   static const std::map<std::string, std::set<std::string>> takes = {{".ply", {"--units", "--color"}},
                                                                      {".obj", {"--units"}},
@@ -66,15 +66,15 @@ void check_output(const ExportArguments& a, const fs::path& output) {
                                                                      {".mcap", {"--color", "--log"}},
                                                                      {".html", {"--color"}},
                                                                      {".tum", {"--ground-truth"}}};
-  const std::string ending = ending_of(output);
+  const std::string ending = ending_of(a.output);
   const auto found = takes.find(ending);
   if (found == takes.end())
-    throw Error("cannot export to " + quoted(output) +
+    throw Error("cannot export to " + quoted(a.output) +
                 ": the name has to end in .ply, .obj, .stl, .glb, .html, .mcap or .tum");
   for (const std::string& option : chosen_options(a))
     if (!found->second.contains(option) && !(ending != ".tum" && mesh.contains(option)))
       throw Error(fmt::format("{} has no meaning for {} files", option, ending));
-  check_output_file(output, a.overwrite);
+  check_output_file(a.output, a.overwrite);
 }
 
 /// "3 loose pieces: the largest has 97.2 % of the area"; "" for a mesh in one piece.
@@ -86,7 +86,8 @@ std::string loose_pieces(const Mesh& mesh) {
 }
 
 /// A page and a mesh file need a mesh; an MCAP file does without.
-void check_contents(const ExportArguments& a, const RunContents& run, const std::string& ending) {
+void check_contents(const ExportArguments& a, const RunContents& run) {
+  const std::string ending = ending_of(a.output);
   if (ending == ".mcap" || ending == ".tum") {
     if (run.folder.empty())
       throw Error("cannot make " + ending + " of " + quoted(a.source) + ": it is a mesh; give a run folder");
@@ -150,23 +151,22 @@ MeshColor color_of(const ExportArguments& a, const RunContents& run, const std::
   return is_colored ? MeshColor::height : MeshColor::none;
 }
 
-LengthUnit unit_of(const ExportArguments& a, const fs::path& output) {
-  if (a.units.empty()) return usual_unit(output);
+LengthUnit unit_of(const ExportArguments& a) {
+  if (a.units.empty()) return usual_unit(a.output);
   return a.units == "mm" ? LengthUnit::millimeter : LengthUnit::meter;
 }
 
-/// Writes one file; what it holds, in words.
-std::string write_output(const ExportArguments& a, const RunContents& run, const fs::path& output,
-                         ProgressSink& progress) {
-  const std::string ending = ending_of(output);
+/// Writes the file; what it holds, in words.
+std::string write_output(const ExportArguments& a, const RunContents& run, ProgressSink& progress) {
+  const std::string ending = ending_of(a.output);
   const MeshColor color = color_of(a, run, ending);
   const VertexColors colors = vertex_colors(run.mesh, color);
   if (ending == ".tum") {
-    write_file_atomically(output, tum_text(run.trajectory));
+    write_file_atomically(a.output, tum_text(run.trajectory));
     return counted(static_cast<std::int64_t>(run.trajectory.size()), "pose") + ", in m";
   }
   if (ending == ".mcap") {
-    const McapOutcome outcome = write_mcap(output, run, colors, progress);
+    const McapOutcome outcome = write_mcap(a.output, run, colors, progress);
     if (!outcome.missing.empty())
       std::cerr << (outcome.pictures > 0 ? "not all pictures: " : "no pictures: ") << outcome.missing << "\n";
     if (run.mesh.triangles.empty()) std::cerr << "no surface: the run has no mesh\n";
@@ -174,13 +174,13 @@ std::string write_output(const ExportArguments& a, const RunContents& run, const
   }
   progress.begin("writing", std::nullopt);
   if (ending == ".html") {
-    write_page(output, run, color);
+    write_page(a.output, run, color);
   } else {
-    write_mesh(output, run.mesh, unit_of(a, output), colors);
+    write_mesh(a.output, run.mesh, unit_of(a), colors);
   }
   progress.end();
   return fmt::format("{} vertices, {} triangles, in {}", run.mesh.vertices_mm.size(),
-                     run.mesh.triangles.size(), short_name(unit_of(a, output)));
+                     run.mesh.triangles.size(), short_name(unit_of(a)));
 }
 
 void say_loose_pieces(const Mesh& mesh) {
@@ -206,11 +206,7 @@ void take_logs(const ExportArguments& a, RunContents& run) {
 }
 
 int run_export(const ExportArguments& a) {
-  std::vector<fs::path> outputs;
-  for (const fs::path& output : {a.output, a.page})
-    if (!output.empty()) outputs.push_back(output);
-  if (outputs.empty()) throw Error("nothing to write: give -o FILE or --html FILE");
-  for (const fs::path& output : outputs) check_output(a, output);
+  check_output(a);
   if (a.ground_truth) return export_truth(a);
   if (!a.unit.name.empty() && fs::is_directory(a.source))
     throw Error("--unit is that of a mesh file as SOURCE; for the file to write, give --units");
@@ -223,12 +219,10 @@ int run_export(const ExportArguments& a) {
   progress.end();
   if (!a.quiet) a.unit.say(a.source);
   take_logs(a, run);
-  for (const fs::path& output : outputs) check_contents(a, run, ending_of(output));
+  check_contents(a, run);
   const bool as_asked = reduce_mesh(a, run, progress, say);
-  for (const fs::path& output : outputs) {
-    const std::string words = write_output(a, run, output, progress);
-    say("wrote " + output.string() + ": " + words);
-  }
+  const std::string words = write_output(a, run, progress);
+  say("wrote " + a.output.string() + ": " + words);
   if (!a.quiet) say_loose_pieces(run.mesh);
   if (!a.quiet && !run.folder.empty()) say_where_warnings_are(run.folder);
   return as_asked ? kExitDone : kExitNotGood;
@@ -236,11 +230,12 @@ int run_export(const ExportArguments& a) {
 
 void add_options(CLI::App& command, ExportArguments& a) {
   command.add_option("SOURCE", a.source, "Run folder, or a mesh file (PLY, OBJ, STL)")->required();
-  command.add_option(
-      "-o,--output", a.output,
-      "File to write; its ending is its format: ply, obj, stl or glb (the surface), html (a page to "
-      "turn it around), mcap (the run for Foxglove), tum (the trajectory)");
-  command.add_option("--html", a.page, "Also, or only, write this page")->check(refuse_unless_html);
+  command
+      .add_option(
+          "-o,--output", a.output,
+          "File to write; its ending is its format: ply, obj, stl or glb (the surface), html (a page to "
+          "turn it around), mcap (the run for Foxglove), tum (the trajectory)")
+      ->required();
   command
       .add_option(
           "--color", a.color,
@@ -288,7 +283,7 @@ void add_export_command(CLI::App& app, int& exit_code) {
   command->footer(
       "Example: gelslam export RUN -o object.stl\n"
       "Example: gelslam export RUN -o body.stl --watertight --close\n"
-      "Example: gelslam export RUN --html object.html --max-error-mm 0.01\n"
+      "Example: gelslam export RUN -o object.html --max-error-mm 0.01\n"
       "Example: gelslam export RUN -o run.mcap\n"
       "Example: gelslam export RUN --ground-truth -o truth.tum");
   command->callback([arguments, &exit_code] {

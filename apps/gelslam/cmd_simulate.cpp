@@ -118,8 +118,7 @@ void run_scan(SimulateArguments& arguments) {
     arguments.scan.motion.place_mm = {arguments.place_mm[0], arguments.place_mm[1]};
   StoppableProgress progress(arguments.quiet, throw_stopped);
   ShapeSpec& object = arguments.scan.object;
-  const bool is_named = object.mesh_unit_mm.has_value();
-  if (!is_named) object.mesh_unit_mm = arguments.unit.mm(object.name);
+  object.mesh_unit_mm = arguments.unit.mm(object.name);
   RunFolder folder(arguments.output,
                    folder_options(arguments, arguments.rig.empty() ? "meta.json" : "first/meta.json"));
   if (arguments.rig.empty()) arguments.folder.name = name_of(folder.final_path());
@@ -127,7 +126,7 @@ void run_scan(SimulateArguments& arguments) {
   const auto sensors = sensors_of(arguments);
   std::vector<std::unique_ptr<Simulator>> simulators;  // first: they know whether object and motion exist
   for (const auto& [scan, of_sensor] : sensors) simulators.push_back(std::make_unique<Simulator>(scan));
-  if (!is_named && !arguments.quiet) arguments.unit.say(object.name);
+  if (!arguments.quiet) arguments.unit.say(object.name);
   const bool given = !arguments.calibration_folder.empty();
   const std::filesystem::path calibration =
       given ? arguments.calibration_folder : arguments.output / "calibration";
@@ -178,8 +177,6 @@ void add_scan(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& argu
   scan->add_option("--texture", a.scan.object.texture, "Factor on its texture's height; 0: polished")
       ->capture_default_str();
   a.unit.add_to(*scan);
-  scan->add_option("--mesh-unit-mm", a.scan.object.mesh_unit_mm, "Another unit of it, in millimeters")
-      ->excludes("--unit");
   scan->add_option("--motion", a.scan.motion.name, "Motion (see gelslam simulate --list)")
       ->capture_default_str();
   scan->add_option("--frames", a.scan.motion.frames, "Pictures after the 10 of the background")

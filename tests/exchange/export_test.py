@@ -284,8 +284,7 @@ class Export(unittest.TestCase):
         for arguments, words in [
             ((RUN, "-o", WORK / "a.abc"), "has to end in .ply"),
             ((RUN, "-o", WORK / "noending"), "has to end in .ply"),
-            ((RUN,), "give -o FILE or --html FILE"),
-            ((RUN, "--html", WORK / "a.glb"), "ends in .html"),
+            ((RUN,), "--output is required"),
             ((RUN, "-o", WORK / "there.glb"), "--overwrite"),
             ((RUN, "-o", WORK / "a.stl", "--color", "height"), "--color has no meaning for .stl files"),
             ((RUN, "-o", WORK / "a.glb", "--units", "mm"), "--units has no meaning for .glb files"),
@@ -297,7 +296,7 @@ class Export(unittest.TestCase):
             ((RUN, "-o", WORK / "a.ply", "--max-error-mm", "-1"), "is no number from"),
             ((RUN, "-o", WORK / "nowhere/a.glb"), "there is no folder"),
             ((mesh, "-o", WORK / "a.mcap"), "give a run folder"),
-            ((WORK / "one.stl", "--html", WORK / "a.html", "--color", "confidence"), "no confidence to color it by"),
+            ((WORK / "one.stl", "-o", WORK / "a.html", "--color", "confidence"), "no confidence to color it by"),
             ((mesh, "-o", WORK / "a.tum"), "give a run folder"),
             ((SCAN, "-o", WORK / "a.glb"), "no run folder"),
             ((WORK / "missing", "-o", WORK / "a.glb"), "no such file or folder"),
