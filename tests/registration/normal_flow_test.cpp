@@ -48,6 +48,23 @@ TEST(NormalFlow, FollowsAnObjectAcrossThePictureOfANearCamera) {
   expect_near(register_pair(right, *left, start), left_T_right, kExactDeg, kExactMm);
 }
 
+// A plane covers the whole gel and slides by half of it. What both show lies at the border of either picture,
+// where rays are oblique, the other way round in each: only the target's say how a turn moves its texture.
+TEST(NormalFlow, LeavesAWrongTiltOfWhatLiesAtTheBordersOfBothPictures) {
+  const Field field = textured_plane(6, 0.25, 1.5, 3);
+  View view;
+  view.camera_distance_mm = 20;
+  view.contact_width_px = 310, view.contact_height_px = 230;
+  const Pose object_T_left = motion(0, 0, 0, 0, 0, 0.4), left_T_right = motion(0, 0, 0, 8, 0, 0);
+  const SurfacePtr left = touch(field, object_T_left, view),
+                   right = touch(field, object_T_left * left_T_right, view);
+  const Pose border = motion(0, 0, 0, -4, 0, 0);  // in the right one's axes
+  for (const double tilt_deg : {-6.0, -3.0, 3.0, 6.0}) {
+    const Pose start = left_T_right * border * motion(0, tilt_deg, 0, 0, 0) * border.inverse();
+    expect_near(register_pair(right, *left, start), left_T_right, kExactDeg, kExactMm);
+  }
+}
+
 /// Dents that stay with the gel, as printed dots leave them where they are filled in from around.
 SurfacePtr with_dots(const Surface& surface, bool known) {
   auto dotted = std::make_shared<Surface>(surface);

@@ -21,10 +21,9 @@ void warp(const Samples& samples, const TargetView& target, const Pose& target_T
   warp_residuals(samples, target, rotation.data(), translation.data(), residuals);
 }
 
-/// Parallel rays do not show z.
-Vector6d with_tz(const Vector5d& step, const Samples& samples) {
+Vector6d with_tz(const Vector5d& step, const Viewpoint& view) {
   Vector6d xi;
-  xi << step, samples.inverse_distance > 0 ? tz_of_turn(samples, step[0], step[1]) : 0.0;
+  xi << step, view.tz_of_turn(step[0], step[1]);
   return xi;
 }
 
@@ -76,17 +75,18 @@ class Alignment {
       warp(reference_.samples, view_, target_T_reference, residuals());
       if (count_shared(residuals()) < options_.min_shared_pixels) return false;
       apply_robust_weights(residuals(), static_cast<float>(options_.robust_scale_rad));
-      // Behind a camera at a distance, pixels move with z.
-      if (result.iterations == 0 && view_.inverse_distance > 0)
+      // Along oblique rays, pixels move with z.
+      if (result.iterations == 0)
         target_T_reference.translation().z() +=
             height_gap(reference_.samples, target_, target_T_reference, residuals()).mean_mm;
       progress.add(sum_residuals(residuals()));
-      NormalEquations equations = linearize(reference_.samples, residuals());
+      const Viewpoint view = viewpoint_of(view_, target_T_reference, reference_.samples, residuals());
+      NormalEquations equations = linearize(reference_.samples, view, residuals());
       const Vector5d from_initial = se3_log(initial.inverse() * target_T_reference).head<kParameters>();
       equations.hessian.diagonal() += prior;
       equations.gradient += prior.cwiseProduct(from_initial);
       const Vector5d step = solve_along(directions, equations);
-      target_T_reference = target_T_reference * se3_exp(with_tz(step, reference_.samples)).inverse();
+      target_T_reference = target_T_reference * se3_exp(with_tz(step, view)).inverse();
       ++result.iterations;
       // Smaller than one standard deviation of the noise, all five directions together.
       const bool is_noise = step.dot(equations.hessian * step) < noise_variance;

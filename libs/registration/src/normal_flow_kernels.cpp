@@ -27,20 +27,6 @@ GELSLAM_CLONES float weighted_sum(const float* __restrict w, const float* __rest
   return sum;
 }
 
-GELSLAM_CLONES float projected_sum(const float* __restrict wx, const float* __restrict wy,
-                                   const float* __restrict wz, const float* __restrict jx,
-                                   const float* __restrict jy, const float* __restrict jz, int count) {
-  float lanes[kLanes] = {};
-  int i = 0;
-  for (; i + kLanes <= count; i += kLanes)
-    for (int k = 0; k < kLanes; ++k)
-      lanes[k] += wx[i + k] * jx[i + k] + wy[i + k] * jy[i + k] + wz[i + k] * jz[i + k];
-  for (int k = 0; i < count; ++i, ++k) lanes[k] += wx[i] * jx[i] + wy[i] * jy[i] + wz[i] * jz[i];
-  float sum = 0;
-  for (int k = 0; k < kLanes; ++k) sum += lanes[k];
-  return sum;
-}
-
 /// Adds to Σ w |r|² and Σ w.
 GELSLAM_CLONES void add_squares(const float* __restrict w, const float* __restrict rx,
                                 const float* __restrict ry, const float* __restrict rz, int count,
@@ -58,11 +44,6 @@ GELSLAM_CLONES void add_squares(const float* __restrict w, const float* __restri
     squares += square_lanes[k];
     weights += weight_lanes[k];
   }
-}
-
-GELSLAM_CLONES void multiply(const float* __restrict w, const float* __restrict a, float* __restrict out,
-                             int count) {
-  for (int i = 0; i < count; ++i) out[i] = w[i] * a[i];
 }
 
 GELSLAM_CLONES void cauchy(const float* __restrict rx, const float* __restrict ry, const float* __restrict rz,
@@ -102,6 +83,63 @@ GELSLAM_CLONES void rotate_and_subtract(const float* __restrict texel_x, const f
     rx[i] = r0 * texel_x[i] + r3 * texel_y[i] + r6 * texel_z[i] - nx[i];
     ry[i] = r1 * texel_x[i] + r4 * texel_y[i] + r7 * texel_z[i] - ny[i];
     rz[i] = r2 * texel_x[i] + r5 * texel_y[i] + r8 * texel_z[i] - nz[i];
+  }
+}
+
+using Lanes = float[kLanes];
+
+struct NormalSums {
+  Lanes gradient[kParameters] = {}, hessian[kHessianEntries] = {};
+};
+
+float sum_of(const Lanes& lanes) {
+  float sum = 0;
+  for (const float lane : lanes) sum += lane;
+  return sum;
+}
+
+/// Adds what up to 64 samples say.
+GELSLAM_CLONES void add_block(const Samples& s, const Viewpoint& view, const Residuals& r, int first,
+                              int count, NormalSums& sums) {
+  Lanes along_x[kParameters], along_y[kParameters], jacobian[3][kParameters];
+  for (int k = 0; k < count; ++k) {
+    const PictureMotion motion = picture_motion(s, static_cast<std::size_t>(first + k), view);
+    for (std::size_t a = 0; a < kParameters; ++a) {
+      along_x[a][k] = motion.x[a];
+      along_y[a][k] = motion.y[a];
+    }
+  }
+  for (std::size_t c = 0; c < 3; ++c) {
+    const float *dx = &s.gradient[c][static_cast<std::size_t>(first)],
+                *dy = &s.gradient[3 + c][static_cast<std::size_t>(first)];
+    for (std::size_t a = 0; a < kParameters; ++a)
+      for (int k = 0; k < count; ++k) jacobian[c][a][k] = dx[k] * along_x[a][k] + dy[k] * along_y[a][k];
+  }
+  const float *nx = &s.nx[static_cast<std::size_t>(first)], *ny = &s.ny[static_cast<std::size_t>(first)],
+              *nz = &s.nz[static_cast<std::size_t>(first)];
+  for (int k = 0; k < count; ++k) {  // turned with the sample: n x e
+    jacobian[1][0][k] += nz[k];
+    jacobian[2][0][k] -= ny[k];
+    jacobian[0][1][k] -= nz[k];
+    jacobian[2][1][k] += nx[k];
+    jacobian[0][2][k] += ny[k];
+    jacobian[1][2][k] -= nx[k];
+  }
+  const float *rx = &r.rx[static_cast<std::size_t>(first)], *ry = &r.ry[static_cast<std::size_t>(first)],
+              *rz = &r.rz[static_cast<std::size_t>(first)], *w = &r.weight[static_cast<std::size_t>(first)];
+  std::size_t entry = 0;
+  for (std::size_t a = 0; a < kParameters; ++a) {
+    Lanes x, y, z;
+    for (int k = 0; k < count; ++k) {
+      x[k] = w[k] * jacobian[0][a][k];
+      y[k] = w[k] * jacobian[1][a][k];
+      z[k] = w[k] * jacobian[2][a][k];
+      sums.gradient[a][k] += x[k] * rx[k] + y[k] * ry[k] + z[k] * rz[k];
+    }
+    for (std::size_t b = a; b < kParameters; ++b, ++entry)
+      for (int k = 0; k < count; ++k)
+        sums.hessian[entry][k] +=
+            x[k] * jacobian[0][b][k] + y[k] * jacobian[1][b][k] + z[k] * jacobian[2][b][k];
   }
 }
 
@@ -151,8 +189,7 @@ class BilinearLookup {
 
 void Samples::resize(std::size_t count) {
   for (auto* v : {&x, &y, &z, &nx, &ny, &nz, &weight}) v->resize(count);
-  for (auto& v : jacobian) v.resize(count);
-  for (auto& v : hessian) v.resize(count);
+  for (auto& v : gradient) v.resize(count);
 }
 
 void Residuals::resize(std::size_t count) {
@@ -192,20 +229,21 @@ ResidualSums sum_residuals(const Residuals& r) {
   return sums;
 }
 
-void accumulate_normal_equations(const Samples& samples, const Residuals& residuals, double* gradient,
-                                 double* hessian) {
-  const int count = samples.size();
-  thread_local std::vector<float> wx, wy, wz;
-  for (auto* v : {&wx, &wy, &wz}) v->resize(static_cast<std::size_t>(count));
-  multiply(residuals.weight.data(), residuals.rx.data(), wx.data(), count);
-  multiply(residuals.weight.data(), residuals.ry.data(), wy.data(), count);
-  multiply(residuals.weight.data(), residuals.rz.data(), wz.data(), count);
-  for (std::size_t c = 0; c < kParameters; ++c)
-    gradient[c] = projected_sum(wx.data(), wy.data(), wz.data(), samples.jacobian[c].data(),
-                                samples.jacobian[kParameters + c].data(),
-                                samples.jacobian[2 * kParameters + c].data(), count);
-  for (std::size_t c = 0; c < kHessianEntries; ++c)
-    hessian[c] = weighted_sum(residuals.weight.data(), samples.hessian[c].data(), count);
+std::array<float, 2> weighted_center_mm(const Samples& samples, const Residuals& residuals) {
+  const float* const w = residuals.weight.data();
+  const float weight = sum_residuals(residuals).weight;
+  if (!(weight > 0)) return {0, 0};
+  return {weighted_sum(w, samples.x.data(), samples.size()) / weight,
+          weighted_sum(w, samples.y.data(), samples.size()) / weight};
+}
+
+void accumulate_normal_equations(const Samples& samples, const Viewpoint& view, const Residuals& residuals,
+                                 double* gradient, double* hessian) {
+  NormalSums sums;
+  for (int first = 0; first < samples.size(); first += kLanes)
+    add_block(samples, view, residuals, first, std::min(kLanes, samples.size() - first), sums);
+  for (std::size_t c = 0; c < kParameters; ++c) gradient[c] = sum_of(sums.gradient[c]);
+  for (std::size_t c = 0; c < kHessianEntries; ++c) hessian[c] = sum_of(sums.hessian[c]);
 }
 
 }  // namespace gelslam::registration::detail

@@ -17,16 +17,59 @@ struct Samples {
   std::vector<float> x, y, z, nx, ny, nz;
   std::vector<float>
       weight;  ///< how far to trust the sample, 0..1 (the contact's border is the gel's membrane rim)
-  std::array<std::vector<float>, 3 * kParameters> jacobian;  ///< row-major 3x5, one array per entry
-  std::array<std::vector<float>, kHessianEntries> hessian;  ///< upper triangle of JᵀJ per sample, row by row
-
-  float inverse_distance = 0;  ///< of the reference's camera, 1/mm
-  float center_x_mm = 0,
-        center_y_mm = 0;  ///< mean of the points, about which rx and ry turn: see tz_of_turn()
+  /// Of the normal's components x, y, z: per mm along x of the picture's rest coordinates, then along y.
+  std::array<std::vector<float>, 6> gradient;
 
   int size() const { return static_cast<int>(x.size()); }
   void resize(std::size_t count);
 };
+
+/// How the target's camera sees the samples, in the reference's axes. The ray through a point q has the
+/// direction q / distance + axis; the reference's own camera has the axis (0, 0, 1).
+struct Viewpoint {
+  float inverse_distance = 0;  ///< of both cameras, 1/mm; 0: parallel rays
+  std::array<float, 3> axis{0, 0, 1};
+  /// About which rx and ry turn: the middle of what both show, for heights tell its z. Were tz kept instead,
+  /// a turn would move a contact far from the sensor's axis toward the camera or away from it, and errors of
+  /// scale would be taken for turns.
+  float center_x_mm = 0, center_y_mm = 0;
+
+  /// tz that goes with the turns rx and ry.
+  double tz_of_turn(double rx, double ry) const {
+    return ry * static_cast<double>(center_x_mm) - rx * static_cast<double>(center_y_mm);
+  }
+};
+
+/// How a sample moves over the reference's picture with the five parameters, in rest coordinates along x and
+/// y: to where the ray that sees the moved sample meets the surface.
+struct PictureMotion {
+  std::array<float, kParameters> x, y;
+};
+
+inline __attribute__((always_inline)) PictureMotion picture_motion(const Samples& s, std::size_t k,
+                                                                   const Viewpoint& view) {
+  constexpr float kLeastFacing = 0.2f;  // a surface that is seen edge on
+  const float x = s.x[k], y = s.y[k], z = s.z[k], nx = s.nx[k], ny = s.ny[k], nz = s.nz[k],
+              inverse_distance = view.inverse_distance;
+  const float shrink = 1.0f / (1.0f + z * inverse_distance);
+  const float own_x = x * shrink * inverse_distance, own_y = y * shrink * inverse_distance;
+  const float depth = 1.0f / (z * inverse_distance + view.axis[2]);
+  const float ray_x = (x * inverse_distance + view.axis[0]) * depth,
+              ray_y = (y * inverse_distance + view.axis[1]) * depth;
+  const float facing = nx * ray_x + ny * ray_y + nz;
+  const float along = 1.0f / (facing > kLeastFacing ? facing : kLeastFacing);
+  const float dx = x - view.center_x_mm, dy = y - view.center_y_mm;
+  // Of the sample, about the center.
+  const float moved_x[kParameters] = {0, z, -y, 1, 0}, moved_y[kParameters] = {-z, 0, x, 0, 1},
+              moved_z[kParameters] = {dy, -dx, 0, 0, 0};
+  PictureMotion motion;
+  for (std::size_t a = 0; a < kParameters; ++a) {
+    const float back = (nx * moved_x[a] + ny * moved_y[a] + nz * moved_z[a]) * along;
+    motion.x[a] = shrink * (moved_x[a] - own_x * moved_z[a] - (ray_x - own_x) * back);
+    motion.y[a] = shrink * (moved_y[a] - own_y * moved_z[a] - (ray_y - own_y) * back);
+  }
+  return motion;
+}
 
 /// A target frame as warp_residuals() reads it; both maps are continuous.
 struct TargetView {
@@ -62,8 +105,12 @@ struct ResidualSums {
 };
 ResidualSums sum_residuals(const Residuals& residuals);
 
-/// gradient = Σ w Jᵀ r (5), hessian = Σ w JᵀJ (15, upper triangle).
-void accumulate_normal_equations(const Samples& samples, const Residuals& residuals, double* gradient,
-                                 double* hessian);
+/// The weighted center of the samples along x and y, mm.
+std::array<float, 2> weighted_center_mm(const Samples& samples, const Residuals& residuals);
+
+/// gradient = Σ w Jᵀ r (5), hessian = Σ w JᵀJ (15, upper triangle), J: how a sample's normal changes with the
+/// five parameters.
+void accumulate_normal_equations(const Samples& samples, const Viewpoint& view, const Residuals& residuals,
+                                 double* gradient, double* hessian);
 
 }  // namespace gelslam::registration::detail

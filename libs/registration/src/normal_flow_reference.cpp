@@ -11,10 +11,8 @@
 namespace gelslam {
 namespace {
 
-using registration::detail::kParameters;
 using registration::detail::normal_gradient;
 using registration::detail::NormalGradient;
-using registration::detail::picture_motion;
 using registration::detail::Samples;
 
 /// |curvature| that this many pixels of the contact exceed, or reach.
@@ -81,30 +79,6 @@ class SampleWeight {
   cv::Mat1f distance_px_;
 };
 
-float mean(const std::vector<float>& values) {
-  double sum = 0;
-  for (const float value : values) sum += static_cast<double>(value);
-  return values.empty() ? 0.0f : static_cast<float>(sum / static_cast<double>(values.size()));
-}
-
-void set_jacobian(Samples& samples, std::size_t k, const cv::Vec3f& normal_dx, const cv::Vec3f& normal_dy) {
-  const float nx = samples.nx[k], ny = samples.ny[k], nz = samples.nz[k];
-  const float n_cross_e[3][3] = {{0, -nz, ny}, {nz, 0, -nx}, {-ny, nx, 0}};  // [n]x, rows by component
-  const Eigen::Matrix<float, 2, kParameters> motion = picture_motion(samples, k);
-  float j[3][kParameters];
-  for (int c = 0; c < 3; ++c)
-    for (int a = 0; a < kParameters; ++a) {
-      j[c][a] = normal_dx[c] * motion(0, a) + normal_dy[c] * motion(1, a);
-      if (a < 3) j[c][a] += n_cross_e[c][a];
-    }
-  std::size_t entry = 0;
-  for (int a = 0; a < kParameters; ++a)
-    for (int b = a; b < kParameters; ++b)
-      samples.hessian[entry++][k] = j[0][a] * j[0][b] + j[1][a] * j[1][b] + j[2][a] * j[2][b];
-  for (std::size_t c = 0; c < 3; ++c)
-    for (std::size_t a = 0; a < kParameters; ++a) samples.jacobian[c * kParameters + a][k] = j[c][a];
-}
-
 }  // namespace
 
 SelfSimilarityPtr make_self_similarity() { return std::make_shared<SelfSimilarity>(); }
@@ -120,7 +94,6 @@ NormalFlowReference::NormalFlowReference(SurfacePtr surface, const NormalFlowOpt
 
   Samples& samples = impl->samples;
   samples.resize(pixels.size());
-  samples.inverse_distance = static_cast<float>(camera.optics.inverse_distance());
   impl->curvature.resize(pixels.size());
   for (std::size_t k = 0; k < pixels.size(); ++k) {
     const cv::Point p = pixels[k];
@@ -134,13 +107,12 @@ NormalFlowReference::NormalFlowReference(SurfacePtr surface, const NormalFlowOpt
     samples.ny[k] = n[1];
     samples.nz[k] = n[2];
     samples.weight[k] = weight(p);
+    const NormalGradient gradient = normal_gradient(surface->normals, p);
+    for (int c = 0; c < 3; ++c) {
+      samples.gradient[static_cast<std::size_t>(c)][k] = gradient.dx[c] / pitch;
+      samples.gradient[static_cast<std::size_t>(c + 3)][k] = gradient.dy[c] / pitch;
+    }
     impl->curvature[k] = surface->curvature(p);
-  }
-  samples.center_x_mm = mean(samples.x);
-  samples.center_y_mm = mean(samples.y);
-  for (std::size_t k = 0; k < pixels.size(); ++k) {
-    const NormalGradient gradient = normal_gradient(surface->normals, pixels[k]);
-    set_jacobian(samples, k, gradient.dx / pitch, gradient.dy / pitch);
   }
   impl->surface = std::move(surface);
   impl_ = std::move(impl);

@@ -26,35 +26,9 @@ struct SelfSimilarity {
 
 namespace registration::detail {
 
-/// The derivative of sample k's normal with respect to the five parameters.
-inline Eigen::Matrix<float, 3, kParameters> jacobian_of(const Samples& samples, std::size_t k) {
-  Eigen::Matrix<float, 3, kParameters> jacobian;
-  for (int c = 0; c < 3; ++c)
-    for (int a = 0; a < kParameters; ++a)
-      jacobian(c, a) = samples.jacobian[static_cast<std::size_t>(c * kParameters + a)][k];
-  return jacobian;
-}
-
-/// tz that goes with the turns rx and ry. Heights tell the contact's z. Were tz kept instead, a turn would
-/// move a contact far from the sensor's axis toward the camera or away from it, and errors of scale would be
-/// taken for turns.
-inline double tz_of_turn(const Samples& samples, double rx, double ry) {
-  return ry * static_cast<double>(samples.center_x_mm) - rx * static_cast<double>(samples.center_y_mm);
-}
-
-/// How sample k moves in the picture with the five parameters, in rest coordinates: rows along x and along y.
-/// A camera at a distance sees what comes closer move away from the center.
-inline Eigen::Matrix<float, 2, kParameters> picture_motion(const Samples& samples, std::size_t k) {
-  const float x = samples.x[k], y = samples.y[k], z = samples.z[k];
-  const float dx = x - samples.center_x_mm, dy = y - samples.center_y_mm;
-  const float shrink = 1.0f / (1.0f + z * samples.inverse_distance);
-  const float toward_x = x * shrink * samples.inverse_distance,
-              toward_y = y * shrink * samples.inverse_distance;
-  Eigen::Matrix<float, 2, kParameters> motion;
-  motion << -toward_x * dy, z + toward_x * dx, -y, 1, 0,  //
-      -z - toward_y * dy, toward_y * dx, x, 0, 1;
-  return shrink * motion;
-}
+/// Of the target at this pose. The center is that of the residuals' samples.
+Viewpoint viewpoint_of(const TargetView& target, const Pose& target_T_reference, const Samples& samples,
+                       const Residuals& residuals);
 
 /// Change of the normal per pixel along x and y (Sobel). `p` is no border pixel.
 struct NormalGradient {

@@ -139,10 +139,19 @@ TargetView view_of(const Surface& target) {
   return view;
 }
 
-NormalEquations linearize(const Samples& samples, const Residuals& residuals) {
+Viewpoint viewpoint_of(const TargetView& target, const Pose& target_T_reference, const Samples& samples,
+                       const Residuals& residuals) {
+  const Eigen::Vector3d ray =
+      target_T_reference.translation() * target.inverse_distance + Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3f axis = (target_T_reference.linear().transpose() * ray).cast<float>();
+  const auto [x, y] = weighted_center_mm(samples, residuals);
+  return {target.inverse_distance, {axis.x(), axis.y(), axis.z()}, x, y};
+}
+
+NormalEquations linearize(const Samples& samples, const Viewpoint& view, const Residuals& residuals) {
   double entries[kHessianEntries];
   NormalEquations equations;
-  accumulate_normal_equations(samples, residuals, equations.gradient.data(), entries);
+  accumulate_normal_equations(samples, view, residuals, equations.gradient.data(), entries);
   const double* entry = entries;
   for (int a = 0; a < kParameters; ++a)
     for (int b = a; b < kParameters; ++b) equations.hessian(a, b) = equations.hessian(b, a) = *entry++;

@@ -23,6 +23,7 @@ struct TextureAgreement {
   Vector5d by_slopes = Vector5d::Zero();  ///< Σ w Jᵀ dn, dn: of slopes that grow, per share of them
 };
 
+/// `target_T_reference`: of the residuals.
 TextureAgreement compare_texture(const Samples& samples, const Surface& target,
                                  const Pose& target_T_reference, const Residuals& residuals,
                                  double gel_pattern_per_mm);
@@ -47,14 +48,12 @@ struct ObservableDirections {
 /// A direction is observable when at least `least_share` of what was read along it is common to both.
 ObservableDirections observable_directions(const TextureAgreement& texture, double least_share);
 
-/// The target for warp_residuals(); refers to the surface's maps.
-
 /// The weighted normal equations of one warp.
 struct NormalEquations {
   Eigen::Matrix<double, kParameters, kParameters> hessian;
   Eigen::Matrix<double, kParameters, 1> gradient;
 };
-NormalEquations linearize(const Samples& samples, const Residuals& residuals);
+NormalEquations linearize(const Samples& samples, const Viewpoint& view, const Residuals& residuals);
 
 int count_shared(const Residuals& residuals);
 

@@ -14,12 +14,11 @@ Eigen::Vector3f vector(const cv::Vec3f& v) { return {v[0], v[1], v[2]}; }
 using SampleJacobian = Eigen::Matrix<float, 3, kParameters>;  // of a normal
 using SampleMatrix = Eigen::Matrix<float, kParameters, kParameters>;
 
-/// A sample's Jacobian as the target shows it: with its normal `n`, and how that changes along the
-/// reference's x and y.
-SampleJacobian target_jacobian(const Samples& s, std::size_t k, const Eigen::Vector3f& n,
-                               const Eigen::Vector3f& dx, const Eigen::Vector3f& dy) {
-  const auto motion = picture_motion(s, k);
-  SampleJacobian jacobian = dx * motion.row(0) + dy * motion.row(1);
+/// How a normal `n` changes that changes by dx and dy per mm along the reference's x and y.
+SampleJacobian jacobian_of(const PictureMotion& motion, const Eigen::Vector3f& n, const Eigen::Vector3f& dx,
+                           const Eigen::Vector3f& dy) {
+  using Row = Eigen::Map<const Eigen::Matrix<float, 1, kParameters>>;
+  SampleJacobian jacobian = dx * Row(motion.x.data()) + dy * Row(motion.y.data());
   for (int axis = 0; axis < 3; ++axis) jacobian.col(axis) += n.cross(Eigen::Vector3f::Unit(axis));
   return jacobian;
 }
@@ -40,6 +39,7 @@ Matrix5d gel_pattern(const Eigen::Matrix4d& moments) {
 TextureAgreement compare_texture(const Samples& s, const Surface& target, const Pose& target_T_reference,
                                  const Residuals& residuals, double gel_pattern_per_mm) {
   const PixelLookup lookup(s, target, target_T_reference);
+  const Viewpoint view = viewpoint_of(view_of(target), target_T_reference, s, residuals);
   const Eigen::Matrix3f& rotation = lookup.rotation();
   const Eigen::Matrix3f back = rotation.transpose();
   SampleMatrix read = SampleMatrix::Zero(), common = read;
@@ -65,13 +65,17 @@ TextureAgreement compare_texture(const Samples& s, const Surface& target, const 
     const Eigen::Vector3f dy =
         carried_back(rotation(0, 1) + rotation(0, 2) * slope_y, rotation(1, 1) + rotation(1, 2) * slope_y);
     const Eigen::Vector3f n(s.nx[k] + residuals.rx[k], s.ny[k] + residuals.ry[k], s.nz[k] + residuals.rz[k]);
-    const SampleJacobian here = jacobian_of(s, k), there = target_jacobian(s, k, n, dx, dy);
+    const PictureMotion motion = picture_motion(s, k, view);
+    const Eigen::Vector3f normal(s.nx[k], s.ny[k], s.nz[k]), flat(s.nx[k], s.ny[k], 0);
+    const auto& g = s.gradient;
+    const SampleJacobian here = jacobian_of(motion, normal, {g[0][k], g[1][k], g[2][k]},
+                                            {g[3][k], g[4][k], g[5][k]}),
+                         there = jacobian_of(motion, n, dx, dy);
     const SampleJacobian weighted = w * here;
     read += weighted.transpose() * here;
     common += weighted.transpose() * there;
     const Eigen::Vector4f place(s.x[k], s.y[k], s.z[k], 1);
     moments += w * place * place.transpose();
-    const Eigen::Vector3f normal(s.nx[k], s.ny[k], s.nz[k]), flat(s.nx[k], s.ny[k], 0);
     by_slopes += weighted.transpose() * (flat - flat.squaredNorm() * normal);
   }
   TextureAgreement texture;

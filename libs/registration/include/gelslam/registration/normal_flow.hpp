@@ -29,9 +29,9 @@ struct SelfSimilarity;
 using SelfSimilarityPtr = std::shared_ptr<SelfSimilarity>;
 SelfSimilarityPtr make_self_similarity();
 
-/// What is computed once per keyframe: samples, their points and normals, and the Jacobian, which depends
-/// only on the reference (inverse compositional; Baker & Matthews 2004; Huang et al., RA-L 2024, §IV).
-/// Immutable, shareable between threads.
+/// What is computed once per keyframe: samples, their points, normals, and how normals change over the
+/// surface (inverse compositional; Baker & Matthews 2004; Huang et al., RA-L 2024, §IV). Immutable, shareable
+/// between threads.
 class NormalFlowReference {
  public:
   NormalFlowReference(SurfacePtr surface, const NormalFlowOptions& options,
