@@ -1,6 +1,7 @@
 #include "track_output.hpp"
 
 #include <future>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
@@ -9,9 +10,9 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/core/trajectory.hpp"
 #include "gelslam/localization/rig_place.hpp"
+#include "gelslam/slam/mapper.hpp"
 #include "gelslam/slam/pose_stream.hpp"
 #include "gelslam/slam/trial_drift.hpp"
-#include "gelslam/slam/trial_places.hpp"
 
 namespace gelslam {
 namespace {
@@ -40,22 +41,37 @@ Json map_json(const LocalizedFrame& frame, const Surface* surface) {
   return json;
 }
 
-/// TUM has one frame for all poses: that of the first contact. Frames of a later trial are in it once a loop
-/// has told where that trial lies.
+/// TUM has one frame for all poses: that of the first contact. Frames of a later trial are in it once loops
+/// have told where that trial lies.
 class TumStream {
  public:
-  explicit TumStream(const SlamOptions& options) : places_(options) {}
+  explicit TumStream(const SlamOptions& options) : mapper_(options) {}
 
   /// "" for a frame that has no pose.
   std::string line(const TrackedFrame& frame) {
-    for (const NewKeyframe& added : frame.new_keyframes) places_.add(added.keyframe);
+    for (const NewKeyframe& added : frame.new_keyframes) mapper_.add_keyframe(added);
+    has_new_ = has_new_ || !frame.new_keyframes.empty();
     if (frame.status != TrackStatus::tracked) return "";
-    const std::optional<Pose> first_T_trial = places_.first_T_trial(frame.trial);
-    return first_T_trial ? tum_line(frame.time_s, *first_T_trial * frame.trial_T_frame) : "";
+    if (has_new_ && !first_T_trial_.contains(frame.trial)) place_trial(frame);
+    const auto first_T_trial = first_T_trial_.find(frame.trial);
+    return first_T_trial == first_T_trial_.end()
+               ? ""
+               : tum_line(frame.time_s, first_T_trial->second * frame.trial_T_frame);
   }
 
  private:
-  TrialPlaces places_;
+  void place_trial(const TrackedFrame& frame) {
+    has_new_ = false;
+    mapper_.update();
+    const MapSnapshot map = mapper_.snapshot();
+    const std::optional<MapPlace> place = place_of(frame, map);
+    if (place && place->component == map.nodes.front().component)
+      first_T_trial_[frame.trial] = normalized(place->map_T_frame * frame.trial_T_frame.inverse());
+  }
+
+  Mapper mapper_;
+  bool has_new_ = false;  // keyframes, since a trial was to be placed
+  std::map<int, Pose> first_T_trial_;
 };
 
 class TrialOutput final : public PoseOutput {
