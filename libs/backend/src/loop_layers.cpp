@@ -19,7 +19,6 @@ using namespace backend::detail;
 // Of the loops between two pieces, this many are compared with each other: enough to see which place most
 // agree on.
 constexpr int kMaxCompared = 24;
-constexpr int kPeers = 8;  // neighbors a loop is compared with, in the order in which loops were found
 
 struct Link {
   std::size_t edge = 0;  // in the caller's order
@@ -43,17 +42,12 @@ struct GrowingConsistency::Known {
   std::vector<UncertainMotion> motions;             // of the edges
   std::vector<std::size_t> joins;                   // edges that join pieces of odometry, ascending
   std::unordered_map<std::size_t, bool> supported;  // by the path between its ends: a loop
-  std::map<std::pair<std::size_t, std::size_t>, bool> agreeing;  // two loops of one tree
 
   /// Motions between the nodes of one tree stay the same unless one of its joins goes.
   void set_joins(std::vector<std::size_t> now) {
     std::sort(now.begin(), now.end());
-    if (!std::includes(now.begin(), now.end(), joins.begin(), joins.end())) forget_verdicts();
+    if (!std::includes(now.begin(), now.end(), joins.begin(), joins.end())) supported.clear();
     joins = std::move(now);
-  }
-  void forget_verdicts() {
-    supported.clear();
-    agreeing.clear();
   }
 };
 
@@ -82,14 +76,8 @@ class Consistency {
 
   std::vector<bool> run() {
     const MotionForest forest = join_trials();
-    std::vector<int> loops;
-    for (int i = 0; i < static_cast<int>(links_.size()); ++i) {
-      const Link& l = link(i);
-      if (!l.loop) continue;
-      accepted_[l.edge] = forest.tree(l.from) == forest.tree(l.to) && is_supported(forest, l);
-      if (accepted_[l.edge]) loops.push_back(i);
-    }
-    leave_out_contradicted(forest, loops);
+    for (const Link& l : links_)
+      if (l.loop) accepted_[l.edge] = forest.tree(l.from) == forest.tree(l.to) && is_supported(forest, l);
     return accepted_;
   }
 
@@ -103,7 +91,7 @@ class Consistency {
     return MotionForest(nodes_, edges);
   }
 
-  /// Whether two loops between the same two trees (or within one) are consistent.
+  /// Whether two loops between the same two trees are consistent.
   bool agree(const MotionForest& forest, int a, int b) const {
     const Link &first = link(a), &second = link(b);
     const bool same_way = forest.tree(first.from) == forest.tree(second.from);
@@ -199,40 +187,6 @@ class Consistency {
     return place->second;
   }
 
-  /// agree() for two loops of one tree.
-  bool agree_in_tree(const MotionForest& forest, int a, int b) {
-    const auto [place, is_new] = known_.agreeing.try_emplace({link(a).edge, link(b).edge});
-    if (is_new) place->second = agree(forest, a, b);
-    return place->second;
-  }
-
-  /// Greedy: removes the loop with the largest majority of contradicting neighbors, until none has one.
-  void leave_out_contradicted(const MotionForest& forest, const std::vector<int>& loops) {
-    struct Peer {
-      std::size_t loop;
-      int vote;  // 1: contradicts, -1: agrees
-    };
-    std::vector<std::vector<Peer>> peers(loops.size());
-    std::vector<int> against(loops.size(), 0);
-    for (std::size_t i = 0; i < loops.size(); ++i)
-      for (std::size_t j = i > kPeers ? i - kPeers : 0; j < i; ++j) {
-        if (forest.tree(link(loops[i]).from) != forest.tree(link(loops[j]).from)) continue;
-        const int vote = agree_in_tree(forest, loops[i], loops[j]) ? -1 : 1;
-        peers[i].push_back({j, vote});
-        peers[j].push_back({i, vote});
-        against[i] += vote;
-        against[j] += vote;
-      }
-    while (true) {
-      const auto worst = std::max_element(against.begin(), against.end());
-      if (worst == against.end() || *worst <= 0) return;
-      const auto loop = static_cast<std::size_t>(worst - against.begin());
-      accepted_[link(loops[loop]).edge] = false;
-      against[loop] = -2 * kPeers - 1;  // removed
-      for (const Peer& peer : peers[loop]) against[peer.loop] -= peer.vote;
-    }
-  }
-
   GrowingConsistency::Known& known_;
   const double scale_sigma_;
   std::vector<bool> accepted_;
@@ -256,7 +210,7 @@ const std::vector<bool>& GrowingConsistency::judge(const std::vector<PoseGraphEd
     throw Error("loop consistency: gradient_scale_sigma must not be negative");
   const bool same_scale = known_->scale_sigma == gradient_scale_sigma;
   if (same_scale && known_->accepted.size() == edges.size()) return known_->accepted;
-  if (!same_scale) known_->forget_verdicts();
+  if (!same_scale) known_->supported.clear();
   known_->scale_sigma = gradient_scale_sigma;
   return known_->accepted = Consistency(edges, *known_).run();
 }

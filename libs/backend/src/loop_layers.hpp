@@ -8,12 +8,11 @@
 //   consistent_edges():
 //   1. join_trials             loops join two trials if they agree and are evidence enough
 //   2. is_supported            the way between a loop's ends says the same
-//   3. leave_out_contradicted  most of the loops beside it agree with it
 //   solve_pose_graph():
-//   4. place_pieces            trials are laid where loops join them
-//   5. robust_cost, _weight    a loop that does not fit pulls less
-//   6. kernel_widths           loops that drift has opened wide are closed
-//   7. is_outlier              a loop that still does not fit counts no more
+//   3. place_pieces            trials are laid where loops join them
+//   4. robust_cost, _weight    a loop that does not fit pulls less
+//   5. kernel_widths           loops that drift has opened wide are closed
+//   6. is_outlier              a loop that still does not fit counts no more
 namespace gelslam::backend::detail {
 
 /// Places the pieces of a graph before it is solved. A piece is a set of nodes joined by odometry; inside it

@@ -87,8 +87,8 @@ PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node
                                    const SharedUnknowns& shared = {});
 
 /// Which edges may shape the map; one flag per edge, always true for odometry. A loop has to agree with the
-/// odometry between its ends and with most of the loops beside it: each pair closes a cycle, whose error is
-/// judged by its covariance (pairwise consistency; Mangelson et al., ICRA 2018). What a gradient scale of
+/// odometry between its ends: both close a cycle, whose error is judged by its covariance (after pairwise
+/// consistency; Mangelson et al., ICRA 2018). What a gradient scale of
 /// 1 +- `gradient_scale_sigma`, common to all edges, explains is no contradiction. Trials, which odometry
 /// does not join, are joined by the largest set of loops that agree with each other, if it outnumbers every
 /// other and is evidence enough: one loop that is not `tentative`, or two that share no keyframe. Until then
