@@ -1,6 +1,7 @@
 #include "pipeline/map_solver.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <iterator>
 #include <utility>
@@ -164,6 +165,23 @@ std::vector<PoseGraphEdge> with_rig_edges(const SlamMap& map, std::vector<PoseGr
   const std::vector<PoseGraphEdge> of_rig = rig_edges(map.measured.rig.constraints, map.rig->first_T_second);
   edges.insert(edges.end(), of_rig.begin(), of_rig.end());
   return edges;
+}
+
+std::vector<PoseGraphEdge> loops_of_rig(const std::vector<RigConstraint>& constraints, const RigPose& rig) {
+  std::map<std::pair<int, int>, RigConstraint> of_pair;
+  for (const RigConstraint& c : constraints)
+    of_pair.emplace(std::pair(c.first_keyframe, c.second_keyframe), c);
+  std::vector<PoseGraphEdge> loops;
+  for (const auto& [pair, constraint] : of_pair) {
+    PoseGraphEdge edge = rig_edges({constraint}, rig.first_T_second).front();
+    const Matrix6d by_rig = adjoint(constraint.second_keyframe_T_sensor);
+    const Matrix6d covariance = edge.information.inverse() + static_cast<double>(of_pair.size()) * by_rig *
+                                                                 rig.covariance * by_rig.transpose();
+    edge.information = symmetric(covariance.inverse());
+    edge.kind = EdgeKind::loop;
+    loops.push_back(edge);
+  }
+  return loops;
 }
 
 }  // namespace gelslam::slam::detail

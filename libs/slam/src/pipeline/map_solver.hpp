@@ -42,6 +42,11 @@ struct MapCovariances {
 };
 MapCovariances assess_map(const SlamMap& map, int anchor, double scale_sigma, const SlamOptions& options);
 
+/// What two sensors have felt at the same time as loops, by the rig that was found, for a record that says
+/// nothing of a rig: those of another scan may be fixed otherwise. One of each pair of keyframes, for
+/// neighbors in time share their errors. Together they are as uncertain as that rig.
+std::vector<PoseGraphEdge> loops_of_rig(const std::vector<RigConstraint>& constraints, const RigPose& rig);
+
 /// The edges that were solved: the map's, then those of the rig if it is known.
 std::vector<PoseGraphEdge> with_rig_edges(const SlamMap& map, std::vector<PoseGraphEdge> edges);
 

@@ -313,7 +313,11 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
   const int anchor = choose_component_and_anchor(map);
   const MapCovariances covariances = assess_map(map, anchor, scale_sigma, options_);
   map.uncertainty = trajectory_uncertainty(map.frames, map.in_map, covariances.anchor_T_keyframe);
-  if (map.rig) map.rig->covariance = covariances.rig;
+  if (map.rig) {
+    map.rig->covariance = covariances.rig;
+    const std::vector<PoseGraphEdge> loops = loops_of_rig(map.measured.rig.constraints, *map.rig);
+    map.measured.edges.insert(map.measured.edges.end(), loops.begin(), loops.end());
+  }
   map.edges = with_rig_edges(map, std::move(map.edges));
   map.coverage_keyframes = select_coverage_keyframes(posed_surfaces(map), options_.coverage);
   return map;

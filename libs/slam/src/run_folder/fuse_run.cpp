@@ -89,8 +89,9 @@ FuseSummary finish_killed(const FuseRequest& request, const Config& config, Targ
                                        [](const auto& keyframe) { return keyframe != nullptr; });
   check_readable(request, keyframes > 0, record.warnings);
   StageTimer timer;
-  const Run run = finish_scan(config, record, "the session of a scan that was not finished", timer, start,
-                              progress, stop_requested);
+  Run run = finish_scan(config, record, "the session of a scan that was not finished", timer, start, progress,
+                        stop_requested);
+  slam::detail::keep_rig(run.report, request.run);
   if (stop_requested()) throw Error("stopped; nothing was changed");
   if (target.folder) {
     write_run(target.folder->path(), run);

@@ -1,12 +1,12 @@
 #include "gelslam/slam/merge_scans.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <fstream>
-#include <map>
 #include <memory>
+#include <set>
+#include <tuple>
 #include <utility>
 
 #include "gelslam/backend/uncertain_motion.hpp"
@@ -31,30 +31,20 @@ namespace fs = std::filesystem;
 
 constexpr const char* kOfRig = "two sensors that are fixed to each other";
 
-/// What two scans need to have in common to be corrected together.
-struct Reading {
-  std::uint32_t model_crc32 = 0;
-  int width_px = 0, height_px = 0;
-  double pixel_pitch_mm = 0;
-  bool operator==(const Reading&) const = default;
-};
-
 /// A record that does not say by which model it was read has nothing known in common with another one.
 bool can_be_corrected_together(const std::vector<ScanRecord>& records) {
-  std::vector<Reading> found;
+  std::set<std::tuple<int, int, double>> pictures;
+  std::set<std::uint32_t> models;
   for (const ScanRecord& record : records) {
     if (record.parts.empty() && !record.keyframes.empty()) return false;
-    std::vector<std::uint32_t> models;
-    for (const ScanPart& part : record.parts) models.push_back(part.model_crc32);
-    for (const auto& keyframe : record.keyframes)
-      for (const std::uint32_t model : models) {
-        if (!keyframe) continue;
-        const cv::Size size = keyframe->surface.size();
-        const Reading reading{model, size.width, size.height, keyframe->surface.pixel_pitch_mm()};
-        if (std::find(found.begin(), found.end(), reading) == found.end()) found.push_back(reading);
-      }
+    for (const auto& keyframe : record.keyframes) {
+      if (!keyframe) continue;
+      const cv::Size size = keyframe->surface.size();
+      pictures.emplace(size.width, size.height, keyframe->surface.pixel_pitch_mm());
+      for (const ScanPart& part : record.parts) models.insert(part.model_crc32);
+    }
   }
-  return found.size() <= 1;
+  return pictures.size() <= 1 && models.size() <= 1;
 }
 
 /// Another pitch means another number of pixels: at most 16 times as many, and no more than files may have.
@@ -98,28 +88,6 @@ void correct_alone(ScanRecord& record, const fs::path& source, const SlopeCorrec
   for (ScanPart& part : record.parts) part.model_crc32 = 0;
 }
 
-/// What two sensors have in common in a run becomes loops, by the rig that it has found, if it has: those of
-/// a later run may be fixed otherwise. One of each pair of keyframes, for neighbors in time share their
-/// errors. Together they are as uncertain as that rig.
-void keep_rig(ScanRecord& record, const fs::path& run) {
-  const std::vector<RigConstraint> constraints = std::exchange(record.rig, {}).constraints;
-  const std::optional<RigPose> rig = rig_of_run(run);
-  if (!rig) return;
-  std::map<std::pair<int, int>, RigConstraint> of_pair;
-  for (const RigConstraint& c : constraints)
-    of_pair.emplace(std::pair(c.first_keyframe, c.second_keyframe), c);
-  for (const auto& [pair, constraint] : of_pair) {
-    PoseGraphEdge edge = rig_edges({constraint}, rig->first_T_second).front();
-    const Matrix6d by_rig = adjoint(constraint.second_keyframe_T_sensor);
-    const Matrix6d covariance = edge.information.inverse() + static_cast<double>(of_pair.size()) * by_rig *
-                                                                 rig->covariance * by_rig.transpose();
-    const Matrix6d information = covariance.inverse();
-    edge.information = 0.5 * (information + information.transpose());
-    edge.kind = EdgeKind::loop;
-    record.edges.push_back(edge);
-  }
-}
-
 /// Appends `next` to `all`, whose numbers go on.
 struct Offsets {
   int keyframe = 0, trial = 0;
@@ -135,14 +103,6 @@ Offsets offsets_after(const ScanRecord& all) {
   next.frame = all.frames.back().frame + 1;
   next.time_s = all.frames.back().time_s + kBetweenPartsS;
   return next;
-}
-
-std::vector<RigConstraint> renumbered(std::vector<RigConstraint> constraints, int first, int second) {
-  for (RigConstraint& constraint : constraints) {
-    constraint.first_keyframe += first;
-    constraint.second_keyframe += second;
-  }
-  return constraints;
 }
 
 void append(ScanRecord& all, const ScanRecord& next, const Offsets& by) {
@@ -173,9 +133,6 @@ void append(ScanRecord& all, const ScanRecord& next, const Offsets& by) {
     if (frame.keyframe >= 0) frame.keyframe += by.keyframe;
     all.frames.push_back(frame);
   }
-  if (!next.rig.constraints.empty())
-    all.rig = {renumbered(next.rig.constraints, by.keyframe, by.keyframe),
-               next.rig.first_of_second + by.keyframe, next.rig.second_start_s, next.rig.known};
   all.warnings.insert(all.warnings.end(), next.warnings.begin(), next.warnings.end());
 }
 
@@ -221,15 +178,18 @@ ScanRecord joined_by_rig(const std::vector<ScanRecord>& records, const std::opti
                          const std::function<bool()>& stop_requested) {
   const ScanRecord &first = records[records.size() - 2], &second = records.back();
   const double second_start_s = start_of_second_s(first, second);
-  const std::vector<RigConstraint> constraints = rig_constraints(first, second, second_start_s);
+  std::vector<RigConstraint> constraints = rig_constraints(first, second, second_start_s);
   std::vector<Offsets> of_record;
   ScanRecord all = joined(records, options, progress, stop_requested, &of_record);
   if (constraints.empty())
     all.warnings.push_back(
         "the two sensors were never tracked at the same time: only common places join them");
   const Offsets of_first = of_record[records.size() - 2], of_second = of_record.back();
-  all.rig = {renumbered(constraints, of_first.keyframe, of_second.keyframe), of_second.keyframe,
-             second_start_s, known};
+  for (RigConstraint& constraint : constraints) {
+    constraint.first_keyframe += of_first.keyframe;
+    constraint.second_keyframe += of_second.keyframe;
+  }
+  all.rig = {std::move(constraints), of_second.keyframe, second_start_s, known};
   for (auto part = all.parts.end() - std::ssize(second.parts); part != all.parts.end(); ++part)
     part->second_start_s = second_start_s + of_first.time_s;
   return all;
@@ -282,11 +242,6 @@ Run merge_scans(const MergeRequest& request, ProgressSink& progress,
     for (ScanPart& part : records.back().parts)
       if (part.log.empty()) part.log = run.string();
   }
-  bool has_later_rig = request.has_rig;
-  for (std::size_t i = records.size(); i-- > 0;) {
-    if (records[i].rig.constraints.empty()) continue;
-    if (std::exchange(has_later_rig, true)) keep_rig(records[i], request.runs[i]);
-  }
   if (request.has_rig || !can_be_corrected_together(records)) {
     for (std::size_t i = 0; i < records.size(); ++i) {
       correct_alone(records[i], request.runs[i], load_map(request.runs[i] / "session").slope_correction,
@@ -304,6 +259,8 @@ Run merge_scans(const MergeRequest& request, ProgressSink& progress,
   Run run = finish_scan(config, all,
                         request.has_rig ? kOfRig : "a merge of " + std::to_string(records.size()) + " runs",
                         timer, start, progress, stop_requested);
+  for (auto older = request.runs.rbegin(); !request.has_rig && older != request.runs.rend(); ++older)
+    slam::detail::keep_rig(run.report, *older);
   write_run(update ? update->path() : made->path(), run);
   if (update)
     update->commit();

@@ -183,6 +183,11 @@ Run finish_scan(const Config& config, const ScanRecord& record, const std::strin
   return finish_scan(config, std::move(map), std::move(report), timer, start, &progress);
 }
 
+void slam::detail::keep_rig(RunReport& report, const fs::path& older_run) {
+  if (report.rig) return;
+  if (const std::optional<RunReport> older = find_report(older_run)) report.rig = older->rig;
+}
+
 void write_run(const fs::path& folder, const Run& run) {
   write_results(folder, run);
   save_session(folder / "session", run.map);

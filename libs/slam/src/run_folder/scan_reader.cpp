@@ -65,8 +65,6 @@ class ScanReader {
       take_loops(line);
     } else if (line.contains("frames")) {
       take_frames(line.at("frames"));
-    } else if (line.contains("rig")) {
-      record_.rig = rig_from(line.at("rig"));
     } else if (line.contains("forget_from_trial")) {
       forget_from_trial(integer_from(line.at("forget_from_trial"), 0, kMaxTrial));
     }
@@ -82,10 +80,6 @@ class ScanReader {
         if (record_.has_keyframe(edge.from) && record_.has_keyframe(edge.to)) record_.edges.push_back(edge);
     for (FrameRecord& frame : record_.frames)
       if (!record_.has_keyframe(frame.keyframe)) frame.keyframe = -1;
-    std::erase_if(record_.rig.constraints, [&](const RigConstraint& constraint) {
-      return !record_.has_keyframe(constraint.first_keyframe) ||
-             !record_.has_keyframe(constraint.second_keyframe);
-    });
     add_missing_frames();
     if (record_.parts.empty() && !record_.keyframes.empty())
       record_.warnings.push_back((folder_ / "scan.jsonl").string() + ": does not say which sensor and model");

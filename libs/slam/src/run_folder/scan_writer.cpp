@@ -113,11 +113,6 @@ void ScanWriter::add_frame(const FrameRecord& frame) {
   if (waiting_.size() >= kFramesPerLine) write_waiting();
 }
 
-void ScanWriter::add_rig(const SensorRig& rig) {
-  write_waiting();
-  write(with_checksum({{"rig", slam::detail::json_of(rig)}}));
-}
-
 void ScanWriter::forget_from_trial(int trial) {
   write_waiting();
   write(with_checksum({{"forget_from_trial", trial}}));
@@ -148,7 +143,6 @@ void write_scan(const fs::path& folder, const ScanRecord& record) {
                    id < record.searched.size() && record.searched[id]);
   }
   for (const FrameRecord& frame : record.frames) writer.add_frame(frame);
-  if (!record.rig.constraints.empty()) writer.add_rig(record.rig);
   writer.flush();
 }
 

@@ -26,9 +26,8 @@ class ScanWriter {
   /// The loops of a keyframe; to be called for every one, also if none were found.
   void add_loops(int keyframe, const std::vector<PoseGraphEdge>& loops);
   void add_frame(const FrameRecord& frame);  ///< is written with the next line, or the next 25th frame
-  void add_rig(const SensorRig& rig);
-  void forget_from_trial(int trial);  ///< Mapper::forget_from_trial(); its frames become `undone`
-  void flush();                       ///< writes frames that wait; then all is on the disk
+  void forget_from_trial(int trial);         ///< Mapper::forget_from_trial(); its frames become `undone`
+  void flush();                              ///< writes frames that wait; then all is on the disk
 
  private:
   ScanWriter(const std::filesystem::path& folder, int open_flags);

@@ -16,6 +16,23 @@ constexpr std::string_view kChecksumMember = ",\"crc32\":";
 
 Json numbers(const Eigen::Vector3d& mm) { return {mm.x(), mm.y(), mm.z()}; }
 
+/// The upper half, row by row.
+Json numbers(const Matrix6d& symmetric) {
+  Json values = Json::array();
+  for (int r = 0; r < 6; ++r)
+    for (int c = r; c < 6; ++c) values.push_back(symmetric(r, c));
+  return values;
+}
+
+Matrix6d matrix_from(const Json& json) {
+  if (json.size() != 21) throw Error("the numbers of a matrix are incomplete");
+  Matrix6d matrix;
+  std::size_t k = 0;
+  for (int r = 0; r < 6; ++r)
+    for (int c = r; c < 6; ++c) matrix(r, c) = matrix(c, r) = number_from(json[k++], kMaxInformation);
+  return matrix;
+}
+
 Eigen::Vector3d point_from(const Json& json) {
   if (json.size() != 3) throw Error("an edge's numbers are incomplete");
   Eigen::Vector3d mm;
@@ -92,22 +109,6 @@ Pose pose_from(const Json& json) {
   return pose;
 }
 
-Json numbers(const Matrix6d& symmetric) {
-  Json values = Json::array();
-  for (int r = 0; r < 6; ++r)
-    for (int c = r; c < 6; ++c) values.push_back(symmetric(r, c));
-  return values;
-}
-
-Matrix6d matrix_from(const Json& json) {
-  if (json.size() != 21) throw Error("the numbers of a matrix are incomplete");
-  Matrix6d matrix;
-  std::size_t k = 0;
-  for (int r = 0; r < 6; ++r)
-    for (int c = r; c < 6; ++c) matrix(r, c) = matrix(c, r) = number_from(json[k++], kMaxInformation);
-  return matrix;
-}
-
 Json json_of(const PoseGraphEdge& edge) {
   return {{"from", edge.from},
           {"to", edge.to},
@@ -128,43 +129,6 @@ PoseGraphEdge edge_from(const Json& json) {
   edge.shared_center_mm = point_from(json.at("shared_center_mm"));
   edge.tentative = json.at("tentative").get<bool>();
   return edge;
-}
-
-Json json_of(const SensorRig& rig) {
-  Json constraints = Json::array();
-  for (const RigConstraint& constraint : rig.constraints) {
-    constraints.push_back({{"keyframes", {constraint.first_keyframe, constraint.second_keyframe}},
-                           {"first_keyframe_T_sensor_mm", numbers(constraint.first_keyframe_T_sensor)},
-                           {"second_keyframe_T_sensor_mm", numbers(constraint.second_keyframe_T_sensor)},
-                           {"first_covariance", numbers(constraint.first_covariance)},
-                           {"second_covariance", numbers(constraint.second_covariance)}});
-  }
-  Json known;
-  if (rig.known)
-    known = {{"first_T_second_mm", numbers(rig.known->first_T_second)},
-             {"covariance", numbers(rig.known->covariance)}};
-  return {{"constraints", constraints},
-          {"first_of_second", rig.first_of_second},
-          {"second_start_s", rig.second_start_s},
-          {"known", known}};
-}
-
-SensorRig rig_from(const Json& json) {
-  SensorRig rig;
-  for (const Json& entry : json.at("constraints")) {
-    rig.constraints.push_back({integer_from(entry.at("keyframes").at(0), 0, kMaxKeyframeId),
-                               integer_from(entry.at("keyframes").at(1), 0, kMaxKeyframeId),
-                               pose_from(entry.at("first_keyframe_T_sensor_mm")),
-                               pose_from(entry.at("second_keyframe_T_sensor_mm")),
-                               matrix_from(entry.at("first_covariance")),
-                               matrix_from(entry.at("second_covariance"))});
-  }
-  rig.first_of_second = integer_from(json.at("first_of_second"), 0, kMaxKeyframeId);
-  rig.second_start_s = number_from(json.at("second_start_s"), kMaxTimeS);
-  const Json& known = json.at("known");
-  if (!known.is_null())
-    rig.known = {pose_from(known.at("first_T_second_mm")), matrix_from(known.at("covariance"))};
-  return rig;
 }
 
 std::filesystem::path surface_file(const std::filesystem::path& session, int keyframe) {

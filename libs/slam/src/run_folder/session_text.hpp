@@ -50,13 +50,6 @@ Pose pose_from(const Json& json);
 Json json_of(const PoseGraphEdge& edge);
 PoseGraphEdge edge_from(const Json& json);
 
-/// 21 numbers: the upper half, row by row.
-Json numbers(const Matrix6d& symmetric);
-Matrix6d matrix_from(const Json& json);
-
-Json json_of(const SensorRig& rig);
-SensorRig rig_from(const Json& json);
-
 std::filesystem::path surface_file(const std::filesystem::path& session, int keyframe);
 
 }  // namespace gelslam::slam::detail
