@@ -5,6 +5,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
 #include "synthetic_graph.hpp"
 
@@ -13,14 +14,6 @@ namespace {
 
 class G2o : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = std::filesystem::temp_directory_path() /
-              (std::string("gelslam_g2o_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   std::vector<std::vector<std::string>> words_of(const std::string& name) const {
     std::ifstream in(folder_ / name);
     std::vector<std::vector<std::string>> lines;
@@ -31,7 +24,7 @@ class G2o : public testing::Test {
     return lines;
   }
 
-  std::filesystem::path folder_;
+  const test::TemporaryFolder folder_;
 };
 
 Pose pose_in_meters(const std::vector<std::string>& words, std::size_t first) {

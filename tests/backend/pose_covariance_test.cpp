@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <limits>
 
 #include "gelslam/backend/uncertain_motion.hpp"
 #include "synthetic_graph.hpp"
@@ -77,6 +79,35 @@ TEST(PoseCovariance, OtherComponentsAndOutliersSayNothing) {
   const auto found = covariances(graph, 0, 0.0);
   EXPECT_FALSE(found.contains(7));
   EXPECT_LT(relative_gap(found.at(2), covariances(chain(3), 0, 0.0).at(2)), 1e-3);
+}
+
+// A tree with branches and edges in both directions, where the one path between two nodes is all there is.
+TEST(MotionCertainty, OfATreeIsWhatTheSolvedGraphKnows) {
+  Graph tree;
+  for (int id = 0; id < 30; ++id) tree.truth[id] = rolled(id, 7);
+  for (int id = 1; id < 30; ++id) {
+    const int parent = id % 7 == 0 ? id / 2 : id - 1;
+    tree.join(id % 3 == 0 ? id : parent, id % 3 == 0 ? parent : id, EdgeKind::odometry);
+  }
+  for (const double scale_sigma : {0.0, 0.1}) {
+    const MotionCertainty certainty(tree.edges, scale_sigma);
+    for (const auto& [from, to] :
+         {std::pair(20, 27), std::pair(27, 20), std::pair(5, 29), std::pair(0, 13)}) {
+      const Eigen::Matrix3d known = covariances(tree, from, scale_sigma).at(to).bottomRightCorner<3, 3>();
+      const double sigma_mm =
+          std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(known).eigenvalues().maxCoeff());
+      EXPECT_NEAR(certainty.sigma_mm(from, to), sigma_mm, 1e-3 * sigma_mm) << from << ' ' << to;
+    }
+  }
+  EXPECT_EQ(MotionCertainty(tree.edges, 0.0).sigma_mm(0, 77), std::numeric_limits<double>::infinity());
+}
+
+// Once round a ball: a loop tells where the round ends.
+TEST(MotionCertainty, TakesAShortWay) {
+  Graph roll = roll_of_400_degrees({1, 1}, false);
+  const double long_way = MotionCertainty(roll.edges, 0.1).sigma_mm(0, 89);
+  roll.join(0, 90, EdgeKind::loop);
+  EXPECT_LT(MotionCertainty(roll.edges, 0.1).sigma_mm(0, 89), 0.2 * long_way);
 }
 
 }  // namespace

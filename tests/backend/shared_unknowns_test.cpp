@@ -28,6 +28,7 @@ class SharedUnknownsTest : public testing::Test {
 };
 
 TEST_F(SharedUnknownsTest, AreFoundWhereALoopClosesAndPosesWithThem) {
+  shared.edge_by_unknown.back().resize(6, 0);  // the loop does not depend on them
   const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, {}, shared);
   ASSERT_EQ(solution.shared_unknowns.size(), 1);
   // 90 links of 0.002 rad tell a turn of 6.3 rad to 0.003; the prior (0 +- 0.1) pulls by (0.003 / 0.1)² of
@@ -43,16 +44,6 @@ TEST_F(SharedUnknownsTest, StayAtTheirMeanWithoutALoop) {
   shared.mean[0] = 0.01;
   const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, {}, shared);
   EXPECT_NEAR(solution.shared_unknowns[0], 0.01, 1e-4);
-}
-
-TEST_F(SharedUnknownsTest, AStrongPriorHolds) {
-  shared.information *= 1e12;
-  EXPECT_LT(solve_pose_graph(graph.chained(), graph.edges, {}, shared).shared_unknowns.norm(), 1e-4);
-}
-
-TEST_F(SharedUnknownsTest, EdgesThatDoNotDependOnThemNeedNoDerivative) {
-  shared.edge_by_unknown.back().resize(6, 0);  // the loop
-  EXPECT_NEAR(solve_pose_graph(graph.chained(), graph.edges, {}, shared).shared_unknowns[0], kPlanted, 0.001);
 }
 
 TEST_F(SharedUnknownsTest, WhatDoesNotFitIsRefused) {

@@ -12,28 +12,6 @@ namespace {
 
 using namespace test;
 
-TEST(Tracker, WithoutContactThereIsNoTrial) {
-  Tracker tracker(TrackerOptions{});
-  for (int i = 0; i < 3; ++i) {
-    const TrackedFrame frame = tracker.track(i, 0.04 * i, nothing());
-    EXPECT_EQ(frame.status, TrackStatus::no_contact);
-    EXPECT_EQ(frame.frame, i);
-    EXPECT_EQ(frame.time_s, 0.04 * i);
-    EXPECT_EQ(frame.trial, -1);
-    EXPECT_EQ(frame.keyframe, nullptr);
-    EXPECT_THAT(frame.new_keyframes, testing::IsEmpty());
-  }
-}
-
-TEST(Tracker, ContactBelowTheThresholdIsNone) {
-  const SurfacePtr surface = slide(0);
-  TrackerOptions options;
-  options.contact_threshold_px = surface->contact_pixels + 1;
-  EXPECT_EQ(Tracker(options).track(0, 0, surface).status, TrackStatus::no_contact);
-  options.contact_threshold_px = surface->contact_pixels;
-  EXPECT_EQ(Tracker(options).track(0, 0, surface).status, TrackStatus::tracked);
-}
-
 TEST(Tracker, ATrialGoesOnWithAQuarterOfTheContactThatBeginsOne) {
   const SurfacePtr whole = slide(0);
   const auto with_rows = [&](int rows) {
@@ -311,14 +289,6 @@ TEST(Tracker, TakesAnotherMethod) {
   const TrackedFrame elsewhere = tracker.track(2, 0.08, slide(10));  // where standing still is wrong
   EXPECT_EQ(elsewhere.status, TrackStatus::lost);
   EXPECT_EQ(still->prepared, 3) << "the previous frame was tried, then this one began a trial";
-}
-
-TEST(TrackStatus, HasTheStreamsNames) {
-  EXPECT_EQ(name(TrackStatus::background), "background");
-  EXPECT_EQ(name(TrackStatus::no_contact), "no_contact");
-  EXPECT_EQ(name(TrackStatus::tracked), "tracked");
-  EXPECT_EQ(name(TrackStatus::lost), "lost");
-  EXPECT_EQ(name(TrackStatus::undone), "undone");
 }
 
 }  // namespace

@@ -181,8 +181,11 @@ TEST_F(Live, SaysWhenItCouldNotSave) {
 TEST_F(Live, SavesOnTheWayAndGoesOn) {
   source->before(40, [&] {
     wait_for_touch(39);
+    EXPECT_FALSE(session->status().saving);
     session->save_now();
-    EXPECT_TRUE(comes_true([&] { return fs::exists(options.run_folder / "report.json"); }));
+    EXPECT_TRUE(session->status().saving);
+    EXPECT_TRUE(comes_true([&] { return !session->status().saving; }));
+    EXPECT_TRUE(fs::exists(options.run_folder / "mesh.ply"));
     EXPECT_THAT(read("report.json"), HasSubstr("\"partial\": true"));
   });
   const RunReport summary = start().wait();

@@ -160,7 +160,6 @@ class ForgedSession : public testing::Test {
 
 TEST_F(ForgedSession, NumbersThatContradictThemselves) {
   using slam::detail::Json;
-  EXPECT_THAT(error_with([](Json& j) { j["version"] = 99; }), HasSubstr("newer version"));
   EXPECT_THAT(error_with([](Json& j) { j["version"] = 1; }), HasSubstr("version"));
   error_with([](Json& j) { j["scan_bytes"] = "many"; });
   error_with([](Json& j) { j["gradient_scale"] = 0; });
@@ -186,16 +185,6 @@ TEST_F(ForgedSession, PosesThatAreNoRigidMotions) {
                 j["keyframes"][0]["map_T_keyframe_mm"] = {1, 0.5, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
               }),
               HasSubstr("rigid"));
-}
-
-TEST_F(ForgedSession, MissingOrTruncatedJson) {
-  const auto error = [&] { return message_of<Error>([&] { load_session(folder.path()); }); };
-  for (std::size_t length = 0; length < good.size() - 2; length += 37) {
-    write_bytes(folder / "session.json", good.substr(0, length));
-    EXPECT_THAT(error(), HasSubstr("session.json: damaged")) << length;
-  }
-  std::filesystem::remove(folder / "session.json");
-  EXPECT_THAT(error(), HasSubstr("session.json"));
 }
 
 }  // namespace

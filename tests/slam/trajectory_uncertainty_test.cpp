@@ -69,6 +69,14 @@ TEST_F(Trajectory, SaysWhatWasNotObservableOnceItHasLasted) {
                   "sliding along x is not observable in 40 frames, from 1.2 s on: press on texture"));
 }
 
+TEST_F(Trajectory, SingleFramesChangeNothing) {
+  for (int k = 0; k < 100; ++k) {
+    track(5, kNoSlideX);
+    track(1, kAll);
+  }
+  EXPECT_TRUE(uncertainty().hidden.empty());
+}
+
 TEST_F(Trajectory, SaysItInALine) {
   track(400, {false, false, true, true, false, false});
   TrajectoryUncertainty found = uncertainty();

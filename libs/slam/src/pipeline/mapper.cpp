@@ -21,18 +21,14 @@ namespace {
 
 constexpr std::size_t kMaxNeighbors = 256;  // bounds what tracking unpacks and looks through
 
-/// The nearest, in the order in which they were.
-std::vector<Neighborhood::Neighbor> nearest(std::vector<Neighborhood::Neighbor> neighbors) {
-  if (neighbors.size() <= kMaxNeighbors) return neighbors;
-  const auto distance_mm = [](const Neighborhood::Neighbor& neighbor) {
-    return neighbor.center_T_keyframe.translation().norm();
-  };
-  std::vector<double> distances;
-  std::transform(neighbors.begin(), neighbors.end(), std::back_inserter(distances), distance_mm);
-  std::nth_element(distances.begin(), distances.begin() + kMaxNeighbors - 1, distances.end());
-  std::erase_if(neighbors, [&](const auto& n) { return distance_mm(n) > distances[kMaxNeighbors - 1]; });
+void keep_nearest(std::vector<Neighborhood::Neighbor>& neighbors) {
+  if (neighbors.size() <= kMaxNeighbors) return;
+  std::nth_element(neighbors.begin(), neighbors.begin() + kMaxNeighbors, neighbors.end(),
+                   [](const Neighborhood::Neighbor& a, const Neighborhood::Neighbor& b) {
+                     return a.center_T_keyframe.translation().norm() <
+                            b.center_T_keyframe.translation().norm();
+                   });
   neighbors.resize(kMaxNeighbors);
-  return neighbors;
 }
 
 /// The component with most frames; the oldest of equals.
@@ -207,7 +203,7 @@ Neighborhood Mapper::neighborhood(int keyframe) {
       result.others.push_back({keyframes_[static_cast<std::size_t>(other)], center_T_other});
     }
   }
-  result.others = nearest(std::move(result.others));
+  keep_nearest(result.others);
   return result;
 }
 
