@@ -1,7 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
 #include "gelslam/core/error.hpp"
@@ -223,15 +222,6 @@ TEST_F(Live, AWarningThatCountsIsSaidOnceWithItsNewestCount) {
   const RunReport summary = start().wait();
   EXPECT_THAT(summary.warnings, testing::Contains(HasSubstr("40 frames came damaged")));
   EXPECT_THAT(summary.warnings, testing::Each(testing::Not(HasSubstr("30 frames came damaged"))));
-}
-
-TEST_F(Live, ALogWhoseNameIsNotUtf8IsPlayedToItsEnd) {
-  options.log = folder / "co\xe9in";
-  const RunReport summary = start().wait();
-  EXPECT_THAT(summary.warnings, testing::Each(testing::Not(HasSubstr("UTF"))));
-  EXPECT_EQ(read_scan(options.run_folder / "session", {}).keyframes.size(),
-            static_cast<std::size_t>(summary.keyframes));
-  EXPECT_EQ(nlohmann::json::parse(read("report.json")).at("frames").at("total"), summary.frames.total);
 }
 
 TEST_F(Live, FramesWaitForTheWindow) {

@@ -120,13 +120,6 @@ TEST(Session, AMapWithoutKeyframesIsASessionToo) {
   EXPECT_TRUE(read_scan(folder / "session", {}).keyframes.empty());
 }
 
-TEST(Session, SavingWhereNothingCanBeWrittenIsAnError) {
-  const TemporaryFolder folder;
-  write_bytes(folder / "file", "1");
-  EXPECT_THAT(message_of<Error>([&] { save_session(folder / "file" / "session", small_map()); }),
-              HasSubstr("file"));
-}
-
 TEST(Session, AFullDiskIsAnErrorAndWhatWasWrittenIsRead) {
   const TemporaryFolder folder;
   const SlamMap map = small_map();

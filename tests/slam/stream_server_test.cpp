@@ -98,19 +98,6 @@ std::string refusal(const std::string& target, const std::string& address = "127
   return "accepted";
 }
 
-TEST(StreamServer, EveryReaderGetsEveryLineFromWhenItCame) {
-  StreamServer server("tcp:0", "127.0.0.1", notice);
-  Client first(port_of(server));
-  wait_for_readers(server, 1);
-  server.write("1\n");
-  Client second(port_of(server));
-  wait_for_readers(server, 2);
-  server.write("2\n");
-  EXPECT_EQ(first.line(), "1");
-  EXPECT_EQ(first.line(), "2");
-  EXPECT_EQ(second.line(), "2");
-}
-
 TEST(StreamServer, ASlowReaderLosesTheOldestAndIsToldWhileOthersGetAll) {
   StreamServer server("tcp:0", "127.0.0.1", notice);
   Client slow(port_of(server), 4096), quick(port_of(server));
