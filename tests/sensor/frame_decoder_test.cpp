@@ -85,14 +85,13 @@ std::vector<std::filesystem::path> real_pictures() {
 TEST(FrameDecoder, ScaledDecodingGivesTheFullyDecodedPicture) {
   const auto pictures = real_pictures();
   if (pictures.empty()) GTEST_SKIP() << "no data; set GELSLAM_DATA";
-  const SensorProfile mini;
   for (const auto& path : pictures) {
     // 1/4, 1/2 and full scale, and sizes that no block of a JPEG divides.
     for (const cv::Size raw : {cv::Size(3280, 2464), cv::Size(1602, 1199), cv::Size(640, 480)}) {
       FrameDecoder decoder(mini_of(raw));
       const RawFrame frame = jpeg_of(as_raw(read_image(path), raw));
       const cv::Mat3b expected =
-          crop_and_resize(cv::imdecode(frame.bytes, cv::IMREAD_COLOR), mini.width_px, mini.height_px);
+          fit_to_profile(cv::imdecode(frame.bytes, cv::IMREAD_COLOR), mini_of(raw), "x");
       const cv::Mat3b got = decode_or_fail(decoder, frame);
       ASSERT_EQ(got.size(), expected.size());
       EXPECT_LT(mean_difference(got, expected), 0.5) << path << " " << raw;
@@ -113,36 +112,28 @@ double edge_position(const cv::Mat1f& line) {
   return position;
 }
 
-TEST(FrameDecoder, KeepsEveryEdgeInItsPlaceWhateverTheScale) {
-  const SensorProfile mini;
-  for (const cv::Size raw :
-       {cv::Size(3280, 2464), cv::Size(3001, 2250), cv::Size(1998, 1499), cv::Size(641, 479)}) {
+TEST(FrameDecoder, KeepsEveryEdgeInItsPlaceWhateverTheScaleAndShape) {
+  for (const cv::Size raw : {cv::Size(3280, 2464), cv::Size(3001, 2250), cv::Size(1998, 1499),
+                             cv::Size(641, 479), cv::Size(1400, 980), cv::Size(1000, 1000)}) {
     FrameDecoder decoder(mini_of(raw));
-    for (const double part : {0.3, 0.5, 0.71}) {
+    // The middle five sevenths of one side, less of the other, in square pixels.
+    const double scale = 320 / (5.0 / 7 * std::min<double>(raw.width, raw.height * 4.0 / 3));
+    const double tolerance = 0.1 + scale;  // whole raw pixels are kept
+    for (const double part : {0.35, 0.5, 0.65}) {
       const cv::Point edge(cvRound(raw.width * part), cvRound(raw.height * part));
       cv::Mat3b picture(raw, cv::Vec3b(40, 50, 60));
       cv::Mat right = picture.colRange(edge.x, raw.width), below = picture.rowRange(edge.y, raw.height);
       right += cv::Scalar(100, 0, 0);
-
       below += cv::Scalar(0, 0, 100);
-
-      const cv::Mat3b got = decode_or_fail(decoder, jpeg_of(picture));
-      const cv::Mat3b truth = crop_and_resize(picture, mini.width_px, mini.height_px);
-      cv::Mat channels[3], true_channels[3];
-      cv::split(got, channels);
-      cv::split(truth, true_channels);
-      const auto x_of = [](const cv::Mat& blue) {
-        cv::Mat1f line;
-        cv::reduce(blue, line, 0, cv::REDUCE_AVG, CV_32F);
-        return edge_position(line);
-      };
-      const auto y_of = [](const cv::Mat& red) {
-        cv::Mat1f line;
-        cv::reduce(red, line, 1, cv::REDUCE_AVG, CV_32F);
-        return edge_position(line);
-      };
-      EXPECT_NEAR(x_of(channels[0]), x_of(true_channels[0]), 0.1) << raw << " " << part;
-      EXPECT_NEAR(y_of(channels[2]), y_of(true_channels[2]), 0.1) << raw << " " << part;
+      cv::Mat channels[3];
+      cv::Mat1f row, column;
+      cv::split(decode_or_fail(decoder, jpeg_of(picture)), channels);
+      cv::reduce(channels[0], row, 0, cv::REDUCE_AVG, CV_32F);
+      cv::reduce(channels[2], column, 1, cv::REDUCE_AVG, CV_32F);
+      EXPECT_NEAR(edge_position(row), 160 + scale * (edge.x - 0.5 * raw.width), tolerance)
+          << raw << " " << part;
+      EXPECT_NEAR(edge_position(column), 120 + scale * (edge.y - 0.5 * raw.height), tolerance)
+          << raw << " " << part;
     }
   }
 }
@@ -161,7 +152,7 @@ TEST(FrameDecoder, LosslessEncodingsAreExact) {
                exact),
       0);
   // The resize of another library: the same up to rounding.
-  const cv::Mat3b expected = crop_and_resize(raw, 320, 240);
+  const cv::Mat3b expected = fit_to_profile(raw, mini_of(raw.size()), "x");
   const cv::Mat3b from_bgr = decode_or_fail(decoder, frame_of(FrameEncoding::bgr, bytes_of(raw), raw.size()));
   const cv::Mat3b from_png =
       decode_or_fail(decoder, frame_of(FrameEncoding::png, encoded(raw, ".png"), raw.size()));

@@ -105,13 +105,10 @@ std::string wrong_size_text(std::int64_t width_px, std::int64_t height_px, const
 cv::Rect kept_window(cv::Size raw, const SensorProfile& profile) {
   const PictureFit fit = picture_fit(raw.width, raw.height, profile);
   if (fit == PictureFit::as_it_is) return {{}, raw};
-  return crop_window(raw, profile.width_px, profile.height_px, fit == PictureFit::crop);
-}
-
-cv::Rect crop_window(cv::Size raw, int width_px, int height_px, bool cut_border) {
+  const bool cut_border = fit == PictureFit::crop;
   const int border_x = cut_border ? raw.width / 7 : 0, border_y = cut_border ? raw.height / 7 : 0;
   cv::Rect window(border_x, border_y, raw.width - 2 * border_x, raw.height - 2 * border_y);
-  const double aspect = static_cast<double>(width_px) / height_px;
+  const double aspect = static_cast<double>(profile.width_px) / profile.height_px;
   const int extra_rows = std::max(0, static_cast<int>(window.height - window.width / aspect));
   const int extra_columns = std::max(0, static_cast<int>(window.width - window.height * aspect));
   window.x += (extra_columns + 1) / 2;

@@ -24,9 +24,7 @@ PictureFit picture_fit(std::int64_t width_px, std::int64_t height_px, const Sens
 /// For people: "is 640x400 pixels; GelSight Mini needs 320x240, or ...".
 std::string wrong_size_text(std::int64_t width_px, std::int64_t height_px, const SensorProfile& profile);
 
-/// The part of a raw picture that crop_and_resize keeps, in whole raw pixels.
-cv::Rect crop_window(cv::Size raw, int width_px, int height_px, bool cut_border = true);
-/// The same for a picture that fits the profile, in one of the ways of PictureFit.
+/// The part of a picture that fits the profile that is kept, in whole pixels.
 cv::Rect kept_window(cv::Size raw, const SensorProfile& profile);
 
 /// Averages each output pixel over the part of `window` it covers; pixel edges of `image` lie at whole

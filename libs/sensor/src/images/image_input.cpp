@@ -6,7 +6,6 @@
 #include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
-#include <stdexcept>
 #include <vector>
 
 #include "gelslam/core/error.hpp"
@@ -90,15 +89,6 @@ cv::Mat3b read_image(const std::filesystem::path& path) {
   const std::optional<TactileImage> image = decoder.decode(detail::read_image_file(path));
   if (!image) throw Error(decoder.first_damage());
   return image->bgr;
-}
-
-cv::Mat crop_and_resize(const cv::Mat& image, int width_px, int height_px) {
-  if (image.empty() || width_px < 1 || height_px < 1)
-    throw std::invalid_argument("crop_and_resize: empty size");
-  const cv::Rect window = detail::crop_window(image.size(), width_px, height_px);
-  cv::Mat result;
-  cv::resize(image(window), result, cv::Size(width_px, height_px), 0, 0, cv::INTER_AREA);
-  return result;
 }
 
 cv::Mat3b fit_to_profile(const cv::Mat3b& image, const SensorProfile& profile, const std::string& name) {

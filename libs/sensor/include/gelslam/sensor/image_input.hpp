@@ -13,15 +13,11 @@ namespace gelslam {
 /// size. Throws Error when the file is missing, is no image, is truncated or has no color.
 cv::Mat3b read_image(const std::filesystem::path& path);
 
-/// Takes off 1/7 of the image on each side, then whatever keeps width:height (evenly, an odd pixel at the top
-/// or left), then resizes by area averaging: what the public systems do with a raw camera image, except that
-/// they resize bilinearly, which aliases. Any type of image. Throws std::invalid_argument on empty images and
-/// sizes.
-cv::Mat crop_and_resize(const cv::Mat& image, int width_px, int height_px);
-
-/// Brings a frame to the profile's resolution: kept as it is when it has that size, crop_and_resize when it
-/// has the raw size, resized when it is larger, of about that shape, and the profile says `cropped`. Throws
-/// Error for every other size; `name` says which image.
+/// Brings a frame to the profile's resolution: kept as it is when it has that size, cropped and resized when
+/// it has the raw size, resized when it is larger, of about that shape, and the profile says `cropped`. A
+/// crop takes off 1/7 of the image on each side, then whatever keeps width:height (evenly, an odd pixel at
+/// the top or left), as the public systems do; but they resize bilinearly, which aliases, and this by area
+/// averaging. Throws Error for every other size; `name` says which image.
 cv::Mat3b fit_to_profile(const cv::Mat3b& image, const SensorProfile& profile, const std::string& name);
 
 /// True when no pixel's channels differ by more than `tolerance` gray levels: a picture without color, from
