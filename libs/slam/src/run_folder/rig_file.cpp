@@ -8,7 +8,9 @@
 #include "run_folder/session_text.hpp"
 
 namespace gelslam {
+namespace {
 
+/// As the report of a run folder states it. Nothing where it states none.
 std::optional<RigPose> rig_of_run(const std::filesystem::path& run) {
   check_run_files(run);
   const std::optional<RunReport> report = find_report(run);
@@ -19,6 +21,8 @@ std::optional<RigPose> rig_of_run(const std::filesystem::path& run) {
       Eigen::Vector3d::Map(rig.sigma_mm.data());
   return RigPose{slam::detail::pose_from(rig.first_T_second_mm), sigma.cwiseAbs2().asDiagonal()};
 }
+
+}  // namespace
 
 RigPose read_rig(const std::filesystem::path& file) {
   if (std::filesystem::is_directory(file)) {

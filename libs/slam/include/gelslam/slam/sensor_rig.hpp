@@ -19,9 +19,6 @@ double start_of_second_s(const ScanRecord& first, const ScanRecord& second);
 std::vector<RigConstraint> rig_constraints(const ScanRecord& first, const ScanRecord& second,
                                            double second_start_s);
 
-/// As the report of a run folder states it. Nothing where it states none.
-std::optional<RigPose> rig_of_run(const std::filesystem::path& run);
-
 /// Reads rig.yaml (docs/file-formats.md): the pose of the second sensor in the first; or, of a run folder,
 /// the pose that its report states. Throws Error for what cannot be read or tells no pose, and for what is no
 /// rigid motion.
