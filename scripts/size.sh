@@ -12,8 +12,9 @@ Prints yardsticks of the checkout in DIR (default: this one), so that two states
   lines        .cpp and .hpp of libs and apps/gelslam
   settings     what changes a result, in the chain from surface to fusion and slam: constants (constexpr at any scope, or
                const with a k name) and fields of structs named *Options and *Limits. Not counted: what follows from
-               other constants, text, file formats and their bounds, queues and intervals of live scans, and structs
-               within structs
+               other constants, text, file formats and their bounds, what judges a background in words, queues and
+               intervals of live scans, structs within structs, and what a comment marks, by its first word:
+               numerics (iterations, kernel radii, sampling), layout, bound (of input), speed, message
   short files  .cpp and .hpp files of less than 40 lines, everywhere
   words        in README.md and docs/*.md, docs/*/*.md
   --build      also the processor time of a fresh clone to the demo's picture, without the compiler cache
@@ -40,28 +41,33 @@ sources() {
 lines_of() { sources "$@" | tr '\n' '\0' | xargs -0 -r cat | wc -l; }
 row() { printf '%-52s %8s\n' "$1" "$2"; }
 
+marked='//[/<!]* (numerics|layout|bound|speed|message)(:|$)'
+
 # Formats, and what only a live scan has.
 chain_sources() {
-  sources "${chain[@]}" | grep -vE '/slam/src/(live|stream|run_folder)/|/(live_[a-z]+|packed_surface|model_file|pickle_reader|pth_reader|scan_record)[.]'
+  sources "${chain[@]}" | grep -vE '/slam/src/(live|stream|run_folder)/|/(live_[a-z]+|packed_surface|model_file|pickle_reader|pth_reader|scan_record|background_judgement)[.]'
 }
-constants=$(chain_sources | tr '\n' '\0' | xargs -0 -r awk '
+constants=$(chain_sources | tr '\n' '\0' | xargs -0 -r awk -v marked="$marked" '
   /^ *(inline |static )*constexpr [^(]*( |\])?k?[A-Za-z_0-9]+(\[[^]]*\])* *[={;]/ || /^(inline |static )*const [^(]* k[A-Z][A-Za-z0-9]*(\[[^]]*\])* *[={;(]/ {
     line = $0
+    if (line ~ marked) next
     sub(/\/\/.*/, "", line)
+    if (line ~ /= *$/ && (getline more) > 0) line = line more
     value = line
     if (line ~ /char *\*|string_view/ || !sub(/^[^={]*[={]/, "", value)) next
-    gsub(/, *k[A-Z][A-Za-z]* *=/, ",", value)  # the next constant of the line
+    gsub(/, *k[A-Z][A-Za-z0-9]* *=/, ",", value)  # the next constant of the line
     if (value ~ /(^|[^A-Za-z_])k[A-Z]/ || value ~ /numeric_limits|numbers::/) next
     gsub(/[({][^(){}]*[)}]/, "", line)   # values may hold commas
     count += 1 + gsub(/, *k[A-Z]/, "", line)
   }
   END { print count + 0 }')
-fields=$(chain_sources | tr '\n' '\0' | xargs -0 -r awk '
+fields=$(chain_sources | tr '\n' '\0' | xargs -0 -r awk -v marked="$marked" '
   FNR == 1 { inside = 0 }
   /^struct [A-Za-z]*(Options|Limits)( |$|\{)/ { inside = 1; next }
   inside && /^};/ { inside = 0 }
   inside && /^  [A-Za-z][^()]*;/ && !/^  (using|static|friend|return) / && !/^  [A-Za-z]*(Options|Limits|Optics) / {
     line = $0
+    if (line ~ marked) next
     sub(/\/\/.*/, "", line)
     gsub(/[({][^(){}]*[)}]/, "", line)
     count += 1 + gsub(/, *[a-z]/, "", line)

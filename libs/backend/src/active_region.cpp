@@ -6,7 +6,7 @@
 namespace gelslam::backend::detail {
 namespace {
 
-constexpr double kPulledSigmas = 0.05;
+constexpr double kPulledSigmas = 0.05;  // numerics: what is left by a solve that has converged
 
 struct Pull {
   Matrix6d hessian = Matrix6d::Zero();

@@ -18,7 +18,7 @@ using namespace backend::detail;
 
 // Of the loops between two pieces, this many are compared with each other: enough to see which place most
 // agree on.
-constexpr int kMaxCompared = 24;
+constexpr int kMaxCompared = 24;  // speed
 
 struct Link {
   std::size_t edge = 0;  // in the caller's order
@@ -274,7 +274,7 @@ double robust_weight(double residual, double scale) {
 }
 
 std::vector<double> backend::detail::kernel_widths(double worst_loop, double loop_loss_scale) {
-  constexpr double kNarrowing = 4.0;
+  constexpr double kNarrowing = 4.0;  // numerics
   std::vector<double> widths;
   for (double width = worst_loop; width > loop_loss_scale; width /= kNarrowing) widths.push_back(width);
   widths.push_back(loop_loss_scale);

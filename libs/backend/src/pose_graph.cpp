@@ -24,7 +24,7 @@ void require_usable(const PoseGraphOptions& options, const SharedUnknowns& share
 }
 
 bool is_pose(const Pose& pose) {
-  constexpr double kTolerance = 1e-3;  // far above what products of rotations drift, far below any mistake
+  constexpr double kTolerance = 1e-3;  // bound: above drift of products of rotations, below any mistake
   return pose.matrix().allFinite() && pose.linear().isUnitary(kTolerance) && pose.linear().determinant() > 0;
 }
 
@@ -303,8 +303,8 @@ Progress solve_everywhere(const Graph& graph, const PoseGraphOptions& options, E
 /// Solves the active region and enlarges it while its result pulls at nodes outside. Solves everything when
 /// the region is more than half of the graph. (Own.)
 Progress solve_where_needed(const Graph& graph, const PoseGraphOptions& options, Estimate& estimate) {
-  constexpr int kRings = 4;
-  constexpr int kMaxRounds = 8;
+  constexpr int kRings = 4;      // numerics
+  constexpr int kMaxRounds = 8;  // numerics
   Progress progress;
   std::vector<bool> region(graph.nodes.size(), false);
   for (int round = 0; round < kMaxRounds; ++round) {

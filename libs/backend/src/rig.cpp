@@ -20,7 +20,7 @@ using namespace backend::detail;
 constexpr int kFirstScale = 6, kSecondScale = kFirstScale + kScaleTerms;  // among the unknowns
 using Derivative = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
-constexpr double kLeverMm = 10.0;  // what a turn of a radian moves at the border of a sensor
+constexpr double kLeverMm = kOverlapSigmaMm / 2;  // what a turn of a radian moves at a sensor's border
 
 /// Relative to the first instant of both components: what the sensors have moved since.
 struct MotionPair {
@@ -205,8 +205,8 @@ SharedUnknowns rig_unknowns(const std::vector<PoseGraphEdge>& edges,
 RigSolution solve_with_rig(const PoseGraphSolution& solution, const std::vector<PoseGraphEdge>& edges,
                            const std::vector<RigConstraint>& constraints, const Pose& first_T_second,
                            const RigPrior& prior, const PoseGraphOptions& options) {
-  constexpr int kMaxRounds = 10;
-  constexpr double kSettledMm = 1e-3;
+  constexpr int kMaxRounds = 10;       // numerics
+  constexpr double kSettledMm = 1e-3;  // numerics
   RigSolution rig{first_T_second, rig_edges(constraints, first_T_second), {}};
   std::map<int, Pose> poses = joined(solution, rig.edges);
   for (int round = 0; round < kMaxRounds; ++round) {

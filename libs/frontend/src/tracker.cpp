@@ -12,9 +12,9 @@ namespace gelslam {
 namespace {
 
 // How fast a hand's motion departs from prediction (standard deviation; turns count as in innovation_mm()),
-// before a trial has shown more, and how many frames that counts for.
+// before a trial has shown more, and for how long that counts.
 constexpr double kHandMmPerS = 1.6;
-constexpr double kMemoryFrames = 25;
+constexpr double kMemoryS = 1;
 
 // The gate: what departs further than this from its prediction, in standard deviations, is not taken for
 // granted.
@@ -30,7 +30,7 @@ bool is_near(const RegistrationResult& registration, const Pose& reference_T_exp
 
 /// A motion at constant velocity, carried on for another time.
 Pose carried_on(const Pose& step, double step_s, double elapsed_s) {
-  constexpr double kSameS = 1e-6;
+  constexpr double kSameS = 1e-6;  // numerics
   if (step_s <= 0 || std::abs(elapsed_s - step_s) < kSameS) return step;
   return se3_exp(se3_log(step) * (elapsed_s / step_s));
 }
@@ -152,7 +152,7 @@ bool Tracker::is_usual(const RegistrationResult& registration, const Reference& 
 /// a finite memory).
 void Tracker::learn_innovation(double innovation_mm, double elapsed_s) {
   const double rate = innovation_mm / elapsed_s;
-  innovation_variance_ += (rate * rate - innovation_variance_) / kMemoryFrames;
+  innovation_variance_ += (rate * rate - innovation_variance_) * std::min(1.0, elapsed_s / kMemoryS);
 }
 
 /// The only place where the frame fits, whether `registration` found it there or not. Not ok when there is

@@ -101,7 +101,7 @@ class VertexJoiner {
   }
 
  private:
-  static constexpr VertexName nowhere{-1, -1};
+  static constexpr VertexName nowhere{-1, -1};  // layout
 
   void add_edge(const ActiveCell& cell, int axis) {
     const bool from_outside = (cell.outside & 1) != 0;

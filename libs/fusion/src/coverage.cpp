@@ -11,7 +11,7 @@ namespace {
 using fusion::detail::Observation;
 using fusion::detail::Patch;
 
-constexpr int kStride = 4;  ///< every 4th pixel in both directions stands for 16
+constexpr int kStride = 4;  ///< numerics: every 4th pixel in both directions stands for 16
 
 struct Point {
   Eigen::Vector3f position_mm, normal;

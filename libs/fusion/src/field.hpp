@@ -21,7 +21,7 @@ struct FieldValue {
 struct DistanceSum {
   std::int32_t weight = 0, weighted_distance = 0;
 };
-constexpr std::size_t kMaxSummedPatches = 30000;  ///< of weight 1: what 32 bits hold
+constexpr std::size_t kMaxSummedPatches = 30000;  ///< layout: of weight 1: what 32 bits hold
 
 /// The signed distance field that all patches together say: a weighted mean over those that see the same side
 /// of the object, and the intersection of the half-spaces of different sides (own; docs/algorithms.md).
@@ -51,7 +51,7 @@ class Field {
   }
 
  private:
-  static constexpr float kUnit = 65536.0f;
+  static constexpr float kUnit = 65536.0f;  // layout
 
   float truncation_mm_, inverse_truncation_;
   float min_weight_;

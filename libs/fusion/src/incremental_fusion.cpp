@@ -21,9 +21,9 @@ using namespace fusion::detail;
 
 /// Moved patches that are placed before their blocks are updated: each block is then updated once for all of
 /// them, and new patches still appear soon.
-constexpr int kMovesAtOnce = 48;
+constexpr int kMovesAtOnce = 48;  // speed
 /// Blocks of moved patches in a round: a new patch waits for at most one round, some tens of milliseconds.
-constexpr std::size_t kBlocksPerRound = 256;
+constexpr std::size_t kBlocksPerRound = 256;  // speed
 
 void check(const FusionOptions& o) {
   if (!(o.voxel_size_mm >= 0.01 && o.voxel_size_mm <= 10))

@@ -116,7 +116,7 @@ class Patch {
   void set_pose(const Pose& map_T_keyframe);
 
   static constexpr float kMinPixelWeight = 0.05f;  ///< a pixel on the mask's very border
-  static constexpr float kMinNormalZ = 0.05f;
+  static constexpr float kMinNormalZ = 0.05f;      // numerics
 
   struct Pixel {
     float height_mm = 0, weight = 0, nx = 0, ny = 0;

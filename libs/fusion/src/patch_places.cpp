@@ -11,7 +11,7 @@
 namespace gelslam::fusion::detail {
 namespace {
 
-constexpr std::size_t kMaxNew = 3;  ///< each of them costs a round of its own
+constexpr std::size_t kMaxNew = 3;  ///< speed: each of them costs a round of its own
 
 }  // namespace
 

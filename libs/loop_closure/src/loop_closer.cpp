@@ -16,7 +16,7 @@ namespace loop_closure::detail {
 // Distance of a match over that of the second best: repeated patterns fail here.
 constexpr double kMaxMatchRatio = 0.9;
 constexpr double kRansacThresholdPx = 3.0;  // features are located to a share of a pixel, whatever it shows
-constexpr int kRansacIterations = 100;
+constexpr int kRansacIterations = 100;      // numerics
 
 struct Place {
   Keyframe keyframe;

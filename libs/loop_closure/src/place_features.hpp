@@ -11,7 +11,7 @@
 
 namespace gelslam::loop_closure::detail {
 
-constexpr int kDescriptorSize = 128;
+constexpr int kDescriptorSize = 128;  // layout
 
 /// SIFT features of one curvature map. OpenCV's descriptors are whole numbers 0..255.
 struct PlaceFeatures {

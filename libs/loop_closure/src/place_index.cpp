@@ -89,7 +89,6 @@ void PlaceIndex::truncate(int count) {
 }
 
 std::vector<int> PlaceIndex::most_alike(const PlaceFeatures& features, int searched, int count) const {
-  constexpr std::size_t kNearest = 20;  // keyframes that one descriptor votes for
   constexpr int kFar = std::numeric_limits<int>::max();
   std::vector<float> votes(static_cast<std::size_t>(searched), 0.0F);
   std::vector<int> distance_of(votes.size(), kFar), alike, distances;
@@ -106,7 +105,8 @@ std::vector<int> PlaceIndex::most_alike(const PlaceFeatures& features, int searc
       distances.push_back(std::max(1, std::exchange(distance_of[static_cast<std::size_t>(keyframe)], kFar)));
     if (distances.empty()) continue;
     std::vector<int> sorted = distances;
-    const auto next = sorted.begin() + static_cast<std::ptrdiff_t>(std::min(kNearest, sorted.size() - 1));
+    const auto next = sorted.begin() + static_cast<std::ptrdiff_t>(
+                                           std::min(static_cast<std::size_t>(count), sorted.size() - 1));
     std::nth_element(sorted.begin(), next, sorted.end());
     for (std::size_t k = 0; k < alike.size(); ++k)
       if (distances[k] < *next)

@@ -27,8 +27,8 @@ class PlaceIndex {
   std::vector<int> most_alike(const PlaceFeatures& features, int searched, int count) const;
 
  private:
-  static constexpr int kTables = 8;
-  static constexpr int kBits = 14;
+  static constexpr int kTables = 8;  // speed
+  static constexpr int kBits = 14;   // speed
   static constexpr int kProjections = kTables * kBits;
   using Projected = std::array<float, kProjections>;
 

@@ -30,7 +30,7 @@ Vector6d with_tz(const Vector5d& step, const Viewpoint& view) {
 // Steps in a row that do not make the residuals smaller by more than the noise of one sample. On a surface
 // with little texture, further steps only wander. Where most of the residuals is noise, progress is hard to
 // see, and the registration converges after many such steps.
-constexpr int kPatience = 3, kPatienceInNoise = 20;
+constexpr int kPatience = 3, kPatienceInNoise = 20;  // numerics
 
 /// Whether the residuals still get smaller.
 class Progress {

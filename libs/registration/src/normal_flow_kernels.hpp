@@ -9,7 +9,7 @@ namespace gelslam::registration::detail {
 
 /// Jacobian columns: rx ry rz tx ty. Normals hardly show tz: it only moves pixels toward the picture's
 /// center.
-inline constexpr int kParameters = 5;
+inline constexpr int kParameters = 5;  // layout
 inline constexpr int kHessianEntries = kParameters * (kParameters + 1) / 2;
 
 /// Reference samples as structure of arrays, so that the loops below vectorise. Lengths in mm, normals unit.

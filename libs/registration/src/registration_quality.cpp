@@ -221,7 +221,7 @@ Directions assess(const NormalFlowReference::Impl& reference, const Surface& tar
   result.status = judge(result, agreement, options);
   // Where texture is found again, the estimate along a weak direction is better than none.
   if (agreement.texture_correlation >= kTextureToFollow) return Matrix5d::Identity();
-  return directions.updated;
+  return directions.basis;
 }
 
 }  // namespace gelslam::registration::detail

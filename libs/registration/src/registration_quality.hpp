@@ -29,7 +29,7 @@ TextureAgreement compare_texture(const Samples& samples, const Surface& target,
                                  double gel_pattern_per_mm);
 
 /// This many samples tell noise from texture, and how residuals vary over the contact.
-inline constexpr std::size_t kEnoughSamples = 1000;
+inline constexpr std::size_t kEnoughSamples = 1000;  // numerics
 /// Every so many samples are enough of them.
 inline std::size_t thinning(const Residuals& residuals) {
   return residuals.weight.size() / kEnoughSamples + 1;
@@ -37,9 +37,8 @@ inline std::size_t thinning(const Residuals& residuals) {
 
 /// The directions that both surfaces show. A motion's part along one of them is measures.col(i) * motion.
 struct ObservableDirections {
-  Directions measures;
-  Directions updated;         ///< these and weaker ones: worth moving along, though not to be relied on
-  std::vector<double> share;  ///< of what was read along each, that is common to both: 0..1
+  Directions basis, measures;
+  std::vector<double> share;              ///< of what was read along each, that is common to both: 0..1
   std::vector<double> pattern_share;      ///< of what is common, that may move with the gel: 0..1
   Vector5d by_slopes = Vector5d::Zero();  ///< motion per share by which all slopes grow
   int count() const { return static_cast<int>(share.size()); }

@@ -7,8 +7,6 @@
 namespace gelslam::registration::detail {
 namespace {
 
-constexpr double kShareToUpdate = 0.5;  // of what makes a direction count as observable
-
 Eigen::Vector3f vector(const cv::Vec3f& v) { return {v[0], v[1], v[2]}; }
 
 using SampleJacobian = Eigen::Matrix<float, 3, kParameters>;  // of a normal
@@ -90,14 +88,10 @@ ObservableDirections observable_directions(const TextureAgreement& texture, doub
   // Generalised eigenvectors of (common, read + pattern): along each, the share that is common.
   const Matrix5d scale = texture.read + texture.pattern + 1e-12 * Matrix5d::Identity();
   const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix5d> eigen(texture.common, scale);
-  const auto at_least = [&](double share) {
-    return (eigen.eigenvalues().array() >= share).count();
-  };  // they ascend
-  const auto count = at_least(least_share);
-  const Directions basis = eigen.eigenvectors().rightCols(count);
+  const auto count = (eigen.eigenvalues().array() >= least_share).count();  // they ascend
   ObservableDirections result;
+  const Directions& basis = result.basis = eigen.eigenvectors().rightCols(count);
   result.by_slopes = scale.ldlt().solve(texture.by_slopes);
-  result.updated = eigen.eigenvectors().rightCols(at_least(kShareToUpdate * least_share));
   result.measures = scale * basis;  // of the eigenvectors' inverse, transposed
   for (int i = 0; i < count; ++i) {
     const double share = eigen.eigenvalues()[kParameters - count + i];

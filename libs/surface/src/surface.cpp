@@ -42,8 +42,8 @@ bool shows(const Surface& surface, const Eigen::Vector3d& point_mm) {
 }
 
 bool is_possible_picture(cv::Size size, double pixel_pitch_mm) {
-  constexpr int kMaxSidePx = 4096;
-  constexpr double kMaxSideMm = 200;
+  constexpr int kMaxSidePx = 4096;    // bound
+  constexpr double kMaxSideMm = 200;  // bound
   const int side_px = std::max(size.width, size.height);
   return size.width >= 1 && size.height >= 1 && side_px <= kMaxSidePx && pixel_pitch_mm >= kMinPixelPitchMm &&
          pixel_pitch_mm <= kMaxPixelPitchMm && side_px * pixel_pitch_mm <= kMaxSideMm;

@@ -47,7 +47,7 @@ const cv::Mat3b& checked_background(const cv::Mat3b& background) {
 
 /// Mean square, per axis, of what a model reads of the bare gel beside its dome.
 double mean_square_on_bare_gel(const GradientMap& gradient, const CameraModel& camera) {
-  constexpr int kStepPx = 8;
+  constexpr int kStepPx = 8;  // numerics
   double squared = 0, count = 0;
   for (int v = kStepPx / 2; v < camera.size.height; v += kStepPx)
     for (int u = kStepPx / 2; u < camera.size.width; u += kStepPx, count += 2) {

@@ -13,7 +13,7 @@
 // gradient scale of a sensor or how two sensors are fixed to each other.
 namespace gelslam::slam::detail {
 
-inline constexpr int kOverlapRounds = 2;  // the first one's corrections show more overlaps
+inline constexpr int kOverlapRounds = 2;  // numerics: the first one's corrections show more overlaps
 
 /// GradientScaleOptions::sigma, of the worst model among keyframes (null: none there).
 double gradient_scale_sigma(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,

@@ -19,7 +19,7 @@ using namespace slam::detail;
 
 namespace {
 
-constexpr std::size_t kMaxNeighbors = 256;  // bounds what tracking unpacks and looks through
+constexpr std::size_t kMaxNeighbors = 256;  // speed: bounds what tracking unpacks and looks through
 
 void keep_nearest(std::vector<Neighborhood::Neighbor>& neighbors) {
   if (neighbors.size() <= kMaxNeighbors) return;
@@ -183,7 +183,7 @@ const std::vector<bool>& Mapper::judge_edges() {
 Neighborhood Mapper::neighborhood(int keyframe) {
   const std::vector<bool>& consistent = judge_edges();
   // Half of the sensor: what is further away does not show most of what a frame near this keyframe shows.
-  constexpr double kReachMm = 10.0;
+  constexpr double kReachMm = kOverlapSigmaMm / 2;
   Neighborhood result{keyframe, {}};
   std::map<int, Pose> center_T_node{{keyframe, Pose::Identity()}};
   std::vector<int> reached{keyframe};

@@ -75,7 +75,7 @@ std::optional<Place> place_at(const ScanRecord& record, double time_s) {
 /// Radians per second, in the middle of every kStepS from time 0 on; NaN where the sensor was not tracked.
 using TurnRates = std::vector<double>;
 
-constexpr double kStepS = 0.02;
+constexpr double kStepS = 0.02;  // numerics
 
 TurnRates turn_rates(const ScanRecord& record) {
   TurnRates rates;

@@ -15,9 +15,9 @@ namespace gelslam {
 namespace {
 
 // Where surfaces fit each other at all, no pose is known this badly.
-constexpr double kSenselessMm = 10.0, kSenselessDeg = 90.0;
+constexpr double kSenselessMm = 10.0, kSenselessDeg = 90.0;  // message
 
-constexpr std::size_t kMotions = 6;
+constexpr std::size_t kMotions = 6;  // layout
 
 double worst_sigma(const Eigen::Matrix3d& covariance) {
   return std::sqrt(

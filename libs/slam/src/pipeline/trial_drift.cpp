@@ -69,7 +69,7 @@ Matrix6d translation_first(const Matrix6d& rotation_first) {
 Vector6d sigma_of(const Matrix6d& covariance) { return covariance.diagonal().cwiseMax(0.0).cwiseSqrt(); }
 
 std::string describe_drift(const Vector6d& sigma) {
-  constexpr double kTwoSigma = 2.0;
+  constexpr double kTwoSigma = 2.0;  // message
   constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
   std::string where;
   const auto add = [&](const std::string& amount, const char* preposition, std::size_t axis) {

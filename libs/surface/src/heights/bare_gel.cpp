@@ -143,7 +143,7 @@ cv::Mat1f BareGelLeveler::integrate_where_flat(const LineHeights& lines) {
                                                                   (x * x + y * y) /
                                                                   (kUsualSlopeRad * kUsualSlopeRad);
     }
-  constexpr float kHardly = 1e-4F;  // only makes the solution unique
+  constexpr float kHardly = 1e-4F;  // numerics: only makes the solution unique
   return solve(steps, variance, kHardly, cv::Mat1f(grid_, 0.0F));
 }
 

@@ -48,7 +48,7 @@ struct GradientRow {
 struct SquareRow {
   float *rightward, *leftward, *downward, *upward, *twist;
 };
-constexpr int kStepsPerSquare = 5;
+constexpr int kStepsPerSquare = 5;  // layout
 
 // Row v of them; nothing beyond the image.
 SquareRow square_row(cv::Mat1f& steps, int v) {
@@ -392,7 +392,7 @@ cv::Mat1f divergence(const cv::Mat1f& gx, const cv::Mat1f& gy) {
 
 cv::Mat1f curvature_in_contact(const cv::Mat1f& gx, const cv::Mat1f& gy, const cv::Mat1b& contact,
                                const cv::Mat1b& unread) {
-  constexpr int kSmoothedPx = 2;  // to each side
+  constexpr int kSmoothedPx = 2;  // numerics: to each side
   cv::Mat1f curvature(contact.size(), 0.0F), smooth;
   const cv::Rect box = cv::boundingRect(contact);
   if (box.empty()) return curvature;

@@ -29,7 +29,7 @@ constexpr int kWindowBlocks = 7;
 constexpr float kMovingLevels = 3.0F, kDriftingLevels = 2.0F;
 constexpr int kMinMovingBlocks = 25;  // a contact of 500 pixels covers 30
 // Of a camera's pictures few pixels repeat exactly; where most do, a codec left them out.
-constexpr double kRepeatedShare = 0.5;
+constexpr double kRepeatedShare = 0.5;  // message
 
 constexpr double kSettledGainError = 0.01;  // lamps flicker by less
 
@@ -38,7 +38,7 @@ constexpr double kSettledGainError = 0.01;  // lamps flicker by less
 // of four show 0.0035 or more. Slope alone is 0.13 on bare gel, and 0.14 in a press.
 constexpr double kImprint = 0.0029;
 constexpr int kBorderPx = 3 * kBlockPx;  // the model extrapolates there
-constexpr int kMarkerMarginPx = 8;       // two sigma of the smoothing
+constexpr int kMarkerMarginPx = 8;       // numerics: two sigma of the smoothing
 
 constexpr std::size_t kLeastBareFrames = 3;  // fewer are hardly better than one, and may be chance
 constexpr double kAlikeImprint = 2.0;        // of bare gel, from stretch to stretch of a log: up to 1.7

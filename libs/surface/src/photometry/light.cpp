@@ -20,13 +20,13 @@ constexpr double kAgreeLevels = 3.0;
 constexpr double kLeaningLevels = 0.1;
 // Of a term's variance over the gel: one that differs by less from those before it cannot be told from them
 // (noise of the background's blocks is that share of how its brightness varies).
-constexpr double kMinOwnShare = 1e-3;
-constexpr double kMinShare = 0.1;  // of all blocks, to believe in a light; twice as many in an uneven one
+constexpr double kMinOwnShare = 1e-3;    // numerics
+constexpr double kMinShare = 0.1;        // of all blocks, to believe in a light; of an uneven one twice that
 constexpr double kExplainedShare = 0.6;  // of the blocks not excluded: no need to look for more
 // A contact that covers half of the gel must not look like a change of light.
 constexpr double kClearlyMore = 1.3;
-constexpr double kWidening = 8;  // of the kernel at first where the light changed suddenly
-constexpr int kMaxFits = 3;
+constexpr double kWidening = 8;  // numerics: of the kernel at first where the light changed suddenly
+constexpr int kMaxFits = 3;      // numerics
 // A lamp weaker than this does not tell slopes; a gain larger than its inverse does not come from lamps.
 constexpr double kMinGain = 0.25;
 

@@ -13,9 +13,10 @@ namespace gelslam::surface::detail {
 
 namespace {
 
-constexpr float kMaxAngleRad = 1.5F;  // keeps tan finite; no gel is steeper
+constexpr float kMaxAngleRad = 1.5F;  // numerics: keeps tan finite; no gel is steeper
 // Range of a color within a block up to which the network is taken to be linear there.
-constexpr int kSmoothLevels = 10;
+constexpr int kSmoothLevels = 10;         // speed
+constexpr float kToUnit = 1.0F / 255.0F;  // layout
 constexpr int kBlockArea = kBlockPx * kBlockPx;
 
 /// Angles of the pixels of block `i` of a tile, along the derivatives from its middle. `color`: channel by
@@ -136,12 +137,11 @@ int GradientMap::color_range(int left) const {
 
 /// At the mean color and the middle of each block, and from there along the derivatives.
 void GradientMap::run_smooth(const cv::Mat3b& bgr, const ColorTable& colors) {
-  constexpr float to_unit = 1.0F / 255.0F;
   constexpr std::size_t kBlocksAtOnce = kNetworkTile / kBlockArea;  // whose pixels fill a tile
   colors_of_blocks_.resize(3 * kBlockArea * kNetworkTile);
   std::array<std::array<float, 256>, 3> unit;
   for (std::size_t c = 0; c < 3; ++c)
-    for (std::size_t value = 0; value < 256; ++value) unit[c][value] = colors[c][value] * to_unit;
+    for (std::size_t value = 0; value < 256; ++value) unit[c][value] = colors[c][value] * kToUnit;
   for (std::size_t first = 0; first < smooth_.size(); first += kNetworkTile) {
     const std::size_t blocks = std::min<std::size_t>(kNetworkTile, smooth_.size() - first);
     for (std::size_t i = 0; i < blocks; ++i) {
@@ -193,16 +193,15 @@ void GradientMap::write_blocks(const cv::Point* corners, std::size_t blocks) {
 }
 
 void GradientMap::run_rough(const cv::Mat3b& bgr, const ColorTable& colors) {
-  constexpr float to_unit = 1.0F / 255.0F;
   for (std::size_t first = 0; first < rough_.size(); first += kNetworkTile) {
     const std::size_t count = std::min<std::size_t>(kNetworkTile, rough_.size() - first);
     for (std::size_t i = 0; i < count; ++i) {
       const auto [u, v] = rough_[first + i];
       const cv::Vec3b& color = bgr(v, u);
       float* feature = tile_.input.data() + i;
-      feature[0] = colors[0][color[0]] * to_unit;
-      feature[kNetworkTile] = colors[1][color[1]] * to_unit;
-      feature[2 * kNetworkTile] = colors[2][color[2]] * to_unit;
+      feature[0] = colors[0][color[0]] * kToUnit;
+      feature[kNetworkTile] = colors[1][color[1]] * kToUnit;
+      feature[2 * kNetworkTile] = colors[2][color[2]] * kToUnit;
       feature[3 * kNetworkTile] = column_[static_cast<std::size_t>(u)];
       feature[4 * kNetworkTile] = row_[static_cast<std::size_t>(v)];
       pixels_[i] = v * bgr.cols + u;

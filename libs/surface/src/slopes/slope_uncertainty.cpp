@@ -11,7 +11,7 @@ namespace {
 // 0.15 at 3 mm from the border and by 0.3 at 1 mm.
 constexpr double kBorderSigmaRad = 0.4, kBorderLengthMm = 1.6;
 
-constexpr int kFilledIn = 1;  // in Surface::confidence
+constexpr int kFilledIn = 1;  // layout: in Surface::confidence
 
 }  // namespace
 

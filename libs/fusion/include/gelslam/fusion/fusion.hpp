@@ -23,7 +23,7 @@ struct FusionOptions {
   double truncation_mm = 1.0;   ///< sheets of one side less than about 0.85 of this apart become one
   double min_weight = 0.03;  ///< best single weight below which nothing counts as touched (a clean pixel: 1)
   double min_piece_mm2 = 0.5;  ///< unconnected pieces of surface smaller than this are dropped as debris
-  int threads = 0;             ///< 0: all cores; the result does not depend on it
+  int threads = 0;             ///< speed: 0: all cores; the result does not depend on it
 };
 
 /// One surface from many overlapping patches: no stacked sheets, no seams, closed where touched, open

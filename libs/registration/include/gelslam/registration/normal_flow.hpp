@@ -9,9 +9,9 @@
 namespace gelslam {
 
 struct NormalFlowOptions {
-  int max_samples = 3000;  ///< pixels of the reference
-  int max_iterations = 50;
-  int min_iterations = 2;
+  int max_samples = 3000;   ///< pixels of the reference
+  int max_iterations = 50;  // numerics
+  int min_iterations = 2;   // numerics
   int min_shared_pixels = 10;
   CurvatureLimits curvature;
   double robust_scale_rad = 0.05;  ///< Cauchy scale on normal residuals: dirt and scratches move with the gel

@@ -12,7 +12,7 @@
 namespace gelslam {
 
 /// Times go on from part to part: a new one begins this long after the last frame.
-inline constexpr double kBetweenPartsS = 1.0;
+inline constexpr double kBetweenPartsS = 1.0;  // layout
 
 /// The part that a log or a camera with this configuration makes. `log` may be empty. Throws Error when the
 /// model cannot be read.

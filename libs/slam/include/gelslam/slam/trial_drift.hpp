@@ -34,7 +34,7 @@ Matrix6d translation_first(const Matrix6d& rotation_first);
 Vector6d sigma_of(const Matrix6d& covariance);
 
 /// Two standard deviations of a pose from which on drift is reported.
-inline constexpr double kLargeDriftMm = 1.0, kLargeDriftDeg = 5.0;
+inline constexpr double kLargeDriftMm = 1.0, kLargeDriftDeg = 5.0;  // message
 
 /// "may be off by 1.6 mm along x, 6 degrees about y since the trial began": where the drift is large; else
 /// "".
@@ -53,7 +53,7 @@ class HiddenMotions {
   const std::array<bool, 6>& observable() const { return observable_; }
 
  private:
-  static constexpr int kLastingFrames = 12;  // half a second at 25 Hz
+  static constexpr int kLastingFrames = 12;  // message: half a second at 25 Hz
 
   int trial_ = -1;
   std::array<bool, 6> observable_{};  ///< as reported

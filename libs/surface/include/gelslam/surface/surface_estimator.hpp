@@ -16,7 +16,7 @@ struct SurfaceOptions {
   double height_threshold_mm = 0.2;  ///< contact lies at least this far below the untouched gel
   /// follow lamps and stray light (own; per channel gain, offset, and a field from one side)
   bool compensate_light = true;
-  bool gradient_everywhere = false;  ///< run the network on unchanged pixels too (slower; for comparisons)
+  bool gradient_everywhere = false;  ///< speed: unchanged pixels go through the network, too
 };
 
 /// The camera whose pictures the model reads. Throws Error for optics that no sensor has.
