@@ -229,12 +229,12 @@ ResidualSums sum_residuals(const Residuals& r) {
   return sums;
 }
 
-std::array<float, 2> weighted_center_mm(const Samples& samples, const Residuals& residuals) {
+std::array<float, 3> shared_center_mm(const Samples& s, const Residuals& residuals) {
   const float* const w = residuals.weight.data();
   const float weight = sum_residuals(residuals).weight;
-  if (!(weight > 0)) return {0, 0};
-  return {weighted_sum(w, samples.x.data(), samples.size()) / weight,
-          weighted_sum(w, samples.y.data(), samples.size()) / weight};
+  if (!(weight > 0)) return {0, 0, 0};
+  return {weighted_sum(w, s.x.data(), s.size()) / weight, weighted_sum(w, s.y.data(), s.size()) / weight,
+          weighted_sum(w, s.z.data(), s.size()) / weight};
 }
 
 void accumulate_normal_equations(const Samples& samples, const Viewpoint& view, const Residuals& residuals,

@@ -105,8 +105,8 @@ struct ResidualSums {
 };
 ResidualSums sum_residuals(const Residuals& residuals);
 
-/// The weighted center of the samples along x and y, mm.
-std::array<float, 2> weighted_center_mm(const Samples& samples, const Residuals& residuals);
+/// The weighted center of the samples; the origin where none has weight.
+std::array<float, 3> shared_center_mm(const Samples& samples, const Residuals& residuals);
 
 /// gradient = Σ w Jᵀ r (5), hessian = Σ w JᵀJ (15, upper triangle), J: how a sample's normal changes with the
 /// five parameters.

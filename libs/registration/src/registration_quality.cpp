@@ -58,17 +58,6 @@ CurvatureAgreement compare_curvature(const NormalFlowReference::Impl& reference,
   return agreement;
 }
 
-Eigen::Vector3d shared_center_mm(const Samples& s, const Residuals& residuals) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  double weight = 0;
-  for (std::size_t k = 0; k < residuals.weight.size(); ++k) {
-    const double w = residuals.weight[k];
-    sum += w * Eigen::Vector3d(s.x[k], s.y[k], s.z[k]);
-    weight += w;
-  }
-  return weight > 0 ? Eigen::Vector3d(sum / weight) : Eigen::Vector3d(Eigen::Vector3d::Zero());
-}
-
 double normal_rmse_rad(const Residuals& residuals) {
   double sum = 0, weight = 0;
   for (std::size_t k = 0; k < residuals.weight.size(); ++k) {
@@ -144,7 +133,7 @@ Viewpoint viewpoint_of(const TargetView& target, const Pose& target_T_reference,
   const Eigen::Vector3d ray =
       target_T_reference.translation() * target.inverse_distance + Eigen::Vector3d::UnitZ();
   const Eigen::Vector3f axis = (target_T_reference.linear().transpose() * ray).cast<float>();
-  const auto [x, y] = weighted_center_mm(samples, residuals);
+  const auto [x, y, z] = shared_center_mm(samples, residuals);
   return {target.inverse_distance, {axis.x(), axis.y(), axis.z()}, x, y};
 }
 
@@ -195,7 +184,8 @@ HeightGap height_gap(const Samples& samples, const Surface& target, const Pose& 
 Directions assess(const NormalFlowReference::Impl& reference, const Surface& target,
                   const Residuals& residuals, const NormalFlowOptions& options, RegistrationResult& result) {
   result.shared_pixels = count_shared(residuals);
-  result.shared_center_mm = shared_center_mm(reference.samples, residuals);
+  const auto [x, y, z] = shared_center_mm(reference.samples, residuals);
+  result.shared_center_mm = {x, y, z};
   result.normal_rmse_rad = normal_rmse_rad(residuals);
   const CurvatureAgreement agreement =
       compare_curvature(reference, target, residuals, result.target_T_reference);

@@ -259,8 +259,9 @@ Run merge_scans(const MergeRequest& request, ProgressSink& progress,
   Run run = finish_scan(config, all,
                         request.has_rig ? kOfRig : "a merge of " + std::to_string(records.size()) + " runs",
                         timer, start, progress, stop_requested);
-  for (auto older = request.runs.rbegin(); !request.has_rig && older != request.runs.rend(); ++older)
-    slam::detail::keep_rig(run.report, *older);
+  if (!request.has_rig)
+    for (auto older = request.runs.rbegin(); older != request.runs.rend(); ++older)
+      slam::detail::keep_rig(run.report, *older);
   write_run(update ? update->path() : made->path(), run);
   if (update)
     update->commit();
