@@ -10,7 +10,6 @@ namespace gelslam::registration::detail {
 namespace {
 
 using Float4 = float __attribute__((vector_size(16)));
-using Int4 = std::int32_t __attribute__((vector_size(16)));
 
 // Sums in 64 independent lanes: the order of additions, and so the result, does not depend on the vector
 // width. Samples are warped in blocks of as many, which stay in the first-level cache.
@@ -151,7 +150,10 @@ Float4 load_normal(const float* p) {
 }
 
 /// The same of a pixel that may be the last of the image, from one float before it.
-Float4 load_right_normal(const float* p) { return __builtin_shuffle(load_normal(p - 1), Int4{1, 2, 3, 3}); }
+Float4 load_right_normal(const float* p) {
+  const Float4 v = load_normal(p - 1);
+  return __builtin_shufflevector(v, v, 1, 2, 3, 3);
+}
 
 /// Normals between pixels of the target, and their confidence: 0 unless all four pixels are contact, since
 /// any other mixes gel and object.
