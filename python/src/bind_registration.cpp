@@ -40,7 +40,7 @@ py::tuple pickled(const RegistrationResult& r) {
   return py::make_tuple(static_cast<int>(r.status), r.target_T_reference.matrix(), r.information,
                         r.membrane_bias, r.scr, r.ccs, r.texture_correlation, r.normal_rmse_rad,
                         r.height_rmse_mm, r.shared_pixels, r.shared_center_mm, r.iterations,
-                        r.degenerate_directions_fixed, r.observable);
+                        r.directions, r.observable);
 }
 
 RegistrationResult unpickled(const py::tuple& state) {
@@ -57,7 +57,7 @@ RegistrationResult unpickled(const py::tuple& state) {
   r.shared_pixels = state[9].cast<int>();
   r.shared_center_mm = state[10].cast<Eigen::Vector3d>();
   r.iterations = state[11].cast<int>();
-  r.degenerate_directions_fixed = state[12].cast<bool>();
+  r.directions = state[12].cast<Matrix6d>();
   r.observable = state[13].cast<std::array<bool, 6>>();
   return r;
 }

@@ -270,8 +270,8 @@ class StandingStill final : public Registrar {
  private:
   struct Prepared final : PreparedReference {
     using PreparedReference::PreparedReference;
-    RegistrationResult register_to(const Surface& target, const Pose& initial) const override {
-      return judge_pose(*samples(), target, initial, {});
+    RegistrationResult register_to(const Surface& target, const PosePrior& prior) const override {
+      return judge_pose(*samples(), target, prior.target_T_reference, {});
     }
   };
 };

@@ -36,8 +36,8 @@ class Scripted final : public Registrar {
   struct Prepared final : PreparedReference {
     Prepared(std::shared_ptr<const NormalFlowReference> samples, std::shared_ptr<Script> lines)
         : PreparedReference(std::move(samples)), script(std::move(lines)) {}
-    RegistrationResult register_to(const Surface&, const Pose& initial) const override {
-      script->starts.push_back(initial);
+    RegistrationResult register_to(const Surface&, const PosePrior& prior) const override {
+      script->starts.push_back(prior.target_T_reference);
       const int call = static_cast<int>(script->starts.size());
       const bool lost = holds(script->lost, call);
       RegistrationResult result;

@@ -62,9 +62,9 @@ class PreparedFilterReg final : public PreparedReference {
         options_(options),
         points_(contact_points(this->samples()->surface(), options.max_points)) {}
 
-  RegistrationResult register_to(const Surface& target, const Pose& initial) const override {
+  RegistrationResult register_to(const Surface& target, const PosePrior& prior) const override {
     const ContactPoints target_points = contact_points(target, options_.max_points);
-    Pose found = initial;
+    Pose found = prior.target_T_reference;
     int iterations = 0;
     if (points_.size() >= kMinPoints && target_points.size() >= kMinPoints) {
       const GaussianGrid grid(target_points, std::sqrt(std::max(options_.variance_mm2, kMinVarianceMm2)));

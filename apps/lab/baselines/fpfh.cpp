@@ -49,7 +49,8 @@ class PreparedFpfh final : public PreparedReference {
         options_(options),
         cloud_(describe_cloud(this->samples()->surface(), options)) {}
 
-  RegistrationResult register_to(const Surface& target, const Pose& initial) const override {
+  RegistrationResult register_to(const Surface& target, const PosePrior& prior) const override {
+    const Pose& initial = prior.target_T_reference;
     const DescribedCloud target_cloud = describe_cloud(target, options_);
     const Pose found = cloud_.features && target_cloud.features
                            ? align_by_features(cloud_, target_cloud, initial, options_)

@@ -14,12 +14,12 @@ class PreparedIcp final : public PreparedReference {
         options_(options),
         cloud_(to_cloud(contact_points(this->samples()->surface(), options.max_points))) {}
 
-  RegistrationResult register_to(const Surface& target, const Pose& initial) const override {
+  RegistrationResult register_to(const Surface& target, const PosePrior& prior) const override {
     const open3d::geometry::PointCloud target_cloud = to_cloud(contact_points(target, options_.max_points));
-    Pose found = initial;
+    Pose found = prior.target_T_reference;
     if (cloud_.points_.size() >= kMinPoints && target_cloud.points_.size() >= kMinPoints) {
       const QuietSingleThread guard;
-      found = align_by_icp(cloud_, target_cloud, initial, options_);
+      found = align_by_icp(cloud_, target_cloud, prior.target_T_reference, options_);
     }
     return judge_pose(*samples(), target, found, options_.judged_by);
   }

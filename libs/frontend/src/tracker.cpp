@@ -1,5 +1,6 @@
 #include "gelslam/frontend/tracker.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -11,11 +12,6 @@
 namespace gelslam {
 namespace {
 
-// How fast a hand's motion departs from prediction (standard deviation; turns count as in innovation_mm()),
-// before a trial has shown more, and for how long that counts.
-constexpr double kHandMmPerS = 1.6;
-constexpr double kMemoryS = 1;
-
 // The gate: what departs further than this from its prediction, in standard deviations, is not taken for
 // granted.
 constexpr double kGateSigmas = 3;
@@ -26,13 +22,6 @@ constexpr int kContactShrinks = 4;
 
 bool is_near(const RegistrationResult& registration, const Pose& reference_T_expected, double limit_mm) {
   return innovation_mm(registration, reference_T_expected.inverse()) <= limit_mm;
-}
-
-/// A motion at constant velocity, carried on for another time.
-Pose carried_on(const Pose& step, double step_s, double elapsed_s) {
-  constexpr double kSameS = 1e-6;  // numerics
-  if (step_s <= 0 || std::abs(elapsed_s - step_s) < kSameS) return step;
-  return se3_exp(se3_log(step) * (elapsed_s / step_s));
 }
 
 /// Information of the inverse pose: true = T * exp(noise) <=> true^-1 = T^-1 * exp(Ad(T) * -noise).
@@ -104,99 +93,92 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
     result.registration = reference_->register_to(*surface, Pose::Identity());
     return result;
   }
-  result.registration = track_with_fallback(result, *surface);
-  if (result.registration.ok())
-    accept(result, std::move(surface));
+  const Attempt attempt = track_with_fallback(result, *surface);
+  result.registration = attempt.registration;
+  if (attempt.registration.ok())
+    accept(result, attempt, std::move(surface));
   else
     handle_tracking_failure(result, std::move(surface));
   return result;
 }
 
-Tracker::Reference Tracker::reference_of(const PreparedReference& prepared, const Pose& reference_T_previous,
+Tracker::Reference Tracker::reference_of(const PreparedReference& prepared, const MotionState& before,
                                          double time_s) const {
-  const double elapsed_s = time_s - previous_.time_s;
-  return {prepared, reference_T_previous,
-          reference_T_previous * carried_on(previous_.step, previous_.step_s, elapsed_s), elapsed_s};
+  return {prepared, hand_.expect(before, time_s - previous_.time_s)};
 }
 
 /// From the predicted pose; if that fails, from the previous one.
-RegistrationResult Tracker::register_to(const Reference& reference, const Surface& surface) const {
-  RegistrationResult best;
-  for (const Pose& reference_T_frame : {reference.T_predicted, reference.T_previous}) {
-    const RegistrationResult attempt = reference.prepared.register_to(surface, reference_T_frame.inverse());
-    if (attempt.ok()) return attempt;
-    if (attempt.scr * attempt.ccs >= best.scr * best.ccs) best = attempt;
+Tracker::Attempt Tracker::register_to(const Reference& reference, const Surface& surface) const {
+  Attempt best{{}, reference.expected[0]};
+  for (const ExpectedMotion& expected : reference.expected) {
+    const RegistrationResult found = reference.prepared.register_to(surface, expected.prior());
+    if (found.ok()) return {found, expected};
+    if (found.scr * found.ccs >= best.registration.scr * best.registration.ccs) best = {found, expected};
   }
   return best;
 }
 
-/// Whether innovation and residual are those predicted: the uncertainty of the prediction grows in proportion
-/// to the time, and that of the registration is added; a residual grows by the noise of normals at most.
-/// Where a pattern may have moved by one period within the gate, the gate tells nothing.
-bool Tracker::passes_gate(const RegistrationResult& registration, const Pose& reference_T_expected,
-                          double elapsed_s) const {
-  const double sigma_mm = std::sqrt(innovation_variance_) * elapsed_s;
+/// Whether innovation and residual are those predicted: the uncertainty of the prediction grows with the
+/// time, and that of the registration is added; a residual grows by the noise of normals at most. Where a
+/// pattern may have moved by one period within the gate, the gate tells nothing.
+bool Tracker::passes_gate(const RegistrationResult& registration, const ExpectedMotion& expected) const {
   const double residual_increase_rad = registration.normal_rmse_rad - previous_.residual_rad;
-  return registration.ok() && kGateSigmas * sigma_mm <= kMinPeriodMm &&
+  return registration.ok() && kGateSigmas * hand_.mm_per_s() * expected.elapsed_s <= kMinPeriodMm &&
          residual_increase_rad <= normal_flow_.normal_noise_rad &&
-         normalized_innovation(registration, reference_T_expected.inverse(), sigma_mm) <= kGateSigmas;
+         normalized_innovation(registration, expected.prior()) <= kGateSigmas;
 }
 
 /// Motion goes on, or it stops or turns back.
 bool Tracker::is_usual(const RegistrationResult& registration, const Reference& reference) const {
-  return passes_gate(registration, reference.T_predicted, reference.elapsed_s) ||
-         passes_gate(registration, reference.T_previous, reference.elapsed_s);
-}
-
-/// The innovation of an accepted step changes what is usual (as in KISS-ICP, Vizzo et al. 2023, but with
-/// a finite memory).
-void Tracker::learn_innovation(double innovation_mm, double elapsed_s) {
-  const double rate = innovation_mm / elapsed_s;
-  innovation_variance_ += (rate * rate - innovation_variance_) * std::min(1.0, elapsed_s / kMemoryS);
+  return std::any_of(reference.expected.begin(), reference.expected.end(),
+                     [&](const ExpectedMotion& expected) { return passes_gate(registration, expected); });
 }
 
 /// The only place where the frame fits, whether `registration` found it there or not. Not ok when there is
 /// none, there are several, or there is no time to search.
-RegistrationResult Tracker::relocalize_on(const Reference& reference, const Surface& surface,
-                                          const RegistrationResult& registration) {
-  if (!options_.relocalize) return registration;
+Tracker::Attempt Tracker::relocalize_on(const Reference& reference, const Surface& surface,
+                                        const Attempt& attempt) {
+  if (!options_.relocalize) return attempt;
   if (relocalization_debt_s_ > 0) {
-    RegistrationResult unconfirmed = registration;
-    if (unconfirmed.ok()) unconfirmed.status = RegistrationStatus::unconfirmed;
+    Attempt unconfirmed = attempt;
+    if (attempt.registration.ok()) unconfirmed.registration.status = RegistrationStatus::unconfirmed;
     return unconfirmed;
   }
   const double start_s = clock_ ? clock_() : 0;
   // A body that is shaken turns back within a frame.
-  const Pose expected[] = {reference.T_predicted.inverse(), reference.T_previous.inverse()};
-  const bool goes_on = innovation_mm(registration, expected[0]) <= innovation_mm(registration, expected[1]);
+  const auto& [predicted, stopped] = reference.expected;
+  const bool goes_on = innovation_mm(attempt.registration, predicted.reference_T_frame.inverse()) <=
+                       innovation_mm(attempt.registration, stopped.reference_T_frame.inverse());
+  const ExpectedMotion& expected = goes_on ? predicted : stopped;
   const RegistrationResult place =
-      relocalize(*reference.prepared.samples(), surface, expected[goes_on ? 0 : 1], registration,
-                 normal_flow_, verification_);
+      relocalize(*reference.prepared.samples(), surface, expected.reference_T_frame.inverse(),
+                 attempt.registration, normal_flow_, verification_);
   if (clock_) relocalization_debt_s_ += clock_() - start_s;
+  if (!place.ok()) return {place, expected};
   // Another method starts from there and decides.
-  return place.ok() ? reference.prepared.register_to(surface, place.target_T_reference) : place;
+  return {reference.prepared.register_to(surface, expected.prior_at(place)), expected};
 }
 
 /// Registers to the keyframe; if that is too far behind, to the last tracked frame. If that fails, too, or
 /// the step is unusual, relocalizes. The last tracked frame becomes a keyframe if it was needed.
-RegistrationResult Tracker::track_with_fallback(TrackedFrame& result, const Surface& surface) {
-  const Reference keyframe = reference_of(*reference_, previous_.link.previous_T_this, result.time_s);
-  const RegistrationResult on_keyframe = register_to(keyframe, surface);
-  if (is_usual(on_keyframe, keyframe)) return on_keyframe;
+Tracker::Attempt Tracker::track_with_fallback(TrackedFrame& result, const Surface& surface) {
+  const Reference keyframe = reference_of(*reference_, previous_.state, result.time_s);
+  const Attempt on_keyframe = register_to(keyframe, surface);
+  if (is_usual(on_keyframe.registration, keyframe)) return on_keyframe;
 
   std::shared_ptr<const PreparedReference> prepared;
   std::optional<Reference> previous;
-  RegistrationResult on_previous;
+  Attempt on_previous;
   if (previous_.frame != keyframe_->frame) {
     prepared = registrar_->prepare(previous_.surface);
-    previous.emplace(reference_of(*prepared, Pose::Identity(), result.time_s));
+    previous.emplace(reference_of(*prepared, previous_.state.in_itself(), result.time_s));
     on_previous = register_to(*previous, surface);
   }
-  if (on_keyframe.ok() || !previous || !is_usual(on_previous, *previous)) {
-    const RegistrationResult place = relocalize_on(keyframe, surface, on_keyframe);
-    if (place.ok()) return place;
+  if (on_keyframe.registration.ok() || !previous || !is_usual(on_previous.registration, *previous)) {
+    const Attempt place = relocalize_on(keyframe, surface, on_keyframe);
+    if (place.registration.ok()) return place;
     if (previous) on_previous = relocalize_on(*previous, surface, on_previous);
-    if (!on_previous.ok()) return place;
+    if (!on_previous.registration.ok()) return place;
   }
   const Pose trial_T_previous = trial_T_keyframe_ * previous_.link.previous_T_this;
   switch_keyframe(result, {previous_.frame, previous_.surface, trial_T_previous, previous_.link},
@@ -219,27 +201,24 @@ void Tracker::handle_tracking_failure(TrackedFrame& result, SurfacePtr surface) 
     if (together.ok()) {
       begin_trial(result, Seen(*lost_), std::move(reference));
       result.registration = together;
-      accept(result, std::move(surface));
+      accept(result, {together, hand_.expect(previous_.state, result.time_s - previous_.time_s)[1]},
+             std::move(surface));
       return;
     }
   }
   lost_ = seen;
 }
 
-void Tracker::accept(TrackedFrame& result, SurfacePtr surface) {
+void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr surface) {
   const RegistrationResult& registration = result.registration;
-  const KeyframeLink link = link_to(keyframe_, registration);
-  const Pose& keyframe_T_frame = link.previous_T_this;
-  const double elapsed_s = result.time_s - previous_.time_s;
-  learn_innovation(innovation_mm(registration, (previous_.link.previous_T_this *
-                                                carried_on(previous_.step, previous_.step_s, elapsed_s))
-                                                   .inverse()),
-                   elapsed_s);
-  // A velocity along directions that are not observable would never be corrected.
-  const Pose step = registration.degenerate_directions_fixed
-                        ? Pose::Identity()
-                        : previous_.link.previous_T_this.inverse() * keyframe_T_frame;
-  previous_ = {{result.frame, result.time_s, surface}, link, registration.normal_rmse_rad, step, elapsed_s};
+  KeyframeLink link = link_to(keyframe_, registration);
+  const Pose keyframe_T_frame = link.previous_T_this;
+  previous_.state = hand_.correct(attempt.expected, registration);
+  link.information = previous_.state.covariance.inverse();
+  result.registration.information = information_of_inverse(link.information, keyframe_T_frame.inverse());
+  static_cast<Seen&>(previous_) = {result.frame, result.time_s, surface};
+  previous_.link = link;
+  previous_.residual_rad = registration.normal_rmse_rad;
   lost_.reset();
   result.status = TrackStatus::tracked;
   result.trial = trial_;
@@ -331,6 +310,8 @@ bool Tracker::return_to_known(TrackedFrame& result, const TurningPoints::Touch& 
   keyframe_ = known->keyframe;
   reference_ = std::move(reference);
   previous_.link = link_to(keyframe_, place);
+  previous_.state.reference_T_frame = previous_.link.previous_T_this;
+  previous_.state.covariance = previous_.link.information.inverse();
   previous_.residual_rad = place.normal_rmse_rad;
   result.keyframe = keyframe_;
   result.keyframe_T_frame = previous_.link.previous_T_this;
@@ -365,8 +346,9 @@ void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
   turning_points_.begin_trial(touch);
   trial_T_keyframe_ = Pose::Identity();
   // The first step deepens the contact: its residual may be larger than noise.
-  previous_ = {first, KeyframeLink{keyframe_}, 3 * normal_flow_.normal_noise_rad, Pose::Identity(), 0};
-  innovation_variance_ = kHandMmPerS * kHandMmPerS;
+  previous_ = {first, KeyframeLink{keyframe_}, 3 * normal_flow_.normal_noise_rad, {}};
+  previous_.state.center_mm.head<2>() = contact_center_mm(*first.surface);
+  hand_ = {};
   lost_.reset();
   result.trial = trial_;
   result.keyframe = keyframe_;
@@ -383,6 +365,7 @@ void Tracker::switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& 
   result.new_keyframes.push_back({keyframe_, touch.link});
   trial_T_keyframe_ = keyframe_->trial_T_keyframe;
   previous_.link = KeyframeLink{keyframe_};
+  previous_.state = previous_.state.in_itself();
 }
 
 void Tracker::hand_out_turning_point(TrackedFrame& result, const std::optional<TurningPoints::Touch>& touch) {

@@ -27,9 +27,24 @@ Vector6d with_tz(const Vector5d& step, const Viewpoint& view) {
   return xi;
 }
 
+/// The prior's information about the step, along directions that are independent of each other.
+Matrix5d information_of(const PosePrior& prior, const ShownDirections& along) {
+  const Matrix5d covariance = prior.step.topLeftCorner<kParameters, kParameters>();
+  const Vector5d variance = (along.measures.transpose() * covariance * along.measures).diagonal();
+  return along.measures * variance.cwiseInverse().asDiagonal() * along.measures.transpose();
+}
+
+/// Of the gradients, only what both surfaces show: a direction that is noise gives no step.
+void keep_shown(const ShownDirections& shown, NormalEquations& equations) {
+  equations.gradient =
+      (shown.measures * shown.share.asDiagonal() * shown.basis.transpose() * equations.gradient).eval();
+  equations.hessian = shown.measures * shown.share.cwiseAbs2().asDiagonal() * shown.measures.transpose();
+}
+
 // Steps in a row that do not make the residuals smaller by more than the noise of one sample. On a surface
 // with little texture, further steps only wander. Where most of the residuals is noise, progress is hard to
 // see, and the registration converges after many such steps.
+constexpr double kHardlyNoise = 0.9;                 // speed
 constexpr int kPatience = 3, kPatienceInNoise = 20;  // numerics
 
 /// Whether the residuals still get smaller.
@@ -63,56 +78,57 @@ class Alignment {
     residuals().resize(static_cast<std::size_t>(reference.samples.size()));
   }
 
-  /// Gauss-Newton from `initial`, moving only along `directions`. False when the overlap is lost on the way.
-  bool converge(const Pose& initial, const Directions& directions, RegistrationResult& result) {
-    const double noise_variance = normal_variance(0.0, options_);
-    const Vector5d prior = prior_information(options_) * noise_variance;
+  /// Gauss-Newton to the maximum of prior times likelihood, from `result`'s pose. False when the overlap is
+  /// lost on the way. `shown`: what counts of the gradients; null: all.
+  bool converge(const PosePrior& prior, const ShownDirections* shown, double noise_variance,
+                RegistrationResult& result) {
     Progress progress(options_);
-    Pose& target_T_reference = result.target_T_reference = initial;
-    result.iterations = 0;
+    const Matrix5d of_prior =
+        noise_variance * (shown ? information_of(prior, *shown)
+                                : Matrix5d(prior.step.topLeftCorner<kParameters, kParameters>().inverse()));
+    Pose& target_T_reference = result.target_T_reference;
     bool converged = false;
-    while (result.iterations < options_.max_iterations && !converged) {
+    for (int iterations = 0; iterations < options_.max_iterations && !converged; ++result.iterations) {
       warp(reference_.samples, view_, target_T_reference, residuals());
       if (count_shared(residuals()) < options_.min_shared_pixels) return false;
       apply_robust_weights(residuals(), static_cast<float>(options_.robust_scale_rad));
       // Along oblique rays, pixels move with z.
-      if (result.iterations == 0)
+      if (iterations == 0)
         target_T_reference.translation().z() +=
             height_gap(reference_.samples, target_, target_T_reference, residuals()).mean_mm;
       progress.add(sum_residuals(residuals()));
       const Viewpoint view = viewpoint_of(view_, target_T_reference, reference_.samples, residuals());
       NormalEquations equations = linearize(reference_.samples, view, residuals());
-      const Vector5d from_initial = se3_log(initial.inverse() * target_T_reference).head<kParameters>();
-      equations.hessian.diagonal() += prior;
-      equations.gradient += prior.cwiseProduct(from_initial);
-      const Vector5d step = solve_along(directions, equations);
+      if (shown) keep_shown(*shown, equations);
+      equations.hessian += of_prior;
+      equations.gradient +=
+          of_prior * se3_log(prior.target_T_reference.inverse() * target_T_reference).head<kParameters>();
+      const Vector5d step = equations.hessian.ldlt().solve(equations.gradient);
       target_T_reference = target_T_reference * se3_exp(with_tz(step, view)).inverse();
-      ++result.iterations;
       // Smaller than one standard deviation of the noise, all five directions together.
       const bool is_noise = step.dot(equations.hessian * step) < noise_variance;
       wandering_ = !is_noise && is_large(step);
-      converged =
-          result.iterations >= options_.min_iterations && (is_noise || (progress.over() && !wandering_));
+      converged = ++iterations >= options_.min_iterations && (is_noise || (progress.over() && !wandering_));
     }
     target_T_reference = normalized(target_T_reference);
     return true;
   }
 
   /// Judges a pose as it is.
-  void judge(RegistrationResult& result) {
+  void judge(const PosePrior& prior, RegistrationResult& result) {
     const HeightGap gap = lay_upon_target(result.target_T_reference);
     result.height_rmse_mm = std::hypot(gap.rmse_mm, gap.mean_mm);
-    assess(reference_, target_, residuals(), options_, result);
+    assess(reference_, target_, residuals(), prior, options_, result);
   }
 
   /// Sets z from heights and judges the result; returns what the surfaces show.
-  Directions finish(RegistrationResult& result) {
+  ShownDirections finish(const PosePrior& prior, RegistrationResult& result) {
     const HeightGap gap = lay_upon_target(result.target_T_reference);
     result.target_T_reference.translation().z() += gap.mean_mm;
     result.height_rmse_mm = gap.rmse_mm;
-    Directions updated = assess(reference_, target_, residuals(), options_, result);
+    ShownDirections shown = assess(reference_, target_, residuals(), prior, options_, result);
     if (result.ok() && wandering_) result.status = RegistrationStatus::diverged;
-    return updated;
+    return shown;
   }
 
  private:
@@ -126,12 +142,6 @@ class Alignment {
   /// Larger than a tenth of the error up to which a motion counts as observable.
   bool is_large(const Vector5d& step) const {
     return 10 * std::max(kMmPerRad * step.head<3>().norm(), step.tail<2>().norm()) > kObservableSigmaMm;
-  }
-
-  static Vector5d solve_along(const Directions& directions, const NormalEquations& equations) {
-    const Directions reduced = equations.hessian * directions;
-    return directions *
-           (directions.transpose() * reduced).ldlt().solve(directions.transpose() * equations.gradient);
   }
 
   // A work buffer, kept between calls.
@@ -160,31 +170,27 @@ RegistrationResult judge_pose(const NormalFlowReference& reference, const Surfac
   RegistrationResult result;
   result.target_T_reference = target_T_reference;
   if (has_enough_surface(reference, target, options))
-    Alignment(reference.impl(), target, options).judge(result);
+    Alignment(reference.impl(), target, options).judge(target_T_reference, result);
   return result;
 }
 
 RegistrationResult register_normal_flow(const NormalFlowReference& reference, const Surface& target,
-                                        const Pose& initial, const NormalFlowOptions& options) {
+                                        const PosePrior& prior, const NormalFlowOptions& options) {
   RegistrationResult result;
-  result.target_T_reference = initial;
+  result.target_T_reference = prior.start;
   if (!has_enough_surface(reference, target, options)) return result;
 
   Alignment alignment(reference.impl(), target, options);
   result.status = RegistrationStatus::too_little_overlap;
-  if (!alignment.converge(initial, Matrix5d::Identity(), result)) return result;
-  const Directions observable = alignment.finish(result);
-  if (observable.cols() == kParameters || observable.cols() == 0) return result;
-
-  // Along directions that the surfaces do not show, noise has moved the pose: repeat without moving there.
-  RegistrationResult fixed = result;
-  if (!alignment.converge(initial, observable, fixed)) return result;
-  alignment.finish(fixed);
-  fixed.information = result.information;
-  fixed.membrane_bias = result.membrane_bias;
-  fixed.observable = result.observable;
-  fixed.degenerate_directions_fixed = true;
-  return fixed;
+  const double noise_variance = variance_in_sums(0.0, reference.impl(), options);
+  if (!alignment.converge(prior, nullptr, noise_variance, result)) return result;
+  const ShownDirections shown = alignment.finish(prior, result);
+  if (shown.share.minCoeff() > kHardlyNoise) return result;
+  // Noise has moved the pose along directions that the surfaces hardly show.
+  RegistrationResult weighed = result;
+  if (!alignment.converge(prior, &shown, noise_variance, weighed)) return result;
+  alignment.finish(prior, weighed);
+  return weighed;
 }
 
 }  // namespace gelslam

@@ -38,7 +38,7 @@ Vector6d motion_variance(const CenterMotion& motion, bool all_observable, double
                          double model_sigma, const NormalFlowOptions& options) {
   const double tilt = motion.tilt_rad();
   // A motion that is not observable altogether may be larger than what was found of it.
-  const double slide = std::max(motion.slide_mm(), all_observable ? 0.0 : options.prior_translation_mm);
+  const double slide = std::max(motion.slide_mm(), all_observable ? 0.0 : kMinPeriodMm);
   const double uneven_tilt =
       kTiltRadPerMm * slide * std::sqrt(1 + kUnevenPatchMm2 / std::max(shared_mm2, 1.0));
   const auto tilt_sigma = [&](double about, double other) {
@@ -53,50 +53,49 @@ Vector6d motion_variance(const CenterMotion& motion, bool all_observable, double
 }
 
 /// What the normals say, about the reference's origin.
-Matrix5d information_of_normals(const ObservableDirections& directions, double pull,
-                                const RegistrationResult& result, const NormalFlowOptions& options) {
-  const Vector5d prior_variance = prior_information(options).cwiseInverse();
-  // Each of the two components of an angle between normals has half of its variance.
-  const double noise_variance = 0.5 * normal_variance(result.normal_rmse_rad, options);
+Matrix5d information_of_normals(const ShownDirections& directions, double noise_variance,
+                                const PosePrior& prior) {
+  const Matrix5d covariance = prior.covariance.topLeftCorner<kParameters, kParameters>();
   Matrix5d information = Matrix5d::Zero();
-  for (int i = 0; i < directions.count(); ++i) {
-    const auto k = static_cast<std::size_t>(i);
+  for (int i = 0; i < kParameters; ++i) {
+    const double share = directions.share[i], pull = directions.pattern_share[i];
+    if (share == 0) continue;
     const Vector5d measure = directions.measures.col(i);
-    // Gauss-Newton with a noisy Jacobian: the error's variance is read / common², not 1 / read.
-    const double noise = noise_variance / (directions.share[k] * directions.share[k]);
-    const double bias = pull * directions.pattern_share[k] * directions.pattern_share[k];
-    information +=
-        measure * measure.transpose() / (noise + bias * bias * measure.cwiseAbs2().dot(prior_variance));
+    // Gauss-Newton with a noisy Jacobian: the error's variance is read / common², not 1 / read. A pattern of
+    // the gel pulls towards no motion.
+    const double variance =
+        noise_variance / (share * share) + pull * pull * measure.dot(covariance * measure);
+    information += measure * measure.transpose() / variance;
   }
   return information;
 }
 
 }  // namespace
 
-Matrix6d pose_information(const ObservableDirections& directions, bool heights_known, double shared_mm2,
-                          double model_sigma, double pull, const RegistrationResult& result,
-                          const NormalFlowOptions& options) {
+Matrix6d pose_information(const ShownDirections& directions, bool heights_known, double shared_mm2,
+                          double model_sigma, double noise_variance, const PosePrior& prior,
+                          const RegistrationResult& result, const NormalFlowOptions& options) {
   Matrix6d center_from_origin = Matrix6d::Identity();  // of an error's six numbers
   center_from_origin.bottomLeftCorner<3, 3>() = -skew(result.shared_center_mm);
   const Matrix6d origin_from_center = 2.0 * Matrix6d::Identity() - center_from_origin;
 
   Matrix6d noise = Matrix6d::Zero();
-  noise.topLeftCorner<kParameters, kParameters>() = information_of_normals(directions, pull, result, options);
+  noise.topLeftCorner<kParameters, kParameters>() = information_of_normals(directions, noise_variance, prior);
   noise = (origin_from_center.transpose() * noise * origin_from_center).eval();
   // Where no bare gel tells the depth, both touches still lie within the gel.
-  const double height_sigma_mm = heights_known ? options.height_noise_mm : options.prior_translation_mm;
+  const double height_sigma_mm = heights_known ? options.height_noise_mm : kMinPeriodMm;
   noise(5, 5) += 1.0 / (height_sigma_mm * height_sigma_mm);
 
   // (noise⁻¹ + variance)⁻¹, where the noise's information may have no inverse.
   const CenterMotion motion = motion_of(result);
   const Vector6d variance =
-      motion_variance(motion, directions.count() == kParameters, shared_mm2, model_sigma, options);
+      motion_variance(motion, directions.share.minCoeff() > 0, shared_mm2, model_sigma, options);
   const Matrix6d both = (Matrix6d::Identity() + noise * variance.asDiagonal()).partialPivLu().solve(noise);
   const Matrix6d information = center_from_origin.transpose() * both * center_from_origin;
   return 0.5 * (information + information.transpose());
 }
 
-Vector6d membrane_bias(const ObservableDirections& directions, const CameraModel& reference,
+Vector6d membrane_bias(const ShownDirections& directions, const CameraModel& reference,
                        const CameraModel& target, const RegistrationResult& result) {
   const Eigen::Vector3d &center = result.shared_center_mm, moved = result.target_T_reference * center;
   const double before = std::abs(center.z() - reference.rest_height_mm(center.head<2>())),

@@ -12,8 +12,8 @@ class PreparedNormalFlow final : public PreparedReference {
   PreparedNormalFlow(std::shared_ptr<const NormalFlowReference> samples, const NormalFlowOptions& options)
       : PreparedReference(std::move(samples)), options_(options) {}
 
-  RegistrationResult register_to(const Surface& target, const Pose& initial) const override {
-    return register_normal_flow(*samples(), target, initial, options_);
+  RegistrationResult register_to(const Surface& target, const PosePrior& prior) const override {
+    return register_normal_flow(*samples(), target, prior, options_);
   }
 
  private:
@@ -35,6 +35,12 @@ class NormalFlowRegistrar final : public Registrar {
 };
 
 }  // namespace
+
+PosePrior::PosePrior(const Pose& pose, double sigma_mm) : target_T_reference(pose), start(pose) {
+  covariance.diagonal() << Eigen::Vector3d::Constant(1 / (kMmPerRad * kMmPerRad)), Eigen::Vector3d::Ones();
+  covariance *= sigma_mm * sigma_mm;
+  step = covariance;
+}
 
 std::string_view describe(RegistrationStatus status) {
   switch (status) {

@@ -9,12 +9,7 @@
 namespace gelslam::registration::detail {
 namespace {
 
-constexpr double kUsualPull = 0.1;      // of the prior's sigma: a motion from one frame to the next
 constexpr double kNoisePatchPx = 25.0;  // neighboring normals share their noise over so many pixels
-// A direction is observable when both surfaces share at least this part of what one of them shows along it,
-// beyond what noise would share.
-constexpr double kMinCommonShare = 0.05;
-constexpr double kTextureToFollow = 0.35;  // texture_correlation above which no direction is fixed
 constexpr double kGelPatternRadPerMm =
     0.12;  // change of the normal that may belong to the gel and stay with it
 // Root mean square curvature, 1/pixel, below which the texture is too faint for CCS: normals have to agree
@@ -72,10 +67,9 @@ double normal_rmse_rad(const Residuals& residuals) {
 /// `information` is about the reference's axes, the answer about the target's: those are the sensor's as it
 /// lies now.
 std::array<bool, 6> observability(const Matrix6d& information, const Eigen::Matrix3d& target_R_reference,
-                                  bool heights_known, const NormalFlowOptions& options) {
+                                  bool heights_known) {
   Matrix6d with_prior = information;
-  with_prior.diagonal().head<kParameters>() += prior_information(options);
-  with_prior(5, 5) += 1.0;
+  with_prior += PosePrior(Pose::Identity()).covariance.inverse();
   const Matrix6d covariance = with_prior.inverse();
   const auto known = [&](int axis, int first, double limit) {
     const Eigen::Vector3d direction = target_R_reference.row(axis);
@@ -90,10 +84,11 @@ std::array<bool, 6> observability(const Matrix6d& information, const Eigen::Matr
   return observable;
 }
 
-/// Noise agrees with noise by chance, by one over the root of the number of patches that it is made of.
-double least_share(double shared_share, const NormalFlowReference::Impl& reference) {
+/// The share of noise that agrees with noise by chance: one over the root of the number of patches that it is
+/// made of.
+double share_by_chance(double shared_share, const NormalFlowReference::Impl& reference) {
   const double patches = shared_share * reference.surface->contact_pixels / kNoisePatchPx;
-  return kMinCommonShare + 1.0 / std::sqrt(2.0 * std::max(1.0, patches));
+  return 1.0 / std::sqrt(2.0 * std::max(1.0, patches));
 }
 
 /// On a surface with hardly any texture, CCS compares noise: there the normals' agreement has to do.
@@ -152,15 +147,16 @@ int count_shared(const Residuals& residuals) {
       std::count_if(residuals.weight.begin(), residuals.weight.end(), [](float w) { return w > 0; }));
 }
 
-Vector5d prior_information(const NormalFlowOptions& options) {
-  const double translation = 1.0 / (options.prior_translation_mm * options.prior_translation_mm);
-  const double rotation = kMmPerRad * kMmPerRad * translation;
-  return (Vector5d() << rotation, rotation, rotation, translation, translation).finished();
-}
-
 double normal_variance(double normal_rmse_rad, const NormalFlowOptions& options) {
   const double noise = std::max(options.normal_noise_rad, normal_rmse_rad);
   return noise * noise;
+}
+
+double variance_in_sums(double normal_rmse_rad, const NormalFlowReference::Impl& reference,
+                        const NormalFlowOptions& options) {
+  const double samples_per_patch =
+      kNoisePatchPx * reference.samples.size() / std::max(1, reference.surface->contact_pixels);
+  return 0.5 * normal_variance(normal_rmse_rad, options) * std::max(1.0, samples_per_patch);
 }
 
 HeightGap height_gap(const Samples& samples, const Surface& target, const Pose& target_T_reference,
@@ -181,8 +177,9 @@ HeightGap height_gap(const Samples& samples, const Surface& target, const Pose& 
   return {mean, std::sqrt(std::max(0.0, sum2 / weight - mean * mean))};
 }
 
-Directions assess(const NormalFlowReference::Impl& reference, const Surface& target,
-                  const Residuals& residuals, const NormalFlowOptions& options, RegistrationResult& result) {
+ShownDirections assess(const NormalFlowReference::Impl& reference, const Surface& target,
+                       const Residuals& residuals, const PosePrior& prior, const NormalFlowOptions& options,
+                       RegistrationResult& result) {
   result.shared_pixels = count_shared(residuals);
   const auto [x, y, z] = shared_center_mm(reference.samples, residuals);
   result.shared_center_mm = {x, y, z};
@@ -196,22 +193,22 @@ Directions assess(const NormalFlowReference::Impl& reference, const Surface& tar
   const double shared_share = static_cast<double>(result.shared_pixels) / reference.samples.size();
   const TextureAgreement texture =
       compare_texture(reference.samples, target, result.target_T_reference, residuals, kGelPatternRadPerMm);
-  const ObservableDirections directions =
-      observable_directions(texture, least_share(shared_share, reference));
+  const ShownDirections directions = shown_directions(texture, share_by_chance(shared_share, reference));
   const bool heights_known = reference.surface->zero_is_bare_gel && target.zero_is_bare_gel;
   const double model_sigma = std::max(reference.surface->model_sigma, target.model_sigma);
   const double shared_mm2 = shared_share * reference.surface->contact_pixels *
                             reference.surface->pixel_pitch_mm * reference.surface->pixel_pitch_mm;
   result.information =
-      pose_information(directions, heights_known, shared_mm2, model_sigma, kUsualPull, result, options);
+      pose_information(directions, heights_known, shared_mm2, model_sigma,
+                       variance_in_sums(result.normal_rmse_rad, reference, options), prior, result, options);
+  // About the center, for heights tell its z.
+  result.directions.setIdentity();
+  result.directions.topLeftCorner<kParameters, kParameters>() = directions.basis;
+  result.directions.block<1, kParameters>(5, 0) = x * directions.basis.row(1) - y * directions.basis.row(0);
   result.membrane_bias = membrane_bias(directions, reference.surface->camera(), target.camera(), result);
-  result.observable = observability(
-      pose_information(directions, heights_known, shared_mm2, model_sigma, 1.0, result, options),
-      result.target_T_reference.linear(), heights_known, options);
+  result.observable = observability(result.information, result.target_T_reference.linear(), heights_known);
   result.status = judge(result, agreement, options);
-  // Where texture is found again, the estimate along a weak direction is better than none.
-  if (agreement.texture_correlation >= kTextureToFollow) return Matrix5d::Identity();
-  return directions.basis;
+  return directions;
 }
 
 }  // namespace gelslam::registration::detail

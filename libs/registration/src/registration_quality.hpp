@@ -10,9 +10,6 @@ namespace gelslam::registration::detail {
 using Vector5d = Eigen::Matrix<double, kParameters, 1>;
 using Matrix5d = Eigen::Matrix<double, kParameters, kParameters>;
 
-/// Motions (rx ry rz tx ty) as columns, at most five.
-using Directions = Eigen::Matrix<double, kParameters, Eigen::Dynamic, 0, kParameters, kParameters>;
-
 /// What the gradients of the normals say about the five motions, over the shared contact. A read gradient is
 /// the object's and noise; the object's is found again in the target, noise is not.
 struct TextureAgreement {
@@ -35,17 +32,18 @@ inline std::size_t thinning(const Residuals& residuals) {
   return residuals.weight.size() / kEnoughSamples + 1;
 }
 
-/// The directions that both surfaces show. A motion's part along one of them is measures.col(i) * motion.
-struct ObservableDirections {
-  Directions basis, measures;
-  std::vector<double> share;              ///< of what was read along each, that is common to both: 0..1
-  std::vector<double> pattern_share;      ///< of what is common, that may move with the gel: 0..1
-  Vector5d by_slopes = Vector5d::Zero();  ///< motion per share by which all slopes grow
-  int count() const { return static_cast<int>(share.size()); }
+/// Five directions that are independent of each other, and what both surfaces show of each. A motion's part
+/// along one of them is measures.col(i) * motion.
+struct ShownDirections {
+  Matrix5d basis = Matrix5d::Identity(), measures = Matrix5d::Identity();
+  /// Of the gradient that was read along each, how much both surfaces show: 0..1. The rest is noise.
+  Vector5d share = Vector5d::Ones();
+  Vector5d pattern_share = Vector5d::Zero();  ///< of this, how much may move with the gel: 0..1
+  Vector5d by_slopes = Vector5d::Zero();      ///< motion per share by which all slopes grow
 };
 
-/// A direction is observable when at least `least_share` of what was read along it is common to both.
-ObservableDirections observable_directions(const TextureAgreement& texture, double least_share);
+/// `by_chance`: the share that noise alone would show.
+ShownDirections shown_directions(const TextureAgreement& texture, double by_chance);
 
 /// The weighted normal equations of one warp.
 struct NormalEquations {
@@ -56,12 +54,12 @@ NormalEquations linearize(const Samples& samples, const Viewpoint& view, const R
 
 int count_shared(const Residuals& residuals);
 
-/// Information that says "stay near the start" (rx ry rz tx ty), in the units of the information matrix. It
-/// decides only along directions that are not observable.
-Eigen::Matrix<double, kParameters, 1> prior_information(const NormalFlowOptions& options);
-
 /// Of a normal, after a registration that left this residual.
 double normal_variance(double normal_rmse_rad, const NormalFlowOptions& options);
+
+/// Of one component of it, in a sum over all samples: neighbors share their noise.
+double variance_in_sums(double normal_rmse_rad, const NormalFlowReference::Impl& reference,
+                        const NormalFlowOptions& options);
 
 /// Whether residuals between normals are more than noise: three standard deviations of a normal.
 inline bool is_far_above_noise(double normal_rmse_rad, const NormalFlowOptions& options) {
@@ -77,23 +75,21 @@ HeightGap height_gap(const Samples& samples, const Surface& target, const Pose& 
                      const Residuals& residuals);
 
 /// Fills SCR, CCS, rms values, information, observability and status from the residuals at the final pose.
-/// Returns the directions in which the two surfaces show more than noise; information is zero along the
-/// others.
-Directions assess(const NormalFlowReference::Impl& reference, const Surface& target,
-                  const Residuals& residuals, const NormalFlowOptions& options, RegistrationResult& result);
+/// Returns what the two surfaces show.
+ShownDirections assess(const NormalFlowReference::Impl& reference, const Surface& target,
+                       const Residuals& residuals, const PosePrior& prior, const NormalFlowOptions& options,
+                       RegistrationResult& result);
 
 /// Information of a registered pose, in the order and axes of RegistrationResult::information. The normals
 /// tell the observable directions, the heights z at the shared center, and both err with the motion between
 /// the two frames: a slope that is read too steep turns every roll by its share, and what belongs to the gel
 /// pulls towards no motion. Sizes measured by gelslam-lab information. (Own.)
-/// `pull`: how far the sensor may have moved along a direction in which a pattern of the gel pulls the pose
-/// back, as a share of the prior's sigma (1 at worst).
-Matrix6d pose_information(const ObservableDirections& directions, bool heights_known, double shared_mm2,
-                          double model_sigma, double pull, const RegistrationResult& result,
-                          const NormalFlowOptions& options);
+Matrix6d pose_information(const ShownDirections& directions, bool heights_known, double shared_mm2,
+                          double model_sigma, double noise_variance, const PosePrior& prior,
+                          const RegistrationResult& result, const NormalFlowOptions& options);
 
 /// RegistrationResult::membrane_bias. Flanks on both sides pull to no side.
-Vector6d membrane_bias(const ObservableDirections& directions, const CameraModel& reference,
+Vector6d membrane_bias(const ShownDirections& directions, const CameraModel& reference,
                        const CameraModel& target, const RegistrationResult& result);
 
 }  // namespace gelslam::registration::detail

@@ -44,20 +44,18 @@ double innovation_mm(const RegistrationResult& found, const Pose& expected) {
   return difference(found, expected).size_mm();
 }
 
-double normalized_innovation(const RegistrationResult& found, const Pose& expected, double sigma_mm) {
-  const Difference d = difference(found, expected);
-  const Vector6d innovation = (Vector6d() << d.shift_mm, d.turn_mm).finished();
-  // The registration's information about these six numbers: w = R't / kMmPerRad, p = R's + c x w.
-  const Eigen::Matrix3d back = found.target_T_reference.linear().transpose();
-  Matrix6d noise_from_difference = Matrix6d::Zero();
-  noise_from_difference.topRightCorner<3, 3>() = back / kMmPerRad;
-  noise_from_difference.bottomLeftCorner<3, 3>() = back;
-  noise_from_difference.bottomRightCorner<3, 3>() = skew(found.shared_center_mm) * back / kMmPerRad;
-  const Matrix6d information = noise_from_difference.transpose() * found.information * noise_from_difference;
-  // (information⁻¹ + sigma²)⁻¹, where the information may have no inverse.
-  const Matrix6d both =
-      (Matrix6d::Identity() + sigma_mm * sigma_mm * information).partialPivLu().solve(information);
-  return std::sqrt(std::max(0.0, innovation.dot(both * innovation)));
+double normalized_innovation(const RegistrationResult& found, const PosePrior& prior) {
+  const Vector6d moved = se3_log(prior.target_T_reference.inverse() * found.target_T_reference);
+  const Matrix6d along = found.directions.inverse();
+  double squares = 0;
+  for (int i = 0; i < 6; ++i) {
+    const double before = along.row(i) * prior.covariance * along.row(i).transpose(),
+                 information = found.directions.col(i).dot(found.information * found.directions.col(i));
+    // The mean of prior and measurement has moved by this share of what was measured.
+    const double share = before * information / (1 + before * information), part = along.row(i) * moved;
+    if (share > 0) squares += part * part / (share * before);
+  }
+  return std::sqrt(squares);
 }
 
 RegistrationResult relocalize(const NormalFlowReference& reference, const Surface& target,
@@ -74,8 +72,11 @@ RegistrationResult relocalize(const NormalFlowReference& reference, const Surfac
       rivals.push_back(place);
   };
   add(found, PlacePrior::known);
-  for (const Pose& start : coarse_starts(reference.surface(), target, expected, options))
-    add(register_normal_flow(reference, target, start, normal_flow), PlacePrior::suspected);
+  PosePrior prior(expected);
+  for (const Pose& start : coarse_starts(reference.surface(), target, expected, options)) {
+    prior.start = start;
+    add(register_normal_flow(reference, target, prior, normal_flow), PlacePrior::suspected);
+  }
   if (places.empty()) {
     RegistrationResult none = found;
     if (found.ok()) none.status = RegistrationStatus::curvature_mismatch;

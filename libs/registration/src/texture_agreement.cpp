@@ -84,21 +84,19 @@ TextureAgreement compare_texture(const Samples& s, const Surface& target, const 
   return texture;
 }
 
-ObservableDirections observable_directions(const TextureAgreement& texture, double least_share) {
+ShownDirections shown_directions(const TextureAgreement& texture, double by_chance) {
   // Generalised eigenvectors of (common, read + pattern): along each, the share that is common.
   const Matrix5d scale = texture.read + texture.pattern + 1e-12 * Matrix5d::Identity();
   const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix5d> eigen(texture.common, scale);
-  const auto count = (eigen.eigenvalues().array() >= least_share).count();  // they ascend
-  ObservableDirections result;
-  const Directions& basis = result.basis = eigen.eigenvectors().rightCols(count);
-  result.by_slopes = scale.ldlt().solve(texture.by_slopes);
-  result.measures = scale * basis;  // of the eigenvectors' inverse, transposed
-  for (int i = 0; i < count; ++i) {
-    const double share = eigen.eigenvalues()[kParameters - count + i];
-    const double pattern = basis.col(i).dot(texture.pattern * basis.col(i));
-    result.share.push_back(std::min(1.0, share));
-    result.pattern_share.push_back(std::min(1.0, pattern / share));
+  ShownDirections result;
+  result.basis = eigen.eigenvectors();
+  result.measures = scale * result.basis;  // of the eigenvectors' inverse, transposed
+  result.share = (eigen.eigenvalues().array() - by_chance).max(0.0).min(1.0);
+  for (int i = 0; i < kParameters; ++i) {
+    const double pattern = result.basis.col(i).dot(texture.pattern * result.basis.col(i));
+    result.pattern_share[i] = std::min(1.0, pattern / std::max(pattern, eigen.eigenvalues()[i]));
   }
+  result.by_slopes = scale.ldlt().solve(texture.by_slopes);
   return result;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -7,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "gelslam/frontend/hand_motion.hpp"
 #include "gelslam/frontend/keyframe.hpp"
 #include "gelslam/frontend/turning_points.hpp"
 #include "gelslam/registration/registrar.hpp"
@@ -60,7 +62,7 @@ struct TrackedFrame {
 /// Registers each frame to the current keyframe and decides on keyframes and trials (Huang et al., T-RO 2026,
 /// §IV; the others are our own):
 ///  1. Contact begins a trial, and ends it with hysteresis.
-///  2. Prediction: the motion goes on at constant velocity, or it stops.
+///  2. Prediction: the motion goes on at constant velocity, or it stops (HandMotion). It is the prior.
 ///  3. One gate: innovation of a step within three standard deviations of its prediction, no larger residual.
 ///  4. Fallback: where the keyframe is too far behind, the last tracked frame becomes one.
 ///  5. Relocalization of a step that the gate refuses; if several places fit, the frame is lost.
@@ -108,17 +110,18 @@ class Tracker {
     SurfacePtr surface;
   };
   struct Tracked : Seen {
-    KeyframeLink link;             ///< to the current keyframe
-    double residual_rad = 0;       ///< of the normals
-    Pose step = Pose::Identity();  ///< from the tracked frame before: before_T_this
-    double step_s = 0;             ///< time that it took
+    KeyframeLink link;        ///< to the current keyframe
+    double residual_rad = 0;  ///< of the normals
+    MotionState state;        ///< in the current keyframe
   };
-  /// What a frame is registered to, and where the sensor is expected.
+  /// What a frame is registered to, and where it is expected there: the motion goes on, or it stops.
   struct Reference {
     const PreparedReference& prepared;
-    Pose T_previous;   ///< reference_T_frame if it stands still
-    Pose T_predicted;  ///< reference_T_frame at constant velocity
-    double elapsed_s;  ///< since the last tracked frame
+    std::array<ExpectedMotion, 2> expected;
+  };
+  struct Attempt {
+    RegistrationResult registration;
+    ExpectedMotion expected;
   };
 
   /// A keyframe of the map, where the trial would meet it. Its surface stays packed.
@@ -126,17 +129,13 @@ class Tracker {
     std::shared_ptr<const Keyframe> keyframe;
   };
 
-  Reference reference_of(const PreparedReference& prepared, const Pose& reference_T_previous,
-                         double time_s) const;
-  RegistrationResult register_to(const Reference& reference, const Surface& surface) const;
-  bool passes_gate(const RegistrationResult& registration, const Pose& reference_T_expected,
-                   double elapsed_s) const;
+  Reference reference_of(const PreparedReference& prepared, const MotionState& before, double time_s) const;
+  Attempt register_to(const Reference& reference, const Surface& surface) const;
+  bool passes_gate(const RegistrationResult& registration, const ExpectedMotion& expected) const;
   bool is_usual(const RegistrationResult& registration, const Reference& reference) const;
-  void learn_innovation(double innovation_mm, double elapsed_s);
-  RegistrationResult relocalize_on(const Reference& reference, const Surface& surface,
-                                   const RegistrationResult& registration);
-  RegistrationResult track_with_fallback(TrackedFrame& result, const Surface& surface);
-  void accept(TrackedFrame& result, SurfacePtr surface);
+  Attempt relocalize_on(const Reference& reference, const Surface& surface, const Attempt& attempt);
+  Attempt track_with_fallback(TrackedFrame& result, const Surface& surface);
+  void accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr surface);
   std::shared_ptr<const ContactRelief> contact_of(const std::shared_ptr<const Keyframe>& keyframe) const;
   void handle_tracking_failure(TrackedFrame& result, SurfacePtr surface);
   void begin_trial(TrackedFrame& result, const Seen& first,
@@ -163,8 +162,8 @@ class Tracker {
   Pose trial_T_keyframe_ = Pose::Identity();
   std::vector<Known> known_;  ///< besides the current keyframe
   TurningPoints turning_points_;
-  Tracked previous_;                  ///< the last tracked frame of the trial
-  double innovation_variance_ = 0;    ///< running mean square, (mm/s)²
+  Tracked previous_;  ///< the last tracked frame of the trial
+  HandMotion hand_;
   std::optional<Seen> lost_;          ///< the last frame, if it was lost
   Clock clock_;                       ///< none: relocalization may take any time
   double relocalization_share_ = 0;   ///< of the time that passes, that it may take

@@ -19,9 +19,6 @@ struct NormalFlowOptions {
   double height_noise_mm = 0.004;  ///< standard deviation of the mean height over a contact
   /// Relative error of the length of a roll: slopes are read too steep or too flat.
   double gradient_scale_error = 0.06;
-  /// Prior standard deviation of the pose about its start, mm (turns by kMmPerRad). It matters only along
-  /// directions that are not observable.
-  double prior_translation_mm = 1.0;
 };
 
 /// self_similarity() of a surface, computed when it is first asked for. Shared by references of one surface.
@@ -68,10 +65,11 @@ class StoredReference {
   std::shared_ptr<Entry> entry_;
 };
 
-/// Aligns the reference's surface normals with the target's, from `initial` (target_T_reference). Never
-/// throws on weak data: the result's status says what happened, and the pose is the best estimate either way.
+/// The most probable pose: aligns the reference's surface normals with the target's, weighed against the
+/// prior by the information that both surfaces share. Never throws on weak data: the result's status says
+/// what happened, and the pose is the best estimate either way.
 RegistrationResult register_normal_flow(const NormalFlowReference& reference, const Surface& target,
-                                        const Pose& initial, const NormalFlowOptions& options);
+                                        const PosePrior& prior, const NormalFlowOptions& options);
 
 /// Judges a pose that another method found, by the same samples and limits. It fills everything in the result
 /// but the iterations.

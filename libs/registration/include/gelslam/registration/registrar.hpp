@@ -18,9 +18,9 @@ class PreparedReference {
 
   const std::shared_ptr<const NormalFlowReference>& samples() const { return samples_; }
 
-  /// From `initial` (target_T_reference), where the method uses a start at all. Never throws on weak data:
-  /// the result's status says what happened.
-  virtual RegistrationResult register_to(const Surface& target, const Pose& initial) const = 0;
+  /// From the prior's pose, where the method uses a start at all. Never throws on weak data: the result's
+  /// status says what happened.
+  virtual RegistrationResult register_to(const Surface& target, const PosePrior& prior) const = 0;
 
  private:
   std::shared_ptr<const NormalFlowReference> samples_;

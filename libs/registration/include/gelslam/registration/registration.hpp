@@ -40,12 +40,29 @@ enum class RegistrationStatus {
 /// A sentence for a person: "too little overlap".
 std::string_view describe(RegistrationStatus status);
 
+/// What is known of a pose (target_T_reference) before the surfaces are compared. What they do not show stays
+/// as it is here.
+struct PosePrior {
+  Pose target_T_reference = Pose::Identity();
+  Matrix6d covariance = Matrix6d::Identity();  ///< of the right perturbation (rad, mm; order as in se3.hpp)
+  Matrix6d step = Matrix6d::Identity();        ///< of it, what is new
+  Pose start = Pose::Identity();               ///< where the search begins
+
+  PosePrior(const Pose& pose, const Matrix6d& covariance_of_pose, const Matrix6d& of_step)
+      : target_T_reference(pose), covariance(covariance_of_pose), step(of_step), start(pose) {}
+  /// A start: right to `sigma_mm` along every axis, turns by kMmPerRad.
+  PosePrior(const Pose& pose, double sigma_mm = kMinPeriodMm);  // NOLINT: a pose is a start
+};
+
 struct RegistrationResult {
   RegistrationStatus status = RegistrationStatus::too_little_surface;
   Pose target_T_reference = Pose::Identity();
   /// Inverse covariance (rad, mm) of the right perturbation: true = target_T_reference * exp(noise); order rx
   /// ry rz tx ty tz, axes of the reference frame. Small along directions that the surface does not show.
   Matrix6d information = Matrix6d::Zero();
+  /// Right perturbations as columns, of which the surfaces may show one and not another: `information` is
+  /// that of each.
+  Matrix6d directions = Matrix6d::Identity();
   /// Error of the pose by the membrane bias where one touch is deeper than the other: one standard deviation,
   /// as right perturbation. Its relative size is common to all registrations, so these errors add up with
   /// their signs.
@@ -61,8 +78,6 @@ struct RegistrationResult {
   /// of the shared contact as read, in the reference's frame
   Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
   int iterations = 0;
-  /// Along directions that neither surface shows, the pose was left at its start.
-  bool degenerate_directions_fixed = false;
   /// x y z rx ry rz along the axes of the target's sensor frame: whether both surfaces show this motion well
   /// enough to know it to 0.25 mm or 0.05 rad even where a pattern of the gel pulls against it. z: whether
   /// both show bare gel.

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <array>
+
+#include "gelslam/core/se3.hpp"
+#include "gelslam/registration/registration.hpp"
+
+namespace gelslam {
+
+/// What is known of a tracked frame's pose.
+struct MotionState {
+  Pose reference_T_frame = Pose::Identity();
+  Matrix6d covariance = Matrix6d::Zero();  ///< of the right perturbation (rad, mm; order as in se3.hpp)
+  Vector6d velocity = Vector6d::Zero();    ///< per second, along the frame's axes, as far as it was shown
+  Eigen::Vector3d center_mm = Eigen::Vector3d::Zero();  ///< of the contact, in the frame
+
+  /// In the frame itself, which is the reference from now on.
+  MotionState in_itself() const { return {Pose::Identity(), Matrix6d::Zero(), velocity, center_mm}; }
+};
+
+/// Where the next frame is expected.
+struct ExpectedMotion {
+  Pose reference_T_before, reference_T_frame;
+  Matrix6d covariance;  ///< of reference_T_frame, as in MotionState
+  Matrix6d step;        ///< of the motion since the frame before alone
+  double elapsed_s = 0;
+
+  PosePrior prior() const;  ///< of frame_T_reference
+  /// After a search: the surfaces fit at this place. Expected where they were along what they do not show.
+  PosePrior prior_at(const RegistrationResult& place) const;
+};
+
+/// How a hand moves an object: at the velocity that the surfaces have shown, and along all other directions
+/// at random, as fast as along those that they show. The speed is learned with a short memory, down to that
+/// of a hand at rest.
+///
+/// The error of a direction that is hardly shown (the gel's own pattern, dragged dots, a network's noise)
+/// persists from frame to frame. So the prior of a step alone tells how far a frame may move the pose, and
+/// the variances of the steps add up until the surfaces show the direction. Source: own; a speed learned from
+/// the motion itself after KISS-ICP (Vizzo et al., RA-L 2023).
+class HandMotion {
+ public:
+  /// The motion goes on, or it stops or turns back.
+  std::array<ExpectedMotion, 2> expect(const MotionState& before, double elapsed_s) const;
+
+  /// The state after a registration from expected.prior(), which also tells how fast the hand moves.
+  MotionState correct(const ExpectedMotion& expected, const RegistrationResult& registration);
+
+  double mm_per_s() const;
+
+ private:
+  static constexpr double kStartMmPerS = 1.6;      ///< before the surfaces have shown more
+  double variance_ = kStartMmPerS * kStartMmPerS;  ///< (mm/s)² per axis; turns by kMmPerRad
+};
+
+}  // namespace gelslam

@@ -1,0 +1,100 @@
+#include "gelslam/frontend/hand_motion.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace gelslam {
+namespace {
+
+constexpr double kRestMmPerS = 0.1;    // a hand that holds still
+constexpr double kMemoryS = 0.3;       // in which a hand starts or stops
+constexpr double kSteadyS = 1;         // for so long a hand keeps its direction
+constexpr double kMinElapsedS = 1e-3;  // numerics: frames with the same time
+
+/// Variance along each direction (columns whose inverse is `along`).
+Vector6d variance_along(const Matrix6d& along, const Matrix6d& covariance) {
+  return (along * covariance * along.transpose()).diagonal();
+}
+
+Vector6d information_along(const Matrix6d& directions, const Matrix6d& information) {
+  return (directions.transpose() * information * directions).diagonal().cwiseMax(0.0);
+}
+
+/// The share of a motion that is measured rather than expected: 0..1.
+Vector6d gain(const Vector6d& variance, const Vector6d& information) {
+  const auto certainty = variance.array() * information.array();
+  return certainty / (1 + certainty);
+}
+
+/// mm² of the contact's motion along right perturbations (columns); turns by kMmPerRad.
+Vector6d sizes_mm2(const Matrix6d& directions, const Eigen::Vector3d& center_mm) {
+  Matrix6d to_center = Matrix6d::Identity();
+  to_center.topLeftCorner<3, 3>() *= kMmPerRad;
+  to_center.bottomLeftCorner<3, 3>() = -skew(center_mm);
+  return (to_center * directions).colwise().squaredNorm();
+}
+
+}  // namespace
+
+PosePrior ExpectedMotion::prior() const {
+  // true = T * exp(noise) <=> true^-1 = T^-1 * exp(Ad(T) * -noise)
+  const Matrix6d to_reference = adjoint(reference_T_frame);
+  return {reference_T_frame.inverse(), to_reference * covariance * to_reference.transpose(),
+          to_reference * step * to_reference.transpose()};
+}
+
+PosePrior ExpectedMotion::prior_at(const RegistrationResult& place) const {
+  PosePrior at = prior();
+  const Matrix6d along = place.directions.inverse(), anywhere = PosePrior(Pose::Identity()).covariance;
+  const Vector6d shown = gain(variance_along(along, at.covariance + anywhere),
+                              information_along(place.directions, place.information));
+  const Vector6d moved = along * se3_log(at.target_T_reference.inverse() * place.target_T_reference);
+  at.target_T_reference = at.target_T_reference * se3_exp(place.directions * shown.cwiseProduct(moved));
+  at.start = place.target_T_reference;
+  return at;
+}
+
+std::array<ExpectedMotion, 2> HandMotion::expect(const MotionState& before, double elapsed_s) const {
+  elapsed_s = std::max(elapsed_s, kMinElapsedS);
+  Matrix6d unit = Matrix6d::Identity();  // what moves the contact by 1 mm
+  unit.topLeftCorner<3, 3>() /= kMmPerRad;
+  unit.bottomLeftCorner<3, 3>() = skew(before.center_mm) / kMmPerRad;
+  const Matrix6d mm2 = variance_ * unit * unit.transpose();
+  const Matrix6d step = elapsed_s * elapsed_s * mm2, random_walk = elapsed_s * 2 * kSteadyS * mm2;
+  const Pose moved = se3_exp(elapsed_s * before.velocity), &stopped = before.reference_T_frame;
+  const Matrix6d turn = adjoint(moved.inverse());
+  return {ExpectedMotion{stopped, stopped * moved, turn * before.covariance * turn.transpose() + random_walk,
+                         step, elapsed_s},
+          ExpectedMotion{stopped, stopped, before.covariance + random_walk, step, elapsed_s}};
+}
+
+MotionState HandMotion::correct(const ExpectedMotion& expected, const RegistrationResult& registration) {
+  const Pose& frame_T_reference = registration.target_T_reference;
+  const Matrix6d to_frame = adjoint(frame_T_reference), to_reference = to_frame.inverse();
+  const Matrix6d directions = to_frame * registration.directions, along = directions.inverse();
+  const Vector6d information = information_along(registration.directions, registration.information);
+  const Vector6d variance = variance_along(along, expected.covariance);
+
+  // What was known and is not shown now is still known.
+  const Vector6d kept = (variance.cwiseInverse() - information).cwiseMax(0.0);
+  const Matrix6d both = to_reference.transpose() * registration.information * to_reference +
+                        along.transpose() * kept.asDiagonal() * along;
+  MotionState state{frame_T_reference.inverse(), both.inverse(), Vector6d::Zero(),
+                    frame_T_reference * registration.shared_center_mm};
+  const Vector6d speed =
+      along * se3_log(expected.reference_T_before.inverse() * state.reference_T_frame) / expected.elapsed_s;
+  state.velocity = directions * gain(variance_along(along, expected.step), information).cwiseProduct(speed);
+
+  // Over the directions of the normals; the height is pressed, not moved by hand.
+  const double squares =
+      speed.cwiseAbs2().cwiseProduct(sizes_mm2(directions, state.center_mm)).head<5>().sum();
+  const double shown = gain(variance, information).head<5>().sum();
+  variance_ += (squares - shown * variance_) / 5 * std::min(1.0, expected.elapsed_s / kMemoryS);
+  variance_ = std::max(variance_, kRestMmPerS * kRestMmPerS);
+  return state;
+}
+
+double HandMotion::mm_per_s() const { return std::sqrt(variance_); }
+
+}  // namespace gelslam
