@@ -108,8 +108,8 @@ TEST(Tracker, AJumpOverAPatternIsNotBelievedBecauseTheObjectRestsThere) {
     return touch(waffle(kPeriodMm), motion(0, 0, 0, x_mm, 0, 0.4), everywhere());
   };
   tracker.track(0, 0, at(0));
-  EXPECT_EQ(tracker.track(1, 0.04, at(1.2)).status, TrackStatus::lost);
-  const TrackedFrame next = tracker.track(2, 0.08, at(1.2));
+  EXPECT_EQ(tracker.track(1, 0.04, at(1.1)).status, TrackStatus::lost);
+  const TrackedFrame next = tracker.track(2, 0.08, at(1.1));
   EXPECT_EQ(next.status, TrackStatus::tracked);
   EXPECT_EQ(next.trial, 1);
 }

@@ -45,7 +45,7 @@ TEST(Jumps, OnTextureThatIsAlikeInManyPlacesTheyAreLostOrRight) {
     EXPECT_FALSE(follow(pair, true).silent_failure()) << jump.object << ' ' << jump.slide_mm;
     wrong_before += follow(pair, false).silent_failure() ? 1 : 0;
   }
-  EXPECT_GE(wrong_before, 4) << "these are no hard cases";
+  EXPECT_GE(wrong_before, 3) << "these are no hard cases";
 }
 
 TEST(Jumps, WhereTextureIsUniqueTheyAreFollowed) {

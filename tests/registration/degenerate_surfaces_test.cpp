@@ -91,7 +91,8 @@ TEST(DegenerateSurfaces, AnEdgeHidesSlidingAlongItOnly) {
   EXPECT_THAT(result.observable, ElementsAre(false, true, true, true, true, true));
   const Pose expected = Eigen::Translation3d(0.5, 0, 0) * first_T_second;
   EXPECT_LT(gap(result.target_T_reference, expected).deg, 0.05);
-  EXPECT_LT(gap(result.target_T_reference, expected).mm, 0.02);
+  // The prior is 1 mm wide: of the step that the edge does not show, a share of some per cent is noise.
+  EXPECT_LT(gap(result.target_T_reference, expected).mm, 0.05);
 }
 
 /// Noise is texture too, and must not be taken for the object's: nor may it hide what the object shows.

@@ -46,7 +46,7 @@ PosePrior ExpectedMotion::prior() const {
 
 PosePrior ExpectedMotion::prior_at(const RegistrationResult& place) const {
   PosePrior at = prior();
-  const Matrix6d along = place.directions.inverse(), anywhere = PosePrior(Pose::Identity()).covariance;
+  const Matrix6d along = place.directions.inverse(), anywhere = PosePrior(Pose::Identity()).step;
   const Vector6d shown = gain(variance_along(along, at.covariance + anywhere),
                               information_along(place.directions, place.information));
   const Vector6d moved = along * se3_log(at.target_T_reference.inverse() * place.target_T_reference);
@@ -60,13 +60,12 @@ std::array<ExpectedMotion, 2> HandMotion::expect(const MotionState& before, doub
   Matrix6d unit = Matrix6d::Identity();  // what moves the contact by 1 mm
   unit.topLeftCorner<3, 3>() /= kMmPerRad;
   unit.bottomLeftCorner<3, 3>() = skew(before.center_mm) / kMmPerRad;
-  const Matrix6d mm2 = variance_ * unit * unit.transpose();
-  const Matrix6d step = elapsed_s * elapsed_s * mm2, random_walk = elapsed_s * 2 * kSteadyS * mm2;
+  const Matrix6d step = elapsed_s * elapsed_s * variance_ * unit * unit.transpose();
   const Pose moved = se3_exp(elapsed_s * before.velocity), &stopped = before.reference_T_frame;
   const Matrix6d turn = adjoint(moved.inverse());
-  return {ExpectedMotion{stopped, stopped * moved, turn * before.covariance * turn.transpose() + random_walk,
-                         step, elapsed_s},
-          ExpectedMotion{stopped, stopped, before.covariance + random_walk, step, elapsed_s}};
+  return {ExpectedMotion{stopped, stopped * moved, turn * before.covariance * turn.transpose() + step, step,
+                         elapsed_s},
+          ExpectedMotion{stopped, stopped, before.covariance + step, step, elapsed_s}};
 }
 
 MotionState HandMotion::correct(const ExpectedMotion& expected, const RegistrationResult& registration) {
@@ -74,7 +73,9 @@ MotionState HandMotion::correct(const ExpectedMotion& expected, const Registrati
   const Matrix6d to_frame = adjoint(frame_T_reference), to_reference = to_frame.inverse();
   const Matrix6d directions = to_frame * registration.directions, along = directions.inverse();
   const Vector6d information = information_along(registration.directions, registration.information);
-  const Vector6d variance = variance_along(along, expected.covariance);
+  // Steps have one direction for some time: their errors add up, rather than their variances.
+  const Matrix6d drift = 2 * kSteadyS / expected.elapsed_s * expected.step;
+  const Vector6d variance = variance_along(along, expected.covariance + drift);
 
   // What was known and is not shown now is still known.
   const Vector6d kept = (variance.cwiseInverse() - information).cwiseMax(0.0);

@@ -38,7 +38,7 @@ Matrix5d information_of(const PosePrior& prior, const ShownDirections& along) {
 void keep_shown(const ShownDirections& shown, NormalEquations& equations) {
   equations.gradient =
       (shown.measures * shown.share.asDiagonal() * shown.basis.transpose() * equations.gradient).eval();
-  equations.hessian = shown.measures * shown.share.cwiseAbs2().asDiagonal() * shown.measures.transpose();
+  equations.hessian = shown.measures * shown.share.asDiagonal() * shown.measures.transpose();
 }
 
 // Steps in a row that do not make the residuals smaller by more than the noise of one sample. On a surface

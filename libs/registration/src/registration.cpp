@@ -37,9 +37,9 @@ class NormalFlowRegistrar final : public Registrar {
 }  // namespace
 
 PosePrior::PosePrior(const Pose& pose, double sigma_mm) : target_T_reference(pose), start(pose) {
-  covariance.diagonal() << Eigen::Vector3d::Constant(1 / (kMmPerRad * kMmPerRad)), Eigen::Vector3d::Ones();
-  covariance *= sigma_mm * sigma_mm;
-  step = covariance;
+  step.diagonal() << Eigen::Vector3d::Constant(1 / (kMmPerRad * kMmPerRad)), Eigen::Vector3d::Ones();
+  step *= sigma_mm * sigma_mm;
+  covariance = 0.01 * step;
 }
 
 std::string_view describe(RegistrationStatus status) {

@@ -69,7 +69,7 @@ double normal_rmse_rad(const Residuals& residuals) {
 std::array<bool, 6> observability(const Matrix6d& information, const Eigen::Matrix3d& target_R_reference,
                                   bool heights_known) {
   Matrix6d with_prior = information;
-  with_prior += PosePrior(Pose::Identity()).covariance.inverse();
+  with_prior += PosePrior(Pose::Identity()).step.inverse();
   const Matrix6d covariance = with_prior.inverse();
   const auto known = [&](int axis, int first, double limit) {
     const Eigen::Vector3d direction = target_R_reference.row(axis);
