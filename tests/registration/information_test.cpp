@@ -47,7 +47,7 @@ TEST(Information, GrowsWithSamplesUntilTheyShareTheirNoise) {
   const Eigen::Matrix<double, 5, 5> few = information(250), many = information(2000),
                                     most = information(4000);
   EXPECT_GT((many - few).eigenvalues().real().minCoeff(), 0);
-  EXPECT_LT((most - many).norm(), 0.1 * many.norm());
+  EXPECT_LT((most - many).norm(), 0.2 * many.norm());
 }
 
 /// Errors over many noisy targets of one clean reference, weighed by the information that came with them. For

@@ -208,6 +208,14 @@ TEST_F(Damage, BytesAfterTheJpegAreIgnored) {
   EXPECT_EQ(cv::norm(decode_or_fail(decoder, stuffed), clean), 0);
 }
 
+TEST_F(Damage, WhatIsLeftBeforeTheEndMarkIsNoPadding) {
+  for (const int left : {0x01, 0x41, 0x7f}) {
+    RawFrame damaged = good;
+    damaged.bytes.insert(damaged.bytes.end() - 2, 300, static_cast<std::uint8_t>(left));
+    EXPECT_THAT(of(damaged), HasSubstr("JPEG is corrupt")) << left;
+  }
+}
+
 TEST_F(Damage, EveryTruncationIsSaid) {
   for (std::size_t length = 1; length < good.bytes.size(); length += good.bytes.size() / 40 + 1) {
     RawFrame cut = good;

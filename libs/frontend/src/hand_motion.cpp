@@ -11,6 +11,7 @@ constexpr double kRestMmPerS = 0.1;    // a hand that holds still
 constexpr double kMemoryS = 0.3;       // in which a hand starts or stops
 constexpr double kSteadyS = 1;         // for so long a hand keeps its direction
 constexpr double kMinElapsedS = 1e-3;  // numerics: frames with the same time
+constexpr double kTimeUnitS = 1e-6;    // numerics: the same frames, counted from another start
 
 /// Variance along each direction (columns whose inverse is `along`).
 Vector6d variance_along(const Matrix6d& along, const Matrix6d& covariance) {
@@ -56,7 +57,7 @@ PosePrior ExpectedMotion::prior_at(const RegistrationResult& place) const {
 }
 
 std::array<ExpectedMotion, 2> HandMotion::expect(const MotionState& before, double elapsed_s) const {
-  elapsed_s = std::max(elapsed_s, kMinElapsedS);
+  elapsed_s = std::max(std::round(elapsed_s / kTimeUnitS) * kTimeUnitS, kMinElapsedS);
   Matrix6d unit = Matrix6d::Identity();  // what moves the contact by 1 mm
   unit.topLeftCorner<3, 3>() /= kMmPerRad;
   unit.bottomLeftCorner<3, 3>() = skew(before.center_mm) / kMmPerRad;

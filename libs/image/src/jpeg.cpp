@@ -1,5 +1,8 @@
 #include <turbojpeg.h>
 
+#include <algorithm>
+#include <array>
+#include <cstdio>
 #include <memory>
 #include <new>
 #include <string>
@@ -13,8 +16,16 @@ namespace gelslam {
 namespace {
 
 /// Bytes between the last line and the end mark: some cameras fill up with zeros there. The picture is whole.
-bool is_padding(std::string_view message) {
-  return message.find("extraneous bytes before marker 0xd9") != std::string_view::npos;
+/// Other bytes are what is left of lines that were damaged.
+bool is_padding(const std::string& message, std::span<const std::uint8_t> bytes) {
+  unsigned count = 0;
+  if (std::sscanf(message.c_str(), "Corrupt JPEG data: %u extraneous bytes before marker 0xd9", &count) != 1)
+    return false;
+  const std::array<std::uint8_t, 2> end_mark{0xff, 0xd9};
+  const auto end = std::find_end(bytes.begin(), bytes.end(), end_mark.begin(), end_mark.end());
+  return end - bytes.begin() >= static_cast<std::ptrdiff_t>(count) &&
+         std::all_of(end - static_cast<std::ptrdiff_t>(count), end,
+                     [](std::uint8_t byte) { return byte == 0; });
 }
 
 std::string in_words(const std::string& message) {
@@ -100,7 +111,7 @@ bool JpegDecoder::decode(std::span<const std::uint8_t> bytes, const JpegInfo& in
   const int strict = TJFLAG_LIMITSCANS | TJFLAG_STOPONWARNING;
   if (decompress(bytes, picture, strict)) return true;
   // As the first complaint it says that everything before it was in order.
-  if (is_padding(tjGetErrorStr2(handle_))) return decompress(bytes, picture, TJFLAG_LIMITSCANS);
+  if (is_padding(tjGetErrorStr2(handle_), bytes)) return decompress(bytes, picture, TJFLAG_LIMITSCANS);
   damage_ = in_words(tjGetErrorStr2(handle_));
   return false;
 }
