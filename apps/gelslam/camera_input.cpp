@@ -25,20 +25,10 @@ CameraOptions options_of(const Config& config, const std::string& device) {
   return options;
 }
 
-/// Some drivers open one camera twice, others say that this program uses it already.
-void check_two_cameras(std::span<const Config> configs, std::span<const std::string> devices) {
-  const std::string first = find_camera(options_of(configs[0], devices[0])),
-                    second = find_camera(options_of(configs[1], devices[1]));
-  std::error_code code;
-  if (first == second || std::filesystem::equivalent(first, second, code))
-    throw Error("--camera " + devices[0] + " and --camera " + devices[1] + " are both " + first +
-                "; name two cameras");
-}
-
 class AfterBackground final : public RawFrameSource {
  public:
-  AfterBackground(BackgroundFrames background, std::unique_ptr<RawFrameSource> camera, double begins_s)
-      : background_(std::move(background)), camera_(std::move(camera)), begins_s_(begins_s) {}
+  AfterBackground(BackgroundFrames background, std::unique_ptr<RawFrameSource> camera)
+      : background_(std::move(background)), camera_(std::move(camera)) {}
 
   std::optional<RawFrame> next() override {
     const std::int64_t count = std::ssize(background_);
@@ -46,7 +36,7 @@ class AfterBackground final : public RawFrameSource {
     if (next_ < count) {
       frame = *background_[static_cast<std::size_t>(next_)];
       frame->index = frame->sequence = next_;
-      frame->time_s = begins_s_ - static_cast<double>(count - next_) / rate_hz();
+      frame->time_s = static_cast<double>(next_) / rate_hz();
       frame->arrived = std::chrono::steady_clock::now();
       ++next_;
       return frame;
@@ -56,7 +46,7 @@ class AfterBackground final : public RawFrameSource {
     if (!first_sequence_) first_sequence_ = frame->sequence;
     frame->index += count;
     frame->sequence += count - *first_sequence_;
-    frame->time_s += begins_s_;
+    frame->time_s += static_cast<double>(count) / rate_hz();
     return frame;
   }
   void stop() override { camera_->stop(); }
@@ -69,7 +59,6 @@ class AfterBackground final : public RawFrameSource {
  private:
   const BackgroundFrames background_;
   const std::unique_ptr<RawFrameSource> camera_;
-  const double begins_s_;
   std::int64_t next_ = 0;
   std::optional<std::int64_t> first_sequence_;  // the driver's count need not begin at 0
 };
@@ -77,8 +66,8 @@ class AfterBackground final : public RawFrameSource {
 }  // namespace
 
 std::unique_ptr<RawFrameSource> after_background(BackgroundFrames background,
-                                                 std::unique_ptr<RawFrameSource> camera, double begins_s) {
-  return std::make_unique<AfterBackground>(std::move(background), std::move(camera), begins_s);
+                                                 std::unique_ptr<RawFrameSource> camera) {
+  return std::make_unique<AfterBackground>(std::move(background), std::move(camera));
 }
 
 CameraInput open_camera_input(const Config& config, const std::string& device) {
@@ -92,16 +81,6 @@ CameraInput open_camera_input(const Config& config, const std::string& device) {
   input.attachments.camera_settings = settings_text(camera->settings());
   input.frames = std::move(camera);
   return input;
-}
-
-std::vector<CameraInput> open_camera_inputs(std::span<const Config> configs,
-                                            std::span<const std::string> devices) {
-  if (devices.size() > 1) check_two_cameras(configs, devices);
-  std::vector<CameraInput> inputs;
-  for (std::size_t i = 0; i < devices.size(); ++i)
-    inputs.push_back(open_camera_input(configs[i], devices[i]));
-  if (inputs.size() > 1) put_on_one_clock(inputs[0].frames, inputs[1].frames);
-  return inputs;
 }
 
 std::string name_by_time() {

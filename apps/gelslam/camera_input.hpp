@@ -3,11 +3,9 @@
 #include <chrono>
 #include <functional>
 #include <memory>
-#include <span>
 #include <string>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include "gelslam/core/process.hpp"
 #include "gelslam/sensor/camera.hpp"
@@ -27,15 +25,10 @@ struct CameraInput {
 /// open_camera(), and when Ctrl-C was pressed meanwhile.
 CameraInput open_camera_input(const Config& config, const std::string& device);
 
-/// Likewise the cameras of one or two sensors; the times of two count from one start. Throws Error, before
-/// any camera is opened, when both names are of one camera.
-std::vector<CameraInput> open_camera_inputs(std::span<const Config> configs,
-                                            std::span<const std::string> devices);
-
 /// A camera whose first frames are those that were the background of the scan before: the scan has the same
-/// background, and its log can be replayed alone. The camera's times begin at `begins_s`.
+/// background, and its log can be replayed alone.
 std::unique_ptr<RawFrameSource> after_background(BackgroundFrames background,
-                                                 std::unique_ptr<RawFrameSource> camera, double begins_s);
+                                                 std::unique_ptr<RawFrameSource> camera);
 
 /// For what a person did not name: "gelslam-20261120-083000", local time.
 std::string name_by_time();

@@ -5,7 +5,6 @@
 #include "commands.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/slam/merge_scans.hpp"
-#include "gelslam/slam/sensor_rig.hpp"
 #include "reports.hpp"
 #include "terminal_progress.hpp"
 
@@ -14,17 +13,15 @@ namespace {
 
 struct MergeArguments {
   std::vector<std::string> runs;
-  std::string run_folder, rig;
+  std::string run_folder;
   bool overwrite = false, quiet = false;
 };
 
-int run(const MergeArguments& arguments, bool has_rig) {
+int run(const MergeArguments& arguments) {
   MergeRequest request;
   request.runs.assign(arguments.runs.begin(), arguments.runs.end());
   request.run_folder = arguments.run_folder;
   request.overwrite = arguments.overwrite;
-  request.has_rig = has_rig;
-  request.rig = read_given_rig(arguments.rig);
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const RunReport report = merge_scans(request, *progress, [&] { return interrupt.requested(); }).report;
@@ -42,14 +39,12 @@ void add_merge_command(CLI::App& app, int& exit_code) {
       ->required()
       ->expected(2, CLI::detail::expected_max_vector_size);
   command->add_option("-o,--output", arguments->run_folder, "Run folder to write")->required();
-  add_rig_option(*command, arguments->rig, "The last two runs were scanned by two sensors at the same time");
   add_overwrite_flag(*command, arguments->overwrite);
   add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "Scans join where they show the same places. The exit code is 1 when something did not join.\n"
       "Example: gelslam merge runs/top runs/bottom -o runs/whole");
-  command->callback(
-      [arguments, command, &exit_code] { exit_code = run(*arguments, command->count("--rig") > 0); });
+  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
 
 }  // namespace gelslam

@@ -16,7 +16,7 @@ namespace gelslam {
 namespace {
 
 struct ScanArguments {
-  std::vector<std::string> devices;  ///< two: of two sensors that are fixed to each other
+  std::string device;  ///< "": the configuration's
   bool no_log = false, resized = false;
   LiveArguments live;
 };
@@ -40,7 +40,7 @@ std::optional<std::filesystem::path> choose_instead_of_camera(const std::string&
 /// is left out.
 std::vector<std::string> go_on(const ScanArguments& arguments) {
   std::vector<std::string> words{"scan"};
-  for (const std::string& device : arguments.devices) words.push_back("--camera=" + device);
+  if (!arguments.device.empty()) words.push_back("--camera=" + arguments.device);
   if (arguments.no_log) words.emplace_back("--no-log");
   if (arguments.resized) words.emplace_back("--resized");
   for (std::string& word : arguments.live.stream.words()) words.push_back(std::move(word));
@@ -51,26 +51,23 @@ std::vector<std::string> go_on(const ScanArguments& arguments) {
 /// Plays a log, or the simulated sensor, in the camera's place. What it shows is not recorded once more.
 int run_without_camera(const std::filesystem::path& source, LiveArguments live) {
   const bool simulated = source == simulated_camera_name();
-  if (simulated && live.log.models.empty()) live.log.models = {simulated_camera_model(live.quiet).string()};
-  const std::vector<Config> configs = live.configs({simulated ? "" : source.string()});
-  std::vector<LiveOptions> options = live.options(configs);
-  if (!simulated) options.front().log = source;
-  WindowOptions window = prepare_window(options, live);
+  if (simulated && live.log.model.empty()) live.log.model = simulated_camera_model(live.quiet).string();
+  const Config config = live.config(simulated ? "" : source.string());
+  LiveOptions options = live.options(config);
+  if (!simulated) options.log = source;
+  const WindowOptions window = prepare_window(options, live);
   const auto open = [&] {
-    RawFrameSources cameras;
-    cameras.push_back(
-        pace(simulated ? open_simulated_camera() : open_raw_log(source, configs.front().sensor)));
-    return cameras;
+    return pace(simulated ? open_simulated_camera() : open_raw_log(source, config.sensor));
   };
   if (!simulated) return run_live(open(), std::move(options), live, window);
   return run_live(open(), std::move(options), live, window,
-                  {open, configs, go_on({{source.string()}, false, false, live})});
+                  {open, config, go_on({source.string(), false, false, live})});
 }
 
 /// Where a person is at a window and asked for no particular camera, they can choose something else.
 bool may_choose(const ScanArguments& arguments) {
   const LiveArguments& live = arguments.live;
-  return !live.headless && live.script.empty() && arguments.devices.empty() && live.continued.empty();
+  return !live.headless && live.script.empty() && arguments.device.empty() && live.continued.empty();
 }
 
 /// Called where `error` is handled: offers what can be shown instead, or throws it again.
@@ -81,42 +78,30 @@ int run_instead(const ScanArguments& arguments, const Error& error) {
   return run_without_camera(*chosen, arguments.live);
 }
 
-RawFrameSources frames_of(std::vector<CameraInput> inputs) {
-  RawFrameSources cameras;
-  for (CameraInput& input : inputs) cameras.push_back(std::move(input.frames));
-  return cameras;
-}
-
 int run(ScanArguments arguments) {
   LiveArguments& live = arguments.live;
   if (live.run_folder.empty() && live.continued.empty()) live.run_folder = name_by_time();
-  std::vector<std::string> devices = arguments.devices;
-  if (devices.empty()) devices.emplace_back();  // the configuration's
-  if (devices.size() == 1 && devices.front() == simulated_camera_name())
-    return run_without_camera(devices.front(), live);
-  std::vector<Config> configs;
+  if (arguments.device == simulated_camera_name()) return run_without_camera(arguments.device, live);
+  Config config;
   try {
-    configs = live.configs(std::vector<std::string>(devices.size()));
+    config = live.config("");
   } catch (const Error& error) {
-    if (!live.log.models.empty() || !live.log.configs.empty()) throw;  // there is a mistake in them
+    if (!live.log.model.empty() || !live.log.config.empty()) throw;  // there is a mistake in them
     return run_instead(arguments, error);
   }
-  std::vector<LiveOptions> options = live.options(configs);
+  LiveOptions options = live.options(config);
   WindowOptions window = prepare_window(options, live);
-  const auto open = [&] { return open_camera_inputs(configs, devices); };
-  std::vector<CameraInput> cameras;
+  CameraInput camera;
   try {
-    cameras = open();
+    camera = open_camera_input(config, arguments.device);
   } catch (const Error& error) {
     return run_instead(arguments, error);
   }
-  for (std::size_t i = 0; i < cameras.size(); ++i) {
-    if (!arguments.no_log) options[i].record = cameras[i].attachments;
-    options[i].record_resized = arguments.resized;
-  }
-  return run_live(frames_of(std::move(cameras)), std::move(options), live, std::move(window),
-                  {[&] { return frames_of(open()); }, configs,
-                   devices.size() == 1 ? go_on(arguments) : std::vector<std::string>()});
+  if (!arguments.no_log) options.record = camera.attachments;
+  options.record_resized = arguments.resized;
+  return run_live(
+      std::move(camera.frames), std::move(options), live, std::move(window),
+      {[&] { return open_camera_input(config, arguments.device).frames; }, config, go_on(arguments)});
 }
 
 }  // namespace
@@ -125,13 +110,9 @@ void add_scan_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<ScanArguments>();
   CLI::App* command =
       app.add_subcommand("scan", "Roll an object across the sensor and watch its surface grow");
-  command
-      ->add_option("--camera", arguments->devices,
-                   "Camera: /dev/video2, 2, or part of its name (default: the configuration's); "
-                   "\"simulated\" for one to try the program with. Twice: two sensors that are fixed to each "
-                   "other make one map")
-      ->expected(1, 2)
-      ->allow_extra_args(false);
+  command->add_option("--camera", arguments->device,
+                      "Camera: /dev/video2, 2, or part of its name (default: the configuration's); "
+                      "\"simulated\" for one to try the program with");
   CLI::Option* no_log =
       command->add_flag("--no-log", arguments->no_log, "Do not record the camera's pictures");
   command
@@ -143,8 +124,7 @@ void add_scan_command(CLI::App& app, int& exit_code) {
       "Begin with nothing on the gel. Ctrl-C stops and saves; a second one saves at once what there is.\n"
       "Without a camera, the window offers a simulated one and recent logs.\n"
       "Example: gelslam scan --model nnmodel.pth -o runs/shell\n"
-      "         gelslam scan --continue runs/shell\n"
-      "         gelslam scan --camera 0 --camera 2 -o runs/held");
+      "         gelslam scan --continue runs/shell");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
 

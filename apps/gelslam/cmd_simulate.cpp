@@ -16,7 +16,6 @@
 #include "gelslam/simulation/data_folder.hpp"
 #include "gelslam/simulation/press_log.hpp"
 #include "gelslam/simulation/simulator.hpp"
-#include "gelslam/slam/sensor_rig.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam {
@@ -27,7 +26,7 @@ struct SimulateArguments {
   CalibrationSpec calibration;
   PressLogSpec press_log;
   DataFolderOptions folder;
-  std::filesystem::path output, calibration_folder, rig;
+  std::filesystem::path output, calibration_folder;
   std::string optics;
   std::vector<double> place_mm;  // x, y
   std::uint64_t seed = 1;
@@ -51,10 +50,10 @@ void throw_stopped() { throw Error("stopped; nothing was written"); }
 /// All that any of the commands writes.
 std::vector<std::string> simulated_files() {
   std::vector<std::string> files;
-  for (const std::string folder : {"", "first/", "second/", "calibration/"})
+  for (const std::string folder : {"", "calibration/"})
     for (const char* file :
          {"gelsight.avi", "config.yaml", "meta.json", "gt_mesh.ply", "touched.npy", "true_start_T_currs.npy",
-          "true_heights.npy", "true_contacts.npy", "opening.csv", "touches.csv", "catalog.csv", "circles.csv",
+          "true_heights.npy", "true_contacts.npy", "touches.csv", "catalog.csv", "circles.csv",
           "background.png", "optics.yaml", "model/nnmodel.pth", "model/optics.yaml", "*/*/gelsight.png"})
       files.push_back(folder + file);
   return files;
@@ -66,7 +65,7 @@ RunFolderOptions folder_options(const SimulateArguments& arguments, const char* 
   return {.overwrite = arguments.overwrite,
           .marker_file = truth,
           .known_entries = simulated_files(),
-          .inputs = {object.has_extension() ? object : "", arguments.calibration_folder, arguments.rig}};
+          .inputs = {object.has_extension() ? object : "", arguments.calibration_folder}};
 }
 
 /// One seed for everything; the sensor (noise, dirt) is the same for a scan and its calibration.
@@ -103,15 +102,6 @@ void calibrate_into(const std::filesystem::path& folder, const SimulateArguments
             << " degrees\n";
 }
 
-/// The sensors and the folders of their logs.
-std::vector<std::pair<ScanSpec, std::filesystem::path>> sensors_of(const SimulateArguments& arguments) {
-  if (arguments.rig.empty()) return {{arguments.scan, arguments.output}};
-  ScanSpec second = arguments.scan;
-  second.rig_T_sensor = read_rig(arguments.rig).first_T_second;
-  ++second.optics.seed;
-  return {{arguments.scan, arguments.output / "first"}, {second, arguments.output / "second"}};
-}
-
 void run_scan(SimulateArguments& arguments) {
   prepare(arguments);
   if (!arguments.place_mm.empty())
@@ -119,25 +109,20 @@ void run_scan(SimulateArguments& arguments) {
   StoppableProgress progress(arguments.quiet, throw_stopped);
   ShapeSpec& object = arguments.scan.object;
   object.mesh_unit_mm = arguments.unit.mm(object.name);
-  RunFolder folder(arguments.output,
-                   folder_options(arguments, arguments.rig.empty() ? "meta.json" : "first/meta.json"));
-  if (arguments.rig.empty()) arguments.folder.name = name_of(folder.final_path());
-  arguments.output = folder.path();
-  const auto sensors = sensors_of(arguments);
-  std::vector<std::unique_ptr<Simulator>> simulators;  // first: they know whether object and motion exist
-  for (const auto& [scan, of_sensor] : sensors) simulators.push_back(std::make_unique<Simulator>(scan));
+  RunFolder folder(arguments.output, folder_options(arguments, "meta.json"));
+  arguments.folder.name = name_of(folder.final_path());
+  const Simulator simulator(arguments.scan);  // first: it knows whether object and motion exist
   if (!arguments.quiet) arguments.unit.say(object.name);
   const bool given = !arguments.calibration_folder.empty();
   const std::filesystem::path calibration =
-      given ? arguments.calibration_folder : arguments.output / "calibration";
+      given ? arguments.calibration_folder : folder.path() / "calibration";
   arguments.folder.model = calibration / "model" / "nnmodel.pth";
   if (given && !std::filesystem::exists(arguments.folder.model))
     throw Error(calibration.string() +
                 " holds no model/nnmodel.pth; make one with: gelslam simulate calibration -o " +
                 calibration.string());
   if (!given) calibrate_into(calibration, arguments, progress);
-  for (std::size_t i = 0; i < sensors.size(); ++i)
-    write_data_folder(sensors[i].second, *simulators[i], arguments.folder, progress);
+  write_data_folder(folder.path(), simulator, arguments.folder, progress);
   folder.commit();
 }
 
@@ -190,9 +175,6 @@ void add_scan(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& argu
       ->expected(2);
   scan->add_option("--calibration", a.calibration_folder,
                    "Calibration folder to use; else one is made in DIR/calibration");
-  scan->add_option("--rig", a.rig,
-                   "Two sensors that are fixed to each other (rig.yaml), as DIR/first and DIR/second")
-      ->check(CLI::ExistingFile);
   scan->add_flag("--light-drift", a.scan.optics.light_drift, "Let the lamps drift by a few percent");
   scan->add_flag("--lossless", a.folder.lossless, "PNG instead of JPEG pictures in the video");
   scan->add_flag("--truth-maps", a.folder.truth_maps,

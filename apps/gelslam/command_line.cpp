@@ -24,16 +24,11 @@ std::string refuse_other_ending(const std::string& path, const std::string& endi
 }  // namespace
 
 void LogOptions::add_to(CLI::App& command) {
-  command
-      .add_option("--config", configs,
-                  "Configuration (default: the log's own, else config.yaml in or beside it); twice: of two "
-                  "sensors")
-      ->allow_extra_args(false);
-  command
-      .add_option("--model", models,
-                  "Gradient model nnmodel.pth (default: the log's own, or the one the configuration names); "
-                  "twice: of two sensors")
-      ->allow_extra_args(false);
+  command.add_option("--config", config,
+                     "Configuration (default: the log's own, else config.yaml in or beside it)");
+  command.add_option(
+      "--model", model,
+      "Gradient model nnmodel.pth (default: the log's own, or the one the configuration names)");
   CLI::Option* image =
       command.add_option("--background", background,
                          "Image of the bare gel (default: the mean of the first frames that show it)");
@@ -45,16 +40,8 @@ void LogOptions::add_to(CLI::App& command) {
   command.add_flag("--force", force, "Continue although the first frames seem to show contact");
 }
 
-LogInput LogOptions::input(const std::string& log, std::size_t sensor, std::size_t sensors) const {
-  if (sensors > 1 && !background.empty())
-    throw Error("--background is of one sensor; each of two begins with its bare gel");
-  return {log,
-          given_for_sensor(configs, sensor, sensors, "--config"),
-          given_for_sensor(models, sensor, sensors, "--model"),
-          background,
-          force,
-          named_frames(),
-          cropped};
+LogInput LogOptions::input(const std::string& log) const {
+  return {log, config, model, background, force, named_frames(), cropped};
 }
 
 std::optional<FrameRange> LogOptions::named_frames() const {
@@ -135,24 +122,6 @@ void add_ui_scale(CLI::App& command, double& ui_scale) {
                   "Scale of the window's letters and buttons, on top of the desktop's")
       ->check(number_between(viewer::kMinUiScale, viewer::kMaxUiScale))
       ->capture_default_str();
-}
-
-std::string given_for_sensor(const std::vector<std::string>& given, std::size_t sensor, std::size_t sensors,
-                             const char* option) {
-  if (given.size() > sensors)
-    throw Error(std::string(option) + " is given more often than there are sensors");
-  return given.empty() ? "" : given[std::min(sensor, given.size() - 1)];
-}
-
-CLI::Option* add_rig_option(CLI::App& command, std::string& file, const std::string& two) {
-  return command
-      .add_option("--rig", file,
-                  two +
-                      ", fixed to each other: one map of both. FILE tells how they are fixed (rig.yaml, or a "
-                      "run of theirs); "
-                      "without it the motions tell")
-      ->type_name("[FILE]")
-      ->expected(0, 1);
 }
 
 std::string read_script_file(const std::filesystem::path& file) {

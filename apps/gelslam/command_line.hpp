@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "gelslam/slam/surface_stream.hpp"
 
@@ -14,15 +13,13 @@ namespace gelslam {
 
 /// The options by which every command that reads logs finds their configuration, model and background.
 struct LogOptions {
-  std::vector<std::string> configs, models;  ///< by sensor; one: of all
-  std::string background, background_frames;
+  std::string config, model, background, background_frames;
   bool force = false, cropped = false;
 
   void add_to(CLI::App& command);
   /// Of --background-frames A-B.
   std::optional<FrameRange> named_frames() const;
-  /// Throws Error when there are more settings than sensors, and for a background of several.
-  LogInput input(const std::string& log, std::size_t sensor = 0, std::size_t sensors = 1) const;
+  LogInput input(const std::string& log) const;
 };
 
 /// The unit of mesh files that note none: --unit, else usual_unit().
@@ -51,14 +48,6 @@ std::string refuse_unless_html(const std::string& path);
 CLI::Validator number_between(double least, double most);
 
 void add_ui_scale(CLI::App& command, double& ui_scale);
-
-/// What was given for a sensor, from 0; what was given once is for all of `sensors`. Throws Error when it was
-/// given more often than there are sensors.
-std::string given_for_sensor(const std::vector<std::string>& given, std::size_t sensor, std::size_t sensors,
-                             const char* option);
-
-/// --rig [FILE]. `two`: what of two sensors is joined, for the help.
-CLI::Option* add_rig_option(CLI::App& command, std::string& file, const std::string& two);
 
 /// The text of a window script; "" for an empty name. Throws Error when the file cannot be read.
 std::string read_script_file(const std::filesystem::path& file);

@@ -184,8 +184,8 @@ InfoReport inspect_log(const fs::path& log) {
 
 /// A log that was never closed does not know its length; one that was cut off does not have it. Read to the
 /// end.
-void add_readable(InfoReport& report, const std::string& key, const fs::path& file,
-                  const SensorProfile& profile, ProgressSink& progress) {
+void add_readable(InfoReport& report, const fs::path& file, const SensorProfile& profile,
+                  ProgressSink& progress) {
   const auto log = open_raw_log(file, profile);
   progress.begin("reading", log->frame_count());
   std::int64_t frames = 0;
@@ -195,23 +195,20 @@ void add_readable(InfoReport& report, const std::string& key, const fs::path& fi
     duration_s = frame->time_s;
   }
   progress.end();
-  report.facts.emplace_back(
-      key, fmt::format("{} frames over {} s, {} lost by the camera; {}", frames, short_number(duration_s),
-                       log->lost_frames(), log->warning().empty() ? "whole" : log->warning()));
+  report.facts.emplace_back("readable", fmt::format("{} frames over {} s, {} lost by the camera; {}", frames,
+                                                    short_number(duration_s), log->lost_frames(),
+                                                    log->warning().empty() ? "whole" : log->warning()));
 }
 
 InfoReport inspect_recorded_log(const fs::path& file, ProgressSink& progress) {
-  const std::vector<fs::path> sensors = sensors_of_log(file);
-  InfoReport report{file, sensors.size() > 1 ? "a recorded log of two sensors" : "a recorded log"};
+  InfoReport report{file, "a recorded log"};
   LogInput input;
   input.log = file;
   SensorProfile profile;
   attempt(report, [&] { profile = add_config(report, find_config(input)); });
   if (!read_log_attachments(file).model.empty()) attempt(report, [&] { add_model(report, file); });
   add_log(report, file, profile);
-  add_readable(report, "readable", file, profile, progress);
-  for (std::size_t i = 1; i < sensors.size(); ++i)
-    attempt(report, [&] { add_readable(report, "second", sensors[i], profile, progress); });
+  add_readable(report, file, profile, progress);
   return report;
 }
 

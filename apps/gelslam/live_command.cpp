@@ -20,8 +20,6 @@
 #include "gelslam/core/folder_update.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/core/text.hpp"
-#include "gelslam/slam/merge_scans.hpp"
-#include "gelslam/slam/sensor_rig.hpp"
 #include "gelslam/viewer/gl_context.hpp"
 #include "reports.hpp"
 #include "terminal_progress.hpp"
@@ -121,18 +119,14 @@ std::string report_text(RunReport r, const LiveStatus& status, const std::vector
   return text;
 }
 
-/// RUN-2, RUN-3, ...: the first that is not there, nor its sensors'.
+/// RUN-2, RUN-3, ...: the first that is not there.
 std::filesystem::path next_run_folder(const std::filesystem::path& folder) {
   const std::filesystem::path clean = folder.has_filename() ? folder : folder.parent_path();
   for (int number = 2;; ++number) {
     std::filesystem::path next = clean;
     next += "-" + std::to_string(number);
     std::error_code code;
-    const auto exists = [&](const std::filesystem::path& path) {
-      return std::filesystem::exists(path, code);
-    };
-    if (!exists(next) && !exists(run_of_sensor(next, 0, 2)) && !exists(run_of_sensor(next, 1, 2)))
-      return next;
+    if (!std::filesystem::exists(next, code)) return next;
   }
 }
 
@@ -143,10 +137,8 @@ void LiveArguments::add_to(CLI::App& command) {
       "-o,--output", run_folder, "Run folder to write: mesh, trajectory, report; with a scan, its log");
   add_overwrite_flag(command, overwrite);
   command
-      .add_option(
-          "--continue", continued,
-          "Run folder to continue in place, also after a crash: new frames join its map (of two sensors: "
-          "at the end)")
+      .add_option("--continue", continued,
+                  "Run folder to continue in place, also after a crash: new frames join its map")
       ->excludes(output)
       ->excludes("--overwrite");
   log.add_to(command);
@@ -156,66 +148,32 @@ void LiveArguments::add_to(CLI::App& command) {
       ->check(refuse_unless_png);
   command.add_option("--script", script, "File of keys and mouse movements for the window (docs/viewer.md)");
   add_ui_scale(command, ui_scale);
-  command.add_option("--rig", rig,
-                     "Of two sensors: how they are fixed to each other (rig.yaml, or a run of theirs; "
-                     "default: the motions tell)");
   stream.add_to(command);
   stream.add_live_to(command);
   add_quiet_flag(command, quiet);
 }
 
-LiveOptions LiveArguments::options_of(Config config, int sensor, int sensors) const {
+Config LiveArguments::config(const std::string& source) const {
+  if (!continued.empty()) finish_update(continued);
+  return resolve_config(with_settings_of_run(log.input(source), continued));
+}
+
+LiveOptions LiveArguments::options(const Config& config) const {
   LiveOptions options;
+  options.config = config;
   options.show_mesh = !headless || !snapshot.empty();
   options.background = log.background;
   options.force = log.force;
   options.background_frames = log.named_frames();
   options.overwrite = overwrite;
-  if (continued.empty()) {
-    options.run_folder = run_of_sensor(run_folder, sensor, sensors);
-  } else {
-    const bool of_several = is_of_several_sensors(continued);
-    if (of_several) config.slam.gradient_scale = {};  // off in that run, whose surfaces are corrected
-    if (of_several || sensors > 1) {
-      if (sensor == 0) check_can_be_merged(continued);
-      options.run_folder = next_run_folder(run_of_sensor(continued, sensor, sensors));
-    } else {
-      options.run_folder = continued;
-      options.continued = continue_in_place(continued, config);
-    }
-  }
-  options.config = config;
-  if (sensor == 0) options.stream = stream.open(config.slam.gradient_scale.sigma, quiet);
+  options.run_folder = continued.empty() ? run_folder : continued;
+  if (!continued.empty()) options.continued = continue_in_place(continued, config);
+  options.stream = stream.open(config.slam.gradient_scale.sigma, quiet);
   return options;
 }
 
-std::vector<Config> LiveArguments::configs(const std::vector<std::string>& logs) const {
-  if (!continued.empty()) finish_update(continued);
-  std::vector<Config> of_sensor;
-  for (std::size_t sensor = 0; sensor < logs.size(); ++sensor)
-    of_sensor.push_back(
-        resolve_config(with_settings_of_run(log.input(logs[sensor], sensor, logs.size()), continued)));
-  return of_sensor;
-}
-
-std::vector<LiveOptions> LiveArguments::options(const std::vector<Config>& configs) const {
-  const int sensors = static_cast<int>(configs.size());
-  if (sensors == 1 && !rig.empty()) throw Error("--rig is for two sensors");
-  if (sensors > 1 && run_folder.empty() && continued.empty())
-    throw Error("two sensors need a run folder: -o RUN");
-  if (sensors > 1 && !stream.target.empty() && stream.stream_format() == StreamFormat::tum)
-    throw Error("--stream-format tum does not tell two sensors apart; use ndjson");
-  std::vector<LiveOptions> of_sensor;
-  for (int sensor = 0; sensor < sensors; ++sensor)
-    of_sensor.push_back(options_of(configs[static_cast<std::size_t>(sensor)], sensor, sensors));
-  if (sensors > 1 && of_sensor[0].stream)
-    of_sensor[1].stream = std::make_shared<PoseStream>(*of_sensor[0].stream);
-  return of_sensor;
-}
-
-WindowOptions prepare_window(const std::vector<LiveOptions>& of_sensor, const LiveArguments& arguments) {
-  for (const LiveOptions& options : of_sensor) check_run_folder(options);
-  const LiveOptions& options = of_sensor.front();
+WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& arguments) {
+  check_run_folder(options);
   if (std::filesystem::exists(arguments.snapshot)) check_output_file(arguments.snapshot, arguments.overwrite);
   WindowOptions window;
   window.picture_folder = options.run_folder.empty() ? "." : options.run_folder.string();
@@ -243,7 +201,7 @@ struct LiveEnd {
   int exit_code = kExitDone;
   WindowEnd window;
   std::string run_folder;
-  std::vector<BackgroundFrames> backgrounds;  ///< by sensor
+  BackgroundFrames background;
 };
 
 /// Runs work in a thread that began before drawing lowered its priority: threads inherit it.
@@ -277,25 +235,16 @@ class UsualPriority {
   throw Error("cannot start gelslam anew: " + errno_text());
 }
 
-/// A scan that continues a run of several sensors becomes a part of it.
-void join_with_continued(const std::filesystem::path& scan, const LiveArguments& arguments) {
-  MergeRequest request{{arguments.continued, scan}, arguments.continued};
-  request.in_place = true;
-  const InterruptWatch interrupt;
-  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
-  const RunReport all = merge_scans(request, *progress, [&] { return interrupt.requested(); }).report;
-  std::cerr << run_words(all, arguments.continued, arguments.quiet);
-}
-
-LiveEnd run_to_its_end(RawFrameSources sources, std::vector<LiveOptions> options, const LiveRigOptions& rig,
+LiveEnd run_to_its_end(std::unique_ptr<RawFrameSource> source, LiveOptions options,
                        const LiveArguments& arguments, WindowOptions window, UsualPriority& usual_priority) {
   LiveEnd end;
   // Before there is anything that must not be left behind.
   const InterruptWatch interrupt(
-      2, options.front().log.empty() ? InterruptWatch::Ends::regularly : InterruptWatch::Ends::early);
+      2, options.log.empty() ? InterruptWatch::Ends::regularly : InterruptWatch::Ends::early);
   std::atomic<bool> shown{arguments.headless};
-  for (LiveOptions& of_sensor : options) of_sensor.begins = [&shown] { return shown.load(); };
-  const auto session = usual_priority.run([&] { return begin_live(std::move(sources), options, rig); });
+  options.begins = [&shown] { return shown.load(); };
+  const auto session =
+      usual_priority.run([&] { return std::make_unique<LiveSlam>(std::move(source), options); });
   window.when_shown = [&] { shown = true; };
   const StopWatch stop_watch(*session, interrupt, arguments.seconds);
   if (!arguments.headless) {
@@ -310,20 +259,9 @@ LiveEnd run_to_its_end(RawFrameSources sources, std::vector<LiveOptions> options
   std::cerr << report_text(report, session->status(), warned, arguments.quiet);
   end.exit_code = report.frames.tracked == 0 || report.partial ? kExitNotGood : kExitDone;
   end.run_folder = session->status().run_folder;
-  end.backgrounds = session->background_frames();
+  end.background = session->background_frames();
   if (interrupt.requested()) end.window.next = NextStep::none;
   return end;
-}
-
-/// The cameras, opened once more, after what was the background of the scan before.
-RawFrameSources open_again(const NextScans& next, std::vector<BackgroundFrames> backgrounds) {
-  RawFrameSources cameras = next.open();
-  double begins_s = 0;  // one start for both sensors
-  for (std::size_t i = 0; i < cameras.size(); ++i)
-    begins_s = std::max(begins_s, static_cast<double>(backgrounds[i].size()) / cameras[i]->rate_hz());
-  for (std::size_t i = 0; i < cameras.size(); ++i)
-    cameras[i] = after_background(std::move(backgrounds[i]), std::move(cameras[i]), begins_s);
-  return cameras;
 }
 
 void prepare_next_scan(LiveOptions& options, const Config& config, const std::filesystem::path& run_folder) {
@@ -336,38 +274,25 @@ void prepare_next_scan(LiveOptions& options, const Config& config, const std::fi
 
 }  // namespace
 
-int run_live(RawFrameSources sources, std::vector<LiveOptions> options, const LiveArguments& arguments,
+int run_live(std::unique_ptr<RawFrameSource> source, LiveOptions options, const LiveArguments& arguments,
              WindowOptions window, const NextScans& next) {
-  const int sensors = static_cast<int>(options.size());
   window.can_go_on = !next.go_on.empty();
-  const bool goes_on = !arguments.continued.empty();
-  const std::filesystem::path first = goes_on ? arguments.continued : arguments.run_folder;
-  LiveRigOptions rig{first, arguments.overwrite, arguments.rig, goes_on};
-  bool joins = goes_on && sensors == 1 && !options.front().continued;
+  const std::filesystem::path first = options.run_folder;
   UsualPriority usual_priority;
   if (!arguments.headless) lower_thread_priority();  // drawing goes after tracking
   LiveEnd end;
   for (int exit_code = kExitDone;;) {  // scan after scan, as long as the person begins another one
     const std::filesystem::path next_folder = next.open ? next_run_folder(first) : "";
     window.next_run_folder = next_folder.string();
-    end = run_to_its_end(std::move(sources), options, rig, arguments, window, usual_priority);
-    if (std::exchange(joins, false)) {
-      join_with_continued(options.front().run_folder, arguments);
-      end.run_folder = arguments.continued;
-    }
+    end = run_to_its_end(std::move(source), options, arguments, window, usual_priority);
     end.exit_code = exit_code = std::max(exit_code, end.exit_code);
     if (end.window.next != NextStep::new_scan) break;
     window.script = end.window.script;
     window.picture_folder = next_folder;
-    rig = {next_folder, false, arguments.rig, false};
-    sources = open_again(next, std::move(end.backgrounds));
-    for (int sensor = 0; sensor < sensors; ++sensor)
-      prepare_next_scan(options[static_cast<std::size_t>(sensor)],
-                        next.configs[static_cast<std::size_t>(sensor)],
-                        run_of_sensor(next_folder, sensor, sensors));
+    source = after_background(std::move(end.background), next.open());
+    prepare_next_scan(options, next.config, next_folder);
   }
-  if (const auto& stream = options.front().stream; stream && !stream->finish())
-    std::cout.setstate(std::ios::badbit);  // main() says so
+  if (options.stream && !options.stream->finish()) std::cout.setstate(std::ios::badbit);  // main() says so
   if (end.window.next == NextStep::none) return end.exit_code;
   std::vector<std::string> words =
       end.window.next == NextStep::view ? std::vector<std::string>{"view"} : next.go_on;

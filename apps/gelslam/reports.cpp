@@ -7,7 +7,6 @@
 #include <iostream>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/se3.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/surface/background.hpp"
 #include "terminal_progress.hpp"
@@ -36,21 +35,6 @@ void say_where_warnings_are(const std::filesystem::path& run_folder) {
     std::cerr << "the run has warnings: gelslam info " << run_folder.string() << "\n";
 }
 
-std::string rig_words(const std::optional<RunReport::Rig>& rig) {
-  if (!rig)
-    return "the sensors' motions do not tell how they are fixed to each other: two maps (turn the object "
-           "more, or give --rig FILE)";
-  constexpr double kTwoSigma = 2.0;
-  const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> pose(rig->first_T_second_mm.data());
-  return fmt::format(
-      "the second sensor is at {:.2f}, {:.2f}, {:.2f} mm in the first one's frame, turned by {:.1f} degrees "
-      "(within {:.2g} mm, {:.2g} degrees)",
-      pose(0, 3), pose(1, 3), pose(2, 3),
-      kDegreesPerRadian * Eigen::AngleAxisd(pose.leftCols<3>().eval()).angle(),
-      kTwoSigma * *std::max_element(rig->sigma_mm.begin(), rig->sigma_mm.end()),
-      kTwoSigma * *std::max_element(rig->sigma_deg.begin(), rig->sigma_deg.end()));
-}
-
 std::string run_words(const RunReport& r, const std::string& run_folder, bool quiet) {
   std::string text;
   if (r.partial) text += "stopped early: this is what was seen so far\n";
@@ -58,8 +42,6 @@ std::string run_words(const RunReport& r, const std::string& run_folder, bool qu
   const std::string last = warning_words(r.reservations);
   if (quiet) return text + last;
   for (const std::string& part : r.parts) text += part + "\n";
-  if (std::any_of(r.logs.begin(), r.logs.end(), [](const auto& log) { return log.sensor == 1; }))
-    text += rig_words(r.rig) + "\n";
   text += fmt::format("{} of {} frames tracked, {}\n{}, in {} s: {}\n", r.frames.tracked, r.frames.total,
                       map_words(r), mesh_words(r), short_number(r.seconds, 3), run_folder);
   return text + last;
@@ -69,14 +51,11 @@ void warn(const std::string& warning) {
   if (!warning.empty()) std::cerr << warning_words({warning});
 }
 
-RecordReport::RecordReport(const std::string& log, bool quiet, const std::vector<RawFrameSource*>& sensors)
-    : sensors_(sensors), log_(log), quiet_(quiet), terminal_(::isatty(STDERR_FILENO) != 0) {}
+RecordReport::RecordReport(const std::string& log, bool quiet, const RawFrameSource& source)
+    : source_(source), log_(log), quiet_(quiet), terminal_(::isatty(STDERR_FILENO) != 0) {}
 
 void RecordReport::start() {
-  std::string names;
-  for (const RawFrameSource* sensor : sensors_)
-    names += (names.empty() ? "" : " and ") + sensor->description();
-  if (!quiet_) std::cerr << "recording " << names << " (Ctrl-C ends it)\n";
+  if (!quiet_) std::cerr << "recording " << source_.description() << " (Ctrl-C ends it)\n";
 }
 
 void RecordReport::say(const std::string& sentence) {
@@ -96,15 +75,14 @@ void RecordReport::count(const RawFrame& frame, const LogRecorderStatus& status)
   drawn_at_ = now;
   drawn_ = true;
   std::cerr << "\r" << frames_ << " frames  " << fmt::format("{:.1f} s", last_s_ - first_s_) << "  "
-            << fmt::format("{:.1f} Hz", rate_hz()) << "  " << lost() << " lost  " << bytes_text(status.bytes)
-            << "\x1b[K" << std::flush;
+            << fmt::format("{:.1f} Hz", rate_hz()) << "  " << source_.lost_frames() << " lost  "
+            << bytes_text(status.bytes) << "\x1b[K" << std::flush;
 }
 
 void RecordReport::finish(const LogRecorderStatus& status) {
   clear_line();
   good_ = status.written > 0 && !status.stopped && status.left_out == 0;
-  for (const RawFrameSource* sensor : sensors_)
-    if (const std::string warning = sensor->warning(); !warning.empty()) say("warning: " + warning);
+  if (const std::string warning = source_.warning(); !warning.empty()) say("warning: " + warning);
   if (!status.warning.empty() && status.warning != said_) say("warning: " + status.warning);
   if (status.damaged > 0) say("warning: left out " + counted(status.damaged, "damaged picture"));
   if (status.written == 0) {
@@ -113,11 +91,11 @@ void RecordReport::finish(const LogRecorderStatus& status) {
   }
   if (quiet_) return;
   std::cerr << "recorded " << counted(status.written, "frame");
-  if (sensors_.size() > 1) std::cerr << " of two sensors";
   if (status.written == frames_)  // else the times are not those of what was recorded
     std::cerr << " in " << fmt::format("{:.1f} s", last_s_ - first_s_) << " ("
               << fmt::format("{:.2f} Hz", rate_hz()) << ")";
-  std::cerr << ", " << lost() << " lost by the camera, " << bytes_text(status.bytes) << ": " << log_ << "\n";
+  std::cerr << ", " << source_.lost_frames() << " lost by the camera, " << bytes_text(status.bytes) << ": "
+            << log_ << "\n";
 }
 
 void RecordReport::clear_line() {
@@ -126,14 +104,7 @@ void RecordReport::clear_line() {
 }
 
 double RecordReport::rate_hz() const {
-  const auto sensors = static_cast<double>(sensors_.size());
-  return last_s_ > first_s_ ? (static_cast<double>(frames_) / sensors - 1) / (last_s_ - first_s_) : 0.0;
-}
-
-std::int64_t RecordReport::lost() const {
-  std::int64_t frames = 0;
-  for (const RawFrameSource* sensor : sensors_) frames += sensor->lost_frames();
-  return frames;
+  return last_s_ > first_s_ ? (static_cast<double>(frames_) - 1) / (last_s_ - first_s_) : 0.0;
 }
 
 StartCheck::StartCheck(const Config& config, std::function<void(const std::string&)> say_doubt)

@@ -38,7 +38,7 @@ void warn(const std::string& warning);
 /// What a recording says to the person at the terminal, on stderr.
 class RecordReport {
  public:
-  RecordReport(const std::string& log, bool quiet, const std::vector<RawFrameSource*>& sensors);
+  RecordReport(const std::string& log, bool quiet, const RawFrameSource& source);
 
   void start();
   /// A sentence of its own line, also when quiet.
@@ -50,10 +50,9 @@ class RecordReport {
 
  private:
   void clear_line();
-  double rate_hz() const;  ///< of each sensor
-  std::int64_t lost() const;
+  double rate_hz() const;
 
-  std::vector<RawFrameSource*> sensors_;
+  const RawFrameSource& source_;
   std::string log_;
   bool quiet_, terminal_, good_ = true, drawn_ = false;
   std::string said_;  // the first warning

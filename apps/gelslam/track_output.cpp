@@ -1,15 +1,11 @@
 #include "track_output.hpp"
 
-#include <future>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
-#include <vector>
 
-#include "gelslam/core/text.hpp"
 #include "gelslam/core/trajectory.hpp"
-#include "gelslam/localization/rig_place.hpp"
 #include "gelslam/slam/mapper.hpp"
 #include "gelslam/slam/pose_stream.hpp"
 #include "gelslam/slam/trial_drift.hpp"
@@ -18,6 +14,15 @@ namespace gelslam {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+/// Of a frame in which the background is measured.
+TrackedFrame background_frame(const SurfaceStream::Item& item) {
+  TrackedFrame frame;
+  frame.frame = item.frame;
+  frame.time_s = item.time_s;
+  frame.status = TrackStatus::background;
+  return frame;
+}
 
 Json hypothesis_json(const PlaceHypothesis& hypothesis) {
   Json json = {{"probability", hypothesis.probability}, {"pose", row_major_meters(hypothesis.map_T_sensor)}};
@@ -102,51 +107,31 @@ class TrialOutput final : public PoseOutput {
 class MapOutput final : public PoseOutput {
  public:
   MapOutput(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options, bool as_ndjson,
-            LocatedTouches* touches, SecondSensor* second, const RigPose& rig)
-      : as_ndjson_(as_ndjson),
-        localizer_(std::move(map), options),
-        touches_(touches),
-        second_(second),
-        rig_(rig) {}
+            LocatedTouches* touches)
+      : as_ndjson_(as_ndjson), localizer_(std::move(map), options), touches_(touches) {}
 
   PoseLine line(const SurfaceStream::Item& item) override {
-    std::future<std::optional<PlaceHypothesis>> of_second;
-    if (second_) of_second = std::async(std::launch::async, [&] { return second_->at(item.time_s); });
-    LocalizedFrame frame = localized(localizer_, item);
-    std::vector<int> sensors;
-    if (second_) {
-      const std::optional<PlaceHypothesis> other = of_second.get();
-      const bool both = other && frame.status == PlaceStatus::localized;
-      sensors = share_place(frame, other, rig_);
-      if (both) ++(sensors.size() == 2 ? agreed_ : contradicted_);
-    }
+    LocalizedFrame frame;
+    if (item.surface)
+      frame = localizer_.process(item.frame, item.time_s, item.surface);
+    else
+      frame.tracked = background_frame(item);
     if (touches_ != nullptr) {
-      const auto touch = std::make_shared<LocatedTouch>(LocatedTouch{item.picture, item.surface, frame});
-      if (second_) touch->second = std::make_shared<const LocatedTouch>(second_->newest());
+      const auto touch =
+          std::make_shared<const LocatedTouch>(LocatedTouch{item.picture, item.surface, frame});
       touches_->newest = touch;
       if (!frame.hypotheses.empty()) touches_->placed = touch;
     }
     const bool localized = frame.status == PlaceStatus::localized;
     if (!as_ndjson_)
       return {localized ? tum_line(item.time_s, frame.hypotheses.front().map_T_sensor) : "", localized};
-    Json json = map_json(frame, item.surface.get());
-    if (second_) json["sensors"] = sensors;
-    return {json.dump() + "\n", localized};
-  }
-
-  std::string warning() const override {
-    if (10 * contradicted_ <= agreed_ + contradicted_) return "";
-    return "the sensors contradict each other in " + counted(contradicted_, "frame") +
-           ": do both times count from one start, and is it the right rig?";
+    return {map_json(frame, item.surface.get()).dump() + "\n", localized};
   }
 
  private:
   bool as_ndjson_;
   Localizer localizer_;
   LocatedTouches* touches_;
-  SecondSensor* second_;
-  RigPose rig_;
-  std::int64_t agreed_ = 0, contradicted_ = 0;  // frames in which both are localized
 };
 
 }  // namespace
@@ -156,9 +141,8 @@ std::unique_ptr<PoseOutput> make_trial_output(const SlamOptions& options, bool a
 }
 
 std::unique_ptr<PoseOutput> make_map_output(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options,
-                                            bool as_ndjson, LocatedTouches* touches, SecondSensor* second,
-                                            const RigPose& rig) {
-  return std::make_unique<MapOutput>(std::move(map), options, as_ndjson, touches, second, rig);
+                                            bool as_ndjson, LocatedTouches* touches) {
+  return std::make_unique<MapOutput>(std::move(map), options, as_ndjson, touches);
 }
 
 }  // namespace gelslam

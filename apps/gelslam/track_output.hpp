@@ -3,8 +3,9 @@
 #include <memory>
 #include <string>
 
-#include "gelslam/slam/sensor_rig.hpp"
-#include "tracked_sensor.hpp"
+#include "gelslam/localization/localizer.hpp"
+#include "gelslam/slam/surface_stream.hpp"
+#include "gelslam/viewer/map_window.hpp"
 
 namespace gelslam {
 
@@ -18,17 +19,13 @@ class PoseOutput {
  public:
   virtual ~PoseOutput() = default;
   virtual PoseLine line(const SurfaceStream::Item& item) = 0;
-  /// What was not right with the poses, or "". At the end.
-  virtual std::string warning() const { return ""; }
 };
 
 /// Poses in the frame of the trial, or, as TUM, of the first contact.
 std::unique_ptr<PoseOutput> make_trial_output(const SlamOptions& options, bool as_ndjson);
 
-/// Poses in the frame of a map, and what `touches` (or null) shows of them. Of two sensors (`second` is not
-/// null), poses of the first one that both know; `rig` has a pose then.
+/// Poses in the frame of a map, and what `touches` (or null) shows of them.
 std::unique_ptr<PoseOutput> make_map_output(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options,
-                                            bool as_ndjson, LocatedTouches* touches, SecondSensor* second,
-                                            const RigPose& rig);
+                                            bool as_ndjson, LocatedTouches* touches);
 
 }  // namespace gelslam

@@ -109,8 +109,6 @@ class Run:
     @property
     def times(self) -> NDArray[np.float64]: ...
     @property
-    def sensors(self) -> NDArray[np.int64]: ...
-    @property
     def report(self) -> dict[str, object]: ...
     @property
     def reservations(self) -> list[str]: ...
@@ -130,15 +128,6 @@ def reconstruct(
 ) -> Run: ...
 def merge(
     runs: Sequence[_Path], output: _Path, *, overwrite: bool = False, progress: _Progress = False
-) -> Run: ...
-def reconstruct_rig(
-    logs: tuple[_Path, _Path],
-    output: _Path,
-    *,
-    models: Optional[tuple[_Path, _Path]] = None,
-    rig: Optional[_Path] = None,
-    overwrite: bool = False,
-    progress: _Progress = False,
 ) -> Run: ...
 def fuse(
     run: _Path,

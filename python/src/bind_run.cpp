@@ -10,7 +10,6 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
-#include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/merge_scans.hpp"
 #include "run.hpp"
 
@@ -136,24 +135,6 @@ py::object report_of(const PythonRun& self) {
   return py::module_::import("json").attr("loads")(report_json(self.report));
 }
 
-/// A trajectory whose times are those of the first of two sensors.
-struct Moments {
-  std::vector<StampedPose> trajectory;
-  std::vector<std::int64_t> sensors;
-};
-
-Moments moments_of(const PythonRun& run) {
-  Moments moments{run.trajectory, std::vector<std::int64_t>(run.trajectory.size(), 0)};
-  for (const RunReport::Log& log : run.report.logs)  // a pose is of the last log that begins before it
-    for (std::size_t i = 0; i < run.trajectory.size(); ++i) {
-      const double time_s = run.trajectory[i].time_s;
-      if (time_s < log.first_time_s) continue;
-      moments.trajectory[i].time_s = log.sensor == 1 ? log.start_s + time_s - log.first_time_s : time_s;
-      moments.sensors[i] = log.sensor;
-    }
-  return moments;
-}
-
 void add_run(py::module_& module) {
   py::class_<PythonRun>(module, "Run", R"(A reconstruction: surface, trajectory and figures.
 
@@ -163,16 +144,8 @@ The map's frame is that of the sensor at its first full contact: x right, y down
           "trajectory", [](const PythonRun& self) { return poses_of(self.trajectory); },
           "Nx4x4 float64: map_T_sensor of every frame in the map, translation in meters.")
       .def_property_readonly(
-          "times", [](const PythonRun& self) { return times_of(moments_of(self).trajectory); },
-          "N float64: their times, seconds since the log's first frame; of two sensors by the first one's "
-          "clock.")
-      .def_property_readonly(
-          "sensors",
-          [](const PythonRun& self) {
-            const std::vector<std::int64_t> sensors = moments_of(self).sensors;
-            return py::array_t<std::int64_t>(static_cast<py::ssize_t>(sensors.size()), sensors.data());
-          },
-          "N int64: the sensor that each pose is of: 0, or 1 for the second of two at the same time.")
+          "times", [](const PythonRun& self) { return times_of(self.trajectory); },
+          "N float64: their times, seconds since the log's first frame.")
       .def_property_readonly(
           "report", &report_of,
           "dict: the figures of report.json: frames, keyframes, loops, partial, warnings...")
@@ -240,31 +213,6 @@ PythonRun merge_runs(const std::vector<fs::path>& runs, const fs::path& output, 
     const py::gil_scoped_release release;
     merge_scans({runs, output, overwrite}, sink, stop_by_signal);
     run = read_run(output);
-  }
-  warn_of(run);
-  return run;
-}
-
-PythonRun map_of_rig(const std::array<fs::path, 2>& logs, const fs::path& output,
-                     const std::optional<std::array<fs::path, 2>>& models, const OptionalPath& rig,
-                     bool overwrite, const py::object& progress) {
-  PythonProgress sink(progress);
-  PythonRun run;
-  {
-    const py::gil_scoped_release release;
-    check_two_sensors(logs[0], logs[1]);
-    ReconstructRequest request;
-    request.input.log = logs[0];
-    request.second.emplace().log = logs[1];
-    if (models) {
-      request.input.model = (*models)[0];
-      request.second->model = (*models)[1];
-    }
-    request.config = resolve_config(request.input);
-    request.rig = read_given_rig(rig.value_or(""));
-    request.run_folder = output;
-    request.overwrite = overwrite;
-    run = python_run(reconstruct(request, sink, stop_by_signal));
   }
   warn_of(run);
   return run;
@@ -340,16 +288,6 @@ Ctrl-C raises KeyboardInterrupt.)");
 
 runs: run folders, two or more; the first one's configuration is used. They join where they show the same places; what
 did not join is given as a warning. output: the run folder to write. progress: as of reconstruct().)");
-  module.def(
-      "reconstruct_rig", &map_of_rig, py::arg("logs"), py::arg("output"), py::kw_only(),
-      py::arg("models") = py::none(), py::arg("rig") = py::none(), py::arg("overwrite") = false,
-      py::arg("progress") = false,
-      R"(One map of what two sensors felt at the same time that are fixed to each other, as `gelslam reconstruct A B
---rig` makes. Returns the Run in output; Run.sensors tells the sensor of each pose.
-
-logs: of the first and the second sensor; "both.mkv#2" is the second one of a log of two. output: the run folder to
-write. models: of each; default: those in or beside the logs. rig: rig.yaml; default: the motions tell.
-progress: as of reconstruct().)");
   module.def(
       "fuse", &fuse_again, py::arg("run"), py::arg("output") = py::none(), py::kw_only(),
       py::arg("voxel_size_mm") = py::none(), py::arg("truncation_mm") = py::none(),

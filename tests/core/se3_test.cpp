@@ -82,15 +82,5 @@ TEST(Decompositions, ZTurnsToTheDirectionByTheSmallestAngle) {
   }
 }
 
-TEST(Se3, InterpolatesAlongTheScrew) {
-  const Pose from = se3_exp((Vector6d() << 0.3, -0.2, 0.5, 1, 2, -3).finished());
-  const Vector6d step = (Vector6d() << -0.4, 0.1, 0.7, 4, -5, 6).finished();
-  const Pose to = from * se3_exp(step);
-  EXPECT_TRUE(interpolated(from, to, 0).isApprox(from, 1e-12));
-  EXPECT_TRUE(interpolated(from, to, 1).isApprox(to, 1e-12));
-  const Pose quarter = interpolated(from, to, 0.25);
-  EXPECT_NEAR((se3_log(from.inverse() * quarter) - 0.25 * step).norm(), 0, 1e-12);
-}
-
 }  // namespace
 }  // namespace gelslam

@@ -167,22 +167,6 @@ TEST(Cli, NoOptionReplacesARecording) {
                  "is a recording, which cannot be made again");
 }
 
-TEST(Cli, ASensorIsNotJoinedWithItself) {
-  const TemporaryFolder folder;
-  const std::string both = (folder / "both.mkv").string(), same = (folder / "x/../both.mkv").string();
-  test::write_bytes(both, "\x1A\x45\xDF\xA3");
-  fs::create_directory(folder / "x");
-  fs::create_symlink(both, folder / "link.mkv");
-  for (const auto& [first, second] : {std::pair(both + "#2", both + "#2"),
-                                      {both, both + "#1"},
-                                      {both + "#2", (folder / "link.mkv#2").string()},
-                                      {both, same},
-                                      {(folder / "x").string(), (folder / "x/").string()}})
-    expect_mistake(gelslam({"reconstruct", first, second, "--rig", "-o", (folder / "none").string()}),
-                   "is given twice");
-  EXPECT_FALSE(fs::exists(folder / "none"));
-}
-
 /// One rule for whatever is written: what is there stays, unless --overwrite is given.
 TEST(Cli, NoOutputReplacesWhatIsThereUnasked) {
   const TemporaryFolder folder;

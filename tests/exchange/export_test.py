@@ -233,20 +233,6 @@ class Export(unittest.TestCase):
         self.assertEqual([t for t, _ in readers.Mcap(data).of("/tactile")], times[frames:])
         again = readers.Mcap(export("found.mcap", "--log", SCAN, "--log", SCAN, source=both)[0])
         self.assertEqual([t for t, _ in again.of("/tactile")], times)
-        # Two sensors at the same time: the second recording started 0.5 s later.
-        report["logs"][0].update(file=str(SCAN), sensor=0, start_s=0)
-        report["logs"][1].update(sensor=1, start_s=0.5)
-        (both / "report.json").write_text(json.dumps(report))
-        mcap = readers.Mcap(export("sensors.mcap", source=both)[0])
-        self.assertEqual([t for t, _ in mcap.of("/tactile")], times[:frames])
-        second = [t for t, _ in mcap.of("/second/tactile")]
-        self.assertEqual(len(second), frames)
-        for time, at in zip(second, once):
-            self.assertAlmostEqual(time, (0.5 + at) * 1e9, delta=1e3)
-        self.assertEqual([t for t, _ in mcap.of("/sensor") + mcap.of("/second/sensor")],
-                         [t for t in poses if t < times[frames]] +
-                         [t for t, p in zip(second, times[frames:]) if p in set(poses)])
-        self.assertEqual({m["child_frame_id"] for _, m in mcap.of("/tf")}, {"sensor", "second/sensor"})
 
     def test_the_page_holds_the_run(self):
         text = export("run.html")[0].decode()

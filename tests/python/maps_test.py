@@ -113,21 +113,6 @@ class Maps(unittest.TestCase):
         with self.assertRaisesRegex(gelslam.Error, "none: no such run folder"):
             gelslam.Slam(simulated.sensor(self.images), continue_from=self.folder / "none")
 
-    def test_maps_what_two_sensors_felt_at_the_same_time(self):
-        copy, rig = self.folder / "copy", self.folder / "rig.yaml"
-        shutil.copytree(simulated.SCAN, copy)
-        rig.write_text("sigma_mm: 0.01\nsigma_deg: 0.1\n")  # both at one place
-        run = gelslam.reconstruct_rig((simulated.SCAN, copy), self.folder / "two", models=2 * [simulated.MODEL], rig=rig)
-        second = run.sensors == 1
-        np.testing.assert_allclose(run.times[second], run.times[~second], rtol=1e-12)
-        distance_m = np.linalg.norm(run.trajectory[second, :3, 3] - run.trajectory[~second, :3, 3], axis=1)
-        self.assertLess(distance_m.max(), 0.05e-3)
-        np.testing.assert_allclose(np.reshape(run.report["rig"]["first_T_second_mm"], (3, 4)), np.eye(3, 4), atol=0.02)
-        again = gelslam.read_run(self.folder / "two")
-        np.testing.assert_array_equal(again.sensors, run.sensors)
-        with self.assertRaisesRegex(gelslam.Error, "is given twice"):
-            gelslam.reconstruct_rig((copy, copy), self.folder / "same")
-
     def test_merges_and_fuses_as_the_program_does(self):
         run = gelslam.fuse(self.run_folder, self.folder / "coarse", voxel_size_mm=0.15)
         program("fuse", self.run_folder, "--voxel-size-mm", 0.15, "-o", self.folder / "coarse2", "-q")
@@ -140,7 +125,6 @@ class Maps(unittest.TestCase):
         self.assertEqual(len(merged.trajectory), 2 * len(self.run_.trajectory))
         gelslam.fuse(self.folder / "coarse", voxel_size_mm=0.3)  # in place
         self.assertLess(len(gelslam.read_run(self.folder / "coarse").mesh.vertices), len(run.mesh.vertices))
-        self.assertEqual(set(merged.sensors), {0})
         for size_mm in [50.0, float("nan")]:
             with self.assertRaisesRegex(gelslam.Error, "voxel_size_mm"):
                 gelslam.fuse(self.run_folder, voxel_size_mm=size_mm, truncation_mm=100.0)

@@ -62,7 +62,7 @@ TEST(LogRecorder, WhatDoesNotFitIsCountedAndTheRestIsThere) {
   options.max_waiting_bytes = 1;  // one frame at a time
   // A large picture to be made small keeps the recorder busy for longer than all of them take to be pushed,
   // however fast the disk.
-  options.resize_to = {sensor_of(1312, 984)};
+  options.resize_to = sensor_of(1312, 984);
   RawFrame frame = jpeg_frame(0, 1312, 984);
   LogRecorder recorder(writer_of(folder / "a.mkv"), options);
   for (int i = 0; i < 300; ++i) {
@@ -99,8 +99,8 @@ TEST(LogRecorder, ASourceThatCanWaitLosesNothing) {
 TEST(LogRecorder, ResizedLogsAreTheDecodersPicturesWithoutLoss) {
   TemporaryFolder folder;
   LogRecorderOptions options;
-  options.resize_to = {sensor_of(1312, 984)};
-  FrameDecoder decoder(options.resize_to.front());
+  options.resize_to = sensor_of(1312, 984);
+  FrameDecoder decoder(*options.resize_to);
   LogRecorder recorder(writer_of(folder / "a.mkv"), options);
   for (int i = 0; i < 4; ++i) {
     RawFrame frame = jpeg_frame(i, 1312, 984);
@@ -136,7 +136,7 @@ TEST(LogRecorder, AFailureIsSaidAndPushGoesOn) {
   EXPECT_EQ(recorder.status().written, 1);
   EXPECT_THAT(recorder.status().warning, HasSubstr("recording stopped after 1 frame, still readable"));
 
-  options.resize_to.emplace_back();
+  options.resize_to.emplace();
   LogRecorder resizing(writer_of(folder / "b.mkv"), options);
   for (int i = 0; i < 3; ++i) resizing.push_waiting(std::make_shared<const RawFrame>(jpeg_frame(i)));
   resizing.finish();

@@ -1,11 +1,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <opencv2/videoio.hpp>
 
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/raw_log.hpp"
+#include "logs/matroska_header.hpp"
 #include "raw_frames.hpp"
 
 namespace gelslam {
@@ -241,6 +243,42 @@ TEST(Log, OtherProgramsReadItClosedOrNot) {
       EXPECT_NEAR(capture.get(cv::CAP_PROP_FPS), 25, 1e-3);
     }
   }
+}
+
+/// Of the format of earlier versions: FNV-1a of all bytes but for the date.
+TEST(Log, IsByteForByteWhatItWas) {
+  const TemporaryFolder folder;
+  LogWriter writer(folder / "one.mkv", {"Mini A", "gain 1\n", "a: 1\n", std::string(9000, 'a')}, 25);
+  for (int i = 0; i < 3; ++i)
+    writer.write(test::raw_frame(FrameEncoding::jpeg, std::vector<std::uint8_t>(200, 0xd8), 64, 48, 2 * i));
+  writer.close();
+  std::string bytes = test::read_bytes(folder / "one.mkv");
+  bytes.replace(bytes.find("\x44\x61\x88") + 3, 8, "");
+  std::uint64_t hash = 0xcbf29ce484222325;
+  for (const char byte : bytes) hash = (hash ^ static_cast<std::uint8_t>(byte)) * 0x100000001b3;
+  EXPECT_EQ(bytes.size(), 10198u);
+  EXPECT_EQ(hash, 980996884802699953u);
+}
+
+/// As earlier versions made it: a second track, whose number and identity are 2.
+TEST(Log, OneOfTwoSensorsIsRefusedInWords) {
+  const TemporaryFolder folder;
+  LogWriter writer(folder / "a.mkv", {}, 25);
+  ASSERT_TRUE(writer.write(jpeg_frame(0)));
+  std::string bytes = test::read_bytes(folder / "a.mkv");
+  constexpr std::size_t kHead = 5;  // id, and a length of one byte
+  const std::size_t at = bytes.find("\x16\x54\xae\x6b");
+  const std::size_t size = static_cast<unsigned char>(bytes.at(at + kHead - 1)) & 0x7fU;
+  const std::string first = bytes.substr(at + kHead, size);
+  std::string second = first;
+  for (const char* number : {"\xd7\x88", "\x73\xc5\x88"})
+    second[second.find(number) + std::strlen(number) + 7] = 2;
+  bytes.replace(at, kHead + size, detail::ebml_element(0x1654ae6b, first + second));
+  test::write_bytes(folder / "both.mkv", bytes);
+  for (const auto& read : {+[](const std::filesystem::path& log) { open_raw_log(log); },
+                           +[](const std::filesystem::path& log) { read_log_attachments(log); }})
+    EXPECT_THAT(message_of<Error>([&] { read(folder / "both.mkv"); }),
+                testing::AllOf(HasSubstr("both.mkv: a log of two sensors"), HasSubstr("-map 0:v:0 -c copy")));
 }
 
 TEST(Log, WhatCannotBeWrittenIsSaidAtOnce) {

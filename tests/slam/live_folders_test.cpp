@@ -68,7 +68,7 @@ TEST_F(Live, TheBackgroundIsHandedOnFrameByFrame) {
   pictures.insert(pictures.end(), peanut_pictures().begin(), peanut_pictures().end());
   source = std::make_unique<Pictures>(pictures);
   start().wait();
-  const BackgroundFrames frames = session->background_frames().front();
+  const BackgroundFrames frames = session->background_frames();
   ASSERT_EQ(std::ssize(frames), kBackgroundFrames);
   for (int i = 0; i < kBackgroundFrames; ++i) EXPECT_EQ(frames[static_cast<std::size_t>(i)]->index, 5 + i);
   session.reset();
@@ -77,19 +77,18 @@ TEST_F(Live, TheBackgroundIsHandedOnFrameByFrame) {
   options.overwrite = true;
   source = std::make_unique<Pictures>(peanut_pictures());
   start().wait();
-  EXPECT_TRUE(session->background_frames().front().empty()) << "an image is there for the next scan, too";
+  EXPECT_TRUE(session->background_frames().empty()) << "an image is there for the next scan, too";
 }
 
 TEST_F(Live, TheNextScanHasTheSameBackgroundAndALogThatStandsAlone) {
   options.record = LogAttachments{};
   const int keyframes = start().wait().keyframes;
-  const BackgroundFrames background = session->background_frames().front();
+  const BackgroundFrames background = session->background_frames();
   const std::string first_log = read("log.mkv");
   options.run_folder = folder / "run-2";
   std::unique_ptr<Pictures> pictures = touching_pictures();
   pictures->open();
-  session = std::make_unique<LiveSlam>(
-      after_background(background, std::move(pictures), 0.04 * kBackgroundFrames), options);
+  session = std::make_unique<LiveSlam>(after_background(background, std::move(pictures)), options);
   const RunReport summary = session->wait();
   EXPECT_EQ(summary.keyframes, keyframes) << "the same pictures";
   EXPECT_EQ(summary.frames.total, kBackgroundFrames + kScanFrames);

@@ -154,6 +154,8 @@ TEST_F(Merge, SaysWhatDidNotJoin) {
   EXPECT_EQ(summary.components, 2);
   EXPECT_THAT(summary.parts[1], HasSubstr("right): did not join"));
   EXPECT_THAT(message_of<Error>([&] { merge({"left"}); }), HasSubstr("at least two"));
+  for (const char* again : {"left", "right/../left", "left/"})
+    EXPECT_THAT(message_of<Error>([&] { merge({"left", again}); }), HasSubstr("is given twice"));
 }
 
 /// Their logs would be lost.
@@ -311,8 +313,15 @@ TEST_F(Fuse, AMapOfAnotherScanIsSeenAndMadeAgain) {
 TEST_F(Fuse, APartThatIsNoneIsADamagedLine) {
   write_bytes(session / "scan.jsonl",
               slam::detail::with_checksum({{"part", 5}}) + read_bytes(session / "scan.jsonl"));
-  EXPECT_FALSE(is_of_several_sensors(request.run));
   EXPECT_THAT(read_scan(session, {}).warnings, testing::ElementsAre(HasSubstr("1 line is damaged")));
+}
+
+TEST_F(Fuse, AScanOfTwoSensorsIsRefused) {
+  const std::string part = slam::detail::with_checksum(
+      {{"part",
+        {{"first_frame", 0}, {"sensor", "two"}, {"model_crc32", 0}, {"log", ""}, {"second_start_s", 0.5}}}});
+  write_bytes(session / "scan.jsonl", read_bytes(session / "scan.jsonl") + part);
+  EXPECT_THAT(refusal(), HasSubstr("scan.jsonl: a scan of two sensors at the same time"));
 }
 
 TEST_F(Fuse, TheCopyHoldsNothingFromOutside) {

@@ -136,13 +136,5 @@ TEST(MapPlace, FollowsTheMapThroughTheNewestKeyframeThatItHolds) {
   EXPECT_FALSE(place_of(lost, map));
 }
 
-TEST(NdjsonLine, SaysTheSensorWhereThereAreTwo) {
-  const TrackedFrame frame = tracked(1, keyframe(0, 0), Pose::Identity(), Pose::Identity());
-  FrameReport report{frame};
-  EXPECT_FALSE(json::parse(ndjson_line(report)).contains("sensor"));
-  report.sensor = 1;
-  EXPECT_EQ(json::parse(ndjson_line(report)).at("sensor"), 1);
-}
-
 }  // namespace
 }  // namespace gelslam

@@ -142,9 +142,9 @@ TEST(StreamServer, AReaderThatIsGoneIsForgottenAndMayComeBack) {
 
 TEST(StreamServer, KeptLinesComeFirstToWhoeverConnectsLater) {
   StreamServer server("tcp:0", "127.0.0.1", notice);
-  server.write_and_keep(0, 9, "map 1\n");
-  server.write_and_keep(0, 0, "keyframe 0\n");
-  server.write_and_keep(0, 9, "map 2\n");
+  server.write_and_keep(9, "map 1\n");
+  server.write_and_keep(0, "keyframe 0\n");
+  server.write_and_keep(9, "map 2\n");
   server.write("frame\n");
   Client client(port_of(server));
   wait_for_readers(server, 1);
@@ -152,7 +152,7 @@ TEST(StreamServer, KeptLinesComeFirstToWhoeverConnectsLater) {
   EXPECT_EQ(client.line(), "keyframe 0");
   EXPECT_EQ(client.line(), "map 2");
   EXPECT_EQ(client.line(), "next frame");
-  server.forget_kept(0);
+  server.forget_kept();
   Client late(port_of(server));
   wait_for_readers(server, 2);
   server.write("last frame\n");

@@ -1,7 +1,7 @@
 // Makes a virtual camera do what a test wants; used inside QEMU by tests/v4l2/guest/*.sh.
-//   virtual_camera feed RATE_HZ LOG DEVICE FOLDER FRAMES [DEVICE FOLDER FRAMES]...
-//       writes FOLDER/*.jpg in turn to a v4l2loopback device, to all devices at the same time; unless LOG is
-//       "", each again until this file has grown
+//   virtual_camera feed RATE_HZ LOG DEVICE FOLDER FRAMES
+//       writes FOLDER/*.jpg in turn to a v4l2loopback device; unless LOG is "", each again until this file
+//       has grown
 //   virtual_camera control DEVICE TITLE VALUE
 //       sets a control by its title (vivid injects faults by controls)
 #include <fcntl.h>
@@ -66,38 +66,32 @@ std::vector<std::vector<char>> read_pictures(const std::filesystem::path& folder
   return pictures;
 }
 
-struct FedCamera {
-  FedCamera(const std::string& device, const std::string& folder, const std::string& frames)
-      : pictures(read_pictures(folder)), frames(std::stoul(frames)), fd(open_device(device)) {
-    const auto [width, height] = size_of(pictures.at(0));
-    v4l2_format format{};
-    format.type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
-    format.fmt.pix.width = width;
-    format.fmt.pix.height = height;
-    format.fmt.pix.pixelformat = V4L2_PIX_FMT_MJPEG;
-    format.fmt.pix.sizeimage = width * height;
-    format.fmt.pix.field = V4L2_FIELD_NONE;
-    if (::ioctl(fd, VIDIOC_S_FMT, &format) != 0) throw failure("set the format");
-  }
+/// Open to the end of the program.
+int open_loopback(const std::string& device, const std::vector<char>& first_picture) {
+  const int fd = open_device(device);
+  const auto [width, height] = size_of(first_picture);
+  v4l2_format format{};
+  format.type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
+  format.fmt.pix.width = width;
+  format.fmt.pix.height = height;
+  format.fmt.pix.pixelformat = V4L2_PIX_FMT_MJPEG;
+  format.fmt.pix.sizeimage = width * height;
+  format.fmt.pix.field = V4L2_FIELD_NONE;
+  if (::ioctl(fd, VIDIOC_S_FMT, &format) != 0) throw failure("set the format");
+  return fd;
+}
 
-  void show(std::uintmax_t i) const {
-    const std::vector<char>& picture = pictures[i % pictures.size()];
-    if (i < frames && ::write(fd, picture.data(), picture.size()) < 0) throw failure("write a frame");
-  }
-
-  std::vector<std::vector<char>> pictures;
-  std::uintmax_t frames;
-  int fd;  // open to the end of the program
-};
-
-void feed(double rate_hz, const std::filesystem::path& log, const std::vector<FedCamera>& cameras) {
+void feed(double rate_hz, const std::filesystem::path& log, const std::string& device,
+          const std::filesystem::path& folder, std::uintmax_t frames) {
+  const std::vector<std::vector<char>> pictures = read_pictures(folder);
+  const int fd = open_loopback(device, pictures.at(0));
   std::cout << "feeding" << std::endl;  // a test waits for this line
   auto due = std::chrono::steady_clock::now();
   const auto most_again = static_cast<std::uintmax_t>(120 * rate_hz);
-  std::uintmax_t i = 0, frames = 0, logged = 0, shown_again = 0;
-  for (const FedCamera& camera : cameras) frames = std::max(frames, camera.frames);
+  std::uintmax_t i = 0, logged = 0, shown_again = 0;
   while (i < frames) {
-    const std::uintmax_t picture = i, bytes = size_or_0(log);
+    const std::vector<char>& picture = pictures[i % pictures.size()];
+    const std::uintmax_t bytes = size_or_0(log);
     if (log.empty() || bytes > logged) {
       ++i;
       shown_again = 0;
@@ -105,7 +99,7 @@ void feed(double rate_hz, const std::filesystem::path& log, const std::vector<Fe
       throw std::runtime_error(log.string() + " does not grow");
     }
     logged = bytes;
-    for (const FedCamera& camera : cameras) camera.show(picture);
+    if (::write(fd, picture.data(), picture.size()) < 0) throw failure("write a frame");
     due += std::chrono::microseconds(static_cast<long>(1e6 / rate_hz));
     std::this_thread::sleep_until(due);
   }
@@ -129,11 +123,8 @@ void set_control(const std::string& device, const std::string& title, int value)
 int main(int argc, char** argv) {
   const std::vector<std::string> arguments(argv + 1, argv + argc);
   try {
-    if (arguments.size() >= 6 && arguments.size() % 3 == 0 && arguments[0] == "feed") {
-      std::vector<FedCamera> cameras;
-      for (std::size_t at = 3; at < arguments.size(); at += 3)
-        cameras.emplace_back(arguments[at], arguments[at + 1], arguments[at + 2]);
-      feed(std::stod(arguments[1]), arguments[2], cameras);
+    if (arguments.size() == 6 && arguments[0] == "feed") {
+      feed(std::stod(arguments[1]), arguments[2], arguments[3], arguments[4], std::stoul(arguments[5]));
     } else if (arguments.size() == 4 && arguments[0] == "control") {
       set_control(arguments[1], arguments[2], std::stoi(arguments[3]));
     } else {

@@ -51,7 +51,7 @@ class FakeSession : public LiveSession {
   void stop() override;
   void abort() override { stop(); }
   RunReport wait() override { return {}; }
-  std::vector<BackgroundFrames> background_frames() const override { return {}; }
+  BackgroundFrames background_frames() const override { return {}; }
 
  private:
   void uncover(const Pose& object_T_sensor);

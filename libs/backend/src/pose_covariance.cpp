@@ -63,11 +63,11 @@ class SelectedInverse {
   }
 
   /// A square on the diagonal.
-  Eigen::MatrixXd block(int first, int size) const {
+  Matrix6d block(int first) const {
     const auto& place = factor_.permutationP().indices();
-    Eigen::MatrixXd block(size, size);
-    for (int r = 0; r < size; ++r)
-      for (int c = 0; c < size; ++c) block(r, c) = permuted(place[first + r], place[first + c]);
+    Matrix6d block;
+    for (int r = 0; r < 6; ++r)
+      for (int c = 0; c < 6; ++c) block(r, c) = permuted(place[first + r], place[first + c]);
     return block;
   }
 
@@ -83,17 +83,19 @@ class SelectedInverse {
 
 }  // namespace
 
-GraphCovariances graph_covariances(const std::vector<PoseGraphEdge>& edges, const PoseGraphSolution& solution,
-                                   int gauge, const PoseGraphOptions& options, const SharedUnknowns& shared) {
+std::map<int, Matrix6d> pose_covariances(const std::vector<PoseGraphEdge>& edges,
+                                         const PoseGraphSolution& solution, int gauge,
+                                         const PoseGraphOptions& options, double gradient_scale_sigma) {
   if (solution.edge_residual.size() != edges.size() || solution.edge_outlier.size() != edges.size())
     throw Error("pose graph: the solution is of other edges");
   const int component = solution.component_of_node.at(gauge);
   std::map<int, int> row_of;
   for (const auto& [id, of_node] : solution.component_of_node)
     if (of_node == component && id != gauge) row_of.emplace(id, 6 * static_cast<int>(row_of.size()));
-  const int shared_row = 6 * static_cast<int>(row_of.size()),
-            shared_count = static_cast<int>(shared.mean.size());
-  InformationMatrix information(shared_row + shared_count);
+  const SharedUnknowns scale =
+      gradient_scale_sigma > 0 ? gradient_scale_unknowns(edges, gradient_scale_sigma) : SharedUnknowns{};
+  const int scale_row = 6 * static_cast<int>(row_of.size());
+  InformationMatrix information(scale_row + static_cast<int>(scale.information.rows()));
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const PoseGraphEdge& edge = edges[i];
     if (solution.edge_outlier[i] || solution.component_of_node.at(edge.from) != component) continue;
@@ -105,28 +107,17 @@ GraphCovariances graph_covariances(const std::vector<PoseGraphEdge>& edges, cons
     std::vector<std::pair<int, Rows6>> derivatives;
     if (edge.to != gauge) derivatives.emplace_back(row_of.at(edge.to), whitening);
     if (edge.from != gauge) derivatives.emplace_back(row_of.at(edge.from), -whitening * adjoint(to_T_from));
-    if (shared_count > 0 && shared.edge_by_unknown[i].cols() > 0)
-      derivatives.emplace_back(shared_row, -whitening * shared.edge_by_unknown[i]);
+    if (gradient_scale_sigma > 0) derivatives.emplace_back(scale_row, -whitening * scale.edge_by_unknown[i]);
     information.add(derivatives);
   }
-  if (shared_count > 0) information.add_block(shared_row, shared_row, shared.information);
+  if (gradient_scale_sigma > 0) information.add_block(scale_row, scale_row, scale.information);
 
-  GraphCovariances covariances;
-  covariances.gauge_T_node[gauge] = Matrix6d::Zero();
+  std::map<int, Matrix6d> covariances;
+  covariances[gauge] = Matrix6d::Zero();
   if (row_of.empty()) return covariances;
   const SelectedInverse inverse(information.matrix());
-  for (const auto& [id, row] : row_of) covariances.gauge_T_node[id] = inverse.block(row, 6);
-  covariances.shared_unknowns = inverse.block(shared_row, shared_count);
+  for (const auto& [id, row] : row_of) covariances[id] = inverse.block(row);
   return covariances;
-}
-
-std::map<int, Matrix6d> pose_covariances(const std::vector<PoseGraphEdge>& edges,
-                                         const PoseGraphSolution& solution, int gauge,
-                                         const PoseGraphOptions& options, double gradient_scale_sigma) {
-  return graph_covariances(edges, solution, gauge, options,
-                           gradient_scale_sigma > 0 ? gradient_scale_unknowns(edges, gradient_scale_sigma)
-                                                    : SharedUnknowns{})
-      .gauge_T_node;
 }
 
 }  // namespace gelslam

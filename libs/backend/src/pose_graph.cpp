@@ -19,7 +19,7 @@ using namespace backend::detail;
 
 void require_usable(const PoseGraphOptions& options, const SharedUnknowns& shared) {
   if (!(options.loop_loss_scale > 0)) throw Error("pose graph: loop_loss_scale must be positive");
-  if (options.only_where_needed && shared.mean.size() > 0)
+  if (options.only_where_needed && shared.information.size() > 0)
     throw Error("pose graph: shared unknowns are estimated with all nodes, not only where needed");
 }
 
@@ -34,8 +34,7 @@ struct Graph {
   std::vector<NodeState> nodes;
   std::vector<WhitenedEdge> edges;
   std::vector<int> component;       // index of the smallest node of each node's component
-  Eigen::VectorXd prior_mean;       // of the shared unknowns
-  Eigen::MatrixXd prior_whitening;  // of the same
+  Eigen::MatrixXd prior_whitening;  // of the shared unknowns
 };
 
 Graph make_graph(const std::map<int, Pose>& initial_map_T_node, const std::vector<PoseGraphEdge>& edges) {
@@ -68,20 +67,17 @@ Graph make_graph(const std::map<int, Pose>& initial_map_T_node, const std::vecto
   return graph;
 }
 
-/// Edges whose measurement depends on the unknowns get their derivatives, whitened.
+/// Edges get their derivatives by the unknowns, whitened.
 void add_shared_unknowns(const SharedUnknowns& shared, Graph& graph) {
-  const Eigen::Index count = shared.mean.size();
+  const Eigen::Index count = shared.information.rows();
   if (count == 0 && shared.edge_by_unknown.empty()) return;
   const Eigen::LLT<Eigen::MatrixXd> factor(shared.information);
-  if (shared.edge_by_unknown.size() != graph.edges.size() || shared.information.rows() != count ||
-      shared.information.cols() != count || !shared.information.allFinite() ||
-      factor.info() != Eigen::Success)
+  if (shared.edge_by_unknown.size() != graph.edges.size() || shared.information.cols() != count ||
+      !shared.information.allFinite() || factor.info() != Eigen::Success)
     throw Error("pose graph: shared unknowns need a derivative per edge and a positive definite information");
-  graph.prior_mean = shared.mean;
   graph.prior_whitening = factor.matrixU();
   for (std::size_t i = 0; i < graph.edges.size(); ++i) {
     const auto& by_unknown = shared.edge_by_unknown[i];
-    if (by_unknown.cols() == 0) continue;
     if (by_unknown.cols() != count || !by_unknown.allFinite())
       throw Error(
           "pose graph: an edge's derivative by the shared unknowns has the wrong size or is not finite");
@@ -89,7 +85,7 @@ void add_shared_unknowns(const SharedUnknowns& shared, Graph& graph) {
   }
 }
 
-/// An edge's residual: of its nodes, and shifted by the shared unknowns where it depends on them.
+/// An edge's residual: of its nodes, and shifted by the shared unknowns where there are any.
 class EdgeCost : public ceres::CostFunction {
  public:
   explicit EdgeCost(const WhitenedEdge& edge) : edge_(edge), of_nodes_(new OfNodes{&edge_}) {
@@ -226,8 +222,9 @@ class Solver {
     for (const WhitenedEdge& edge : graph_.edges)
       if (may_move(edge.from) || may_move(edge.to)) add(edge);
     if (unknowns_.size() > 0)
-      problem_.AddResidualBlock(new ceres::NormalPrior(graph_.prior_whitening, graph_.prior_mean), nullptr,
-                                unknowns_.data());
+      problem_.AddResidualBlock(
+          new ceres::NormalPrior(graph_.prior_whitening, Eigen::VectorXd::Zero(unknowns_.size())), nullptr,
+          unknowns_.data());
     for (int i = 0; i < static_cast<int>(nodes_.size()); ++i) {
       double* node = nodes_[index(i)].data();
       if (!problem_.HasParameterBlock(node)) continue;
@@ -257,8 +254,7 @@ void evaluate(const Graph& graph, const PoseGraphOptions& options, Estimate& est
   estimate.residuals.clear();
   estimate.worst_loop = 0;
   double twice_cost = 0;
-  if (estimate.unknowns.size() > 0)
-    twice_cost += (graph.prior_whitening * (estimate.unknowns - graph.prior_mean)).squaredNorm();
+  if (estimate.unknowns.size() > 0) twice_cost += (graph.prior_whitening * estimate.unknowns).squaredNorm();
   for (const WhitenedEdge& edge : graph.edges) {
     const double r = residual_norm(edge, estimate.nodes[index(edge.from)], estimate.nodes[index(edge.to)],
                                    estimate.unknowns);
@@ -337,7 +333,7 @@ PoseGraphSolution describe(const Graph& graph, const Estimate& estimate) {
 PoseGraphSolution solve(const Graph& graph, const PoseGraphOptions& options) {
   Estimate estimate;
   estimate.nodes = graph.nodes;
-  estimate.unknowns = graph.prior_mean;
+  estimate.unknowns = Eigen::VectorXd::Zero(graph.prior_whitening.rows());
   place_pieces(graph.edges, estimate.nodes);
   evaluate(graph, options, estimate);
   const double initial_cost = estimate.cost;

@@ -17,6 +17,15 @@ namespace gelslam {
 
 using namespace backend::detail;
 
+namespace {
+
+/// Prior standard deviations of the factors, where that of the gradient scale is `sigma`.
+Eigen::Vector4d scale_sigmas(double sigma) {
+  return sigma * Eigen::Vector4d(1, kCrossAxisShare, kCrossAxisShare, 1);
+}
+
+}  // namespace
+
 MotionByScale motion_by_gradient_scale(const PoseGraphEdge& edge) {
   constexpr double kUpsideDown = 1e-6;  // numerics: there the split into tilt and twist is not defined
   const Eigen::Quaterniond q(edge.from_T_to.linear());
@@ -43,16 +52,11 @@ MotionByScale motion_by_gradient_scale(const PoseGraphEdge& edge) {
   return result;
 }
 
-Eigen::Vector4d scale_sigmas(double sigma) {
-  return sigma * Eigen::Vector4d(1, kCrossAxisShare, kCrossAxisShare, 1);
-}
-
 SharedUnknowns gradient_scale_unknowns(const std::vector<PoseGraphEdge>& edges, double sigma) {
   SharedUnknowns shared;
   shared.edge_by_unknown.reserve(edges.size());
   for (const PoseGraphEdge& edge : edges) shared.edge_by_unknown.push_back(motion_by_gradient_scale(edge));
   shared.information = scale_sigmas(sigma).cwiseAbs2().cwiseInverse().asDiagonal();
-  shared.mean = Eigen::Vector4d::Zero();
   return shared;
 }
 

@@ -50,7 +50,7 @@ Pose to_pose(const NodeState& state) {
 double residual_norm(const WhitenedEdge& edge, const NodeState& from, const NodeState& to,
                      const Eigen::VectorXd& unknowns) {
   const Vector6d error = whitened_error(edge, from.data(), to.data());
-  if (unknowns.size() == 0 || edge.by_unknown.cols() == 0) return error.norm();
+  if (unknowns.size() == 0) return error.norm();
   return (error - edge.by_unknown * unknowns).norm();
 }
 

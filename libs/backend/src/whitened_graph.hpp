@@ -25,7 +25,7 @@ struct WhitenedEdge {
   Eigen::Vector3d translation_mm;
   Matrix6d whitening;
   EdgeKind kind = EdgeKind::odometry;
-  /// What the shared unknowns do to the measurement, whitened; 6x0 where they do nothing.
+  /// What the shared unknowns do to the measurement, whitened; 6x0 where there are none.
   Eigen::Matrix<double, 6, Eigen::Dynamic> by_unknown = Eigen::Matrix<double, 6, Eigen::Dynamic>(6, 0);
 };
 

@@ -9,14 +9,12 @@ namespace gelslam {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Optics, from, lens_k1, lens_center_px, pixel_aspect,
                                    camera_distance_mm, gel_dome_per_mm)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Log, file, first_time_s, sensor, start_s)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Log, file, first_time_s)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Frames, total, background, no_contact, tracked, lost, undone,
                                    in_map, not_in_mesh, left_out)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Drift, amount, frame, time_s)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Hidden, motion, first_frame, first_time_s, frames)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Uncertainty, drift_mm, drift_deg, not_observable)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Rig, first_T_second_mm, sigma_mm, sigma_deg, constraints,
-                                   second_start_s)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::GradientScale, x, y)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::MeshSize, vertices, triangles)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Live, rate_hz, arrived, lost_by_camera, dropped, damaged)
@@ -58,7 +56,6 @@ std::string wrong_member(const Json& json, const Json& model) {
 std::string report_json(const RunReport& report) {
   Json json = report;
   write_optional(json, "saved", report.saved);
-  write_optional(json, "rig", report.rig);
   write_optional(json, "live", report.live);
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -72,7 +69,6 @@ RunReport parse_report(const std::string& text, const std::filesystem::path& fil
   try {
     auto report = json.get<RunReport>();
     read_optional(json, "saved", report.saved);
-    read_optional(json, "rig", report.rig);
     read_optional(json, "live", report.live);
     return report;
   } catch (const Json::exception&) {

@@ -71,10 +71,6 @@ Matrix6d adjoint(const Pose& a_T_b) {
 
 double rotation_angle_rad(const Pose& pose) { return so3_log(pose.linear()).norm(); }
 
-Pose interpolated(const Pose& from, const Pose& to, double share) {
-  return from * se3_exp(share * se3_log(from.inverse() * to));
-}
-
 Pose normalized(const Pose& pose) {
   Pose result = pose;
   result.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();

@@ -180,10 +180,6 @@ class RunRecorder {
     for (const char* topic : {"/trajectory", "/keyframes"}) add(topic, "foxglove.PosesInFrame");
     add("/tf", "foxglove.FrameTransform");
     add("/tactile", "foxglove.CompressedImage");
-    if (std::ranges::any_of(run.logs, &RunReport::Log::sensor)) {
-      for (const char* topic : {"/second/sensor", "/second/keyframe"}) add(topic, "foxglove.PoseInFrame");
-      add("/second/tactile", "foxglove.CompressedImage");
-    }
     channels_["/surface"] = file_.add_channel("/surface", "foxglove.SceneUpdate", scene_schema().dump());
     channels_["/path"] = file_.add_channel("/path", "foxglove.SceneUpdate", "");
   }
@@ -202,12 +198,11 @@ class RunRecorder {
   void write_poses(double until_s) {
     for (; pose_ < run_.trajectory.size() && run_.trajectory[pose_].time_s <= until_s; ++pose_) {
       const StampedPose& p = run_.trajectory[pose_];
-      const Moment moment = moment_of(p.time_s);
       write_pose("/sensor", p);
-      write("/tf", moment.time_s,
-            {{"timestamp", stamp(moment.time_s)},
+      write("/tf", p.time_s,
+            {{"timestamp", stamp(p.time_s)},
              {"parent_frame_id", "map"},
-             {"child_frame_id", moment.of_second ? "second/sensor" : "sensor"},
+             {"child_frame_id", "sensor"},
              {"translation", xyz(p.map_T_sensor.translation())},
              {"rotation", quaternion(p.map_T_sensor)}});
     }
@@ -218,10 +213,9 @@ class RunRecorder {
   void write_picture(const TactileImage& image) {
     write_poses(image.time_s);
     const std::vector<std::uint8_t> jpeg = encode_jpeg(image.bgr);
-    const Moment moment = moment_of(image.time_s);
-    write(topic_of("/tactile", moment), moment.time_s,
-          {{"timestamp", stamp(moment.time_s)},
-           {"frame_id", moment.of_second ? "second/sensor" : "sensor"},
+    write("/tactile", image.time_s,
+          {{"timestamp", stamp(image.time_s)},
+           {"frame_id", "sensor"},
            {"data", base64({reinterpret_cast<const char*>(jpeg.data()), jpeg.size()})},
            {"format", "jpeg"}});
   }
@@ -232,30 +226,12 @@ class RunRecorder {
   void add(const char* topic, const char* schema) {
     channels_[topic] = file_.add_channel(topic, schema, message_schema(schema).dump());
   }
-  /// When something happened, and to which of two sensors.
-  struct Moment {
-    bool of_second = false;
-    double time_s = 0;
-  };
-  /// The run's time goes on from log to log, also where they were recorded at the same time.
-  Moment moment_of(double run_time_s) const {
-    const auto next = std::ranges::find_if(
-        run_.logs, [&](const RunReport::Log& log) { return log.first_time_s > run_time_s; });
-    if (next == run_.logs.begin() || std::prev(next)->sensor == 0) return {false, run_time_s};
-    const RunReport::Log& log = *std::prev(next);
-    return {true, log.start_s + run_time_s - log.first_time_s};
-  }
-  static std::string topic_of(const std::string& topic, const Moment& moment) {
-    return moment.of_second ? "/second" + topic : topic;
-  }
-
   void write(const std::string& topic, double time_s, const Json& message) {
     file_.write(channels_.at(topic), nanoseconds(time_s), message.dump());
   }
   void write_pose(const char* topic, const StampedPose& p) {
-    const Moment moment = moment_of(p.time_s);
-    write(topic_of(topic, moment), moment.time_s,
-          {{"timestamp", stamp(moment.time_s)}, {"frame_id", "map"}, {"pose", pose_message(p.map_T_sensor)}});
+    write(topic, p.time_s,
+          {{"timestamp", stamp(p.time_s)}, {"frame_id", "map"}, {"pose", pose_message(p.map_T_sensor)}});
   }
 
   McapFile file_;

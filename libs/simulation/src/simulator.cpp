@@ -40,8 +40,6 @@ Simulator::Simulator(const ScanSpec& spec)
       surface_(shape_->mesh(surface_spacing_mm(*shape_))),
       optics_(spec.geometry, spec.optics),
       sensor_T_object_(make_motion(spec.motion, *shape_, surface_, spec.geometry)) {
-  for (Pose& sensor_T_object : sensor_T_object_)
-    sensor_T_object = spec_.rig_T_sensor.inverse() * sensor_T_object;
   for (std::size_t k = 0; k < sensor_T_object_.size(); ++k) {
     if (!touches(press_object(*shape_, sensor_T_object_[k], optics_.gel_grid(), spec_.gel))) continue;
     contact_start_frame_ = spec_.background_frames + static_cast<int>(k);

@@ -32,10 +32,8 @@ struct AvOptions {
   AVDictionary* dictionary = nullptr;
 };
 
-/// The track's tag, else the file's.
-std::string tag_of(const AVDictionary* tags, const char* name, const AVDictionary* of_file = nullptr) {
+std::string tag_of(const AVDictionary* tags, const char* name) {
   const AVDictionaryEntry* entry = av_dict_get(tags, name, nullptr, 0);
-  if (entry == nullptr && of_file != nullptr) return tag_of(of_file, name);
   return entry == nullptr ? "" : std::string(entry->value).substr(0, kLargestTextBytes);
 }
 
@@ -214,13 +212,13 @@ std::optional<std::int64_t> VideoFile::Av::microseconds(std::int64_t ticks) cons
   return av_rescale_q(ticks, stream->time_base, AVRational{1, 1'000'000});
 }
 
-VideoFile::VideoFile(const std::filesystem::path& path, const char* format, int sensor)
+VideoFile::VideoFile(const std::filesystem::path& path, const char* format)
     : path_(path), av_(std::make_unique<Av>()) {
   const Error unreadable(path.string() + ": not a video that can be read (or damaged from the start)");
   const bool matroska = is_matroska(path);
   if (!av_->open(path, matroska ? "matroska" : format)) throw unreadable;
   if (!matroska && avformat_find_stream_info(av_->file, nullptr) < 0) throw unreadable;
-  find_video(path, matroska, sensor);
+  find_video(path, matroska);
   check_picture_size(path, properties_.width_px, properties_.height_px);
   const bool decodes = properties_.encoding == FrameEncoding::bgr;
   if (matroska && !decodes) av_->file->flags |= AVFMT_FLAG_NOPARSE | AVFMT_FLAG_NOFILLIN;  // as they are
@@ -230,19 +228,23 @@ VideoFile::VideoFile(const std::filesystem::path& path, const char* format, int 
 
 VideoFile::~VideoFile() = default;
 
-void VideoFile::find_video(const std::filesystem::path& path, bool is_matroska, int sensor) {
+void VideoFile::find_video(const std::filesystem::path& path, bool is_matroska) {
   Properties& p = properties_;
+  p.ours = tag_of(av_->file->metadata, "encoder") == kLogApplication;
   for (AVStream* stream : std::span(av_->file->streams, av_->file->nb_streams)) {
     const bool is_video = stream->codecpar->codec_type == AVMEDIA_TYPE_VIDEO &&
                           (stream->disposition & AV_DISPOSITION_ATTACHED_PIC) == 0;
-    if (is_video && p.sensors++ == sensor)
+    if (is_video && av_->stream == nullptr) {
       av_->stream = stream;
-    else
-      stream->discard = AVDISCARD_ALL;
+      continue;
+    }
+    if (is_video && p.ours)
+      throw Error(path.string() +
+                  ": a log of two sensors, as older versions made; take one out with: ffmpeg -i " +
+                  path.string() + " -map 0:v:0 -c copy first.mkv, and name its --config and --model");
+    stream->discard = AVDISCARD_ALL;
   }
-  if (av_->stream == nullptr)
-    throw Error(path.string() +
-                (sensor == 0 ? ": holds no video" : ": holds no sensor " + std::to_string(sensor + 1)));
+  if (av_->stream == nullptr) throw Error(path.string() + ": holds no video");
   p.encoding = encoding_of(*av_->stream->codecpar);
   p.width_px = av_->stream->codecpar->width;
   p.height_px = av_->stream->codecpar->height;
@@ -258,12 +260,10 @@ void VideoFile::find_video(const std::filesystem::path& path, bool is_matroska, 
     p.duration_s = static_cast<double>(av_->stream->duration) * av_q2d(av_->stream->time_base);
   p.duration_s = std::max(p.duration_s, 0.0);
   // LogWriter's own note; a tool that cuts a log copies it, right or wrong.
-  p.ours = tag_of(av_->file->metadata, "encoder") == kLogApplication;
   p.frames_are_counted = p.ours || (!is_matroska && av_->stream->nb_frames > 0);
-  p.frames = plausible_frames(
-      p.ours ? std::atof(tag_of(av_->stream->metadata, kFramesTag, av_->file->metadata).c_str())
-      : p.frames_are_counted ? static_cast<double>(av_->stream->nb_frames)
-                             : std::round(p.duration_s * p.rate_hz));
+  p.frames = plausible_frames(p.ours ? std::atof(tag_of(av_->file->metadata, kFramesTag).c_str())
+                              : p.frames_are_counted ? static_cast<double>(av_->stream->nb_frames)
+                                                     : std::round(p.duration_s * p.rate_hz));
 }
 
 std::optional<VideoFile::Packet> VideoFile::next() {
@@ -306,17 +306,13 @@ std::optional<VideoFile::Packet> VideoFile::next_decoded() {
 
 LogAttachments VideoFile::attachments() const {
   LogAttachments found;
-  const AVDictionary* const tags = av_->stream->metadata;
-  found.sensor = tag_of(tags, kSensorTag, av_->file->metadata);
-  found.camera_settings = tag_of(tags, kSettingsTag, av_->file->metadata);
-  std::uint64_t uid = kMaxTracks;
-  while (uid > 1 && tag_of(tags, "title") != track_name(uid)) --uid;  // the only track has no name
+  found.sensor = tag_of(av_->file->metadata, kSensorTag);
+  found.camera_settings = tag_of(av_->file->metadata, kSettingsTag);
   for (const AVStream* stream : std::span(av_->file->streams, av_->file->nb_streams)) {
     if (stream->codecpar->codec_type != AVMEDIA_TYPE_ATTACHMENT || stream->codecpar->extradata_size <= 0)
       continue;
     const std::string name = tag_of(stream->metadata, "filename");
-    const bool config = name == attachment_name(kConfigAttachment, uid),
-               model = name == attachment_name(kModelAttachment, uid);
+    const bool config = name == kConfigAttachment, model = name == kModelAttachment;
     if (!config && !model) continue;
     const std::string_view data(reinterpret_cast<const char*>(stream->codecpar->extradata),
                                 static_cast<std::size_t>(stream->codecpar->extradata_size));

@@ -13,9 +13,10 @@ namespace gelslam::detail {
 /// the next picture after damage. JPEG, PNG and YUYV pictures are handed on as they are, others decoded.
 class VideoFile {
  public:
-  /// `format`: libav's name of the only format to take, or null for any. `sensor`: which of its videos, from
-  /// 0. Throws Error when the file cannot be read, or its pictures are larger than any touch sensor's.
-  explicit VideoFile(const std::filesystem::path& path, const char* format = nullptr, int sensor = 0);
+  /// `format`: libav's name of the only format to take, or null for any. Of several videos the first is
+  /// taken. Throws Error when the file cannot be read, its pictures are larger than any touch sensor's, or it
+  /// is a log of two sensors, as older versions made.
+  explicit VideoFile(const std::filesystem::path& path, const char* format = nullptr);
   ~VideoFile();
 
   struct Properties {
@@ -26,7 +27,6 @@ class VideoFile {
     std::optional<std::int64_t> frames;  ///< as the header says it, or by duration and rate
     bool frames_are_counted = false;     ///< the header says it
     bool ours = false;                   ///< written by LogWriter
-    int sensors = 0;                     ///< videos in the file
   };
   const Properties& properties() const { return properties_; }
 
@@ -42,7 +42,7 @@ class VideoFile {
 
  private:
   struct Av;
-  void find_video(const std::filesystem::path& path, bool is_matroska, int sensor);
+  void find_video(const std::filesystem::path& path, bool is_matroska);
   std::optional<Packet> next_as_it_is();
   std::optional<Packet> next_decoded();
 

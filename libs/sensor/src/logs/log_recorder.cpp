@@ -19,7 +19,7 @@ std::string megabytes(std::size_t bytes) { return std::to_string(bytes >> 20) + 
 struct LogRecorder::Impl {
   Impl(std::unique_ptr<LogWriter> log_writer, const LogRecorderOptions& recorder_options)
       : writer(std::move(log_writer)), options(recorder_options) {
-    for (const SensorProfile& profile : options.resize_to) decoders.emplace_back(profile);
+    if (options.resize_to) decoder.emplace(*options.resize_to);
     thread = std::thread([this] { run(); });
   }
 
@@ -28,7 +28,7 @@ struct LogRecorder::Impl {
     return queue.empty() || status.waiting_bytes + frame.bytes.size() <= options.max_waiting_bytes;
   }
 
-  void push(std::shared_ptr<const RawFrame> frame, std::size_t track, bool may_wait) {
+  void push(std::shared_ptr<const RawFrame> frame, bool may_wait) {
     {
       std::unique_lock lock(mutex);
       if (may_wait) room.wait(lock, [&] { return ending || status.stopped || has_room(*frame); });
@@ -38,7 +38,7 @@ struct LogRecorder::Impl {
         return;
       }
       status.waiting_bytes += frame->bytes.size();
-      queue.emplace_back(std::move(frame), track);
+      queue.push_back(std::move(frame));
     }
     work.notify_one();
   }
@@ -55,12 +55,11 @@ struct LogRecorder::Impl {
   }
 
   void run() {
-    while (std::optional<Waiting> waiting = take()) {
-      const std::size_t size = waiting->first->bytes.size();
-      const std::string failure = write(*waiting->first, waiting->second);
+    while (const std::shared_ptr<const RawFrame> frame = take()) {
+      const std::string failure = write(*frame);
       {
         const std::lock_guard lock(mutex);
-        status.waiting_bytes -= size;
+        status.waiting_bytes -= frame->bytes.size();
         status.written = writer->frames();
         status.bytes = writer->bytes();
         if (!failure.empty()) give_up(failure);
@@ -73,32 +72,30 @@ struct LogRecorder::Impl {
     if (!writer->failure().empty()) give_up(writer->failure());
   }
 
-  using Waiting = std::pair<std::shared_ptr<const RawFrame>, std::size_t>;  // and its track
-
-  std::optional<Waiting> take() {
+  /// Null at the end.
+  std::shared_ptr<const RawFrame> take() {
     std::unique_lock lock(mutex);
     work.wait(lock, [this] { return ending || !queue.empty(); });
-    if (queue.empty()) return std::nullopt;
-    Waiting waiting = std::move(queue.front());
+    if (queue.empty()) return nullptr;
+    std::shared_ptr<const RawFrame> frame = std::move(queue.front());
     queue.pop_front();
-    return waiting;
+    return frame;
   }
 
   /// "" or why nothing more can be recorded.
-  std::string write(const RawFrame& frame, std::size_t track) {
+  std::string write(const RawFrame& frame) {
     try {
-      if (decoders.empty() && frame.damage.empty())
-        return writer->write(frame, track) ? "" : writer->failure();
-      const std::optional<RawFrame> small = resized(frame, track);
-      return !small || writer->write(*small, track) ? "" : writer->failure();
+      if (!decoder && frame.damage.empty()) return writer->write(frame) ? "" : writer->failure();
+      const std::optional<RawFrame> small = resized(frame);
+      return !small || writer->write(*small) ? "" : writer->failure();
     } catch (
         const std::exception& error) {  // a picture that can never fit, or no memory: the scan must go on
       return writer->path().string() + ": recording stopped: " + error.what();
     }
   }
 
-  std::optional<RawFrame> resized(const RawFrame& frame, std::size_t track) {
-    const std::optional<TactileImage> image = decoders.empty() ? std::nullopt : decoders[track].decode(frame);
+  std::optional<RawFrame> resized(const RawFrame& frame) {
+    const std::optional<TactileImage> image = decoder ? decoder->decode(frame) : std::nullopt;
     if (!image) {
       const std::lock_guard lock(mutex);
       ++status.damaged;
@@ -133,10 +130,10 @@ struct LogRecorder::Impl {
 
   std::unique_ptr<LogWriter> writer;
   LogRecorderOptions options;
-  std::deque<FrameDecoder> decoders;  // of each track, if frames are resized
+  std::optional<FrameDecoder> decoder;  // if frames are resized
   mutable std::mutex mutex;
   std::condition_variable work, room;
-  std::deque<Waiting> queue;
+  std::deque<std::shared_ptr<const RawFrame>> queue;
   LogRecorderStatus status;
   bool ending = false;
   std::thread thread;
@@ -146,12 +143,8 @@ LogRecorder::LogRecorder(std::unique_ptr<LogWriter> writer, const LogRecorderOpt
     : impl_(std::make_unique<Impl>(std::move(writer), options)) {}
 LogRecorder::~LogRecorder() { finish(); }
 
-void LogRecorder::push(std::shared_ptr<const RawFrame> frame, std::size_t track) {
-  impl_->push(std::move(frame), track, false);
-}
-void LogRecorder::push_waiting(std::shared_ptr<const RawFrame> frame, std::size_t track) {
-  impl_->push(std::move(frame), track, true);
-}
+void LogRecorder::push(std::shared_ptr<const RawFrame> frame) { impl_->push(std::move(frame), false); }
+void LogRecorder::push_waiting(std::shared_ptr<const RawFrame> frame) { impl_->push(std::move(frame), true); }
 void LogRecorder::finish() { impl_->finish(); }
 LogRecorderStatus LogRecorder::status() const { return impl_->current(); }
 

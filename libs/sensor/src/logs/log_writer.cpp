@@ -123,16 +123,14 @@ std::int64_t unix_now_s() {
 }  // namespace
 
 struct LogWriter::Impl {
-  Impl(const std::filesystem::path& log_path, std::vector<LogTrack> log_tracks)
-      : path(log_path), tracks(std::move(log_tracks)), state(tracks.size()) {
-    for (LogTrack& track : tracks) {
-      const LogAttachments& stored = track.attachments;
-      refuse_over(stored.config_yaml.size(), kLargestConfigBytes, "the configuration");
-      refuse_over(stored.model.size(), kLargestModelBytes, "the gradient model");
-      refuse_over(stored.sensor.size() + stored.camera_settings.size(), kLargestTextBytes,
-                  "the camera's settings");
-      if (!(track.rate_hz > 0.01 && track.rate_hz < 1e5)) track.rate_hz = 25.0;
-    }
+  Impl(const std::filesystem::path& log_path, const LogAttachments& attachments, double frame_rate_hz)
+      : path(log_path),
+        stored(attachments),
+        rate_hz(frame_rate_hz > 0.01 && frame_rate_hz < 1e5 ? frame_rate_hz : 25.0) {
+    refuse_over(stored.config_yaml.size(), kLargestConfigBytes, "the configuration");
+    refuse_over(stored.model.size(), kLargestModelBytes, "the gradient model");
+    refuse_over(stored.sensor.size() + stored.camera_settings.size(), kLargestTextBytes,
+                "the camera's settings");
     file.emplace(path);
   }
 
@@ -149,40 +147,34 @@ struct LogWriter::Impl {
     return false;
   }
 
-  /// The log begins with the first frame of any track, and does not wait for the others'.
-  bool begin(const RawFrame& frame, std::size_t track) {
-    const MatroskaTrack first{frame.encoding == FrameEncoding::bgr ? FrameEncoding::png : frame.encoding,
-                              frame.width_px, frame.height_px, tracks[track].rate_hz};
-    std::string problem;
-    if (file->size() == 0) {
-      header = matroska_header(tracks, track, first, unix_now_s());
-      problem = file->append(header.bytes, "");
-    } else {
-      problem = file->overwrite(header.tracks_at[track], track_place(first, track_uid(track, tracks.size())));
-    }
-    state[track].format = {frame.encoding, frame.width_px, frame.height_px, 0};
+  /// The log begins with the first frame.
+  bool begin(const RawFrame& frame) {
+    format = {frame.encoding, frame.width_px, frame.height_px, rate_hz};
+    MatroskaTrack track = *format;
+    if (track.encoding == FrameEncoding::bgr) track.encoding = FrameEncoding::png;
+    header = matroska_header(stored, track, unix_now_s());
+    const std::string problem = file->append(header.bytes, "");
     return problem.empty() || fail(problem);
   }
 
-  bool fits(const RawFrame& frame, const MatroskaTrack& format) const {
-    return frame.encoding == format.encoding && frame.width_px == format.width_px &&
-           frame.height_px == format.height_px;
+  bool fits(const RawFrame& frame) const {
+    return frame.encoding == format->encoding && frame.width_px == format->width_px &&
+           frame.height_px == format->height_px;
   }
 
-  bool write(const RawFrame& frame, std::size_t track) {
+  bool write(const RawFrame& frame) {
     if (!failure.empty()) return false;
     if (file->removed()) return fail_removed();
-    if (!state[track].format && !begin(frame, track)) return false;
-    if (!fits(frame, *state[track].format)) return fail("the camera's pictures changed their size or kind");
+    if (!format && !begin(frame)) return false;
+    if (!fits(frame)) return fail("the camera's pictures changed their size or kind");
     const std::uint64_t ticks = ticks_of(frame.time_s);
     const bool encode = frame.encoding == FrameEncoding::bgr;
     const std::vector<std::uint8_t> png = encode ? png_of(frame) : std::vector<std::uint8_t>();
     const std::string_view data = text_of(encode ? png : frame.bytes);
-    const std::string problem = file->append(
-        cluster_head(ticks, static_cast<std::uint64_t>(frame.sequence), data.size(), track), data);
+    const std::string problem =
+        file->append(cluster_head(ticks, static_cast<std::uint64_t>(frame.sequence), data.size()), data);
     if (!problem.empty()) return fail(problem);
-    end_ticks = std::max(end_ticks, ticks + ticks_of(1 / tracks[track].rate_hz));
-    ++state[track].frames;
+    end_ticks = std::max(end_ticks, ticks + ticks_of(1 / rate_hz));
     ++frames;
     return true;
   }
@@ -200,9 +192,7 @@ struct LogWriter::Impl {
       return;
     }
     std::string problem = file->overwrite(header.duration_at, duration_element(end_ticks));
-    for (std::size_t i = 0; i < state.size() && problem.empty(); ++i)
-      problem =
-          file->overwrite(header.frames_at[i], frames_element(state[i].frames, track_uid(i, tracks.size())));
+    if (problem.empty()) problem = file->overwrite(header.frames_at, frames_element(frames));
     const auto segment_bytes = static_cast<std::uint64_t>(file->size()) - header.segment_begins_at;
     if (problem.empty()) problem = file->overwrite(header.segment_length_at, ebml_length_8(segment_bytes));
     if (problem.empty()) problem = file->sync();
@@ -210,12 +200,9 @@ struct LogWriter::Impl {
   }
 
   std::filesystem::path path;
-  std::vector<LogTrack> tracks;
-  struct TrackState {
-    std::optional<MatroskaTrack> format;  // of the frames as they come
-    std::int64_t frames = 0;
-  };
-  std::vector<TrackState> state;
+  LogAttachments stored;
+  double rate_hz;
+  std::optional<MatroskaTrack> format;  // of the frames as they come
   std::optional<AppendedFile> file;
   MatroskaHeader header;
   std::int64_t frames = 0;
@@ -224,15 +211,12 @@ struct LogWriter::Impl {
   std::string failure;
 };
 
-LogWriter::LogWriter(const std::filesystem::path& path, LogAttachments attachments, double rate_hz)
-    : LogWriter(path, {{std::move(attachments), rate_hz}}) {}
-
-LogWriter::LogWriter(const std::filesystem::path& path, std::vector<LogTrack> tracks)
-    : impl_(std::make_unique<Impl>(path, std::move(tracks))) {}
+LogWriter::LogWriter(const std::filesystem::path& path, const LogAttachments& attachments, double rate_hz)
+    : impl_(std::make_unique<Impl>(path, attachments, rate_hz)) {}
 
 LogWriter::~LogWriter() { close(); }
 
-bool LogWriter::write(const RawFrame& frame, std::size_t track) { return impl_->write(frame, track); }
+bool LogWriter::write(const RawFrame& frame) { return impl_->write(frame); }
 const std::string& LogWriter::failure() const { return impl_->failure; }
 void LogWriter::close() { impl_->close(); }
 const std::filesystem::path& LogWriter::path() const { return impl_->path; }

@@ -2,7 +2,6 @@
 
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <bit>
 #include <cassert>
 #include <cmath>
@@ -32,11 +31,11 @@ constexpr std::uint32_t kEbml = 0x1a45dfa3, kEbmlVersion = 0x4286, kEbmlReadVers
 constexpr std::uint32_t kInfo = 0x1549a966, kTimestampScale = 0x2ad7b1, kDuration = 0x4489, kDateUtc = 0x4461,
                         kMuxingApp = 0x4d80, kWritingApp = 0x5741;
 constexpr std::uint32_t kTracks = 0x1654ae6b, kTrackEntry = 0xae, kTrackNumber = 0xd7, kTrackUid = 0x73c5,
-                        kTrackType = 0x83, kName = 0x536e, kFlagLacing = 0x9c, kDefaultDuration = 0x23e383,
+                        kTrackType = 0x83, kFlagLacing = 0x9c, kDefaultDuration = 0x23e383,
                         kMaxBlockAddition = 0x55ee, kCodecId = 0x86, kCodecPrivate = 0x63a2, kVideo = 0xe0,
                         kPixelWidth = 0xb0, kPixelHeight = 0xba, kColorSpace = 0x2eb524;
-constexpr std::uint32_t kTags = 0x1254c367, kTag = 0x7373, kTargets = 0x63c0, kTagTrackUid = 0x63c5,
-                        kSimpleTag = 0x67c8, kTagName = 0x45a3, kTagString = 0x4487;
+constexpr std::uint32_t kTags = 0x1254c367, kTag = 0x7373, kTargets = 0x63c0, kSimpleTag = 0x67c8,
+                        kTagName = 0x45a3, kTagString = 0x4487;
 constexpr std::uint32_t kAttachments = 0x1941a469, kAttachedFile = 0x61a7, kFileName = 0x466e,
                         kFileMediaType = 0x4660, kFileUid = 0x46ae, kFileData = 0x465c;
 constexpr std::uint32_t kCluster = 0x1f43b675, kTimestamp = 0xe7, kBlockGroup = 0xa0, kBlock = 0xa1,
@@ -74,7 +73,7 @@ std::string png_codec(const MatroskaTrack& track) {
   return ebml_element(id::kCodecId, "V_MS/VFW/FOURCC") + ebml_element(id::kCodecPrivate, bitmap_header);
 }
 
-std::string track_entry(const MatroskaTrack& track, std::uint64_t uid) {
+std::string track_entry(const MatroskaTrack& track) {
   std::string codec, color_space;
   if (track.encoding == FrameEncoding::jpeg) codec = ebml_element(id::kCodecId, "V_MJPEG");
   if (track.encoding == FrameEncoding::png) codec = png_codec(track);
@@ -85,25 +84,19 @@ std::string track_entry(const MatroskaTrack& track, std::uint64_t uid) {
   const std::string video = ebml_number(id::kPixelWidth, static_cast<std::uint64_t>(track.width_px)) +
                             ebml_number(id::kPixelHeight, static_cast<std::uint64_t>(track.height_px)) +
                             color_space;
-  constexpr std::uint64_t is_video = 1;
+  constexpr std::uint64_t is_video = 1, number = 1;
   const auto frame_ns = static_cast<std::uint64_t>(std::llround(1e9 / track.rate_hz));
-  const std::uint64_t number = std::max<std::uint64_t>(uid, 1);
-  const std::string name = uid == 0 ? "" : ebml_element(id::kName, track_name(uid));
   return ebml_element(id::kTrackEntry,
                       ebml_number(id::kTrackNumber, number) + ebml_number(id::kTrackUid, number) +
                           ebml_number(id::kTrackType, is_video) + ebml_number(id::kFlagLacing, 0) +
                           ebml_number(id::kDefaultDuration, frame_ns) +
-                          ebml_number(id::kMaxBlockAddition, 1) + name + codec +
-                          ebml_element(id::kVideo, video));
+                          ebml_number(id::kMaxBlockAddition, 1) + codec + ebml_element(id::kVideo, video));
 }
 
-constexpr std::size_t kTrackPlaceBytes = 256;
-
-std::string tag_list(std::string_view name, std::string_view value, std::uint64_t uid) {
-  const std::string target = uid == 0 ? "" : ebml_number(id::kTagTrackUid, uid);
+std::string tag_list(std::string_view name, std::string_view value) {
   return ebml_element(
       id::kTags,
-      ebml_element(id::kTag, ebml_element(id::kTargets, target) +
+      ebml_element(id::kTag, ebml_element(id::kTargets, "") +
                                  ebml_element(id::kSimpleTag, ebml_element(id::kTagName, name) +
                                                                   ebml_element(id::kTagString, value))));
 }
@@ -116,14 +109,9 @@ std::string attached_file(std::uint64_t uid, std::string_view name, std::string_
                           ebml_number(id::kFileUid, uid) + ebml_element(id::kFileData, data));
 }
 
-std::string attachment_list(const std::vector<LogTrack>& tracks) {
-  std::string files;
-  for (std::uint64_t uid = 1; uid <= tracks.size(); ++uid) {
-    const LogAttachments& stored = tracks[uid - 1].attachments;
-    files += attached_file(2 * uid - 1, attachment_name(kConfigAttachment, uid), "text/plain",
-                           stored.config_yaml) +
-             attached_file(2 * uid, attachment_name(kModelAttachment, uid), "application/zip", stored.model);
-  }
+std::string attachment_list(const LogAttachments& stored) {
+  const std::string files = attached_file(1, kConfigAttachment, "text/plain", stored.config_yaml) +
+                            attached_file(2, kModelAttachment, "application/zip", stored.model);
   return files.empty() ? "" : ebml_element(id::kAttachments, files);
 }
 
@@ -166,27 +154,12 @@ std::string duration_element(std::uint64_t ticks) {
   return ebml_real(id::kDuration, static_cast<double>(ticks));
 }
 
-std::string frames_element(std::int64_t frames, std::uint64_t uid) {
-  return tag_list(kFramesTag, fmt::format("{:012}", frames), uid);
+std::string frames_element(std::int64_t frames) {
+  return tag_list(kFramesTag, fmt::format("{:012}", frames));
 }
 
-std::uint64_t track_uid(std::size_t track, std::size_t tracks) { return tracks == 1 ? 0 : track + 1; }
-
-std::string track_place(const MatroskaTrack& track, std::uint64_t uid) {
-  const std::string entry = track_entry(track, uid);
-  return entry + ebml_void(kTrackPlaceBytes - entry.size());
-}
-
-std::string track_name(std::uint64_t uid) { return "sensor " + std::to_string(uid); }
-
-std::string attachment_name(const char* name, std::uint64_t uid) {
-  std::string numbered = name;
-  if (uid > 1) numbered.insert(numbered.rfind('.'), "-" + std::to_string(uid));
-  return numbered;
-}
-
-MatroskaHeader matroska_header(const std::vector<LogTrack>& tracks, std::size_t known,
-                               const MatroskaTrack& track, std::int64_t unix_time_s) {
+MatroskaHeader matroska_header(const LogAttachments& stored, const MatroskaTrack& track,
+                               std::int64_t unix_time_s) {
   MatroskaHeader header;
   std::string& bytes = header.bytes;
   bytes = file_type() + ebml_head(id::kSegment, 0);
@@ -201,34 +174,21 @@ MatroskaHeader matroska_header(const std::vector<LogTrack>& tracks, std::size_t 
                            ebml_element(id::kWritingApp, kLogApplication);
   bytes += ebml_element(id::kInfo, info + space_for_duration);
   header.duration_at = bytes.size() - space_for_duration.size();
-  std::string entries, tags;
-  for (std::size_t i = 0; i < tracks.size(); ++i) {
-    const std::uint64_t uid = track_uid(i, tracks.size());
-    const LogAttachments& stored = tracks[i].attachments;
-    header.tracks_at.push_back(entries.size());
-    entries += uid == 0     ? track_entry(track, uid)
-               : i == known ? track_place(track, uid)
-                            : ebml_void(kTrackPlaceBytes);
-    if (!stored.sensor.empty()) tags += tag_list(kSensorTag, stored.sensor, uid);
-    if (!stored.camera_settings.empty()) tags += tag_list(kSettingsTag, stored.camera_settings, uid);
-    header.frames_at.push_back(tags.size());
-    tags += ebml_void(frames_element(0, uid).size());
-  }
-  bytes += ebml_element(id::kTracks, entries);
-  for (std::size_t& at : header.tracks_at) at += bytes.size() - entries.size();
-  for (std::size_t& at : header.frames_at) at += bytes.size();
-  bytes += tags;
-  bytes += attachment_list(tracks);
+  bytes += ebml_element(id::kTracks, track_entry(track));
+  if (!stored.sensor.empty()) bytes += tag_list(kSensorTag, stored.sensor);
+  if (!stored.camera_settings.empty()) bytes += tag_list(kSettingsTag, stored.camera_settings);
+  header.frames_at = bytes.size();
+  bytes += ebml_void(frames_element(0).size());
+  bytes += attachment_list(stored);
   return header;
 }
 
-std::string cluster_head(std::uint64_t ticks, std::uint64_t sequence, std::size_t data_bytes,
-                         std::size_t track) {
+std::string cluster_head(std::uint64_t ticks, std::uint64_t sequence, std::size_t data_bytes) {
   const std::string additions =
       ebml_element(id::kBlockAdditions,
                    ebml_element(id::kBlockMore, ebml_element(id::kBlockAdditional, big_endian_8(sequence))));
   // the track's number as a length is written, at the cluster's time, no lacing
-  const std::string block_prefix = shortest_length(track + 1) + std::string(3, '\0');
+  const std::string block_prefix = shortest_length(1) + std::string(3, '\0');
   const std::string block = ebml_head(id::kBlock, block_prefix.size() + data_bytes) + block_prefix;
   const std::string group =
       ebml_head(id::kBlockGroup, additions.size() + block.size() + data_bytes) + additions + block;

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "gelslam/sensor/raw_log.hpp"
 
@@ -19,9 +18,8 @@ inline constexpr const char* kFramesTag = "NUMBER_OF_FRAMES";
 inline constexpr std::size_t kLargestConfigBytes = 1u << 20;
 inline constexpr std::size_t kLargestModelBytes = 4u << 20;
 inline constexpr std::size_t kLargestTextBytes = 64u << 10;
-inline constexpr std::uint64_t kMaxTracks = 9;  ///< names have one digit
 
-/// Pictures of one sensor.
+/// The pictures' kind.
 struct MatroskaTrack {
   FrameEncoding encoding = FrameEncoding::jpeg;  ///< not bgr
   int width_px = 0, height_px = 0;
@@ -35,29 +33,18 @@ struct MatroskaHeader {
   std::size_t segment_length_at = 0;  ///< eight bytes
   std::size_t segment_begins_at = 0;
   std::size_t duration_at = 0;  ///< free space of the size of duration_element()
-  /// for each track: of frames_element(), and where there are several of track_place()
-  std::vector<std::size_t> frames_at, tracks_at;
+  std::size_t frames_at = 0;    ///< the same of frames_element()
 };
 
-/// `track`: what is known of the track `known`, whose frame is the first; the others' places stay free.
 /// `unix_time_s`: when recording began.
-MatroskaHeader matroska_header(const std::vector<LogTrack>& tracks, std::size_t known,
-                               const MatroskaTrack& track, std::int64_t unix_time_s);
-/// Of a track below. From 1; 0 stands for the only track, whose tags are the file's.
-std::uint64_t track_uid(std::size_t track, std::size_t tracks);
+MatroskaHeader matroska_header(const LogAttachments& stored, const MatroskaTrack& track,
+                               std::int64_t unix_time_s);
 std::string duration_element(std::uint64_t ticks);
-std::string frames_element(std::int64_t frames, std::uint64_t uid);
-/// The description of one of several tracks, in a place that is as large for every track.
-std::string track_place(const MatroskaTrack& track, std::uint64_t uid);
-/// Players show it; it stays with a track that another tool takes out: "sensor 2".
-std::string track_name(std::uint64_t uid);
-/// "nnmodel.pth", of the second track "nnmodel-2.pth".
-std::string attachment_name(const char* name, std::uint64_t uid);
+std::string frames_element(std::int64_t frames);
 
 /// What goes before a frame's `data_bytes` to make a cluster of its own of it, which any reader finds without
 /// an index.
-std::string cluster_head(std::uint64_t ticks, std::uint64_t sequence, std::size_t data_bytes,
-                         std::size_t track);
+std::string cluster_head(std::uint64_t ticks, std::uint64_t sequence, std::size_t data_bytes);
 
 // EBML (RFC 8794), the syntax of Matroska: an element is its id, its length and its payload. Ids are given
 // with their length marker, as the specifications print them.

@@ -38,15 +38,11 @@ const char* ending_of(FrameEncoding encoding) {
 
 class VideoLog final : public RawFrameSource {
  public:
-  VideoLog(const fs::path& path, double profile_rate_hz, int sensor)
+  VideoLog(const fs::path& path, double profile_rate_hz)
       : path_(path),
-        file_(path, nullptr, sensor),
+        file_(path),
         video_(file_.properties()),
-        rate_hz_(video_.rate_hz > 0 ? video_.rate_hz : profile_rate_hz) {
-    if (video_.sensors < 2) return;
-    first_us_ = 0;  // times of all sensors count from one start
-    if (sensor > 0) path_ += "#" + std::to_string(sensor + 1);
-  }
+        rate_hz_(video_.rate_hz > 0 ? video_.rate_hz : profile_rate_hz) {}
 
   std::optional<RawFrame> next() override {
     if (stopped_ || ended_) return std::nullopt;
@@ -169,31 +165,14 @@ bool looks_like_text(const fs::path& path) {
   return std::find(head.begin(), end, '\0') == end;
 }
 
-/// "both.mkv#2" is the second sensor of both.mkv, unless there is a file of this name.
-struct SensorOfLog {
-  explicit SensorOfLog(const fs::path& log) : file(log) {
-    const std::string name = log.string();
-    std::error_code code;
-    if (name.size() < 3 || name[name.size() - 2] != '#' || name.back() < '1' || name.back() > '9') return;
-    const fs::path before = name.substr(0, name.size() - 2);
-    if (fs::exists(log, code) || !fs::is_regular_file(before, code)) return;
-    file = before;
-    named = name.back() - '0';
-  }
-  int sensor() const { return std::max(named - 1, 0); }
-
-  fs::path file;
-  int named = 0;  ///< from 1; 0: none, which means the first
-};
-
-std::unique_ptr<RawFrameSource> open_video(const fs::path& path, const SensorProfile& profile, int sensor) {
+std::unique_ptr<RawFrameSource> open_video(const fs::path& path, const SensorProfile& profile) {
   std::error_code code;
   const std::uintmax_t size = fs::file_size(path, code);
   if (code) throw Error(path.string() + ": cannot be read: " + code.message());
   if (size == 0) throw Error(path.string() + ": the file is empty");
   if (!std::ifstream(path)) throw Error(path.string() + ": cannot be opened; check its permissions");
   if (!is_matroska(path) && looks_like_text(path)) throw Error(path.string() + ": not a video, but text");
-  return std::make_unique<VideoLog>(path, profile.frame_rate_hz, sensor);
+  return std::make_unique<VideoLog>(path, profile.frame_rate_hz);
 }
 
 std::unique_ptr<RawFrameSource> open_folder(const fs::path& folder, const SensorProfile& profile) {
@@ -209,29 +188,7 @@ std::unique_ptr<RawFrameSource> open_folder(const fs::path& folder, const Sensor
 
 }  // namespace
 
-void check_two_sensors(const fs::path& first, const fs::path& second) {
-  const auto file_of = [](const fs::path& log) {
-    return fs::is_directory(log) ? log / "log.mkv" : SensorOfLog(log).file;
-  };
-  std::error_code code;
-  if (first.lexically_normal() == second.lexically_normal() || fs::equivalent(first, second, code) ||
-      (SensorOfLog(first).sensor() == SensorOfLog(second).sensor() &&
-       fs::equivalent(file_of(first), file_of(second), code)))
-    throw Error(second.string() + ": is given twice");
-}
-
-std::vector<fs::path> sensors_of_log(const fs::path& log) {
-  std::vector<fs::path> sensors{log};
-  const SensorOfLog named(fs::is_directory(log) ? log / "log.mkv" : log);
-  if (named.named > 0 || !is_matroska(named.file)) return sensors;
-  const int count = VideoFile(named.file).properties().sensors;
-  for (int number = 2; number <= count; ++number)
-    sensors.push_back(named.file.string() + "#" + std::to_string(number));
-  return sensors;
-}
-
-bool is_matroska(const fs::path& log) {
-  const fs::path file = SensorOfLog(log).file;
+bool is_matroska(const fs::path& file) {
   std::error_code code;
   if (!fs::is_regular_file(file, code)) return false;
   std::array<char, 4> head{};
@@ -241,13 +198,10 @@ bool is_matroska(const fs::path& log) {
 
 LogAttachments read_log_attachments(const fs::path& log) {
   if (!is_matroska(log)) throw Error(log.string() + ": not a Matroska file that can be read");
-  const SensorOfLog named(log);
-  return VideoFile(named.file, nullptr, named.sensor()).attachments();
+  return VideoFile(log).attachments();
 }
 
-std::unique_ptr<RawFrameSource> open_raw_log(const fs::path& path, const SensorProfile& profile) {
-  const SensorOfLog named(path);
-  const fs::path& log = named.file;
+std::unique_ptr<RawFrameSource> open_raw_log(const fs::path& log, const SensorProfile& profile) {
   std::error_code code;
   const fs::file_status status = fs::status(log, code);
   if (!fs::exists(status)) throw Error(log.string() + ": no such file or folder");
@@ -255,7 +209,7 @@ std::unique_ptr<RawFrameSource> open_raw_log(const fs::path& path, const SensorP
   if (!fs::is_regular_file(status)) throw Error(log.string() + ": neither a file nor a folder");
   if (detail::has_image_ending(log))
     throw Error(log.string() + ": a single image; give the folder that holds the images, or a video");
-  return open_video(log, profile, named.sensor());
+  return open_video(log, profile);
 }
 
 }  // namespace gelslam

@@ -389,8 +389,6 @@ RunReport LiveSlam::wait() {
   return impl_->report;
 }
 
-std::vector<BackgroundFrames> LiveSlam::background_frames() const {
-  return {impl_->surface.background_frames()};
-}
+BackgroundFrames LiveSlam::background_frames() const { return impl_->surface.background_frames(); }
 
 }  // namespace gelslam

@@ -11,14 +11,12 @@
 #include "gelslam/core/progress.hpp"
 #include "gelslam/slam/refinement.hpp"
 #include "gelslam/slam/trial_drift.hpp"
-#include "pipeline/map_solver.hpp"
 
 namespace gelslam {
 
-using namespace slam::detail;
-
 namespace {
 
+constexpr int kOverlapRounds = 2;           // numerics: the first one's corrections show more overlaps
 constexpr std::size_t kMaxNeighbors = 256;  // speed: bounds what tracking unpacks and looks through
 
 void keep_nearest(std::vector<Neighborhood::Neighbor>& neighbors) {
@@ -78,6 +76,42 @@ void add_rejoining_loops(SlamMap& map, const std::vector<ScanPart>& parts, const
   }
 }
 
+/// Those to be kept, in the same order.
+std::vector<PoseGraphEdge> chosen(const std::vector<PoseGraphEdge>& edges, const std::vector<bool>& keep) {
+  std::vector<PoseGraphEdge> kept;
+  for (std::size_t i = 0; i < edges.size(); ++i)
+    if (keep[i]) kept.push_back(edges[i]);
+  return kept;
+}
+
+/// Solves for all poses, and for the gradient scale if asked to.
+PoseGraphSolution solve_poses(const std::map<int, Pose>& initial, const std::vector<PoseGraphEdge>& edges,
+                              double scale_sigma, const SlamOptions& options) {
+  if (initial.empty()) return {};  // a scan that has touched nothing has no model's sigma, either
+  return options.gradient_scale.estimate
+             ? solve_with_gradient_scale(initial, edges, options.pose_graph, scale_sigma)
+             : solve_pose_graph(initial, edges, options.pose_graph);
+}
+
+/// Leaves out what contradicts the other edges, and solves for all poses.
+void solve_map(SlamMap& map, const std::map<int, Pose>& initial, double scale_sigma,
+               const SlamOptions& options) {
+  map.edges = chosen(map.edges, consistent_edges(map.edges, scale_sigma));
+  map.solution = solve_poses(initial, map.edges, scale_sigma, options);
+}
+
+/// Registers keyframes that should overlap, and solves again; in rounds.
+void add_overlap_edges(SlamMap& map, double scale_sigma, const SlamOptions& options,
+                       const std::function<bool()>& stop_requested, ParallelProgress& progress) {
+  for (int round = 0; round < kOverlapRounds; ++round) {
+    const std::vector<PoseGraphEdge> found =
+        find_overlap_edges(map.keyframes, map.solution, map.edges, options, stop_requested, &progress);
+    if (found.empty() || stop_requested()) return;
+    map.edges.insert(map.edges.end(), found.begin(), found.end());
+    solve_map(map, map.solution.component_T_node, scale_sigma, options);
+  }
+}
+
 /// The map is the largest component, in the frame of its anchor. Returns that keyframe's id.
 int choose_component_and_anchor(SlamMap& map) {
   map.loops = static_cast<int>(std::count_if(
@@ -126,7 +160,6 @@ std::vector<PoseGraphEdge> Mapper::search_loops(const Keyframe& keyframe, int pr
 
 std::map<int, std::vector<PoseGraphEdge>> Mapper::restore(const ScanRecord& record) {
   parts_ = record.parts;
-  rig_ = record.rig;
   keyframes_ = record.keyframes;
   searched_ = record.searched;
   std::vector<PoseGraphEdge> edges = record.edges;
@@ -177,7 +210,7 @@ void Mapper::add_edge(const PoseGraphEdge& edge) {
 
 /// Which of edges_ are consistent.
 const std::vector<bool>& Mapper::judge_edges() {
-  return consistency_.judge(edges_, slam::detail::gradient_scale_sigma(keyframes_, options_.gradient_scale));
+  return consistency_.judge(edges_, gradient_scale_sigma(keyframes_, options_.gradient_scale));
 }
 
 Neighborhood Mapper::neighborhood(int keyframe) {
@@ -238,22 +271,25 @@ void Mapper::update() {
 }
 
 void Mapper::optimize() {
-  const double scale_sigma = slam::detail::gradient_scale_sigma(keyframes_, options_.gradient_scale);
   live_edges_ = chosen(edges_, judge_edges());
-  live_ = solve_poses(live_.component_T_node, live_edges_, scale_sigma, options_);
+  live_ = solve_poses(live_.component_T_node, live_edges_,
+                      gradient_scale_sigma(keyframes_, options_.gradient_scale), options_);
   new_loops_ = 0;
   ++version_;
+}
+
+std::map<int, Matrix6d> Mapper::covariances(const std::vector<PoseGraphEdge>& edges,
+                                            const PoseGraphSolution& solution, int gauge) const {
+  const double scale_sigma =
+      options_.gradient_scale.estimate ? gradient_scale_sigma(keyframes_, options_.gradient_scale) : 0.0;
+  return pose_covariances(edges, solution, gauge, options_.pose_graph, scale_sigma);
 }
 
 void Mapper::assess() {
   sigma_mm_.clear();
   if (live_.component_of_node.empty()) return;
-  const double scale_sigma = options_.gradient_scale.estimate
-                                 ? slam::detail::gradient_scale_sigma(keyframes_, options_.gradient_scale)
-                                 : 0.0;
   const int gauge = largest_component(keyframes_per_component(live_));
-  for (const auto& [id, covariance] :
-       pose_covariances(live_edges_, live_, gauge, options_.pose_graph, scale_sigma))
+  for (const auto& [id, covariance] : covariances(live_edges_, live_, gauge))
     sigma_mm_[id] = sigma_of(covariance).tail<3>().maxCoeff();
 }
 
@@ -278,7 +314,7 @@ MapSnapshot Mapper::snapshot() const {
 /// What was measured, and nothing concluded from it.
 SlamMap Mapper::measured_map(const std::vector<FrameRecord>& frames) const {
   SlamMap map;
-  map.measured = {parts_, keyframes_, edges_, searched_, frames, {}, rig_};
+  map.measured = {parts_, keyframes_, edges_, searched_, frames, {}};
   map.keyframes = keyframes_;
   map.edges = edges_;
   map.in_map.resize(keyframes_.size());
@@ -299,22 +335,16 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
     closing.end();
     return map;
   }
-  const double scale_sigma = slam::detail::gradient_scale_sigma(keyframes_, options_.gradient_scale);
+  const double scale_sigma = gradient_scale_sigma(keyframes_, options_.gradient_scale);
   add_rejoining_loops(map, parts_, options_);
   solve_map(map, initial, scale_sigma, options_);
   if (refine && options_.refinement.enabled)
     add_overlap_edges(map, scale_sigma, options_, stop_requested, closing);
   closing.end();
-  if (!map.rig) map.slope_correction = SlopeCorrection::from_unknowns(map.solution.shared_unknowns);
+  map.slope_correction = SlopeCorrection::from_unknowns(map.solution.shared_unknowns);
   const int anchor = choose_component_and_anchor(map);
-  const MapCovariances covariances = assess_map(map, anchor, scale_sigma, options_);
-  map.uncertainty = trajectory_uncertainty(map.frames, map.in_map, covariances.anchor_T_keyframe);
-  if (map.rig) {
-    map.rig->covariance = covariances.rig;
-    const std::vector<PoseGraphEdge> loops = loops_of_rig(map.measured.rig.constraints, *map.rig);
-    map.measured.edges.insert(map.measured.edges.end(), loops.begin(), loops.end());
-  }
-  map.edges = with_rig_edges(map, std::move(map.edges));
+  map.uncertainty =
+      trajectory_uncertainty(map.frames, map.in_map, covariances(map.edges, map.solution, anchor));
   map.coverage_keyframes = select_coverage_keyframes(posed_surfaces(map), options_.coverage);
   return map;
 }

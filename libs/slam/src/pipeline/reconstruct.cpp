@@ -5,7 +5,6 @@
 
 #include "gelslam/core/bounded_queue.hpp"
 #include "gelslam/core/run_folder.hpp"
-#include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/gel_slam.hpp"
 #include "gelslam/slam/surface_stream.hpp"
@@ -80,34 +79,28 @@ std::vector<std::string> warnings_of(const SurfaceStream& stream, std::vector<st
 
 }  // namespace
 
-Run map_log(const LogInput& input, const Config& config, ProgressSink& progress,
-            const std::function<bool()>& stop_requested, const std::filesystem::path& continued_run,
-            StageTimer& timer) {
+Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progress,
+                const std::function<bool()>& stop_requested, const std::filesystem::path& continued_run) {
+  const auto start = std::chrono::steady_clock::now();
+  StageTimer timer;
   ContinuedScan scan;
   if (!continued_run.empty()) scan = continue_scan(continued_run, config, input.log);
   SurfaceStream stream(input, config, timer);
   if (continued_run.empty()) scan.record.parts = {part_of(config, input.log)};
   GelSlam slam(config.slam, &scan);
   const bool stopped = track_log(stream, slam, scan, timer, progress, stop_requested);
-  Run run{config, {}, {}, {}};
+  SlamMap map;
   {
     const auto scope = timer.measure("finish/poses");
     // Stopped while tracking: what was seen is refined all the same. Stopped now: the rest is left out.
-    run.map = slam.finish(/*refine=*/true, &progress, [&] { return !stopped && stop_requested(); });
+    map = slam.finish(/*refine=*/true, &progress, [&] { return !stopped && stop_requested(); });
   }
-  run.report.log = std::filesystem::absolute(input.log).lexically_normal().string();
-  run.report.log_description = stream.description();
-  run.report.partial = stopped || stop_requested();
-  run.report.warnings = warnings_of(stream, scan.record.warnings);
-  return run;
-}
-
-Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progress,
-                const std::function<bool()>& stop_requested, const std::filesystem::path& continued_run) {
-  const auto start = std::chrono::steady_clock::now();
-  StageTimer timer;
-  Run run = map_log(input, config, progress, stop_requested, continued_run, timer);
-  return finish_scan(config, std::move(run.map), std::move(run.report), timer, start, &progress);
+  RunReport report;
+  report.log = std::filesystem::absolute(input.log).lexically_normal().string();
+  report.log_description = stream.description();
+  report.partial = stopped || stop_requested();
+  report.warnings = warnings_of(stream, scan.record.warnings);
+  return finish_scan(config, std::move(map), std::move(report), timer, start, &progress);
 }
 
 void save_run(const std::filesystem::path& path, const Run& run, bool overwrite) {
@@ -118,14 +111,9 @@ void save_run(const std::filesystem::path& path, const Run& run, bool overwrite)
 
 Run reconstruct(const ReconstructRequest& request, ProgressSink& progress,
                 const std::function<bool()>& stop_requested) {
-  if (request.second) check_two_sensors(request.input.log, request.second->log);
   RunFolder folder(request.run_folder,
-                   {.overwrite = request.overwrite,
-                    .inputs = {request.input.log, request.continued_run,
-                               request.second ? request.second->log : std::filesystem::path()}});
-  Run run = request.second
-                ? slam::detail::map_of_both(request, progress, stop_requested)
-                : reconstruct(request.input, request.config, progress, stop_requested, request.continued_run);
+                   {.overwrite = request.overwrite, .inputs = {request.input.log, request.continued_run}});
+  Run run = reconstruct(request.input, request.config, progress, stop_requested, request.continued_run);
   write_run(folder.path(), run);
   folder.commit();
   return run;

@@ -11,7 +11,6 @@
 #include "gelslam/surface/contact_overlap.hpp"
 #include "gelslam/surface/contact_relief.hpp"
 #include "gelslam/surface/surface.hpp"
-#include "pipeline/map_solver.hpp"
 
 namespace gelslam {
 namespace {
@@ -86,6 +85,14 @@ std::vector<Candidate> overlapping(int to, const std::vector<PosedKeyframe>& key
 
 }  // namespace
 
+double gradient_scale_sigma(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
+                            const GradientScaleOptions& options) {
+  double model_sigma = 0;
+  for (const auto& keyframe : keyframes)
+    if (keyframe) model_sigma = std::max(model_sigma, keyframe->surface.model_sigma());
+  return options.sigma * model_sigma;
+}
+
 double contact_overlap(const Surface& a, const Surface& b, const Pose& a_T_b) {
   return ContactGrid::overlap(ContactGrid(a), ContactGrid(b), a_T_b);
 }
@@ -100,8 +107,7 @@ std::vector<PoseGraphEdge> find_overlap_edges(const std::vector<std::shared_ptr<
   for (const PoseGraphEdge& edge : edges)
     linked.emplace(std::min(edge.from, edge.to), std::max(edge.from, edge.to));
   const std::vector<PosedKeyframe> all = posed(keyframes, solution, options.fusion.threads);
-  const MotionCertainty certainty(edges,
-                                  slam::detail::gradient_scale_sigma(keyframes, options.gradient_scale));
+  const MotionCertainty certainty(edges, gradient_scale_sigma(keyframes, options.gradient_scale));
   std::vector<std::vector<PoseGraphEdge>> found(all.size());  // by the newer keyframe
   parallel_for(all.size(), options.fusion.threads, [&](std::size_t i) {
     const PosedKeyframe& newer = all[i];

@@ -91,7 +91,6 @@ FuseSummary finish_killed(const FuseRequest& request, const Config& config, Targ
   StageTimer timer;
   Run run = finish_scan(config, record, "the session of a scan that was not finished", timer, start, progress,
                         stop_requested);
-  slam::detail::keep_rig(run.report, request.run);
   if (stop_requested()) throw Error("stopped; nothing was changed");
   if (target.folder) {
     write_run(target.folder->path(), run);

@@ -1,9 +1,7 @@
 #include "gelslam/slam/merge_scans.hpp"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
-#include <fstream>
 #include <memory>
 #include <set>
 #include <tuple>
@@ -11,25 +9,20 @@
 
 #include "gelslam/backend/uncertain_motion.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/folder_update.hpp"
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/parallel.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/core/text.hpp"
-#include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/mapper.hpp"
 #include "gelslam/slam/session.hpp"
 #include "gelslam/surface/surface.hpp"
 #include "run_folder/run_writer.hpp"
-#include "run_folder/session_text.hpp"
 
 namespace gelslam {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* kOfRig = "two sensors that are fixed to each other";
 
 /// A record that does not say by which model it was read has nothing known in common with another one.
 bool can_be_corrected_together(const std::vector<ScanRecord>& records) {
@@ -108,7 +101,6 @@ Offsets offsets_after(const ScanRecord& all) {
 void append(ScanRecord& all, const ScanRecord& next, const Offsets& by) {
   for (ScanPart part : next.parts) {
     part.first_frame += by.frame;
-    if (part.second_start_s) *part.second_start_s += by.time_s;
     all.parts.push_back(std::move(part));
   }
   for (const auto& keyframe : next.keyframes) {
@@ -143,15 +135,14 @@ std::vector<Keyframe> present(const ScanRecord& record, int from) {
   return keyframes;
 }
 
-/// One record of all, with the loops between them. `of_record`: what was added to each one's numbers.
+/// One record of all, with the loops between them.
 ScanRecord joined(const std::vector<ScanRecord>& records, const SlamOptions& options, ProgressSink& progress,
-                  const std::function<bool()>& stop_requested, std::vector<Offsets>* of_record = nullptr) {
+                  const std::function<bool()>& stop_requested) {
   LoopCloser closer(options.loop_closure, options.registration, options.verification);
   ScanRecord all;
   for (const ScanRecord& record : records) {
     const Offsets offsets = offsets_after(all);
     append(all, record, offsets);
-    if (of_record) of_record->push_back(offsets);
     const std::vector<Keyframe> added = present(all, offsets.keyframe);
     if (offsets.keyframe > 0) {
       std::vector<std::vector<LoopConstraint>> loops(added.size());
@@ -172,69 +163,23 @@ ScanRecord joined(const std::vector<ScanRecord>& records, const SlamOptions& opt
   return all;
 }
 
-/// Scans whose own maps have corrected them; the last two are of two sensors at the same time.
-ScanRecord joined_by_rig(const std::vector<ScanRecord>& records, const std::optional<RigPose>& known,
-                         const SlamOptions& options, ProgressSink& progress,
-                         const std::function<bool()>& stop_requested) {
-  const ScanRecord &first = records[records.size() - 2], &second = records.back();
-  const double second_start_s = start_of_second_s(first, second);
-  std::vector<RigConstraint> constraints = rig_constraints(first, second, second_start_s);
-  std::vector<Offsets> of_record;
-  ScanRecord all = joined(records, options, progress, stop_requested, &of_record);
-  if (constraints.empty())
-    all.warnings.push_back(
-        "the two sensors were never tracked at the same time: only common places join them");
-  const Offsets of_first = of_record[records.size() - 2], of_second = of_record.back();
-  for (RigConstraint& constraint : constraints) {
-    constraint.first_keyframe += of_first.keyframe;
-    constraint.second_keyframe += of_second.keyframe;
-  }
-  all.rig = {std::move(constraints), of_second.keyframe, second_start_s, known};
-  for (auto part = all.parts.end() - std::ssize(second.parts); part != all.parts.end(); ++part)
-    part->second_start_s = second_start_s + of_first.time_s;
-  return all;
-}
-
 void check_distinct(const std::vector<fs::path>& runs) {
+  std::error_code code;
   for (std::size_t i = 0; i < runs.size(); ++i)
-    for (std::size_t k = 0; k < i; ++k) check_two_sensors(runs[k], runs[i]);
+    for (std::size_t k = 0; k < i; ++k)
+      if (runs[k].lexically_normal() == runs[i].lexically_normal() || fs::equivalent(runs[k], runs[i], code))
+        throw Error(runs[i].string() + ": is given twice");
 }
 
 }  // namespace
-
-bool is_of_several_sensors(const fs::path& run) {
-  check_is_run(run, RunNeeds::record);
-  std::ifstream stream(run / "session/scan.jsonl");
-  for (std::string line; std::getline(stream, line);)
-    if (const auto whole = slam::detail::without_damage(line); whole && whole->contains("part"))
-      return whole->at("part").is_object() &&
-             whole->at("part").value("model_crc32", slam::detail::Json()) == 0;
-  return false;
-}
-
-void check_can_be_merged(const fs::path& run) {
-  check_is_run(run, RunNeeds::record);
-  read_scan(run / "session", {});
-  load_map(run / "session");
-}
 
 Run merge_scans(const MergeRequest& request, ProgressSink& progress,
                 const std::function<bool()>& stop_requested) {
   const auto start = std::chrono::steady_clock::now();
   if (request.runs.size() < 2) throw Error("name at least two runs to merge");
   check_distinct(request.runs);
-  if (request.in_place) finish_update(request.run_folder);
   for (const fs::path& run : request.runs) check_is_run(run, RunNeeds::record);
-  std::optional<RunFolder> made;
-  std::optional<FolderLock> lock;
-  std::optional<FolderUpdate> update;
-  if (request.in_place) {
-    lock.emplace(request.run_folder);
-    update.emplace(request.run_folder);
-  } else {
-    made.emplace(request.run_folder,
-                 RunFolderOptions{.overwrite = request.overwrite, .inputs = request.runs});
-  }
+  RunFolder folder(request.run_folder, {.overwrite = request.overwrite, .inputs = request.runs});
   Config config = read_config(request.runs.front() / "config.yaml");
   std::vector<ScanRecord> records;
   for (const fs::path& run : request.runs) {
@@ -242,7 +187,7 @@ Run merge_scans(const MergeRequest& request, ProgressSink& progress,
     for (ScanPart& part : records.back().parts)
       if (part.log.empty()) part.log = run.string();
   }
-  if (request.has_rig || !can_be_corrected_together(records)) {
+  if (!can_be_corrected_together(records)) {
     for (std::size_t i = 0; i < records.size(); ++i) {
       correct_alone(records[i], request.runs[i], load_map(request.runs[i] / "session").slope_correction,
                     config);
@@ -250,44 +195,13 @@ Run merge_scans(const MergeRequest& request, ProgressSink& progress,
     }
     config.slam.gradient_scale.estimate = false;
   }
-  const ScanRecord all = request.has_rig
-                             ? joined_by_rig(records, request.rig, config.slam, progress, stop_requested)
-                             : joined(records, config.slam, progress, stop_requested);
-  if (request.in_place && stop_requested())
-    throw Error("stopped; gelslam merge joins " + request.run_folder.string() + " with the new runs");
+  const ScanRecord all = joined(records, config.slam, progress, stop_requested);
   StageTimer timer;
-  Run run = finish_scan(config, all,
-                        request.has_rig ? kOfRig : "a merge of " + std::to_string(records.size()) + " runs",
-                        timer, start, progress, stop_requested);
-  if (!request.has_rig)
-    for (auto older = request.runs.rbegin(); older != request.runs.rend(); ++older)
-      slam::detail::keep_rig(run.report, *older);
-  write_run(update ? update->path() : made->path(), run);
-  if (update)
-    update->commit();
-  else
-    made->commit();
+  Run run = finish_scan(config, all, "a merge of " + std::to_string(records.size()) + " runs", timer, start,
+                        progress, stop_requested);
+  write_run(folder.path(), run);
+  folder.commit();
   return run;
-}
-
-Run slam::detail::map_of_both(const ReconstructRequest& request, ProgressSink& progress,
-                              const std::function<bool()>& stop_requested) {
-  const auto start = std::chrono::steady_clock::now();
-  Config config = request.config;
-  const std::array<const LogInput*, 2> inputs = {&request.input, &*request.second};
-  const std::array<Config, 2> configs = {config, resolve_config(*request.second)};
-  std::vector<ScanRecord> records;
-  StageTimer timer;
-  for (std::size_t sensor = 0; sensor < 2 && !stop_requested(); ++sensor) {
-    const Run run = map_log(*inputs[sensor], configs[sensor], progress, stop_requested, {}, timer);
-    records.push_back(run.map.measured);
-    correct_alone(records.back(), inputs[sensor]->log, run.map.slope_correction, config);
-    records.back().warnings = run.report.warnings;
-  }
-  if (records.size() < 2) throw Error("stopped before both logs were tracked; nothing was written");
-  config.slam.gradient_scale.estimate = false;
-  const ScanRecord all = joined_by_rig(records, request.rig, config.slam, progress, stop_requested);
-  return finish_scan(config, all, kOfRig, timer, start, progress, stop_requested);
 }
 
 }  // namespace gelslam

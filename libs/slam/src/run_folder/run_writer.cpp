@@ -53,8 +53,7 @@ std::vector<RunReport::Log> part_logs(const SlamMap& map) {
     const auto next = std::find_if(map.frames.begin(), map.frames.end(),
                                    [&](const FrameRecord& frame) { return frame.frame >= part.first_frame; });
     const double first_time_s = next == map.frames.begin() ? 0.0 : std::prev(next)->time_s + kBetweenPartsS;
-    logs.push_back(
-        {part.log, first_time_s, part.second_start_s ? 1 : 0, part.second_start_s.value_or(first_time_s)});
+    logs.push_back({part.log, first_time_s});
   }
   return logs;
 }
@@ -68,19 +67,6 @@ RunReport::Uncertainty uncertainty_fields(const TrajectoryUncertainty& uncertain
   for (const TrajectoryUncertainty::Hidden& hidden : uncertainty.hidden)
     fields.not_observable.push_back(
         {kMotions[hidden.motion], hidden.first_frame, hidden.first_time_s, hidden.frames});
-  return fields;
-}
-
-std::optional<RunReport::Rig> rig_fields(const SlamMap& map) {
-  if (!map.rig) return std::nullopt;
-  RunReport::Rig fields;
-  Eigen::Map<Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(fields.first_T_second_mm.data()) =
-      map.rig->first_T_second.matrix().topRows<3>();
-  const Vector6d sigma = sigma_of(map.rig->covariance);
-  Eigen::Vector3d::Map(fields.sigma_deg.data()) = sigma.head<3>() * kDegreesPerRadian;
-  Eigen::Vector3d::Map(fields.sigma_mm.data()) = sigma.tail<3>();
-  fields.constraints = std::ssize(map.measured.rig.constraints);
-  fields.second_start_s = map.measured.rig.second_start_s;
   return fields;
 }
 
@@ -112,7 +98,6 @@ void count(const Run& run, RunReport& report) {
   report.anchor_frame = map.anchor_frame;
   report.frames = frame_counts(map);
   report.uncertainty = uncertainty_fields(map.uncertainty);
-  report.rig = rig_fields(map);
   report.keyframes = static_cast<int>(map.keyframes.size());
   report.coverage_keyframes = static_cast<int>(map.coverage_keyframes.size());
   report.trials = map.trials;
@@ -181,11 +166,6 @@ Run finish_scan(const Config& config, const ScanRecord& record, const std::strin
   report.warnings = record.warnings;
   report.partial = stop_requested();
   return finish_scan(config, std::move(map), std::move(report), timer, start, &progress);
-}
-
-void slam::detail::keep_rig(RunReport& report, const fs::path& older_run) {
-  if (report.rig) return;
-  if (const std::optional<RunReport> older = find_report(older_run)) report.rig = older->rig;
 }
 
 void write_run(const fs::path& folder, const Run& run) {

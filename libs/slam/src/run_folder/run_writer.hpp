@@ -12,14 +12,4 @@ void write_run(const std::filesystem::path& folder, const Run& run);
 /// The same without the session, which a live scan has written while it went on.
 void write_results(const std::filesystem::path& folder, const Run& run);
 
-namespace slam::detail {
-
-/// States the rig that an older run of the same sensors has found, if none was found anew.
-void keep_rig(RunReport& report, const std::filesystem::path& older_run);
-
-/// What reconstruct() makes of two logs.
-Run map_of_both(const ReconstructRequest& request, ProgressSink& progress,
-                const std::function<bool()>& stop_requested);
-
-}  // namespace slam::detail
 }  // namespace gelslam

@@ -83,12 +83,11 @@ void ScanWriter::sync() const {
 
 void ScanWriter::add_part(const ScanPart& part) {
   write_waiting();
-  Json fields = {{"first_frame", part.first_frame},
-                 {"sensor", part.sensor},
-                 {"model_crc32", part.model_crc32},
-                 {"log", part.log}};
-  if (part.second_start_s) fields["second_start_s"] = *part.second_start_s;
-  write(with_checksum({{"part", fields}}));
+  write(with_checksum({{"part",
+                        {{"first_frame", part.first_frame},
+                         {"sensor", part.sensor},
+                         {"model_crc32", part.model_crc32},
+                         {"log", part.log}}}}));
 }
 
 void ScanWriter::add_keyframe(const Keyframe& keyframe, const PoseGraphEdge* link) {

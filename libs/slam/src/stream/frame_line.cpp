@@ -109,7 +109,6 @@ Json frame_json(const FrameReport& report) {
   for (const NewKeyframe& added : frame.new_keyframes) json["new_keyframes"].push_back(added.keyframe->id);
   for (const bool axis : frame.registration.observable) json["observable"].push_back(tracked && axis ? 1 : 0);
   add_sigma(json, report.covariance);
-  if (report.sensor) json["sensor"] = *report.sensor;
   return json;
 }
 

@@ -52,13 +52,12 @@ Json map_json(const MapSnapshot& map, int scan) {
 
 std::string image_line(const FrameReport& report) {
   const std::vector<std::uint8_t> jpeg = encode_jpeg(report.picture);
-  Json line = {{"type", "image"},
-               {"frame", report.tracked.frame},
-               {"time_s", report.tracked.time_s},
-               {"arrived_s", report.arrived_s ? Json(*report.arrived_s) : Json(nullptr)},
-               {"scan", report.scan},
-               {"jpeg", base64({reinterpret_cast<const char*>(jpeg.data()), jpeg.size()})}};
-  if (report.sensor) line["sensor"] = *report.sensor;
+  const Json line = {{"type", "image"},
+                     {"frame", report.tracked.frame},
+                     {"time_s", report.tracked.time_s},
+                     {"arrived_s", report.arrived_s ? Json(*report.arrived_s) : Json(nullptr)},
+                     {"scan", report.scan},
+                     {"jpeg", base64({reinterpret_cast<const char*>(jpeg.data()), jpeg.size()})}};
   return line.dump() + "\n";
 }
 
@@ -81,52 +80,40 @@ std::optional<MapPlace> place_of(const TrackedFrame& frame, const MapSnapshot& m
 
 PoseStream::PoseStream(const Options& options)
     : options_(options),
-      server_(std::make_shared<StreamServer>(
-          options.target, options.address,
-          [format = options.format](std::int64_t lines) { return dropped_notice(format, lines); })),
+      server_(options.target, options.address,
+              [format = options.format](std::int64_t lines) { return dropped_notice(format, lines); }),
       drift_(options.gradient_scale_sigma) {}
-
-PoseStream::PoseStream(PoseStream& first)
-    : options_(first.options_), server_(first.server_), drift_(options_.gradient_scale_sigma), sensor_(1) {
-  first.sensor_ = 0;
-}
 
 void PoseStream::write(FrameReport report, const MapSnapshot& map) {
   const TrackedFrame& frame = report.tracked;
   report.scan = scan_;
-  report.sensor = sensor_;
   report.covariance = drift_.add(frame);
   report.place = place_of(frame, map);
   if (options_.format == StreamFormat::tum) {
     // One frame for all poses: that of the first contact.
     if (report.place && report.place->component == map.nodes.front().component)
-      server_->write(tum_line(frame.time_s, report.place->map_T_frame));
+      server_.write(tum_line(frame.time_s, report.place->map_T_frame));
     return;
   }
-  server_->write(ndjson_line(report));
-  if (options_.images && !report.picture.empty()) server_->write(image_line(report));
+  server_.write(ndjson_line(report));
+  if (options_.images && !report.picture.empty()) server_.write(image_line(report));
   for (const NewKeyframe& added : frame.new_keyframes) keep(*added.keyframe);
 }
 
 void PoseStream::keep(const Keyframe& keyframe) {
   if (options_.surface && options_.format == StreamFormat::ndjson)
-    write_and_keep(keyframe.id, keyframe_json(keyframe, scan_));
+    server_.write_and_keep(keyframe.id, keyframe_json(keyframe, scan_).dump() + "\n");
 }
 
 void PoseStream::start_scan() {
   ++scan_;
   drift_ = TrialDrift(options_.gradient_scale_sigma);
-  server_->forget_kept(sensor_.value_or(0));
+  server_.forget_kept();
 }
 
 void PoseStream::write_map(const MapSnapshot& map) {
   if (options_.surface && options_.format == StreamFormat::ndjson)
-    write_and_keep(kMapKey, map_json(map, scan_));
-}
-
-void PoseStream::write_and_keep(int key, Json line) {
-  if (sensor_) line["sensor"] = *sensor_;
-  server_->write_and_keep(sensor_.value_or(0), key, line.dump() + "\n");
+    server_.write_and_keep(kMapKey, map_json(map, scan_).dump() + "\n");
 }
 
 }  // namespace gelslam

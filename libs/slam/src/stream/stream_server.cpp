@@ -105,10 +105,10 @@ struct StreamServer::Impl {
   Listener listener;
   FileDescriptor wake_up{::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)};
   std::atomic<bool> ending{false}, output_failed{false};
-  Clock::time_point listen_at{};             // of the server's thread: readers are accepted from then on
-  mutable std::mutex mutex;                  // for what follows
-  std::list<StreamReader> readers;           // the server's thread alone adds and removes
-  std::map<std::pair<int, int>, Line> kept;  // by sensor and key
+  Clock::time_point listen_at{};    // of the server's thread: readers are accepted from then on
+  mutable std::mutex mutex;         // for what follows
+  std::list<StreamReader> readers;  // the server's thread alone adds and removes
+  std::map<int, Line> kept;         // by key
   Clock::time_point end_at{};
   std::jthread thread;
 };
@@ -221,11 +221,11 @@ void StreamServer::write(std::string line) {
   impl_->wake();
 }
 
-void StreamServer::write_and_keep(int sensor, int key, std::string line) {
+void StreamServer::write_and_keep(int key, std::string line) {
   const auto shared = std::make_shared<const std::string>(std::move(line));
   {
     const std::lock_guard lock(impl_->mutex);
-    const bool is_new = impl_->kept.insert_or_assign({sensor, key}, shared).second;
+    const bool is_new = impl_->kept.insert_or_assign(key, shared).second;
     for (StreamReader& reader : impl_->readers) {
       if (is_new) ++reader.most_queued;  // as for a reader that connects later
       reader.push(shared);
@@ -234,9 +234,9 @@ void StreamServer::write_and_keep(int sensor, int key, std::string line) {
   impl_->wake();
 }
 
-void StreamServer::forget_kept(int sensor) {
+void StreamServer::forget_kept() {
   const std::lock_guard lock(impl_->mutex);
-  std::erase_if(impl_->kept, [sensor](const auto& entry) { return entry.first.first == sensor; });
+  impl_->kept.clear();
 }
 
 const std::string& StreamServer::name() const { return impl_->listener.name; }

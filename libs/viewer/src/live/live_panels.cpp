@@ -101,12 +101,11 @@ void draw_picture(Ui& ui, float height, const char* label, const Texture& pictur
 
 }  // namespace
 
-void draw_pictures(Ui& ui, float height, const Texture& tactile, const Texture& second, bool of_two_sensors) {
+void draw_pictures(Ui& ui, float height, const Texture& tactile, const Texture& normals) {
   const float each = 0.5F * (height - ui.px(20));
-  draw_picture(ui, each, of_two_sensors ? "First sensor" : "Touch and contact", tactile, "no picture yet");
+  draw_picture(ui, each, "Touch and contact", tactile, "no picture yet");
   ui.gap(10);
-  draw_picture(ui, each, of_two_sensors ? "Second sensor" : "Normals", second,
-               of_two_sensors ? "no picture yet" : "no surface yet");
+  draw_picture(ui, each, "Normals", normals, "no surface yet");
 }
 
 float draw_banner(Ui& ui, const Box& view, const LiveFrame& frame, double now_s) {
@@ -140,7 +139,7 @@ void draw_side(Ui& ui, const Box& side, const LiveFrame& frame) {
   if (frame.words.state == "finished" && !frame.output_folder.empty())
     draw_results(ui, frame);
   else
-    draw_pictures(ui, ui.room().height, *frame.tactile, *frame.second_picture, frame.has_two_sensors);
+    draw_pictures(ui, ui.room().height, *frame.tactile, *frame.normals);
   ui.end_child();
   draw_figures(ui, "##figures", usual_figures(frame.status));
   ui.end_panel();

@@ -28,10 +28,6 @@ bool LiveScene::take_news(LiveSession& session, const OrbitCamera& camera, doubl
     scene_.update(changes);
     news = true;
   }
-  if (auto touches = session.touches(); touches != touches_) {
-    take_pictures(std::move(touches));
-    news = true;
-  }
   if (const auto touch = session.touch(); touch != newest_) {
     take_touch(touch);
     news = true;
@@ -61,17 +57,10 @@ bool LiveScene::follow_piece(const OrbitCamera& camera, bool news, double now_s)
 
 void LiveScene::take_touch(const std::shared_ptr<const LiveTouch>& touch) {
   newest_ = touch;
-  if (touch && touch->keyframe >= 0) samples_.push_back({touch->keyframe, touch->keyframe_T_frame});
-}
-
-void LiveScene::take_pictures(std::vector<std::shared_ptr<const LiveTouch>> touches) {
-  touches_ = std::move(touches);
-  if (touches_[0]) tactile_.set(tactile_picture(*touches_[0], kPictureWidthPx, outline_bgr_));
-  if (has_two_sensors()) {
-    if (touches_[1]) second_picture_.set(tactile_picture(*touches_[1], kPictureWidthPx, outline_bgr_));
-  } else if (touches_[0] && touches_[0]->surface) {
-    second_picture_.set(normal_picture(*touches_[0]->surface, kPictureWidthPx));
-  }
+  if (!touch) return;
+  if (touch->keyframe >= 0) samples_.push_back({touch->keyframe, touch->keyframe_T_frame});
+  tactile_.set(tactile_picture(*touch, kPictureWidthPx, outline_bgr_));
+  if (touch->surface) normals_.set(normal_picture(*touch->surface, kPictureWidthPx));
 }
 
 void LiveScene::place_touch() {

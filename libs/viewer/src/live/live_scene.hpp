@@ -22,9 +22,8 @@ class LiveScene {
 
   Scene& scene() { return scene_; }
   const Scene& scene() const { return scene_; }
-  const Texture& tactile() const { return tactile_; }                ///< of the first of two sensors
-  const Texture& second_picture() const { return second_picture_; }  ///< the normals, or the second sensor's
-  bool has_two_sensors() const { return touches_.size() > 1; }
+  const Texture& tactile() const { return tactile_; }
+  const Texture& normals() const { return normals_; }
   const std::optional<TouchPatch>& touch() const { return placed_; }  ///< in the map, or in the piece
   LoosePiece& piece() { return piece_; }
 
@@ -35,16 +34,14 @@ class LiveScene {
   };
 
   void take_touch(const std::shared_ptr<const LiveTouch>& touch);
-  void take_pictures(std::vector<std::shared_ptr<const LiveTouch>> touches);
   void place_touch();
   bool follow_piece(const OrbitCamera& camera, bool news, double now_s);
   void rebuild_trajectory();
 
   Scene scene_;
-  Texture tactile_, second_picture_;
+  Texture tactile_, normals_;
   cv::Vec3b outline_bgr_;
-  std::shared_ptr<const LiveTouch> newest_, touch_;        // as it came; on the map
-  std::vector<std::shared_ptr<const LiveTouch>> touches_;  // by sensor
+  std::shared_ptr<const LiveTouch> newest_, touch_;  // as it came; on the map
   std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
   LoosePiece piece_;
   std::optional<TouchPatch> placed_;

@@ -96,7 +96,6 @@ void LiveWindow::look_at_figures(double now_s) {
   frame_.words = state_words(frame_.status);
   if (scene_.piece().is_apart() && frame_.words.state == "lost")
     frame_.words.advice += " What you touch grows beside the map until then.";
-  // The one map of two sensors has a folder of its own.
   const std::filesystem::path folder = frame_.status.run_folder.empty()
                                            ? options_.picture_folder
                                            : std::filesystem::path(frame_.status.run_folder);
@@ -145,8 +144,7 @@ void LiveWindow::draw_frame(Ui& ui, double now_s) {
   style.smooth_border = true;
   scene_.draw(camera_, viewport(), style);
   frame_.tactile = &scene_.tactile();
-  frame_.second_picture = &scene_.second_picture();
-  frame_.has_two_sensors = scene_.has_two_sensors();
+  frame_.normals = &scene_.normals();
   if (frame_.words.state == "finished" && !options_.keeps_run)
     frame_.words.advice = "Nothing is kept (no -o). Q closes.";
   if (controls_.shows_panels()) {

@@ -27,8 +27,7 @@ struct LiveFrame {
   std::int64_t disk_free_bytes = -1;  ///< negative: not known
   std::vector<ResultFile> results;    ///< once finished
   const Texture* tactile = nullptr;
-  const Texture* second_picture = nullptr;
-  bool has_two_sensors = false;
+  const Texture* normals = nullptr;
 };
 
 /// Where the view, the panel beside it and the bar of buttons lie; a small window leaves out panels.
@@ -38,10 +37,8 @@ struct Layout {
 Layout lay_out(const Ui& ui, bool shows_panels);
 cv::Vec3b bgr_of(Color color);
 
-/// The touch and its normals, or the touches of two sensors, below each other, as wide as fits into the
-/// height.
-void draw_pictures(Ui& ui, float height, const Texture& tactile, const Texture& second,
-                   bool of_two_sensors = false);
+/// The touch and its normals below each other, as wide as fits into the height.
+void draw_pictures(Ui& ui, float height, const Texture& tactile, const Texture& normals);
 /// Returns its lower edge.
 float draw_banner(Ui& ui, const Box& view, const LiveFrame& frame, double now_s);
 void draw_side(Ui& ui, const Box& side, const LiveFrame& frame);

@@ -39,14 +39,6 @@ std::string sigma_words(const PlaceHypothesis& place) {
                      sigma.head<3>().maxCoeff() * kDegreesPerRadian);
 }
 
-void show_picture(Texture& texture, const LocatedTouch& touch) {
-  if (touch.picture.empty()) return;
-  LiveTouch seen;
-  seen.image = touch.picture;
-  seen.surface = touch.surface;
-  texture.set(tactile_picture(seen, kPictureWidthPx, bgr_of(theme::kGreen)));
-}
-
 std::string percent(double share) { return fmt::format("{:.0f} %", 100 * share); }
 
 }  // namespace
@@ -63,8 +55,7 @@ StateWords place_words(const LocatedTouch* touch) {
     return {"background", theme::kBlue, "Getting ready",
             "Keep the gel free until the map is read and the background is measured."};
   const LocalizedFrame& place = touch->place;
-  // Of two sensors, the other one may know the place.
-  if (place.status != PlaceStatus::localized && place.tracked.status == TrackStatus::no_contact)
+  if (place.tracked.status == TrackStatus::no_contact)
     return {"no_contact", theme::kGray, "No contact", "Press the sensor on the object."};
   const std::size_t count = place.hypotheses.size();
   switch (place.status) {
@@ -102,11 +93,13 @@ bool MapWindow::advance(double /*now_s*/, double dt_s) {
 void MapWindow::show(const std::shared_ptr<const LocatedTouch>& touch) {
   touch_ = touch;
   frame_.words = place_words(touch.get());
-  show_picture(picture_, *touch);
-  if (touch->second)
-    show_picture(second_picture_, *touch->second);
-  else if (touch->surface)
-    second_picture_.set(normal_picture(*touch->surface, kPictureWidthPx));
+  if (!touch->picture.empty()) {
+    LiveTouch seen;
+    seen.image = touch->picture;
+    seen.surface = touch->surface;
+    tactile_.set(tactile_picture(seen, kPictureWidthPx, bgr_of(theme::kGreen)));
+  }
+  if (touch->surface) normals_.set(normal_picture(*touch->surface, kPictureWidthPx));
   std::optional<TouchPatch> patch;
   for (const PlaceHypothesis& place : places()) {
     const double opacity = touch->place.status == PlaceStatus::localized
@@ -187,8 +180,7 @@ void MapWindow::draw_side(Ui& ui, const Box& side) const {
   ui.begin_panel("##side", side, 14);
   ui.row(Face::small, map_.name, duration_text(touch_ ? touch_->place.tracked.time_s : 0));
   ui.gap(8);
-  draw_pictures(ui, kPicturesShare * ui.room().height, picture_, second_picture_,
-                touch_ && touch_->second != nullptr);
+  draw_pictures(ui, kPicturesShare * ui.room().height, tactile_, normals_);
   ui.gap(12);
   ui.begin_child("##places");
   ui.text(Face::small, theme::kDim, "Places: one standard deviation, probability");

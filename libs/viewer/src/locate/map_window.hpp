@@ -49,7 +49,7 @@ class MapWindow : public SceneLoop {
   WindowOptions options_;
   MapControls controls_;
   Scene scene_;
-  Texture picture_, second_picture_;           ///< the second sensor's, or the normals
+  Texture tactile_, normals_;
   std::shared_ptr<const LocatedTouch> touch_;  ///< shown
   LiveFrame frame_;                            ///< words of it
   bool camera_is_set_ = false;

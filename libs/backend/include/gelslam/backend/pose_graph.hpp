@@ -54,13 +54,12 @@ struct PoseGraphOptions {
 double robust_cost(double residual, double scale);
 double robust_weight(double residual, double scale);
 
-/// Unknowns that all edges share, K of them: what a sensor's model of slopes reads wrong.
+/// Unknowns about 0 that all edges share, K of them: what a sensor's model of slopes reads wrong.
 struct SharedUnknowns {
-  /// Per edge: what it measures if the unknowns are u is from_T_to * exp(edge_by_unknown * u). 6xK, or empty
-  /// where an edge does not depend on them.
+  /// Per edge: what it measures if the unknowns are u is from_T_to * exp(edge_by_unknown * u). 6xK.
   std::vector<Eigen::Matrix<double, 6, Eigen::Dynamic>> edge_by_unknown;
-  Eigen::MatrixXd information;  ///< KxK, positive definite: what is known of them besides the edges
-  Eigen::VectorXd mean;         ///< K; empty: there are none
+  /// KxK, positive definite: what is known of them besides the edges. Empty: there are none.
+  Eigen::MatrixXd information;
 };
 
 struct PoseGraphSolution {
@@ -79,7 +78,7 @@ struct PoseGraphSolution {
 /// SE(3) pose graph on Ceres. Components not joined by edges are separate components, each with its own
 /// gauge. Initial poses need only be right within a piece of odometry: pieces that loops join are first put
 /// in place by one of them. Shared unknowns are estimated with the poses, starting
-/// from their mean. Deterministic. Throws Error on edges that name unknown nodes, join a node to itself or
+/// from 0. Deterministic. Throws Error on edges that name unknown nodes, join a node to itself or
 /// carry non-finite numbers, on information that is not symmetric or not positive semi-definite, and on
 /// shared unknowns whose sizes do not fit or whose information is not positive definite. Source: own.
 PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node,

@@ -22,10 +22,8 @@ using MotionByScale = Eigen::Matrix<double, 6, kScaleTerms>;
 /// own.
 MotionByScale motion_by_gradient_scale(const PoseGraphEdge& edge);
 
-/// Prior standard deviations of the factors, where that of the gradient scale is `sigma`.
-Eigen::Vector4d scale_sigmas(double sigma);
-
-/// The factors as unknowns that all edges share.
+/// The factors as unknowns that all edges share, where the prior standard deviation of the gradient scale is
+/// `sigma`.
 SharedUnknowns gradient_scale_unknowns(const std::vector<PoseGraphEdge>& edges, double sigma);
 
 /// The edges as they would measure with slopes corrected by the factors; the same edges for no factors.

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -21,8 +20,6 @@ struct RunReport {
   struct Log {
     std::string file;         ///< where it is, or was when the run was made; empty: none was kept
     double first_time_s = 0;  ///< of its first picture, in the run's trajectory
-    int sensor = 0;           ///< 1: the second of two that felt the object at the same time
-    double start_s = 0;       ///< when it started, by the first sensor's clock
   };
   struct Frames {
     std::int64_t total = 0, background = 0, no_contact = 0, tracked = 0, lost = 0, undone = 0;
@@ -44,12 +41,6 @@ struct RunReport {
   struct Uncertainty {
     Drift drift_mm, drift_deg;
     std::vector<Hidden> not_observable;
-  };
-  struct Rig {
-    std::array<double, 12> first_T_second_mm{};     ///< three rows of [R t]
-    std::array<double, 3> sigma_mm{}, sigma_deg{};  ///< per axis
-    std::int64_t constraints = 0;
-    double second_start_s = 0;
   };
   struct GradientScale {
     double x = 1, y = 1;
@@ -74,7 +65,6 @@ struct RunReport {
   std::int64_t anchor_frame = -1;         ///< -1: nothing touched
   Frames frames;
   Uncertainty uncertainty;
-  std::optional<Rig> rig;
   int keyframes = 0, coverage_keyframes = 0, trials = 0, components = 0, loops = 0, loop_outliers = 0;
   GradientScale gradient_scale;
   MeshSize mesh;

@@ -31,9 +31,6 @@ Matrix6d adjoint(const Pose& a_T_b);
 /// Rotation angle of a pose, radians in [0, pi].
 double rotation_angle_rad(const Pose& pose);
 
-/// Between two poses along the screw from one (share 0) to the other (1).
-Pose interpolated(const Pose& from, const Pose& to, double share);
-
 /// Re-orthonormalizes the rotation: products of many poses drift away from SO(3).
 Pose normalized(const Pose& pose);
 

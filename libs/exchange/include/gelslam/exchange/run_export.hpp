@@ -50,9 +50,8 @@ struct McapOutcome {
 };
 
 /// Writes a run as MCAP (https://mcap.dev/spec) with Foxglove's JSON messages; docs/file-formats.md lists the
-/// topics. What a second sensor felt has topics and times of its own. Pictures come from `logs`, cropped and
-/// resized as the tracker saw them. If a log is missing or damaged, only its pictures are left out. Appears
-/// whole or not at all. Throws Error when the disk is full.
+/// topics. Pictures come from `logs`, cropped and resized as the tracker saw them. If a log is missing or
+/// damaged, only its pictures are left out. Appears whole or not at all. Throws Error when the disk is full.
 McapOutcome write_mcap(const std::filesystem::path& path, const RunContents& run, const VertexColors& colors,
                        ProgressSink& progress);
 

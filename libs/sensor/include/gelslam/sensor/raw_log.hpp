@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "gelslam/sensor/raw_frame.hpp"
 #include "gelslam/sensor/sensor_profile.hpp"
@@ -19,13 +18,7 @@ struct LogAttachments {
   std::string model;            ///< the bytes of nnmodel.pth
 };
 
-/// One sensor of a log.
-struct LogTrack {
-  LogAttachments attachments{};
-  double rate_hz = 25;
-};
-
-/// A growing Matroska file with the sensors' own bytes (docs/cameras-and-logs.md): jpeg, png and yuyv are
+/// A growing Matroska file with the sensor's own bytes (docs/cameras-and-logs.md): jpeg, png and yuyv are
 /// kept as they came, bgr becomes PNG without loss. Times are kept to the microsecond, sequence numbers
 /// beside each frame. Every frame is given to the system when write() returns, so that kill -9 of this
 /// program loses nothing; a power cut may lose the last half minute, for nothing is forced to the disk before
@@ -34,18 +27,16 @@ class LogWriter {
  public:
   /// Creates the file; its header is written with the first frame. Throws Error when the file exists or
   /// cannot be made, and when an attachment is larger than a reader accepts.
-  LogWriter(const std::filesystem::path& path, LogAttachments attachments, double rate_hz);
-  /// Of up to 9 sensors: times of all count from one start. A track is there from its first frame on.
-  LogWriter(const std::filesystem::path& path, std::vector<LogTrack> tracks);
+  LogWriter(const std::filesystem::path& path, const LogAttachments& attachments, double rate_hz);
   /// close().
   ~LogWriter();
   LogWriter(const LogWriter&) = delete;
   LogWriter& operator=(const LogWriter&) = delete;
 
-  /// Appends a frame. False once the disk is full (or fails), or when a frame is not of its track's first
-  /// one's kind and size: nothing more is written from then on, what was written stays readable, failure()
-  /// says why. Never throws for the disk's sake, so that a scan goes on.
-  bool write(const RawFrame& frame, std::size_t track = 0);
+  /// Appends a frame. False once the disk is full (or fails), or when a frame is not of the first one's
+  /// kind and size: nothing more is written from then on, what was written stays readable, failure() says
+  /// why. Never throws for the disk's sake, so that a scan goes on.
+  bool write(const RawFrame& frame);
   /// As a sentence for people, or "".
   const std::string& failure() const;
 
@@ -54,7 +45,7 @@ class LogWriter {
   void close();
 
   const std::filesystem::path& path() const;
-  std::int64_t frames() const;  ///< written, of all tracks
+  std::int64_t frames() const;  ///< written
   std::int64_t bytes() const;   ///< of the file
 
  private:
@@ -67,18 +58,10 @@ class LogWriter {
 /// files give their bytes; other videos and images are decoded, and come as bgr at their own size. Times and
 /// sequence numbers are those that were recorded (a time that is not after the last one, or that most of the
 /// next three contradict: up to one frame after the last; warning() counts them);
-/// images have the profile's rate. "both.mkv#2" is the second sensor of a log of two, whose times count from
-/// the log's start. A video that was cut off or never closed gives what is whole, and warning() says so.
-/// Throws Error when it is none of these.
+/// images have the profile's rate. A video that was cut off or never closed gives what is whole, and
+/// warning() says so. Throws Error when it is none of these.
 std::unique_ptr<RawFrameSource> open_raw_log(const std::filesystem::path& log,
                                              const SensorProfile& profile = {});
-
-/// The sensors that a log holds, each under a name that is a log's wherever one is asked for: both.mkv, which
-/// is its first, and both.mkv#2. A log of one sensor, or none that can be read: only `log`.
-std::vector<std::filesystem::path> sensors_of_log(const std::filesystem::path& log);
-
-/// Throws Error when both names are of the same sensor: both.mkv and both.mkv#1, or a run and its log.mkv.
-void check_two_sensors(const std::filesystem::path& first, const std::filesystem::path& second);
 
 /// True when the file begins as Matroska does, whatever its name. False when it cannot be read.
 bool is_matroska(const std::filesystem::path& file);

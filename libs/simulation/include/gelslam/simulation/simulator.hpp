@@ -40,9 +40,6 @@ struct ScanSpec {
   GelOptions gel;
   OpticsOptions optics;
   SensorGeometry geometry;
-  /// Of the sensor that is simulated, in the frame of the one that `motion` is about: two sensors that are
-  /// fixed to each other differ in this.
-  Pose rig_T_sensor = Pose::Identity();
   int background_frames = 10;  ///< before the motion, nothing near
 };
 

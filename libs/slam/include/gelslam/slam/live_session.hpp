@@ -80,8 +80,6 @@ class LiveSession {
   virtual ~LiveSession() = default;
   virtual LiveStatus status() const = 0;
   virtual std::shared_ptr<const LiveTouch> touch() const = 0;  ///< null before the first frame
-  /// What each sensor feels, by sensor; touch() is one of them.
-  virtual std::vector<std::shared_ptr<const LiveTouch>> touches() const { return {touch()}; }
   virtual std::shared_ptr<const MapSnapshot> map() const = 0;  ///< never null
   virtual MeshChanges take_mesh_changes() = 0;
   virtual std::vector<StageStatistics> stage_times() const = 0;
@@ -94,12 +92,11 @@ class LiveSession {
   virtual void
   abort() = 0;  ///< stop(), and leave out whatever takes time: loops not searched yet, refinement
 
-  /// Waits until every source has ended or stop() was called and everything is saved. Throws what a stage
-  /// threw: an Error when a source does not fit or nothing could be saved.
+  /// Waits until the source has ended or stop() was called and everything is saved. Throws what a stage
+  /// threw: an Error when the source does not fit or nothing could be saved.
   virtual RunReport wait() = 0;
-  /// By sensor, what the background was made of, once wait() has returned; none of an image, or without a
-  /// background.
-  virtual std::vector<BackgroundFrames> background_frames() const = 0;
+  /// What the background was made of, once wait() has returned; none of an image, or without a background.
+  virtual BackgroundFrames background_frames() const = 0;
 };
 
 }  // namespace gelslam

@@ -5,7 +5,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "gelslam/sensor/raw_frame.hpp"
 #include "gelslam/sensor/raw_log.hpp"
@@ -17,9 +16,6 @@
 namespace gelslam {
 
 class PoseStream;
-
-/// By sensor.
-using RawFrameSources = std::vector<std::unique_ptr<RawFrameSource>>;
 
 struct LiveOptions {
   Config config;                     ///< with the model path resolved
@@ -68,7 +64,7 @@ class LiveSlam final : public LiveSession {
   void stop() override;
   void abort() override;
   RunReport wait() override;
-  std::vector<BackgroundFrames> background_frames() const override;
+  BackgroundFrames background_frames() const override;
 
  private:
   struct Impl;

@@ -65,12 +65,13 @@ class Mapper {
   std::vector<PoseGraphEdge> search_loops(const Keyframe& keyframe, int previous);
   bool has_keyframe(int id) const;
   std::map<int, Pose> chained_links() const;
+  std::map<int, Matrix6d> covariances(const std::vector<PoseGraphEdge>& edges,
+                                      const PoseGraphSolution& solution, int gauge) const;
   SlamMap measured_map(const std::vector<FrameRecord>& frames) const;
 
   SlamOptions options_;
   LoopCloser loop_closer_;
   std::vector<ScanPart> parts_;     // of what was restored
-  SensorRig rig_;                   // the same
   std::vector<Keyframe> restored_;  // not in loop_closer_ yet: it is slow, and not always needed
   std::vector<std::shared_ptr<const Keyframe>> keyframes_;  // by id; null where taken back
   std::vector<bool> searched_;                              // by id: for loops

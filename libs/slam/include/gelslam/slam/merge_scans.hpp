@@ -9,7 +9,6 @@
 #include "gelslam/core/progress.hpp"
 #include "gelslam/slam/config.hpp"
 #include "gelslam/slam/reconstruct.hpp"
-#include "gelslam/slam/sensor_rig.hpp"
 
 namespace gelslam {
 
@@ -17,25 +16,11 @@ struct MergeRequest {
   std::vector<std::filesystem::path> runs;  ///< at least two; the first one's configuration is used
   std::filesystem::path run_folder;
   bool overwrite = false;
-  /// Two sensors scanned the last two runs at the same time: joined as reconstruct() joins them.
-  bool has_rig = false;
-  std::optional<RigPose> rig = {};  ///< of them; nothing: the motions tell
-  /// `run_folder` is the first run, which the others continue: what it holds is replaced, but for its logs.
-  /// Left as it is, with an Error, when stopped.
-  bool in_place = false;
 };
-
-/// Whether a run holds surfaces of several sensors, already corrected: what goes on with it is merged with
-/// it, for no sensor's scan can go on in it. Throws Error where there is no run.
-bool is_of_several_sensors(const std::filesystem::path& run);
-
-/// Throws Error where merge_scans() would refuse a run: damaged, or a scan that is not finished.
-void check_can_be_merged(const std::filesystem::path& run);
 
 /// Joins scans of one object by the places that they have in common, and writes a run folder. Scans of one
 /// sensor and model go on as if they were one scan. Otherwise each scan's surfaces are taken as its own map
-/// has corrected them, at the pixel pitch of the first, and no common correction is estimated. Of
-/// several rigs, the last one is estimated again; the others stay as their runs have found them. Throws Error
+/// has corrected them, at the pixel pitch of the first, and no common correction is estimated. Throws Error
 /// when a run holds no session, or another run into the folder is refused. Returns what it wrote.
 Run merge_scans(const MergeRequest& request, ProgressSink& progress,
                 const std::function<bool()>& stop_requested);

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <opencv2/core/mat.hpp>
 #include <optional>
@@ -29,8 +28,7 @@ struct FrameReport {
   std::optional<Matrix6d> covariance{};  ///< TrialDrift
   std::optional<MapPlace> place{};
   int scan = 0;
-  std::optional<int> sensor{};  ///< nothing: there is only one
-  cv::Mat3b picture{};          ///< what the sensor saw; shared, not copied
+  cv::Mat3b picture{};  ///< what the sensor saw; shared, not copied
 };
 
 /// The fields of docs/streaming.md.
@@ -65,9 +63,6 @@ class PoseStream {
 
   /// Throws Error like StreamServer.
   explicit PoseStream(const Options& options);
-  /// Of a second sensor, to the readers of `first`: from now on every line says which sensor it is of, 0 or
-  /// 1. Before the first frame.
-  explicit PoseStream(PoseStream& first);
 
   /// Before the first frame: a keyframe of the scan that goes on.
   void keep(const Keyframe& keyframe);
@@ -78,18 +73,15 @@ class PoseStream {
   /// Any thread: the map has changed.
   void write_map(const MapSnapshot& map);
 
-  const std::string& name() const { return server_->name(); }
+  const std::string& name() const { return server_.name(); }
   /// StreamServer::finish().
-  bool finish() { return server_->finish(); }
+  bool finish() { return server_.finish(); }
 
  private:
-  void write_and_keep(int key, nlohmann::ordered_json line);
-
   const Options options_;
-  const std::shared_ptr<StreamServer> server_;
+  StreamServer server_;
   TrialDrift drift_;
   int scan_ = 0;
-  std::optional<int> sensor_;  // nothing: there is only one
 };
 
 }  // namespace gelslam

@@ -3,7 +3,6 @@
 #include <chrono>
 #include <filesystem>
 #include <functional>
-#include <optional>
 
 #include "gelslam/core/progress.hpp"
 #include "gelslam/core/run_report.hpp"
@@ -29,11 +28,6 @@ struct Run {
 Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progress,
                 const std::function<bool()>& stop_requested, const std::filesystem::path& continued_run = {});
 
-/// The same without the mesh. The report has what finish_scan() asks for; `timer` takes the times.
-Run map_log(const LogInput& input, const Config& config, ProgressSink& progress,
-            const std::function<bool()>& stop_requested, const std::filesystem::path& continued_run,
-            StageTimer& timer);
-
 /// The end of every scan: its map is fused, and both are counted. `report`: what only the scan knows, its
 /// log, warnings, and whether it ended early. `start`: of the work. `progress` may be null.
 Run finish_scan(const Config& config, SlamMap map, RunReport report, StageTimer& timer,
@@ -52,17 +46,13 @@ Mesh fuse_map(const SlamMap& map, const FusionOptions& options, ProgressSink* pr
 void save_run(const std::filesystem::path& folder, const Run& run, bool overwrite = false);
 
 /// The same for the program, which checks the folder before the work begins. No folder is left behind when
-/// it throws. Of two sensors that are fixed to each other it makes one map: each log is tracked and corrected
-/// alone; loops, also between the sensors, and the rig join them. Where the rig is not determined they stay
-/// apart. Returns what it wrote.
+/// it throws. Returns what it wrote.
 struct ReconstructRequest {
   LogInput input;
   Config config;  ///< from resolve_config()
   std::filesystem::path run_folder;
   bool overwrite = false;
   std::filesystem::path continued_run = {};  ///< empty: a new scan
-  std::optional<LogInput> second = {};       ///< of another sensor at the same time; by its own configuration
-  std::optional<RigPose> rig = {};           ///< of both; nothing: the motions tell
 };
 Run reconstruct(const ReconstructRequest& request, ProgressSink& progress,
                 const std::function<bool()>& stop_requested);

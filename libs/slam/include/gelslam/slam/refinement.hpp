@@ -13,6 +13,10 @@
 
 namespace gelslam {
 
+/// GradientScaleOptions::sigma, of the worst model among keyframes (null: none there).
+double gradient_scale_sigma(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
+                            const GradientScaleOptions& options);
+
 /// Share of the smaller contact that lies on the other's, close to its height. 0 where they face away from
 /// each other: opposite sides of a thin object.
 double contact_overlap(const Surface& a, const Surface& b, const Pose& a_T_b);

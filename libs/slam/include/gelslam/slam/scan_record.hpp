@@ -4,11 +4,10 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "gelslam/backend/rig.hpp"
+#include "gelslam/backend/pose_graph.hpp"
 #include "gelslam/frontend/tracker.hpp"
 
 namespace gelslam {
@@ -41,20 +40,10 @@ struct ScanPart {
   /// surfaces of several sensors, already corrected (merge).
   std::uint32_t model_crc32 = 0;
   std::string log;  ///< file; empty where none was kept
-  /// Of the second of two sensors at the same time: when it started, by the clock of all frames.
-  std::optional<double> second_start_s = {};
 };
 
 /// Index of the part that a frame belongs to; 0 without parts.
 std::size_t part_of_frame(const std::vector<ScanPart>& parts, std::int64_t frame);
-
-/// Two sensors that are fixed to each other felt the object at the same time.
-struct SensorRig {
-  std::vector<RigConstraint> constraints;  ///< none: one sensor, or scans made one after the other
-  int first_of_second = 0;       ///< the second sensor's first keyframe; no later one is the first's
-  double second_start_s = 0;     ///< start_of_second_s()
-  std::optional<RigPose> known;  ///< before the scan
-};
 
 /// All that a scan has measured, and so all that is needed to continue it: what tracking and loop closure
 /// found, before the pose graph draws conclusions.
@@ -67,7 +56,6 @@ struct ScanRecord {
   std::vector<bool> searched;  ///< by id: loops were looked for
   std::vector<FrameRecord> frames;
   std::vector<std::string> warnings;  ///< what could not be read, as sentences for the user
-  SensorRig rig;
 
   bool has_keyframe(int id) const {
     return id >= 0 && id < static_cast<int>(keyframes.size()) && keyframes[static_cast<std::size_t>(id)];
@@ -87,7 +75,7 @@ struct ContinuedScan {
 
 /// Reads a record, also one that a kill has cut off: a last line that is not whole is left out. Lines and
 /// surfaces that are damaged or missing are left out with a warning. Throws Error when there is no record, or
-/// it was written by a newer version.
+/// it was written by a newer version, or by an older one for two sensors at the same time.
 ScanRecord read_scan(const std::filesystem::path& folder, const NormalFlowOptions& registration);
 
 }  // namespace gelslam

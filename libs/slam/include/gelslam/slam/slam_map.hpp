@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,7 +25,7 @@ struct SlamMap {
   std::vector<FrameRecord> frames;  ///< every frame of the log, in order
   /// By id; null where a person took them back.
   std::vector<std::shared_ptr<const Keyframe>> keyframes;
-  std::vector<PoseGraphEdge> edges;  ///< of a rig at the end: rig_edges()
+  std::vector<PoseGraphEdge> edges;
   PoseGraphSolution solution;
   SlopeCorrection slope_correction;  ///< as estimated
   std::vector<bool> in_map;          ///< by keyframe id: belongs to the largest component
@@ -36,8 +35,6 @@ struct SlamMap {
   int components = 0;
   int loops = 0;  ///< edges between keyframes found by loop closure and refinement
   TrajectoryUncertainty uncertainty;
-  /// The second sensor in the first; nothing where `measured` has no rig, or its motions do not determine it.
-  std::optional<RigPose> rig;
 
   Pose component_T_anchor = Pose::Identity();
 

@@ -26,10 +26,10 @@ class StreamServer {
 
   /// Thread-safe. `line` with its line end.
   void write(std::string line);
-  /// Also kept for readers that connect later: they get the kept lines first, by sensor and `key`. A line
-  /// replaces that of the same key.
-  void write_and_keep(int sensor, int key, std::string line);
-  void forget_kept(int sensor);
+  /// Also kept for readers that connect later: they get the kept lines first, by `key`. A line replaces
+  /// that of the same key.
+  void write_and_keep(int key, std::string line);
+  void forget_kept();
 
   /// Where readers connect: "tcp:127.0.0.1:5555", "unix:/tmp/pose", "-".
   const std::string& name() const;

@@ -24,8 +24,6 @@ struct LocatedTouch {
   cv::Mat3b picture;   ///< empty for a frame of the background
   SurfacePtr surface;  ///< null for the same
   LocalizedFrame place;
-  /// Of the second of two sensors, the newest one; null without it.
-  std::shared_ptr<const LocatedTouch> second = nullptr;
 };
 
 /// Hands frames from the thread that locates them to the window, so that neither waits for the other.
