@@ -39,8 +39,8 @@ RegistrationResult register_surfaces(const TouchedSurface& reference, const Touc
 py::tuple pickled(const RegistrationResult& r) {
   return py::make_tuple(static_cast<int>(r.status), r.target_T_reference.matrix(), r.information,
                         r.membrane_bias, r.scr, r.ccs, r.texture_correlation, r.normal_rmse_rad,
-                        r.height_rmse_mm, r.shared_pixels, r.shared_center_mm, r.iterations,
-                        r.directions, r.observable);
+                        r.height_rmse_mm, r.shared_pixels, r.shared_center_mm, r.iterations, r.directions,
+                        r.observable);
 }
 
 RegistrationResult unpickled(const py::tuple& state) {

@@ -58,7 +58,8 @@ Matrix5d information_of_normals(const ShownDirections& directions, double noise_
   const Matrix5d covariance = prior.covariance.topLeftCorner<kParameters, kParameters>();
   Matrix5d information = Matrix5d::Zero();
   for (int i = 0; i < kParameters; ++i) {
-    const double share = directions.share[i], pull = directions.pattern_share[i] * directions.pattern_share[i];
+    const double share = directions.share[i],
+                 pull = directions.pattern_share[i] * directions.pattern_share[i];
     if (share == 0) continue;
     const Vector5d measure = directions.measures.col(i);
     // Gauss-Newton with a noisy Jacobian: the error's variance is read / common², not 1 / read. A pattern of
