@@ -56,6 +56,18 @@ PosePrior ExpectedMotion::prior_at(const RegistrationResult& place) const {
   return at;
 }
 
+double ExpectedMotion::normalized_innovation(const RegistrationResult& found) const {
+  const PosePrior before = prior();
+  const Matrix6d along = found.directions.inverse();
+  const Vector6d variance = variance_along(along, before.covariance);
+  const Vector6d shown = gain(variance, information_along(found.directions, found.information));
+  const Vector6d moved = along * se3_log(before.target_T_reference.inverse() * found.target_T_reference);
+  double squares = 0;  // the mean of prior and measurement has moved by `shown` of what was measured
+  for (int i = 0; i < 6; ++i)
+    if (shown[i] > 0) squares += moved[i] * moved[i] / (shown[i] * variance[i]);
+  return std::sqrt(squares);
+}
+
 std::array<ExpectedMotion, 2> HandMotion::expect(const MotionState& before, double elapsed_s) const {
   elapsed_s = std::max(std::round(elapsed_s / kTimeUnitS) * kTimeUnitS, kMinElapsedS);
   Matrix6d unit = Matrix6d::Identity();  // what moves the contact by 1 mm

@@ -125,7 +125,7 @@ bool Tracker::passes_gate(const RegistrationResult& registration, const Expected
   const double residual_increase_rad = registration.normal_rmse_rad - previous_.residual_rad;
   return registration.ok() && kGateSigmas * hand_.mm_per_s() * expected.elapsed_s <= kMinPeriodMm &&
          residual_increase_rad <= normal_flow_.normal_noise_rad &&
-         normalized_innovation(registration, expected.prior()) <= kGateSigmas;
+         expected.normalized_innovation(registration) <= kGateSigmas;
 }
 
 /// Motion goes on, or it stops or turns back.

@@ -29,8 +29,8 @@ Vector6d with_tz(const Vector5d& step, const Viewpoint& view) {
 
 /// The prior's information about the step, along directions that are independent of each other.
 Matrix5d information_of(const PosePrior& prior, const ShownDirections& along) {
-  const Matrix5d covariance = prior.step.topLeftCorner<kParameters, kParameters>();
-  const Vector5d variance = (along.measures.transpose() * covariance * along.measures).diagonal();
+  const Matrix5d step = prior.step.topLeftCorner<kParameters, kParameters>();
+  const Vector5d variance = (along.measures.transpose() * step * along.measures).diagonal();
   return along.measures * variance.cwiseInverse().asDiagonal() * along.measures.transpose();
 }
 

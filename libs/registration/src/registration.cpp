@@ -36,10 +36,11 @@ class NormalFlowRegistrar final : public Registrar {
 
 }  // namespace
 
-PosePrior::PosePrior(const Pose& pose, double sigma_mm) : target_T_reference(pose), start(pose) {
+PosePrior::PosePrior(const Pose& pose) : target_T_reference(pose), start(pose) {
+  constexpr double kUsualMotion2 = 0.01;  // a motion usually has a tenth of the start's sigma
   step.diagonal() << Eigen::Vector3d::Constant(1 / (kMmPerRad * kMmPerRad)), Eigen::Vector3d::Ones();
-  step *= sigma_mm * sigma_mm;
-  covariance = 0.01 * step;
+  step *= kMinPeriodMm * kMinPeriodMm;
+  covariance = kUsualMotion2 * step;
 }
 
 std::string_view describe(RegistrationStatus status) {

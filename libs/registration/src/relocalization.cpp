@@ -1,6 +1,5 @@
 #include "gelslam/registration/relocalization.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -42,20 +41,6 @@ bool is_located(const RegistrationResult& registration) {
 
 double innovation_mm(const RegistrationResult& found, const Pose& expected) {
   return difference(found, expected).size_mm();
-}
-
-double normalized_innovation(const RegistrationResult& found, const PosePrior& prior) {
-  const Vector6d moved = se3_log(prior.target_T_reference.inverse() * found.target_T_reference);
-  const Matrix6d along = found.directions.inverse();
-  double squares = 0;
-  for (int i = 0; i < 6; ++i) {
-    const double before = along.row(i) * prior.covariance * along.row(i).transpose(),
-                 information = found.directions.col(i).dot(found.information * found.directions.col(i));
-    // The mean of prior and measurement has moved by this share of what was measured.
-    const double share = before * information / (1 + before * information), part = along.row(i) * moved;
-    if (share > 0) squares += part * part / (share * before);
-  }
-  return std::sqrt(squares);
 }
 
 RegistrationResult relocalize(const NormalFlowReference& reference, const Surface& target,

@@ -28,6 +28,10 @@ struct ExpectedMotion {
   PosePrior prior() const;  ///< of frame_T_reference
   /// After a search: the surfaces fit at this place. Expected where they were along what they do not show.
   PosePrior prior_at(const RegistrationResult& place) const;
+  /// How far a registration from prior() lies from it, in standard deviations of prior and registration
+  /// together: directions that are not shown say nothing. The root of the normalized innovation squared
+  /// (Bar-Shalom et al., Estimation with Applications to Tracking, 2001, §5.4).
+  double normalized_innovation(const RegistrationResult& found) const;
 };
 
 /// How a hand moves an object: at the velocity that the surfaces have shown, and along all other directions

@@ -44,14 +44,16 @@ std::string_view describe(RegistrationStatus status);
 /// as it is here.
 struct PosePrior {
   Pose target_T_reference = Pose::Identity();
-  Matrix6d covariance = Matrix6d::Identity();  ///< of the right perturbation (rad, mm; order as in se3.hpp)
-  Matrix6d step = Matrix6d::Identity();        ///< of it, what is new
-  Pose start = Pose::Identity();               ///< where the search begins
+  /// Of the right perturbation (rad, mm; order as in se3.hpp): by what a pattern of the gel may have held the
+  /// pose back.
+  Matrix6d covariance = Matrix6d::Identity();
+  Matrix6d step = Matrix6d::Identity();  ///< the same of the last motion alone: how far the pose may move
+  Pose start = Pose::Identity();         ///< where the search begins
 
   PosePrior(const Pose& pose, const Matrix6d& covariance_of_pose, const Matrix6d& of_step)
       : target_T_reference(pose), covariance(covariance_of_pose), step(of_step), start(pose) {}
-  /// A start: right to `sigma_mm` along every axis, turns by kMmPerRad.
-  PosePrior(const Pose& pose, double sigma_mm = kMinPeriodMm);  // NOLINT: a pose is a start
+  /// A start: right to kMinPeriodMm along every axis, turns by kMmPerRad.
+  PosePrior(const Pose& pose);  // NOLINT: a pose is a start
 };
 
 struct RegistrationResult {

@@ -22,11 +22,6 @@ bool is_located(const RegistrationResult& registration);
 /// center moved or, if that is more, by how much it turned (kMmPerRad).
 double innovation_mm(const RegistrationResult& found, const Pose& expected);
 
-/// The same in standard deviations of prior and registration together, for a pose that is the maximum of
-/// both: directions that are not observable say nothing. The root of the normalized innovation squared
-/// (Bar-Shalom et al., Estimation with Applications to Tracking, 2001, §5.4).
-double normalized_innovation(const RegistrationResult& found, const PosePrior& prior);
-
 /// Finds the one place where the target fits on the reference, among all shifts and among twists about that
 /// of `expected` (target_T_reference). `found` is the result of a registration from the expected place, ok or
 /// not; it wins when no other place fits as well. Every place has to pass verify_registered(), and one that
