@@ -137,11 +137,6 @@ CheckedSurface estimate(const SurfaceArguments& arguments) {
                 " (--force continues anyway)");
   result.doubts = frames.doubts();
   result.surface = frames.push(picture, 1);
-  if (!result.surface)
-    throw Error(
-        quoted(arguments.image) +
-        " lies shifted sideways against the background, as pictures do that were damaged on the way from the "
-        "camera");
   if (!result.surface->zero_is_bare_gel && result.mismatch.empty())
     result.mismatch =
         "no bare gel is seen around the contact: heights are right among themselves only, "

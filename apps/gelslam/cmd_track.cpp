@@ -85,7 +85,7 @@ bool write_poses(SurfaceStream& stream, PoseOutput& output, const LineSink& sink
     if (stopper.stopped() || !std::cout) break;
   }
   progress.end();
-  std::cerr << warning_words(stream.warnings());
+  warn(stream.warning());
   return any;
 }
 

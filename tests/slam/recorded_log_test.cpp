@@ -74,7 +74,7 @@ TEST_F(RecordedLog, StandsOnItsOwn) {
     }
   }
   EXPECT_FALSE(stream.next());
-  EXPECT_TRUE(stream.warnings().empty());
+  EXPECT_EQ(stream.warning(), "");
 }
 
 TEST_F(RecordedLog, WhatAPersonNamesGoesFirst) {

@@ -158,48 +158,6 @@ TEST(FindBareStretch, IsTheLongestOneWithoutAnImprint) {
   EXPECT_FALSE(find_bare_stretch({frames.begin() + 13, frames.end()}, 10, linear_gel_model(), {}));
 }
 
-/// A gel with vignetting.
-cv::Mat3b vignetted(const cv::Mat3b& bgr) {
-  cv::Mat3b result = bgr.clone();
-  result.forEach([](cv::Vec3b& pixel, const int* at) {
-    const double x = at[1] / 160.0 - 1, y = at[0] / 120.0 - 1;
-    for (int c = 0; c < 3; ++c)
-      pixel[c] = cv::saturate_cast<uchar>(pixel[c] * (1.0 - (0.2 + 0.05 * c) * x * x - 0.1 * y * y));
-  });
-  return result;
-}
-
-cv::Mat3b rolled(const cv::Mat3b& bgr, int shift_px, int from_row = 0) {
-  cv::Mat3b result = bgr.clone();
-  for (int v = from_row; v < bgr.rows; ++v)
-    for (int u = 0; u < bgr.cols; ++u) result(v, (u + shift_px + bgr.cols) % bgr.cols) = bgr(v, u);
-  return result;
-}
-
-TEST(SidewaysShift, IsFoundWhereTheGelIsBareAndNowhereElse) {
-  const cv::Mat3b bare = vignetted(render(cv::Mat1f(kSensor, 0.0F), kPitchMm, 0.0, 0));
-  SurfaceEstimator estimator(linear_gel_model(), bare, SurfaceOptions{});
-  for (const double depth_mm : {1e-9, 0.2, 0.8}) {
-    for (const double light : {1.0, 0.97}) {
-      const cv::Mat1f height = ball_press(kSensor, kPitchMm, 130, 100, 5, depth_mm);
-      cv::Mat3b picture;
-      cv::multiply(vignetted(render(height, kPitchMm, 1.0, 7)), cv::Scalar::all(light), picture);
-      EXPECT_EQ(estimator.sideways_shift_px(picture), 0) << depth_mm << " mm, light " << light;
-      for (const int shift_px : {4, -8, 12, -23, 47}) {
-        EXPECT_NEAR(estimator.sideways_shift_px(rolled(picture, shift_px)), shift_px, 4) << depth_mm;
-        EXPECT_NE(estimator.sideways_shift_px(rolled(picture, shift_px, 140)), 0) << "the lower rows only";
-      }
-    }
-  }
-}
-
-TEST(SidewaysShift, OfAGelThatLooksTheSameEverywhereIsNotKnown) {
-  SurfaceEstimator estimator(linear_gel_model(), cv::Mat3b(kSensor, cv::Vec3b(100, 110, 110)),
-                             SurfaceOptions{});
-  EXPECT_EQ(estimator.sideways_shift_px(cv::Mat3b(kSensor, cv::Vec3b(103, 108, 111))), 0);
-  EXPECT_EQ(estimator.sideways_shift_px(cv::Mat3b(kSensor, cv::Vec3b(10, 250, 11))), 0);
-}
-
 TEST(CheckBackground, AContactThatRestsIsSeenByItsImprint) {
   const BackgroundCheck result = check(rolling(0.5, 0.0, 1.0));
   EXPECT_TRUE(result.contact);

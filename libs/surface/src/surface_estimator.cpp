@@ -15,7 +15,6 @@
 #include "photometry/blocks.hpp"
 #include "photometry/light.hpp"
 #include "photometry/pixel_repair.hpp"
-#include "photometry/shift_finder.hpp"
 #include "slopes/gradient_map.hpp"
 
 namespace gelslam {
@@ -86,7 +85,6 @@ struct SurfaceEstimator::Impl {
         size(background_image.size()),
         background_blocks(average_blocks(pixels.background())),
         light_tracker(background_blocks, true),
-        shift_finder(background_blocks),
         gradient(model, pixels.background()),
         camera(camera_of(model, size, options)),
         rest_grid(camera),
@@ -143,7 +141,6 @@ struct SurfaceEstimator::Impl {
   cv::Mat3f background_blocks;
   LightTracker light_tracker;
   Light light;  // of the last picture
-  ShiftFinder shift_finder;
   GradientMap gradient;
   CameraModel camera;
   RestGrid rest_grid;
@@ -172,13 +169,6 @@ SurfaceEstimator::SurfaceEstimator(GradientModel model, const cv::Mat3b& backgro
 SurfaceEstimator::~SurfaceEstimator() = default;
 SurfaceEstimator::SurfaceEstimator(SurfaceEstimator&&) noexcept = default;
 SurfaceEstimator& SurfaceEstimator::operator=(SurfaceEstimator&&) noexcept = default;
-
-int SurfaceEstimator::sideways_shift_px(const cv::Mat3b& image) {
-  if (image.size() != impl_->size) return 0;
-  impl_->averager.average(image, impl_->blocks);
-  to_background_light(impl_->light, impl_->blocks);
-  return impl_->shift_finder.find_px(impl_->blocks);
-}
 
 SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
   Impl& self = *impl_;

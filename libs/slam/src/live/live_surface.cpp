@@ -21,10 +21,6 @@ void SurfaceStage::run(RawQueue& in, TrackerQueue& out) {
       background_frames_.push_back(*frame);
       if (background_frames_.size() > most_background_frames_) background_frames_.pop_front();
       report_background();
-    } else if (!surface) {
-      board_.frame_damaged();
-      board_.warn_about("the pictures' place", frames_.warning());
-      continue;
     }
     if (!out.push(SurfacedFrame{std::move(*image), std::move(surface), (*frame)->arrived})) return;
   }

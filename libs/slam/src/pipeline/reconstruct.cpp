@@ -72,8 +72,9 @@ bool track_log(SurfaceStream& stream, GelSlam& slam, const ContinuedScan& scan, 
 }
 
 std::vector<std::string> warnings_of(const SurfaceStream& stream, std::vector<std::string> warnings) {
-  for (const auto& more : {stream.background_doubts(), stream.warnings()})
-    warnings.insert(warnings.end(), more.begin(), more.end());
+  const auto& doubts = stream.background_doubts();
+  warnings.insert(warnings.end(), doubts.begin(), doubts.end());
+  if (std::string warning = stream.warning(); !warning.empty()) warnings.push_back(std::move(warning));
   return warnings;
 }
 

@@ -1,6 +1,5 @@
 #include "gelslam/slam/surface_stream.hpp"
 
-#include <cstdlib>
 #include <utility>
 
 #include "gelslam/core/error.hpp"
@@ -12,7 +11,6 @@ namespace {
 
 // In how many times the background's frames it is looked for where a log does not begin with it.
 constexpr std::size_t kLookAhead = 4;
-constexpr int kMostShiftedInARow = 10;
 
 std::string ended_early(std::size_t frames, const LogInput& input, int wanted) {
   if (input.background_frames)
@@ -48,7 +46,6 @@ SurfacePtr FrameToSurface::push(cv::Mat3b& bgr, std::int64_t index) {
   SurfacePtr surface;
   {
     const auto scope = timer_.measure("surface");
-    if (is_shifted(bgr, index)) return nullptr;
     surface = estimator_->estimate(bgr);
   }
   const SurfaceTimings& times = estimator_->timings();
@@ -57,23 +54,6 @@ SurfacePtr FrameToSurface::push(cv::Mat3b& bgr, std::int64_t index) {
   timer_.add("surface/contact", times.contact_ms);
   timer_.add("surface/normals", times.normals_ms);
   return surface;
-}
-
-bool FrameToSurface::is_shifted(const cv::Mat3b& bgr, std::int64_t index) {
-  const int shift_px = estimator_->sideways_shift_px(bgr);
-  shifted_in_a_row_ = shift_px == 0 ? 0 : shifted_in_a_row_ + 1;
-  // A fault passes; what stays is the light, or a camera that was moved.
-  if (shift_px == 0 || shifted_in_a_row_ > kMostShiftedInARow) return false;
-  if (shifted_++ == 0)
-    first_shifted_ =
-        "frame " + std::to_string(index) + ", by about " + std::to_string(std::abs(shift_px)) + " pixels";
-  return true;
-}
-
-std::string FrameToSurface::warning() const {
-  if (shifted_ == 0) return "";
-  return "left out " + counted(shifted_, "picture") +
-         " shifted sideways, as by USB faults (the first: " + first_shifted_ + "): check the cable";
 }
 
 void FrameToSurface::gather_background(const cv::Mat3b& bgr, std::int64_t index) {
@@ -175,10 +155,10 @@ std::optional<SurfaceStream::Item> SurfaceStream::next() {
     background_items_.pop_front();
     return item;
   }
-  while (std::optional<TactileImage> image = next_image())
-    if (SurfacePtr surface = frames_.push(image->bgr, image->index))
-      return Item{image->index, image->time_s, std::move(surface), std::move(image->bgr)};
-  return std::nullopt;
+  std::optional<TactileImage> image = next_image();
+  if (!image) return std::nullopt;
+  SurfacePtr surface = frames_.push(image->bgr, image->index);
+  return Item{image->index, image->time_s, std::move(surface), std::move(image->bgr)};
 }
 
 std::optional<TactileImage> SurfaceStream::next_image() {
@@ -189,12 +169,6 @@ std::optional<TactileImage> SurfaceStream::next_image() {
   TactileImage image = std::move(ahead_.front());
   ahead_.pop_front();
   return image;
-}
-
-std::vector<std::string> SurfaceStream::warnings() const {
-  std::vector<std::string> warnings = {source_->warning(), frames_.warning()};
-  std::erase(warnings, "");
-  return warnings;
 }
 
 }  // namespace gelslam

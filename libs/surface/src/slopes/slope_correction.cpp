@@ -1,5 +1,6 @@
 #include "gelslam/surface/slope_correction.hpp"
 
+#include <opencv2/core.hpp>
 #include <vector>
 
 #include "gelslam/core/median.hpp"

@@ -30,8 +30,7 @@ class FrameToSurface {
                  const std::optional<FrameRange>& named = {});
 
   /// Applies the color gain to `bgr` in place. `index`: of the frame in the log. Null for pictures that go
-  /// into the background, or come before it, and later for pictures that came shifted sideways, which are
-  /// damaged. Throws Error when the pictures that were named do not agree.
+  /// into the background, or come before it. Throws Error when the pictures that were named do not agree.
   SurfacePtr push(cv::Mat3b& bgr, std::int64_t index);
   /// Takes the background from the longest bare stretch of `seen` (find_bare_stretch). Nothing where there is
   /// none.
@@ -41,11 +40,8 @@ class FrameToSurface {
   const BackgroundCheck& refusal() const { return refusal_; }
   /// What makes the background doubtful, as sentences for the user. Complete once there is a background.
   const std::vector<std::string>& doubts() const { return doubts_; }
-  /// How many pictures came shifted, as a sentence for the user, or "".
-  std::string warning() const;
 
  private:
-  bool is_shifted(const cv::Mat3b& bgr, std::int64_t index);
   void gather_background(const cv::Mat3b& bgr, std::int64_t index);
   void set_background(const cv::Mat3b& background);
 
@@ -59,8 +55,6 @@ class FrameToSurface {
   BackgroundCheck refusal_;
   std::vector<std::string> doubts_;
   std::optional<SurfaceEstimator> estimator_;
-  int shifted_ = 0, shifted_in_a_row_ = 0;
-  std::string first_shifted_;
 };
 
 /// A log, or a camera, as a stream of surfaces. Holds no more pictures at once than it looks through for the
@@ -90,7 +84,7 @@ class SurfaceStream {
   /// FrameToSurface::doubts().
   const std::vector<std::string>& background_doubts() const { return frames_.doubts(); }
   /// What was wrong with the log, for the user, or "" (complete at the end).
-  std::vector<std::string> warnings() const;
+  std::string warning() const { return source_->warning(); }
 
  private:
   bool look_further(std::deque<TactileImage> seen, std::size_t most);

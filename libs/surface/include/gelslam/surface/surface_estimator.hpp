@@ -43,12 +43,6 @@ class SurfaceEstimator {
   /// Throws Error when the image's size differs from the background's.
   SurfacePtr estimate(const cv::Mat3b& bgr);
 
-  /// By how many pixels the bare gel in the picture lies to the right of where it lies in the background,
-  /// over the whole picture or from some row to another: the picture is damaged. 0 where it lies right, or
-  /// too little is bare to tell. To be asked before estimate(); one that shows it again and again may be
-  /// right.
-  int sideways_shift_px(const cv::Mat3b& bgr);
-
   /// Timings of the last estimate().
   const SurfaceTimings& timings() const;
 
