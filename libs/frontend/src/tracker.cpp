@@ -93,7 +93,8 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
     result.registration = reference_->register_to(*surface, Pose::Identity());
     return result;
   }
-  const Attempt attempt = track_with_fallback(result, *surface);
+  const std::optional<Attempt> back = track_back(*surface, time_s);
+  const Attempt attempt = back ? *back : track_with_fallback(result, *surface);
   result.registration = attempt.registration;
   if (attempt.registration.ok())
     accept(result, attempt, std::move(surface));
@@ -109,11 +110,12 @@ Tracker::Reference Tracker::reference_of(const PreparedReference& prepared, cons
 
 /// From the predicted pose; if that fails, from the previous one.
 Tracker::Attempt Tracker::register_to(const Reference& reference, const Surface& surface) const {
-  Attempt best{{}, reference.expected[0]};
+  Attempt best{{}, reference.expected[0], false};
   for (const ExpectedMotion& expected : reference.expected) {
     const RegistrationResult found = reference.prepared.register_to(surface, expected.prior());
-    if (found.ok()) return {found, expected};
-    if (found.scr * found.ccs >= best.registration.scr * best.registration.ccs) best = {found, expected};
+    if (found.ok()) return {found, expected, false};
+    if (found.scr * found.ccs >= best.registration.scr * best.registration.ccs)
+      best = {found, expected, false};
   }
   return best;
 }
@@ -154,9 +156,22 @@ Tracker::Attempt Tracker::relocalize_on(const Reference& reference, const Surfac
       relocalize(*reference.prepared.samples(), surface, expected.reference_T_frame.inverse(),
                  attempt.registration, normal_flow_, verification_);
   if (clock_) relocalization_debt_s_ += clock_() - start_s;
-  if (!place.ok()) return {place, expected};
+  if (!place.ok()) return {place, expected, true};
   // Another method starts from there and decides.
-  return {reference.prepared.register_to(surface, expected.prior_at(place)), expected};
+  return {reference.prepared.register_to(surface, expected.prior_at(place)), expected, true};
+}
+
+/// Where the step before was searched for, and this frame lies where it was expected without that step.
+std::optional<Tracker::Attempt> Tracker::track_back(const Surface& surface, double time_s) {
+  if (!jump_) return std::nullopt;
+  std::swap(previous_, jump_->before);
+  std::swap(hand_, jump_->hand);
+  const Reference keyframe = reference_of(*reference_, previous_.state, time_s);
+  const Attempt attempt = register_to(keyframe, surface);
+  if (is_usual(attempt.registration, keyframe)) return attempt;
+  std::swap(previous_, jump_->before);
+  std::swap(hand_, jump_->hand);
+  return std::nullopt;
 }
 
 /// Registers to the keyframe; if that is too far behind, to the last tracked frame. If that fails, too, or
@@ -201,7 +216,7 @@ void Tracker::handle_tracking_failure(TrackedFrame& result, SurfacePtr surface) 
     if (together.ok()) {
       begin_trial(result, Seen(*lost_), std::move(reference));
       result.registration = together;
-      accept(result, {together, hand_.expect(previous_.state, result.time_s - previous_.time_s)[1]},
+      accept(result, {together, hand_.expect(previous_.state, result.time_s - previous_.time_s)[1], false},
              std::move(surface));
       return;
     }
@@ -213,6 +228,10 @@ void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr su
   const RegistrationResult& registration = result.registration;
   KeyframeLink link = link_to(keyframe_, registration);
   const Pose keyframe_T_frame = link.previous_T_this;
+  const double confirmed = shown_share(coarse_contact_points_mm(*surface), *previous_.surface,
+                                       previous_.state.reference_T_frame.inverse() * keyframe_T_frame);
+  jump_.reset();
+  if (attempt.searched) jump_ = Jump{previous_, hand_};
   previous_.state = hand_.correct(attempt.expected, registration);
   link.information = previous_.state.covariance.inverse();
   result.registration.information = information_of_inverse(link.information, keyframe_T_frame.inverse());
@@ -228,8 +247,10 @@ void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr su
   const TurningPoints::Touch touch{result.frame, surface, result.trial_T_frame, link};
   const bool keyframe_is_new =
       !result.new_keyframes.empty() && result.new_keyframes.back().keyframe == keyframe_;
-  if (!keyframe_is_new && needs_new_keyframe(*reference_->samples(), registration, *surface)) {
-    if (return_to_known(result, touch)) return;
+  if (jump_ || confirmed < options_.keyframe_min_shared) return;
+  const double contact_px = confirmed * surface->contact_pixels;
+  if (!keyframe_is_new && needs_new_keyframe(*reference_->samples(), registration, contact_px)) {
+    if (return_to_known(result, touch, contact_px)) return;
     switch_keyframe(result, touch, registrar_->prepare(surface));
     result.keyframe = keyframe_;
     result.keyframe_T_frame = Pose::Identity();
@@ -249,10 +270,10 @@ void Tracker::break_trial() {
 }
 
 bool Tracker::needs_new_keyframe(const NormalFlowReference& keyframe, const RegistrationResult& registration,
-                                 const Surface& surface) const {
+                                 double contact_px) const {
   const double shared_share = static_cast<double>(registration.shared_pixels) / keyframe.sample_count();
   const double shared_area_px = shared_share * keyframe.surface().contact_pixels;
-  return shared_area_px < options_.keyframe_min_shared * surface.contact_pixels;
+  return shared_area_px < options_.keyframe_min_shared * contact_px;
 }
 
 /// Keyframes that were known before are not unpacked again.
@@ -294,7 +315,7 @@ const Tracker::Known* Tracker::most_overlapping(const Surface& surface, const Po
 
 /// Goes on with a keyframe of the map, if the frame is verified to show the same place: as strictly as a
 /// loop.
-bool Tracker::return_to_known(TrackedFrame& result, const TurningPoints::Touch& touch) {
+bool Tracker::return_to_known(TrackedFrame& result, const TurningPoints::Touch& touch, double contact_px) {
   const Known* const known = most_overlapping(*touch.surface, touch.trial_T_frame);
   if (!known) return false;
   const Pose expected = known->trial_T_keyframe.inverse() * touch.trial_T_frame;
@@ -303,7 +324,7 @@ bool Tracker::return_to_known(TrackedFrame& result, const TurningPoints::Touch& 
   const RegistrationResult place = verify_registered(
       *reference->samples(), *touch.surface, reference->register_to(*touch.surface, expected.inverse()),
       PlacePrior::suspected, verification_);
-  if (!place.ok() || !is_located(place) || needs_new_keyframe(*reference->samples(), place, *touch.surface) ||
+  if (!place.ok() || !is_located(place) || needs_new_keyframe(*reference->samples(), place, contact_px) ||
       !is_near(place, expected, kMinPeriodMm / 2))
     return false;
   result.left = touch.link;
@@ -349,6 +370,7 @@ void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
   previous_ = {first, KeyframeLink{keyframe_}, 3 * normal_flow_.normal_noise_rad, {}};
   previous_.state.center_mm.head<2>() = contact_center_mm(*first.surface);
   hand_ = {};
+  jump_.reset();
   lost_.reset();
   result.trial = trial_;
   result.keyframe = keyframe_;

@@ -34,6 +34,7 @@ void TurningPoints::begin_trial(const Touch& keyframe) {
   keyframes_.clear();
   known_.clear();
   keep(keyframe);
+  before_ = keyframe;
 }
 
 std::optional<TurningPoints::Touch> TurningPoints::pass(const Touch& touch) {
@@ -53,6 +54,7 @@ std::optional<TurningPoints::Touch> TurningPoints::pass(const Touch& touch) {
   const std::size_t most = candidate_ ? candidate_->unseen_mm.size() : 0;
   if (candidate.unseen_mm.size() >= candidate.least && candidate.unseen_mm.size() > most)
     candidate_ = std::move(candidate);
+  before_ = touch;
   return left;
 }
 
@@ -65,12 +67,14 @@ std::optional<TurningPoints::Touch> TurningPoints::add_keyframe(const Touch& key
     candidate_.reset();
   }
   keep(keyframe);
+  before_ = keyframe;
   return before;
 }
 
 std::optional<TurningPoints::Touch> TurningPoints::end_trial() {
   std::optional<Touch> last = release();
   keyframes_.clear();
+  before_.reset();
   return last;
 }
 
@@ -80,6 +84,8 @@ std::vector<Eigen::Vector3d> TurningPoints::unseen(const Touch& touch) const {
   const auto leave_out = [&points](const auto& view) {
     std::erase_if(points, [&](const auto& p) { return view.shows(p); });
   };
+  const View before(*before_->surface, before_->trial_T_frame);
+  std::erase_if(points, [&](const auto& p) { return !before.shows(p); });
   for (const Touch& keyframe : keyframes_) leave_out(View(*keyframe.surface, keyframe.trial_T_frame));
   for (const Known& known : known_) {
     if (points.empty()) break;

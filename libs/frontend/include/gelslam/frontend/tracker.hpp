@@ -71,6 +71,8 @@ struct TrackedFrame {
 ///  8. A keyframe is replaced when it shares too little of the frame's contact.
 ///  9. Known ground: a keyframe of the map takes over.
 /// 10. Turning points become keyframes.
+/// 11. A picture that was damaged on its way may look like a jump, or like more contact. What one frame alone
+///     shows makes no keyframe, and the frame after a searched step is expected where it was before, too.
 /// Deterministic without limit_relocalization(); frames must come in order.
 class Tracker {
  public:
@@ -122,6 +124,11 @@ class Tracker {
   struct Attempt {
     RegistrationResult registration;
     ExpectedMotion expected;
+    bool searched = false;  ///< found by relocalization
+  };
+  struct Jump {
+    Tracked before;
+    HandMotion hand;
   };
 
   /// A keyframe of the map, where the trial would meet it. Its surface stays packed.
@@ -135,6 +142,7 @@ class Tracker {
   bool is_usual(const RegistrationResult& registration, const Reference& reference) const;
   Attempt relocalize_on(const Reference& reference, const Surface& surface, const Attempt& attempt);
   Attempt track_with_fallback(TrackedFrame& result, const Surface& surface);
+  std::optional<Attempt> track_back(const Surface& surface, double time_s);
   void accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr surface);
   std::shared_ptr<const ContactRelief> contact_of(const std::shared_ptr<const Keyframe>& keyframe) const;
   void handle_tracking_failure(TrackedFrame& result, SurfacePtr surface);
@@ -142,9 +150,9 @@ class Tracker {
                    std::shared_ptr<const PreparedReference> reference);
   void end_trial(TrackedFrame& result);
   bool needs_new_keyframe(const NormalFlowReference& keyframe, const RegistrationResult& registration,
-                          const Surface& surface) const;
+                          double contact_px) const;
   const Known* most_overlapping(const Surface& surface, const Pose& trial_T_frame) const;
-  bool return_to_known(TrackedFrame& result, const TurningPoints::Touch& touch);
+  bool return_to_known(TrackedFrame& result, const TurningPoints::Touch& touch, double contact_px);
   std::shared_ptr<const Keyframe> make_keyframe(const TurningPoints::Touch& touch);
   void switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& touch,
                        std::shared_ptr<const PreparedReference> reference);
@@ -164,6 +172,7 @@ class Tracker {
   TurningPoints turning_points_;
   Tracked previous_;  ///< the last tracked frame of the trial
   HandMotion hand_;
+  std::optional<Jump> jump_;          ///< if the last step had to be searched for
   std::optional<Seen> lost_;          ///< the last frame, if it was lost
   Clock clock_;                       ///< none: relocalization may take any time
   double relocalization_share_ = 0;   ///< of the time that passes, that it may take

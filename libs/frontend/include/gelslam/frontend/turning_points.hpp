@@ -15,7 +15,8 @@ namespace gelslam {
 
 /// Finds the frames at which a motion turns back before a keyframe is due: what only they have shown would be
 /// in no keyframe, and so neither in the map nor in the mesh. It keeps the frame that shows most of what the
-/// trial's last keyframes do not, until it is seen no more. Deterministic. Source: own.
+/// trial's last keyframes do not, until it is seen no more. What the frame before does not show either may be
+/// damage of one picture, and does not count. Deterministic. Source: own.
 class TurningPoints {
  public:
   struct Touch {
@@ -63,6 +64,7 @@ class TurningPoints {
   double min_unseen_;
   std::deque<Touch> keyframes_;  ///< the trial's last
   std::vector<Known> known_;
+  std::optional<Touch> before_;  ///< the last frame, or keyframe
   std::optional<Candidate> candidate_;
 };
 

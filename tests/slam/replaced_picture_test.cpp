@@ -1,0 +1,145 @@
+// One picture of a log is replaced by another: by one that was damaged on its way from the camera, or by one
+// that does not belong there. What all the others show stays as it is.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <random>
+#include <vector>
+
+#include "../surface/linear_gel.hpp"
+#include "gelslam/fusion/fusion.hpp"
+#include "gelslam/slam/gel_slam.hpp"
+#include "gelslam/surface/surface_estimator.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace test;
+
+constexpr double kPitchMm = 0.0634;
+constexpr int kFrames = 16, kReplaced = 8;
+const cv::Size kSize(320, 240);
+
+/// A ball of 12 mm with bumps, pressed in by 0.7 mm, in its own frame: depth above the gel's plane.
+double object_mm(double x, double y) {
+  return (x * x + y * y) / 24 - 0.7 + 0.04 * std::sin(2.1 * x + 0.7 * y) * std::cos(1.7 * y - 0.4 * x) +
+         0.03 * std::sin(3.3 * x - 2.9 * y);
+}
+
+/// In a frame in which the object has moved by 0.06 mm and 0.5 degrees per frame.
+cv::Mat1f height_of(int frame) {
+  const double turn = 0.5 * frame / kDegreesPerRadian, x0 = 0.06 * frame, y0 = -0.03 * frame;
+  cv::Mat1f height(kSize);
+  for (int v = 0; v < kSize.height; ++v)
+    for (int u = 0; u < kSize.width; ++u) {
+      const double x = kPitchMm * (u - 159.5) - x0, y = kPitchMm * (v - 119.5) - y0;
+      const double depth =
+          object_mm(std::cos(turn) * x + std::sin(turn) * y, std::cos(turn) * y - std::sin(turn) * x);
+      height(v, u) = static_cast<float>(std::min(0.0, depth));
+    }
+  return height;
+}
+
+/// A gel that is darker toward its border.
+cv::Mat3b picture_of(const cv::Mat1f& height, int seed) {
+  cv::Mat3b picture = render(height, kPitchMm, 1.0, static_cast<std::uint64_t>(seed));
+  picture.forEach([](cv::Vec3b& pixel, const int* at) {
+    const double x = at[1] / 160.0 - 1, y = at[0] / 120.0 - 1;
+    for (int c = 0; c < 3; ++c)
+      pixel[c] = cv::saturate_cast<uchar>(pixel[c] * (1.0 - (0.2 + 0.05 * c) * x * x - 0.1 * y * y));
+  });
+  return picture;
+}
+
+cv::Mat3b rolled(const cv::Mat3b& bgr, int shift_px, int from_row = 0, int to_row = kSize.height) {
+  cv::Mat3b result = bgr.clone();
+  for (int v = from_row; v < to_row; ++v)
+    for (int u = 0; u < bgr.cols; ++u) result(v, (u + shift_px + bgr.cols) % bgr.cols) = bgr(v, u);
+  return result;
+}
+
+cv::Mat3b noise() {
+  std::mt19937 random(7);
+  cv::Mat3b picture(kSize);
+  for (cv::Vec3b& pixel : picture)
+    for (int c = 0; c < 3; ++c) pixel[c] = static_cast<uchar>(random() % 256);
+  return picture;
+}
+
+/// As a decoder leaves it that lost its place: blocks moved, the rest in other colors.
+cv::Mat3b block_shifted(const cv::Mat3b& bgr) {
+  cv::Mat3b result = rolled(bgr, 16, 120, 184);
+  cv::Mat3b rest = result.rowRange(184, kSize.height);
+  cv::add(rest, cv::Scalar(8, -5, 12), rest);
+  return result;
+}
+
+SlamMap map_of(const std::vector<cv::Mat3b>& pictures, const cv::Mat3b& background) {
+  SurfaceOptions options;
+  options.pixel_pitch_mm = kPitchMm;
+  SurfaceEstimator estimator(linear_gel_model(), background, options);
+  GelSlam slam{SlamOptions{}};
+  StageTimer timer;
+  for (std::size_t i = 0; i < pictures.size(); ++i)
+    slam.process(static_cast<std::int64_t>(i), 0.04 * static_cast<double>(i), estimator.estimate(pictures[i]),
+                 timer);
+  return slam.finish();
+}
+
+/// Largest distance of the mesh from the object, in mm, where frame `frame` has pose `map_T_frame`.
+double largest_error_mm(const SlamMap& map) {
+  const Mesh mesh = fuse(posed_surfaces(map), FusionOptions{});
+  const double turn = 0.5 * static_cast<double>(map.anchor_frame) / kDegreesPerRadian,
+               x0 = 0.06 * static_cast<double>(map.anchor_frame), y0 = -0.5 * x0;
+  double largest = 0;
+  for (const Eigen::Vector3f& vertex : mesh.vertices_mm) {
+    const double x = vertex.x() - x0, y = vertex.y() - y0;
+    const double height =
+        object_mm(std::cos(turn) * x + std::sin(turn) * y, std::cos(turn) * y - std::sin(turn) * x);
+    largest = std::max(largest, std::abs(vertex.z() - height));
+  }
+  return largest;
+}
+
+TEST(ReplacedPicture, LeavesNoTraceInTheMapAndTheMesh) {
+  const cv::Mat3b bare = picture_of(cv::Mat1f(kSize, 0.0F), 99);
+  std::vector<cv::Mat3b> pictures;
+  for (int i = 0; i < kFrames; ++i) pictures.push_back(picture_of(height_of(i), i));
+  const SlamMap whole = map_of(pictures, bare);
+  ASSERT_EQ(whole.components, 1);
+  const double usual_mm = largest_error_mm(whole);
+  EXPECT_LT(usual_mm, 0.15) << "at the rim, where the gel would be lifted";
+  const cv::Mat3b right = pictures[kReplaced];
+  std::vector<std::pair<std::string, cv::Mat3b>> others = {
+      {"noise", noise()}, {"bare", bare}, {"early", pictures[1]}, {"blocks", block_shifted(right)}};
+  for (const int shift_px : {4, -8, 12, -23, 47}) {
+    others.emplace_back("rolled by " + std::to_string(shift_px), rolled(right, shift_px));
+    others.emplace_back("lower rows rolled by " + std::to_string(shift_px), rolled(right, shift_px, 140));
+  }
+  for (const auto& [name, picture] : others) {
+    pictures[kReplaced] = picture;
+    const SlamMap map = map_of(pictures, bare);
+    EXPECT_LT(largest_error_mm(map), usual_mm + 0.05) << name;
+    if (name == "bare") continue;  // the touch has ended, and another begins
+    for (int i = 0; i < kFrames; ++i) {
+      if (i == kReplaced) continue;
+      const FrameRecord &now = map.frames[static_cast<std::size_t>(i)],
+                        &before = whole.frames[static_cast<std::size_t>(i)];
+      ASSERT_TRUE(map.has_pose(now)) << name << ", frame " << i;
+      const Pose first_T_now =
+          (map.anchor_T_keyframe(map.frames[0].keyframe) * map.frames[0].keyframe_T_frame).inverse() *
+          map.anchor_T_keyframe(now.keyframe) * now.keyframe_T_frame;
+      const Pose first_T_before =
+          (whole.anchor_T_keyframe(whole.frames[0].keyframe) * whole.frames[0].keyframe_T_frame).inverse() *
+          whole.anchor_T_keyframe(before.keyframe) * before.keyframe_T_frame;
+      const Vector6d difference = se3_log(first_T_before.inverse() * first_T_now);
+      EXPECT_LT(difference.tail<3>().norm(), 0.03) << name << ", frame " << i;
+      EXPECT_LT(difference.head<3>().norm() * kDegreesPerRadian, 0.3) << name << ", frame " << i;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace gelslam
