@@ -164,7 +164,7 @@ TEST_F(StreamOfALog, FramesWaitUntilTheGelIsBare) {
   const auto push = [&](double depth_mm) {
     const cv::Mat1f height = ball_press(kSize, kPitchMm, 150, 120, 5, depth_mm);
     cv::Mat3b picture = render(height, kPitchMm, 1.0, static_cast<std::uint64_t>(recorded++));
-    return frames.push(picture, recorded);
+    return frames.push(picture, recorded - 1);
   };
   for (int i = 0; i < 9; ++i) EXPECT_FALSE(push(0.8));
   EXPECT_EQ(frames.refusal().reason, "") << "too few to judge";

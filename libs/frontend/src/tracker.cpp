@@ -20,6 +20,9 @@ constexpr double kGateSigmas = 3;
 // a trial begins with. Registration tells whether that is enough.
 constexpr int kContactShrinks = 4;
 
+/// Halfway between what a keyframe has to share and all.
+double room_to_move(double keyframe_min_shared) { return 0.5 * (1 + keyframe_min_shared); }
+
 bool is_near(const RegistrationResult& registration, const Pose& reference_T_expected, double limit_mm) {
   return innovation_mm(registration, reference_T_expected.inverse()) <= limit_mm;
 }
@@ -247,10 +250,9 @@ void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr su
   const TurningPoints::Touch touch{result.frame, surface, result.trial_T_frame, link};
   const bool keyframe_is_new =
       !result.new_keyframes.empty() && result.new_keyframes.back().keyframe == keyframe_;
-  if (jump_ || confirmed < options_.keyframe_min_shared) return;
-  const double contact_px = confirmed * surface->contact_pixels;
-  if (!keyframe_is_new && needs_new_keyframe(*reference_->samples(), registration, contact_px)) {
-    if (return_to_known(result, touch, contact_px)) return;
+  if (jump_ || confirmed < room_to_move(options_.keyframe_min_shared)) return;
+  if (!keyframe_is_new && needs_new_keyframe(*reference_->samples(), registration, *surface)) {
+    if (return_to_known(result, touch)) return;
     switch_keyframe(result, touch, registrar_->prepare(surface));
     result.keyframe = keyframe_;
     result.keyframe_T_frame = Pose::Identity();
@@ -270,10 +272,10 @@ void Tracker::break_trial() {
 }
 
 bool Tracker::needs_new_keyframe(const NormalFlowReference& keyframe, const RegistrationResult& registration,
-                                 double contact_px) const {
+                                 const Surface& surface) const {
   const double shared_share = static_cast<double>(registration.shared_pixels) / keyframe.sample_count();
   const double shared_area_px = shared_share * keyframe.surface().contact_pixels;
-  return shared_area_px < options_.keyframe_min_shared * contact_px;
+  return shared_area_px < options_.keyframe_min_shared * surface.contact_pixels;
 }
 
 /// Keyframes that were known before are not unpacked again.
@@ -299,8 +301,7 @@ void Tracker::set_neighborhood(const Neighborhood& neighborhood) {
 const Tracker::Known* Tracker::most_overlapping(const Surface& surface, const Pose& trial_T_frame) const {
   const std::vector<Eigen::Vector3d> points = coarse_contact_points_mm(surface);
   const Known* best = nullptr;
-  // Halfway between what a keyframe has to share and all: there has to be room to move on.
-  double most = 0.5 * (1 + options_.keyframe_min_shared);
+  double most = room_to_move(options_.keyframe_min_shared);
   for (const Known& known : known_) {
     const Pose known_T_frame = known.trial_T_keyframe.inverse() * trial_T_frame;
     const double share = shown_share(points, *known.contact, known_T_frame);
@@ -315,7 +316,7 @@ const Tracker::Known* Tracker::most_overlapping(const Surface& surface, const Po
 
 /// Goes on with a keyframe of the map, if the frame is verified to show the same place: as strictly as a
 /// loop.
-bool Tracker::return_to_known(TrackedFrame& result, const TurningPoints::Touch& touch, double contact_px) {
+bool Tracker::return_to_known(TrackedFrame& result, const TurningPoints::Touch& touch) {
   const Known* const known = most_overlapping(*touch.surface, touch.trial_T_frame);
   if (!known) return false;
   const Pose expected = known->trial_T_keyframe.inverse() * touch.trial_T_frame;
@@ -324,7 +325,7 @@ bool Tracker::return_to_known(TrackedFrame& result, const TurningPoints::Touch& 
   const RegistrationResult place = verify_registered(
       *reference->samples(), *touch.surface, reference->register_to(*touch.surface, expected.inverse()),
       PlacePrior::suspected, verification_);
-  if (!place.ok() || !is_located(place) || needs_new_keyframe(*reference->samples(), place, contact_px) ||
+  if (!place.ok() || !is_located(place) || needs_new_keyframe(*reference->samples(), place, *touch.surface) ||
       !is_near(place, expected, kMinPeriodMm / 2))
     return false;
   result.left = touch.link;

@@ -41,7 +41,7 @@ SurfacePtr FrameToSurface::push(cv::Mat3b& bgr, std::int64_t index) {
   color_gain_.apply(bgr);
   if (!estimator_) {
     gather_background(bgr, index);
-    return nullptr;
+    if (!estimator_ || index <= last_for_background_) return nullptr;
   }
   SurfacePtr surface;
   {
@@ -58,10 +58,16 @@ SurfacePtr FrameToSurface::push(cv::Mat3b& bgr, std::int64_t index) {
 
 void FrameToSurface::gather_background(const cv::Mat3b& bgr, std::int64_t index) {
   if (named_ && index < named_->first) return;
-  const auto wanted = static_cast<std::size_t>(config_.background_frames);
-  candidates_.push_back(bgr.clone());
-  if (!named_ && candidates_.size() > wanted) candidates_.pop_front();
-  if (named_ ? index < named_->last : candidates_.size() < wanted) return;
+  // Damaged pictures have numbers, too, so that those behind them do not become background.
+  const std::int64_t wanted = config_.background_frames;
+  if (last_for_background_ < 0)
+    last_for_background_ = named_ ? named_->last : (index < wanted ? 0 : index) + wanted - 1;
+  if (index <= last_for_background_ || candidates_.empty() || refusal_.contact || refusal_.markers) {
+    candidates_.push_back(bgr.clone());
+    if (index > last_for_background_) candidates_.pop_front();
+    last_for_background_ = std::max(last_for_background_, index);
+  }
+  if (index < last_for_background_) return;
   const std::vector<cv::Mat3b> pictures(candidates_.begin(), candidates_.end());
   refusal_ = check_background(pictures, model_, config_.surface, config_.sensor.device_name);
   if (named_ && refusal_.moves && !force_)
@@ -117,7 +123,8 @@ SurfaceStream::SurfaceStream(std::unique_ptr<FrameSource> source, const LogInput
     if (!image) throw Error(ended_early(seen.size(), input, config.background_frames));
     background_items_.push_back({image->index, image->time_s, nullptr});
     if (!ask) seen.push_back({image->bgr.clone(), image->time_s, image->index});
-    frames_.push(image->bgr, image->index);
+    if (SurfacePtr surface = frames_.push(image->bgr, image->index))  // behind a damaged picture
+      background_items_.back() = {image->index, image->time_s, std::move(surface), image->bgr};
     const BackgroundCheck& refusal = frames_.refusal();
     if (!refusal.contact && !refusal.markers) continue;
     if (!ask && look_further(seen, kLookAhead * static_cast<std::size_t>(config.background_frames))) return;

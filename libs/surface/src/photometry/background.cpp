@@ -41,6 +41,7 @@ constexpr int kBorderPx = 3 * kBlockPx;  // the model extrapolates there
 constexpr int kMarkerMarginPx = 8;       // numerics: two sigma of the smoothing
 
 constexpr std::size_t kLeastBareFrames = 3;  // fewer are hardly better than one, and may be chance
+constexpr int kMostTouchedPercent = 50;      // of the picture, by what is pressed in
 constexpr double kAlikeImprint = 2.0;        // of bare gel, from stretch to stretch of a log: up to 1.7
 
 // Of the values where `judged` is set; 0 where there are none.
@@ -226,8 +227,8 @@ BackgroundCheck check_background(const std::vector<cv::Mat3b>& frames, const Gra
 std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frames, std::size_t most,
                                              const GradientModel& model, const SurfaceOptions& options) {
   struct Candidate : BareStretch {
-    std::size_t length;
     double imprint;
+    cv::Mat3f blocks;
   };
   std::vector<Candidate> candidates;
   double least_imprint = 1;
@@ -242,16 +243,22 @@ std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frame
     if (!find_motion(used, mean).empty()) continue;
     const double imprint = find_imprint(mean, model, options.pixel_pitch_mm).strength();
     least_imprint = std::min(least_imprint, imprint);
-    candidates.push_back({{begin, count}, end - begin, imprint});
+    candidates.push_back({{begin, count}, imprint, average_blocks(mean)});
   }
   // What is stale may rest, too: of one gel, the bare one shows least.
   std::erase_if(candidates, [&](const Candidate& c) {
     return c.imprint >= 1 || c.imprint > kAlikeImprint * least_imprint;
   });
-  const auto longest = std::max_element(candidates.rbegin(), candidates.rend(),  // of equal ones the last
-                                        [](const auto& a, const auto& b) { return a.length < b.length; });
-  if (longest == candidates.rend()) return std::nullopt;
-  return *longest;
+  if (candidates.empty()) return std::nullopt;
+  // A log begins with the bare gel, or with pictures of another light or gel, which are not seen again.
+  const auto is_seen_again = [&frames](const Candidate& candidate) {
+    const auto seen = std::count_if(frames.begin(), frames.end(), [&](const cv::Mat3b& frame) {
+      return differing_percent(average_blocks(frame), candidate.blocks, kMovingLevels) <= kMostTouchedPercent;
+    });
+    return 2 * seen >= std::ssize(frames);
+  };
+  const auto first = std::find_if(candidates.begin(), candidates.end(), is_seen_again);
+  return first == candidates.end() ? candidates.front() : *first;
 }
 
 }  // namespace gelslam

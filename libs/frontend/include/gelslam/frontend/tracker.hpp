@@ -150,9 +150,9 @@ class Tracker {
                    std::shared_ptr<const PreparedReference> reference);
   void end_trial(TrackedFrame& result);
   bool needs_new_keyframe(const NormalFlowReference& keyframe, const RegistrationResult& registration,
-                          double contact_px) const;
+                          const Surface& surface) const;
   const Known* most_overlapping(const Surface& surface, const Pose& trial_T_frame) const;
-  bool return_to_known(TrackedFrame& result, const TurningPoints::Touch& touch, double contact_px);
+  bool return_to_known(TrackedFrame& result, const TurningPoints::Touch& touch);
   std::shared_ptr<const Keyframe> make_keyframe(const TurningPoints::Touch& touch);
   void switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& touch,
                        std::shared_ptr<const PreparedReference> reference);

@@ -52,6 +52,7 @@ class FrameToSurface {
   ColorGain color_gain_;
   GradientModel model_;
   std::deque<cv::Mat3b> candidates_;
+  std::int64_t last_for_background_ = -1;
   BackgroundCheck refusal_;
   std::vector<std::string> doubts_;
   std::optional<SurfaceEstimator> estimator_;
