@@ -158,6 +158,29 @@ TEST(BareGel, OnBothSidesOfAContactIsOneWhereSlopesAroundItSaySo) {
   }
 }
 
+/// Of a field that errors let lie just at the limit, one frame says bare and the next pressed, if each
+/// decides alone.
+TEST(BareGel, StaysBareOrPressedWhileHeightsHardlyChange) {
+  const auto fields_height = [](BareGelLeveler& leveler, double depth) {
+    const cv::Mat1f truth = height_field([&](int u, int v) {
+      const double r = std::hypot(u - 160, v - 120);
+      return -depth * std::clamp((105 - r) / 8, 0.0, 1.0) - 8 * std::max(0.0, 1 - std::abs(r - 85) / 10);
+    });
+    const Reading reading = read(truth, [](int) { return 1.0; });
+    PoissonSolver poisson(kSensor);
+    cv::Mat1f height = poisson.solve(reading.gx, reading.gy);
+    leveler.level(height, in_blocks(reading.changed), poisson);
+    return poisson.pixels(height)(120, 160);
+  };
+  // The limit is 4 pixels: 0.4 times the depth of the rim, as cells show it.
+  BareGelLeveler bare(kSensor), pressed(kSensor);
+  EXPECT_NEAR(fields_height(bare, 3.2), 0, 0.1);
+  EXPECT_NEAR(fields_height(bare, 4.7), 0, 0.1);
+  EXPECT_NEAR(fields_height(pressed, 8), -8, 0.1);
+  EXPECT_NEAR(fields_height(pressed, 4.7), -4.7, 0.1);
+  EXPECT_NEAR(fields_height(bare, 8), -8, 0.1) << "what is clearly low is pressed";
+}
+
 // Hardly any bare gel is left in the corner: the level is a guess, but the field is not bare.
 TEST(BareGel, WhereHardlyAnyIsSeenTheHighestIsNearIt) {
   const cv::Point center(152, 114);

@@ -26,6 +26,10 @@ constexpr float kUsualSlopeRad = 0.25F;    // within a contact
 constexpr float kMaxFall = 0.4F;
 // A borrowed model errs by so much on shallow touches: 0.06 mm on a GelSight Mini.
 constexpr float kMinFallPx = 1.0F;
+// Gel that was bare in the frame before is likely so, and has to lie that much lower to be taken for pressed:
+// else a picture that stands still shows the one and the other in turns. A coin's field lies at half of the
+// depth of its rim, which is 1.25 falls.
+constexpr float kStaysBare = 1.2F;
 
 constexpr int kPanel = 4 * kLanes;  // columns at a time, for which vector registers suffice
 
@@ -76,7 +80,8 @@ GELSLAM_CLONES void solve_band(float* band, float* x, int count, int stride) {
 
 BareGelLeveler::BareGelLeveler(cv::Size size, const cv::Mat1b& confidence)
     : grid_((size.width + kCellPx - 1) / kCellPx, (size.height + kCellPx - 1) / kCellPx),
-      changed_variance_(grid_, static_cast<float>(kBestSlopeSigmaRad * kBestSlopeSigmaRad)) {
+      changed_variance_(grid_, static_cast<float>(kBestSlopeSigmaRad * kBestSlopeSigmaRad)),
+      were_bare_(grid_, static_cast<unsigned char>(0)) {
   if (confidence.empty()) return;
   cv::Mat1f known;
   confidence.convertTo(known, CV_32F, 1.0 / 255);
@@ -98,20 +103,28 @@ void BareGelLeveler::mark_unchanged(const cv::Mat1b& changed) {
 bool BareGelLeveler::remove_pressed(const cv::Mat1f& heights) {
   const float highest = highest_of(heights);
   const float lowest = *std::min_element(heights.begin(), heights.end());
-  const float least = highest - std::max(kMaxFall * (highest - lowest), kMinFallPx);
+  const float fall = std::max(kMaxFall * (highest - lowest), kMinFallPx);
 
-  const int pieces = cv::connectedComponents(bare_, labels_, 4, CV_32S);
-  std::vector<float> sum(static_cast<std::size_t>(pieces), 0.0F), cells(sum);
+  struct Piece {
+    float height = 0, cells = 0, were_bare = 0;  // sums
+  };
+  std::vector<Piece> pieces(static_cast<std::size_t>(cv::connectedComponents(bare_, labels_, 4, CV_32S)));
   for (int row = 0; row < grid_.height; ++row)
     for (int column = 0; column < grid_.width; ++column) {
-      sum[static_cast<std::size_t>(labels_(row, column))] += heights(row, column);
-      ++cells[static_cast<std::size_t>(labels_(row, column))];
+      Piece& piece = pieces[static_cast<std::size_t>(labels_(row, column))];
+      piece.height += heights(row, column);
+      ++piece.cells;
+      if (were_bare_(row, column) != 0) ++piece.were_bare;
     }
+  const auto is_pressed = [&](const Piece& piece) {
+    const float limit = 2 * piece.were_bare > piece.cells ? kStaysBare * fall : fall;
+    return piece.height < (highest - limit) * piece.cells;
+  };
   bool removed = false;
   for (int row = 0; row < grid_.height; ++row)
     for (int column = 0; column < grid_.width; ++column) {
       const auto label = static_cast<std::size_t>(labels_(row, column));
-      if (label == 0 || sum[label] >= least * cells[label]) continue;
+      if (label == 0 || !is_pressed(pieces[label])) continue;
       bare_(row, column) = 0;
       removed = true;
     }
@@ -204,6 +217,7 @@ BareGelLeveler::Result BareGelLeveler::level(cv::Mat1f& height_px, const cv::Mat
     mark_unchanged(changed);
     remove_pressed(integrate_where_flat(slopes.line_heights()));
   }
+  bare_.copyTo(were_bare_);
   if (cv::countNonZero(bare_) < kMinBareShare * grid_.area()) {
     height_px -= highest_of(height_);
     return {};
