@@ -24,7 +24,6 @@ std::vector<ActionRow> view_rows(bool has_time) {
   for (const Action action : {shading_clay, shading_polished, shading_curvature, next_shading, next_color,
                               grid, light_theme, measure, box, show_all, screenshot, panels, help})
     rows.push_back(common_row(action));
-  rows.push_back({open, "o", "O", "Open", 4, 1, "Open another run or mesh"});
   rows.push_back({close, "q esc", "Q", "Close", 5, 0, "Close"});
   return rows;
 }
@@ -52,18 +51,11 @@ void ViewControls::act(Action action, double now_s) {
       return step(-1);
     case Action::step_on:
       return step(1);
-    case Action::open:
-      return end_with({.chooses = true});
     case Action::close:
       return close();
     default:
       return SceneControls::act(action, now_s);
   }
-}
-
-void ViewControls::end_with(const ViewEnd& end) {
-  end_ = end;
-  close();
 }
 
 ButtonLook ViewControls::button(const ActionRow& row) const {
@@ -244,18 +236,14 @@ cv::Mat3b ViewWindow::snapshot() {
 
 namespace gelslam {
 
-ViewEnd run_view_window(ViewContent first, std::optional<ViewContent> second,
-                        const ViewWindowOptions& options) {
-  viewer::detail::ViewWindow window(std::move(first), std::move(second), options);
-  window.run();
-  return window.controls().end();
+void run_view_window(ViewContent first, std::optional<ViewContent> second, const ViewWindowOptions& options) {
+  viewer::detail::ViewWindow(std::move(first), std::move(second), options).run();
 }
 
 void write_view_snapshot(ViewContent first, std::optional<ViewContent> second,
                          const ViewWindowOptions& options, const std::filesystem::path& png) {
   ViewWindowOptions hidden = options;
   hidden.visible = false;
-  hidden.script.clear();
   viewer::detail::ViewWindow window(std::move(first), std::move(second), hidden);
   viewer::write_png(png, window.snapshot());
 }

@@ -6,8 +6,6 @@
 #include <map>
 #include <sstream>
 
-#include "gelslam/core/text.hpp"
-
 namespace gelslam::viewer {
 namespace {
 
@@ -18,6 +16,7 @@ std::map<std::string, int, std::less<>> named_keys() {
                                                   {"enter", GLFW_KEY_ENTER},
                                                   {"esc", GLFW_KEY_ESCAPE},
                                                   {"tab", GLFW_KEY_TAB},
+                                                  {"f1", GLFW_KEY_F1},
                                                   {"left", GLFW_KEY_LEFT},
                                                   {"right", GLFW_KEY_RIGHT},
                                                   {"up", GLFW_KEY_UP},
@@ -38,12 +37,6 @@ std::map<std::string, int, std::less<>> named_keys() {
     keys[std::to_string(digit)] = GLFW_KEY_0 + digit;
     keys["kp_" + std::to_string(digit)] = GLFW_KEY_KP_0 + digit;
   }
-  for (int i = 1; i <= 12; ++i) keys["f" + std::to_string(i)] = GLFW_KEY_F1 + (i - 1);
-  return keys;
-}
-
-const std::map<std::string, int, std::less<>>& known_keys() {
-  static const auto keys = named_keys();
   return keys;
 }
 
@@ -87,14 +80,9 @@ ActionRow common_row(Action action) {
 }
 
 std::optional<int> key_of_name(std::string_view name) {
-  const auto found = known_keys().find(lower_case(std::string(name)));
-  return found == known_keys().end() ? std::nullopt : std::optional(found->second);
-}
-
-std::vector<std::string> key_names() {
-  std::vector<std::string> names;
-  for (const auto& [name, code] : known_keys()) names.push_back(name);
-  return names;
+  static const auto keys = named_keys();
+  const auto found = keys.find(name);
+  return found == keys.end() ? std::nullopt : std::optional(found->second);
 }
 
 void Controls::press_key(int code, double now_s) {

@@ -35,13 +35,10 @@ enum class Action {
   new_scan,
   save,
   diagnostics,
-  view_run,
-  go_on,
   follow,  // of a live scan
   play,
   step_back,
-  step_on,
-  open,  // of a saved run
+  step_on,  // of a saved run
   undo,
   accept,
   previous,
@@ -61,7 +58,7 @@ enum class Action {
 /// One row of a window's table: its keys, its button and its line in the help all come from here.
 struct ActionRow {
   Action action;
-  std::string keys;   ///< as scripts name them: "q esc"
+  std::string keys;   ///< by their names: "q esc"
   std::string key;    ///< as people read it: "Q"
   std::string label;  ///< of its button; empty: it has none
   int group;          ///< a gap goes between groups of buttons
@@ -72,9 +69,8 @@ struct ActionRow {
 /// What several windows share: help, picture, and how a scene looks.
 ActionRow common_row(Action action);
 
-/// The GLFW code of a key as a script writes it ("space", "a", "7", "f1", "left"), in upper or lower case.
+/// The GLFW code of a key in ActionRow::keys ("space", "a", "7", "f1", "left").
 std::optional<int> key_of_name(std::string_view name);
-std::vector<std::string> key_names();  ///< all that key_of_name() knows, for "did you mean"
 
 /// A line that says what was done, and goes by itself.
 struct Toast {
