@@ -25,7 +25,7 @@ struct ViewArguments {
   std::optional<double> time_s;
   double yaw_deg = 0, pitch_deg = 0, ui_scale = 1;
   MeshUnit unit;
-  bool light = false, trajectory = false, graph = false, overwrite = false, quiet = false;
+  bool trajectory = false, graph = false, overwrite = false, quiet = false;
 };
 
 struct PictureSize {
@@ -46,20 +46,16 @@ PictureSize parse_size(const std::string& text) {
 }
 
 SceneStyle style_of(const ViewArguments& arguments) {
-  static const std::map<std::string, SceneShading> shadings = {{"clay", SceneShading::clay},
-                                                               {"polished", SceneShading::polished},
-                                                               {"curvature", SceneShading::curvature}};
   static const std::map<std::string, SceneColor> colors = {{"plain", SceneColor::plain},
                                                            {"confidence", SceneColor::confidence},
                                                            {"height", SceneColor::height},
                                                            {"keyframe", SceneColor::keyframe},
                                                            {"distance", SceneColor::distance}};
   SceneStyle style;
-  style.shading = shadings.at(arguments.shading);
+  if (arguments.shading == "curvature") style.shading = SceneShading::curvature;
   const bool has_second = !arguments.compare.empty() || !arguments.truth.empty();
   style.color = has_second ? SceneColor::distance : SceneColor::plain;
   if (!arguments.color.empty()) style.color = colors.at(arguments.color);
-  style.light_theme = arguments.light;
   style.trajectory = arguments.trajectory;
   style.keyframes = style.edges = arguments.graph;
   return style;
@@ -142,7 +138,7 @@ void add_view_command(CLI::App& app, int& exit_code) {
       ->check(refuse_unless_png);
   command->add_option("--size", a->size, "Size of the window or picture in pixels")->capture_default_str();
   command->add_option("--shading", a->shading, "Shading of the surface")
-      ->check(CLI::IsMember({"clay", "polished", "curvature"}))
+      ->check(CLI::IsMember({"clay", "curvature"}))
       ->capture_default_str();
   command
       ->add_option("--color", a->color, "What colors show (default: plain; with a second surface: distance)")
@@ -152,7 +148,6 @@ void add_view_command(CLI::App& app, int& exit_code) {
       ->check(number_between(-360.0, 360.0));
   command->add_option("--pitch", a->pitch_deg, "Turn the object about the horizontal axis, degrees")
       ->check(number_between(-360.0, 360.0));
-  command->add_flag("--light", a->light, "Light background");
   command->add_flag("--trajectory", a->trajectory, "Show the sensor's trajectory");
   command->add_flag("--graph", a->graph, "Show keyframes and the edges between them");
   add_overwrite_flag(*command, a->overwrite);

@@ -45,7 +45,7 @@ class ViewWindowPicture : public SceneDrawing {
 TEST_F(ViewWindowPicture, ARunHasASlider) {
   ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
   loop.turn(1);
-  EXPECT_THAT(words(loop), testing::IsSupersetOf({"RUN", "as saved", "Play", "Shading", "Close"}));
+  EXPECT_THAT(words(loop), testing::IsSupersetOf({"RUN", "as saved", "Play", "Curvature", "Close"}));
   EXPECT_GT(loop.track().width, 500);
 }
 

@@ -311,7 +311,7 @@ TEST_F(Window, AllButtonsHaveRoomAtTheUsualSize) {
   options_.width_px = WindowOptions().width_px;
   window_ = std::make_unique<LiveWindow>(session_, options_);
   picture("usual_size");
-  for (const char* label : {"New scan", "Shading", "Grid", "Measure"})
+  for (const char* label : {"New scan", "Curvature", "Grid", "Measure"})
     EXPECT_NE(find(label), nullptr) << label;
 }
 

@@ -21,8 +21,7 @@ std::vector<ActionRow> view_rows(bool has_time) {
             {step_on, "right", "Right", "", 0, 0, "One keyframe on"},
             common_row(trajectory),
             common_row(pose_graph)};
-  for (const Action action : {shading_clay, shading_polished, shading_curvature, next_shading, next_color,
-                              grid, light_theme, measure, box, show_all, screenshot, panels, help})
+  for (const Action action : {curvature, next_color, grid, measure, box, show_all, screenshot, panels, help})
     rows.push_back(common_row(action));
   rows.push_back({close, "q esc", "Q", "Close", 5, 0, "Close"});
   return rows;
@@ -152,23 +151,22 @@ void ViewWindow::place_camera() {
 void ViewWindow::draw_frame(Ui& ui, double now_s) {
   lay_out(ui);
   place_camera();
-  SceneStyle style = controls_.style();
+  const SceneStyle& style = controls_.style();
   stage_.draw(camera_, viewport(), style);
   if (controls_.shows_panels()) {
-    draw_titles(ui, style);
-    draw_marks(ui, style, stage_.legend(style));
-    if (style.box) draw_sizes(ui, style);
+    draw_titles(ui);
+    draw_marks(ui, stage_.legend(style));
+    if (style.box) draw_sizes(ui);
   }
   if (slider_.width > 0) draw_slider(ui);
   if (bar_.width > 0) draw_action_bar(ui, bar_, controls_, now_s);
 }
 
 /// Beside the nearest edge of each direction of the first part's box.
-void ViewWindow::draw_sizes(Ui& ui, const SceneStyle& style) const {
+void ViewWindow::draw_sizes(Ui& ui) const {
   const Eigen::AlignedBox3f box = stage_.bounds_mm();
   if (box.isEmpty()) return;
   const Viewport part = parts(viewport()).front();
-  const Color ink = style.light_theme ? theme::kBackdrop : theme::kText;
   for (int axis = 0; axis < 3; ++axis) {
     std::optional<Eigen::Vector3f> nearest;
     for (int corner = 0; corner < 4; ++corner) {
@@ -183,18 +181,15 @@ void ViewWindow::draw_sizes(Ui& ui, const SceneStyle& style) const {
     const std::string text = fmt::format("{:.2f} mm", box.sizes()[axis]);
     const auto at = on_screen(part, *nearest);
     if (!at) continue;
-    ui.tag(Face::title, at->x(), at->y(), ink,
-           style.light_theme ? theme::rgb(250, 250, 250, 200) : theme::with_alpha(theme::kBackdrop, 0.7),
-           text);
+    ui.tag(Face::title, at->x(), at->y(), theme::kText, theme::with_alpha(theme::kBackdrop, 0.7), text);
   }
 }
 
-void ViewWindow::draw_titles(Ui& ui, const SceneStyle& style) const {
-  const Color ink = style.light_theme ? theme::kBackdrop : theme::kText;
+void ViewWindow::draw_titles(Ui& ui) const {
   const std::vector<Viewport> all = parts(viewport());
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Box part = box_of(all[i]);
-    ui.text_at(Face::title, part.x + ui.px(18), part.y + ui.px(14), ink,
+    ui.text_at(Face::title, part.x + ui.px(18), part.y + ui.px(14), theme::kText,
                ui.fitted(Face::title, stage_.title(i), part.width - ui.px(36), Cut::start));
     if (i > 0) ui.fill({part.x, part.y, ui.px(1), part.height}, theme::kLine);
   }

@@ -63,8 +63,8 @@ class ViewWindow : public SceneLoop {
 
   void lay_out(const Ui& ui);
   void place_camera();
-  void draw_sizes(Ui& ui, const SceneStyle& style) const;
-  void draw_titles(Ui& ui, const SceneStyle& style) const;
+  void draw_sizes(Ui& ui) const;
+  void draw_titles(Ui& ui) const;
   void draw_slider(Ui& ui);
 
   ViewWindowOptions options_;

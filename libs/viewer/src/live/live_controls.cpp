@@ -1,7 +1,5 @@
 #include "live/live_controls.hpp"
 
-#include <algorithm>
-
 namespace gelslam::viewer::detail {
 namespace {
 
@@ -16,12 +14,9 @@ std::vector<ActionRow> live_rows() {
       common_row(screenshot),
       common_row(follow),
   };
-  for (const Action action : {show_all, trajectory, pose_graph, next_color, shading_clay, shading_polished,
-                              shading_curvature, next_shading, grid, measure, light_theme, panels, help})
+  for (const Action action :
+       {show_all, trajectory, pose_graph, next_color, curvature, grid, measure, panels, help})
     rows.push_back(common_row(action));
-  const auto light =
-      std::find_if(rows.begin(), rows.end(), [](const ActionRow& row) { return row.action == light_theme; });
-  light->label.clear();  // the bar has no room for it
   rows.push_back({diagnostics, "i", "I", "", 0, 0, "Diagnostics"});
   return rows;
 }

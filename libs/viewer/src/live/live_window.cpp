@@ -137,7 +137,7 @@ void LiveWindow::draw_frame(Ui& ui, double now_s) {
   if (frame_.words.state == "finished" && !options_.keeps_run)
     frame_.words.advice = "Nothing is kept (no -o). Q closes.";
   if (controls_.shows_panels()) {
-    draw_marks(ui, style, scene_.scene().legend(style));
+    draw_marks(ui, scene_.scene().legend(style));
     const float bottom = draw_banner(ui, view(), frame_, now_s);
     banner_px_ = bottom - view().y;
     const Box below{view().x, bottom, view().width, view().bottom() - bottom};

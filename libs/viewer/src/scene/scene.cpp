@@ -27,7 +27,6 @@ constexpr double kUnlimitedMs = std::numeric_limits<double>::infinity();
 constexpr std::size_t kTrianglesPerPiece = 2000;
 constexpr std::size_t kDistanceSamples = 4000;
 constexpr std::size_t kOutlinePoints = 5000;
-constexpr int kMatcapSidePx = 256;
 constexpr float kTouchLiftMm = 0.25F;  ///< the map below the touch may be so much off before it hides it
 constexpr float kHiddenLineOpacity = 0.16F, kHiddenGhostOpacity = 0.3F;
 constexpr float kMinCurvature = 0.05F;  ///< 1/mm; smoother surfaces are not made to look rough
@@ -50,8 +49,7 @@ double ms_since(Clock::time_point start) {
 Rgba outline_color(double opacity) {
   return {255, 150, 40, static_cast<std::uint8_t>(255 * std::clamp(opacity, 0.0, 1.0))};
 }
-Rgba box_color(bool light) { return light ? Rgba{60, 64, 70, 255} : Rgba{200, 208, 218, 255}; }
-Rgba grid_color(bool light) { return light ? Rgba{120, 125, 135, 90} : Rgba{150, 160, 175, 60}; }
+constexpr Rgba kBoxColor{200, 208, 218, 255}, kGridColor{150, 160, 175, 60};
 
 }  // namespace
 
@@ -61,7 +59,7 @@ struct Scene::Impl {
   GlProgram line_program{kLineVertexShader, kLineFragmentShader};
   GlProgram background_program{kBackgroundVertexShader, kBackgroundFragmentShader};
   GlVertexArray no_vertices;
-  GlTexture matcap, color_map, certainty;  ///< the last by keyframe id, as doubt_by_keyframe()
+  GlTexture color_map, certainty;  ///< the last by keyframe id, as doubt_by_keyframe()
   SceneColor color_map_for = SceneColor::plain;
   SceneMesh mesh;
   SceneTouch touch, piece;
@@ -79,11 +77,6 @@ struct Scene::Impl {
   bool values_are_old = false;
   bool colors_are_due = false;
   Clock::time_point last_draw = Clock::now();
-
-  Impl() {
-    const std::vector<std::uint8_t> picture = make_matcap(kMatcapSidePx);
-    fill_texture(matcap, kMatcapSidePx, kMatcapSidePx, picture.data());
-  }
 
   double budget_ms() const {
     return std::clamp(kBudgetShare * ms_since(last_draw), kMinBudgetMs, kMaxBudgetMs);
@@ -166,12 +159,9 @@ struct Scene::Impl {
         false);
   }
 
-  void draw_background(bool light) {
+  void draw_background() {
     glDisable(GL_DEPTH_TEST);
     background_program.use();
-    background_program.set("top", light ? Vector3f(0.985F, 0.985F, 0.98F) : Vector3f(0.175F, 0.195F, 0.225F));
-    background_program.set("bottom",
-                           light ? Vector3f(0.855F, 0.865F, 0.88F) : Vector3f(0.070F, 0.078F, 0.092F));
     glBindVertexArray(no_vertices.name());
     glDrawArrays(GL_TRIANGLES, 0, 3);
     glEnable(GL_DEPTH_TEST);
@@ -200,12 +190,9 @@ struct Scene::Impl {
     mesh_program.set("firm_touches", kFirmTouches);
     mesh_program.set("min_touches", style.smooth_border && mesh.has_confidence() ? kSmoothBorder : -1.0F);
     mesh_program.set("color_map", 0);
-    mesh_program.set("matcap", 1);
-    mesh_program.set("certainty", 2);
-    glActiveTexture(GL_TEXTURE2);
-    glBindTexture(GL_TEXTURE_2D, certainty.name());
+    mesh_program.set("certainty", 1);
     glActiveTexture(GL_TEXTURE1);
-    glBindTexture(GL_TEXTURE_2D, matcap.name());
+    glBindTexture(GL_TEXTURE_2D, certainty.name());
     glActiveTexture(GL_TEXTURE0);
     glBindTexture(GL_TEXTURE_2D, color_map.name());
     mesh.prepare(clip_T_map, colors_are_due ? kUnlimitedMs : budget_ms());
@@ -213,7 +200,7 @@ struct Scene::Impl {
     // Their numbers are still to come: clay, so that gray means that there is none.
     if (is_by_value(style.color)) mesh_program.set("color_by", static_cast<int>(SceneColor::plain));
     mesh.draw(false);
-    for (const GLenum unit : {GL_TEXTURE2, GL_TEXTURE1, GL_TEXTURE0}) {
+    for (const GLenum unit : {GL_TEXTURE1, GL_TEXTURE0}) {
       glActiveTexture(unit);
       glBindTexture(GL_TEXTURE_2D, 0);
     }
@@ -270,11 +257,11 @@ struct Scene::Impl {
                                                     static_cast<float>(viewport.height)));
     line_program.set("scale", std::max(1.0F, static_cast<float>(viewport.height) / 1000.0F));
     if (style.grid) {
-      grid.set(grid_lines(mesh.box_mm(), style.height_axis, grid_color(style.light_theme)));
+      grid.set(grid_lines(mesh.box_mm(), style.height_axis, kGridColor));
       draw_lines(grid, false);
     }
     if (style.box) {
-      box.set(box_lines(mesh.box_mm(), box_color(style.light_theme)));
+      box.set(box_lines(mesh.box_mm(), kBoxColor));
       draw_lines(box, true);
     }
     if (style.edges) draw_lines(edges, true);
@@ -371,7 +358,7 @@ void Scene::draw(const OrbitCamera& camera, const Viewport& viewport, const Scen
   glDisable(GL_CULL_FACE);
   glDisable(GL_BLEND);
   glClear(GL_DEPTH_BUFFER_BIT);
-  impl_->draw_background(style.light_theme);
+  impl_->draw_background();
   if (style.mesh) impl_->draw_mesh(camera, clip_T_map, style);
   glEnable(GL_BLEND);
   glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);

@@ -33,10 +33,6 @@ std::map<std::string, int, std::less<>> named_keys() {
                                                   {"slash", GLFW_KEY_SLASH},
                                                   {"bracket", GLFW_KEY_RIGHT_BRACKET}};
   for (char letter = 'a'; letter <= 'z'; ++letter) keys[std::string(1, letter)] = GLFW_KEY_A + (letter - 'a');
-  for (int digit = 0; digit <= 9; ++digit) {
-    keys[std::to_string(digit)] = GLFW_KEY_0 + digit;
-    keys["kp_" + std::to_string(digit)] = GLFW_KEY_KP_0 + digit;
-  }
   return keys;
 }
 
@@ -58,17 +54,13 @@ const char* name_of(SceneColor color) {
 ActionRow common_row(Action action) {
   using enum Action;
   static const std::vector<ActionRow> rows = {
-      {shading_clay, "1 kp_1", "1", "", 0, 0, "Shading: clay"},
-      {shading_polished, "2 kp_2", "2", "", 0, 0, "Shading: polished"},
-      {shading_curvature, "3 kp_3", "3", "", 0, 0, "Shading: curvature"},
-      {next_shading, "", "1 2 3", "Shading", 2, 10, ""},
+      {curvature, "k", "K", "Curvature", 2, 10, "Shading by curvature"},
       {next_color, "c", "C", "Colors", 2, 9, "Next color scale"},
       {follow, "f", "F", "Follow", 2, 7, "Follow the touch"},
       {show_all, "r", "R", "Show all", 2, 6, "Show all"},
       {trajectory, "t", "T", "Trajectory", 2, 8, "Trajectory"},
       {pose_graph, "g", "G", "Graph", 2, 8, "Pose graph"},
       {grid, "m", "M", "Grid", 2, 9, "Millimeter grid"},
-      {light_theme, "l", "L", "Light", 2, 9, "Light or dark background"},
       {measure, "d", "D", "Measure", 2, 7, "Measure: click two places"},
       {box, "b", "B", "Box", 2, 7, "Bounding box and sizes"},
       {screenshot, "p", "P", "Picture", 1, 6, "Picture of this window (PNG)"},
@@ -143,17 +135,8 @@ bool Controls::drop_old_toasts(double now_s) {
 
 void SceneControls::act(Action action, double now_s) {
   switch (action) {
-    case Action::shading_clay:
-      style_.shading = SceneShading::clay;
-      return;
-    case Action::shading_polished:
-      style_.shading = SceneShading::polished;
-      return;
-    case Action::shading_curvature:
-      style_.shading = SceneShading::curvature;
-      return;
-    case Action::next_shading:
-      style_.shading = static_cast<SceneShading>((static_cast<int>(style_.shading) + 1) % 3);
+    case Action::curvature:
+      style_.shading = style_.shading == SceneShading::clay ? SceneShading::curvature : SceneShading::clay;
       return;
     case Action::trajectory:
       style_.trajectory = !style_.trajectory;
@@ -166,9 +149,6 @@ void SceneControls::act(Action action, double now_s) {
       return;
     case Action::box:
       style_.box = !style_.box;
-      return;
-    case Action::light_theme:
-      style_.light_theme = !style_.light_theme;
       return;
     case Action::next_color: {
       const auto now = std::find(colors_.begin(), colors_.end(), style_.color);
@@ -193,8 +173,8 @@ void SceneControls::act(Action action, double now_s) {
 ButtonLook SceneControls::button(const ActionRow& row) const {
   const auto is_on = [this](Action action) {
     switch (action) {
-      case Action::next_shading:
-        return style_.shading != SceneShading::clay;
+      case Action::curvature:
+        return style_.shading == SceneShading::curvature;
       case Action::trajectory:
         return style_.trajectory;
       case Action::pose_graph:
@@ -205,8 +185,6 @@ ButtonLook SceneControls::button(const ActionRow& row) const {
         return style_.box;
       case Action::grid:
         return style_.grid;
-      case Action::light_theme:
-        return style_.light_theme;
       case Action::measure:
         return measures_;
       case Action::follow:

@@ -29,6 +29,46 @@ double round_length_mm(double room_mm) {
   return decade;
 }
 
+void draw_scale_bar(Ui& ui, const Box& view, double mm_per_px) {
+  if (!(mm_per_px > 0) || !std::isfinite(mm_per_px)) return;
+  const double length_mm = round_length_mm(mm_per_px * static_cast<double>(ui.px(140)));
+  const auto width = static_cast<float>(length_mm / mm_per_px);
+  const float x = view.x + ui.px(kMargin + 4), y = view.bottom() - ui.px(kMargin + 6), tick = ui.px(9),
+              thick = ui.px(2);
+  ui.fill({x, y, width, thick}, theme::kText);
+  for (const float at : {x, x + width - thick}) ui.fill({at, y - tick + thick, thick, tick}, theme::kText);
+  ui.text_at(Face::body, x + thick, y - tick - ui.height_of(Face::body), theme::kText,
+             fmt::format("{:.3g} mm", length_mm));
+}
+
+/// Title, color bar with its ends beside it, and below what else is to be said of the values.
+void draw_legend(Ui& ui, const Box& view, const ColorLegend& legend) {
+  const float width = ui.px(16), height = std::min(ui.px(220), 0.45F * view.height);
+  const float small = ui.height_of(Face::small), notes = static_cast<float>(legend.notes.size()) * small;
+  const Box bar{view.right() - ui.px(kMargin) - width,
+                view.bottom() - ui.px(kMargin + (legend.notes.empty() ? 14 : 24)) - notes - height, width,
+                height};
+  const auto steps = static_cast<float>(legend.colors_rgb.size());
+  for (std::size_t i = 0; i < legend.colors_rgb.size(); ++i) {
+    const auto& [r, g, b] = legend.colors_rgb[i];
+    const float from_below = static_cast<float>(i + 1) / steps;
+    ui.fill({bar.x, bar.y + (1 - from_below) * bar.height, bar.width, bar.height / steps + 1},
+            theme::rgb(r, g, b));
+  }
+  const std::string unit = legend.unit.empty() ? "" : " " + legend.unit;
+  const auto number = [&unit](float value) { return fmt::format("{:.3g}{}", value, unit); };
+  const float right = bar.x - ui.px(8);
+  ui.text_right(Face::small, right, bar.y, theme::kText, number(legend.max));
+  ui.text_right(Face::small, right, bar.bottom() - small, theme::kText, number(legend.min));
+  ui.text_right(Face::body, bar.right(), bar.y - ui.height_of(Face::body) - ui.px(6), theme::kText,
+                legend.title);
+  float y = bar.bottom() + ui.px(8);
+  for (const std::string& note : legend.notes) {
+    ui.text_right(Face::small, bar.right(), y, theme::kText, note);
+    y += small;
+  }
+}
+
 }  // namespace
 
 bool SceneLoop::move_camera(double dt_s) {
@@ -133,7 +173,7 @@ void SceneLoop::scrolled(double steps, const Eigen::Vector2f& at_px) {
   camera_.zoom(steps, cursor.at_px, cursor.viewport);
 }
 
-void SceneLoop::draw_measure(Ui& ui, const Viewport& part, Color ink) const {
+void SceneLoop::draw_measure(Ui& ui, const Viewport& part) const {
   const Box box = box_of(part);
   std::vector<Eigen::Vector2f> at;
   for (const Eigen::Vector3f& p : measured_mm_) {
@@ -146,7 +186,7 @@ void SceneLoop::draw_measure(Ui& ui, const Viewport& part, Color ink) const {
     ui.line(at[0].x(), at[0].y(), at[1].x(), at[1].y(), kMeasure, 2, box);
     const float length_mm = (measured_mm_[1] - measured_mm_[0]).norm();
     const Eigen::Vector2f middle = 0.5F * (at[0] + at[1]);
-    ui.text_at(Face::figure, middle.x() + ui.px(10), middle.y() - ui.px(28), ink,
+    ui.text_at(Face::figure, middle.x() + ui.px(10), middle.y() - ui.px(28), theme::kText,
                fmt::format("{:.3f} mm", length_mm));
   }
   for (const Eigen::Vector2f& p : at)
@@ -156,53 +196,13 @@ void SceneLoop::draw_measure(Ui& ui, const Viewport& part, Color ink) const {
     }
 }
 
-void SceneLoop::draw_marks(Ui& ui, const SceneStyle& style, const std::optional<ColorLegend>& legend) const {
-  const Color ink = style.light_theme ? theme::kBackdrop : theme::kText;
+void SceneLoop::draw_marks(Ui& ui, const std::optional<ColorLegend>& legend) const {
   const std::vector<Viewport> all = parts(viewport());
   const Box first = box_of(all.front());
-  draw_scale_bar(ui, first, static_cast<double>(camera_.mm_per_px(camera_.distance_mm(), all.front())), ink);
-  if (legend && first.height > ui.px(380)) draw_legend(ui, first, *legend, ink);
+  draw_scale_bar(ui, first, static_cast<double>(camera_.mm_per_px(camera_.distance_mm(), all.front())));
+  if (legend && first.height > ui.px(380)) draw_legend(ui, first, *legend);
   if (!const_cast<SceneLoop*>(this)->scene_controls().measures() || measured_mm_.empty()) return;
-  for (const Viewport& part : all) draw_measure(ui, part, ink);
-}
-
-void draw_scale_bar(Ui& ui, const Box& view, double mm_per_px, Color ink) {
-  if (!(mm_per_px > 0) || !std::isfinite(mm_per_px)) return;
-  const double length_mm = round_length_mm(mm_per_px * static_cast<double>(ui.px(140)));
-  const auto width = static_cast<float>(length_mm / mm_per_px);
-  const float x = view.x + ui.px(kMargin + 4), y = view.bottom() - ui.px(kMargin + 6), tick = ui.px(9),
-              thick = ui.px(2);
-  ui.fill({x, y, width, thick}, ink);
-  for (const float at : {x, x + width - thick}) ui.fill({at, y - tick + thick, thick, tick}, ink);
-  ui.text_at(Face::body, x + thick, y - tick - ui.height_of(Face::body), ink,
-             fmt::format("{:.3g} mm", length_mm));
-}
-
-/// Title, color bar with its ends beside it, and below what else is to be said of the values.
-void draw_legend(Ui& ui, const Box& view, const ColorLegend& legend, Color ink) {
-  const float width = ui.px(16), height = std::min(ui.px(220), 0.45F * view.height);
-  const float small = ui.height_of(Face::small), notes = static_cast<float>(legend.notes.size()) * small;
-  const Box bar{view.right() - ui.px(kMargin) - width,
-                view.bottom() - ui.px(kMargin + (legend.notes.empty() ? 14 : 24)) - notes - height, width,
-                height};
-  const auto steps = static_cast<float>(legend.colors_rgb.size());
-  for (std::size_t i = 0; i < legend.colors_rgb.size(); ++i) {
-    const auto& [r, g, b] = legend.colors_rgb[i];
-    const float from_below = static_cast<float>(i + 1) / steps;
-    ui.fill({bar.x, bar.y + (1 - from_below) * bar.height, bar.width, bar.height / steps + 1},
-            theme::rgb(r, g, b));
-  }
-  const std::string unit = legend.unit.empty() ? "" : " " + legend.unit;
-  const auto number = [&unit](float value) { return fmt::format("{:.3g}{}", value, unit); };
-  const float right = bar.x - ui.px(8);
-  ui.text_right(Face::small, right, bar.y, ink, number(legend.max));
-  ui.text_right(Face::small, right, bar.bottom() - small, ink, number(legend.min));
-  ui.text_right(Face::body, bar.right(), bar.y - ui.height_of(Face::body) - ui.px(6), ink, legend.title);
-  float y = bar.bottom() + ui.px(8);
-  for (const std::string& note : legend.notes) {
-    ui.text_right(Face::small, bar.right(), y, ink, note);
-    y += small;
-  }
+  for (const Viewport& part : all) draw_measure(ui, part);
 }
 
 }  // namespace gelslam::viewer::detail

@@ -30,7 +30,7 @@ class SceneLoop : public WindowLoop {
   Box box_of(const Viewport& part) const;
   /// Where a point is drawn; nothing behind the camera.
   std::optional<Eigen::Vector2f> on_screen(const Viewport& part, const Eigen::Vector3f& p_mm) const;
-  void draw_marks(Ui& ui, const SceneStyle& style, const std::optional<ColorLegend>& legend) const;
+  void draw_marks(Ui& ui, const std::optional<ColorLegend>& legend) const;
 
   OrbitCamera camera_;
 
@@ -43,7 +43,7 @@ class SceneLoop : public WindowLoop {
   };
   Cursor cursor_in_part(const Eigen::Vector2f& at_px) const;
   void click(const Eigen::Vector2f& at_px);
-  void draw_measure(Ui& ui, const Viewport& part, Color ink) const;
+  void draw_measure(Ui& ui, const Viewport& part) const;
 
   void pressed(int button, const Eigen::Vector2f& at_px, double now_s) override;
   void moved(const Eigen::Vector2f& to_px) override;
@@ -58,8 +58,5 @@ class SceneLoop : public WindowLoop {
   bool dragged_ = false;
   std::vector<Eigen::Vector3f> measured_mm_;  ///< none, one or both ends of the distance
 };
-
-void draw_scale_bar(Ui& ui, const Box& view, double mm_per_px, Color ink);
-void draw_legend(Ui& ui, const Box& view, const ColorLegend& legend, Color ink);
 
 }  // namespace gelslam::viewer::detail

@@ -19,15 +19,11 @@ enum class Action {
   help,
   screenshot,
   panels,  // of every window
-  shading_clay,
-  shading_polished,
-  shading_curvature,
-  next_shading,
+  curvature,
   next_color,  // of a scene
   trajectory,
   pose_graph,
   grid,
-  light_theme,
   measure,
   box,
   show_all,  //
