@@ -278,40 +278,12 @@ TEST_F(Window, MouseTurnsMovesAndZoomsTheView) {
   EXPECT_GT(change(moved, picture("zoomed"), view()), 0.03);
 }
 
-TEST_F(Window, ADistanceIsMeasuredBetweenTwoPlaces) {
-  scan(8);
-  session_.release();
-  press(GLFW_KEY_D);
-  show_all();
-  const auto click = [this](double x, double y) {
-    window_->host().push({InputEvent::Kind::pointer, 0, false, x, y});
-    window_->host().push({InputEvent::Kind::button, GLFW_MOUSE_BUTTON_LEFT, true});
-    window_->host().push({InputEvent::Kind::button, GLFW_MOUSE_BUTTON_LEFT, false});
-    for (int i = 0; i < 3; ++i) window_->turn(now_s_ += 0.4);
-  };
-  click(0.5 * view().width - 40, 0.5 * view().height);
-  click(0.5 * view().width + 40, 0.5 * view().height);
-  picture("measured");
-  const DrawnText* length = nullptr;
-  for (const DrawnText& drawn : window_->texts())
-    if (drawn.text.ends_with(" mm") && drawn.text.find('.') != std::string::npos) length = &drawn;
-  ASSERT_NE(length, nullptr);
-  const DrawnText* scale = find(" mm");
-  ASSERT_NE(scale, nullptr);
-  EXPECT_GT(std::stod(length->text), 0.5);
-  EXPECT_LT(std::stod(length->text), 20);
-  press(GLFW_KEY_D);
-  picture("not_measured");
-  for (const DrawnText& drawn : window_->texts())
-    EXPECT_FALSE(drawn.text.find(".") != std::string::npos && drawn.text.ends_with(" mm")) << drawn.text;
-}
-
 TEST_F(Window, AllButtonsHaveRoomAtTheUsualSize) {
   options_.next_run_folder = "RUN-2";
   options_.width_px = WindowOptions().width_px;
   window_ = std::make_unique<LiveWindow>(session_, options_);
   picture("usual_size");
-  for (const char* label : {"New scan", "Curvature", "Grid", "Measure"})
+  for (const char* label : {"New scan", "Trajectory", "Curvature", "Help"})
     EXPECT_NE(find(label), nullptr) << label;
 }
 

@@ -21,7 +21,7 @@ std::vector<ActionRow> view_rows(bool has_time) {
             {step_on, "right", "Right", "", 0, 0, "One keyframe on"},
             common_row(trajectory),
             common_row(pose_graph)};
-  for (const Action action : {curvature, next_color, grid, measure, box, show_all, screenshot, panels, help})
+  for (const Action action : {curvature, next_color, show_all, screenshot, panels, help})
     rows.push_back(common_row(action));
   rows.push_back({close, "q esc", "Q", "Close", 5, 0, "Close"});
   return rows;
@@ -156,33 +156,9 @@ void ViewWindow::draw_frame(Ui& ui, double now_s) {
   if (controls_.shows_panels()) {
     draw_titles(ui);
     draw_marks(ui, stage_.legend(style));
-    if (style.box) draw_sizes(ui);
   }
   if (slider_.width > 0) draw_slider(ui);
   if (bar_.width > 0) draw_action_bar(ui, bar_, controls_, now_s);
-}
-
-/// Beside the nearest edge of each direction of the first part's box.
-void ViewWindow::draw_sizes(Ui& ui) const {
-  const Eigen::AlignedBox3f box = stage_.bounds_mm();
-  if (box.isEmpty()) return;
-  const Viewport part = parts(viewport()).front();
-  for (int axis = 0; axis < 3; ++axis) {
-    std::optional<Eigen::Vector3f> nearest;
-    for (int corner = 0; corner < 4; ++corner) {
-      Eigen::Vector3f middle = box.center();
-      for (int other = 0; other < 2; ++other) {
-        const int k = (axis + 1 + other) % 3;
-        middle[k] = (corner >> other & 1) != 0 ? box.max()[k] : box.min()[k];
-      }
-      if (!nearest || (middle - camera_.eye_mm()).norm() < (*nearest - camera_.eye_mm()).norm())
-        nearest = middle;
-    }
-    const std::string text = fmt::format("{:.2f} mm", box.sizes()[axis]);
-    const auto at = on_screen(part, *nearest);
-    if (!at) continue;
-    ui.tag(Face::title, at->x(), at->y(), theme::kText, theme::with_alpha(theme::kBackdrop, 0.7), text);
-  }
 }
 
 void ViewWindow::draw_titles(Ui& ui) const {

@@ -63,7 +63,6 @@ class ViewWindow : public SceneLoop {
 
   void lay_out(const Ui& ui);
   void place_camera();
-  void draw_sizes(Ui& ui) const;
   void draw_titles(Ui& ui) const;
   void draw_slider(Ui& ui);
 

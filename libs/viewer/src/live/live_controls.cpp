@@ -14,8 +14,7 @@ std::vector<ActionRow> live_rows() {
       common_row(screenshot),
       common_row(follow),
   };
-  for (const Action action :
-       {show_all, trajectory, pose_graph, next_color, curvature, grid, measure, panels, help})
+  for (const Action action : {show_all, trajectory, pose_graph, next_color, curvature, panels, help})
     rows.push_back(common_row(action));
   rows.push_back({diagnostics, "i", "I", "", 0, 0, "Diagnostics"});
   return rows;

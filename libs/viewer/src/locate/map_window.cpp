@@ -19,7 +19,7 @@ const Eigen::Vector3f kMapGray(0.30F, 0.31F, 0.33F);
 std::vector<ActionRow> map_rows() {
   using enum Action;
   std::vector<ActionRow> rows;
-  for (const Action action : {follow, curvature, grid, measure, show_all, screenshot, panels, help})
+  for (const Action action : {follow, curvature, show_all, screenshot, panels, help})
     rows.push_back(common_row(action));
   rows.push_back({close, "q esc", "Q", "Close", 5, 0, "Close; no more poses are written"});
   return rows;

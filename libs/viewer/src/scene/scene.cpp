@@ -49,7 +49,6 @@ double ms_since(Clock::time_point start) {
 Rgba outline_color(double opacity) {
   return {255, 150, 40, static_cast<std::uint8_t>(255 * std::clamp(opacity, 0.0, 1.0))};
 }
-constexpr Rgba kBoxColor{200, 208, 218, 255}, kGridColor{150, 160, 175, 60};
 
 }  // namespace
 
@@ -63,7 +62,7 @@ struct Scene::Impl {
   SceneColor color_map_for = SceneColor::plain;
   SceneMesh mesh;
   SceneTouch touch, piece;
-  SceneLines outline, trajectory, keyframes, edges, grid, box;
+  SceneLines outline, trajectory, keyframes, edges;
   Pose map_T_piece = Pose::Identity();
   double piece_opacity = 0;
   Eigen::AlignedBox3f piece_box_mm;  ///< in its own frame
@@ -103,7 +102,7 @@ struct Scene::Impl {
       box.extend(Vector3f(center.array() + static_cast<float>(reach)));
       box.extend(Vector3f(center.array() - static_cast<float>(reach)));
     }
-    if (!box.isEmpty()) {  // room for the grid, lifted lines and axes
+    if (!box.isEmpty()) {  // room for lifted lines and axes
       const Vector3f margin = Vector3f::Constant(2.0F + 0.7F * box.diagonal().norm());
       box = Eigen::AlignedBox3f(box.min() - margin, box.max() + margin);
     }
@@ -238,14 +237,12 @@ struct Scene::Impl {
   }
 
   /// Full where it can be seen, faint through the object.
-  void draw_lines(const SceneLines& lines, bool through) {
+  void draw_lines(const SceneLines& lines) {
     if (lines.empty()) return;
-    if (through) {
-      glDepthFunc(GL_GREATER);
-      line_program.set("opacity", kHiddenLineOpacity);
-      lines.draw();
-      glDepthFunc(GL_LEQUAL);
-    }
+    glDepthFunc(GL_GREATER);
+    line_program.set("opacity", kHiddenLineOpacity);
+    lines.draw();
+    glDepthFunc(GL_LEQUAL);
     line_program.set("opacity", 1.0F);
     lines.draw();
   }
@@ -256,18 +253,10 @@ struct Scene::Impl {
     line_program.set("viewport_px", Eigen::Vector2f(static_cast<float>(viewport.width),
                                                     static_cast<float>(viewport.height)));
     line_program.set("scale", std::max(1.0F, static_cast<float>(viewport.height) / 1000.0F));
-    if (style.grid) {
-      grid.set(grid_lines(mesh.box_mm(), style.height_axis, kGridColor));
-      draw_lines(grid, false);
-    }
-    if (style.box) {
-      box.set(box_lines(mesh.box_mm(), kBoxColor));
-      draw_lines(box, true);
-    }
-    if (style.edges) draw_lines(edges, true);
-    if (style.trajectory) draw_lines(trajectory, true);
-    if (style.keyframes) draw_lines(keyframes, true);
-    if (style.sensor) draw_lines(outline, true);
+    if (style.edges) draw_lines(edges);
+    if (style.trajectory) draw_lines(trajectory);
+    if (style.keyframes) draw_lines(keyframes);
+    if (style.sensor) draw_lines(outline);
   }
 };
 

@@ -60,9 +60,6 @@ ActionRow common_row(Action action) {
       {show_all, "r", "R", "Show all", 2, 6, "Show all"},
       {trajectory, "t", "T", "Trajectory", 2, 8, "Trajectory"},
       {pose_graph, "g", "G", "Graph", 2, 8, "Pose graph"},
-      {grid, "m", "M", "Grid", 2, 9, "Millimeter grid"},
-      {measure, "d", "D", "Measure", 2, 7, "Measure: click two places"},
-      {box, "b", "B", "Box", 2, 7, "Bounding box and sizes"},
       {screenshot, "p", "P", "Picture", 1, 6, "Picture of this window (PNG)"},
       {panels, "tab", "Tab", "", 0, 0, "Hide or show the panels"},
       {help, "h f1", "H", "Help", 4, 2, "This help"},
@@ -144,21 +141,11 @@ void SceneControls::act(Action action, double now_s) {
     case Action::pose_graph:
       style_.edges = style_.keyframes = !style_.edges;
       return;
-    case Action::grid:
-      style_.grid = !style_.grid;
-      return;
-    case Action::box:
-      style_.box = !style_.box;
-      return;
     case Action::next_color: {
       const auto now = std::find(colors_.begin(), colors_.end(), style_.color);
       style_.color = now == colors_.end() || now + 1 == colors_.end() ? colors_.front() : *(now + 1);
       return say(std::string("Colors: ") + name_of(style_.color), now_s);
     }
-    case Action::measure:
-      measures_ = !measures_;
-      if (measures_) say("Click two places of the surface.", now_s);
-      return;
     case Action::follow:
       follows_ = !follows_;
       return say(follows_ ? "The view follows the touch." : "The view stays where it is.", now_s);
@@ -181,12 +168,6 @@ ButtonLook SceneControls::button(const ActionRow& row) const {
         return style_.edges;
       case Action::next_color:
         return style_.color != colors_.front();
-      case Action::box:
-        return style_.box;
-      case Action::grid:
-        return style_.grid;
-      case Action::measure:
-        return measures_;
       case Action::follow:
         return follows_;
       case Action::help:

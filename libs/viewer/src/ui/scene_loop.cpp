@@ -12,7 +12,6 @@ namespace {
 constexpr double kDoubleClickS = 0.35;
 constexpr float kDoubleClickPx = 6;
 constexpr double kMargin = 18;  // design pixels
-constexpr Color kMeasure = theme::rgb(255, 220, 90);
 
 bool nearly_there(const OrbitCamera& a, const OrbitCamera& b) {
   const float near_mm = 1e-3F * b.distance_mm();
@@ -125,12 +124,11 @@ void SceneLoop::pressed(int button, const Eigen::Vector2f& at_px, double now_s) 
   if (drag_button_) return;
   drag_button_ = button;
   last_px_ = at_px;
-  dragged_ = false;
   if (button != GLFW_MOUSE_BUTTON_LEFT) return;
   const bool twice = now_s - pressed_s_ < kDoubleClickS && (at_px - pressed_px_).norm() < kDoubleClickPx;
   pressed_s_ = now_s;
   pressed_px_ = at_px;
-  if (!twice || scene_controls().measures()) return;
+  if (!twice) return;
   const Cursor cursor = cursor_in_part(at_px);
   if (const auto place = pick(cursor.part, camera_.pick_ray(cursor.at_px, cursor.viewport))) {
     scene_controls().set_follows(false);
@@ -144,7 +142,6 @@ void SceneLoop::moved(const Eigen::Vector2f& to_px) {
   const Eigen::Vector2f movement = to_px - last_px_;
   last_px_ = to_px;
   if (!drag_button_ || movement.isZero()) return;
-  dragged_ = dragged_ || (to_px - pressed_px_).norm() >= kDoubleClickPx;
   glide_ = Glide::none;
   scene_controls().set_follows(false);
   if (*drag_button_ == GLFW_MOUSE_BUTTON_LEFT)
@@ -154,17 +151,7 @@ void SceneLoop::moved(const Eigen::Vector2f& to_px) {
 }
 
 void SceneLoop::released(int button) {
-  if (drag_button_ != button) return;
-  drag_button_.reset();
-  if (button == GLFW_MOUSE_BUTTON_LEFT && !dragged_ && scene_controls().measures()) click(last_px_);
-}
-
-void SceneLoop::click(const Eigen::Vector2f& at_px) {
-  const Cursor cursor = cursor_in_part(at_px);
-  const auto place = pick(cursor.part, camera_.pick_ray(cursor.at_px, cursor.viewport));
-  if (!place) return;
-  if (measured_mm_.size() == 2) measured_mm_.clear();
-  measured_mm_.push_back(*place);
+  if (drag_button_ == button) drag_button_.reset();
 }
 
 void SceneLoop::scrolled(double steps, const Eigen::Vector2f& at_px) {
@@ -173,36 +160,11 @@ void SceneLoop::scrolled(double steps, const Eigen::Vector2f& at_px) {
   camera_.zoom(steps, cursor.at_px, cursor.viewport);
 }
 
-void SceneLoop::draw_measure(Ui& ui, const Viewport& part) const {
-  const Box box = box_of(part);
-  std::vector<Eigen::Vector2f> at;
-  for (const Eigen::Vector3f& p : measured_mm_) {
-    const auto place = on_screen(part, p);
-    if (!place) return;
-    at.push_back(*place);
-  }
-  if (at.size() == 2) {
-    ui.line(at[0].x(), at[0].y(), at[1].x(), at[1].y(), theme::kBackdrop, 4, box);
-    ui.line(at[0].x(), at[0].y(), at[1].x(), at[1].y(), kMeasure, 2, box);
-    const float length_mm = (measured_mm_[1] - measured_mm_[0]).norm();
-    const Eigen::Vector2f middle = 0.5F * (at[0] + at[1]);
-    ui.text_at(Face::figure, middle.x() + ui.px(10), middle.y() - ui.px(28), theme::kText,
-               fmt::format("{:.3f} mm", length_mm));
-  }
-  for (const Eigen::Vector2f& p : at)
-    if (box.contains(static_cast<double>(p.x()), static_cast<double>(p.y()))) {
-      ui.disc(p.x(), p.y(), ui.px(6), theme::kBackdrop);
-      ui.disc(p.x(), p.y(), ui.px(4), kMeasure);
-    }
-}
-
 void SceneLoop::draw_marks(Ui& ui, const std::optional<ColorLegend>& legend) const {
-  const std::vector<Viewport> all = parts(viewport());
-  const Box first = box_of(all.front());
-  draw_scale_bar(ui, first, static_cast<double>(camera_.mm_per_px(camera_.distance_mm(), all.front())));
+  const Viewport part = parts(viewport()).front();
+  const Box first = box_of(part);
+  draw_scale_bar(ui, first, static_cast<double>(camera_.mm_per_px(camera_.distance_mm(), part)));
   if (legend && first.height > ui.px(380)) draw_legend(ui, first, *legend);
-  if (!const_cast<SceneLoop*>(this)->scene_controls().measures() || measured_mm_.empty()) return;
-  for (const Viewport& part : all) draw_measure(ui, part);
 }
 
 }  // namespace gelslam::viewer::detail

@@ -23,9 +23,6 @@ enum class Action {
   next_color,  // of a scene
   trajectory,
   pose_graph,
-  grid,
-  measure,
-  box,
   show_all,  //
   pause,
   new_scan,
@@ -139,8 +136,7 @@ class SceneControls : public Controls {
       : Controls(std::move(rows)), style_(style), colors_(std::move(colors)) {}
 
   const SceneStyle& style() const { return style_; }
-  bool measures() const { return measures_; }  ///< clicks pick the ends of a distance
-  bool follows() const { return follows_; }    ///< the view turns to the touch, where there is one
+  bool follows() const { return follows_; }  ///< the view turns to the touch, where there is one
   void set_follows(bool follows) { follows_ = follows; }
   bool take_show_all() { return std::exchange(show_all_, false); }
   ButtonLook button(const ActionRow& row) const override;
@@ -152,7 +148,7 @@ class SceneControls : public Controls {
  private:
   SceneStyle style_;
   std::vector<SceneColor> colors_;  ///< that mean something here
-  bool measures_ = false, show_all_ = false, follows_ = true;
+  bool show_all_ = false, follows_ = true;
 };
 
 /// The bar at the window's lower edge, as many buttons as there is room for, and what lies over the view:

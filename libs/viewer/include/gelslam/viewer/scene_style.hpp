@@ -30,8 +30,6 @@ struct SceneStyle {
   Eigen::Vector3f plain_rgb{0.58F, 0.50F, 0.43F};  ///< linear; clay
   bool mesh = true, touch = true, sensor = true, trajectory = false;
   bool keyframes = false, edges = false;
-  bool box = false;   ///< around the mesh, along the map's axes
-  bool grid = false;  ///< 1 mm squares below the mesh
   bool smooth_border =
       false;  ///< the mesh ends where confidence falls below a limit, not at its last triangle
   Eigen::Vector3f height_axis{
