@@ -65,7 +65,7 @@ bool LiveWindow::advance(double now_s, double dt_s) {
     controls_.set_follows(false);  // there is no touch any more; all of the surface is to be seen
     show_all();
   }
-  bool changed = scene_.take_news(session_, camera_, now_s);
+  bool changed = scene_.take_news(session_, camera_);
   if (scene_.piece().take_joined())
     controls_.say(
         frame_.status.components > 1 ? "Joined to the map; other pieces are not yet." : "Joined to the map.",

@@ -28,7 +28,7 @@ constexpr std::size_t kTrianglesPerPiece = 2000;
 constexpr std::size_t kDistanceSamples = 4000;
 constexpr std::size_t kOutlinePoints = 5000;
 constexpr float kTouchLiftMm = 0.25F;  ///< the map below the touch may be so much off before it hides it
-constexpr float kHiddenLineOpacity = 0.16F, kHiddenGhostOpacity = 0.3F;
+constexpr float kPieceOpacity = 0.8F, kHiddenLineOpacity = 0.16F, kHiddenGhostOpacity = 0.3F;
 constexpr float kMinCurvature = 0.05F;  ///< 1/mm; smoother surfaces are not made to look rough
 
 constexpr float kSmoothBorder = 0.2F;                 ///< touches; at the last triangle there are nearly none
@@ -63,8 +63,7 @@ struct Scene::Impl {
   SceneMesh mesh;
   SceneTouch touch, piece;
   SceneLines outline, trajectory, keyframes, edges;
-  Pose map_T_piece = Pose::Identity();
-  double piece_opacity = 0;
+  std::optional<Pose> map_T_piece;
   Eigen::AlignedBox3f piece_box_mm;  ///< in its own frame
   std::optional<TouchPatch> touch_patch;
   Eigen::AlignedBox3f trajectory_box_mm;
@@ -93,8 +92,8 @@ struct Scene::Impl {
   Eigen::AlignedBox3f drawn_box() const {
     Eigen::AlignedBox3f box = mesh.box_mm();
     box.extend(trajectory_box_mm);
-    if (piece_opacity > 0 && !piece_box_mm.isEmpty())
-      box.extend(piece_box_mm.transformed(map_T_piece.cast<float>()));
+    if (map_T_piece && !piece_box_mm.isEmpty())
+      box.extend(piece_box_mm.transformed(map_T_piece->cast<float>()));
     for (const TouchPatch::Ghost& place : touch_places()) {
       const double reach = 0.5 * touch_patch->surface->pixel_pitch_mm *
                            std::hypot(touch_patch->surface->contact.cols, touch_patch->surface->contact.rows);
@@ -206,14 +205,14 @@ struct Scene::Impl {
   }
 
   void draw_piece(const OrbitCamera& camera, const Matrix4f& clip_T_camera) {
-    if (piece_opacity <= 0) return;
+    if (!map_T_piece) return;
     touch_program.use();
     touch_program.set("clip_T_camera", clip_T_camera);
-    touch_program.set("camera_T_map", Matrix4f(camera.camera_T_map() * map_T_piece.matrix().cast<float>()));
+    touch_program.set("camera_T_map", Matrix4f(camera.camera_T_map() * map_T_piece->matrix().cast<float>()));
     touch_program.set("lift_mm", 0.5F * kTouchLiftMm);  // the touch lies over it
     touch_program.set("through", 0);
     touch_program.set("glow_rgb", kPieceGlow);
-    touch_program.set("opacity", static_cast<float>(piece_opacity));
+    touch_program.set("opacity", kPieceOpacity);
     piece.draw();
   }
 
@@ -306,13 +305,9 @@ void Scene::set_piece(const TouchMesh& mesh) {
   impl_->piece.set(mesh);
   impl_->piece_box_mm.setEmpty();
   for (const TouchMesh::Vertex& vertex : mesh.vertices) impl_->piece_box_mm.extend(vertex.position_mm);
-  if (mesh.indices.empty()) impl_->piece_opacity = 0;
 }
 
-void Scene::place_piece(const Pose& map_T_piece, double opacity) {
-  impl_->map_T_piece = map_T_piece;
-  impl_->piece_opacity = opacity;
-}
+void Scene::place_piece(const std::optional<Pose>& map_T_piece) { impl_->map_T_piece = map_T_piece; }
 
 void Scene::set_trajectory(const std::vector<std::vector<Pose>>& map_T_sensor) {
   const std::vector<SceneLine> lines = trajectory_lines(map_T_sensor);
