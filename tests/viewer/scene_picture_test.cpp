@@ -114,7 +114,6 @@ TEST_F(ScenePicture, ManyUpdatesEndWhereTheLastOnesSay) {
     const auto key = static_cast<std::int64_t>(random() % last.size());
     const float x = static_cast<float>(random() % 200) / 20 - 5,
                 y = static_cast<float>(random() % 120) / 20 - 3;
-    // sizes differ, so that places in the buffers are cut up and joined
     Mesh mesh =
         random() % 5 == 0 ? Mesh() : moved(sphere(0.8, 8 + 4 * static_cast<int>(random() % 8)), {x, y, 0});
     last[static_cast<std::size_t>(key)] = block(key, std::move(mesh));
@@ -127,7 +126,7 @@ TEST_F(ScenePicture, ManyUpdatesEndWhereTheLastOnesSay) {
   EXPECT_EQ(scene.statistics().triangles, fresh.statistics().triangles);
 }
 
-TEST_F(ScenePicture, BuffersGrowBeyondTheirFirstSize) {
+TEST_F(ScenePicture, AFineMeshHasTheSameOutline) {
   Scene scene, small;
   scene.set_mesh(sphere(5, 360));
   small.set_mesh(sphere(5, 240));

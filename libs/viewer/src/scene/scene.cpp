@@ -343,7 +343,7 @@ void Scene::draw(const OrbitCamera& camera, const Viewport& viewport, const Scen
   glDisable(GL_BLEND);
   glClear(GL_DEPTH_BUFFER_BIT);
   impl_->draw_background();
-  if (style.mesh) impl_->draw_mesh(camera, clip_T_map, style);
+  impl_->draw_mesh(camera, clip_T_map, style);
   glEnable(GL_BLEND);
   glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
   impl_->draw_piece(camera, clip_T_camera);
@@ -356,7 +356,6 @@ void Scene::draw(const OrbitCamera& camera, const Viewport& viewport, const Scen
   glDisable(GL_SCISSOR_TEST);
   glBindVertexArray(0);
   glUseProgram(0);
-  impl_->mesh.end_frame();
   impl_->colors_are_due = false;
   impl_->last_draw = Clock::now();
 }

@@ -28,7 +28,7 @@ struct SceneStyle {
   SceneShading shading = SceneShading::clay;
   SceneColor color = SceneColor::plain;
   Eigen::Vector3f plain_rgb{0.58F, 0.50F, 0.43F};  ///< linear; clay
-  bool mesh = true, touch = true, sensor = true, trajectory = false;
+  bool touch = true, sensor = true, trajectory = false;
   bool keyframes = false, edges = false;
   bool smooth_border =
       false;  ///< the mesh ends where confidence falls below a limit, not at its last triangle
