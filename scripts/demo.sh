@@ -54,7 +54,7 @@ say "reconstructing it from the video"
 
 say "comparing with the truth"
 "$gelslam" evaluate "$demo/run" --truth "$demo/log" -o "$demo/evaluation.json" >/dev/null
-"$gelslam" view "$demo/run" --truth "$demo/log" --light --snapshot "$demo/picture.png" -q
+"$gelslam" view "$demo/run" --truth "$demo/log" --snapshot "$demo/picture.png" -q
 cp "$demo/run/mesh.ply" "$demo/run/trajectory.tum" "$demo/"
 
 python3 - "$demo/evaluation.json" <<'END'

@@ -1,18 +1,21 @@
 #!/usr/bin/python3
 """Makes docs/images/scan.webp: the live window while a simulated object is scanned.
 
-Simulates the scan, replays it in the live program on a display of its own (Xvfb), takes a picture of the window in even
-steps, and turns the finished surface around. Run it on an idle computer: the replay is in real time, and drawing without a
-graphics card takes most of a core. Needs python3-pil, xvfb.
+Simulates the scan, replays it in the live program, takes a picture of the screen in even steps, and turns the finished
+surface around. Run it on an idle computer, on a display of its own: the replay is in real time, and drawing without a
+graphics card takes most of a core. Needs python3-pil, xvfb:
+
+    xvfb-run -a -s "-screen 0 1280x800x24" scripts/scan_animation.py
 """
 import argparse
 import pathlib
-import shutil
+import signal
 import subprocess
 import tempfile
+import time
 
 import numpy as np
-from PIL import Image
+from PIL import Image, ImageGrab
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 RATE_HZ = 25  # of the simulated sensor
@@ -28,51 +31,46 @@ def options():
     parser.add_argument("--object", default="pebble")
     parser.add_argument("--frames", type=int, default=1500, help="of the simulated scan")
     parser.add_argument("--log", type=pathlib.Path, help="a scan that was simulated before")
-    parser.add_argument("--pictures", type=int, default=80, help="of the scan at most, before those of the finished surface")
-    parser.add_argument("--keep", type=pathlib.Path, help="folder for the single pictures")
+    parser.add_argument("--pictures", type=int, default=80, help="of the scan, before those of the finished surface")
     return parser.parse_args()
 
 
-def script_of(pictures, wait_s, folder):
-    """For the window: docs/viewer.md."""
-    lines = ["resize 1000 625", "until tracking", "key t"]
-    for k in range(pictures):
-        lines += [f"screenshot {folder}/{k:03}.png", f"wait {wait_s:.3f}"]
-    lines += ["until finished 600", "key t", "key tab", "key r", "wait 1.5"]
-    for k in range(pictures, pictures + TURN):
-        lines += [f"screenshot {folder}/{k:03}.png", "drag 8 0", "wait 0.1"]
-    return "\n".join([*lines, "quit"]) + "\n"
-
-
-def take_pictures(arguments, work):
-    """The names of those of the scan, and of those of the finished surface."""
-    log = arguments.log or work / "log"
-    if not arguments.log:
-        subprocess.run([arguments.program, "simulate", "scan", "--object", arguments.object, "--motion", "allover", "--frames",
-                        str(arguments.frames), "--indentation", "0.6", "-o", log], check=True)
+def pictures_of_scan(arguments, log, run):
+    """The screen in even steps from the first touch to the last."""
     seconds = len(np.load(log / "true_start_T_currs.npy")) / RATE_HZ
-    # A picture takes time, too.
-    (work / "script").write_text(script_of(arguments.pictures, 0.85 * seconds / arguments.pictures, work))
-    subprocess.run(["xvfb-run", "-a", "-s", "-screen 0 1280x800x24", arguments.program, "replay", log, "-o", work / "run",
-                    "--script", work / "script"], check=True)
-    names = sorted(work.glob("[0-9][0-9][0-9].png"))
-    end_s = names[0].stat().st_mtime + seconds - 1  # a slow computer takes some of the first ones after the scan
-    return [name for name in names[:-TURN] if name.stat().st_mtime < end_s], names[-TURN:]
+    replay = subprocess.Popen([arguments.program, "replay", log, "-o", run])
+    while not run.is_dir():
+        time.sleep(0.1)
+    start, pictures = time.monotonic() + 1, []
+    for k in range(arguments.pictures):
+        time.sleep(max(0, start + k * seconds / arguments.pictures - time.monotonic()))
+        pictures.append(ImageGrab.grab())
+    replay.send_signal(signal.SIGINT)  # once all is saved, the window closes
+    replay.wait()
+    return pictures
+
+
+def pictures_of_turn(arguments, run, folder):
+    pictures = []
+    for k in range(TURN):
+        name = folder / f"{k:02}.png"
+        subprocess.run([arguments.program, "view", run, "--yaw", str(2 * k), "--snapshot", name, "-q"], check=True)
+        pictures.append(Image.open(name))
+    return pictures
 
 
 def main():
     arguments = options()
     with tempfile.TemporaryDirectory() as work:
-        scan, turn = take_pictures(arguments, pathlib.Path(work))
-        names = scan + turn
-        if arguments.keep:
-            arguments.keep.mkdir(parents=True, exist_ok=True)
-            for name in names:
-                shutil.copy(name, arguments.keep)
-        pictures = [Image.open(name).convert("RGB").resize(SIZE, Image.LANCZOS) for name in names]
-    durations = [SCAN_MS // len(scan)] * len(scan) + [STEP_MS] * (TURN - 1) + [LAST_MS]
+        log, run = arguments.log or pathlib.Path(work) / "log", pathlib.Path(work) / "run"
+        if not arguments.log:
+            subprocess.run([arguments.program, "simulate", "scan", "--object", arguments.object, "--motion", "allover", "--frames",
+                            str(arguments.frames), "--indentation", "0.6", "-o", log], check=True)
+        pictures = pictures_of_scan(arguments, log, run) + pictures_of_turn(arguments, run, pathlib.Path(work))
+        pictures = [picture.convert("RGB").resize(SIZE, Image.LANCZOS) for picture in pictures]
+    durations = [SCAN_MS // arguments.pictures] * arguments.pictures + [STEP_MS] * (TURN - 1) + [LAST_MS]
     pictures[0].save(arguments.output, save_all=True, append_images=pictures[1:], duration=durations, loop=0, quality=80, method=6)
-    print(f"{arguments.output}: {len(scan)} + {TURN} pictures, {sum(durations) / 1000:.1f} s, {arguments.output.stat().st_size / 1e6:.2f} MB")
+    print(f"{arguments.output}: {len(pictures)} pictures, {sum(durations) / 1000:.1f} s, {arguments.output.stat().st_size / 1e6:.2f} MB")
 
 
 if __name__ == "__main__":

@@ -13,7 +13,6 @@
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
 #include "gelslam/viewer/gl_context.hpp"
-#include "gelslam/viewer/window.hpp"
 #include "reports.hpp"
 #include "terminal_progress.hpp"
 
@@ -24,7 +23,7 @@ namespace fs = std::filesystem;
 
 struct CollectArguments {
   CollectOptions collect;
-  fs::path log, config, snapshot, script;
+  fs::path log, config, snapshot;
   std::string device;
   std::optional<double> pitch_mm;
   bool headless = false, no_labels = false, overwrite = false, quiet = false;
@@ -68,9 +67,6 @@ int run_collect(CollectArguments arguments) {
   if (arguments.pitch_mm) config.sensor.pixel_pitch_mm = *arguments.pitch_mm;
   CollectWindowOptions window;
   window.snapshot = arguments.snapshot;
-  window.script = read_script_file(arguments.script);
-  window.script_name = arguments.script.string();
-  if (!window.script.empty()) check_window_script(window.script, window.script_name);
   // Where no window can be opened, no camera should have been disturbed.
   if (!arguments.headless) GlContext::window({.title = "GelSLAM", .visible = false});
   CollectOptions& collect = arguments.collect;
@@ -138,18 +134,13 @@ void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code) {
   command->add_flag("--no-labels", arguments->no_labels, "Do not write the circles as label.npz");
   command->add_flag("--force", collect.any_background,
                     "Take the first still pictures as the bare gel, whatever they show");
-  CLI::Option* headless =
-      command->add_flag("--headless", arguments->headless,
-                        "No window: messages in the terminal; ends when there are enough presses");
+  command->add_flag("--headless", arguments->headless,
+                    "No window: messages in the terminal; ends when there are enough presses");
   command
       ->add_option("--snapshot", arguments->snapshot,
                    "Picture of the window at the end (PNG; also with --headless)")
       ->check(refuse_unless_png);
   add_overwrite_flag(*command, arguments->overwrite);
-  command
-      ->add_option("--script", arguments->script,
-                   "File of keys and mouse movements for the window (docs/viewer.md)")
-      ->excludes(headless);
   add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "Begin with nothing on the gel. Press, hold still, lift; Ctrl-C ends, and all presses are kept.\n"

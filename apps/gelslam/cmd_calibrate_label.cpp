@@ -15,7 +15,6 @@
 #include "gelslam/core/files.hpp"
 #include "gelslam/image/codecs.hpp"
 #include "gelslam/viewer/gl_context.hpp"
-#include "gelslam/viewer/window.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam {
@@ -25,12 +24,11 @@ namespace fs = std::filesystem;
 
 struct LabelArguments {
   PressOptions presses;
-  fs::path sheet, snapshot, script;
+  fs::path sheet, snapshot;
   bool accept = false, overwrite = false, headless = false;
 
   bool wants_window() const {
-    if (!snapshot.empty() || !script.empty()) return true;
-    return !headless && !accept && sheet.empty() && has_display();
+    return !snapshot.empty() || (!headless && !accept && sheet.empty() && has_display());
   }
   bool writes_labels() const { return accept || (wants_window() && snapshot.empty()); }
 };
@@ -88,8 +86,6 @@ int label_in_window(const LabelArguments& arguments, PressSet set, std::vector<F
   LabelWindowOptions options;
   options.title = "Labels of " + set.folder.string() + " - GelSLAM";
   options.pixel_pitch_mm = arguments.presses.pitch_mm;
-  options.script = read_script_file(arguments.script);
-  options.script_name = arguments.script.string();
   LabelSession session(std::move(set), std::move(found));
   if (!arguments.snapshot.empty()) {
     write_label_snapshot(session, arguments.snapshot, options);
@@ -139,8 +135,6 @@ int label_in_terminal(const LabelArguments& arguments, const PressSet& set,
 int run_label(LabelArguments arguments) {
   check_output_file(arguments.sheet, arguments.overwrite);
   check_output_file(arguments.snapshot, arguments.overwrite);
-  if (!arguments.script.empty())
-    check_window_script(read_script_file(arguments.script), arguments.script.string());
   const FolderLock lock = arguments.writes_labels() && fs::is_directory(arguments.presses.folder)
                               ? FolderLock(arguments.presses.folder)
                               : FolderLock();
@@ -165,14 +159,12 @@ void add_calibrate_label_command(CLI::App& calibrate, int& exit_code) {
                            ->add_option("--sheet", arguments->sheet,
                                         "No window: write a picture of all presses with their circles (.png)")
                            ->check(refuse_unless_png);
-  CLI::Option* snapshot = command
-                              ->add_option("--snapshot", arguments->snapshot,
-                                           "Write a picture of the window (PNG) instead; needs no display")
-                              ->check(refuse_unless_png);
-  CLI::Option* script = command->add_option(
-      "--script", arguments->script, "File of keys and mouse movements for the window (docs/viewer.md)");
-  for (CLI::Option* option : {snapshot, script}) option->excludes(accept)->excludes(sheet);
-  snapshot->excludes(script);
+  command
+      ->add_option("--snapshot", arguments->snapshot,
+                   "Write a picture of the window (PNG) instead; needs no display")
+      ->check(refuse_unless_png)
+      ->excludes(accept)
+      ->excludes(sheet);
   command->footer(
       "Opens a window. Move a circle with the mouse or the arrow keys; Enter accepts it, X leaves the press "
       "out,\nA accepts all that remain, Q saves and ends.\n"

@@ -33,7 +33,7 @@ int run(const MergeArguments& arguments) {
 
 void add_merge_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<MergeArguments>();
-  CLI::App* command = app.add_subcommand("merge", "Join scans of one object, also of different sensors");
+  CLI::App* command = app.add_subcommand("merge", "Join scans of one object by one sensor");
   command
       ->add_option("RUN", arguments->runs, "Run folders, two or more; the first one's configuration is used")
       ->required()

@@ -20,12 +20,12 @@ namespace gelslam {
 namespace {
 
 struct ViewArguments {
-  std::filesystem::path source, compare, truth, snapshot, script;
+  std::filesystem::path source, compare, truth, snapshot;
   std::string size = "1280x800", color, shading = "clay";
   std::optional<double> time_s;
   double yaw_deg = 0, pitch_deg = 0, ui_scale = 1;
   MeshUnit unit;
-  bool light = false, trajectory = false, graph = false, overwrite = false, quiet = false;
+  bool trajectory = false, graph = false, overwrite = false, quiet = false;
 };
 
 struct PictureSize {
@@ -46,20 +46,16 @@ PictureSize parse_size(const std::string& text) {
 }
 
 SceneStyle style_of(const ViewArguments& arguments) {
-  static const std::map<std::string, SceneShading> shadings = {{"clay", SceneShading::clay},
-                                                               {"polished", SceneShading::polished},
-                                                               {"curvature", SceneShading::curvature}};
   static const std::map<std::string, SceneColor> colors = {{"plain", SceneColor::plain},
                                                            {"confidence", SceneColor::confidence},
                                                            {"height", SceneColor::height},
                                                            {"keyframe", SceneColor::keyframe},
                                                            {"distance", SceneColor::distance}};
   SceneStyle style;
-  style.shading = shadings.at(arguments.shading);
+  if (arguments.shading == "curvature") style.shading = SceneShading::curvature;
   const bool has_second = !arguments.compare.empty() || !arguments.truth.empty();
   style.color = has_second ? SceneColor::distance : SceneColor::plain;
   if (!arguments.color.empty()) style.color = colors.at(arguments.color);
-  style.light_theme = arguments.light;
   style.trajectory = arguments.trajectory;
   style.keyframes = style.edges = arguments.graph;
   return style;
@@ -95,13 +91,11 @@ ViewWindowOptions window_options(const ViewArguments& arguments, const PictureSi
   options.time_s = arguments.time_s;
   options.yaw_deg = arguments.yaw_deg;
   options.pitch_deg = arguments.pitch_deg;
-  options.script = read_script_file(arguments.script);
-  options.script_name = arguments.script.string();
   options.ui_scale = arguments.ui_scale;
   return options;
 }
 
-ViewEnd run_view(const ViewArguments& arguments) {
+void view(const ViewArguments& arguments) {
   check_output_file(arguments.snapshot, arguments.overwrite);
   const PictureSize size = parse_size(arguments.size);
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
@@ -124,38 +118,6 @@ ViewEnd run_view(const ViewArguments& arguments) {
   write_view_snapshot(std::move(content), std::move(second), options, arguments.snapshot);
   progress->end();
   if (!arguments.quiet) std::cerr << "wrote " << arguments.snapshot.string() << "\n";
-  return {};
-}
-
-/// What was asked for, and then one after another what the person chooses or drops. A program that a menu has
-/// started has no terminal, so what cannot be opened then is said in the window.
-void view(ViewArguments arguments) {
-  ViewEnd end{.chooses = arguments.source.empty()};
-  if (!end.chooses) end = run_view(arguments);
-  arguments.truth.clear(), arguments.compare.clear(), arguments.script.clear(), arguments.color.clear();
-  arguments.time_s.reset();
-  const PictureSize size = parse_size(arguments.size);
-  viewer::WindowLoopOptions options;
-  options.width_px = size.width_px;
-  options.height_px = size.height_px;
-  options.ui_scale = arguments.ui_scale;
-  const std::filesystem::path here = std::filesystem::current_path();
-  std::string complaint;
-  while (end.chooses || !end.dropped.empty()) {
-    Choices choices = runs_and_meshes(here);
-    choices.complaint = complaint;
-    const auto chosen = end.chooses ? run_choose_window(choices, options) : std::optional(end.dropped);
-    if (!chosen) return;
-    arguments.source = *chosen;
-    complaint.clear();
-    try {
-      end = run_view(arguments);
-    } catch (const Error& error) {
-      complaint = error.what();
-      end = {};
-    }
-    end.chooses = end.dropped.empty();  // closed: the list again
-  }
 }
 
 }  // namespace
@@ -163,29 +125,20 @@ void view(ViewArguments arguments) {
 void add_view_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("view", "Look at a run or a mesh");
   const auto a = std::make_shared<ViewArguments>();
-  auto* source = command->add_option(
-      "SOURCE", a->source,
-      "Run folder, or a mesh file (PLY, OBJ, STL); without one, choose from those below this folder");
+  command->add_option("SOURCE", a->source, "Run folder, or a mesh file (PLY, OBJ, STL)")->required();
   auto* compare =
-      command->add_option("--compare", a->compare, "Run folder or mesh in the same frame, shown beside it")
-          ->needs(source);
+      command->add_option("--compare", a->compare, "Run folder or mesh in the same frame, shown beside it");
   command
       ->add_option("--truth", a->truth,
                    "Data folder of the run's log, or a mesh in the same frame: the true surface")
-      ->excludes(compare)
-      ->needs(source);
-  auto* snapshot = command
-                       ->add_option("--snapshot", a->snapshot,
-                                    "Write a picture (PNG) instead of opening a window; needs no display")
-                       ->check(refuse_unless_png)
-                       ->needs(source);
+      ->excludes(compare);
   command
-      ->add_option("--script", a->script, "File of keys and mouse movements for the window (docs/viewer.md)")
-      ->excludes(snapshot)
-      ->needs(source);
+      ->add_option("--snapshot", a->snapshot,
+                   "Write a picture (PNG) instead of opening a window; needs no display")
+      ->check(refuse_unless_png);
   command->add_option("--size", a->size, "Size of the window or picture in pixels")->capture_default_str();
   command->add_option("--shading", a->shading, "Shading of the surface")
-      ->check(CLI::IsMember({"clay", "polished", "curvature"}))
+      ->check(CLI::IsMember({"clay", "curvature"}))
       ->capture_default_str();
   command
       ->add_option("--color", a->color, "What colors show (default: plain; with a second surface: distance)")
@@ -195,7 +148,6 @@ void add_view_command(CLI::App& app, int& exit_code) {
       ->check(number_between(-360.0, 360.0));
   command->add_option("--pitch", a->pitch_deg, "Turn the object about the horizontal axis, degrees")
       ->check(number_between(-360.0, 360.0));
-  command->add_flag("--light", a->light, "Light background");
   command->add_flag("--trajectory", a->trajectory, "Show the sensor's trajectory");
   command->add_flag("--graph", a->graph, "Show keyframes and the edges between them");
   add_overwrite_flag(*command, a->overwrite);

@@ -7,7 +7,6 @@
 #include <iostream>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/files.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/sensor/raw_log.hpp"
@@ -122,10 +121,6 @@ void add_ui_scale(CLI::App& command, double& ui_scale) {
                   "Scale of the window's letters and buttons, on top of the desktop's")
       ->check(number_between(viewer::kMinUiScale, viewer::kMaxUiScale))
       ->capture_default_str();
-}
-
-std::string read_script_file(const std::filesystem::path& file) {
-  return file.empty() ? "" : read_file(file);
 }
 
 }  // namespace gelslam

@@ -49,7 +49,4 @@ CLI::Validator number_between(double least, double most);
 
 void add_ui_scale(CLI::App& command, double& ui_scale);
 
-/// The text of a window script; "" for an empty name. Throws Error when the file cannot be read.
-std::string read_script_file(const std::filesystem::path& file);
-
 }  // namespace gelslam

@@ -146,7 +146,6 @@ void LiveArguments::add_to(CLI::App& command) {
   command.add_flag("--headless", headless, "No window: the state is printed in the terminal");
   command.add_option("--snapshot", snapshot, "Picture of the window at the end (PNG; also with --headless)")
       ->check(refuse_unless_png);
-  command.add_option("--script", script, "File of keys and mouse movements for the window (docs/viewer.md)");
   add_ui_scale(command, ui_scale);
   stream.add_to(command);
   stream.add_live_to(command);
@@ -178,9 +177,6 @@ WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& ar
   WindowOptions window;
   window.picture_folder = options.run_folder.empty() ? "." : options.run_folder.string();
   window.keeps_run = !options.run_folder.empty();
-  window.script = read_script_file(arguments.script);
-  window.script_name = arguments.script;
-  if (!window.script.empty()) check_window_script(window.script, window.script_name);
   window.snapshot = arguments.snapshot;
   window.ui_scale = arguments.ui_scale;
 
@@ -196,11 +192,9 @@ WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& ar
 
 namespace {
 
-/// The exit code, and what to do next with which run folder.
 struct LiveEnd {
   int exit_code = kExitDone;
-  WindowEnd window;
-  std::string run_folder;
+  bool wants_new_scan = false;
   BackgroundFrames background;
 };
 
@@ -225,16 +219,6 @@ class UsualPriority {
   }};
 };
 
-/// This program begins anew with other arguments, in the same process. Throws Error.
-[[noreturn]] void become(std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), "gelslam");
-  std::vector<char*> words;
-  for (std::string& argument : arguments) words.push_back(argument.data());
-  words.push_back(nullptr);
-  ::execv("/proc/self/exe", words.data());
-  throw Error("cannot start gelslam anew: " + errno_text());
-}
-
 LiveEnd run_to_its_end(std::unique_ptr<RawFrameSource> source, LiveOptions options,
                        const LiveArguments& arguments, WindowOptions window, UsualPriority& usual_priority) {
   LiveEnd end;
@@ -249,7 +233,7 @@ LiveEnd run_to_its_end(std::unique_ptr<RawFrameSource> source, LiveOptions optio
   const StopWatch stop_watch(*session, interrupt, arguments.seconds);
   if (!arguments.headless) {
     window.asks_to_end = [&] { return interrupt.requested(); };
-    end.window = run_live_window(*session, window);
+    end.wants_new_scan = run_live_window(*session, window);
     session->stop();
   }
   const std::vector<std::string> warned = wait_in_terminal(*session, arguments.quiet);
@@ -258,9 +242,8 @@ LiveEnd run_to_its_end(std::unique_ptr<RawFrameSource> source, LiveOptions optio
     write_live_snapshot(*session, arguments.snapshot, window);
   std::cerr << report_text(report, session->status(), warned, arguments.quiet);
   end.exit_code = report.frames.tracked == 0 || report.partial ? kExitNotGood : kExitDone;
-  end.run_folder = session->status().run_folder;
   end.background = session->background_frames();
-  if (interrupt.requested()) end.window.next = NextStep::none;
+  if (interrupt.requested()) end.wants_new_scan = false;
   return end;
 }
 
@@ -276,29 +259,22 @@ void prepare_next_scan(LiveOptions& options, const Config& config, const std::fi
 
 int run_live(std::unique_ptr<RawFrameSource> source, LiveOptions options, const LiveArguments& arguments,
              WindowOptions window, const NextScans& next) {
-  window.can_go_on = !next.go_on.empty();
   const std::filesystem::path first = options.run_folder;
   UsualPriority usual_priority;
   if (!arguments.headless) lower_thread_priority();  // drawing goes after tracking
-  LiveEnd end;
-  for (int exit_code = kExitDone;;) {  // scan after scan, as long as the person begins another one
+  int exit_code = kExitDone;
+  for (;;) {  // scan after scan, as long as the person begins another one
     const std::filesystem::path next_folder = next.open ? next_run_folder(first) : "";
     window.next_run_folder = next_folder.string();
-    end = run_to_its_end(std::move(source), options, arguments, window, usual_priority);
-    end.exit_code = exit_code = std::max(exit_code, end.exit_code);
-    if (end.window.next != NextStep::new_scan) break;
-    window.script = end.window.script;
+    LiveEnd end = run_to_its_end(std::move(source), options, arguments, window, usual_priority);
+    exit_code = std::max(exit_code, end.exit_code);
+    if (!end.wants_new_scan) break;
     window.picture_folder = next_folder;
     source = after_background(std::move(end.background), next.open());
     prepare_next_scan(options, next.config, next_folder);
   }
   if (options.stream && !options.stream->finish()) std::cout.setstate(std::ios::badbit);  // main() says so
-  if (end.window.next == NextStep::none) return end.exit_code;
-  std::vector<std::string> words =
-      end.window.next == NextStep::view ? std::vector<std::string>{"view"} : next.go_on;
-  words.push_back(end.run_folder);
-  words.push_back(fmt::format("--ui-scale={}", arguments.ui_scale));
-  become(words);
+  return exit_code;
 }
 
 }  // namespace gelslam

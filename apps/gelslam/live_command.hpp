@@ -4,7 +4,6 @@
 #include <functional>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "command_line.hpp"
 #include "gelslam/slam/live_slam.hpp"
@@ -17,7 +16,7 @@ namespace gelslam {
 /// end.
 struct LiveArguments {
   LogOptions log;
-  std::string run_folder, continued, snapshot, script;
+  std::string run_folder, continued, snapshot;
   bool overwrite = false, headless = false, quiet = false;
   double ui_scale = 1;
   double seconds = 0;  ///< 0: until a person or the source ends it
@@ -31,23 +30,20 @@ struct LiveArguments {
   LiveOptions options(const Config& config) const;
 };
 
-/// How the window begins. Throws Error where a session with these options could not: the run folder, the
-/// script or the display refuse. Makes nothing, so that it can be asked before a camera is disturbed.
+/// How the window begins. Throws Error where a session with these options could not: the run folder or the
+/// display refuse. Makes nothing, so that it can be asked before a camera is disturbed.
 WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& arguments);
 
-/// What follows a scan where there is a camera.
+/// Where other scans come from.
 struct NextScans {
-  /// Opens the camera once more for another scan.
-  std::function<std::unique_ptr<RawFrameSource>()> open;
+  std::function<std::unique_ptr<RawFrameSource>()>
+      open;  ///< opens the camera once more; empty: there is none
   Config config;
-  std::vector<std::string> go_on;  ///< the command that continues the run whose folder comes next; or empty
 };
 
 /// Runs a scan until it is saved, and one after another those that the person begins then: RUN-2, RUN-3, ...,
 /// each with the background of the one before. The first Ctrl-C stops it, the second saves at once what there
-/// is, the third ends the program. Returns the worst exit code. When the person chose to look at the run or
-/// to go on, this program begins anew with those arguments instead, next.go_on and the run folder or "view"
-/// and the run folder.
+/// is, the third ends the program. Returns the worst exit code.
 int run_live(std::unique_ptr<RawFrameSource> source, LiveOptions options, const LiveArguments& arguments,
              WindowOptions window, const NextScans& next = {});
 

@@ -34,14 +34,6 @@ void StreamArguments::add_live_to(CLI::App& command) {
   command.add_flag("--stream-images", images, "Also stream the sensor's pictures (ndjson)");
 }
 
-std::vector<std::string> StreamArguments::words() const {
-  if (target.empty()) return {};
-  std::vector<std::string> words = {"--stream=" + target, "--stream-format=" + format, "--listen=" + address};
-  if (surface) words.emplace_back("--stream-surface");
-  if (images) words.emplace_back("--stream-images");
-  return words;
-}
-
 void StreamArguments::check() const {
   if (address != "127.0.0.1" && !target.starts_with("tcp:")) throw Error("--listen needs --stream tcp:PORT");
   for (const auto& [given, name] : {std::pair(surface, "--stream-surface"), {images, "--stream-images"}}) {

@@ -21,9 +21,6 @@ struct StreamArguments {
   void add_live_to(CLI::App& command);
   StreamFormat stream_format() const { return format == "tum" ? StreamFormat::tum : StreamFormat::ndjson; }
 
-  /// The same on a command line.
-  std::vector<std::string> words() const;
-
   /// Null without a target. Says on stderr where readers connect, unless quiet. Throws Error like
   /// StreamServer, and when options contradict each other.
   std::shared_ptr<PoseStream> open(double gradient_scale_sigma, bool quiet) const;

@@ -22,26 +22,20 @@ struct AtEnd {
 }  // namespace
 
 void MapWindowArguments::add_to(CLI::App& command) {
-  CLI::Option* shown =
-      command.add_flag("--window", window,
-                       "Show the map and the touch in it while poses are written; a LOG plays at its rate");
+  command.add_flag("--window", window,
+                   "Show the map and the touch in it while poses are written; a LOG plays at its rate");
   command
       .add_option(
           "--snapshot", snapshot,
           "Picture (PNG) of the window at the end, or, without --window, of the last touch in the map")
       ->check(refuse_unless_png);
   add_overwrite_flag(command, overwrite);
-  command.add_option("--script", script, "File of keys and mouse movements for the window (docs/viewer.md)")
-      ->needs(shown);
   add_ui_scale(command, ui_scale);
 }
 
 WindowOptions MapWindowArguments::window_options() const {
   check_output_file(snapshot, overwrite);
   WindowOptions options;
-  options.script = read_script_file(script);
-  options.script_name = script;
-  if (!options.script.empty()) check_window_script(options.script, script);
   options.snapshot = snapshot;
   options.ui_scale = ui_scale;
   if (window) GlContext::window({.title = "GelSLAM", .visible = false});

@@ -12,12 +12,12 @@ namespace gelslam {
 /// How `track` shows the map that it locates the sensor in.
 struct MapWindowArguments {
   bool window = false, overwrite = false;
-  std::string snapshot, script;
+  std::string snapshot;
   double ui_scale = 1;
 
   void add_to(CLI::App& command);
   bool shows_map() const { return window || !snapshot.empty(); }
-  /// Whether they fit together, the script can be played, and there is a display. Throws Error.
+  /// Throws Error where the snapshot is refused or there is no display.
   WindowOptions window_options() const;
 };
 

@@ -284,7 +284,7 @@ Ctrl-C raises KeyboardInterrupt.)");
   module.def(
       "merge", &merge_runs, py::arg("runs"), py::arg("output"), py::kw_only(), py::arg("overwrite") = false,
       py::arg("progress") = false,
-      R"(Joins scans of one object, also of different sensors, as `gelslam merge` does. Returns the Run in output.
+      R"(Joins scans of one object by one sensor and model, as `gelslam merge` does. Returns the Run in output.
 
 runs: run folders, two or more; the first one's configuration is used. They join where they show the same places; what
 did not join is given as a warning. output: the run folder to write. progress: as of reconstruct().)");

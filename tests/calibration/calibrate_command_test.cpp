@@ -235,9 +235,6 @@ TEST(CalibrateCommand, LabelsInAWindow) {
   EXPECT_FALSE(fs::exists(folder / "presses/press/0/label.npz"));
   expect_mistake(calibrate({"label", presses, "--snapshot", picture}), "is already there");
   expect_mistake(calibrate({"label", presses, "--snapshot", picture, "--accept"}), "--snapshot");
-  write_bytes(folder / "script.txt", "kee a\n");
-  expect_mistake(calibrate({"label", presses, "--script", (folder / "script.txt").string()}),
-                 "did you mean 'key'");
 }
 
 TEST(CalibrateCommand, RefusesBadPressesAndWritesNothing) {

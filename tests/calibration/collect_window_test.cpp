@@ -76,10 +76,6 @@ TEST_F(CollectWindow, KeysTakeBackAndEnd) {
   session.shown.closes = true;
   another.turn(1);
   EXPECT_TRUE(another.wants_to_close());
-  session.shown.closes = false;
-  options.script = "key u; key q";
-  run_collect_window(session, options);
-  EXPECT_EQ(session.taken_back, 2) << "a script instead of a person";
 }
 
 TEST_F(CollectWindow, LeavesASnapshotAndBearsASessionWithoutAPicture) {

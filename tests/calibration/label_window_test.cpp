@@ -144,27 +144,26 @@ TEST_F(LabelWindow, AClickOnAMarkShowsThatPress) {
   EXPECT_EQ(session.current(), 2U);
 }
 
-TEST_F(LabelWindow, AScriptSavesAtTheEnd) {
-  options.script =
-      "key d; click Accept the rest; screenshot a.png; drag 12 0; wait 0.1; click Save and end\n";
+TEST_F(LabelWindow, QSavesAndEnds) {
   Loop loop(session, options);
-  for (int i = 1; i < 60 && !loop.controls().wants_to_close(); ++i) loop.turn(0.05 * i);
-  EXPECT_TRUE(loop.controls().wants_to_close());
+  loop.turn(1);
+  press_key(loop, GLFW_KEY_D, 1.1);
   EXPECT_TRUE(loop.controls().shows_difference());
-  EXPECT_FALSE(cv::imread((folder / "a.png").string()).empty());
+  press_key(loop, GLFW_KEY_A, 1.2);
+  press_key(loop, GLFW_KEY_Q, 1.3);
+  EXPECT_TRUE(loop.controls().wants_to_close());
   EXPECT_EQ(session.counts().accepted, 3U);
   EXPECT_TRUE(std::filesystem::exists(folder / "p0/label.npz"));
-  session.show(0);
-  session.leave_out();        // p3
-  options.script = "quit\n";  // the script's own end, no key
-  EXPECT_EQ(run_label_window(session, options), 1U);
-  EXPECT_TRUE(std::filesystem::exists(folder / "p3/left_out.npz"));
 }
 
 TEST_F(LabelWindow, TinyWindowsAndHelpDoNoHarm) {
-  options.script = "key h\nresize 300 200\nwait 0.1\nresize 100 100\nwait 0.1\nresize 1600 1200\nwait 0.1\n";
   Loop loop(session, options);
-  for (int i = 1; i < 60; ++i) loop.turn(0.05 * i);
+  press_key(loop, GLFW_KEY_H, 1);
+  double now_s = 1;
+  for (const auto& [width, height] : {std::pair{300, 200}, {100, 100}, {1600, 1200}}) {
+    loop.host().resize(width, height);
+    for (int i = 0; i < 3; ++i) loop.turn(now_s += 0.05, true);
+  }
   EXPECT_THAT(words(loop), Contains("Leave this press out"));
 }
 
@@ -208,8 +207,10 @@ TEST_F(LabelWindow, QThatCannotSaveStaysOpenUntilItCan) {
 TEST_F(LabelWindow, ASecondQLeavesAndSaysWhatIsLost) {
   session.accept_rest();
   std::filesystem::remove_all(folder / "p0");
-  options.script = "key q; wait 0.1; key q";
-  EXPECT_THAT(message_of<Error>([&] { run_label_window(session, options); }),
+  Loop loop(session, options);
+  loop.host().push({InputEvent::Kind::key, GLFW_KEY_Q, true});
+  loop.host().push({InputEvent::Kind::key, GLFW_KEY_Q, true});
+  EXPECT_THAT(message_of<Error>([&] { loop.run_and_save(); }),
               testing::AllOf(HasSubstr("could not be saved"), HasSubstr("p0")));
   EXPECT_TRUE(std::filesystem::exists(folder / "p2/label.npz"));
 }

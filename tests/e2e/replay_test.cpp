@@ -239,7 +239,6 @@ TEST(Replay, MistakesAreOneLine) {
            {{scan().log().string(), "--speed", "0"}, "positive number, such as"},
            {{scan().log().string(), "--seconds", "0"}, "no number from 0.01"},
            {{scan().log().string(), "--speed", "2", "--every-frame"}, "excludes"},
-           {{scan().log().string(), "--script", (folder / "none.txt").string()}, "cannot be read"},
            {{scan().log().string(), "-o", scan().log().string()}, "exists already"}}) {
     const ProgramResult result = gelslam(replay(arguments));
     expect_mistake(result, words);

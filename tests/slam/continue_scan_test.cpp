@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "../support/temporary_folder.hpp"
+#include "../surface/pth_file.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/slam/session.hpp"
 #include "run_folder/run_writer.hpp"
@@ -21,6 +22,16 @@ ContinuedScan read_back(const std::filesystem::path& folder) {
   scan.record = read_scan(folder, NormalFlowOptions{});
   scan.first_frame = scan.record.frames.back().frame + 1;
   return scan;
+}
+
+/// With a gradient model in this folder.
+Config config_in(const TemporaryFolder& folder) {
+  PthFile model;
+  model.layers = random_layers(1);
+  write_bytes(folder / "model.pth", zip_archive(model.entries()));
+  Config config;
+  config.sensor.calibration_model_path = folder / "model.pth";
+  return config;
 }
 
 /// To the last bit: keyframes are what their files hold from the moment they are made.
@@ -92,17 +103,17 @@ TEST(ContinuedScan, OfAnotherSensorIsRefused) {
   const TemporaryFolder folder;
   Strokes scan;
   scan.stroke(0, 0, 0);
-  save_session(folder / "run/session", scan.finish());
-  Config config;
+  Config config = config_in(folder);
+  save_session(folder / "run/session", scan.finish(part_of(config, "")));
   EXPECT_EQ(continue_scan(folder / "run", config, "").first_frame, 4);
   config.sensor.pixel_pitch_mm = 0.05;
   EXPECT_THAT(message_of<Error>([&] { continue_scan(folder / "run", config, ""); }),
               HasSubstr("was scanned at 320x240 pixels of 0.0634 mm, not at 320x240 pixels of 0.05 mm; "
-                        "reconstruct the new log alone"));
+                        "scans of different sensors"));
   EXPECT_THAT(message_of<Error>([&] { continue_scan(folder / "nothing", config, ""); }),
               HasSubstr("no such run folder"));
   save_session(folder / "run/session", scan.finish({0, "sensor", 77, ""}));
-  EXPECT_THAT(message_of<Error>([&] { continue_scan(folder / "run", Config{}, ""); }),
+  EXPECT_THAT(message_of<Error>([&] { continue_scan(folder / "run", config, ""); }),
               HasSubstr("another gradient model"));
 }
 

@@ -25,10 +25,10 @@ using testing::HasSubstr;
 class Merge : public testing::Test {
  protected:
   /// A run folder of these strokes; returns where its anchor was.
-  void save(const char* name, const Strokes& scan, const Config& config, const ScanPart& part) {
-    const SlamMap map = scan.finish(part);
+  void save(const char* name, const Strokes& scan) {
+    const SlamMap map = scan.finish();
     std::filesystem::create_directory(folder / name);
-    write_run(folder / name, {config, map, fuse_map(map, config.slam.fusion), {}});
+    write_run(folder / name, {Config{}, map, fuse_map(map, FusionOptions{}), {}});
     first_frame[name] = frames;
     for (const auto& [frame, pose] : scan.truth()) truth[frames + frame] = pose;
     frames += map.frames.back().frame + 1;
@@ -41,18 +41,17 @@ class Merge : public testing::Test {
   }
   /// Every keyframe of the merged map lies where the truth has it, seen from the first.
   void expect_true(double mm, double deg) {
-    const SavedMap map = load_map(folder / "merged/session");
+    const Session session = load_session(folder / "merged/session");
     const ScanRecord record = read_scan(folder / "merged/session", {});
     const auto frame_of = [&](int id) { return record.keyframes[static_cast<std::size_t>(id)]->frame; };
-    ASSERT_GE(map.nodes.size(), 4u);
-    for (const SavedMap::Node& node : map.nodes) {
-      ASSERT_TRUE(node.in_map);
-      const SavedMap::Node& first = map.nodes.front();
-      const PoseGap error =
-          gap(first.component_T_keyframe.inverse() * node.component_T_keyframe,
-              truth.at(frame_of(first.keyframe)).inverse() * truth.at(frame_of(node.keyframe)));
-      EXPECT_LT(error.mm, mm) << node.keyframe;
-      EXPECT_LT(error.deg, deg) << node.keyframe;
+    ASSERT_GE(session.patches.size(), 4u);
+    ASSERT_EQ(session.patches.size(), record.keyframes.size());
+    for (const PosedSurface& patch : session.patches) {
+      const PosedSurface& first = session.patches.front();
+      const PoseGap error = gap(first.map_T_keyframe.inverse() * patch.map_T_keyframe,
+                                truth.at(frame_of(first.id)).inverse() * truth.at(frame_of(patch.id)));
+      EXPECT_LT(error.mm, mm) << patch.id;
+      EXPECT_LT(error.deg, deg) << patch.id;
     }
   }
 
@@ -68,8 +67,8 @@ TEST_F(Merge, JoinsTwoHalvesOfAScan) {
   left.stroke(0.8, 0.6, 50);
   right.stroke(1.5, -0.5, -30);
   right.stroke(2.5, 0.1, 10);
-  save("left", left, Config{}, {0, "one", 5, ""});
-  save("right", right, Config{}, {0, "one", 5, ""});
+  save("left", left);
+  save("right", right);
   const RunReport summary = merge({"left", "right"});
   EXPECT_EQ(summary.components, 1);
   EXPECT_EQ(summary.trials, 4);
@@ -79,50 +78,32 @@ TEST_F(Merge, JoinsTwoHalvesOfAScan) {
   EXPECT_GT(read_mesh(folder / "merged/mesh.ply").triangles.size(), 1000u);
 }
 
-TEST_F(Merge, JoinsScansOfTwoSensorsAndTheirMergeWithAThird) {
-  View fine;
-  fine.pixel_pitch_mm = 0.0634 * 0.8;  // at this pitch the surfaces of the others have 400x300 pixels
-  fine.contact_width_px /= 0.8;
-  fine.contact_height_px /= 0.8;
-  Config fine_config;
-  fine_config.sensor.pixel_pitch_mm = fine.pixel_pitch_mm;
-  Strokes left, right(nullptr, fine), more;
-  left.stroke(0.8, 0.6, 50);
-  right.stroke(1.5, -0.5, -30);
-  right.stroke(2.5, 0.1, 10);
-  more.stroke(0, 0, 0);
-  save("right", right, fine_config, {0, "two", 6, ""});
-  save("left", left, Config{}, {0, "one", 5, ""});
-  save("more", more, Config{}, {0, "one", 5, ""});
-  EXPECT_EQ(merge({"right", "left"}).components, 1);
-  expect_true(0.08, 0.2);
-  std::filesystem::rename(folder / "merged", folder / "both");  // holds surfaces of two sizes
-  EXPECT_EQ(merge({"both", "more"}).components, 1);
-  expect_true(0.08, 0.2);
-}
-
-/// From one's end to the other's begin all frames show contact.
-TEST_F(Merge, RunsOfDifferentPicturesMayEndAndBeginInContact) {
+/// A run of another model, of other pictures, or of a model that it does not name.
+TEST_F(Merge, RefusesScansOfDifferentSensorsOrModels) {
   View small;
   small.width_px = 256;
   small.height_px = 192;
-  Strokes left, right(nullptr, small);
-  left.stroke(0, 0, 0, false);
-  right.stroke(0.8, 0.6, 50, false);
-  save("left", left, Config{}, {0, "one", 5, ""});
-  save("right", right, Config{}, {0, "two", 6, ""});
-  EXPECT_EQ(merge({"left", "right"}).trials, 2);
-}
-
-TEST_F(Merge, RefusesPitchesThatAreTooDifferent) {
-  Strokes left, right;
+  Strokes left, other_pictures(nullptr, small);
   left.stroke(0, 0, 0);
-  right.stroke(0.8, 0.6, 50);
-  Config fine;
-  fine.sensor.pixel_pitch_mm = 0.005;
-  save("left", left, fine, {0, "one", 5, ""});
-  save("right", right, Config{}, {0, "two", 6, ""});
-  EXPECT_THAT(message_of<Error>([&] { merge({"left", "right"}); }), HasSubstr("mm per pixel, too different"));
+  other_pictures.stroke(0.8, 0.6, 50);
+  save("left", left);
+  save("small", other_pictures);
+  save("model", left);
+  save("unnamed", left);
+  SlamMap map = left.finish({0, "two", 6, ""});
+  save_session(folder / "model/session", map);
+  map.measured.parts.clear();
+  save_session(folder / "unnamed/session", map);
+  for (const auto& [names, words] :
+       {std::pair(std::vector<std::string>{"left", "model"},
+                  "model: was scanned with another gradient model; "),
+        {{"left", "small"}, "small: was scanned at 256x192 pixels"},
+        {{"small", "left"}, "small: was scanned at 256x192 pixels"},
+        {{"unnamed", "left"}, "unnamed: does not say by which gradient model it was scanned"}})
+    EXPECT_THAT(
+        message_of<Error>([&] { merge(names); }),
+        testing::AllOf(HasSubstr(words), HasSubstr("; scans of different sensors or models stay apart")));
+  EXPECT_FALSE(std::filesystem::exists(folder / "merged"));
 }
 
 /// With the edges of the run's own map, which may still name it.
@@ -131,16 +112,16 @@ TEST_F(Merge, LeavesOutADamagedSurface) {
   left.stroke(0, 0, 0);
   left.stroke(0.8, 0.6, 50);
   right.stroke(1.5, -0.5, -30);
-  save("left", left, Config{}, {0, "one", 5, ""});
-  save("right", right, Config{}, {0, "two", 6, ""});
-  const SlamMap map = left.finish({0, "one", 5, ""});
+  save("left", left);
+  save("right", right);
+  const SlamMap map = left.finish();
   save_session(folder / "left/session", map);
   const int damaged = map.edges.front().to;
   write_bytes(folder / "left/session" / (std::to_string(damaged) + ".surface"), "nothing");
   const RunReport summary = merge({"left", "right"});
   EXPECT_THAT(summary.warnings, testing::Contains(HasSubstr("1 keyframe of")));
-  for (const SavedMap::Node& node : load_map(folder / "merged/session").nodes)
-    EXPECT_NE(node.keyframe, damaged);
+  for (const PosedSurface& patch : load_session(folder / "merged/session").patches)
+    EXPECT_NE(patch.id, damaged);
 }
 
 TEST_F(Merge, SaysWhatDidNotJoin) {
@@ -148,8 +129,8 @@ TEST_F(Merge, SaysWhatDidNotJoin) {
   left.stroke(0, 0, 0);
   left.stroke(0.8, 0.6, 50);
   right.stroke(40, 0, 0);
-  save("left", left, Config{}, {0, "one", 5, ""});
-  save("right", right, Config{}, {0, "one", 5, ""});
+  save("left", left);
+  save("right", right);
   const RunReport summary = merge({"left", "right"});
   EXPECT_EQ(summary.components, 2);
   EXPECT_THAT(summary.parts[1], HasSubstr("right): did not join"));
@@ -162,7 +143,7 @@ TEST_F(Merge, SaysWhatDidNotJoin) {
 TEST_F(Merge, ReplacesNoRunThatItReads) {
   Strokes scan;
   scan.stroke(0, 0, 0);
-  for (const char* name : {"left", "right"}) save(name, scan, Config{}, {0, "one", 5, ""});
+  for (const char* name : {"left", "right"}) save(name, scan);
   for (const char* name : {"left", "right"}) {
     write_bytes(folder / name / "log.mkv", "pictures");
     EXPECT_THAT(message_of<Error>([&] {
@@ -176,7 +157,7 @@ TEST_F(Merge, ReplacesNoRunThatItReads) {
 TEST_F(Merge, FusesAgainWithOtherSettings) {
   Strokes scan;
   scan.stroke(0, 0, 0);
-  save("run", scan, Config{}, {});
+  save("run", scan);
   const std::size_t before = read_mesh(folder / "run/mesh.ply").triangles.size();
   FuseRequest request;
   request.run = folder / "run";
@@ -213,7 +194,7 @@ class Fuse : public Merge {
  protected:
   Fuse() {
     scan.stroke(0, 0, 0);
-    save("run", scan, Config{}, {});
+    save("run", scan);
     request.run = folder / "run";
     mesh = read_bytes(request.run / "mesh.ply");
   }
@@ -250,7 +231,6 @@ TEST_F(Fuse, AMapThatIsOlderThanItsScanIsMadeAgain) {
   const std::size_t before = load_session(session).patches.size();
   go_on_without_saving();
   EXPECT_THAT(load_session(session).warnings, testing::ElementsAre(HasSubstr("went on after")));
-  EXPECT_THAT(message_of<Error>([&] { load_map(session); }), HasSubstr("went on after"));
   EXPECT_TRUE(fuse().map_was_made);
   EXPECT_GT(load_session(session).patches.size(), before);
   EXPECT_TRUE(load_session(session).warnings.empty());
@@ -299,13 +279,12 @@ TEST_F(Fuse, MeshAndConfigurationAreReplacedAsAWhole) {
 TEST_F(Fuse, AMapOfAnotherScanIsSeenAndMadeAgain) {
   Strokes other;
   other.stroke(0.8, 0.6, 0);
-  save("other", other, Config{}, {});
+  save("other", other);
   std::filesystem::copy_file(folder / "other/session/session.json", session / "session.json",
                              std::filesystem::copy_options::overwrite_existing);
   const Session mixed = load_session(session);
   EXPECT_THAT(mixed.warnings, testing::ElementsAre(HasSubstr("is the map of another scan")));
   EXPECT_TRUE(mixed.patches.empty());
-  EXPECT_THAT(message_of<Error>([&] { load_map(session); }), HasSubstr("is the map of another scan"));
   EXPECT_TRUE(fuse().map_was_made);
   EXPECT_TRUE(load_session(session).warnings.empty());
 }
@@ -316,12 +295,11 @@ TEST_F(Fuse, APartThatIsNoneIsADamagedLine) {
   EXPECT_THAT(read_scan(session, {}).warnings, testing::ElementsAre(HasSubstr("1 line is damaged")));
 }
 
-TEST_F(Fuse, AScanOfTwoSensorsIsRefused) {
-  const std::string part = slam::detail::with_checksum(
-      {{"part",
-        {{"first_frame", 0}, {"sensor", "two"}, {"model_crc32", 0}, {"log", ""}, {"second_start_s", 0.5}}}});
-  write_bytes(session / "scan.jsonl", read_bytes(session / "scan.jsonl") + part);
-  EXPECT_THAT(refusal(), HasSubstr("scan.jsonl: a scan of two sensors at the same time"));
+/// Older versions joined such scans.
+TEST_F(Fuse, AScanOfSeveralModelsIsRefused) {
+  save_session(session, scan.finish({0, "two", 0, ""}));
+  std::filesystem::remove(session / "session.json");
+  EXPECT_THAT(refusal(), HasSubstr("scan.jsonl: holds surfaces of several sensors or models"));
 }
 
 TEST_F(Fuse, TheCopyHoldsNothingFromOutside) {

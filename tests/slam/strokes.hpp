@@ -40,7 +40,7 @@ class Strokes {
     }
     if (lift) see(touched(0, 0, 0, -1, view_));
   }
-  SlamMap finish(const ScanPart& part = {}) const {
+  SlamMap finish(const ScanPart& part = {0, "one", 5, ""}) const {
     SlamMap map = slam_.finish();
     if (map.measured.parts.empty()) map.measured.parts = {part};
     return map;

@@ -3,7 +3,6 @@
 #include <numbers>
 #include <vector>
 
-#include "scene/scene_shaders.hpp"
 #include "scene_fixture.hpp"
 
 namespace gelslam::test {

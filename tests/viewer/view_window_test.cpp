@@ -4,14 +4,8 @@
 #include <GLFW/glfw3.h>
 #include <gmock/gmock.h>
 
-#include <chrono>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <opencv2/imgcodecs.hpp>
 
-#include "browse/choose_window.hpp"
-#include "gelslam/core/run_report.hpp"
 #include "scene_fixture.hpp"
 #include "temporary_folder.hpp"
 #include "view_run.hpp"
@@ -36,10 +30,7 @@ class ViewWindowPicture : public SceneDrawing {
     options.height_px = 600;
     options.picture_folder = folder.path();
   }
-  /// Turns until the script is through and nothing moves.
-  static void play(ViewWindow& loop) {
-    for (int i = 1; i < 110; ++i) loop.turn(0.05 * i);
-  }
+  static void press_key(ViewWindow& loop, int key) { loop.host().push({InputEvent::Kind::key, key, true}); }
   static std::vector<std::string> words(const ViewWindow& loop) {
     std::vector<std::string> result;
     for (const DrawnText& text : loop.texts()) result.push_back(text.text);
@@ -53,7 +44,7 @@ class ViewWindowPicture : public SceneDrawing {
 TEST_F(ViewWindowPicture, ARunHasASlider) {
   ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
   loop.turn(1);
-  EXPECT_THAT(words(loop), testing::IsSupersetOf({"RUN", "as saved", "Play", "Shading", "Close"}));
+  EXPECT_THAT(words(loop), testing::IsSupersetOf({"RUN", "as saved", "Play", "Curvature", "Close"}));
   EXPECT_GT(loop.track().width, 500);
 }
 
@@ -89,24 +80,36 @@ TEST_F(ViewWindowPicture, PressingTheSliderSetsTheTimeAndTheTouchFollows) {
   EXPECT_GT(orange(loop.picture(1.5)), 1000);
 }
 
-TEST_F(ViewWindowPicture, AScriptTurnsZoomsAndTakesPictures) {
-  options.script =
-      "screenshot a.png\ndrag 120 40\nscreenshot b.png\nscroll 4\nkey r\nwait 2\nscreenshot c.png\nkey 3\n"
-      "key c\nkey l\nscreenshot d.png\nquit\n";
+TEST_F(ViewWindowPicture, TheMouseTurnsAndZoomsAndRShowsAll) {
   ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
-  play(loop);
-  const auto picture = [&](const char* name) { return cv::Mat3b(cv::imread((folder / name).string())); };
-  const cv::Mat3b a = picture("a.png"), b = picture("b.png"), c = picture("c.png"), d = picture("d.png");
-  ASSERT_FALSE(a.empty() || b.empty() || c.empty() || d.empty());
+  double now_s = 0;
+  const auto picture = [&] {
+    for (int i = 0; i < 40; ++i) loop.turn(now_s += 0.05);
+    return loop.picture(now_s += 0.05);
+  };
+  const cv::Mat3b a = picture();
+  for (const InputEvent& event : {InputEvent{InputEvent::Kind::pointer, 0, false, 450, 250},
+                                  {InputEvent::Kind::button, GLFW_MOUSE_BUTTON_LEFT, true},
+                                  {InputEvent::Kind::pointer, 0, false, 570, 290},
+                                  {InputEvent::Kind::button, GLFW_MOUSE_BUTTON_LEFT, false}})
+    loop.host().push(event);
+  const cv::Mat3b turned = picture();
+  loop.host().push({InputEvent::Kind::scroll, 0, false, 0, 4});
+  const cv::Mat3b near = picture();
+  press_key(loop, GLFW_KEY_R);
+  const cv::Mat3b all = picture();
   const cv::Rect view(0, 60, 900, 380);
-  EXPECT_GT(cv::norm(a(view), b(view), cv::NORM_L1) / view.area(), 3) << "turned";
-  EXPECT_LT(cv::norm(a(view), c(view), cv::NORM_L1) / view.area(), 0.5) << "back again";
-  EXPECT_GT(cv::mean(d(view))[0], cv::mean(a(view))[0] + 80) << "light";
+  const auto difference = [&view](const cv::Mat3b& one, const cv::Mat3b& other) {
+    return cv::norm(one(view), other(view), cv::NORM_L1) / view.area();
+  };
+  EXPECT_GT(difference(a, turned), 3);
+  EXPECT_GT(difference(turned, near), 3);
+  EXPECT_LT(difference(a, all), 0.5) << "back again";
 }
 
 TEST_F(ViewWindowPicture, KeyPWritesAPictureAndSaysWhere) {
-  options.script = "key p\nwait 0.2\n";
   ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
+  press_key(loop, GLFW_KEY_P);
   for (int i = 1; i < 20; ++i) loop.turn(0.03 * i);
   EXPECT_THAT(folder.names(), Contains("view_001.png"));
   EXPECT_THAT(words(loop), Contains(HasSubstr("Picture: ")));
@@ -118,7 +121,7 @@ TEST_F(ViewWindowPicture, AnUntouchedWindowIsNotDrawnAgain) {
   for (int i = 0; i < 20; ++i) EXPECT_FALSE(loop.turn(3 + i));
   loop.host().push({InputEvent::Kind::redraw});
   EXPECT_TRUE(loop.turn(30));
-  loop.host().push({InputEvent::Kind::key, GLFW_KEY_G, true});
+  press_key(loop, GLFW_KEY_G);
   EXPECT_TRUE(loop.turn(31));
 }
 
@@ -145,32 +148,6 @@ TEST_F(ViewWindowPicture, TwoSurfacesTheirNamesAndTheDistance) {
   EXPECT_THAT(words(loop), Contains(HasSubstr("90 % below")));
 }
 
-TEST_F(ViewWindowPicture, TheBoxSaysHowLargeTheSurfaceIs) {
-  ViewWindow loop(load_view(folder / "RUN" / "mesh.ply"), std::nullopt, options);
-  loop.turn(1);
-  const cv::Mat3b without = loop.picture(1.1);
-  loop.controls().perform(Action::box, 1.2);
-  const cv::Mat3b with = loop.picture(1.4);
-  EXPECT_THAT(words(loop), testing::IsSupersetOf({"8.40 mm", "1.80 mm", "0.00 mm"}));
-  EXPECT_GT(cv::norm(without, with, cv::NORM_L1), 1e5);
-  if (const char* kept = std::getenv("GELSLAM_PICTURES")) write_png(std::string(kept) + "/box.png", with);
-}
-
-TEST_F(ViewWindowPicture, AnotherRunIsOpenedByDropOrFromTheList) {
-  ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
-  loop.turn(1);
-  loop.host().push({InputEvent::Kind::drop, 0, false, 0, 0, "other.ply"});
-  loop.turn(1.1);
-  EXPECT_TRUE(loop.wants_to_close());
-  EXPECT_EQ(loop.controls().end().dropped, "other.ply");
-  ViewWindow again(load_view(folder / "RUN"), std::nullopt, options);
-  again.turn(1);
-  EXPECT_FALSE(again.wants_to_close());
-  again.controls().perform(Action::open, 1.1);
-  EXPECT_TRUE(again.wants_to_close());
-  EXPECT_TRUE(again.controls().end().chooses);
-}
-
 TEST_F(ViewWindowPicture, LettersGrowWithTheAskedScale) {
   options.ui_scale = 1.5;
   ViewWindow large(load_view(folder / "RUN"), std::nullopt, options);
@@ -182,78 +159,14 @@ TEST_F(ViewWindowPicture, LettersGrowWithTheAskedScale) {
 }
 
 TEST_F(ViewWindowPicture, TinyWindowsAndHelpDoNoHarm) {
-  options.script = "key h\nresize 300 200\nwait 0.1\nresize 100 100\nwait 0.1\nresize 1600 1200\nwait 0.1\n";
   ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
-  play(loop);
+  press_key(loop, GLFW_KEY_H);
+  double now_s = 0;
+  for (const auto& [width, height] : {std::pair{300, 200}, {100, 100}, {1600, 1200}}) {
+    loop.host().resize(width, height);
+    for (int i = 0; i < 3; ++i) loop.turn(now_s += 0.05, true);
+  }
   EXPECT_THAT(words(loop), Contains("One keyframe back"));
-}
-
-TEST_F(ViewWindowPicture, AWrongScriptIsNamed) {
-  options.script = "key p\njump 3\n";
-  options.script_name = "my.txt";
-  EXPECT_THAT(message_of<Error>([&] { ViewWindow(load_view(folder / "RUN"), std::nullopt, options); }),
-              HasSubstr("my.txt"));
-}
-
-class ChooseWindowPicture : public ViewWindowPicture {
- protected:
-  void SetUp() override {
-    ViewWindowPicture::SetUp();
-    if (IsSkipped()) return;
-    namespace fs = std::filesystem;
-    std::ofstream(folder / "RUN/report.json") << report_json(RunReport());
-    fs::create_directories(folder / "shapes/.hidden");
-    for (const char* name : {"shapes/part.stl", "shapes/.hidden/part.stl", "shapes/notes.txt"})
-      std::ofstream(folder / name) << "";
-    fs::last_write_time(folder / "RUN/report.json", fs::file_time_type::clock::now());
-    fs::last_write_time(folder / "shapes/part.stl",
-                        fs::file_time_type::clock::now() - std::chrono::hours(24));
-  }
-  std::optional<std::filesystem::path> chosen(const std::string& script) {
-    options.script = script;
-    ChooseWindow window(runs_and_meshes(folder.path()), options);
-    for (int i = 1; i < 40 && !window.wants_to_close(); ++i) window.turn(0.05 * i);
-    return window.chosen();
-  }
-};
-
-TEST_F(ChooseWindowPicture, ListsRunsAndMeshesTheNewestFirst) {
-  std::vector<std::filesystem::path> found;
-  for (const Viewable& each : find_viewable(folder.path())) found.push_back(each.path);
-  EXPECT_THAT(found, testing::ElementsAre(folder / "RUN", folder / "shapes/part.stl"));
-  EXPECT_TRUE(find_viewable(folder / "nowhere").empty());
-  std::ofstream(folder / "RUN/log.mkv") << "";
-  std::ofstream(folder / "shapes/gelsight.avi") << "";
-  std::filesystem::last_write_time(folder / "shapes/gelsight.avi",
-                                   std::filesystem::file_time_type::clock::now() - std::chrono::hours(24));
-  found.clear();
-  for (const Viewable& each : find_logs(folder.path())) found.push_back(each.path);
-  EXPECT_THAT(found, testing::ElementsAre(folder / "RUN/log.mkv", folder / "shapes/gelsight.avi"));
-}
-
-TEST_F(ChooseWindowPicture, AClickOrADropChoosesAndQChoosesNothing) {
-  EXPECT_EQ(chosen("click shapes/part.stl\n"), folder / "shapes/part.stl");
-  EXPECT_EQ(chosen("click RUN\n"), folder / "RUN");
-  EXPECT_EQ(chosen("key q\n"), std::nullopt);
-  options.script.clear();
-  Choices choices = runs_and_meshes(folder.path());
-  choices.complaint = "part.stl is damaged";
-  ChooseWindow window(choices, options);
-  window.host().push({InputEvent::Kind::drop, 0, false, 0, 0, "elsewhere.ply"});
-  window.turn(1);
-  EXPECT_EQ(window.chosen(), "elsewhere.ply");
-  std::vector<std::string> words;
-  for (const DrawnText& text : window.texts()) words.push_back(text.text);
-  EXPECT_THAT(words, Contains("part.stl is damaged"));
-}
-
-TEST_F(ChooseWindowPicture, WhatDoesNotFitIsScrolledTo) {
-  for (int i = 0; i < 30; ++i) std::ofstream(folder / ("part" + std::to_string(i) + ".ply")) << "";
-  std::filesystem::last_write_time(folder / "part0.ply",
-                                   std::filesystem::file_time_type::clock::now() - std::chrono::hours(100));
-  std::string script;
-  for (int i = 0; i < 9; ++i) script += "scroll -20\n";
-  EXPECT_EQ(chosen(script + "click part0.ply\n"), folder / "part0.ply");
 }
 
 }  // namespace

@@ -60,35 +60,34 @@ TEST(WindowOnADisplay, TakesWhatGlfwReports) {
   EXPECT_GT(deviation[1], 5) << "not blank";
 }
 
-TEST(WindowOnADisplay, PlaysAScriptToItsEnd) {
+TEST(WindowOnADisplay, RunsUntilTheScanIsSaved) {
   if (!has_display()) GTEST_SKIP() << "no display; run under xvfb-run";
   const TemporaryFolder folder;
   FakeSession session(2);
   session.advance(4);
   session.looks_until_finished = 10;
   WindowOptions options = small_window(folder);
-  options.script =
-      "until tracking; resize 800 500; wait 0.3; drag 80 20; screenshot a.png\n"
-      "key q; wait 0.1; click Stop and save; until finished 20; screenshot b.png; click Close";
+  options.snapshot = folder / "end.png";
+  options.when_shown = [&session] { session.stop(); };
+  options.asks_to_end = [] { return true; };
   run_live_window(session, options);
-  EXPECT_THAT(session.calls, ElementsAre("stop"));
-  EXPECT_EQ(cv::imread((folder / "a.png").string()).size(), cv::Size(800, 500));
-  EXPECT_FALSE(cv::imread((folder / "b.png").string()).empty());
+  EXPECT_EQ(session.status().phase, LivePhase::finished);
+  EXPECT_EQ(cv::imread((folder / "end.png").string()).size(), cv::Size(640, 420));
 }
 
 TEST(WindowOnADisplay, LabelsPressesAndSavesThem) {
   if (!has_display()) GTEST_SKIP() << "no display; run under xvfb-run";
   const TemporaryFolder folder;
   LabelSession session = four_presses(folder.path());
+  session.accept_rest();
   LabelWindowOptions options;
+  options.snapshot = folder / "end.png";
   options.width_px = 900;
   options.height_px = 600;
-  options.picture_folder = folder.path();
-  options.script = "key x; wait 0.1; key right; key enter; key a; screenshot a.png; key q";
-  EXPECT_EQ(run_label_window(session, options), 4U);
-  EXPECT_EQ(read_label(folder / "p0/label.npz").u_px, 60.5);
-  EXPECT_TRUE(std::filesystem::exists(folder / "p3/left_out.npz"));
-  EXPECT_EQ(cv::imread((folder / "a.png").string()).size(), cv::Size(900, 600));
+  options.asks_to_end = [] { return true; };
+  EXPECT_EQ(run_label_window(session, options), 3U);
+  EXPECT_TRUE(std::filesystem::exists(folder / "p0/label.npz"));
+  EXPECT_EQ(cv::imread((folder / "end.png").string()).size(), cv::Size(900, 600));
 }
 
 TEST(WindowOnADisplay, IsNoLargerThanTheScreen) {
@@ -104,7 +103,7 @@ TEST(WindowOnADisplay, IsNoLargerThanTheScreen) {
   EXPECT_EQ(host.viewport().height, 300) << "only what does not fit is changed";
 }
 
-TEST(WindowOnADisplay, AMapIsShownUntilItsScriptOrSomebodyElseEndsIt) {
+TEST(WindowOnADisplay, AMapIsShownUntilSomebodyEndsIt) {
   if (!has_display()) GTEST_SKIP() << "no display; run under xvfb-run";
   const TemporaryFolder folder;
   LocatedTouches touches;
@@ -118,13 +117,9 @@ TEST(WindowOnADisplay, AMapIsShownUntilItsScriptOrSomebodyElseEndsIt) {
   });
   WindowOptions options = small_window(folder);
   options.snapshot = folder / "end.png";
-  options.script = "until no_contact 20; screenshot a.png; key q";
+  options.asks_to_end = [asked = 0]() mutable { return ++asked > 20; };
   run_map_window({}, touches, options);
-  EXPECT_EQ(cv::imread((folder / "a.png").string()).size(), cv::Size(640, 420));
   EXPECT_EQ(cv::imread((folder / "end.png").string()).size(), cv::Size(640, 420));
-  options.script.clear();
-  options.asks_to_end = [] { return true; };
-  run_map_window({}, touches, options);
 }
 
 TEST(WindowOnADisplay, SaysWhatToDoWithoutOne) {

@@ -11,24 +11,31 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-TEST_F(Window, FinishedOffersWhatToDoNext) {
-  options_.can_go_on = true;
-  window_ = std::make_unique<LiveWindow>(session_, options_);
+TEST_F(Window, FinishedSaysHowGoodItIs) {
   scan(8);
   session_.figures().drift_mm = 0.034;
   session_.figures().drift_deg = 0.2;
-  press(GLFW_KEY_V);
-  EXPECT_TRUE(window_->controls().toasts().back().trouble) << "not yet";
   session_.stop();
   session_.say(LivePhase::finished, "");
   const cv::Mat3b shown = picture("end");
   for (const char* text : {"at most 0.03 mm, 0.2", "nothing"}) expect_text(shown, text, theme::kText);
-  for (const char* label : {"Keyframes", "View", "Go on scanning"}) EXPECT_NE(find(label), nullptr) << label;
+  EXPECT_NE(find("Keyframes"), nullptr);
   session_.figures().components = 3;
   expect_text(picture("end_with_pieces"), "2 of 3 pieces", theme::kAmber);
-  press(GLFW_KEY_O);
+}
+
+TEST_F(Window, ANewScanBeginsOnceThisOneIsSaved) {
+  options_.next_run_folder = "RUN-2";
+  window_ = std::make_unique<LiveWindow>(session_, options_);
+  scan(2);
+  press(GLFW_KEY_N);
+  press(GLFW_KEY_ENTER);
+  EXPECT_THAT(session_.calls, ElementsAre("stop"));
+  EXPECT_FALSE(window_->wants_to_close());
+  session_.say(LivePhase::finished, "");
+  window_->turn(now_s_ += 0.02);
   EXPECT_TRUE(window_->wants_to_close());
-  EXPECT_EQ(window_->controls().next_step(), NextStep::go_on);
+  EXPECT_TRUE(window_->controls().wants_new_scan());
 }
 
 TEST_F(Window, FinishedShowsTheObjectBesideTheSummary) {

@@ -238,7 +238,7 @@ Json summary(const Simulator& simulator, const Scan& scan, const SlamOptions& op
   const SlamMap map = slam.finish();
   const double closed = wall_s();
   FusionOptions fusion = options.fusion;
-  fusion.gradient_scale = map.slope_correction.scale().mean();
+  fusion.gradient_scale = map.gradient_scale.mean();
   const Mesh mesh = fuse(posed_surfaces(map), fusion);
   const double fused = wall_s();
   result.update({{"peak_memory_mb", peak_memory_mb() - scan.memory_before_mb},

@@ -163,7 +163,7 @@ void study(const std::filesystem::path& folder, const std::filesystem::path& mod
   print("refined", count(scan, loops_of(map.edges, {})), returning);
   print("refined, without outliers", count(scan, loops_of(map.edges, inlier)), returning);
   fmt::print("  components {} of {} trials, gradient scale {:.3f} {:.3f}\n", map.components, map.trials,
-             map.slope_correction.scale().x, map.slope_correction.scale().y);
+             map.gradient_scale.x, map.gradient_scale.y);
   std::fflush(stdout);
 }
 

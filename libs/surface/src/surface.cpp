@@ -49,33 +49,4 @@ bool is_possible_picture(cv::Size size, double pixel_pitch_mm) {
          pixel_pitch_mm <= kMaxPixelPitchMm && side_px * pixel_pitch_mm <= kMaxSideMm;
 }
 
-SurfacePtr resampled(const Surface& surface, double pixel_pitch_mm) {
-  auto result = std::make_shared<Surface>(surface);
-  if (surface.pixel_pitch_mm == pixel_pitch_mm) return result;
-  const double ratio = pixel_pitch_mm / surface.pixel_pitch_mm;  // old pixels per new one
-  const cv::Size size(cvRound(surface.contact.cols / ratio), cvRound(surface.contact.rows / ratio));
-  const CameraModel camera{size, pixel_pitch_mm};
-  const Eigen::Vector2d shift_px = surface.camera().center_px() - ratio * camera.center_px();
-  const cv::Matx23d old_of_new(ratio, 0, shift_px.x(), 0, ratio, shift_px.y());
-  const auto warp = [&](const auto& map, auto& to, int interpolation) {
-    cv::warpAffine(map, to, old_of_new, size, interpolation | cv::WARP_INVERSE_MAP, cv::BORDER_REPLICATE);
-  };
-  cv::Mat height, normals, contact, confidence, curvature;
-  warp(surface.height_mm, height, cv::INTER_LINEAR);
-  warp(surface.normals, normals, cv::INTER_LINEAR);
-  warp(surface.contact, contact, cv::INTER_NEAREST);
-  warp(surface.curvature, curvature, cv::INTER_LINEAR);
-  if (!surface.confidence.empty()) warp(surface.confidence, confidence, cv::INTER_NEAREST);
-  result->height_mm = height;
-  result->normals = normals;
-  for (cv::Vec3f& normal : result->normals) normal = cv::normalize(normal);
-  result->contact = contact;
-  result->confidence = confidence;
-  result->curvature = cv::Mat1f(curvature * ratio);  // per pixel
-  result->curvature.setTo(0, result->contact == 0);
-  result->pixel_pitch_mm = pixel_pitch_mm;
-  result->contact_pixels = cv::countNonZero(result->contact);
-  return result;
-}
-
 }  // namespace gelslam

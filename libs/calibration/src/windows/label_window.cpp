@@ -111,7 +111,6 @@ void write_label_snapshot(LabelSession& session, const std::filesystem::path& pn
                           const LabelWindowOptions& options) {
   LabelWindowOptions hidden = options;
   hidden.visible = false;
-  hidden.script.clear();
   viewer::write_png(png, calibration::detail::LabelWindow(session, hidden).picture(0.01));
 }
 

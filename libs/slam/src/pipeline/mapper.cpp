@@ -93,6 +93,13 @@ PoseGraphSolution solve_poses(const std::map<int, Pose>& initial, const std::vec
              : solve_pose_graph(initial, edges, options.pose_graph);
 }
 
+/// 1 where it was not estimated.
+GradientScale gradient_scale_of(const PoseGraphSolution& solution) {
+  const Eigen::VectorXd& factors = solution.shared_unknowns;
+  if (factors.size() == 0) return {};
+  return {1.0 / (1.0 - factors[0]), 1.0 / (1.0 - factors[3])};
+}
+
 /// Leaves out what contradicts the other edges, and solves for all poses.
 void solve_map(SlamMap& map, const std::map<int, Pose>& initial, double scale_sigma,
                const SlamOptions& options) {
@@ -296,7 +303,7 @@ void Mapper::assess() {
 MapSnapshot Mapper::snapshot() const {
   MapSnapshot snapshot;
   snapshot.version = version_;
-  snapshot.gradient_scale = SlopeCorrection::from_unknowns(live_.shared_unknowns).scale();
+  snapshot.gradient_scale = gradient_scale_of(live_);
   for (const auto& [id, component] : live_.component_of_node) {
     const Keyframe& keyframe = *keyframes_[static_cast<std::size_t>(id)];
     const auto sigma = sigma_mm_.find(id);
@@ -341,7 +348,7 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
   if (refine && options_.refinement.enabled)
     add_overlap_edges(map, scale_sigma, options_, stop_requested, closing);
   closing.end();
-  map.slope_correction = SlopeCorrection::from_unknowns(map.solution.shared_unknowns);
+  map.gradient_scale = gradient_scale_of(map.solution);
   const int anchor = choose_component_and_anchor(map);
   map.uncertainty =
       trajectory_uncertainty(map.frames, map.in_map, covariances(map.edges, map.solution, anchor));

@@ -52,7 +52,7 @@ std::vector<PosedSurface> posed_surfaces(const MapSnapshot& map) {
 
 MapSnapshot snapshot_of(const SlamMap& map) {
   MapSnapshot snapshot;
-  snapshot.gradient_scale = map.slope_correction.scale();
+  snapshot.gradient_scale = map.gradient_scale;
   for (const auto& [id, component] : map.solution.component_of_node) {
     const Keyframe& keyframe = *map.keyframes[static_cast<std::size_t>(id)];
     const bool shown = map.in_map[static_cast<std::size_t>(id)];

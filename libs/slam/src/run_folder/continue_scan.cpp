@@ -24,26 +24,26 @@ std::uint32_t crc32_of_numbers(const GradientModel& model) {
   return model.maker ? crc(model.maker->numbers) : crc(model.numbers);
 }
 
+}  // namespace
+
 void check_same_sensor(const fs::path& run, const ScanRecord& record, const ScanPart& part,
                        const SensorProfile& sensor) {
-  const std::string what_to_do = "; reconstruct the new log alone, then join both with gelslam merge";
+  const std::string result = "; scans of different sensors or models stay apart";
   if (!record.parts.empty() && record.parts.back().model_crc32 != part.model_crc32)
-    throw Error(run.string() + ": was scanned with another gradient model" + what_to_do);
+    throw Error(run.string() + ": was scanned with another gradient model" + result);
   const auto last = std::find_if(record.keyframes.rbegin(), record.keyframes.rend(),
                                  [](const auto& keyframe) { return keyframe != nullptr; });
   if (last == record.keyframes.rend()) return;
   if (record.parts.empty())
-    throw Error(run.string() + ": does not say by which gradient model it was scanned" + what_to_do);
+    throw Error(run.string() + ": does not say by which gradient model it was scanned" + result);
   const StoredSurface& surface = (*last)->surface;
   if (surface.size() != cv::Size(sensor.width_px, sensor.height_px) ||
       surface.pixel_pitch_mm() != sensor.pixel_pitch_mm)
     throw Error(fmt::format(
         "{}: was scanned at {} pixels of {} mm, not at {} pixels of {} mm{}", run.string(),
         size_text(surface.size().width, surface.size().height), short_number(surface.pixel_pitch_mm()),
-        size_text(sensor.width_px, sensor.height_px), short_number(sensor.pixel_pitch_mm), what_to_do));
+        size_text(sensor.width_px, sensor.height_px), short_number(sensor.pixel_pitch_mm), result));
 }
-
-}  // namespace
 
 int ContinuedScan::last_trial() const {
   int trial = -1;

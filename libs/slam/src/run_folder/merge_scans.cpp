@@ -3,83 +3,19 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
-#include <set>
-#include <tuple>
 #include <utility>
 
-#include "gelslam/backend/uncertain_motion.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/index.hpp"
-#include "gelslam/core/parallel.hpp"
 #include "gelslam/core/run_folder.hpp"
-#include "gelslam/core/text.hpp"
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/mapper.hpp"
-#include "gelslam/slam/session.hpp"
-#include "gelslam/surface/surface.hpp"
 #include "run_folder/run_writer.hpp"
 
 namespace gelslam {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// A record that does not say by which model it was read has nothing known in common with another one.
-bool can_be_corrected_together(const std::vector<ScanRecord>& records) {
-  std::set<std::tuple<int, int, double>> pictures;
-  std::set<std::uint32_t> models;
-  for (const ScanRecord& record : records) {
-    if (record.parts.empty() && !record.keyframes.empty()) return false;
-    for (const auto& keyframe : record.keyframes) {
-      if (!keyframe) continue;
-      const cv::Size size = keyframe->surface.size();
-      pictures.emplace(size.width, size.height, keyframe->surface.pixel_pitch_mm());
-      for (const ScanPart& part : record.parts) models.insert(part.model_crc32);
-    }
-  }
-  return pictures.size() <= 1 && models.size() <= 1;
-}
-
-/// Another pitch means another number of pixels: at most 16 times as many, and no more than files may have.
-void check_resolution(const fs::path& run, const ScanRecord& record, double pixel_pitch_mm) {
-  constexpr double kMaxRatio = 4;
-  for (const auto& keyframe : record.keyframes) {
-    if (!keyframe) continue;
-    const double ratio = keyframe->surface.pixel_pitch_mm() / pixel_pitch_mm;
-    const cv::Size size(cvRound(keyframe->surface.size().width * ratio),
-                        cvRound(keyframe->surface.size().height * ratio));
-    if (ratio > kMaxRatio || ratio < 1 / kMaxRatio || !is_possible_picture(size, pixel_pitch_mm))
-      throw Error(run.string() + ": was scanned at " + short_number(keyframe->surface.pixel_pitch_mm()) +
-                  " mm per pixel, too different from the first run's " + short_number(pixel_pitch_mm) +
-                  " to be merged with it");
-  }
-}
-
-/// A record's keyframes and edges as its own map has corrected them: true surfaces, whatever the sensor.
-void take_corrections(ScanRecord& record, const SlopeCorrection& correction, double pixel_pitch_mm,
-                      const SlamOptions& options) {
-  parallel_for_ranges(record.keyframes.size(), 16, 0, [&](std::size_t begin, std::size_t end) {
-    SlopeCorrector corrector;
-    for (std::size_t id = begin; id < end; ++id) {
-      if (!record.keyframes[id]) continue;
-      const SurfacePtr read = record.keyframes[id]->surface.get();
-      auto keyframe = std::make_shared<Keyframe>(*record.keyframes[id]);
-      keyframe->surface =
-          StoredSurface(PackedSurface(*resampled(*corrector.apply(*read, correction), pixel_pitch_mm)));
-      keyframe->reference = StoredReference(keyframe->surface, options.registration);
-      record.keyframes[id] = std::move(keyframe);
-    }
-  });
-  record.edges = scale_corrected(record.edges, correction.factors);
-}
-
-/// Makes a record of any sensor one that can be joined with the first. `source`: where it comes from.
-void correct_alone(ScanRecord& record, const fs::path& source, const SlopeCorrection& correction,
-                   const Config& config) {
-  check_resolution(source, record, config.sensor.pixel_pitch_mm);
-  take_corrections(record, correction, config.sensor.pixel_pitch_mm, config.slam);
-  for (ScanPart& part : record.parts) part.model_crc32 = 0;
-}
 
 /// Appends `next` to `all`, whose numbers go on.
 struct Offsets {
@@ -180,21 +116,16 @@ Run merge_scans(const MergeRequest& request, ProgressSink& progress,
   check_distinct(request.runs);
   for (const fs::path& run : request.runs) check_is_run(run, RunNeeds::record);
   RunFolder folder(request.run_folder, {.overwrite = request.overwrite, .inputs = request.runs});
-  Config config = read_config(request.runs.front() / "config.yaml");
+  const Config config = read_config(request.runs.front() / "config.yaml");
   std::vector<ScanRecord> records;
   for (const fs::path& run : request.runs) {
     records.push_back(read_scan(run / "session", config.slam.registration));
     for (ScanPart& part : records.back().parts)
       if (part.log.empty()) part.log = run.string();
   }
-  if (!can_be_corrected_together(records)) {
-    for (std::size_t i = 0; i < records.size(); ++i) {
-      correct_alone(records[i], request.runs[i], load_map(request.runs[i] / "session").slope_correction,
-                    config);
-      if (records[i].parts.empty()) records[i].parts.push_back({0, "", 0, request.runs[i].string()});
-    }
-    config.slam.gradient_scale.estimate = false;
-  }
+  const ScanPart part = records.front().parts.empty() ? ScanPart() : records.front().parts.back();
+  for (std::size_t i = 0; i < records.size(); ++i)
+    check_same_sensor(request.runs[i], records[i], part, config.sensor);
   const ScanRecord all = joined(records, config.slam, progress, stop_requested);
   StageTimer timer;
   Run run = finish_scan(config, all, "a merge of " + std::to_string(records.size()) + " runs", timer, start,

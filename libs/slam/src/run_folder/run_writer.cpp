@@ -106,8 +106,7 @@ void count(const Run& run, RunReport& report) {
   const std::vector<bool>& outlier = map.solution.edge_outlier;
   report.loop_outliers = static_cast<int>(std::count(outlier.begin(), outlier.end(), true));
   report.reservations = reservations(report, map.uncertainty);
-  const GradientScale scale = map.slope_correction.scale();
-  report.gradient_scale = {scale.x, scale.y};
+  report.gradient_scale = {map.gradient_scale.x, map.gradient_scale.y};
   report.mesh = {run.mesh.vertices_mm.size(), run.mesh.triangles.size()};
 }
 
@@ -134,7 +133,7 @@ std::vector<PoseGraphEdge> map_edges(const SlamMap& map, bool outliers) {
 
 Mesh fuse_map(const SlamMap& map, const FusionOptions& options, ProgressSink* progress) {
   FusionOptions fusion = options;
-  fusion.gradient_scale = map.slope_correction.scale().mean();
+  fusion.gradient_scale = map.gradient_scale.mean();
   return fuse(posed_surfaces(map), fusion, progress);
 }
 

@@ -72,7 +72,7 @@ class ScanReader {
 
   bool is_scan() const { return version_ || !record_.parts.empty() || !record_.keyframes.empty(); }
   std::optional<int> version() const { return version_; }  ///< none where its line is damaged
-  bool is_of_two_sensors() const { return is_of_two_sensors_; }
+  bool is_of_several_models() const { return is_of_several_models_; }
 
   /// Leaves out what is linked to keyframes that are not there.
   ScanRecord finish(int damaged_lines) {
@@ -137,7 +137,7 @@ class ScanReader {
     record_.parts.push_back({integer_from(json.at("first_frame"), after, kMaxFrame),
                              json.at("sensor").get<std::string>(),
                              json.at("model_crc32").get<std::uint32_t>(), json.at("log").get<std::string>()});
-    if (json.contains("second_start_s")) is_of_two_sensors_ = true;
+    if (record_.parts.back().model_crc32 == 0) is_of_several_models_ = true;
   }
 
   void take_keyframe(const Json& line) {
@@ -194,7 +194,7 @@ class ScanReader {
   const fs::path folder_;
   const NormalFlowOptions registration_;
   std::optional<int> version_;
-  bool is_of_two_sensors_ = false;
+  bool is_of_several_models_ = false;
   int newest_ = -1;  // keyframe that a line was about
   ScanRecord record_;
   std::map<int, std::vector<PoseGraphEdge>> edges_;  // by the newer keyframe
@@ -237,10 +237,11 @@ ScanRecord read_scan(const fs::path& folder, const NormalFlowOptions& registrati
   } catch (const Error& error) {
     throw Error(file.string() + ": " + error.what());
   }
-  if (reader.is_of_two_sensors())
+  if (reader.is_of_several_models())
     throw Error(
         file.string() +
-        ": a scan of two sensors at the same time, as older versions made; reconstruct each log alone");
+        ": holds surfaces of several sensors or models, which older versions joined; reconstruct each "
+        "log alone");
   return reader.finish(damaged);
 }
 

@@ -21,6 +21,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// What was concluded from a ScanRecord, as session.json holds it.
+struct SavedMap {
+  double gradient_scale = 1.0;
+  std::map<int, Pose> map_T_keyframe;  // of the map's keyframes
+  std::vector<MapSnapshot::Edge> edges;
+  std::uintmax_t scan_bytes = 0;  // so much of scan.jsonl it was concluded from
+  std::uint32_t scan_crc32 = 0;   // of the last 64 bytes of that; 0: not known
+};
+
 constexpr std::string_view kNotASession = "damaged, or not a session of gelslam";
 
 /// Names a scan, also while it grows: CRC-32 of the end of its first `bytes`, which holds the checksum of a
@@ -37,9 +46,7 @@ Json json_of(const SlamMap& map, const fs::path& scan, std::uintmax_t scan_bytes
                {"scan_bytes", scan_bytes},
                {"scan_crc32", crc32_at(scan, scan_bytes)},
                {"anchor_frame", map.anchor_frame},
-               {"gradient_scale", map.slope_correction.scale().mean()},
-               {"slope_correction",
-                std::vector(map.slope_correction.factors.begin(), map.slope_correction.factors.end())},
+               {"gradient_scale", map.gradient_scale.mean()},
                {"keyframes", Json::array()},
                {"edges", Json::array()}};
   for (const auto& [id, component] : map.solution.component_of_node) {
@@ -66,31 +73,18 @@ std::string read_text(const fs::path& file) {
   return read_file(file);
 }
 
-SlopeCorrection slope_correction_from(const Json& json) {
-  const auto factors = json.get<std::array<double, 4>>();
-  if (json.size() != factors.size()) throw Error("wrong number of slope factors");
-  if (!std::all_of(factors.begin(), factors.end(), [](double f) { return std::abs(f) <= 10; }))
-    throw Error("impossible slope factors");
-  return {Eigen::Map<const Eigen::Vector4d>(factors.data())};
-}
-
 SavedMap map_from(const Json& json) {
   SavedMap map;
   map.gradient_scale = json.at("gradient_scale").get<double>();
   if (!(map.gradient_scale > 0.1 && map.gradient_scale < 10)) throw Error("impossible gradient scale");
-  map.slope_correction = slope_correction_from(json.at("slope_correction"));
   map.scan_bytes = json.at("scan_bytes").get<std::uintmax_t>();
   map.scan_crc32 = json.value("scan_crc32", std::uint32_t{0});
   for (const Json& entry : json.at("keyframes")) {
-    SavedMap::Node node;
-    node.keyframe = integer_from(entry.at("id"), 0, kMaxKeyframeId);
-    node.component = integer_from(entry.at("component"), 0, kMaxKeyframeId);
-    node.in_map = entry.at("in_map").get<bool>();
-    node.component_T_keyframe =
-        pose_from(entry.at(node.in_map ? "map_T_keyframe_mm" : "component_T_keyframe_mm"));
-    if (!map.nodes.empty() && node.keyframe <= map.nodes.back().keyframe)
+    const int id = integer_from(entry.at("id"), 0, kMaxKeyframeId);
+    if (!entry.at("in_map").get<bool>()) continue;
+    if (!map.map_T_keyframe.empty() && id <= map.map_T_keyframe.rbegin()->first)
       throw Error("keyframe ids do not ascend");
-    map.nodes.push_back(node);
+    map.map_T_keyframe.emplace(id, pose_from(entry.at("map_T_keyframe_mm")));
   }
   for (const Json& entry : json.at("edges")) {
     const PoseGraphEdge edge = edge_from(entry);
@@ -134,11 +128,10 @@ Session patches_of(const SavedMap& map, const fs::path& folder) {
   session.edges = map.edges;
   int unreadable = 0;
   std::string why;
-  for (const SavedMap::Node& node : map.nodes) {
-    if (!node.in_map) continue;
+  for (const auto& [id, map_T_keyframe] : map.map_T_keyframe) {
     try {
-      session.patches.push_back({node.keyframe, node.component_T_keyframe,
-                                 StoredSurface(read_packed_surface(surface_file(folder, node.keyframe)))});
+      session.patches.push_back(
+          {id, map_T_keyframe, StoredSurface(read_packed_surface(surface_file(folder, id)))});
     } catch (const Error& error) {
       if (unreadable++ == 0) why = error.what();
     }
@@ -176,12 +169,6 @@ void save_session(const fs::path& folder, const SlamMap& map) {
 
 void save_map(const fs::path& folder, const SlamMap& map, const fs::path& scan, std::uintmax_t scan_bytes) {
   write_file_atomically(folder / "session.json", with_checksum(json_of(map, scan, scan_bytes)));
-}
-
-SavedMap load_map(const fs::path& folder) {
-  SavedMap map = read_map(folder);
-  if (const std::string missing = what_is_missing(map, folder); !missing.empty()) throw Error(missing);
-  return map;
 }
 
 Session load_session(const fs::path& folder) { return patches_of(read_map(folder), folder); }

@@ -92,36 +92,10 @@ cv::Mat1f HeightIntegrator::solve(cv::Mat1f& gx, cv::Mat1f& gy) {
   return poisson_.solve(dx_, dy_);
 }
 
-float HeightIntegrator::stretch(float gx, float gy, int u, int v) const {
-  const float x_mm = x_mm_[static_cast<std::size_t>(u)], y_mm = y_mm_[static_cast<std::size_t>(v)];
-  return 1.0F / std::max(1.0F - (gx * x_mm + gy * y_mm) * inverse_distance_, kLeastFacing);
-}
-
-cv::Mat1f HeightIntegrator::solve_change(const cv::Mat1f& gx, const cv::Mat1f& gy, const cv::Mat1f& step_x,
-                                         const cv::Mat1f& step_y) {
-  dx_.create(gx.size());
-  dy_.create(gx.size());
-  for (int v = 0; v < gx.rows; ++v)
-    for (int u = 0; u < gx.cols; ++u) {
-      const float before = stretch(gx(v, u), gy(v, u), u, v),
-                  after = stretch(gx(v, u) + step_x(v, u), gy(v, u) + step_y(v, u), u, v);
-      dx_(v, u) = step_x(v, u) * after + gx(v, u) * (after - before);
-      dy_(v, u) = step_y(v, u) * after + gy(v, u) * (after - before);
-    }
-  return poisson_.solve(dx_, dy_);
-}
-
 void HeightIntegrator::to_height(cv::Mat1f& relief_mm) const {
   for (int v = 0; v < relief_mm.rows; ++v) {
     add_row(rest_w_[v], relief_mm.cols, 1.0F, relief_mm[v]);
     heights_of_row(relief_mm[v], inverse_distance_, relief_mm.cols);
-  }
-}
-
-void HeightIntegrator::to_relief(cv::Mat1f& height_mm) const {
-  for (int v = 0; v < height_mm.rows; ++v) {
-    reliefs_of_row(height_mm[v], inverse_distance_, height_mm.cols);
-    add_row(rest_w_[v], height_mm.cols, -1.0F, height_mm[v]);
   }
 }
 

@@ -19,27 +19,15 @@ class HeightIntegrator {
   /// gx, gy: slopes relative to the gel at rest, dimensionless; they become the surface's own. Returns the
   /// relief of PoissonSolver's squares, in pixels, up to a constant.
   cv::Mat1f solve(cv::Mat1f& gx, cv::Mat1f& gy);
-  /// The same for what steps in the surface's own slopes change of it.
-  cv::Mat1f solve_change(const cv::Mat1f& gx, const cv::Mat1f& gy, const cv::Mat1f& step_x,
-                         const cv::Mat1f& step_y);
   /// Relief of the pixels, mm. `squares`: what solve() returned; smooth relief may have been added.
   cv::Mat1f relief_mm(const cv::Mat1f& squares) { return poisson_.pixels(squares, pitch_mm_); }
-  /// The same in pixels.
-  cv::Mat1f relief_px(const cv::Mat1f& squares) { return poisson_.pixels(squares); }
   /// As solve() left it.
   const PoissonSolver& solver() const { return poisson_; }
   /// Relief becomes height in the sensor frame.
   void to_height(cv::Mat1f& relief_mm) const;
-  /// And height becomes relief.
-  void to_relief(cv::Mat1f& height_mm) const;
-
-  /// Slopes of the gel at rest.
-  const cv::Mat1f& rest_gx() const { return rest_gx_; }
-  const cv::Mat1f& rest_gy() const { return rest_gy_; }
 
  private:
   void to_derivatives(const cv::Mat1f& gx, const cv::Mat1f& gy, int row, cv::Mat1f& dx, cv::Mat1f& dy) const;
-  float stretch(float gx, float gy, int u, int v) const;
 
   float pitch_mm_, inverse_distance_;
   PoissonSolver poisson_;

@@ -147,8 +147,6 @@ std::string ViewStage::warning() const {
   return impl_->first.warnings.empty() ? "" : "The run has warnings; gelslam info says them.";
 }
 
-Eigen::AlignedBox3f ViewStage::bounds_mm() const { return impl_->first_scene.bounds_mm(); }
-
 std::optional<Eigen::Vector3f> ViewStage::pick(std::size_t part, const PickRay& ray) const {
   return (part > 0 && impl_->second_scene ? *impl_->second_scene : impl_->first_scene).pick(ray);
 }

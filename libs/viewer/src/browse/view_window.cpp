@@ -21,10 +21,8 @@ std::vector<ActionRow> view_rows(bool has_time) {
             {step_on, "right", "Right", "", 0, 0, "One keyframe on"},
             common_row(trajectory),
             common_row(pose_graph)};
-  for (const Action action : {shading_clay, shading_polished, shading_curvature, next_shading, next_color,
-                              grid, light_theme, measure, box, show_all, screenshot, panels, help})
+  for (const Action action : {curvature, next_color, show_all, screenshot, panels, help})
     rows.push_back(common_row(action));
-  rows.push_back({open, "o", "O", "Open", 4, 1, "Open another run or mesh"});
   rows.push_back({close, "q esc", "Q", "Close", 5, 0, "Close"});
   return rows;
 }
@@ -52,18 +50,11 @@ void ViewControls::act(Action action, double now_s) {
       return step(-1);
     case Action::step_on:
       return step(1);
-    case Action::open:
-      return end_with({.chooses = true});
     case Action::close:
       return close();
     default:
       return SceneControls::act(action, now_s);
   }
-}
-
-void ViewControls::end_with(const ViewEnd& end) {
-  end_ = end;
-  close();
 }
 
 ButtonLook ViewControls::button(const ActionRow& row) const {
@@ -160,49 +151,21 @@ void ViewWindow::place_camera() {
 void ViewWindow::draw_frame(Ui& ui, double now_s) {
   lay_out(ui);
   place_camera();
-  SceneStyle style = controls_.style();
+  const SceneStyle& style = controls_.style();
   stage_.draw(camera_, viewport(), style);
   if (controls_.shows_panels()) {
-    draw_titles(ui, style);
-    draw_marks(ui, style, stage_.legend(style));
-    if (style.box) draw_sizes(ui, style);
+    draw_titles(ui);
+    draw_marks(ui, stage_.legend(style));
   }
   if (slider_.width > 0) draw_slider(ui);
   if (bar_.width > 0) draw_action_bar(ui, bar_, controls_, now_s);
 }
 
-/// Beside the nearest edge of each direction of the first part's box.
-void ViewWindow::draw_sizes(Ui& ui, const SceneStyle& style) const {
-  const Eigen::AlignedBox3f box = stage_.bounds_mm();
-  if (box.isEmpty()) return;
-  const Viewport part = parts(viewport()).front();
-  const Color ink = style.light_theme ? theme::kBackdrop : theme::kText;
-  for (int axis = 0; axis < 3; ++axis) {
-    std::optional<Eigen::Vector3f> nearest;
-    for (int corner = 0; corner < 4; ++corner) {
-      Eigen::Vector3f middle = box.center();
-      for (int other = 0; other < 2; ++other) {
-        const int k = (axis + 1 + other) % 3;
-        middle[k] = (corner >> other & 1) != 0 ? box.max()[k] : box.min()[k];
-      }
-      if (!nearest || (middle - camera_.eye_mm()).norm() < (*nearest - camera_.eye_mm()).norm())
-        nearest = middle;
-    }
-    const std::string text = fmt::format("{:.2f} mm", box.sizes()[axis]);
-    const auto at = on_screen(part, *nearest);
-    if (!at) continue;
-    ui.tag(Face::title, at->x(), at->y(), ink,
-           style.light_theme ? theme::rgb(250, 250, 250, 200) : theme::with_alpha(theme::kBackdrop, 0.7),
-           text);
-  }
-}
-
-void ViewWindow::draw_titles(Ui& ui, const SceneStyle& style) const {
-  const Color ink = style.light_theme ? theme::kBackdrop : theme::kText;
+void ViewWindow::draw_titles(Ui& ui) const {
   const std::vector<Viewport> all = parts(viewport());
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Box part = box_of(all[i]);
-    ui.text_at(Face::title, part.x + ui.px(18), part.y + ui.px(14), ink,
+    ui.text_at(Face::title, part.x + ui.px(18), part.y + ui.px(14), theme::kText,
                ui.fitted(Face::title, stage_.title(i), part.width - ui.px(36), Cut::start));
     if (i > 0) ui.fill({part.x, part.y, ui.px(1), part.height}, theme::kLine);
   }
@@ -244,18 +207,14 @@ cv::Mat3b ViewWindow::snapshot() {
 
 namespace gelslam {
 
-ViewEnd run_view_window(ViewContent first, std::optional<ViewContent> second,
-                        const ViewWindowOptions& options) {
-  viewer::detail::ViewWindow window(std::move(first), std::move(second), options);
-  window.run();
-  return window.controls().end();
+void run_view_window(ViewContent first, std::optional<ViewContent> second, const ViewWindowOptions& options) {
+  viewer::detail::ViewWindow(std::move(first), std::move(second), options).run();
 }
 
 void write_view_snapshot(ViewContent first, std::optional<ViewContent> second,
                          const ViewWindowOptions& options, const std::filesystem::path& png) {
   ViewWindowOptions hidden = options;
   hidden.visible = false;
-  hidden.script.clear();
   viewer::detail::ViewWindow window(std::move(first), std::move(second), hidden);
   viewer::write_png(png, window.snapshot());
 }

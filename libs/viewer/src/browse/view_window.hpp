@@ -26,8 +26,6 @@ class ViewControls : public SceneControls {
   std::optional<double> time_s() const { return time_s_; }
   double share() const;
   bool plays() const { return plays_; }
-  void end_with(const ViewEnd& end);  ///< closes the window
-  const ViewEnd& end() const { return end_; }
   ButtonLook button(const ActionRow& row) const override;
 
  protected:
@@ -40,7 +38,6 @@ class ViewControls : public SceneControls {
   const RunHistory* history_;
   std::optional<double> time_s_;
   bool plays_ = false;
-  ViewEnd end_;
 };
 
 /// The window of `gelslam view`, frame by frame.
@@ -57,7 +54,6 @@ class ViewWindow : public SceneLoop {
  private:
   bool advance(double now_s, double dt_s) override;
   void draw_frame(Ui& ui, double now_s) override;
-  void dropped(const std::filesystem::path& path) override { controls_.end_with({false, path}); }
   SceneControls& scene_controls() override { return controls_; }
   OrbitCamera whole_view(const Viewport& viewport) const override { return stage_.first_view(viewport); }
   std::optional<Eigen::Vector3f> pick(std::size_t part, const PickRay& ray) const override {
@@ -67,8 +63,7 @@ class ViewWindow : public SceneLoop {
 
   void lay_out(const Ui& ui);
   void place_camera();
-  void draw_sizes(Ui& ui, const SceneStyle& style) const;
-  void draw_titles(Ui& ui, const SceneStyle& style) const;
+  void draw_titles(Ui& ui) const;
   void draw_slider(Ui& ui);
 
   ViewWindowOptions options_;

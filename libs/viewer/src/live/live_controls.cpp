@@ -1,7 +1,5 @@
 #include "live/live_controls.hpp"
 
-#include <algorithm>
-
 namespace gelslam::viewer::detail {
 namespace {
 
@@ -16,15 +14,9 @@ std::vector<ActionRow> live_rows() {
       common_row(screenshot),
       common_row(follow),
   };
-  for (const Action action : {show_all, trajectory, pose_graph, next_color, shading_clay, shading_polished,
-                              shading_curvature, next_shading, grid, measure, light_theme, panels, help})
+  for (const Action action : {show_all, trajectory, pose_graph, next_color, curvature, panels, help})
     rows.push_back(common_row(action));
-  const auto light =
-      std::find_if(rows.begin(), rows.end(), [](const ActionRow& row) { return row.action == light_theme; });
-  light->label.clear();  // the bar has no room for it
   rows.push_back({diagnostics, "i", "I", "", 0, 0, "Diagnostics"});
-  rows.push_back({view_run, "v", "V", "", 0, 0, "At the end: look at the run"});
-  rows.push_back({go_on, "o", "O", "", 0, 0, "At the end: go on scanning"});
   return rows;
 }
 
@@ -41,13 +33,12 @@ Answer no(const std::string& label) { return {label, "esc n", "Esc", theme::kTex
 
 }  // namespace
 
-LiveControls::LiveControls(LiveSession& session, bool keeps_run, bool can_go_on, std::string next_run_folder)
+LiveControls::LiveControls(LiveSession& session, bool keeps_run, std::string next_run_folder)
     : SceneControls(live_rows(), tinted_style(),
                     {SceneColor::certainty, SceneColor::plain, SceneColor::confidence, SceneColor::height,
                      SceneColor::keyframe}),
       session_(session),
       keeps_run_(keeps_run),
-      can_go_on_(can_go_on),
       next_run_folder_(std::move(next_run_folder)) {}
 
 void LiveControls::act(Action action, double now_s) {
@@ -65,10 +56,6 @@ void LiveControls::act(Action action, double now_s) {
     case Action::diagnostics:
       shows_diagnostics_ = !shows_diagnostics_;
       return;
-    case Action::view_run:
-      return end_with(NextStep::view, now_s);
-    case Action::go_on:
-      return end_with(NextStep::go_on, now_s);
     default:
       return SceneControls::act(action, now_s);
   }
@@ -89,14 +76,6 @@ ButtonLook LiveControls::button(const ActionRow& row) const {
       break;
     case Action::new_scan:
       look.shown = phase != LivePhase::finishing && !next_run_folder_.empty();
-      break;
-    case Action::view_run:
-      look.label = "View";
-      look.shown = phase == LivePhase::finished && keeps_run_;
-      break;
-    case Action::go_on:
-      look.label = "Go on scanning";
-      look.shown = phase == LivePhase::finished && keeps_run_ && can_go_on_;
       break;
     case Action::close:
       look.ink = theme::kRed;
@@ -136,14 +115,6 @@ void LiveControls::save(double now_s) {
   say("Saving what there is; the scan goes on.", now_s);
 }
 
-void LiveControls::end_with(NextStep step, double now_s) {
-  if (session_.status().phase != LivePhase::finished || !keeps_run_)
-    return complain("Only once the scan is finished and saved.", now_s);
-  if (step == NextStep::go_on && !can_go_on_) return complain("There is no camera to go on with.", now_s);
-  next_step_ = step;
-  close();
-}
-
 void LiveControls::ask_to_close() {
   const LiveStatus status = session_.status();
   if (status.phase == LivePhase::finished) return close();
@@ -152,7 +123,7 @@ void LiveControls::ask_to_close() {
                 "The scan is still being saved. That goes on without the window.",
                 {yes("Close",
                      [this](double) {
-                       next_step_ = NextStep::none;
+                       wants_new_scan_ = false;
                        close();
                      }),
                  no("Wait here")}});
@@ -172,9 +143,12 @@ void LiveControls::ask_to_close() {
 void LiveControls::ask_for_new_scan(double now_s) {
   if (next_run_folder_.empty()) return complain("There is no camera for another scan.", now_s);
   const LivePhase phase = session_.status().phase;
-  if (phase == LivePhase::finished) return end_with(NextStep::new_scan, now_s);
+  if (phase == LivePhase::finished) {
+    wants_new_scan_ = true;
+    return close();
+  }
   const auto start = [this](double then_s) {
-    next_step_ = NextStep::new_scan;
+    wants_new_scan_ = true;
     session_.stop();
     say("The new scan begins when this one is saved.", then_s);
   };

@@ -1,12 +1,9 @@
 #pragma once
 
-#include <optional>
 #include <string>
-#include <utility>
 
 #include "gelslam/slam/live_session.hpp"
 #include "gelslam/viewer/controls.hpp"
-#include "gelslam/viewer/window.hpp"
 
 namespace gelslam::viewer::detail {
 
@@ -14,11 +11,10 @@ namespace gelslam::viewer::detail {
 class LiveControls : public SceneControls {
  public:
   /// As of WindowOptions.
-  explicit LiveControls(LiveSession& session, bool keeps_run = true, bool can_go_on = false,
-                        std::string next_run_folder = "");
+  explicit LiveControls(LiveSession& session, bool keeps_run = true, std::string next_run_folder = "");
 
   bool shows_diagnostics() const { return shows_diagnostics_; }
-  NextStep next_step() const { return next_step_; }
+  bool wants_new_scan() const { return wants_new_scan_; }
   ButtonLook button(const ActionRow& row) const override;
 
  protected:
@@ -33,11 +29,8 @@ class LiveControls : public SceneControls {
   bool refuse_unless_scanning(const char* what, double now_s);
 
   LiveSession& session_;
-  void end_with(NextStep step, double now_s);
-
-  bool keeps_run_, can_go_on_, shows_diagnostics_ = false;
+  bool keeps_run_, shows_diagnostics_ = false, wants_new_scan_ = false;
   std::string next_run_folder_;
-  NextStep next_step_ = NextStep::none;
 };
 
 }  // namespace gelslam::viewer::detail

@@ -22,7 +22,7 @@ std::shared_ptr<const LiveTouch> on_map(const std::shared_ptr<const LiveTouch>& 
 
 }  // namespace
 
-bool LiveScene::take_news(LiveSession& session, const OrbitCamera& camera, double now_s) {
+bool LiveScene::take_news(LiveSession& session, const OrbitCamera& camera) {
   bool news = false;
   if (const MeshChanges changes = session.take_mesh_changes(); changes.cleared || !changes.blocks.empty()) {
     scene_.update(changes);
@@ -40,19 +40,18 @@ bool LiveScene::take_news(LiveSession& session, const OrbitCamera& camera, doubl
     news = true;
   }
   if (news) touch_ = on_map(newest_, *map_);
-  const bool piece_changed = follow_piece(camera, news, now_s);
-  if (news || piece_changed) place_touch();
-  return news || piece_changed;
+  if (news) {
+    follow_piece(camera);
+    place_touch();
+  }
+  return news;
 }
 
-/// Lets what is not joined to the map grow beside it, or move to its place. True when that is to be drawn.
-bool LiveScene::follow_piece(const OrbitCamera& camera, bool news, double now_s) {
-  const bool was_shown = piece_.is_shown();
-  if (news && piece_.follow(*map_, touch_, now_s)) scene_.set_piece(piece_.mesh());
-  if (piece_.is_apart() && !piece_.is_placed()) piece_.place_beside(scene_.bounds_mm(), camera);
-  piece_.move(now_s);
-  scene_.place_piece(piece_.map_T_piece(), piece_.is_shown() ? piece_.opacity() : 0);
-  return piece_.is_moving() || was_shown != piece_.is_shown();
+/// Lets what is not joined to the map grow beside it.
+void LiveScene::follow_piece(const OrbitCamera& camera) {
+  if (piece_.follow(*map_, touch_)) scene_.set_piece(piece_.mesh());
+  if (piece_.is_apart() && !piece_.is_shown()) piece_.place_beside(scene_.bounds_mm(), camera);
+  scene_.place_piece(piece_.map_T_piece());
 }
 
 void LiveScene::take_touch(const std::shared_ptr<const LiveTouch>& touch) {

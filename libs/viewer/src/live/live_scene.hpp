@@ -17,7 +17,7 @@ class LiveScene {
   explicit LiveScene(const cv::Vec3b& outline_bgr) : outline_bgr_(outline_bgr) {}
 
   /// True when something has come that is to be drawn. `camera` shows it.
-  bool take_news(LiveSession& session, const OrbitCamera& camera, double now_s);
+  bool take_news(LiveSession& session, const OrbitCamera& camera);
   void draw(const OrbitCamera& camera, const Viewport& viewport, const SceneStyle& style);
 
   Scene& scene() { return scene_; }
@@ -35,7 +35,7 @@ class LiveScene {
 
   void take_touch(const std::shared_ptr<const LiveTouch>& touch);
   void place_touch();
-  bool follow_piece(const OrbitCamera& camera, bool news, double now_s);
+  void follow_piece(const OrbitCamera& camera);
   void rebuild_trajectory();
 
   Scene scene_;

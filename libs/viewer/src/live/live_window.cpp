@@ -4,8 +4,6 @@
 #include <system_error>
 #include <utility>
 
-#include "ui/script.hpp"
-
 namespace gelslam::viewer::detail {
 namespace {
 
@@ -57,7 +55,7 @@ LiveWindow::LiveWindow(LiveSession& session, const WindowOptions& options)
       session_(session),
       options_(options),
       scene_(bgr_of(theme::kGreen)),
-      controls_(session, options.keeps_run, options.can_go_on, options.next_run_folder) {}
+      controls_(session, options.keeps_run, options.next_run_folder) {}
 
 bool LiveWindow::advance(double now_s, double dt_s) {
   const LivePhase phase_before = frame_.status.phase;
@@ -67,7 +65,7 @@ bool LiveWindow::advance(double now_s, double dt_s) {
     controls_.set_follows(false);  // there is no touch any more; all of the surface is to be seen
     show_all();
   }
-  bool changed = scene_.take_news(session_, camera_, now_s);
+  bool changed = scene_.take_news(session_, camera_);
   if (scene_.piece().take_joined())
     controls_.say(
         frame_.status.components > 1 ? "Joined to the map; other pieces are not yet." : "Joined to the map.",
@@ -111,15 +109,6 @@ void LiveWindow::look_at_figures(double now_s) {
   if (frame_.status.phase == LivePhase::finished && options_.keeps_run) frame_.results = files_in(folder);
 }
 
-bool LiveWindow::begins_another() const {
-  return controls_.next_step() == NextStep::new_scan && frame_.status.failure.empty();
-}
-
-/// What a script waits for is another scan's once that was chosen.
-std::string_view LiveWindow::state() {
-  return begins_another() ? "finishing" : state_words(session_.status()).state;
-}
-
 Layout lay_out(const Ui& ui, bool shows_panels) {
   const Box window = ui.window();
   Layout boxes{window, {}, {}};
@@ -148,14 +137,14 @@ void LiveWindow::draw_frame(Ui& ui, double now_s) {
   if (frame_.words.state == "finished" && !options_.keeps_run)
     frame_.words.advice = "Nothing is kept (no -o). Q closes.";
   if (controls_.shows_panels()) {
-    draw_marks(ui, style, scene_.scene().legend(style));
+    draw_marks(ui, scene_.scene().legend(style));
     const float bottom = draw_banner(ui, view(), frame_, now_s);
     banner_px_ = bottom - view().y;
     const Box below{view().x, bottom, view().width, view().bottom() - bottom};
     if (frame_.status.keyframes == 0 && frame_.status.phase < LivePhase::finishing)
       draw_start(ui, below, frame_);
     if (frame_.words.state == "finished") {
-      const float covered_px = draw_end(ui, below, frame_, side_.width <= 0, controls_, now_s);
+      const float covered_px = draw_end(ui, below, frame_, side_.width <= 0);
       if (std::exchange(covered_px_, covered_px) != covered_px) show_all();
     }
     if (controls_.shows_diagnostics()) draw_diagnostics(ui, below, frame_);
@@ -168,7 +157,8 @@ void LiveWindow::draw_frame(Ui& ui, double now_s) {
 /// window.
 bool LiveWindow::closes_by_itself() {
   if (frame_.status.phase != LivePhase::finished) return false;
-  return begins_another() || (options_.asks_to_end && options_.asks_to_end());
+  const bool begins_another = controls_.wants_new_scan() && frame_.status.failure.empty();
+  return begins_another || (options_.asks_to_end && options_.asks_to_end());
 }
 
 /// Beside what covers the view, if that leaves half of it.
@@ -193,27 +183,22 @@ void LiveWindow::show_all_at_once() {
 
 namespace gelslam {
 
-WindowEnd run_live_window(LiveSession& session, const WindowOptions& options) {
+bool run_live_window(LiveSession& session, const WindowOptions& options) {
   viewer::detail::LiveWindow window(session, options);
   for (int picture = 0; picture < 2; ++picture) window.turn(0, true);  // panels know their size in the second
   if (options.when_shown) options.when_shown();
   window.run();
-  return {window.controls().next_step(), window.script_left()};
+  return window.controls().wants_new_scan();
 }
 
 void write_live_snapshot(LiveSession& session, const std::filesystem::path& png,
                          const WindowOptions& options) {
   WindowOptions without_display = options;
   without_display.visible = false;
-  without_display.script.clear();
   viewer::detail::LiveWindow window(session, without_display);
   window.turn(0, true);  // takes the session's news, and lays the window out
   window.show_all_at_once();
   viewer::write_png(png, window.picture(0.01));
-}
-
-void check_window_script(const std::string& text, const std::string& name) {
-  viewer::detail::parse_script(text, name);
 }
 
 }  // namespace gelslam

@@ -44,10 +44,8 @@ float draw_banner(Ui& ui, const Box& view, const LiveFrame& frame, double now_s)
 void draw_side(Ui& ui, const Box& side, const LiveFrame& frame);
 /// What to do first: the gel as the camera sees it, and three steps.
 void draw_start(Ui& ui, const Box& view, const LiveFrame& frame);
-/// What was made, how good it is, and what can be done next. Returns how much of the view's left it covers,
-/// px.
-float draw_end(Ui& ui, const Box& view, const LiveFrame& frame, bool names_folder, Controls& controls,
-               double now_s);
+/// What was made, and how good it is. Returns how much of the view's left it covers, px.
+float draw_end(Ui& ui, const Box& view, const LiveFrame& frame, bool names_folder);
 /// All counters and stage times, at the view's upper right.
 void draw_diagnostics(Ui& ui, const Box& view, const LiveFrame& frame);
 
@@ -65,14 +63,12 @@ class LiveWindow : public SceneLoop {
   bool advance(double now_s, double dt_s) override;
   void draw_frame(Ui& ui, double now_s) override;
   bool closes_by_itself() override;
-  std::string_view state() override;
   SceneControls& scene_controls() override { return controls_; }
   OrbitCamera whole_view(const Viewport& viewport) const override;
   std::optional<Eigen::Vector3f> pick(std::size_t part, const PickRay& ray) const override;
 
   void look_at_figures(double now_s);
   bool follow_touch(double dt_s);
-  bool begins_another() const;
 
   LiveSession& session_;
   WindowOptions options_;

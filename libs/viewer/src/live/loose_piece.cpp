@@ -1,26 +1,9 @@
 #include "live/loose_piece.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 namespace gelslam::viewer::detail {
 namespace {
 
-constexpr double kOpacity = 0.8;
-constexpr double kMoveS = 1.0, kFadeS = 0.8;  ///< of a piece that was joined
-constexpr float kGapMm = 3;                   ///< between map and piece
-
-double smooth_share(double x) {
-  const double t = std::clamp(x, 0.0, 1.0);
-  return t * t * (3 - 2 * t);
-}
-
-Pose between(const Pose& from, const Pose& to, double share) {
-  Pose pose = Pose::Identity();
-  pose.linear() = Eigen::Quaterniond(from.linear()).slerp(share, Eigen::Quaterniond(to.linear())).matrix();
-  pose.translation() = (1 - share) * from.translation() + share * to.translation();
-  return pose;
-}
+constexpr float kGapMm = 3;  ///< between map and piece
 
 Eigen::AlignedBox3f box_of(const TouchMesh& mesh) {
   Eigen::AlignedBox3f box;
@@ -30,24 +13,23 @@ Eigen::AlignedBox3f box_of(const TouchMesh& mesh) {
 
 }  // namespace
 
-bool LoosePiece::follow(const MapSnapshot& map, const std::shared_ptr<const LiveTouch>& touch, double now_s) {
+bool LoosePiece::follow(const MapSnapshot& map, const std::shared_ptr<const LiveTouch>& touch) {
   const bool touching = touch && touch->keyframe >= 0 && touch->surface;
   const MapSnapshot::Node* node = touching ? map.find(touch->keyframe) : nullptr;
   anchor_T_touch_.reset();
   if (is_apart()) {
     const MapSnapshot::Node* anchor = map.find(anchor_);
-    if (anchor == nullptr)
-      *this = {};  // it was taken back
-    else if (anchor->component == map.shown_component)
-      join(*anchor, now_s);
+    const bool is_joined = anchor != nullptr && anchor->component == map.shown_component;
+    if (is_joined || anchor == nullptr) *this = {};  // the map shows it now, or it was taken back
+    has_joined_ = is_joined;
   }
   const bool apart = node != nullptr && node->component != map.shown_component;
   bool changed = false;
   if (apart && !is_apart()) {
-    begin(map, touch->keyframe);
+    begin(touch->keyframe);
     changed = true;
   } else if (apart && map.find(anchor_)->component != node->component) {
-    begin(map, touch->keyframe);  // lost again before it was joined: the newest counts
+    begin(touch->keyframe);  // lost again before it was joined: the newest counts
     changed = true;
   }
   if (!is_apart()) return changed;
@@ -58,17 +40,14 @@ bool LoosePiece::follow(const MapSnapshot& map, const std::shared_ptr<const Live
   return changed;
 }
 
-void LoosePiece::begin(const MapSnapshot& map, int keyframe) {
+void LoosePiece::begin(int keyframe) {
   *this = {};
   anchor_ = keyframe;
-  component_T_anchor_ = map.find(keyframe)->component_T_keyframe;
-  opacity_ = kOpacity;
 }
 
 /// Takes the keyframes of its component; true when there are others, or they lie elsewhere.
 bool LoosePiece::grow(const MapSnapshot& map, const MapSnapshot::Node& anchor) {
-  component_T_anchor_ = anchor.component_T_keyframe;
-  const Pose anchor_T_component = component_T_anchor_.inverse();
+  const Pose anchor_T_component = anchor.component_T_keyframe.inverse();
   std::map<int, Pose> poses;
   bool changed = false;
   for (const MapSnapshot::Node& node : map.nodes) {
@@ -96,17 +75,6 @@ bool LoosePiece::grow(const MapSnapshot& map, const MapSnapshot::Node& anchor) {
   return true;
 }
 
-void LoosePiece::join(const MapSnapshot::Node& anchor, double now_s) {
-  if (!map_T_anchor_) {
-    *this = {};
-    return;
-  }
-  left_ = *map_T_anchor_;
-  goal_ = anchor.component_T_keyframe;
-  joined_s_ = now_s;
-  has_joined_ = true;
-}
-
 void LoosePiece::place_beside(const Eigen::AlignedBox3f& map_box_mm, const OrbitCamera& camera) {
   const Eigen::Matrix3f axes = camera.map_R_camera();
   const Eigen::AlignedBox3f own = box_of(mesh_);
@@ -124,16 +92,8 @@ void LoosePiece::place_beside(const Eigen::AlignedBox3f& map_box_mm, const Orbit
   map_T_anchor_ = pose;
 }
 
-void LoosePiece::move(double now_s) {
-  if (!joined_s_) return;
-  const double since_s = now_s - *joined_s_;
-  map_T_anchor_ = between(left_, goal_, smooth_share(since_s / kMoveS));
-  opacity_ = kOpacity * (1 - smooth_share((since_s - kMoveS) / kFadeS));
-  if (since_s >= kMoveS + kFadeS) *this = {};
-}
-
 std::optional<Pose> LoosePiece::map_T_touch() const {
-  if (!map_T_anchor_ || !anchor_T_touch_ || !is_apart()) return std::nullopt;
+  if (!map_T_anchor_ || !anchor_T_touch_) return std::nullopt;
   return *map_T_anchor_ * *anchor_T_touch_;
 }
 

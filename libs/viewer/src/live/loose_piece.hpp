@@ -11,44 +11,35 @@
 
 namespace gelslam::viewer::detail {
 
-/// What is touched while it is not joined to the shown map: it grows beside the map, and when a loop joins
-/// it, it moves to its place there. In the frame of its first keyframe that was seen apart.
+/// What is touched while it is not joined to the shown map: it grows beside the map until a loop joins it. In
+/// the frame of its first keyframe that was seen apart.
 class LoosePiece {
  public:
   /// Of a new map or touch; true when the shape has changed.
-  bool follow(const MapSnapshot& map, const std::shared_ptr<const LiveTouch>& touch, double now_s);
+  bool follow(const MapSnapshot& map, const std::shared_ptr<const LiveTouch>& touch);
   /// Where it begins to lie: beside what the map shows to this camera.
   void place_beside(const Eigen::AlignedBox3f& map_box_mm, const OrbitCamera& camera);
-  void move(double now_s);  ///< on its way into the map
 
-  bool is_apart() const { return anchor_ >= 0 && !joined_s_; }
-  bool is_shown() const { return anchor_ >= 0 && map_T_anchor_.has_value(); }
-  bool is_placed() const { return map_T_anchor_.has_value(); }
-  bool is_moving() const { return joined_s_.has_value(); }
+  bool is_apart() const { return anchor_ >= 0; }
+  bool is_shown() const { return map_T_anchor_.has_value(); }
   bool take_joined() { return std::exchange(has_joined_, false); }  ///< once
   const TouchMesh& mesh() const { return mesh_; }
-  Pose map_T_piece() const { return map_T_anchor_.value_or(Pose::Identity()); }
-  double opacity() const { return opacity_; }
+  const std::optional<Pose>& map_T_piece() const { return map_T_anchor_; }  ///< nothing: it is not shown
   /// Where the touch lies in the map's frame; nothing when it is not part of the piece.
   std::optional<Pose> map_T_touch() const;
   Eigen::AlignedBox3f box_mm() const;  ///< in the map's frame, with the touch
 
  private:
-  void begin(const MapSnapshot& map, int keyframe);
-  void join(const MapSnapshot::Node& anchor, double now_s);
+  void begin(int keyframe);
   bool grow(const MapSnapshot& map, const MapSnapshot::Node& anchor);
 
-  int anchor_ = -1;  ///< keyframe; -1: there is none
-  Pose component_T_anchor_ = Pose::Identity();
+  int anchor_ = -1;                   ///< keyframe; -1: there is none
   std::map<int, TouchMesh> patches_;  ///< of its keyframes, each in its own frame
   std::map<int, Pose> anchor_T_keyframe_;
   TouchMesh mesh_;
   std::optional<Pose> map_T_anchor_;
   std::optional<Pose> anchor_T_touch_;
-  double half_width_mm_ = 10;                               ///< of the sensor
-  Pose left_ = Pose::Identity(), goal_ = Pose::Identity();  ///< of the way into the map
-  std::optional<double> joined_s_;
-  double opacity_ = 0;
+  double half_width_mm_ = 10;  ///< of the sensor
   bool has_joined_ = false;
 };
 

@@ -100,8 +100,7 @@ void draw_start(Ui& ui, const Box& view, const LiveFrame& frame) {
   ui.end_panel();
 }
 
-float draw_end(Ui& ui, const Box& view, const LiveFrame& frame, bool names_folder, Controls& controls,
-               double now_s) {
+float draw_end(Ui& ui, const Box& view, const LiveFrame& frame, bool names_folder) {
   if (view.height < ui.px(kLeastHeight)) return 0;
   const float width = std::min(ui.px(380), view.width - ui.px(2 * kCardMargin));
   ui.begin_panel("##end", {view.x + ui.px(kCardMargin), view.y + ui.px(10), width, 0}, 16, 10);
@@ -114,20 +113,7 @@ float draw_end(Ui& ui, const Box& view, const LiveFrame& frame, bool names_folde
     ui.text(Face::small, theme::kDim, "Saved in");
     ui.paragraph(Face::body, theme::kText, frame.output_folder);
   }
-  ui.gap(12);
-  std::optional<Action> clicked;
-  bool first = true;
-  for (const Action action : {Action::view_run, Action::go_on}) {
-    const auto& rows = controls.rows();
-    const auto row =
-        std::find_if(rows.begin(), rows.end(), [&](const ActionRow& r) { return r.action == action; });
-    const ButtonLook look = controls.button(*row);
-    if (!look.shown) continue;
-    if (!std::exchange(first, false)) ui.same_line(8);
-    if (ui.button(look.label, row->key, theme::kBlue)) clicked = action;
-  }
   ui.end_panel();
-  if (clicked) controls.perform(*clicked, now_s);
   return width + ui.px(kCardMargin);
 }
 

@@ -11,7 +11,7 @@ namespace gelslam::viewer::detail {
 
 /// What happens, in large letters with a color, and below it what it means or what to do.
 struct StateWords {
-  std::string_view state;  ///< as a script's `until` names it: "background", "tracking", "no_contact", ...
+  std::string_view state;  ///< "background", "tracking", "no_contact", ...
   Color color = theme::kGray;
   std::string headline, advice;
 };

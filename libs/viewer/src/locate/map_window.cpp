@@ -19,8 +19,7 @@ const Eigen::Vector3f kMapGray(0.30F, 0.31F, 0.33F);
 std::vector<ActionRow> map_rows() {
   using enum Action;
   std::vector<ActionRow> rows;
-  for (const Action action : {follow, shading_clay, shading_polished, shading_curvature, next_shading, grid,
-                              light_theme, measure, show_all, screenshot, panels, help})
+  for (const Action action : {follow, curvature, show_all, screenshot, panels, help})
     rows.push_back(common_row(action));
   rows.push_back({close, "q esc", "Q", "Close", 5, 0, "Close; no more poses are written"});
   return rows;
@@ -154,7 +153,7 @@ void MapWindow::draw_frame(Ui& ui, double now_s) {
   scene_.draw(camera_, viewport(), controls_.style());
   if (controls_.shows_panels()) {
     draw_probabilities(ui);
-    draw_marks(ui, controls_.style(), std::nullopt);
+    draw_marks(ui, std::nullopt);
     draw_banner(ui, view(), frame_, now_s);
   }
   if (boxes.side.width > 0) draw_side(ui, boxes.side);

@@ -33,7 +33,6 @@ class MapWindow : public SceneLoop {
   bool advance(double now_s, double dt_s) override;
   void draw_frame(Ui& ui, double now_s) override;
   bool closes_by_itself() override { return options_.asks_to_end && options_.asks_to_end(); }
-  std::string_view state() override { return touches_.have_ended ? "finished" : frame_.words.state; }
   SceneControls& scene_controls() override { return controls_; }
   OrbitCamera whole_view(const Viewport& viewport) const override;
   std::optional<Eigen::Vector3f> pick(std::size_t part, const PickRay& ray) const override;

@@ -27,9 +27,8 @@ constexpr double kUnlimitedMs = std::numeric_limits<double>::infinity();
 constexpr std::size_t kTrianglesPerPiece = 2000;
 constexpr std::size_t kDistanceSamples = 4000;
 constexpr std::size_t kOutlinePoints = 5000;
-constexpr int kMatcapSidePx = 256;
 constexpr float kTouchLiftMm = 0.25F;  ///< the map below the touch may be so much off before it hides it
-constexpr float kHiddenLineOpacity = 0.16F, kHiddenGhostOpacity = 0.3F;
+constexpr float kPieceOpacity = 0.8F, kHiddenLineOpacity = 0.16F, kHiddenGhostOpacity = 0.3F;
 constexpr float kMinCurvature = 0.05F;  ///< 1/mm; smoother surfaces are not made to look rough
 
 constexpr float kSmoothBorder = 0.2F;                 ///< touches; at the last triangle there are nearly none
@@ -50,8 +49,6 @@ double ms_since(Clock::time_point start) {
 Rgba outline_color(double opacity) {
   return {255, 150, 40, static_cast<std::uint8_t>(255 * std::clamp(opacity, 0.0, 1.0))};
 }
-Rgba box_color(bool light) { return light ? Rgba{60, 64, 70, 255} : Rgba{200, 208, 218, 255}; }
-Rgba grid_color(bool light) { return light ? Rgba{120, 125, 135, 90} : Rgba{150, 160, 175, 60}; }
 
 }  // namespace
 
@@ -61,13 +58,12 @@ struct Scene::Impl {
   GlProgram line_program{kLineVertexShader, kLineFragmentShader};
   GlProgram background_program{kBackgroundVertexShader, kBackgroundFragmentShader};
   GlVertexArray no_vertices;
-  GlTexture matcap, color_map, certainty;  ///< the last by keyframe id, as doubt_by_keyframe()
+  GlTexture color_map, certainty;  ///< the last by keyframe id, as doubt_by_keyframe()
   SceneColor color_map_for = SceneColor::plain;
   SceneMesh mesh;
   SceneTouch touch, piece;
-  SceneLines outline, trajectory, keyframes, edges, grid, box;
-  Pose map_T_piece = Pose::Identity();
-  double piece_opacity = 0;
+  SceneLines outline, trajectory, keyframes, edges;
+  std::optional<Pose> map_T_piece;
   Eigen::AlignedBox3f piece_box_mm;  ///< in its own frame
   std::optional<TouchPatch> touch_patch;
   Eigen::AlignedBox3f trajectory_box_mm;
@@ -79,11 +75,6 @@ struct Scene::Impl {
   bool values_are_old = false;
   bool colors_are_due = false;
   Clock::time_point last_draw = Clock::now();
-
-  Impl() {
-    const std::vector<std::uint8_t> picture = make_matcap(kMatcapSidePx);
-    fill_texture(matcap, kMatcapSidePx, kMatcapSidePx, picture.data());
-  }
 
   double budget_ms() const {
     return std::clamp(kBudgetShare * ms_since(last_draw), kMinBudgetMs, kMaxBudgetMs);
@@ -101,8 +92,8 @@ struct Scene::Impl {
   Eigen::AlignedBox3f drawn_box() const {
     Eigen::AlignedBox3f box = mesh.box_mm();
     box.extend(trajectory_box_mm);
-    if (piece_opacity > 0 && !piece_box_mm.isEmpty())
-      box.extend(piece_box_mm.transformed(map_T_piece.cast<float>()));
+    if (map_T_piece && !piece_box_mm.isEmpty())
+      box.extend(piece_box_mm.transformed(map_T_piece->cast<float>()));
     for (const TouchPatch::Ghost& place : touch_places()) {
       const double reach = 0.5 * touch_patch->surface->pixel_pitch_mm *
                            std::hypot(touch_patch->surface->contact.cols, touch_patch->surface->contact.rows);
@@ -110,7 +101,7 @@ struct Scene::Impl {
       box.extend(Vector3f(center.array() + static_cast<float>(reach)));
       box.extend(Vector3f(center.array() - static_cast<float>(reach)));
     }
-    if (!box.isEmpty()) {  // room for the grid, lifted lines and axes
+    if (!box.isEmpty()) {  // room for lifted lines and axes
       const Vector3f margin = Vector3f::Constant(2.0F + 0.7F * box.diagonal().norm());
       box = Eigen::AlignedBox3f(box.min() - margin, box.max() + margin);
     }
@@ -166,12 +157,9 @@ struct Scene::Impl {
         false);
   }
 
-  void draw_background(bool light) {
+  void draw_background() {
     glDisable(GL_DEPTH_TEST);
     background_program.use();
-    background_program.set("top", light ? Vector3f(0.985F, 0.985F, 0.98F) : Vector3f(0.175F, 0.195F, 0.225F));
-    background_program.set("bottom",
-                           light ? Vector3f(0.855F, 0.865F, 0.88F) : Vector3f(0.070F, 0.078F, 0.092F));
     glBindVertexArray(no_vertices.name());
     glDrawArrays(GL_TRIANGLES, 0, 3);
     glEnable(GL_DEPTH_TEST);
@@ -200,12 +188,9 @@ struct Scene::Impl {
     mesh_program.set("firm_touches", kFirmTouches);
     mesh_program.set("min_touches", style.smooth_border && mesh.has_confidence() ? kSmoothBorder : -1.0F);
     mesh_program.set("color_map", 0);
-    mesh_program.set("matcap", 1);
-    mesh_program.set("certainty", 2);
-    glActiveTexture(GL_TEXTURE2);
-    glBindTexture(GL_TEXTURE_2D, certainty.name());
+    mesh_program.set("certainty", 1);
     glActiveTexture(GL_TEXTURE1);
-    glBindTexture(GL_TEXTURE_2D, matcap.name());
+    glBindTexture(GL_TEXTURE_2D, certainty.name());
     glActiveTexture(GL_TEXTURE0);
     glBindTexture(GL_TEXTURE_2D, color_map.name());
     mesh.prepare(clip_T_map, colors_are_due ? kUnlimitedMs : budget_ms());
@@ -213,21 +198,21 @@ struct Scene::Impl {
     // Their numbers are still to come: clay, so that gray means that there is none.
     if (is_by_value(style.color)) mesh_program.set("color_by", static_cast<int>(SceneColor::plain));
     mesh.draw(false);
-    for (const GLenum unit : {GL_TEXTURE2, GL_TEXTURE1, GL_TEXTURE0}) {
+    for (const GLenum unit : {GL_TEXTURE1, GL_TEXTURE0}) {
       glActiveTexture(unit);
       glBindTexture(GL_TEXTURE_2D, 0);
     }
   }
 
   void draw_piece(const OrbitCamera& camera, const Matrix4f& clip_T_camera) {
-    if (piece_opacity <= 0) return;
+    if (!map_T_piece) return;
     touch_program.use();
     touch_program.set("clip_T_camera", clip_T_camera);
-    touch_program.set("camera_T_map", Matrix4f(camera.camera_T_map() * map_T_piece.matrix().cast<float>()));
+    touch_program.set("camera_T_map", Matrix4f(camera.camera_T_map() * map_T_piece->matrix().cast<float>()));
     touch_program.set("lift_mm", 0.5F * kTouchLiftMm);  // the touch lies over it
     touch_program.set("through", 0);
     touch_program.set("glow_rgb", kPieceGlow);
-    touch_program.set("opacity", static_cast<float>(piece_opacity));
+    touch_program.set("opacity", kPieceOpacity);
     piece.draw();
   }
 
@@ -251,14 +236,12 @@ struct Scene::Impl {
   }
 
   /// Full where it can be seen, faint through the object.
-  void draw_lines(const SceneLines& lines, bool through) {
+  void draw_lines(const SceneLines& lines) {
     if (lines.empty()) return;
-    if (through) {
-      glDepthFunc(GL_GREATER);
-      line_program.set("opacity", kHiddenLineOpacity);
-      lines.draw();
-      glDepthFunc(GL_LEQUAL);
-    }
+    glDepthFunc(GL_GREATER);
+    line_program.set("opacity", kHiddenLineOpacity);
+    lines.draw();
+    glDepthFunc(GL_LEQUAL);
     line_program.set("opacity", 1.0F);
     lines.draw();
   }
@@ -269,18 +252,10 @@ struct Scene::Impl {
     line_program.set("viewport_px", Eigen::Vector2f(static_cast<float>(viewport.width),
                                                     static_cast<float>(viewport.height)));
     line_program.set("scale", std::max(1.0F, static_cast<float>(viewport.height) / 1000.0F));
-    if (style.grid) {
-      grid.set(grid_lines(mesh.box_mm(), style.height_axis, grid_color(style.light_theme)));
-      draw_lines(grid, false);
-    }
-    if (style.box) {
-      box.set(box_lines(mesh.box_mm(), box_color(style.light_theme)));
-      draw_lines(box, true);
-    }
-    if (style.edges) draw_lines(edges, true);
-    if (style.trajectory) draw_lines(trajectory, true);
-    if (style.keyframes) draw_lines(keyframes, true);
-    if (style.sensor) draw_lines(outline, true);
+    if (style.edges) draw_lines(edges);
+    if (style.trajectory) draw_lines(trajectory);
+    if (style.keyframes) draw_lines(keyframes);
+    if (style.sensor) draw_lines(outline);
   }
 };
 
@@ -330,13 +305,9 @@ void Scene::set_piece(const TouchMesh& mesh) {
   impl_->piece.set(mesh);
   impl_->piece_box_mm.setEmpty();
   for (const TouchMesh::Vertex& vertex : mesh.vertices) impl_->piece_box_mm.extend(vertex.position_mm);
-  if (mesh.indices.empty()) impl_->piece_opacity = 0;
 }
 
-void Scene::place_piece(const Pose& map_T_piece, double opacity) {
-  impl_->map_T_piece = map_T_piece;
-  impl_->piece_opacity = opacity;
-}
+void Scene::place_piece(const std::optional<Pose>& map_T_piece) { impl_->map_T_piece = map_T_piece; }
 
 void Scene::set_trajectory(const std::vector<std::vector<Pose>>& map_T_sensor) {
   const std::vector<SceneLine> lines = trajectory_lines(map_T_sensor);
@@ -371,8 +342,8 @@ void Scene::draw(const OrbitCamera& camera, const Viewport& viewport, const Scen
   glDisable(GL_CULL_FACE);
   glDisable(GL_BLEND);
   glClear(GL_DEPTH_BUFFER_BIT);
-  impl_->draw_background(style.light_theme);
-  if (style.mesh) impl_->draw_mesh(camera, clip_T_map, style);
+  impl_->draw_background();
+  impl_->draw_mesh(camera, clip_T_map, style);
   glEnable(GL_BLEND);
   glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
   impl_->draw_piece(camera, clip_T_camera);
@@ -385,7 +356,6 @@ void Scene::draw(const OrbitCamera& camera, const Viewport& viewport, const Scen
   glDisable(GL_SCISSOR_TEST);
   glBindVertexArray(0);
   glUseProgram(0);
-  impl_->mesh.end_frame();
   impl_->colors_are_due = false;
   impl_->last_draw = Clock::now();
 }

@@ -1,7 +1,6 @@
 #include "scene/scene_lines.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <map>
 
@@ -47,7 +46,6 @@ using Eigen::Vector3f;
 constexpr Rgba kTrajectory{64, 190, 255, 255}, kDot{245, 245, 245, 255}, kCoverageDot{255, 196, 60, 255};
 constexpr Rgba kOdometry{150, 158, 170, 230}, kLoop{70, 214, 130, 200}, kOutlier{255, 60, 60, 255};
 constexpr float kAxisMm = 1.0F;
-constexpr int kMaxGridLines = 200;
 
 bool is_finite(const Pose& pose) { return pose.matrix().allFinite(); }
 
@@ -105,40 +103,6 @@ std::vector<SceneLine> edge_lines(const MapSnapshot& map) {
                      : loop       ? kLoop
                                   : kOdometry,
                      edge.outlier ? 2.5F : 1.5F});
-  }
-  return lines;
-}
-
-std::vector<SceneLine> box_lines(const Eigen::AlignedBox3f& box_mm, const Rgba& color) {
-  std::vector<SceneLine> lines;
-  if (box_mm.isEmpty()) return lines;
-  for (int corner = 0; corner < 8; ++corner)
-    for (int axis = 0; axis < 3; ++axis) {
-      if ((corner >> axis & 1) != 0) continue;
-      lines.push_back({box_mm.corner(static_cast<Eigen::AlignedBox3f::CornerType>(corner)),
-                       box_mm.corner(static_cast<Eigen::AlignedBox3f::CornerType>(corner | 1 << axis)), color,
-                       1.5F});
-    }
-  return lines;
-}
-
-std::vector<SceneLine> grid_lines(const Eigen::AlignedBox3f& box_mm, const Vector3f& height_axis,
-                                  const Rgba& color) {
-  if (box_mm.isEmpty() || !box_mm.sizes().allFinite()) return {};
-  const Vector3f up = height_axis.normalized();
-  const Vector3f x = up.unitOrthogonal(), y = up.cross(x);
-  const Vector3f half = 0.5F * box_mm.sizes();
-  const float below = up.cwiseAbs().dot(half);
-  float step = 1;
-  const float reach = 1.15F * half.norm();
-  while (2 * reach / step > 0.5F * kMaxGridLines) step *= 10;
-  const int n = std::max(1, static_cast<int>(std::ceil(reach / step)));
-  const Vector3f middle = box_mm.center() - 1.02F * below * up;
-  std::vector<SceneLine> lines;
-  for (int i = -n; i <= n; ++i) {
-    const float at = static_cast<float>(i) * step, end = static_cast<float>(n) * step;
-    lines.push_back({middle + at * x - end * y, middle + at * x + end * y, color, 1.0F});
-    lines.push_back({middle + at * y - end * x, middle + at * y + end * x, color, 1.0F});
   }
   return lines;
 }

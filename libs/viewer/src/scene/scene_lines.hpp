@@ -42,10 +42,5 @@ std::vector<SceneLine> trajectory_lines(const std::vector<std::vector<Pose>>& ma
 std::vector<SceneLine> keyframe_lines(const MapSnapshot& map, const std::vector<int>& coverage);
 /// Odometry gray, loops green, loops that the rest contradicts red.
 std::vector<SceneLine> edge_lines(const MapSnapshot& map);
-/// The twelve edges of a box.
-std::vector<SceneLine> box_lines(const Eigen::AlignedBox3f& box_mm, const Rgba& color);
-/// Squares of 1 mm (10 mm under large objects) across the far end of the height axis.
-std::vector<SceneLine> grid_lines(const Eigen::AlignedBox3f& box_mm, const Eigen::Vector3f& height_axis,
-                                  const Rgba& color);
 
 }  // namespace gelslam::viewer::detail

@@ -20,8 +20,6 @@ using Eigen::Vector3f;
 using Eigen::Vector4f;
 using Clock = std::chrono::steady_clock;
 
-constexpr std::size_t kFirstVertices = 1 << 15, kFirstIndices = 1 << 18;
-
 /// Whether all of a box is outside one of the view's planes (Gribb & Hartmann: rows of the matrix).
 bool is_outside(const Matrix4f& clip_T_map, const AlignedBox3f& box) {
   const Vector3f middle = box.center(), half = 0.5F * box.sizes();
@@ -59,27 +57,31 @@ bool may_hit(const PickRay& ray, const AlignedBox3f& box) {
   return nearest <= furthest;
 }
 
+template <typename T>
+void upload(GLenum kind, const GlBuffer& buffer, const std::vector<T>& elements) {
+  glBindBuffer(kind, buffer.name());
+  glBufferData(kind, static_cast<GLsizeiptr>(elements.size() * sizeof(T)), elements.data(), GL_STATIC_DRAW);
+}
+
+/// Says how the vertices lie in the buffer that is bound.
+void set_attributes() {
+  const auto attribute = [](GLuint place, GLint size, GLenum type, GLboolean normalized, std::size_t offset) {
+    glEnableVertexAttribArray(place);
+    glVertexAttribPointer(place, size, type, normalized, sizeof(PackedVertex),
+                          reinterpret_cast<const void*>(offset));
+  };
+  attribute(0, 3, GL_FLOAT, GL_FALSE, offsetof(PackedVertex, position_mm));
+  attribute(1, 4, GL_INT_2_10_10_10_REV, GL_TRUE, offsetof(PackedVertex, normal));
+  attribute(2, 2, GL_HALF_FLOAT, GL_FALSE, offsetof(PackedVertex, curvature));
+  attribute(3, 1, GL_FLOAT, GL_FALSE, offsetof(PackedVertex, value));
+}
+
 }  // namespace
-
-SceneMesh::SceneMesh()
-    : vertices_(sizeof(PackedVertex), kFirstVertices), indices_(sizeof(std::uint32_t), kFirstIndices) {}
-
-void SceneMesh::release(Block& block) {
-  vertices_.release(block.first_vertex, block.mesh.vertices_mm.size());
-  indices_.release(block.first_index, block.mesh.indices.size());
-  triangles_ -= block.mesh.indices.size() / 3;
-}
-
-void SceneMesh::upload_vertices(Block& block, const std::vector<float>& values) {
-  const std::vector<PackedVertex> packed = pack(block.mesh, values);
-  block.first_vertex = vertices_.take(packed.size());
-  vertices_.write(block.first_vertex, packed.size(), packed.data());
-}
 
 void SceneMesh::put(std::int64_t key, DrawableMesh mesh) {
   box_is_old_ = curvature_is_old_ = true;
   if (const auto old = blocks_.find(key); old != blocks_.end()) {
-    release(old->second);
+    triangles_ -= old->second.mesh.indices.size() / 3;
     blocks_.erase(old);
   }
   if (mesh.indices.empty()) return;
@@ -91,17 +93,20 @@ void SceneMesh::put(std::int64_t key, DrawableMesh mesh) {
   for (float& curvature : bend) curvature = std::abs(curvature);
   block.curvature_p80 = quantile_in_place(bend, 0.8);
   // What a block knows it shows at once; what has to be computed waits for its turn.
-  const bool has_values = of_keyframes_ && !block.mesh.keyframe.empty();
-  upload_vertices(block, has_values ? values_(block.mesh) : std::vector<float>());
-  if (has_values) block.values_version = values_version_, block.values_meaning = values_meaning_;
-  block.first_index = indices_.take(block.mesh.indices.size());
-  indices_.write(block.first_index, block.mesh.indices.size(), block.mesh.indices.data());
+  const bool knows_values = of_keyframes_ && !block.mesh.keyframe.empty();
+  if (knows_values) block.values_version = values_version_, block.values_meaning = values_meaning_;
+  glBindVertexArray(block.vertex_array.name());
+  upload(GL_ARRAY_BUFFER, block.vertices,
+         pack(block.mesh, knows_values ? values_(block.mesh) : std::vector<float>()));
+  set_attributes();
+  upload(GL_ELEMENT_ARRAY_BUFFER, block.indices, block.mesh.indices);
+  glBindVertexArray(0);
   triangles_ += block.mesh.indices.size() / 3;
 }
 
 void SceneMesh::clear() {
-  for (auto& [key, block] : blocks_) release(block);
   blocks_.clear();
+  triangles_ = 0;
   has_confidence_ = false;
   box_is_old_ = curvature_is_old_ = true;
 }
@@ -169,73 +174,44 @@ std::optional<Vector3f> SceneMesh::pick(const PickRay& ray) const {
   return ray.origin_mm + *nearest * ray.direction;
 }
 
-void SceneMesh::make_values(const std::vector<Block*>& seen, double budget_ms) {
+void SceneMesh::make_values(double budget_ms) {
   const auto start = Clock::now();
   is_complete_ = true;
   if (!values_) return;
-  for (Block* const block : seen) {
+  for (Block* const block : seen_) {
     if (block->values_version == values_version_) continue;
     if (std::chrono::duration<double, std::milli>(Clock::now() - start).count() > budget_ms) {
       is_complete_ = false;
       break;
     }
-    vertices_.release(block->first_vertex, block->mesh.vertices_mm.size());
-    upload_vertices(*block, values_(block->mesh));
+    upload(GL_ARRAY_BUFFER, block->vertices, pack(block->mesh, values_(block->mesh)));
     block->values_version = values_version_;
     block->values_meaning = values_meaning_;
   }
 }
 
-void SceneMesh::list_calls(const std::vector<Block*>& seen) {
-  with_values_ = {}, without_values_ = {};
-  drawn_triangles_ = 0;
-  for (const Block* const block : seen) {
-    Calls& calls = block->values_version > 0 && block->values_meaning == values_meaning_ ? with_values_
-                                                                                         : without_values_;
-    calls.counts.push_back(static_cast<GLsizei>(block->mesh.indices.size()));
-    calls.offsets.push_back(reinterpret_cast<const void*>(block->first_index * sizeof(std::uint32_t)));
-    calls.base_vertices.push_back(static_cast<GLint>(block->first_vertex));
-    drawn_triangles_ += block->mesh.indices.size() / 3;
-  }
-}
-
-void SceneMesh::bind_buffers() {
-  glBindVertexArray(vertex_array_.name());
-  if (bound_vertices_ == vertices_.buffer_version() && bound_indices_ == indices_.buffer_version()) return;
-  glBindBuffer(GL_ARRAY_BUFFER, vertices_.buffer());
-  const auto attribute = [](GLuint place, GLint size, GLenum type, GLboolean normalized, std::size_t offset) {
-    glEnableVertexAttribArray(place);
-    glVertexAttribPointer(place, size, type, normalized, sizeof(PackedVertex),
-                          reinterpret_cast<const void*>(offset));
-  };
-  attribute(0, 3, GL_FLOAT, GL_FALSE, offsetof(PackedVertex, position_mm));
-  attribute(1, 4, GL_INT_2_10_10_10_REV, GL_TRUE, offsetof(PackedVertex, normal));
-  attribute(2, 2, GL_HALF_FLOAT, GL_FALSE, offsetof(PackedVertex, curvature));
-  attribute(3, 1, GL_FLOAT, GL_FALSE, offsetof(PackedVertex, value));
-  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_.buffer());
-  bound_vertices_ = vertices_.buffer_version(), bound_indices_ = indices_.buffer_version();
+bool SceneMesh::has_values(const Block& block) const {
+  return block.values_version > 0 && block.values_meaning == values_meaning_;
 }
 
 void SceneMesh::prepare(const Matrix4f& clip_T_map, double budget_ms) {
-  std::vector<Block*> seen;
-  for (auto& [key, block] : blocks_)
-    if (!is_outside(clip_T_map, block.mesh.box_mm)) seen.push_back(&block);
-  make_values(seen, budget_ms);
-  list_calls(seen);
+  seen_.clear();
+  drawn_triangles_ = 0;
+  for (auto& [key, block] : blocks_) {
+    if (is_outside(clip_T_map, block.mesh.box_mm)) continue;
+    seen_.push_back(&block);
+    drawn_triangles_ += block.mesh.indices.size() / 3;
+  }
+  make_values(budget_ms);
 }
 
 void SceneMesh::draw(bool with_values) {
-  const Calls& calls = with_values ? with_values_ : without_values_;
-  if (calls.counts.empty()) return;
-  bind_buffers();
-  glMultiDrawElementsBaseVertex(GL_TRIANGLES, calls.counts.data(), GL_UNSIGNED_INT, calls.offsets.data(),
-                                static_cast<GLsizei>(calls.counts.size()), calls.base_vertices.data());
+  for (const Block* const block : seen_) {
+    if (has_values(*block) != with_values) continue;
+    glBindVertexArray(block->vertex_array.name());
+    glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(block->mesh.indices.size()), GL_UNSIGNED_INT, nullptr);
+  }
   glBindVertexArray(0);
-}
-
-void SceneMesh::end_frame() {
-  vertices_.end_frame();
-  indices_.end_frame();
 }
 
 }  // namespace gelslam::viewer::detail

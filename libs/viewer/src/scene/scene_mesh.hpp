@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "gelslam/viewer/orbit_camera.hpp"
-#include "gl/gl_pool.hpp"
+#include "gl/gl_objects.hpp"
 #include "scene/scene_geometry.hpp"
 
 namespace gelslam::viewer::detail {
@@ -15,11 +15,9 @@ namespace gelslam::viewer::detail {
 /// The numbers that a block's vertices are colored by.
 using VertexValues = std::function<std::vector<float>(const DrawableMesh&)>;
 
-/// Blocks of surface on the GPU: two shared buffers, one call to draw what is in view.
+/// Blocks of surface on the GPU.
 class SceneMesh {
  public:
-  SceneMesh();
-
   void put(std::int64_t key, DrawableMesh mesh);  ///< without triangles: removes
   void clear();
   /// Blocks get their new values bit by bit, as they are drawn. Until then they keep the old ones, or, when
@@ -43,32 +41,19 @@ class SceneMesh {
   std::size_t triangle_count() const { return triangles_; }
   std::size_t drawn_triangles() const { return drawn_triangles_; }
   bool is_complete() const { return is_complete_; }
-  void end_frame();
 
  private:
   struct Block {
     DrawableMesh mesh;
-    std::size_t first_vertex = 0, first_index = 0;  ///< in the buffers
+    GlVertexArray vertex_array;
+    GlBuffer vertices, indices;
     std::uint64_t values_version = 0, values_meaning = 0;
     float confidence_p95 = 0, curvature_p80 = 0;
   };
 
-  /// One glMultiDrawElementsBaseVertex.
-  struct Calls {
-    std::vector<GLsizei> counts;
-    std::vector<const void*> offsets;
-    std::vector<GLint> base_vertices;
-  };
+  void make_values(double budget_ms);
+  bool has_values(const Block& block) const;
 
-  void release(Block& block);
-  void upload_vertices(Block& block, const std::vector<float>& values);
-  void make_values(const std::vector<Block*>& seen, double budget_ms);
-  void list_calls(const std::vector<Block*>& seen);
-  void bind_buffers();
-
-  GlVertexArray vertex_array_;
-  GlPool vertices_, indices_;
-  int bound_vertices_ = -1, bound_indices_ = -1;  // versions of the buffers that the vertex array knows
   std::unordered_map<std::int64_t, Block> blocks_;
   std::size_t triangles_ = 0, drawn_triangles_ = 0;
   VertexValues values_;
@@ -78,7 +63,7 @@ class SceneMesh {
   mutable Eigen::AlignedBox3f box_mm_;
   mutable bool box_is_old_ = false, curvature_is_old_ = false;
   mutable float typical_curvature_ = 0;
-  Calls with_values_, without_values_;
+  std::vector<Block*> seen_;  // chosen by prepare()
 };
 
 }  // namespace gelslam::viewer::detail

@@ -30,7 +30,7 @@ in float curvature, number, touches;
 flat in float label;
 uniform int color_by, shading;  // SceneColor, SceneShading
 uniform float range_min, range_max, curvature_gain, firm_touches, min_touches;
-uniform sampler2D color_map, matcap, certainty;
+uniform sampler2D color_map, certainty;
 uniform vec3 clay;  // linear
 out vec4 color;
 
@@ -67,12 +67,6 @@ vec3 by_curvature(vec3 albedo, vec3 n) {
   return albedo * light * (1.0 + 0.62 * tanh(0.7 * curvature_gain * curvature));
 }
 
-vec3 polished(vec3 albedo, vec3 n, vec3 v) {
-  vec3 x = normalize(vec3(v.z, 0.0, -v.x)), y = cross(v, x);  // as seen from the eye, not only from the middle
-  vec3 reflected = to_linear(texture(matcap, 0.5 + 0.49 * vec2(dot(n, x), dot(n, y))).rgb);
-  return color_by == 0 || color_by == 5 ? reflected : albedo * (0.25 + 1.1 * reflected);
-}
-
 void main() {
   if (touches < min_touches) discard;
   vec3 n = normalize(normal_c), v = normalize(-position_c), albedo = surface_color();
@@ -82,7 +76,7 @@ void main() {
     n = -n;
     albedo = vec3(0.16, 0.17, 0.19);
   }
-  vec3 c = inside || shading == 0 ? lit(albedo, n, v) : shading == 1 ? polished(albedo, n, v) : by_curvature(albedo, n);
+  vec3 c = inside || shading == 0 ? lit(albedo, n, v) : by_curvature(albedo, n);
   color = vec4(pow(c, vec3(1.0 / 2.2)), 1.0);
 }
 )";
@@ -178,7 +172,7 @@ void main() {
 
 const char* const kBackgroundFragmentShader = R"(#version 330 core
 in vec2 place;
-uniform vec3 top, bottom;
+const vec3 top = vec3(0.175, 0.195, 0.225), bottom = vec3(0.070, 0.078, 0.092);
 out vec4 color;
 void main() {
   float glow = 0.10 * exp(-1.4 * dot(place, place));

@@ -1,9 +1,4 @@
 #pragma once
-#include <array>
-#include <cstdint>
-#include <vector>
-
-#include "gelslam/viewer/scene_style.hpp"
 
 namespace gelslam::viewer::detail {
 
@@ -16,8 +11,5 @@ extern const char* const kLineVertexShader;
 extern const char* const kLineFragmentShader;
 extern const char* const kBackgroundVertexShader;
 extern const char* const kBackgroundFragmentShader;
-
-/// What a polished ball reflects, seen from the front: a square picture of that side, RGBA, bottom row first.
-std::vector<std::uint8_t> make_matcap(int side_px);
 
 }  // namespace gelslam::viewer::detail

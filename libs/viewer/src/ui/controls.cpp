@@ -6,8 +6,6 @@
 #include <map>
 #include <sstream>
 
-#include "gelslam/core/text.hpp"
-
 namespace gelslam::viewer {
 namespace {
 
@@ -18,6 +16,7 @@ std::map<std::string, int, std::less<>> named_keys() {
                                                   {"enter", GLFW_KEY_ENTER},
                                                   {"esc", GLFW_KEY_ESCAPE},
                                                   {"tab", GLFW_KEY_TAB},
+                                                  {"f1", GLFW_KEY_F1},
                                                   {"left", GLFW_KEY_LEFT},
                                                   {"right", GLFW_KEY_RIGHT},
                                                   {"up", GLFW_KEY_UP},
@@ -34,16 +33,6 @@ std::map<std::string, int, std::less<>> named_keys() {
                                                   {"slash", GLFW_KEY_SLASH},
                                                   {"bracket", GLFW_KEY_RIGHT_BRACKET}};
   for (char letter = 'a'; letter <= 'z'; ++letter) keys[std::string(1, letter)] = GLFW_KEY_A + (letter - 'a');
-  for (int digit = 0; digit <= 9; ++digit) {
-    keys[std::to_string(digit)] = GLFW_KEY_0 + digit;
-    keys["kp_" + std::to_string(digit)] = GLFW_KEY_KP_0 + digit;
-  }
-  for (int i = 1; i <= 12; ++i) keys["f" + std::to_string(i)] = GLFW_KEY_F1 + (i - 1);
-  return keys;
-}
-
-const std::map<std::string, int, std::less<>>& known_keys() {
-  static const auto keys = named_keys();
   return keys;
 }
 
@@ -65,19 +54,12 @@ const char* name_of(SceneColor color) {
 ActionRow common_row(Action action) {
   using enum Action;
   static const std::vector<ActionRow> rows = {
-      {shading_clay, "1 kp_1", "1", "", 0, 0, "Shading: clay"},
-      {shading_polished, "2 kp_2", "2", "", 0, 0, "Shading: polished"},
-      {shading_curvature, "3 kp_3", "3", "", 0, 0, "Shading: curvature"},
-      {next_shading, "", "1 2 3", "Shading", 2, 10, ""},
+      {curvature, "k", "K", "Curvature", 2, 10, "Shading by curvature"},
       {next_color, "c", "C", "Colors", 2, 9, "Next color scale"},
       {follow, "f", "F", "Follow", 2, 7, "Follow the touch"},
       {show_all, "r", "R", "Show all", 2, 6, "Show all"},
       {trajectory, "t", "T", "Trajectory", 2, 8, "Trajectory"},
       {pose_graph, "g", "G", "Graph", 2, 8, "Pose graph"},
-      {grid, "m", "M", "Grid", 2, 9, "Millimeter grid"},
-      {light_theme, "l", "L", "Light", 2, 9, "Light or dark background"},
-      {measure, "d", "D", "Measure", 2, 7, "Measure: click two places"},
-      {box, "b", "B", "Box", 2, 7, "Bounding box and sizes"},
       {screenshot, "p", "P", "Picture", 1, 6, "Picture of this window (PNG)"},
       {panels, "tab", "Tab", "", 0, 0, "Hide or show the panels"},
       {help, "h f1", "H", "Help", 4, 2, "This help"},
@@ -87,14 +69,9 @@ ActionRow common_row(Action action) {
 }
 
 std::optional<int> key_of_name(std::string_view name) {
-  const auto found = known_keys().find(lower_case(std::string(name)));
-  return found == known_keys().end() ? std::nullopt : std::optional(found->second);
-}
-
-std::vector<std::string> key_names() {
-  std::vector<std::string> names;
-  for (const auto& [name, code] : known_keys()) names.push_back(name);
-  return names;
+  static const auto keys = named_keys();
+  const auto found = keys.find(name);
+  return found == keys.end() ? std::nullopt : std::optional(found->second);
 }
 
 void Controls::press_key(int code, double now_s) {
@@ -155,17 +132,8 @@ bool Controls::drop_old_toasts(double now_s) {
 
 void SceneControls::act(Action action, double now_s) {
   switch (action) {
-    case Action::shading_clay:
-      style_.shading = SceneShading::clay;
-      return;
-    case Action::shading_polished:
-      style_.shading = SceneShading::polished;
-      return;
-    case Action::shading_curvature:
-      style_.shading = SceneShading::curvature;
-      return;
-    case Action::next_shading:
-      style_.shading = static_cast<SceneShading>((static_cast<int>(style_.shading) + 1) % 3);
+    case Action::curvature:
+      style_.shading = style_.shading == SceneShading::clay ? SceneShading::curvature : SceneShading::clay;
       return;
     case Action::trajectory:
       style_.trajectory = !style_.trajectory;
@@ -173,24 +141,11 @@ void SceneControls::act(Action action, double now_s) {
     case Action::pose_graph:
       style_.edges = style_.keyframes = !style_.edges;
       return;
-    case Action::grid:
-      style_.grid = !style_.grid;
-      return;
-    case Action::box:
-      style_.box = !style_.box;
-      return;
-    case Action::light_theme:
-      style_.light_theme = !style_.light_theme;
-      return;
     case Action::next_color: {
       const auto now = std::find(colors_.begin(), colors_.end(), style_.color);
       style_.color = now == colors_.end() || now + 1 == colors_.end() ? colors_.front() : *(now + 1);
       return say(std::string("Colors: ") + name_of(style_.color), now_s);
     }
-    case Action::measure:
-      measures_ = !measures_;
-      if (measures_) say("Click two places of the surface.", now_s);
-      return;
     case Action::follow:
       follows_ = !follows_;
       return say(follows_ ? "The view follows the touch." : "The view stays where it is.", now_s);
@@ -205,22 +160,14 @@ void SceneControls::act(Action action, double now_s) {
 ButtonLook SceneControls::button(const ActionRow& row) const {
   const auto is_on = [this](Action action) {
     switch (action) {
-      case Action::next_shading:
-        return style_.shading != SceneShading::clay;
+      case Action::curvature:
+        return style_.shading == SceneShading::curvature;
       case Action::trajectory:
         return style_.trajectory;
       case Action::pose_graph:
         return style_.edges;
       case Action::next_color:
         return style_.color != colors_.front();
-      case Action::box:
-        return style_.box;
-      case Action::grid:
-        return style_.grid;
-      case Action::light_theme:
-        return style_.light_theme;
-      case Action::measure:
-        return measures_;
       case Action::follow:
         return follows_;
       case Action::help:

@@ -12,7 +12,6 @@ namespace {
 constexpr double kDoubleClickS = 0.35;
 constexpr float kDoubleClickPx = 6;
 constexpr double kMargin = 18;  // design pixels
-constexpr Color kMeasure = theme::rgb(255, 220, 90);
 
 bool nearly_there(const OrbitCamera& a, const OrbitCamera& b) {
   const float near_mm = 1e-3F * b.distance_mm();
@@ -27,6 +26,46 @@ double round_length_mm(double room_mm) {
   for (const double digit : {5.0, 2.0})
     if (digit * decade <= room_mm) return digit * decade;
   return decade;
+}
+
+void draw_scale_bar(Ui& ui, const Box& view, double mm_per_px) {
+  if (!(mm_per_px > 0) || !std::isfinite(mm_per_px)) return;
+  const double length_mm = round_length_mm(mm_per_px * static_cast<double>(ui.px(140)));
+  const auto width = static_cast<float>(length_mm / mm_per_px);
+  const float x = view.x + ui.px(kMargin + 4), y = view.bottom() - ui.px(kMargin + 6), tick = ui.px(9),
+              thick = ui.px(2);
+  ui.fill({x, y, width, thick}, theme::kText);
+  for (const float at : {x, x + width - thick}) ui.fill({at, y - tick + thick, thick, tick}, theme::kText);
+  ui.text_at(Face::body, x + thick, y - tick - ui.height_of(Face::body), theme::kText,
+             fmt::format("{:.3g} mm", length_mm));
+}
+
+/// Title, color bar with its ends beside it, and below what else is to be said of the values.
+void draw_legend(Ui& ui, const Box& view, const ColorLegend& legend) {
+  const float width = ui.px(16), height = std::min(ui.px(220), 0.45F * view.height);
+  const float small = ui.height_of(Face::small), notes = static_cast<float>(legend.notes.size()) * small;
+  const Box bar{view.right() - ui.px(kMargin) - width,
+                view.bottom() - ui.px(kMargin + (legend.notes.empty() ? 14 : 24)) - notes - height, width,
+                height};
+  const auto steps = static_cast<float>(legend.colors_rgb.size());
+  for (std::size_t i = 0; i < legend.colors_rgb.size(); ++i) {
+    const auto& [r, g, b] = legend.colors_rgb[i];
+    const float from_below = static_cast<float>(i + 1) / steps;
+    ui.fill({bar.x, bar.y + (1 - from_below) * bar.height, bar.width, bar.height / steps + 1},
+            theme::rgb(r, g, b));
+  }
+  const std::string unit = legend.unit.empty() ? "" : " " + legend.unit;
+  const auto number = [&unit](float value) { return fmt::format("{:.3g}{}", value, unit); };
+  const float right = bar.x - ui.px(8);
+  ui.text_right(Face::small, right, bar.y, theme::kText, number(legend.max));
+  ui.text_right(Face::small, right, bar.bottom() - small, theme::kText, number(legend.min));
+  ui.text_right(Face::body, bar.right(), bar.y - ui.height_of(Face::body) - ui.px(6), theme::kText,
+                legend.title);
+  float y = bar.bottom() + ui.px(8);
+  for (const std::string& note : legend.notes) {
+    ui.text_right(Face::small, bar.right(), y, theme::kText, note);
+    y += small;
+  }
 }
 
 }  // namespace
@@ -85,12 +124,11 @@ void SceneLoop::pressed(int button, const Eigen::Vector2f& at_px, double now_s) 
   if (drag_button_) return;
   drag_button_ = button;
   last_px_ = at_px;
-  dragged_ = false;
   if (button != GLFW_MOUSE_BUTTON_LEFT) return;
   const bool twice = now_s - pressed_s_ < kDoubleClickS && (at_px - pressed_px_).norm() < kDoubleClickPx;
   pressed_s_ = now_s;
   pressed_px_ = at_px;
-  if (!twice || scene_controls().measures()) return;
+  if (!twice) return;
   const Cursor cursor = cursor_in_part(at_px);
   if (const auto place = pick(cursor.part, camera_.pick_ray(cursor.at_px, cursor.viewport))) {
     scene_controls().set_follows(false);
@@ -104,7 +142,6 @@ void SceneLoop::moved(const Eigen::Vector2f& to_px) {
   const Eigen::Vector2f movement = to_px - last_px_;
   last_px_ = to_px;
   if (!drag_button_ || movement.isZero()) return;
-  dragged_ = dragged_ || (to_px - pressed_px_).norm() >= kDoubleClickPx;
   glide_ = Glide::none;
   scene_controls().set_follows(false);
   if (*drag_button_ == GLFW_MOUSE_BUTTON_LEFT)
@@ -114,17 +151,7 @@ void SceneLoop::moved(const Eigen::Vector2f& to_px) {
 }
 
 void SceneLoop::released(int button) {
-  if (drag_button_ != button) return;
-  drag_button_.reset();
-  if (button == GLFW_MOUSE_BUTTON_LEFT && !dragged_ && scene_controls().measures()) click(last_px_);
-}
-
-void SceneLoop::click(const Eigen::Vector2f& at_px) {
-  const Cursor cursor = cursor_in_part(at_px);
-  const auto place = pick(cursor.part, camera_.pick_ray(cursor.at_px, cursor.viewport));
-  if (!place) return;
-  if (measured_mm_.size() == 2) measured_mm_.clear();
-  measured_mm_.push_back(*place);
+  if (drag_button_ == button) drag_button_.reset();
 }
 
 void SceneLoop::scrolled(double steps, const Eigen::Vector2f& at_px) {
@@ -133,76 +160,11 @@ void SceneLoop::scrolled(double steps, const Eigen::Vector2f& at_px) {
   camera_.zoom(steps, cursor.at_px, cursor.viewport);
 }
 
-void SceneLoop::draw_measure(Ui& ui, const Viewport& part, Color ink) const {
-  const Box box = box_of(part);
-  std::vector<Eigen::Vector2f> at;
-  for (const Eigen::Vector3f& p : measured_mm_) {
-    const auto place = on_screen(part, p);
-    if (!place) return;
-    at.push_back(*place);
-  }
-  if (at.size() == 2) {
-    ui.line(at[0].x(), at[0].y(), at[1].x(), at[1].y(), theme::kBackdrop, 4, box);
-    ui.line(at[0].x(), at[0].y(), at[1].x(), at[1].y(), kMeasure, 2, box);
-    const float length_mm = (measured_mm_[1] - measured_mm_[0]).norm();
-    const Eigen::Vector2f middle = 0.5F * (at[0] + at[1]);
-    ui.text_at(Face::figure, middle.x() + ui.px(10), middle.y() - ui.px(28), ink,
-               fmt::format("{:.3f} mm", length_mm));
-  }
-  for (const Eigen::Vector2f& p : at)
-    if (box.contains(static_cast<double>(p.x()), static_cast<double>(p.y()))) {
-      ui.disc(p.x(), p.y(), ui.px(6), theme::kBackdrop);
-      ui.disc(p.x(), p.y(), ui.px(4), kMeasure);
-    }
-}
-
-void SceneLoop::draw_marks(Ui& ui, const SceneStyle& style, const std::optional<ColorLegend>& legend) const {
-  const Color ink = style.light_theme ? theme::kBackdrop : theme::kText;
-  const std::vector<Viewport> all = parts(viewport());
-  const Box first = box_of(all.front());
-  draw_scale_bar(ui, first, static_cast<double>(camera_.mm_per_px(camera_.distance_mm(), all.front())), ink);
-  if (legend && first.height > ui.px(380)) draw_legend(ui, first, *legend, ink);
-  if (!const_cast<SceneLoop*>(this)->scene_controls().measures() || measured_mm_.empty()) return;
-  for (const Viewport& part : all) draw_measure(ui, part, ink);
-}
-
-void draw_scale_bar(Ui& ui, const Box& view, double mm_per_px, Color ink) {
-  if (!(mm_per_px > 0) || !std::isfinite(mm_per_px)) return;
-  const double length_mm = round_length_mm(mm_per_px * static_cast<double>(ui.px(140)));
-  const auto width = static_cast<float>(length_mm / mm_per_px);
-  const float x = view.x + ui.px(kMargin + 4), y = view.bottom() - ui.px(kMargin + 6), tick = ui.px(9),
-              thick = ui.px(2);
-  ui.fill({x, y, width, thick}, ink);
-  for (const float at : {x, x + width - thick}) ui.fill({at, y - tick + thick, thick, tick}, ink);
-  ui.text_at(Face::body, x + thick, y - tick - ui.height_of(Face::body), ink,
-             fmt::format("{:.3g} mm", length_mm));
-}
-
-/// Title, color bar with its ends beside it, and below what else is to be said of the values.
-void draw_legend(Ui& ui, const Box& view, const ColorLegend& legend, Color ink) {
-  const float width = ui.px(16), height = std::min(ui.px(220), 0.45F * view.height);
-  const float small = ui.height_of(Face::small), notes = static_cast<float>(legend.notes.size()) * small;
-  const Box bar{view.right() - ui.px(kMargin) - width,
-                view.bottom() - ui.px(kMargin + (legend.notes.empty() ? 14 : 24)) - notes - height, width,
-                height};
-  const auto steps = static_cast<float>(legend.colors_rgb.size());
-  for (std::size_t i = 0; i < legend.colors_rgb.size(); ++i) {
-    const auto& [r, g, b] = legend.colors_rgb[i];
-    const float from_below = static_cast<float>(i + 1) / steps;
-    ui.fill({bar.x, bar.y + (1 - from_below) * bar.height, bar.width, bar.height / steps + 1},
-            theme::rgb(r, g, b));
-  }
-  const std::string unit = legend.unit.empty() ? "" : " " + legend.unit;
-  const auto number = [&unit](float value) { return fmt::format("{:.3g}{}", value, unit); };
-  const float right = bar.x - ui.px(8);
-  ui.text_right(Face::small, right, bar.y, ink, number(legend.max));
-  ui.text_right(Face::small, right, bar.bottom() - small, ink, number(legend.min));
-  ui.text_right(Face::body, bar.right(), bar.y - ui.height_of(Face::body) - ui.px(6), ink, legend.title);
-  float y = bar.bottom() + ui.px(8);
-  for (const std::string& note : legend.notes) {
-    ui.text_right(Face::small, bar.right(), y, ink, note);
-    y += small;
-  }
+void SceneLoop::draw_marks(Ui& ui, const std::optional<ColorLegend>& legend) const {
+  const Viewport part = parts(viewport()).front();
+  const Box first = box_of(part);
+  draw_scale_bar(ui, first, static_cast<double>(camera_.mm_per_px(camera_.distance_mm(), part)));
+  if (legend && first.height > ui.px(380)) draw_legend(ui, first, *legend);
 }
 
 }  // namespace gelslam::viewer::detail

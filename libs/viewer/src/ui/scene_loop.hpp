@@ -8,7 +8,7 @@
 
 namespace gelslam::viewer::detail {
 
-/// A window with a scene in it: the mouse turns, moves and zooms the camera, and measures distances.
+/// A window with a scene in it: the mouse turns, moves and zooms the camera.
 class SceneLoop : public WindowLoop {
  public:
   using WindowLoop::WindowLoop;
@@ -30,7 +30,7 @@ class SceneLoop : public WindowLoop {
   Box box_of(const Viewport& part) const;
   /// Where a point is drawn; nothing behind the camera.
   std::optional<Eigen::Vector2f> on_screen(const Viewport& part, const Eigen::Vector3f& p_mm) const;
-  void draw_marks(Ui& ui, const SceneStyle& style, const std::optional<ColorLegend>& legend) const;
+  void draw_marks(Ui& ui, const std::optional<ColorLegend>& legend) const;
 
   OrbitCamera camera_;
 
@@ -42,8 +42,6 @@ class SceneLoop : public WindowLoop {
     Viewport viewport;
   };
   Cursor cursor_in_part(const Eigen::Vector2f& at_px) const;
-  void click(const Eigen::Vector2f& at_px);
-  void draw_measure(Ui& ui, const Viewport& part, Color ink) const;
 
   void pressed(int button, const Eigen::Vector2f& at_px, double now_s) override;
   void moved(const Eigen::Vector2f& to_px) override;
@@ -55,11 +53,6 @@ class SceneLoop : public WindowLoop {
   std::optional<int> drag_button_;
   Eigen::Vector2f last_px_ = Eigen::Vector2f::Zero(), pressed_px_ = Eigen::Vector2f::Zero();
   double pressed_s_ = -1e9;
-  bool dragged_ = false;
-  std::vector<Eigen::Vector3f> measured_mm_;  ///< none, one or both ends of the distance
 };
-
-void draw_scale_bar(Ui& ui, const Box& view, double mm_per_px, Color ink);
-void draw_legend(Ui& ui, const Box& view, const ColorLegend& legend, Color ink);
 
 }  // namespace gelslam::viewer::detail

@@ -269,15 +269,6 @@ void Ui::end_panel() {
 void Ui::begin_child(const char* id, float height) { ImGui::BeginChild(id, {0, height}); }
 void Ui::end_child() { ImGui::EndChild(); }
 
-void Ui::list(const char* id, std::size_t rows, const std::function<void(std::size_t row)>& draw) {
-  begin_child(id);
-  ImGuiListClipper clipper;
-  clipper.Begin(static_cast<int>(rows));
-  while (clipper.Step())
-    for (int row = clipper.DisplayStart; row < clipper.DisplayEnd; ++row) draw(static_cast<std::size_t>(row));
-  end_child();
-}
-
 Box Ui::room() const {
   const ImVec2 at = ImGui::GetCursorScreenPos(), size = ImGui::GetContentRegionAvail();
   return {at.x, at.y, size.x, size.y};

@@ -162,9 +162,6 @@ void WindowHost::install_callbacks() {
     glfwSetWindowShouldClose(w, GLFW_FALSE);  // whether it closes is for the person to answer
     host_of(w).push({InputEvent::Kind::close});
   });
-  glfwSetDropCallback(window, [](GLFWwindow* w, int count, const char** paths) {
-    if (count > 0) host_of(w).push({InputEvent::Kind::drop, 0, false, 0, 0, paths[0]});
-  });
   glfwSetWindowRefreshCallback(window, [](GLFWwindow* w) { host_of(w).push({InputEvent::Kind::redraw}); });
   glfwSetFramebufferSizeCallback(
       window, [](GLFWwindow* w, int, int) { host_of(w).push({InputEvent::Kind::redraw}); });
@@ -197,11 +194,6 @@ std::vector<InputEvent> WindowHost::take_input() {
 }
 
 void WindowHost::resize(int width_px, int height_px) {
-  if (GLFWwindow* window = glfw_window()) {
-    const double ratio = pixels_per_unit_;
-    glfwSetWindowSize(window, cvRound(width_px / ratio), cvRound(height_px / ratio));
-    return;
-  }
   target_ = std::make_unique<RenderTarget>(width_px, height_px);
   width_px_ = width_px;
   height_px_ = height_px;

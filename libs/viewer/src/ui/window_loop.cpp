@@ -6,7 +6,6 @@
 #include <chrono>
 
 #include "gelslam/core/error.hpp"
-#include "ui/script.hpp"
 
 namespace gelslam::viewer {
 namespace {
@@ -19,20 +18,13 @@ double clock_s() {
 
 }  // namespace
 
-WindowLoop::WindowLoop(const WindowLoopOptions& options)
-    : options_(options),
-      host_(options),
-      player_(std::make_unique<detail::ScriptPlayer>(options.script, options.script_name)) {}
-
-WindowLoop::~WindowLoop() = default;
-
 void WindowLoop::run() {
   const double start_s = clock_s();
   while (!wants_to_close()) {
     const double begin_s = clock_s() - start_s;
     const bool drew = turn(begin_s);
     const double took_s = clock_s() - start_s - begin_s;
-    if (drew || draw_next_ || !player_->done()) {
+    if (drew || draw_next_) {
       // Without a graphics card a picture takes long; then at least half of the time belongs to the others.
       host_.wait(std::max(kFrameS - took_s, options_.yields ? std::min(took_s, 0.1) : 0.001));
     } else {
@@ -42,19 +34,14 @@ void WindowLoop::run() {
   if (!options_.snapshot.empty()) write_png(options_.snapshot, picture(1e9));
 }
 
-bool WindowLoop::wants_to_close() {
-  return controls().wants_to_close() || player_->wants_to_quit() || closes_by_itself();
-}
-
-std::string WindowLoop::script_left() const { return player_->rest(); }
+bool WindowLoop::wants_to_close() { return controls().wants_to_close() || closes_by_itself(); }
 
 bool WindowLoop::turn(double now_s, bool draw_anyway) {
-  const bool due = std::exchange(draw_next_, false), scripted = !player_->done();
-  if (scripted) player_->play({state(), view_, &texts_}, host_, now_s);
+  const bool due = std::exchange(draw_next_, false);
   handle_input(now_s);
   bool changed = controls().drop_old_toasts(now_s);
   changed |= advance(now_s, std::clamp(now_s - drawn_s_, 1e-3, 0.1));
-  changed |= scripted || input_seen_ || due || draw_anyway;
+  changed |= input_seen_ || due || draw_anyway;
   if (!changed && now_s - drawn_s_ < options_.redraw_s) return false;
   draw(now_s);
   drawn_s_ = now_s;
@@ -73,7 +60,6 @@ void WindowLoop::draw(double now_s) {
     panels_ = ui.take_panels();
   }
   host_.end_frame();
-  player_->write_screenshot(host_, options_.picture_folder);
   if (controls().take_screenshot()) save_screenshot(now_s);
   host_.present();
 }
@@ -125,9 +111,6 @@ void WindowLoop::handle_input(double now_s) {
         break;
       case InputEvent::Kind::scroll:
         if (!on_panel()) scrolled(event.y, pointer_px_);
-        break;
-      case InputEvent::Kind::drop:
-        dropped(event.path);
         break;
       case InputEvent::Kind::redraw:
         break;

@@ -9,8 +9,7 @@
 namespace gelslam {
 
 /// The four factors of true slope (gx, gy) = (I - F) * read slope, with F = ((xx, xy), (yx, yy)) along the
-/// sensor's axes, in the order xx, xy, yx, yy (0: no correction): SlopeCorrection. xx and yy are the gradient
-/// scale.
+/// sensor's axes, in the order xx, xy, yx, yy (0: no correction). xx and yy are the gradient scale.
 inline constexpr int kScaleTerms = 4;  // layout
 using MotionByScale = Eigen::Matrix<double, 6, kScaleTerms>;
 

@@ -18,9 +18,13 @@ inline constexpr double kBetweenPartsS = 1.0;  // layout
 /// model cannot be read.
 ScanPart part_of(const Config& config, const std::filesystem::path& log);
 
+/// Throws Error unless the surfaces of a run's record were read by the part's model, at this sensor's pitch
+/// and resolution: only surfaces that err alike belong to one scan.
+void check_same_sensor(const std::filesystem::path& run, const ScanRecord& record, const ScanPart& part,
+                       const SensorProfile& sensor);
+
 /// Reads the session of a run folder to continue it with this configuration. Throws Error when there is none,
-/// and when its surfaces were read by another model, or at another pitch or resolution: only surfaces that
-/// err alike belong to one scan (others are joined by merge_scans()).
+/// and as check_same_sensor().
 ContinuedScan continue_scan(const std::filesystem::path& run, const Config& config,
                             const std::filesystem::path& log);
 /// The same to go on in the run folder itself, which is locked before it is read: throws Error while another

@@ -17,7 +17,7 @@ namespace gelslam {
 ///   surface      picture to heights, normals, curvature, contact                    SurfaceStream
 ///   track        surface to pose relative to a keyframe; new keyframes (§IV)        Tracker
 ///   close loops  keyframe to motions relative to earlier keyframes there (§V)       LoopCloser
-///   optimize     motions to poses of the keyframes and slope correction             solve_pose_graph()
+///   optimize     motions to poses of the keyframes and gradient scale               solve_pose_graph()
 ///   fuse         surfaces at these poses to one mesh                                fuse_map()
 ///
 /// process() tracks and closes loops, finish() optimizes; the first and the last stage are called beside it

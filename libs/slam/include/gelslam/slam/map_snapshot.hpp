@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "gelslam/backend/pose_graph.hpp"
-#include "gelslam/surface/slope_correction.hpp"
+#include "gelslam/surface/gradient_scale.hpp"
 #include "gelslam/surface/stored_surface.hpp"
 
 namespace gelslam {

@@ -18,10 +18,9 @@ struct MergeRequest {
   bool overwrite = false;
 };
 
-/// Joins scans of one object by the places that they have in common, and writes a run folder. Scans of one
-/// sensor and model go on as if they were one scan. Otherwise each scan's surfaces are taken as its own map
-/// has corrected them, at the pixel pitch of the first, and no common correction is estimated. Throws Error
-/// when a run holds no session, or another run into the folder is refused. Returns what it wrote.
+/// Joins scans of one object by the places that they have in common, as if they were one scan, and writes a
+/// run folder. Throws Error when a run holds no session, another run into the folder is refused, or as
+/// check_same_sensor(). Returns what it wrote.
 Run merge_scans(const MergeRequest& request, ProgressSink& progress,
                 const std::function<bool()>& stop_requested);
 

@@ -36,8 +36,7 @@ FrameRecord background_record(std::int64_t frame, double time_s);
 struct ScanPart {
   std::int64_t first_frame = 0;  ///< frames are counted on from part to part
   std::string sensor;            ///< its name
-  /// CRC-32 of the gradient model's numbers: only surfaces read by one model share a slope correction. 0:
-  /// surfaces of several sensors, already corrected (merge).
+  /// CRC-32 of the gradient model's numbers: only surfaces read by one model share a gradient scale.
   std::uint32_t model_crc32 = 0;
   std::string log;  ///< file; empty where none was kept
 };
@@ -75,7 +74,7 @@ struct ContinuedScan {
 
 /// Reads a record, also one that a kill has cut off: a last line that is not whole is left out. Lines and
 /// surfaces that are damaged or missing are left out with a warning. Throws Error when there is no record, or
-/// it was written by a newer version, or by an older one for two sensors at the same time.
+/// it was written by a newer version, or by an older one for several sensors or models.
 ScanRecord read_scan(const std::filesystem::path& folder, const NormalFlowOptions& registration);
 
 }  // namespace gelslam

@@ -20,22 +20,6 @@ struct Session {
   std::vector<std::string> warnings;  ///< what could not be read, or is not in it, as sentences for the user
 };
 
-/// What was concluded from a ScanRecord, as session.json holds it.
-struct SavedMap {
-  struct Node {
-    int keyframe = 0;
-    int component = 0;
-    bool in_map = false;
-    Pose component_T_keyframe = Pose::Identity();  ///< in the anchor's frame for keyframes of the map
-  };
-  double gradient_scale = 1.0;
-  SlopeCorrection slope_correction;
-  std::vector<Node> nodes;  ///< by keyframe id, ascending
-  std::vector<MapSnapshot::Edge> edges;
-  std::uintmax_t scan_bytes = 0;  ///< so much of scan.jsonl it was concluded from
-  std::uint32_t scan_crc32 = 0;   ///< of the last 64 bytes of that; 0: not known
-};
-
 /// Writes a session: write_scan() and save_map(). Throws Error when the disk is full.
 void save_session(const std::filesystem::path& folder, const SlamMap& map);
 
@@ -43,8 +27,6 @@ void save_session(const std::filesystem::path& folder, const SlamMap& map);
 /// whole.
 void save_map(const std::filesystem::path& folder, const SlamMap& map, const std::filesystem::path& scan,
               std::uintmax_t scan_bytes);
-/// Throws Error, too, when the scan went on after its map was saved, or it is another scan's.
-SavedMap load_map(const std::filesystem::path& folder);
 
 /// Reads the map's patches, of this version or an older one. Keyframes whose surface is missing or damaged
 /// are left out with a warning. Throws Error when there is no map, session.json is damaged, or a newer

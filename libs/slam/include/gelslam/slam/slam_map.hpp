@@ -11,7 +11,7 @@
 #include "gelslam/fusion/fusion.hpp"
 #include "gelslam/slam/scan_record.hpp"
 #include "gelslam/slam/trajectory_uncertainty.hpp"
-#include "gelslam/surface/slope_correction.hpp"
+#include "gelslam/surface/gradient_scale.hpp"
 
 namespace gelslam {
 
@@ -27,8 +27,8 @@ struct SlamMap {
   std::vector<std::shared_ptr<const Keyframe>> keyframes;
   std::vector<PoseGraphEdge> edges;
   PoseGraphSolution solution;
-  SlopeCorrection slope_correction;  ///< as estimated
-  std::vector<bool> in_map;          ///< by keyframe id: belongs to the largest component
+  GradientScale gradient_scale;  ///< of the surfaces, as estimated
+  std::vector<bool> in_map;      ///< by keyframe id: belongs to the largest component
   std::vector<int>
       coverage_keyframes;  ///< ids of keyframes that together cover all that was touched, ascending
   int trials = 0;

@@ -61,9 +61,4 @@ Eigen::Vector2d contact_center_mm(const Surface& surface);
 /// other side).
 bool shows(const Surface& surface, const Eigen::Vector3d& point_mm);
 
-/// The surface as a sensor of another pixel pitch would read it, over the same extent (whole pixels; the
-/// center stays): so that surfaces of different sensors can be compared pixel by pixel. The same surface for
-/// the same pitch.
-SurfacePtr resampled(const Surface& surface, double pixel_pitch_mm);
-
 }  // namespace gelslam

@@ -19,29 +19,19 @@ enum class Action {
   help,
   screenshot,
   panels,  // of every window
-  shading_clay,
-  shading_polished,
-  shading_curvature,
-  next_shading,
+  curvature,
   next_color,  // of a scene
   trajectory,
   pose_graph,
-  grid,
-  light_theme,
-  measure,
-  box,
   show_all,  //
   pause,
   new_scan,
   save,
   diagnostics,
-  view_run,
-  go_on,
   follow,  // of a live scan
   play,
   step_back,
-  step_on,
-  open,  // of a saved run
+  step_on,  // of a saved run
   undo,
   accept,
   previous,
@@ -61,7 +51,7 @@ enum class Action {
 /// One row of a window's table: its keys, its button and its line in the help all come from here.
 struct ActionRow {
   Action action;
-  std::string keys;   ///< as scripts name them: "q esc"
+  std::string keys;   ///< by their names: "q esc"
   std::string key;    ///< as people read it: "Q"
   std::string label;  ///< of its button; empty: it has none
   int group;          ///< a gap goes between groups of buttons
@@ -72,9 +62,8 @@ struct ActionRow {
 /// What several windows share: help, picture, and how a scene looks.
 ActionRow common_row(Action action);
 
-/// The GLFW code of a key as a script writes it ("space", "a", "7", "f1", "left"), in upper or lower case.
+/// The GLFW code of a key in ActionRow::keys ("space", "a", "7", "f1", "left").
 std::optional<int> key_of_name(std::string_view name);
-std::vector<std::string> key_names();  ///< all that key_of_name() knows, for "did you mean"
 
 /// A line that says what was done, and goes by itself.
 struct Toast {
@@ -147,8 +136,7 @@ class SceneControls : public Controls {
       : Controls(std::move(rows)), style_(style), colors_(std::move(colors)) {}
 
   const SceneStyle& style() const { return style_; }
-  bool measures() const { return measures_; }  ///< clicks pick the ends of a distance
-  bool follows() const { return follows_; }    ///< the view turns to the touch, where there is one
+  bool follows() const { return follows_; }  ///< the view turns to the touch, where there is one
   void set_follows(bool follows) { follows_ = follows; }
   bool take_show_all() { return std::exchange(show_all_, false); }
   ButtonLook button(const ActionRow& row) const override;
@@ -160,7 +148,7 @@ class SceneControls : public Controls {
  private:
   SceneStyle style_;
   std::vector<SceneColor> colors_;  ///< that mean something here
-  bool measures_ = false, show_all_ = false, follows_ = true;
+  bool show_all_ = false, follows_ = true;
 };
 
 /// The bar at the window's lower edge, as many buttons as there is room for, and what lies over the view:

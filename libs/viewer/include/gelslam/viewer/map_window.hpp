@@ -34,9 +34,8 @@ struct LocatedTouches {
 };
 
 /// Shows the map in gray and the touch at its place, or a transparent touch at each of several possible
-/// places (docs/localization.md), until the person or the script closes the window, or options.asks_to_end.
-/// Main thread. Throws Error when there is no display, the script is wrong, or the snapshot cannot be
-/// written.
+/// places (docs/localization.md), until the person closes the window, or options.asks_to_end. Main thread.
+/// Throws Error when there is no display, or the snapshot cannot be written.
 void run_map_window(const ShownMap& map, const LocatedTouches& touches, const WindowOptions& options);
 
 /// The window as it would look with the newest touch in the map, drawn without a display and written as PNG.

@@ -62,9 +62,9 @@ class Scene {
   void set_distance_query(DistanceQuery query);
 
   void set_touch(std::optional<TouchPatch> touch);
-  /// What was touched and is not part of the map yet, drawn in a color of its own; empty: nothing.
+  /// What was touched and is not part of the map yet, drawn in a color of its own.
   void set_piece(const viewer::detail::TouchMesh& mesh);
-  void place_piece(const Pose& map_T_piece, double opacity);
+  void place_piece(const std::optional<Pose>& map_T_piece);  ///< nothing: it is not drawn
   /// Stretches of tracking, each a chain of sensor poses; they are not joined.
   void set_trajectory(const std::vector<std::vector<Pose>>& map_T_sensor);
   /// Keyframes and edges of the shown component; `coverage` (ids) are drawn larger.

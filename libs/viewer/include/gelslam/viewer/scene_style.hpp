@@ -12,7 +12,6 @@ namespace gelslam {
 
 enum class SceneShading {
   clay,       ///< under two lamps
-  polished,   ///< light fixed to the viewer
   curvature,  ///< grazing light, hollows dark and ridges bright: shows the finest texture
 };
 
@@ -29,11 +28,8 @@ struct SceneStyle {
   SceneShading shading = SceneShading::clay;
   SceneColor color = SceneColor::plain;
   Eigen::Vector3f plain_rgb{0.58F, 0.50F, 0.43F};  ///< linear; clay
-  bool light_theme = false;
-  bool mesh = true, touch = true, sensor = true, trajectory = false;
+  bool touch = true, sensor = true, trajectory = false;
   bool keyframes = false, edges = false;
-  bool box = false;   ///< around the mesh, along the map's axes
-  bool grid = false;  ///< 1 mm squares below the mesh
   bool smooth_border =
       false;  ///< the mesh ends where confidence falls below a limit, not at its last triangle
   Eigen::Vector3f height_axis{

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
@@ -57,7 +56,7 @@ struct Paragraph {
   std::string text;
 };
 
-/// What was written where: by it a script finds a button, and a test its words.
+/// What was written where: tests find words and buttons by it.
 struct DrawnText {
   std::string text;
   Box box;
@@ -133,8 +132,6 @@ class Ui {
   /// Part of a panel, which scrolls where it is too high. A height of 0: down to the panel's lower edge.
   void begin_child(const char* id, float height = 0);
   void end_child();
-  /// Rows of the same height that scroll; `draw` is called for those in view.
-  void list(const char* id, std::size_t rows, const std::function<void(std::size_t row)>& draw);
   Box room() const;  ///< from the next item to the panel's lower right corner
   void gap(double design_px);
   void text(Face face, Color color, std::string_view text, Cut cut = Cut::end);

@@ -14,34 +14,21 @@ struct WindowOptions : viewer::WindowLoopOptions {
   /// False: there is no run folder. the finished window points at picture_folder; it is made when it is first
   /// needed.
   bool keeps_run = true;
-  bool can_go_on = false;            ///< the finished run can be continued: there is a camera
   std::function<void()> when_shown;  ///< called once, after the first picture
   std::string next_run_folder = {};  ///< where another scan would go; empty: there is no camera for one
 };
 
-/// What a person chose in the window; a new scan closes it once this one is saved.
-enum class NextStep { none, view, go_on, new_scan };
-
-struct WindowEnd {
-  NextStep next = NextStep::none;
-  std::string script;  ///< what is left of it, for the next scan's window
-};
-
-/// Shows a live scan until the person (or the script) closes the window, or the scan is finished and
-/// options.asks_to_end or a new one is wanted. Main thread. Drawing never blocks the session: at most 60
-/// pictures a second, hardly any when nothing changes. Closing asks, and then stops the session; but whoever
-/// calls must be ready for a window that closes while the session is still scanning (script `quit`) or
-/// finishing. Throws Error when there is no display, when the script is wrong (line and word) or waits in
-/// vain, and when the snapshot cannot be written.
-WindowEnd run_live_window(LiveSession& session, const WindowOptions& options);
+/// Shows a live scan until the person closes the window, or the scan is finished and options.asks_to_end or a
+/// new one is wanted. Main thread. Drawing never blocks the session: at most 60 pictures a second, hardly any
+/// when nothing changes. Closing asks, and then stops the session, which may still be finishing when the
+/// window is gone. Returns whether the person wants another scan. Throws Error when there is no display, and
+/// when the snapshot cannot be written.
+bool run_live_window(LiveSession& session, const WindowOptions& options);
 
 /// The window as it would look now (map, touch, figures, words), drawn without a display and written as PNG:
 /// what `--headless --snapshot` leaves behind. Takes the session's mesh changes: not while a window is open.
 /// Throws Error when it cannot be drawn or written.
 void write_live_snapshot(LiveSession& session, const std::filesystem::path& png,
                          const WindowOptions& options = {});
-
-/// Throws Error when `text` is no window script, naming line and word: before a camera is opened.
-void check_window_script(const std::string& text, const std::string& name);
 
 }  // namespace gelslam

@@ -18,15 +18,14 @@ struct ImGuiContext;
 
 namespace gelslam::viewer {
 
-/// What a person did, or a script in their place. Positions in framebuffer pixels from the top left corner.
+/// What a person did, or a test in their place. Positions in framebuffer pixels from the top left corner.
 /// `redraw`: the window system asks for the picture again.
 struct InputEvent {
-  enum class Kind { key, pointer, button, scroll, close, redraw, drop };
+  enum class Kind { key, pointer, button, scroll, close, redraw };
   Kind kind = Kind::key;
   int code = 0;  ///< GLFW key or mouse button
   bool pressed = false;
-  double x = 0, y = 0;           ///< pointer: where; scroll: steps in y
-  std::filesystem::path path{};  ///< of what was dropped on the window
+  double x = 0, y = 0;  ///< pointer: where; scroll: steps in y
 };
 
 /// A window (or a picture in its place) with OpenGL and Dear ImGui in it. One frame is: take_input(),
@@ -46,7 +45,7 @@ class WindowHost {
   /// What was done since the last frame, in order; ImGui has seen it too. A button changes once per frame,
   /// however fast it was: what follows a second change waits for the next frame.
   std::vector<InputEvent> take_input();
-  void resize(int width_px, int height_px);
+  void resize(int width_px, int height_px);  ///< a picture, not a window
 
   Viewport viewport() const { return {0, 0, width_px_, height_px_}; }
   /// Framebuffer pixels per design pixel, by the screen's content scale, the window's size and the options.

@@ -1,9 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
-#include <string>
-#include <string_view>
 #include <vector>
 
 #include "gelslam/viewer/controls.hpp"
@@ -11,28 +8,22 @@
 
 namespace gelslam::viewer {
 
-namespace detail {
-class ScriptPlayer;
-}
-
-/// The event loop of all windows: takes input from a person or a script, draws when something has changed,
-/// and passes keys and buttons to the window's Controls. Throws Error where there is no display or the script
-/// is wrong.
+/// The event loop of all windows: takes input, draws when something has changed, and passes keys and buttons
+/// to the window's Controls. Throws Error where there is no display.
 class WindowLoop {
  public:
-  explicit WindowLoop(const WindowLoopOptions& options);
-  virtual ~WindowLoop();
+  explicit WindowLoop(const WindowLoopOptions& options) : options_(options), host_(options) {}
+  virtual ~WindowLoop() = default;
   WindowLoop(const WindowLoop&) = delete;
   WindowLoop& operator=(const WindowLoop&) = delete;
 
-  /// Until the person or the script closes it.
+  /// Until the person closes it, or it closes by itself.
   void run();
   /// One turn at `now_s` of the window's clock; `draw_anyway` even if nothing has changed. True when it drew.
   bool turn(double now_s, bool draw_anyway = false);
   /// Draws a frame and reads it back.
   cv::Mat3b picture(double now_s);
   bool wants_to_close();
-  std::string script_left() const;  ///< ScriptPlayer::rest()
 
   WindowHost& host() { return host_; }
   const std::vector<DrawnText>& texts() const { return texts_; }
@@ -46,15 +37,12 @@ class WindowLoop {
   /// Lays the window out in `ui.window()`, sets the view, and draws the scene and the panels.
   virtual void draw_frame(Ui& ui, double now_s) = 0;
   virtual bool closes_by_itself() { return false; }
-  virtual std::string_view state() { return "finished"; }  ///< as a script's `until` names it
 
   // The mouse on the view, not on a panel.
   virtual void pressed(int /*button*/, const Eigen::Vector2f& /*at_px*/, double /*now_s*/) {}
   virtual void moved(const Eigen::Vector2f& /*to_px*/) {}
   virtual void released(int /*button*/) {}
   virtual void scrolled(double /*steps*/, const Eigen::Vector2f& /*at_px*/) {}
-
-  virtual void dropped(const std::filesystem::path& /*path*/) {}  ///< from another program
 
   void set_view(const Box& view) { view_ = view; }
   const std::filesystem::path& picture_folder() const { return options_.picture_folder; }
@@ -68,7 +56,6 @@ class WindowLoop {
 
   WindowLoopOptions options_;
   WindowHost host_;
-  std::unique_ptr<detail::ScriptPlayer> player_;
   Box view_;
   Eigen::Vector2f pointer_px_ = Eigen::Vector2f::Zero();
   double drawn_s_ = -1e9;

@@ -13,10 +13,7 @@ struct WindowLoopOptions {
   std::string title = "GelSLAM";
   int width_px = 1280, height_px = 800;
   double ui_scale = 1;  ///< factor on letters and buttons, beside what the desktop asks for
-  bool visible = true;  ///< false: drawn without a display, for tests and pictures; a script must end it
-  /// Keys and movements instead of a person's (docs/viewer.md); empty: none. Text, not a file's name.
-  std::string script;
-  std::string script_name = "script";          ///< as errors call it
+  bool visible = true;  ///< false: drawn without a display, for tests and pictures
   std::filesystem::path picture_folder = ".";  ///< of screenshots
   std::string picture_stem = "screenshot";
   std::filesystem::path snapshot;  ///< PNG of the window as it was last, written when it closes; empty: none
