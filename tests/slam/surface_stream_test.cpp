@@ -141,6 +141,18 @@ TEST_F(StreamOfALog, TheBackgroundIsFoundBehindOldPictures) {
   EXPECT_FALSE(stream.next());
 }
 
+/// The frame behind it would be taken instead, in which something may touch.
+TEST_F(StreamOfALog, ADamagedPictureHasANumberInTheBackground) {
+  record(10, false);
+  record(3, true);
+  for (const int damaged : {4, 9}) {
+    write_bytes(folder / ("log/" + std::to_string(damaged) + ".png"), "no picture");
+    SurfaceStream stream = open();
+    while (const auto item = stream.next()) EXPECT_EQ(item->surface != nullptr, item->frame >= 10) << damaged;
+    EXPECT_THAT(stream.background_doubts(), testing::Not(Contains(HasSubstr("the background is that of"))));
+  }
+}
+
 TEST_F(StreamOfALog, NamedFramesAreTheBackground) {
   record(11, true);
   record(4, false);
