@@ -211,34 +211,4 @@ TouchPair TouchStudio::make(const TouchSpec& spec) {
   return pair;
 }
 
-const std::vector<TouchStudio::Press>& TouchStudio::presses_of(const TouchSpec& spec, int pictures,
-                                                               int stride) {
-  const RollKey key{spec.object, spec.place, spec.depth, spec.texture, pictures, stride};
-  if (const auto kept = last_roll_.find(key); kept != last_roll_.end()) return kept->second;
-  const int first = first_frame(spec);
-  if (first + (pictures - 1) * stride >= kStudioFrames) throw Error("the motion is shorter than that");
-  std::vector<Press> presses;
-  for (int k = 0; k < pictures; ++k)
-    presses.push_back(press(spec, first + k * stride, Pose::Identity(), geometry_));
-  last_roll_.clear();
-  return last_roll_.emplace(key, std::move(presses)).first->second;
-}
-
-TouchStream TouchStudio::roll(const TouchSpec& spec, int pictures, int stride) {
-  const std::vector<Press>& presses = presses_of(spec, pictures, stride);
-  const Camera& seen_by = camera(spec);
-  SurfaceEstimator estimator(model_, seen_by.background, SurfaceOptions{});
-  TouchStream stream;
-  stream.step_s *= stride;
-  for (std::size_t k = 0; k < presses.size(); ++k) {
-    const double passed = static_cast<double>(k) / std::max<double>(1, pictures - 1);
-    const double change = spec.light_change * (spec.light_jumps ? (passed < 0.5 ? 0.0 : 1.0) : passed);
-    const auto picture = static_cast<std::int64_t>(1000 * spec.place) + static_cast<std::int64_t>(k);
-    stream.surfaces.push_back(estimator.estimate(
-        relit(seen_by.optics.render(presses[k].gel, picture, 0, true), light_factors(change, spec.place))));
-    stream.sensor_T_object.push_back(presses[k].sensor_T_object);
-  }
-  return stream;
-}
-
 }  // namespace gelslam::lab
