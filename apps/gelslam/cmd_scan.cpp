@@ -26,10 +26,7 @@ std::optional<std::filesystem::path> choose_instead_of_camera(const std::string&
                                                               const LiveArguments& live) {
   Choices choices = logs_to_replay(std::filesystem::current_path());
   choices.complaint = complaint;
-  choices.choices.insert(
-      choices.choices.begin(),
-      {"Simulated sensor", "a pebble; at the first time its model is trained, for some seconds",
-       simulated_camera_name()});
+  choices.choices.insert(choices.choices.begin(), {"Simulated sensor", "a pebble", simulated_camera_name()});
   viewer::WindowLoopOptions options;
   options.title = "GelSLAM";
   options.ui_scale = live.ui_scale;
@@ -51,7 +48,7 @@ std::vector<std::string> go_on(const ScanArguments& arguments) {
 /// Plays a log, or the simulated sensor, in the camera's place. What it shows is not recorded once more.
 int run_without_camera(const std::filesystem::path& source, LiveArguments live) {
   const bool simulated = source == simulated_camera_name();
-  if (simulated && live.log.model.empty()) live.log.model = simulated_camera_model(live.quiet).string();
+  if (simulated && live.log.model.empty()) live.log.model = simulated_camera_model().string();
   const Config config = live.config(simulated ? "" : source.string());
   LiveOptions options = live.options(config);
   if (!simulated) options.log = source;

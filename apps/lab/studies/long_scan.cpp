@@ -223,7 +223,7 @@ ScanSpec with_meshed_object(ScanSpec scan, const std::filesystem::path& folder) 
 
 void run(const LongScanArguments& arguments) {
   const double start = wall_s();
-  const GradientModel model = arguments.model.empty() ? quickly_trained_model() : read_model(arguments.model);
+  const GradientModel model = arguments.model.empty() ? flat_sensor_model() : read_model(arguments.model);
   const Simulator simulator(with_meshed_object(arguments.scan, arguments.out));
   const SlamOptions options;
   GelSlam slam(options);
@@ -261,7 +261,7 @@ void add_long_scan(CLI::App& lab) {
   command->add_option("--motion", scan.motion.name, "How it is moved")->capture_default_str();
   command->add_option("--seed", scan.motion.seed, "Of the hand's unsteadiness")->capture_default_str();
   command->add_option("--model", arguments->model,
-                      "Gradient model of the simulated sensor (default: train one on a few presses)");
+                      "Gradient model of the simulated sensor (default: the one that is known)");
   command->add_option("--reports", arguments->reports, "Rows of the table")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();

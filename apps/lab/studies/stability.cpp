@@ -92,7 +92,7 @@ void run(const StabilityArguments& arguments) {
   StabilityChoice choice;
   if (arguments.quick) choice = {1, 1, false, {}};
   choice.charts = arguments.charts;
-  TouchStudio studio(quickly_trained_model());
+  TouchStudio studio(flat_sensor_model());
   const auto sink = [&](const StabilityLevel& level) {
     study.add(level);
     write_study(arguments.out, "stability", study.rows());

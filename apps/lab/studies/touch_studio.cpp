@@ -6,10 +6,10 @@
 #include <random>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/simulation/calibration_set.hpp"
 #include "gelslam/simulation/optics.hpp"
 #include "gelslam/simulation/simulator.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
+#include "simulated_frames.hpp"
 
 namespace gelslam::lab {
 namespace {
@@ -181,12 +181,12 @@ int TouchStudio::frame_with_overlap(const TouchSpec& spec, int first) {
 const TouchStudio::Camera& TouchStudio::camera(const TouchSpec& spec) {
   std::unique_ptr<Camera>& kept = cameras_[{spec.noise_gain, spec.grains}];
   if (!kept) {
-    CalibrationSpec before_use;
-    before_use.optics.noise_gain = spec.noise_gain;
-    before_use.optics.dirt = spec.grains > 0;
-    before_use.optics.late_grains = spec.grains;
-    kept = std::make_unique<Camera>(
-        Camera{Optics(geometry_, before_use.optics), PressSimulator(before_use).background()});
+    OpticsOptions options;
+    options.noise_gain = spec.noise_gain;
+    options.dirt = spec.grains > 0;
+    options.late_grains = spec.grains;
+    const Optics optics(geometry_, options);
+    kept = std::make_unique<Camera>(Camera{optics, bare_gel(optics)});
   }
   return *kept;
 }
