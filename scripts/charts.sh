@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes every chart and table of docs: see usage below.
+# Makes the charts and tables of docs that have a command: see usage below.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
