@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes every chart and table of docs: see usage below.
+# Makes the charts and tables of docs that have a command: see usage below.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
@@ -11,11 +11,9 @@ usage: scripts/charts.sh [--quick] DATA [OUT]
 Builds gelslam and gelslam-lab, runs the studies on the sequences in DATA/sequences and draws them. Takes hours; --quick
 takes fewer cases and is good for a first look. The tables stay in OUT/STUDY (default OUT: charts in the repository), the
 charts are:
-  accuracy.png speed_accuracy.png stability.png tracking.png honesty.png honesty_six.png parsimony.png long_scan.png
-  ablation.png wrong_optics/wrong_optics.png
+  accuracy.png speed_accuracy.png stability.png long_scan.png ablation.png
   frame0/ and keyframes/: tables and pictures of the two protocols; protocols.txt: both tables
-  information.txt, loops.txt, silent_failures.txt, borders.txt, calibration.txt, markers.txt, marker_scans.txt,
-  localization.txt, speed.txt, pose_graph.txt, disturbances.txt, soak.txt: the other tables
+  localization.txt, speed.txt, pose_graph.txt, soak.txt: the other tables
 END
 }
 
@@ -36,7 +34,7 @@ lab=$root/build/bin/gelslam-lab
 "$root/scripts/build.sh" --lab "$root/build"
 mkdir -p "$out"
 sequences=("$data"/sequences/track_*)
-every=() few=() accurate=() frames=45000 borders=() trials=100 minutes=10
+every=() few=() accurate=() frames=45000 trials=100 minutes=10
 mechanisms=("$data/sequences" "$data/ablation")
 if ((${#quick[@]} > 0)); then
   sequences=("${sequences[@]:0:2}")
@@ -44,7 +42,6 @@ if ((${#quick[@]} > 0)); then
   few=("${sequences[@]}" --most-references 4)
   accurate=("${sequences[@]##*/}" scan_peanut360)
   frames=2000 trials=5 minutes=0.5
-  borders=(--cases narrow_right)
   mechanisms=("${sequences[@]}" --stress none)
 fi
 
@@ -69,51 +66,27 @@ say "stability"
 "$lab" stability "${quick[@]}" -o "$out/stability"
 draw stability stability.png "$out/stability"
 
-say "tracking"
-"$lab" tracking "${quick[@]}" --places 1 -o "$out/tracking"
-draw tracking tracking.png "$out/tracking"
-
-say "honesty: three methods on everything, six on a subset"
-"$lab" honesty "${quick[@]}" --methods normalflow,icp,filterreg -o "$out/honesty"
-draw honesty honesty.png "$out/honesty"
-"$lab" honesty --quick -o "$out/honesty_six"
-draw honesty honesty_six.png "$out/honesty_six"
-
-say "parsimony"
-"$lab" parsimony "${quick[@]}" -o "$out/parsimony"
-draw parsimony parsimony.png "$out/parsimony"
-
 say "what each mechanism is worth"
 "$lab" ablation "${mechanisms[@]}" -o "$out/ablation" >/dev/null
 draw ablation ablation.png "$out/ablation"
-
-table wrong_optics "$root/scripts/wrong_optics.py" "$data/optics" --lab "$lab" -o "$out/wrong_optics"
 
 say "a long scan"
 "$lab" long-scan --frames "$frames" -o "$out/long_scan"
 draw long_scan long_scan.png "$out/long_scan"
 
-table information "$lab" information "$data"/sequences/track_* "$data"/sequences/hard_*
-table loops "$lab" loops "$data"/sequences/*
-table silent_failures "$root/scripts/silent_failures.py" "$data"/sequences/*/
-table borders "$root/scripts/border_study.py" "${borders[@]}" --out "$out/borders"
-table calibration "$lab" calibration "$data/calibration"
-table markers "$lab" calibration "$data/markers" --only ours
-table marker_scans "$root/scripts/marker_study.py" --out "$out/marker_runs"
 table localization "$lab" localize --trials "$trials" -o "$out/localize"
 table speed "$lab" micro-benchmarks 'network_everywhere|frame_from_picture_to_pose'
 table pose_graph "$lab" micro-benchmarks backend/solve
-table disturbances "$lab" disturbances "$data/sequences/track_golf"
 table soak "$lab" soak "$data/sequences/track_coin" --minutes "$minutes"
 
 say "protocols"
 : >"$out/protocols.txt"
 for protocol in frame0 keyframes; do
   methods=normalflow,icp,icp-tuned,filterreg,filterreg-tuned
-  "$lab" benchmark "${sequences[@]}" "${every[@]}" --protocol "$protocol" --methods "$methods" -o "$out/$protocol" --overwrite |
+  "$lab" benchmark "${sequences[@]}" "${every[@]}" --protocol "$protocol" --methods "$methods" -o "$out/$protocol" |
     tee -a "$out/protocols.txt"
   "$root/scripts/plot_benchmark.py" "$out/$protocol"
 done
-"$lab" benchmark "${sequences[@]}" --methods fpfh,fpfh-tuned --every "${every[1]:-4}" -o "$out/fpfh" --overwrite |
+"$lab" benchmark "${sequences[@]}" --methods fpfh,fpfh-tuned --every "${every[1]:-4}" -o "$out/fpfh" |
   tee -a "$out/protocols.txt"
 say "done: $out"

@@ -17,7 +17,7 @@ Leaves in demo/ in the repository:
   picture.png      the reconstruction beside the true shape
   mesh.ply         the reconstructed surface, meters
   trajectory.tum   the sensor's pose against the pebble, frame by frame, meters
-  log/             the simulated log with its ground truth and calibration, as a public data folder
+  log/             the simulated log with its ground truth and model, as a public data folder
   run/             all that gelslam reconstruct wrote
 END
 }
@@ -46,7 +46,7 @@ say() { echo "demo: $*"; }
 mkdir -p "$demo"
 rm -f "$demo"/{mesh.ply,trajectory.tum,picture.png,evaluation.json}
 
-say "simulating a sensor, its calibration by ball presses, and a pebble rolled over it (16 s of video)"
+say "simulating a sensor and a pebble rolled over it (16 s of video)"
 "$gelslam" simulate scan --object pebble --motion allover --frames 400 -o "$demo/log" --overwrite
 
 say "reconstructing it from the video"

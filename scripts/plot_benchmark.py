@@ -56,12 +56,15 @@ def draw_accuracy(folder):
 
 
 def draw_runtime(folder):
-    rows = read(folder, "runtime.csv")
+    rows = read(folder, "frames.csv")
     figure, plot = plt.subplots(figsize=(10, 4), dpi=120)
     for method in in_order(r["method"] for r in rows):
-        mine = [r for r in rows if r["method"] == method]
-        edges = [float(r["low_ms"]) for r in mine] + [float(mine[-1]["high_ms"])]
-        counts = [int(r["frames"]) for r in mine]
+        by_trial = [[float(r["cpu_ms"]) for r in rows if r["method"] == method and r["trial"] == t] for t in in_order(r["trial"] for r in rows)]
+        bins = [8 * np.log10(max(ms, 1e-6)) for times in by_trial for ms in times[1:]]  # the first of a trial is not registered
+        if not bins:
+            continue
+        counts, edges = np.histogram(bins, np.arange(np.floor(min(bins)), np.floor(max(bins)) + 2))
+        edges = 10.0 ** (edges / 8)
         plot.stairs(counts, edges, fill=True, alpha=0.35, color=color(method))
         plot.stairs(counts, edges, color=color(method), linewidth=1.2, label="%s (%d frames)" % (NAMES.get(method, method), sum(counts)))
     plot.set_xscale("log")
@@ -73,20 +76,26 @@ def draw_runtime(folder):
 
 
 def draw_errors(folder, which):
-    rows = read(folder, "error_over_time.csv")
+    rows = read(folder, "frames.csv")
     objects = in_order(r["object"] for r in rows)
-    which = which or ("all" if "all" in objects else objects[0])
-    rows = [r for r in rows if r["object"] == which]
+    rows = [r for r in rows if which in (None, r["object"])]
     if not rows:
         sys.exit("plot_benchmark: there is no object '%s' (there are %s)" % (which, ", ".join(objects)))
+    first = {}  # frame of each trial
+    for r in rows:
+        first.setdefault((r["object"], r["trial"]), int(r["frame"]))
     figure, plots = grid("absolute error since the first contact, %s: mean over up to %d trials, one standard deviation shaded"
-                         % (which, max(int(r["trials"]) for r in rows)))
+                         % (which or "all", len(first)))
     for plot, axis, title in zip(plots, AXES, TITLES):
         for method in in_order(r["method"] for r in rows):
-            mine = [r for r in rows if r["method"] == method]
-            frames = np.array([int(r["frame"]) for r in mine])
-            mean = np.array([float(r["mean_" + axis]) for r in mine])
-            deviation = np.array([float(r["deviation_" + axis]) for r in mine])
+            errors = {}  # by frame since the first contact
+            for r in rows:
+                if r["method"] == method:
+                    error = float(r[axis]) - float(r["true_" + axis])
+                    error = abs((error + 180) % 360 - 180) if axis.endswith("deg") else abs(error)
+                    errors.setdefault(int(r["frame"]) - first[r["object"], r["trial"]], []).append(error)
+            frames = np.array(sorted(errors))
+            mean, deviation = (np.array([of(errors[f]) for f in frames]) for of in (np.mean, np.std))
             plot.plot(frames, mean, color=color(method), linewidth=1, label=method)
             plot.fill_between(frames, np.maximum(mean - deviation, 0), mean + deviation, color=color(method), alpha=0.2, linewidth=0)
         plot.set_title(title, fontsize=9)

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Draws what gelslam-lab stability wrote: the share of cases in which each method finds the truth, against what makes it hard.
+"""Draws what gelslam-lab stability wrote: the share of cases in which each method finds the truth, and in which it is wrong but
+called right, against what makes it hard.
 
 Of several studies, a method is taken from the last that has it: after a change to one method, only that one need be measured again.
 
@@ -36,6 +37,7 @@ def draw_chart(plot, rows, chart, methods):
         levels, shares = curve(rows, chart, method, "right")
         if levels:
             plot.plot(levels, shares, "o-", color=color(method), markersize=3.5, linewidth=1.3)
+            plot.plot(*curve(rows, chart, method, "silent_failures"), "x--", color=color(method), markersize=3, linewidth=0.9)
         elif chart.startswith("start") and ordinary_success(rows, method) is not None:
             plot.axhline(ordinary_success(rows, method), color=color(method), linewidth=1.3)
     if "normalflow" in methods:
@@ -63,6 +65,8 @@ def draw(rows, path):
     if "normalflow" in methods:
         handles.append(plt.Line2D([], [], color=color("normalflow"), linestyle=":",
                                   label="NormalFlow, in the directions\nthat it calls observable"))
+    handles.append(plt.Line2D([], [], color="dimgray", linestyle="--", marker="x", markersize=4,
+                              label="wrong but called right: beyond 1 mm\nor 5° in a direction called observable"))
     plots[-1].legend(handles=handles, fontsize=8, loc="center", title="share within 0.3 mm and 2°", title_fontsize=9)
     save(figure, path)
 

@@ -49,10 +49,10 @@ bin=${GELSLAM_BIN:-$root/build/bin}
 mkdir -p "$out"
 
 echo "tracking: ${folders[0]}"
-"$bin/gelslam-lab" benchmark "${folders[0]}" --methods "$methods" -o "$out/tracking" --overwrite >"$out/tracking.txt"
+"$bin/gelslam-lab" benchmark "${folders[0]}" --methods "$methods" -o "$out/tracking" >"$out/tracking.txt"
 cat "$out/tracking.txt"
 "$root/scripts/plot_benchmark.py" "$out/tracking" >/dev/null || echo "reproduce_paper: no pictures without matplotlib" >&2
-python3 - "$out/tracking/benchmark.json" <<'END'
+python3 - "$out/tracking/accuracy.json" <<'END'
 import json, statistics, sys
 
 AXES = ("x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg")
@@ -64,11 +64,11 @@ PUBLISHED = {  # mean over ten objects, sensor pose against motion capture; the 
 }
 SYMMETRIC = {"ball", "cylinder"}  # they do not show every rotation
 
-rows = [r for r in json.load(open(sys.argv[1]))["accuracy"] if r["object"] != "all"]
+rows = [r for r in json.load(open(sys.argv[1])) if r["object"] != "all"]
 
 
 def mean(rows):
-    return [statistics.fmean(r["mae"][a] for r in rows) for a in AXES] + [statistics.fmean(r["median_ms"] for r in rows)]
+    return [statistics.fmean(r[a] for r in rows) for a in AXES] + [statistics.fmean(r["median_ms"] for r in rows)]
 
 
 print("\n%-42s" % "mean over objects" + "".join("%9s" % a.replace("_", " ") for a in AXES) + "%9s" % "ms")
@@ -101,7 +101,6 @@ done < <(find "${folders[1]}" -name gelsight.avi -print0 | sort -z)
 if ((${#with_truth[@]} > 0)); then
   echo
   echo "tracking with keyframes: ${#with_truth[@]} logs of ${folders[1]}"
-  "$bin/gelslam-lab" benchmark "${with_truth[@]}" --protocol keyframes --methods "$methods" -o "$out/gelslam" --overwrite ||
-    failed=1
+  "$bin/gelslam-lab" benchmark "${with_truth[@]}" --protocol keyframes --methods "$methods" -o "$out/gelslam" || failed=1
 fi
 exit $failed

@@ -18,7 +18,7 @@ struct ScanArguments {
 
 /// Plays the simulated sensor in the camera's place. What it shows is not recorded.
 int run_simulated(LiveArguments live) {
-  if (live.log.model.empty()) live.log.model = simulated_camera_model(live.quiet).string();
+  if (live.log.model.empty()) live.log.model = simulated_camera_model().string();
   const Config config = live.config("");
   LiveOptions options = live.options(config);
   const WindowOptions window = prepare_window(options, live);

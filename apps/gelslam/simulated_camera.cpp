@@ -3,11 +3,10 @@
 #include <atomic>
 #include <cstdlib>
 
-#include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/sensor/sensor_profile.hpp"
-#include "gelslam/simulation/calibration_set.hpp"
+#include "gelslam/simulation/sensor_model.hpp"
 #include "gelslam/simulation/simulator.hpp"
-#include "terminal_progress.hpp"
 
 namespace gelslam {
 namespace {
@@ -65,18 +64,12 @@ std::filesystem::path cache_folder() {
 
 std::unique_ptr<RawFrameSource> open_simulated_camera() { return std::make_unique<SimulatedCamera>(); }
 
-std::filesystem::path simulated_camera_model(bool quiet) {
-  const std::filesystem::path folder = cache_folder() / "simulated_mini",
-                              model = folder / "model/nnmodel.pth";
-  if (std::filesystem::exists(model)) return model;
-  const auto throw_stopped = [] { throw Error("stopped; the simulated sensor has no model yet"); };
-  StoppableProgress progress(quiet, throw_stopped);
-  CalibrationSpec spec;  // coarser than usual: a person waits
-  spec.presses = 60;
-  spec.training.epochs = 20;
-  spec.geometry.optics = kGelSightMiniOptics;
-  write_calibration_folder(folder, spec, progress);
-  return model;
+std::filesystem::path simulated_camera_model() {
+  const std::filesystem::path folder = cache_folder();
+  std::error_code failure;  // what follows says it
+  std::filesystem::create_directories(folder, failure);
+  write_file_atomically(folder / "simulated_mini.json", mini_model_file());
+  return folder / "simulated_mini.json";
 }
 
 }  // namespace gelslam

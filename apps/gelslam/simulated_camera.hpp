@@ -14,8 +14,7 @@ inline const char* simulated_camera_name() { return "simulated"; }
 /// Frames at 25 Hz, drawn when they are asked for.
 std::unique_ptr<RawFrameSource> open_simulated_camera();
 
-/// Its gradient model, trained on simulated ball presses when it is first asked for and then kept in the
-/// user's cache folder. Throws Error.
-std::filesystem::path simulated_camera_model(bool quiet);
+/// Its gradient model, as a file in the user's cache folder. Throws Error.
+std::filesystem::path simulated_camera_model();
 
 }  // namespace gelslam

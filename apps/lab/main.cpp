@@ -18,15 +18,8 @@ int run(int argc, char** argv) {
   add_benchmark(lab);
   add_speed_accuracy(lab);
   add_stability(lab);
-  add_tracking(lab);
-  add_honesty(lab);
-  add_parsimony(lab);
-  add_information(lab);
-  add_loops(lab);
   add_long_scan(lab);
   add_localize(lab);
-  add_calibration(lab);
-  add_disturbances(lab);
   add_soak(lab);
   add_micro_benchmarks(lab);
   // After the subcommands, which would inherit it.

@@ -34,10 +34,10 @@ TEST(CalibrateCommand, FindsTheOpticsOfAPictureOfDots) {
   const TemporaryFolder folder;
   const std::string bare = (folder / "bare.png").string(), dots = (folder / "dots.png").string(),
                     optics = (folder / "optics.yaml").string();
-  CalibrationSpec spec;
-  cv::imwrite(bare, PressSimulator(spec).background());
-  spec.optics.dot_spacing_mm = 2;
-  cv::imwrite(dots, PressSimulator(spec).background());
+  OpticsOptions dotted;
+  dotted.dot_spacing_mm = 2;
+  cv::imwrite(bare, bare_gel());
+  cv::imwrite(dots, bare_gel(dotted));
   expect_mistake(calibrate({"optics", bare, "-o", optics}), "no grid of printed dots");
   expect_mistake(calibrate({"optics", (folder / "none.png").string()}), "none.png");
   EXPECT_FALSE(fs::exists(optics));

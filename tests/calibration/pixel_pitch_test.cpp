@@ -49,8 +49,8 @@ cv::Mat3b bolt_press(double period_mm, double angle_deg) {
   return Optics(geometry, {}).render(press_gel(underside, geometry, {}), 7, 0.0, false);
 }
 
-const cv::Mat3b& bare_gel() {
-  static const cv::Mat3b background = PressSimulator({}).background();
+const cv::Mat3b& the_bare_gel() {
+  static const cv::Mat3b background = bare_gel();
   return background;
 }
 
@@ -65,7 +65,7 @@ TEST(Pattern, IsMeasuredWithinAPercentHoweverItLies) {
   for (const double angle_deg : {0.0, 90.0, 37.0, -20.0, 128.0})
     for (const double period_mm : {0.7, 1.0, 1.6}) {
       const auto wave =
-          find_pattern(ruler_press(period_mm, angle_deg), bare_gel(), 1.1 * period_mm / kPitchMm);
+          find_pattern(ruler_press(period_mm, angle_deg), the_bare_gel(), 1.1 * period_mm / kPitchMm);
       ASSERT_TRUE(wave) << angle_deg << " " << period_mm;
       // The lamps' change over the gel shifts the wave by a twentieth of a period or so.
       const double error = wave->period_px() * kPitchMm / period_mm - 1.0;
@@ -77,23 +77,23 @@ TEST(Pattern, IsMeasuredWithinAPercentHoweverItLies) {
 
 TEST(Pattern, ABoltWillDo) {
   for (const double angle_deg : {0.0, 90.0}) {
-    const auto wave = find_pattern(bolt_press(0.8, angle_deg), bare_gel(), 0.8 / 0.07);
+    const auto wave = find_pattern(bolt_press(0.8, angle_deg), the_bare_gel(), 0.8 / 0.07);
     ASSERT_TRUE(wave) << angle_deg;
     EXPECT_NEAR(wave->period_px() * kPitchMm / 0.8, 1.0, 0.005) << angle_deg;
   }
 }
 
 TEST(Pattern, IsNotFoundWhereThereIsNone) {
-  EXPECT_FALSE(find_pattern(bare_gel(), bare_gel(), 15.0));
-  EXPECT_FALSE(find_pattern(PressSimulator({}).press(3).bgr, bare_gel(), 15.0)) << "a ball";
-  EXPECT_FALSE(find_pattern(ruler_press(1.0, 0.0), bare_gel(), 31.0)) << "half of its frequency";
-  EXPECT_FALSE(find_pattern(ruler_press(1.0, 0.0), bare_gel(), 1.0));
-  EXPECT_FALSE(find_pattern(ruler_press(1.0, 0.0), bare_gel(), 200.0)) << "fewer than four periods";
-  EXPECT_FALSE(find_pattern(ruler_press(1.0, 0.0), bare_gel(), std::nan("")));
+  EXPECT_FALSE(find_pattern(the_bare_gel(), the_bare_gel(), 15.0));
+  EXPECT_FALSE(find_pattern(press_number(3).bgr, the_bare_gel(), 15.0)) << "a ball";
+  EXPECT_FALSE(find_pattern(ruler_press(1.0, 0.0), the_bare_gel(), 31.0)) << "half of its frequency";
+  EXPECT_FALSE(find_pattern(ruler_press(1.0, 0.0), the_bare_gel(), 1.0));
+  EXPECT_FALSE(find_pattern(ruler_press(1.0, 0.0), the_bare_gel(), 200.0)) << "fewer than four periods";
+  EXPECT_FALSE(find_pattern(ruler_press(1.0, 0.0), the_bare_gel(), std::nan("")));
 }
 
 TEST(Pattern, TwoDirectionsTellBothAxes) {
-  const cv::Mat3b background = with_higher_pixels(bare_gel(), 1.06);
+  const cv::Mat3b background = with_higher_pixels(the_bare_gel(), 1.06);
   std::vector<PatternWave> waves;
   for (const double angle_deg : {0.0, 90.0, 40.0})
     waves.push_back(

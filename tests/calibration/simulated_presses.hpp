@@ -3,14 +3,60 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
 #include "gelslam/calibration/ball_zones.hpp"
 #include "gelslam/calibration/press_set.hpp"
-#include "gelslam/simulation/calibration_set.hpp"
+#include "gelslam/simulation/gel.hpp"
+#include "gelslam/simulation/optics.hpp"
+#include "random.hpp"
 
 namespace gelslam::test {
+
+/// One press of a ball, with the truth.
+struct BallPress {
+  cv::Mat3b bgr;
+  GelShape gel;
+  double diameter_mm = 0;
+  cv::Point2d center_px;  ///< of the contact circle
+  double radius_px = 0;   ///< the same
+};
+
+/// Balls of 6.31 and 9.5 mm in turn, anywhere on a flat gel, at various depths. Any can be asked for by
+/// number.
+inline BallPress press_number(int number) {
+  using simulation::detail::hash;
+  static const Optics optics({}, {});
+  const SensorGeometry geometry;
+  simulation::detail::Random random(hash(1 ^ 0xca11b, static_cast<std::uint64_t>(number)));
+  BallPress press;
+  press.diameter_mm = number % 2 == 0 ? 6.31 : 9.5;
+  const double radius = 0.5 * press.diameter_mm;
+  const double x = random.uniform(-1, 1) * (geometry.half_width_mm() - 0.3);
+  const double y = random.uniform(-1, 1) * (geometry.half_height_mm() - 0.3);
+  const PressedBall ball =
+      press_ball(optics.gel_grid(), {}, radius, x, y, random.uniform(0.08, 0.33) * radius);
+  press.bgr = optics.render(ball.gel, -1 - number, 0, false);
+  press.gel = ball.gel;
+  const ImageCircle circle = seen_circle(optics, ball);
+  press.center_px = circle.center_px;
+  press.radius_px = circle.radius_px;
+  return press;
+}
+
+/// Mean of ten pictures without contact, as a person would take it.
+inline cv::Mat3b bare_gel(const OpticsOptions& options = {}) {
+  const Optics optics({}, options);
+  const GelShape rest = gel_at_rest(optics.gel_grid());
+  cv::Mat3f sum(rest.height_mm.size(), cv::Vec3f(0, 0, 0));
+  for (int k = 0; k < 10; ++k)
+    cv::add(sum, optics.render(rest, -3'000'000 - k, 0, false), sum, cv::noArray(), CV_32F);
+  cv::Mat3b mean;
+  sum.convertTo(mean, CV_8U, 0.1);
+  return mean;
+}
 
 /// Presses of the simulator, which knows nothing of the calibration library, with their truth.
 struct SimulatedPresses {
@@ -19,12 +65,11 @@ struct SimulatedPresses {
 };
 
 inline SimulatedPresses simulated_presses(int first, int count) {
-  const PressSimulator simulator({});
   SimulatedPresses presses;
   presses.set.folder = "simulated";
-  presses.set.background = simulator.background();
+  presses.set.background = bare_gel();
   for (int k = first; k < first + count; ++k) {
-    presses.truth.push_back(simulator.press(k));
+    presses.truth.push_back(press_number(k));
     const BallPress& truth = presses.truth.back();
     presses.set.presses.push_back({"press/" + std::to_string(k), truth.diameter_mm, truth.bgr, std::nullopt});
   }

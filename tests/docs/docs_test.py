@@ -27,7 +27,6 @@ PAGES = [DOCS / "README.md", *sorted((DOCS / "docs").glob("*.md"))]
 
 # What runs instead: smaller data, no window, no path of its own.
 INSTEAD = [
-    (r"\bsimulate calibration\b", "simulate calibration --presses 40 --epochs 5"),
     (r"--frames \d+", "--frames 30"),
     (r"--size 3.3", "--size 1"),
     (r"(calibrate label PRESSES)", r"\1 --headless --accept"),
@@ -89,13 +88,13 @@ class Inputs:
     def __init__(self, store):
         self.store = store
         scan, made = store / "scan", {"RUN": store / "run"}
-        model = LOG / "calibration/model/nnmodel.pth"
+        model = LOG / "scan/model.json"
         self.files = {
             "nnmodel.pth": model, "nnmini.pt": model, "scan.avi": scan / "gelsight.avi", "gelsight.avi": scan / "gelsight.avi",
             "scan.mkv": store / "log.mkv", "log.mkv": store / "log.mkv", "more.mkv": store / "log.mkv",
             "other_scan.mkv": store / "log.mkv", "LOG": scan, "DATA": scan,
-            "demo/log": scan, "demo/log/calibration": LOG / "calibration", "data/a": scan,
-            "data/b": scan, "PRESSES": LOG / "calibration", "part.stl": store / "part.stl",
+            "demo/log": scan, "data/a": scan,
+            "data/b": scan, "PRESSES": LOG / "presses", "part.stl": store / "part.stl",
             "bolt_x.png": store / "bolt_x.png", "bolt_y.png": store / "bolt_y.png",
             "scripts": ROOT / "scripts", "configs": ROOT / "configs",
             **{name: made["RUN"] for name in ["RUN", "OTHER", "demo/run", "runs/shell", "runs/top", "runs/bottom",
@@ -105,14 +104,14 @@ class Inputs:
     def make(self):
         shutil.copytree(LOG / "scan", self.store / "scan")
         config = self.store / "scan/config.yaml"
-        config.write_text(re.sub(r"calibration_model_path: .*", f'calibration_model_path: "{LOG}/calibration/model/nnmodel.pth"',
+        config.write_text(re.sub(r"calibration_model_path: .*", f'calibration_model_path: "{LOG}/scan/model.json"',
                                  config.read_text()))
-        gelslam.reconstruct(LOG / "scan", LOG / "calibration/model/nnmodel.pth").save(self.store / "run")
-        checked("record", "--from", LOG / "scan", "--model", LOG / "calibration/model/nnmodel.pth", "-o",
+        gelslam.reconstruct(LOG / "scan", LOG / "scan/model.json").save(self.store / "run")
+        checked("record", "--from", LOG / "scan", "--model", LOG / "scan/model.json", "-o",
                 self.store / "log.mkv", "-q")
         shutil.copy(self.store / "log.mkv", self.store / "run/log.mkv")
         checked("export", self.store / "run", "-o", self.store / "part.stl", "-q")
-        bare = plt.imread(LOG / "calibration/background.png")[..., :3]
+        bare = plt.imread(LOG / "presses/background.png")[..., :3]
         for name, axis in [("bolt_x.png", 1), ("bolt_y.png", 0)]:  # marks at 0.8 mm
             along = np.arange(bare.shape[axis]) * 0.0634 * 2 * np.pi / 0.8
             marks = 0.15 * np.sin(along)[None, :, None] if axis == 1 else 0.15 * np.sin(along)[:, None, None]
@@ -233,7 +232,7 @@ class Docs(unittest.TestCase):
                          (DOCS / "docs/getting-started.md").read_text(), re.M)
         folder = self.folder / "summary"
         folder.mkdir()
-        done = run(PROGRAM, "reconstruct", LOG / "scan", "--model", LOG / "calibration/model/nnmodel.pth", "-o", "RUN",
+        done = run(PROGRAM, "reconstruct", LOG / "scan", "--model", LOG / "scan/model.json", "-o", "RUN",
                    cwd=folder)
 
         def words(text):

@@ -76,7 +76,7 @@ TEST(Cli, HelpReadsAlikeInAllCommands) {
   std::vector<std::vector<std::string>> lines;
   for (const std::string& name : commands()) lines.push_back({name});
   for (const char* name : {"collect", "label", "train", "check"}) lines.push_back({"calibrate", name});
-  for (const char* name : {"scan", "presses", "calibration"}) lines.push_back({"simulate", name});
+  for (const char* name : {"scan", "presses"}) lines.push_back({"simulate", name});
   for (const std::vector<std::string>& line : lines) {
     const bool has_subcommands = help_of(line).find("Subcommands:") != std::string::npos;
     EXPECT_EQ(help_of(line).find("-q,--quiet") == std::string::npos, has_subcommands) << line.front();
@@ -119,16 +119,19 @@ TEST(Cli, NumbersAreReadWholeOrRefused) {
 TEST(Cli, DotsOfASimulatedGelNeedNoNumber) {
   const TemporaryFolder folder;
   const auto background = [&](const std::string& name, std::vector<std::string> dots) {
-    dots.insert(dots.begin(), {"simulate", "calibration", "--presses", "5", "--epochs", "1", "-q"});
+    dots.insert(dots.begin(),
+                {"simulate", "scan", "--object", "sphere", "--frames", "1", "--lossless", "-q"});
     dots.insert(dots.end(), {"-o", (folder / name).string()});
     const ProgramResult result = gelslam(dots);
     EXPECT_EQ(result.exit_code, 0) << result.err;
-    return cv::imread((folder / name / "background.png").string());
+    cv::Mat first;
+    cv::VideoCapture((folder / name / "gelsight.avi").string()).read(first);
+    return first;
   };
   const cv::Mat3b dotted = background("dotted", {"--dots"});
   EXPECT_EQ(cv::norm(dotted, background("two", {"--dots", "2"})), 0.0);
   EXPECT_LT(dotted(120, 160)[1], dotted(120, 176)[1] / 2) << "a dot in the middle, none beside it";
-  expect_mistake(gelslam({"simulate", "calibration", "--dots", "0.2", "-o", (folder / "none").string()}),
+  expect_mistake(gelslam({"simulate", "scan", "--dots", "0.2", "-o", (folder / "none").string()}),
                  "the distance of printed dots must be between 0.5 and 10 mm");
 }
 
@@ -146,7 +149,7 @@ TEST(Cli, NoOptionReplacesARecording) {
   const std::string video = (folder / "gelsight.avi").string(), log = (folder / "log.mkv").string();
   for (const std::string& file : {video, log, (folder / "catalog.csv").string()})
     test::write_bytes(file, "\x1A\x45\xDF\xA3 pictures");
-  for (const char* what : {"scan", "presses", "calibration"})
+  for (const char* what : {"scan", "presses"})
     expect_mistake(gelslam({"simulate", what, "-o", folder.path().string(), "--overwrite"}),
                    "and so was not made by this command");
   test::write_bytes(folder / "meta.json", "{}");
@@ -174,7 +177,7 @@ TEST(Cli, NoOutputReplacesWhatIsThereUnasked) {
   for (const char* file : {"config.yaml", "a.json", "a.png", "session/scan.jsonl"})
     test::write_bytes(folder / file, "precious");
   const std::string run = folder.path().string(), json = run + "/a.json", png = run + "/a.png";
-  for (const char* what : {"scan", "presses", "calibration"})
+  for (const char* what : {"scan", "presses"})
     expect_mistake(gelslam({"simulate", what, "-o", run}), "exists already");
   const std::vector<std::string> judge{"evaluate", "--mesh", "m.ply", "--truth-mesh", "m.ply"};
   const auto judged = [&](std::vector<std::string> more) {

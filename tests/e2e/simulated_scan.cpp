@@ -42,12 +42,8 @@ ProgramResult gelslam(const std::vector<std::string>& arguments) {
 
 void SimulatedScan::SetUp() {
   folder_ = std::make_unique<TemporaryFolder>();
-  const ProgramResult calibration = gelslam({"simulate", "calibration", "--presses", "60", "--epochs", "20",
-                                             "-o", (*folder_ / "calibration").string(), "-q"});
-  ASSERT_EQ(calibration.exit_code, 0) << calibration.err;
   const ProgramResult scan = gelslam({"simulate", "scan", "--object", "peanut", "--motion", "wobble",
-                                      "--frames", std::to_string(kScanFrames), "--calibration",
-                                      (*folder_ / "calibration").string(), "-o", log().string(), "-q"});
+                                      "--frames", std::to_string(kScanFrames), "-o", log().string(), "-q"});
   ASSERT_EQ(scan.exit_code, 0) << scan.err;
 }
 

@@ -22,7 +22,7 @@ class SimulatedScan : public testing::Environment {
   void SetUp() override;
   void TearDown() override { folder_.reset(); }
   std::filesystem::path log() const { return *folder_ / "scan"; }
-  std::filesystem::path model() const { return *folder_ / "calibration/model/nnmodel.pth"; }
+  std::filesystem::path model() const { return log() / "model.json"; }
   /// What reconstruct makes of the log, made once: to read, or to copy.
   std::filesystem::path run() const;
 

@@ -151,6 +151,11 @@ TEST(AblationVariants, SetKeysOfTheConfiguration) {
       lab::with_settings(config, lab::parse_variant("domed: gel_dome_per_mm=[0.001, 0.002], lens_k1=0.02"));
   EXPECT_EQ(domed.surface.optics.gel_dome_per_mm, (std::array{0.001, 0.002}));
   EXPECT_EQ(domed.surface.optics.lens_k1, 0.02);
+  for (const char* key :
+       {"keyframe_min_shared=0.7", "max_samples=1000", "voxel_size_mm=0.2"})  // what is spent
+    EXPECT_NE(write_config(lab::with_settings(config, lab::parse_variant(std::string("x: ") + key))),
+              write_config(config))
+        << key;
   for (const lab::Variant& variant : lab::mechanism_variants())
     EXPECT_NE(write_config(lab::with_settings(config, variant)), write_config(config)) << variant.name;
 }

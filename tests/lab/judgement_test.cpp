@@ -45,15 +45,5 @@ TEST(Judgement, BetweenRightAndWrongIsNeither) {
   EXPECT_FALSE(judged.right || judged.shown_right || judged.wrong);
 }
 
-TEST(Judgement, OfTwoSurfacesNoPoseIsRight) {
-  RegistrationProblem problem;
-  RegistrationResult result;
-  result.status = RegistrationStatus::converged;
-  EXPECT_TRUE(judge_result(problem, result).right);
-  problem.same_surface = false;
-  EXPECT_FALSE(judge_result(problem, result).right);
-  EXPECT_TRUE(judge_result(problem, result).silent_failure());
-}
-
 }  // namespace
 }  // namespace gelslam::lab

@@ -11,13 +11,11 @@
 namespace gelslam::lab {
 namespace {
 
-std::vector<StabilityLevel> levels_of(const std::vector<std::string>& charts, int places = 1) {
+std::vector<StabilityLevel> levels_of(const std::vector<std::string>& charts) {
   std::vector<StabilityLevel> levels;
   static TouchStudio studio(simulated_frames().model);
-  const StabilityChoice choice{places, 2, false, charts};
-  const auto keep = [&](const StabilityLevel& level) { levels.push_back(level); };
-  simulated_levels(studio, choice, keep);
-  trap_levels(studio, choice, keep);
+  const StabilityChoice choice{1, 2, false, charts};
+  simulated_levels(studio, choice, [&](const StabilityLevel& level) { levels.push_back(level); });
   return levels;
 }
 
@@ -48,23 +46,6 @@ TEST(StabilityLevels, StartsAreAsFarOffAsTheLevelSays) {
     EXPECT_EQ(signs.size(), 2U) << level.chart << " " << level.level;
   }
   EXPECT_EQ(charts.size(), 3U);
-}
-
-TEST(StabilityLevels, TrapsAreOfOtherPlacesAndOtherObjects) {
-  const std::vector<StabilityLevel> levels = levels_of({"elsewhere", "other object"}, 2);
-  ASSERT_EQ(levels.size(), 2U);
-  for (const StabilityLevel& level : levels) {
-    const bool elsewhere = level.chart == "elsewhere";
-    for (const RegistrationProblem& problem : level.set.problems) {
-      EXPECT_EQ(problem.same_surface, elsewhere);
-      EXPECT_LT(problem.start.translation().norm(), 0.6);  // near the last pose, whatever is touched
-      EXPECT_THAT(problem.name, testing::HasSubstr(" on "));
-      // Places lie further apart than a registration ever moves.
-      if (elsewhere) {
-        EXPECT_GT(rotation_angle_rad(problem.truth) + problem.truth.translation().norm(), 0.5);
-      }
-    }
-  }
 }
 
 TEST(StabilityLevels, MissingFramesStartFromTheReference) {

@@ -155,37 +155,5 @@ TEST(TouchStudio, MovesTheObjectAsAsked) {
   EXPECT_LT(meet(pair, step).height_gap_mm, 0.06);
 }
 
-TEST(TouchStudio, RollsOnPictureByPicture) {
-  TouchSpec spec;
-  const TouchStream near = studio().roll(spec, 3, 2), far = studio().roll(spec, 2, 4);
-  ASSERT_EQ(near.surfaces.size(), 3U);
-  ASSERT_EQ(near.sensor_T_object.size(), 3U);
-  EXPECT_TRUE(near.sensor_T_object[2].isApprox(far.sensor_T_object[1])) << "twice two is four";
-  EXPECT_FALSE(near.sensor_T_object[1].isApprox(near.sensor_T_object[2]));
-  TouchPair pair;
-  pair.reference = near.surfaces[0];
-  pair.target = near.surfaces[2];
-  const Pose truth = near.sensor_T_object[2] * near.sensor_T_object[0].inverse();
-  EXPECT_LT(meet(pair, truth).height_gap_mm, 0.06);
-  EXPECT_THROW(studio().roll(spec, 200, 18), Error) << "longer than the motion";
-}
-
-TEST(TouchStudio, LightJumpsOrDriftsThroughARoll) {
-  TouchSpec spec;
-  spec.light_change = 0.3;
-  const TouchStream drifting = studio().roll(spec, 5, 1);
-  spec.light_jumps = true;
-  const TouchStream jumping = studio().roll(spec, 5, 1);
-  spec.light_change = 0;
-  const TouchStream steady = studio().roll(spec, 5, 1);
-  const auto same = [](const SurfacePtr& a, const SurfacePtr& b) {
-    return cv::norm(a->normals, b->normals) == 0;
-  };
-  EXPECT_TRUE(same(jumping.surfaces[1], steady.surfaces[1])) << "not yet";
-  EXPECT_FALSE(same(jumping.surfaces[2], steady.surfaces[2]));
-  EXPECT_TRUE(same(drifting.surfaces[0], steady.surfaces[0]));
-  EXPECT_FALSE(same(drifting.surfaces[1], steady.surfaces[1]));
-}
-
 }  // namespace
 }  // namespace gelslam::lab

@@ -11,7 +11,7 @@ import numpy as np
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PROGRAM = os.environ["GELSLAM_PROGRAM"]
 LOG = pathlib.Path(os.environ["GELSLAM_LOG"])
-MODEL = str(LOG / "calibration/model/nnmodel.pth")
+MODEL = str(LOG / "scan/model.json")
 
 
 def run(*command):

@@ -17,7 +17,7 @@ cd "$work"
 import sys
 import gelslam
 assert gelslam.__file__.startswith(sys.argv[1]), gelslam.__file__
-run = gelslam.reconstruct(sys.argv[2] + "/scan", sys.argv[2] + "/calibration/model/nnmodel.pth")
+run = gelslam.reconstruct(sys.argv[2] + "/scan", sys.argv[2] + "/scan/model.json")
 assert len(run.trajectory) > 30 and len(run.mesh.vertices) > 1000, run
 run.save("run")
 assert len(gelslam.Map("run")) > 0

@@ -60,7 +60,7 @@ class Examples(unittest.TestCase):
         self.assertIn("no frame 9999", wrong.stderr)
 
     def test_calibrate(self):
-        out = self.example("calibrate.py", simulated.FOLDER / "calibration", "-o", "model.json", "--steps", "300")
+        out = self.example("calibrate.py", simulated.FOLDER / "presses", "-o", "model.json", "--steps", "300")
         self.assertIn("presses, slopes are off by", out)
         self.assertTrue((self.folder / "model.json").exists())
 

@@ -137,8 +137,7 @@ class Maps(unittest.TestCase):
         unfinished = self.folder / "unfinished"
         (unfinished / "session").mkdir(parents=True)
         shutil.copy(self.run_folder / "session/scan.jsonl", unfinished / "session")
-        presses = shutil.copytree(simulated.FOLDER / "calibration", self.folder / "presses",
-                                  ignore=shutil.ignore_patterns("circles.csv", "model"))
+        presses = shutil.copytree(simulated.FOLDER / "presses", self.folder / "presses")
         for words, function, *arguments in [
                 ("add overwrite=True", self.run_.save, self.run_folder),
                 ("a picture with background=IMAGE, or continue with force=True", gelslam.reconstruct, touching, simulated.MODEL),

@@ -8,7 +8,7 @@ import numpy as np
 PROGRAM = os.environ["GELSLAM_PROGRAM"]
 FOLDER = pathlib.Path(os.environ["GELSLAM_LOG"])
 SCAN = FOLDER / "scan"
-MODEL = FOLDER / "calibration/model/nnmodel.pth"
+MODEL = FOLDER / "scan/model.json"
 BARE_FRAMES = 10
 
 

@@ -23,7 +23,7 @@ using test::TemporaryFolder;
 const Simulator& simulator() {
   static const Simulator instance([] {
     ScanSpec spec;
-    spec.object.name = "weave";  // colorful, and quick to draw
+    spec.object.name = "plank";  // colorful, and quick to draw
     spec.motion.name = "breaks";
     spec.motion.frames = 15;
     return spec;
@@ -117,7 +117,8 @@ TEST(DataFolder, TouchedPointsAreVerticesOfTheMeshOnItsFace) {
 
 TEST(DataFolder, WallsAndBackOfAThinPlateAreNotTouched) {
   ScanSpec spec;
-  spec.object.name = "plane";
+  spec.object.name = "plank";
+  spec.object.texture = 0;
   spec.object.size = 0.17;  // 7.5 x 5.4 x 1.0 mm, edges rounded by 0.5 mm: its back sinks in, too
   spec.motion.frames = 12;
   spec.motion.indentation_mm = 1.5;

@@ -132,12 +132,9 @@ TEST(Shape, SphereIsHitWhereTheFormulaSays) {
   EXPECT_EQ(sphere->intersect({0, 0, 0}, Vector3f::UnitZ(), 50), 0.0F);
 }
 
-TEST(Shape, VolumesAreThoseOfTheFormulas) {
+TEST(Shape, VolumeIsThatOfTheFormula) {
   const double third = 4.0 / 3.0 * std::numbers::pi;
   EXPECT_NEAR(volume(make_shape(named("sphere"))->mesh(0.2F)), third * 512, 0.003 * third * 512);
-  EXPECT_NEAR(volume(make_shape(named("ellipsoid"))->mesh(0.2F)), third * 378, 0.003 * third * 378);
-  const double rod = std::numbers::pi * 36 * 30;
-  EXPECT_NEAR(volume(make_shape(named("cylinder"))->mesh(0.2F)), rod, 0.01 * rod);
 }
 
 TEST(Shape, SeedAndTextureChangeTheTextureOnly) {
@@ -153,7 +150,7 @@ TEST(Shape, SeedAndTextureChangeTheTextureOnly) {
 }
 
 TEST(Shape, FlatObjectsHaveTheirTextureOnBothSides) {
-  for (const char* name : {"coin", "plank", "weave", "blade"})
+  for (const char* name : {"coin", "plank"})
     for (const float side : {-1.0F, 1.0F}) {
       ShapeSpec polished = named(name);
       polished.texture = 0;

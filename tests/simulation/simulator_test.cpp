@@ -63,7 +63,7 @@ TEST(Simulator, TrueHeightIsNeverAboveTheObject) {
 }
 
 TEST(Simulator, FirstContactIsTheStartAndBackgroundHasNoPose) {
-  const Simulator simulator(scan("sphere", "slide", 10));
+  const Simulator simulator(scan("sphere", "wobble", 10));
   EXPECT_EQ(simulator.frame_count(), 20);
   for (int index = 0; index < 10; ++index) EXPECT_FALSE(simulator.frame(index).start_T_sensor);
   EXPECT_EQ(simulator.contact_start_frame(), 10);

@@ -9,7 +9,6 @@
 #include <opencv2/core.hpp>
 #include <random>
 
-#include "gelslam/surface/surface_estimator.hpp"
 #include "heights/contact_mask.hpp"
 #include "heights/poisson.hpp"
 #include "photometry/blocks.hpp"
@@ -161,27 +160,6 @@ void poisson(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(solver.pixels(solver.solve(gx, gy)).data);
 }
 
-void whole_estimate(benchmark::State& state) {
-  const cv::Mat3b image = press();
-  SurfaceOptions options;
-  options.gradient_everywhere = state.range(0) != 0;
-  SurfaceEstimator estimator(random_model(), background(), options);
-  SurfaceTimings sum;
-  for (auto _ : state) {
-    benchmark::DoNotOptimize(estimator.estimate(image).get());
-    const SurfaceTimings& timings = estimator.timings();
-    sum.gradient_ms += timings.gradient_ms;
-    sum.poisson_ms += timings.poisson_ms;
-    sum.contact_ms += timings.contact_ms;
-    sum.normals_ms += timings.normals_ms;
-  }
-  const auto mean = benchmark::Counter::kAvgIterations;
-  state.counters["gradient_ms"] = benchmark::Counter(sum.gradient_ms, mean);
-  state.counters["poisson_ms"] = benchmark::Counter(sum.poisson_ms, mean);
-  state.counters["contact_ms"] = benchmark::Counter(sum.contact_ms, mean);
-  state.counters["normals_ms"] = benchmark::Counter(sum.normals_ms, mean);
-}
-
 BENCHMARK(change_mask)->Name("surface/change_mask")->Unit(benchmark::kMillisecond);
 BENCHMARK(gradient)
     ->Name("surface/gradient")
@@ -204,12 +182,5 @@ BENCHMARK(network_tile)
     ->Arg(4)
     ->Unit(benchmark::kMicrosecond);
 BENCHMARK(poisson)->Name("surface/poisson")->Unit(benchmark::kMillisecond);
-BENCHMARK(whole_estimate)
-    ->Name("surface/whole_estimate")
-    ->ArgName("everywhere")
-    ->Arg(0)
-    ->Arg(1)
-    ->Unit(benchmark::kMillisecond);
-
 }  // namespace
 }  // namespace gelslam

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/se3.hpp"
@@ -9,8 +8,6 @@
 
 namespace gelslam {
 namespace {
-
-constexpr int kBinsPerDecade = 8;
 
 /// In the order in which they came, each once.
 void add_once(std::vector<std::string>& names, const std::string& name) {
@@ -79,36 +76,6 @@ AccuracyRow accuracy(const Records& records) {
   return row;
 }
 
-/// Absolute errors of one frame after the first contact, over trials.
-struct BandSums {
-  int trials = 0;
-  SixAxes sum{}, squares{};
-};
-
-void add_bands(const Records& records, const std::string& object, std::vector<ErrorBand>& bands) {
-  std::map<int, BandSums> by_frame;
-  for (const BenchmarkRecord* record : records) {
-    for (const FrameEstimate& frame : record->frames) {
-      BandSums& sums = by_frame[static_cast<int>(frame.frame - record->frames.front().frame)];
-      const SixAxes error = axis_error(frame);
-      ++sums.trials;
-      for (std::size_t axis = 0; axis < 6; ++axis) {
-        sums.sum[axis] += std::abs(error[axis]);
-        sums.squares[axis] += error[axis] * error[axis];
-      }
-    }
-  }
-  for (const auto& [frame, sums] : by_frame) {
-    ErrorBand band{records.front()->method, object, frame, sums.trials, {}, {}};
-    for (std::size_t axis = 0; axis < 6; ++axis) {
-      band.mean[axis] = sums.sum[axis] / sums.trials;
-      band.deviation[axis] =
-          std::sqrt(std::max(0.0, sums.squares[axis] / sums.trials - band.mean[axis] * band.mean[axis]));
-    }
-    bands.push_back(band);
-  }
-}
-
 }  // namespace
 
 SixAxes six_axes(const Pose& pose) {
@@ -136,45 +103,9 @@ std::vector<AccuracyRow> accuracy_by_object(const BenchmarkResult& result) {
       if (records.empty()) continue;
       rows.push_back(accuracy(records));
       rows.back().object = object.empty() ? "all" : object;
-      rows.back().trial = records.size() == 1 ? records.front()->trial : "all";
     }
   }
   return rows;
-}
-
-std::vector<AccuracyRow> accuracy_by_trial(const BenchmarkResult& result) {
-  std::vector<AccuracyRow> rows;
-  for (const BenchmarkRecord& record : result.records) {
-    rows.push_back(accuracy({&record}));
-    rows.back().object = record.object;
-    rows.back().trial = record.trial;
-  }
-  return rows;
-}
-
-std::vector<RuntimeBin> runtime_histogram(const BenchmarkResult& result) {
-  std::vector<RuntimeBin> bins;
-  for (const std::string& method : methods_of(result)) {
-    std::map<int, int> counts;
-    for (const double ms : times_of(select_records(result, method, "")))
-      ++counts[static_cast<int>(std::floor(kBinsPerDecade * std::log10(std::max(ms, 1e-6))))];
-    if (counts.empty()) continue;
-    const auto edge = [](int bin) { return std::pow(10.0, static_cast<double>(bin) / kBinsPerDecade); };
-    for (int bin = counts.begin()->first; bin <= counts.rbegin()->first; ++bin)
-      bins.push_back({method, edge(bin), edge(bin + 1), counts[bin]});
-  }
-  return bins;
-}
-
-std::vector<ErrorBand> error_bands(const BenchmarkResult& result) {
-  std::vector<ErrorBand> bands;
-  std::vector<std::string> objects = objects_of(result);
-  if (objects.size() > 1) objects.push_back("");
-  for (const std::string& object : objects)
-    for (const std::string& method : methods_of(result))
-      if (const Records records = select_records(result, method, object); !records.empty())
-        add_bands(records, object.empty() ? "all" : object, bands);
-  return bands;
 }
 
 }  // namespace gelslam

@@ -24,7 +24,6 @@ std::vector<MethodRun> start_methods(const BenchmarkRequest& request, const Slam
 BenchmarkResult run_benchmark(const BenchmarkRequest& request, ProgressSink& progress,
                               const std::function<bool()>& stop) {
   BenchmarkResult result;
-  result.protocol = request.protocol;
   progress.begin("registering", frames_in(request.trials));
   std::int64_t done = 0, trial_start = 0;
   for (const BenchmarkTrial& trial : request.trials) {

@@ -17,7 +17,6 @@ struct BenchmarkRecord {
 };
 
 struct BenchmarkResult {
-  Protocol protocol = Protocol::frame0;
   bool partial = false;                  ///< stopped before the end
   std::vector<BenchmarkRecord> records;  ///< by trial, then by method; those without any frame are left out
 };

@@ -1,20 +1,10 @@
 #include "protocols/protocol.hpp"
 
-#include <ctime>
 #include <utility>
 
+#include "studies/study.hpp"
+
 namespace gelslam {
-namespace {
-
-double thread_cpu_ms() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-}
-
-}  // namespace
-
-std::string_view name(Protocol protocol) { return protocol == Protocol::frame0 ? "frame0" : "keyframes"; }
 
 MethodRun::MethodRun(std::shared_ptr<const Registrar> registrar, Protocol protocol,
                      const SlamOptions& options)
@@ -40,9 +30,9 @@ MethodRun::Answer MethodRun::against_first(const TrialFrame& frame) {
     reference_ = registrar_->prepare(frame.surface);
     return {true, 0};
   }
-  const double start_ms = thread_cpu_ms();
+  const double start_ms = lab::thread_cpu_ms();
   const RegistrationResult result = reference_->register_to(*frame.surface, first_T_last_.inverse());
-  const double spent_ms = thread_cpu_ms() - start_ms;
+  const double spent_ms = lab::thread_cpu_ms() - start_ms;
   // The published protocol has no gates: only what has no overlap at all is a failure.
   if (result.shared_pixels >= options_.registration.min_shared_pixels)
     first_T_last_ = result.target_T_reference.inverse();
@@ -50,9 +40,9 @@ MethodRun::Answer MethodRun::against_first(const TrialFrame& frame) {
 }
 
 MethodRun::Answer MethodRun::with_tracker(const TrialFrame& frame) {
-  const double start_ms = thread_cpu_ms();
+  const double start_ms = lab::thread_cpu_ms();
   const TrackedFrame tracked = tracker_.track(frame.frame, frame.time_s, frame.surface);
-  const double spent_ms = thread_cpu_ms() - start_ms;
+  const double spent_ms = lab::thread_cpu_ms() - start_ms;
   if (tracked.trial < 0) return {false, spent_ms};
   const bool first_ever = trial_ < 0, same_trial = tracked.trial == trial_;
   if (!same_trial) first_T_trial_ = first_T_last_;  // nothing says where the new trial lies

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <string_view>
 #include <vector>
 
 #include "gelslam/frontend/tracker.hpp"
@@ -17,8 +16,6 @@ enum class Protocol {
   frame0,     ///< every frame against the first in contact, from the last estimate (Huang et al., RA-L 2024)
   keyframes,  ///< the Tracker, with keyframes, retries and gates
 };
-
-std::string_view name(Protocol protocol);
 
 /// What a method said about one frame. Poses are relative to the first frame in contact whose truth is known.
 struct FrameEstimate {

@@ -210,9 +210,8 @@ void add_ablation(CLI::App& lab) {
       ->capture_default_str();
   command->add_option("--config", arguments->config, "Configuration of all logs (default: their own)");
   add_list(*command, "--stress", arguments->stress,
-           "none: the log as it is; thinned: every third frame; jump: 0.4 s are missing in the middle; "
-           "disturbed: the pictures in turn by all that `disturbances` has")
-      ->check(CLI::IsMember({"none", "thinned", "jump", "disturbed"}))
+           "none: the log as it is; thinned: every third frame; jump: 0.4 s are missing in the middle")
+      ->check(CLI::IsMember({"none", "thinned", "jump"}))
       ->capture_default_str();
   command
       ->add_option("--threads", arguments->threads,

@@ -55,19 +55,6 @@ class StressedLog : public RawFrameSource {
   const std::int64_t background_frames_;
 };
 
-/// The pictures that the chain sees.
-std::unique_ptr<FrameSource> pictures_of(const std::shared_ptr<StressedLog>& log,
-                                         const AblationCase& measured) {
-  const std::string name = measured.input.log.string();
-  std::unique_ptr<FrameSource> pictures = decode_frames(log, name, measured.config.sensor);
-  if (!measured.stress->disturbance) return pictures;
-  const int background = measured.config.background_frames;
-  auto disturbed = std::make_shared<DisturbedLog>(std::move(pictures), background,
-                                                  log->frame_count().value_or(0) - background,
-                                                  *measured.stress->disturbance);
-  return decode_frames(std::move(disturbed), name, measured.config.sensor);
-}
-
 /// The truth about the frames that are kept.
 std::optional<GroundTruth> truth_of(const AblationCase& measured, const StressedLog& log) {
   if (!std::filesystem::exists(truth_file(measured.input.log))) return std::nullopt;
@@ -239,7 +226,6 @@ Json row_of(const AblationCase& measured, const Chain& chain, const std::optiona
                                     [&](const FrameRecord& frame) { return map.has_pose(frame); });
   Json row = {{"set", measured.set},
               {"sequence", measured.sequence},
-              {"disturbance", measured.stress->disturbance ? measured.stress->disturbance->name : ""},
               {"model", measured.model},
               {"stress", measured.stress->name},
               {"variant", chain.variant},
@@ -283,7 +269,8 @@ class Group {
                                       measured.input.background.empty() ? config.background_frames : 0);
     const std::optional<GroundTruth> truth = truth_of(measured, *log);
     StageTimer timer;
-    SurfaceStream stream(pictures_of(log, measured), measured.input, config, timer, {});
+    SurfaceStream stream(decode_frames(log, measured.input.log.string(), config.sensor), measured.input,
+                         config, timer, {});
     int frames = 0;
     while (const std::optional<SurfaceStream::Item> item = stream.next()) {
       frames += item->surface ? 1 : 0;
@@ -318,18 +305,12 @@ class Group {
 
 const std::vector<Stress>& stresses() {
   constexpr double kJumpS = 0.4;
-  static const std::vector<Stress> all = [] {
-    const auto keeps_all = [](std::int64_t, std::int64_t, double) { return true; };
-    std::vector<Stress> stresses = {
-        {"none", keeps_all},
-        {"thinned", [](std::int64_t frame, std::int64_t, double) { return frame % 3 == 0; }},
-        {"jump", [](std::int64_t frame, std::int64_t frames, double rate_hz) {
-           return frame < frames / 2 || frame >= frames / 2 + std::lround(kJumpS * rate_hz);
-         }}};
-    for (const Disturbance& disturbance : disturbances())
-      stresses.push_back({"disturbed", keeps_all, &disturbance});
-    return stresses;
-  }();
+  static const std::vector<Stress> all = {
+      {"none", [](std::int64_t, std::int64_t, double) { return true; }},
+      {"thinned", [](std::int64_t frame, std::int64_t, double) { return frame % 3 == 0; }},
+      {"jump", [](std::int64_t frame, std::int64_t frames, double rate_hz) {
+         return frame < frames / 2 || frame >= frames / 2 + std::lround(kJumpS * rate_hz);
+       }}};
   return all;
 }
 

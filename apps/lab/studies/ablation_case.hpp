@@ -6,22 +6,19 @@
 #include <vector>
 
 #include "ablation_variants.hpp"
-#include "disturbed_log.hpp"
 #include "gelslam/evaluation/run_and_truth.hpp"
 #include "study.hpp"
 
 namespace gelslam::lab {
 
-/// What is left out of a log or disturbs its pictures, so that the chain has to cope.
+/// What is left out of a log, so that the chain has to cope.
 struct Stress {
   const char* name;
   /// Whether a frame stays; they are counted after the background.
   bool (*keeps)(std::int64_t frame, std::int64_t frames, double rate_hz);
-  const Disturbance* disturbance = nullptr;  ///< null: the pictures as they are
 };
 
-/// none; thinned: every third frame; jump: 0.4 s are missing in the middle; disturbed, by each of
-/// disturbances().
+/// none; thinned: every third frame; jump: 0.4 s are missing in the middle.
 const std::vector<Stress>& stresses();
 
 /// A log that every variant is measured on.

@@ -11,9 +11,7 @@ namespace {
 
 using Key = std::vector<std::string>;
 
-Key key_of(const Json& row) {
-  return {row["set"], row["sequence"], row["model"], row["stress"], row.value("disturbance", "")};
-}
+Key key_of(const Json& row) { return {row["set"], row["sequence"], row["model"], row["stress"]}; }
 
 /// Null where one of both is missing.
 Json ratio(const Json& without, const Json& with) {
@@ -24,12 +22,11 @@ Json ratio(const Json& without, const Json& with) {
 }
 
 Json compared(const Json& with, const Json& without) {
-  const std::string stress = with["stress"], disturbance = with.value("disturbance", "");
-  Json row = {
-      {"without", without["variant"]},
-      {"set", with["set"].get<std::string>() + (stress == "none" ? "" : ", " + stress)},
-      {"model", with["model"]},
-      {"sequence", with["sequence"].get<std::string>() + (disturbance.empty() ? "" : ", " + disturbance)}};
+  const std::string stress = with["stress"];
+  Json row = {{"without", without["variant"]},
+              {"set", with["set"].get<std::string>() + (stress == "none" ? "" : ", " + stress)},
+              {"model", with["model"]},
+              {"sequence", with["sequence"]}};
   for (const char* quantity : {"error", "anchored", "mesh"})
     row[quantity] = ratio(without[std::string(quantity) + "_mm"], with[std::string(quantity) + "_mm"]);
   for (const char* time : {"frame", "finish"})

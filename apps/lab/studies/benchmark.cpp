@@ -1,20 +1,24 @@
+#include <fmt/core.h>
+
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "baselines/baselines.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/core/process.hpp"
-#include "gelslam/core/run_folder.hpp"
 #include "protocols/report.hpp"
 #include "study.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam::lab {
 namespace {
+
+constexpr std::array<const char*, 6> kAxes = {"x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg"};
 
 struct BenchmarkArguments {
   std::vector<std::filesystem::path> data;
@@ -23,7 +27,7 @@ struct BenchmarkArguments {
   int every = 1;
   TrialSources sources;
   std::filesystem::path out;
-  bool overwrite = false, json = false, quiet = false;
+  bool quiet = false;
 };
 
 BenchmarkRequest request_of(const BenchmarkArguments& arguments) {
@@ -42,28 +46,55 @@ BenchmarkRequest request_of(const BenchmarkArguments& arguments) {
   return request;
 }
 
-/// Pictures of an older result would not belong to the new one: they go with it.
-std::vector<std::string> known_entries() {
-  std::vector<std::string> names = benchmark_files();
-  for (const char* picture : {"accuracy.png", "runtime.png", "error_over_time.png", "trajectory.png"})
-    names.push_back(picture);
-  return names;
+Json accuracy_table(const BenchmarkResult& result) {
+  Json rows = Json::array();
+  for (const AccuracyRow& row : accuracy_by_object(result)) {
+    rows.push_back({{"object", row.object},
+                    {"method", row.method},
+                    {"trials", row.trials},
+                    {"frames", row.frames},
+                    {"tracked_share", row.tracked_share()}});
+    for (std::size_t axis = 0; axis < 6; ++axis) rows.back()[kAxes[axis]] = row.mae[axis];
+    rows.back().update({{"geometric_mean_mm", row.geometric_mean_mm},
+                        {"final_mm", row.final_mm},
+                        {"final_deg", row.final_deg},
+                        {"median_ms", row.median_ms},
+                        {"p95_ms", row.p95_ms}});
+  }
+  return rows;
+}
+
+/// Every frame of every method: too many for a table in memory.
+std::string frames_csv(const BenchmarkResult& result) {
+  std::string text = "method,object,trial,frame,time_s,tracked,cpu_ms";
+  for (const std::string prefix : {"", "true_"})
+    for (const char* axis : kAxes) text += "," + prefix + axis;
+  text += "\n";
+  for (const BenchmarkRecord& record : result.records) {
+    const std::string names =
+        csv_cell(record.method) + "," + csv_cell(record.object) + "," + csv_cell(record.trial);
+    for (const FrameEstimate& frame : record.frames) {
+      text += names + fmt::format(",{},{:.6f},{},{:.6g}", frame.frame, frame.time_s, frame.tracked ? 1 : 0,
+                                  frame.cpu_ms);
+      for (const Pose& pose : {frame.first_T_frame, frame.true_first_T_frame})
+        for (const double value : six_axes(pose)) text += fmt::format(",{:.6g}", value);
+      text += "\n";
+    }
+  }
+  return text;
 }
 
 void run(const BenchmarkArguments& arguments) {
   const BenchmarkRequest request = request_of(arguments);
-  std::optional<RunFolder> folder;
-  if (!arguments.out.empty())
-    folder.emplace(arguments.out,
-                   RunFolderOptions{arguments.overwrite, "benchmark.json", known_entries(), {}});
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const BenchmarkResult result = run_benchmark(request, *progress, [&] { return interrupt.requested(); });
-  if (folder) {
-    write_benchmark(folder->path(), result);
-    folder->commit();
+  const Json table = accuracy_table(result);
+  if (!arguments.out.empty()) {
+    write_study(arguments.out, "accuracy", table);
+    write_file_atomically(arguments.out / "frames.csv", frames_csv(result));
   }
-  std::cout << (arguments.json ? to_json(result) : to_table(result));
+  print_table(table);
   if (result.partial) std::cerr << "stopped early: this is what was done so far\n";
   if (result.records.empty()) {
     std::cerr << "nothing ever touched the sensor: there is nothing to compare\n";
@@ -97,9 +128,7 @@ void add_benchmark(CLI::App& lab) {
   command->add_option("--model", arguments->sources.model,
                       "Gradient model nnmodel.pth (default: the configuration's)");
   command->add_flag("--force", arguments->sources.force, "Go on although first frames seem to show contact");
-  command->add_option("-o,--output", arguments->out, "Folder for benchmark.json and CSV tables");
-  command->add_flag("--overwrite", arguments->overwrite, "Replace the folder if it is there");
-  command->add_flag("--json", arguments->json, "Print JSON instead of a table");
+  command->add_option("-o,--output", arguments->out, "Folder for accuracy (CSV and JSON) and frames.csv");
   add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "Example: gelslam-lab benchmark data/TactileTracking --methods normalflow,icp -o BENCH\n"

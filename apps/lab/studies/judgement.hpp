@@ -7,8 +7,7 @@ namespace gelslam::lab {
 
 /// What an answer is worth. Errors are where the sensor truly was, seen from where it was said to be.
 struct Judgement {
-  double error_mm = 0, error_deg = 0;              ///< in all directions
-  double shown_error_mm = 0, shown_error_deg = 0;  ///< the largest along an axis reported observable
+  double error_mm = 0, error_deg = 0;  ///< in all directions
   bool tracked = false;
   bool right = false;        ///< within 0.3 mm and 2 degrees
   bool shown_right = false;  ///< the same along every axis that was reported observable
@@ -19,18 +18,17 @@ struct Judgement {
 
 /// Counts of judgements.
 struct Tally {
-  int cases = 0, right = 0, shown_right = 0, tracked = 0, silent = 0, tracked_right = 0,
-      tracked_not_right = 0, lost_right = 0;
+  int cases = 0, right = 0, shown_right = 0, tracked = 0, silent = 0;
 
   void add(const Judgement& judged) {
-    ++cases;
-    right += judged.right ? 1 : 0;
-    shown_right += judged.shown_right ? 1 : 0;
-    tracked += judged.tracked ? 1 : 0;
-    silent += judged.silent_failure() ? 1 : 0;
-    tracked_right += judged.tracked && judged.right ? 1 : 0;
-    tracked_not_right += judged.tracked && !judged.shown_right ? 1 : 0;
-    lost_right += !judged.tracked && judged.right ? 1 : 0;
+    add(Tally{1, judged.right, judged.shown_right, judged.tracked, judged.silent_failure()});
+  }
+  void add(const Tally& other) {
+    cases += other.cases;
+    right += other.right;
+    shown_right += other.shown_right;
+    tracked += other.tracked;
+    silent += other.silent;
   }
   double share(int count) const { return cases == 0 ? 0.0 : static_cast<double>(count) / cases; }
 };
@@ -38,7 +36,6 @@ struct Tally {
 Judgement judge_pose_error(const Pose& estimate, const Pose& truth, const std::array<bool, 6>& observable,
                            bool tracked);
 
-/// No pose of two different surfaces is right.
 Judgement judge_result(const RegistrationProblem& problem, const RegistrationResult& result);
 
 }  // namespace gelslam::lab

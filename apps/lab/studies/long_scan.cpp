@@ -3,7 +3,6 @@
 // memory; at its end: loops, components, errors against the truth, and how long closing the map took.
 
 #include <sys/resource.h>
-#include <time.h>
 
 #include <algorithm>
 #include <deque>
@@ -11,7 +10,6 @@
 #include <future>
 #include <iostream>
 #include <optional>
-#include <set>
 #include <thread>
 #include <vector>
 
@@ -41,15 +39,7 @@ struct LongScanArguments {
   ScanSpec scan;
   std::filesystem::path model, out;
   int reports = 20, ahead = 0;
-  int recall = 0;
 };
-
-/// Processor time of this thread: neither the simulation nor other programs count.
-double thread_ms() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
-}
 
 double wall_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -111,7 +101,7 @@ struct Scan {
   double memory_before_mb = resident_memory_mb();  // the simulation's
 };
 
-/// Whether the frame is not where its keyframe says, by the limits of gelslam-lab loops.
+/// Whether the frame is not where its keyframe says.
 bool is_wrong(const TrackedFrame& tracked, const std::vector<std::optional<Pose>>& truth) {
   constexpr double kWrongMm = 0.5, kWrongDeg = 3.0;
   if (tracked.status != TrackStatus::tracked) return false;
@@ -139,13 +129,13 @@ Scan run_scan(const Simulator& simulator, const GradientModel& model, const Long
       slam.skip(frame->index, frame->time_s);
       continue;
     }
-    const double start = thread_ms();
+    const double start = thread_cpu_ms();
     const SurfacePtr surface = estimator.estimate(frame->bgr);
-    const double estimated = thread_ms();
+    const double estimated = thread_cpu_ms();
     const TrackedFrame tracked = slam.process(frame->index, frame->time_s, surface, timer);
     const int made = static_cast<int>(tracked.new_keyframes.size());
     stretch.surface_ms += estimated - start;
-    (made > 0 ? stretch.keyframe_ms : stretch.frame_ms) += thread_ms() - estimated;
+    (made > 0 ? stretch.keyframe_ms : stretch.frame_ms) += thread_cpu_ms() - estimated;
     stretch.keyframes += made;
     stretch.lost += tracked.status == TrackStatus::lost;
     scan.keyframes += made;
@@ -187,52 +177,7 @@ Json mesh_errors(const Mesh& mesh, const Simulator& simulator, const Pose& objec
           {"triangles", mesh.triangles.size()}};
 }
 
-using Pairs = std::set<std::pair<int, int>>;
-
-/// The loops of every `every`-th keyframe, compared with `candidates` earlier ones; none if they are not
-/// verified.
-Pairs loops_among(const SlamMap& map, SlamOptions options, int candidates, bool verified, std::size_t every,
-                  double& ms) {
-  options.loop_closure.max_candidates = candidates;
-  options.loop_closure.max_constraints = verified ? candidates : 0;
-  LoopCloser closer(options.loop_closure, options.registration, options.verification);
-  Pairs found;
-  for (std::size_t k = 0; k < map.keyframes.size(); ++k) {
-    if ((k + 1) % every != 0) {
-      closer.keep({*map.keyframes[k]});
-      continue;
-    }
-    const double start = thread_ms();
-    for (const LoopConstraint& loop : closer.add(*map.keyframes[k])) found.emplace(loop.from, loop.to);
-    ms += thread_ms() - start;
-  }
-  return found;
-}
-
-/// The share of the loops of an exhaustive search that the index finds, and of its time that it takes: for
-/// looking among the keyframes alone, and with what both do besides, reading features and verifying loops.
-Json recall_of_index(const SlamMap& map, const SlamOptions& options, int searches) {
-  const std::size_t keyframes = map.keyframes.size(),
-                    every = std::max<std::size_t>(1, keyframes / static_cast<std::size_t>(searches));
-  const int everything = static_cast<int>(keyframes), few = options.loop_closure.max_candidates;
-  double all_ms = 0, index_ms = 0, all_unverified_ms = 0, index_unverified_ms = 0, features_ms = 0;
-  const Pairs all = loops_among(map, options, everything, true, every, all_ms);
-  const Pairs found = loops_among(map, options, few, true, every, index_ms);
-  loops_among(map, options, everything, false, every, all_unverified_ms);
-  loops_among(map, options, few, false, every, index_unverified_ms);
-  loops_among(map, options, 0, false, every, features_ms);
-  const auto both =
-      std::count_if(all.begin(), all.end(), [&](const auto& pair) { return found.contains(pair); });
-  return {
-      {"exhaustive_loops", all.size()},
-      {"index_recall", static_cast<double>(both) / static_cast<double>(std::max<std::size_t>(1, all.size()))},
-      {"index_search_share", (index_unverified_ms - features_ms) / (all_unverified_ms - features_ms)},
-      {"index_time_share", index_ms / all_ms},
-      {"index_ms_per_keyframe", index_ms / static_cast<double>(std::max<std::size_t>(1, keyframes / every))}};
-}
-
-Json summary(const Simulator& simulator, const Scan& scan, const SlamOptions& options, const GelSlam& slam,
-             int recall) {
+Json summary(const Simulator& simulator, const Scan& scan, const SlamOptions& options, const GelSlam& slam) {
   Json result = {{"frames", scan.truth.size()}, {"memory_mb", resident_memory_mb() - scan.memory_before_mb}};
   const double start = wall_s();
   const SlamMap map = slam.finish();
@@ -262,7 +207,6 @@ Json summary(const Simulator& simulator, const Scan& scan, const SlamOptions& op
     result.update(
         mesh_errors(mesh, simulator,
                     simulator.start_T_object().inverse() * *scan.truth[static_cast<std::size_t>(reference)]));
-  if (recall > 0) result.update(recall_of_index(map, options, recall));
   return result;
 }
 
@@ -279,7 +223,7 @@ ScanSpec with_meshed_object(ScanSpec scan, const std::filesystem::path& folder) 
 
 void run(const LongScanArguments& arguments) {
   const double start = wall_s();
-  const GradientModel model = arguments.model.empty() ? quickly_trained_model() : read_model(arguments.model);
+  const GradientModel model = arguments.model.empty() ? flat_sensor_model() : read_model(arguments.model);
   const Simulator simulator(with_meshed_object(arguments.scan, arguments.out));
   const SlamOptions options;
   GelSlam slam(options);
@@ -287,7 +231,7 @@ void run(const LongScanArguments& arguments) {
   const Scan scan = run_scan(simulator, model, arguments, slam);
   const double scanned = wall_s();
   print_table(scan.rows);
-  Json row = summary(simulator, scan, options, slam, arguments.recall);
+  Json row = summary(simulator, scan, options, slam);
   row["preparing_s"] = ready - start;
   row["scanning_s"] = scanned - ready;
   for (const auto& [key, value] : row.items()) std::cout << key << " " << value.dump() << "\n";
@@ -317,18 +261,13 @@ void add_long_scan(CLI::App& lab) {
   command->add_option("--motion", scan.motion.name, "How it is moved")->capture_default_str();
   command->add_option("--seed", scan.motion.seed, "Of the hand's unsteadiness")->capture_default_str();
   command->add_option("--model", arguments->model,
-                      "Gradient model of the simulated sensor (default: train one on a few presses)");
+                      "Gradient model of the simulated sensor (default: the one that is known)");
   command->add_option("--reports", arguments->reports, "Rows of the table")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   command->add_option("--ahead", arguments->ahead, "Pictures drawn ahead, one thread each (0: one per core)")
       ->check(CLI::Range(0, 64))
       ->capture_default_str();
-  command
-      ->add_option("--recall", arguments->recall,
-                   "Also compare this many keyframes with all earlier ones, and count which of these loops "
-                   "place recognition finds")
-      ->check(CLI::Range(0, 100'000));
   command->add_option("-o,--output", arguments->out, "Folder for the tables and the object")->required();
   command->footer("Example: gelslam-lab long-scan --frames 5000 -o STUDY && scripts/plot_long_scan.py STUDY");
 }

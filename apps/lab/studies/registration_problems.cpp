@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <ctime>
 #include <map>
 #include <opencv2/imgproc.hpp>
 #include <set>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/files.hpp"
 #include "gelslam/evaluation/run_and_truth.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/slam/surface_stream.hpp"
@@ -95,12 +93,6 @@ std::vector<std::filesystem::path> sequence_folders(const std::vector<std::strin
   return folders;
 }
 
-double thread_cpu_ms() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-}
-
 ProblemSet load_problems(const std::filesystem::path& folder, cv::Size size, const ProblemChoice& choice) {
   const GroundTruth truth = read_ground_truth(folder);
   const std::vector<Pair> pairs = choose_pairs(truth, choice);
@@ -122,8 +114,6 @@ ProblemSet load_problems(const std::filesystem::path& folder, cv::Size size, con
     if (!choice.frames_missing) problem.start = pose(pair.target - 1).inverse() * pose(reference);
     problem.truth = pose(pair.target).inverse() * pose(reference);
     problem.gap = pair.target - pair.reference;
-    problem.name = name_of(folder) + ", frames " + std::to_string(pair.reference) + " and " +
-                   std::to_string(pair.target);
     set.problems.push_back(problem);
   }
   return set;

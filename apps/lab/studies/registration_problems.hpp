@@ -27,10 +27,8 @@ struct RegistrationProblem {
   /// true target_T_reference of the frame before: what tracking would start from
   Pose start = Pose::Identity();
   Pose truth = Pose::Identity();  ///< target_T_reference
-  std::string name;               ///< for people: "pebble, place 2"
   int gap = 0;                    ///< frames from reference to target, of a sequence
   int start_number = 0;           ///< counts the starts that one pair of surfaces is tried from
-  bool same_surface = true;       ///< false: of two objects; there is no truth, and any pose is wrong
 };
 
 /// The problems of one data folder at one resolution.
@@ -45,8 +43,5 @@ ProblemSet load_problems(const std::filesystem::path& folder, cv::Size size, con
 
 /// The folders under GELSLAM_DATA/sequences whose names start with one of `prefixes`, sorted. Throws Error.
 std::vector<std::filesystem::path> sequence_folders(const std::vector<std::string>& prefixes);
-
-/// Processor time of this thread: other programs on the machine hardly show in it.
-double thread_cpu_ms();
 
 }  // namespace gelslam::lab

@@ -1,26 +1,14 @@
 #include "simulated_frames.hpp"
 
-#include "gelslam/core/progress.hpp"
-#include "gelslam/simulation/calibration_set.hpp"
+#include "gelslam/simulation/sensor_model.hpp"
 #include "gelslam/simulation/simulator.hpp"
+#include "gelslam/surface/model_file.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
 
 namespace gelslam::lab {
 namespace {
 
 constexpr int kFrames = 96;
-
-}  // namespace
-
-GradientModel quickly_trained_model() {
-  CalibrationSpec spec;
-  spec.presses = 60;
-  spec.training.epochs = 20;
-  NoProgress progress;
-  return train_on_presses(spec, progress);
-}
-
-namespace {
 
 SimulatedFrames make() {
   ScanSpec spec;
@@ -29,7 +17,7 @@ SimulatedFrames make() {
   spec.motion.frames = 8 * 120;
   const Simulator simulator(spec);
   SimulatedFrames frames;
-  frames.model = quickly_trained_model();
+  frames.model = flat_sensor_model();
   frames.background = simulator.frame(0).bgr;
   SurfaceEstimator estimator(frames.model, frames.background, SurfaceOptions{});
   for (int i = 0; i < kFrames; ++i) {
@@ -40,6 +28,18 @@ SimulatedFrames make() {
 }
 
 }  // namespace
+
+GradientModel flat_sensor_model() {
+  const std::string_view file = flat_model_file();
+  return parse_model_file({reinterpret_cast<const unsigned char*>(file.data()), file.size()}, "flat.json")
+      .model;
+}
+
+cv::Mat3b bare_gel(const Optics& optics) {
+  cv::Mat3b picture;
+  optics.background().convertTo(picture, CV_8U);
+  return picture;
+}
 
 const SimulatedFrames& simulated_frames() {
   static const SimulatedFrames frames = make();

@@ -4,12 +4,16 @@
 #include <vector>
 
 #include "gelslam/core/gradient_model.hpp"
+#include "gelslam/simulation/optics.hpp"
 #include "gelslam/surface/surface.hpp"
 
 namespace gelslam::lab {
 
-/// The model of the simulated sensor, trained on a few ball presses in some seconds; always the same.
-GradientModel quickly_trained_model();
+/// The model of the simulated sensor without optics.
+GradientModel flat_sensor_model();
+
+/// What its camera sees while nothing touches.
+cv::Mat3b bare_gel(const Optics& optics);
 
 /// Some frames from the middle of a simulated scan (a peanut wobbled at 25 Hz), with the model of the sensor.
 struct SimulatedFrames {

@@ -13,10 +13,8 @@ using Names = std::vector<std::string>;
 
 const Names kObjects = {"pebble", "peanut", "coin", "plank", "golf", "knurl"};
 const Names kRoundObjects = {"pebble", "peanut", "golf", "knurl"};
-const Names kHidingObjects = {"sphere", "cylinder", "ellipsoid", "screw", "weave"};
 constexpr std::array<const char*, 6> kAxes = {"x", "y", "z", "rx", "ry", "rz"};
 constexpr double kOrdinaryMm = 0.5, kOrdinaryDeg = 4.0;
-constexpr double kFarMm = 2.0, kFarDeg = 15.0;
 constexpr double kDegreesPerMm = 10;  // in "start": both grow together
 constexpr double kRadiansPerDegree = M_PI / 180;
 
@@ -63,44 +61,37 @@ Displacement along_axis(std::size_t axis, double size) {
   };
 }
 
-struct NamedPair {
-  std::string name;
-  TouchPair pair;
-};
-
 class LevelMaker {
  public:
   LevelMaker(TouchStudio& studio, const StabilityChoice& choice, const LevelSink& sink)
       : studio_(studio), choice_(choice), sink_(sink) {}
 
   template <class Set>
-  std::vector<NamedPair> pairs(const Names& objects, const Set& set) {
-    std::vector<NamedPair> made;
+  std::vector<TouchPair> pairs(const Names& objects, const Set& set) {
+    std::vector<TouchPair> made;
     for (const std::string& object : objects)
       for (int place = 0; place < choice_.places; ++place) {
         TouchSpec spec;
         spec.object = object;
         spec.place = place;
         set(spec);
-        made.push_back({object + ", place " + std::to_string(place), studio_.make(spec)});
+        made.push_back(studio_.make(spec));
       }
     return made;
   }
 
-  void deliver(const std::string& chart, double level, const std::vector<NamedPair>& pairs,
-               const Displacement& displacement, bool same_surface = true) const {
+  void deliver(const std::string& chart, double level, const std::vector<TouchPair>& pairs,
+               const Displacement& displacement) const {
     StabilityLevel out{chart, level, {}};
     for (std::size_t k = 0; k < pairs.size(); ++k) {
-      out.set.references.push_back(pairs[k].pair.reference);
+      out.set.references.push_back(pairs[k].reference);
       for (int start = 0; start < choice_.starts; ++start) {
         RegistrationProblem problem;
         problem.reference = k;
-        problem.target = pairs[k].pair.target;
-        problem.truth = pairs[k].pair.target_T_reference();
+        problem.target = pairs[k].target;
+        problem.truth = pairs[k].target_T_reference();
         problem.start = displacement(problem.truth, k, start);
-        problem.name = pairs[k].name;
         problem.start_number = start;
-        problem.same_surface = same_surface;
         out.set.problems.push_back(problem);
       }
     }
@@ -119,7 +110,7 @@ class LevelMaker {
 
   void basins() {
     const std::vector<double> mm = {0.25, 0.5, 1, 1.5, 2, 3, 4, 5}, deg = {2.5, 5, 10, 15, 20, 30, 45, 60};
-    std::vector<NamedPair> ordinary;  // the same for all
+    std::vector<TouchPair> ordinary;  // the same for all
     const auto basin = [&](const std::string& name, const std::vector<double>& sizes,
                            const auto& displacement) {
       if (!choice_.wants(name)) return;
@@ -145,25 +136,6 @@ class LevelMaker {
   const LevelSink& sink_;
 };
 
-/// Each reference with the target of another pair, tried from where the sensor was: as when an object is
-/// lifted and something else is touched.
-template <class Other>
-void deliver_crossed(const LevelMaker& maker, const std::string& chart, const std::vector<NamedPair>& pairs,
-                     bool same_surface, const Other& other) {
-  std::vector<NamedPair> mixed = pairs;
-  for (std::size_t k = 0; k < pairs.size(); ++k) {
-    const NamedPair& second = pairs[other(k)];
-    mixed[k].name += " on " + second.name;
-    mixed[k].pair.target = second.pair.target;
-    mixed[k].pair.target_T_object = second.pair.target_T_object;
-  }
-  const Displacement ordinary = somewhere(kOrdinaryMm, kOrdinaryDeg);
-  maker.deliver(
-      chart, 1, mixed,
-      [&](const Pose&, std::size_t pair, int start) { return ordinary(Pose::Identity(), pair, start); },
-      same_surface);
-}
-
 }  // namespace
 
 bool StabilityChoice::wants(const std::string& chart) const {
@@ -171,10 +143,9 @@ bool StabilityChoice::wants(const std::string& chart) const {
 }
 
 const std::vector<std::string>& stability_charts() {
-  static const Names names = {"start x",   "start y",      "start z",      "start rx", "start ry",
-                              "start rz",  "start",        "overlap",      "noise",    "texture",
-                              "depth",     "light drift",  "light jump",   "dirt",     "missing frames",
-                              "elsewhere", "other object", "hidden motion"};
+  static const Names names = {"start x",  "start y",     "start z",    "start rx", "start ry",
+                              "start rz", "start",       "overlap",    "noise",    "texture",
+                              "depth",    "light drift", "light jump", "dirt",     "missing frames"};
   return names;
 }
 
@@ -222,26 +193,6 @@ void missing_frame_levels(const std::vector<std::filesystem::path>& folders, con
     }
     for (const auto& [gap, level] : by_gap) sink(level);
   }
-}
-
-void trap_levels(TouchStudio& studio, const StabilityChoice& choice, const LevelSink& sink) {
-  LevelMaker maker(studio, choice, sink);
-  const auto ordinary = [](TouchSpec&) {};
-  const auto places = static_cast<std::size_t>(choice.places);
-  const bool elsewhere = choice.wants("elsewhere") && places > 1, other_object = choice.wants("other object");
-  if (elsewhere || other_object) {
-    const std::vector<NamedPair> pairs = maker.pairs(kObjects, ordinary);
-    if (elsewhere)
-      deliver_crossed(maker, "elsewhere", pairs, true,
-                      [=](std::size_t k) { return k - k % places + (k + 1) % places; });
-    if (other_object)
-      deliver_crossed(maker, "other object", pairs, false,
-                      [&](std::size_t k) { return (k + places) % pairs.size(); });
-  }
-  if (!choice.wants("hidden motion")) return;
-  const std::vector<NamedPair> hiding = maker.pairs(kHidingObjects, ordinary);
-  maker.deliver("hidden motion", 1, hiding, somewhere(kOrdinaryMm, kOrdinaryDeg));
-  maker.deliver("hidden motion", 2, hiding, somewhere(kFarMm, kFarDeg));
 }
 
 }  // namespace gelslam::lab

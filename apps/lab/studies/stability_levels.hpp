@@ -42,9 +42,4 @@ void simulated_levels(TouchStudio& studio, const StabilityChoice& choice, const 
 void missing_frame_levels(const std::vector<std::filesystem::path>& folders, const StabilityChoice& choice,
                           const LevelSink& sink);
 
-/// What must not be called tracked, or not in every direction: "elsewhere" (another place of the same
-/// object), "other object", and "hidden motion" (ball, rod, thread and weave, smooth or alike all over) from
-/// an ordinary start and from one 2 mm and 15 degrees off (level 1 and 2).
-void trap_levels(TouchStudio& studio, const StabilityChoice& choice, const LevelSink& sink);
-
 }  // namespace gelslam::lab

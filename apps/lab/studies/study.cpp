@@ -3,20 +3,16 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <ctime>
 #include <iostream>
 
 #include "baselines/baselines.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/text.hpp"
-#include "stability_levels.hpp"
 
 namespace gelslam::lab {
 namespace {
-
-std::string csv_cell(const Json& value) {
-  return value.is_string() ? '"' + value.get<std::string>() + '"' : value.dump();
-}
 
 std::string to_csv(const Json& rows) {
   std::string text;
@@ -41,18 +37,14 @@ std::string table_cell(const Json& value) {
 
 }  // namespace
 
-void TouchStudyArguments::add_to(CLI::App& app, const std::string& data_help, const std::string& charts_help,
-                                 const std::string& quick_help, const std::string& out_help) {
-  app.add_option("DATA", data, data_help);
-  add_list(app, "--methods", methods, "normalflow, icp, fpfh, filterreg; -tuned for their best settings");
-  add_list(app, "--charts", charts, charts_help)->check(CLI::IsMember(stability_charts()));
-  app.add_flag("--quick", quick, quick_help);
-  app.add_flag("--simulated-only", simulated_only, "Without the sequences");
-  app.add_option("-o,--output", out, out_help);
-}
-
 void check_methods(const std::vector<std::string>& methods) {
   for (const std::string& method : methods) make_registrar(method, {});
+}
+
+double thread_cpu_ms() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
 }
 
 void StudyCases::begin(const std::string& name) {
@@ -62,6 +54,13 @@ void StudyCases::begin(const std::string& name) {
   if (done > 0)
     std::cerr << ", " << duration_text(seconds * (static_cast<double>(total_) / done - 1)) << " left";
   std::cerr << std::endl;
+}
+
+std::string csv_cell(const Json& value) {
+  if (!value.is_string()) return value.dump();
+  std::string field = "\"";
+  for (const char c : value.get<std::string>()) field += c == '"' ? "\"\"" : std::string(1, c);
+  return field + "\"";
 }
 
 void write_study(const std::filesystem::path& folder, const std::string& name, const Json& rows) {

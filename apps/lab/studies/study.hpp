@@ -16,19 +16,12 @@ using Json = nlohmann::ordered_json;
 /// The arguments belong to the callback. Mistakes are thrown as Error; main prints them.
 void add_ablation(CLI::App& lab);
 void add_benchmark(CLI::App& lab);
-void add_calibration(CLI::App& lab);
-void add_disturbances(CLI::App& lab);
-void add_honesty(CLI::App& lab);
-void add_information(CLI::App& lab);
 void add_long_scan(CLI::App& lab);
 void add_localize(CLI::App& lab);
-void add_loops(CLI::App& lab);
 void add_micro_benchmarks(CLI::App& lab);
-void add_parsimony(CLI::App& lab);
 void add_soak(CLI::App& lab);
 void add_speed_accuracy(CLI::App& lab);
 void add_stability(CLI::App& lab);
-void add_tracking(CLI::App& lab);
 
 /// Adds subcommand `name`, which calls `run(arguments)`; the caller adds the options.
 template <class Arguments>
@@ -45,21 +38,11 @@ CLI::Option* add_list(CLI::App& app, const char* name, Values& values, const std
   return app.add_option(name, values, help)->delimiter(',')->allow_extra_args(false);
 }
 
-/// The arguments of studies that compare methods on simulated and recorded touches.
-struct TouchStudyArguments {
-  std::vector<std::filesystem::path> data;
-  std::vector<std::string> methods = {"normalflow",      "icp", "icp-tuned", "filterreg",
-                                      "filterreg-tuned", "fpfh"};
-  std::vector<std::string> charts;  ///< empty: all
-  bool quick = false, simulated_only = false;
-  std::filesystem::path out;
-
-  void add_to(CLI::App& app, const std::string& data_help, const std::string& charts_help,
-              const std::string& quick_help, const std::string& out_help);
-};
-
 /// Throws Error if one of the methods is unknown.
 void check_methods(const std::vector<std::string>& methods);
+
+/// Processor time of this thread: other programs on the machine hardly show in it.
+double thread_cpu_ms();
 
 /// Says on stderr which case of a long study begins, how many there are and the time left.
 class StudyCases {
@@ -72,6 +55,9 @@ class StudyCases {
   std::size_t total_, begun_ = 0;
   Clock::time_point start_ = Clock::now();
 };
+
+/// A value as a CSV file holds it.
+std::string csv_cell(const Json& value);
 
 /// Writes a table (an array of objects with the same keys) as folder/name.json and folder/name.csv and makes
 /// the folder; does nothing if `folder` is empty. Long studies call it after each step. Throws Error.

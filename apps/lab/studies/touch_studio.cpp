@@ -6,10 +6,10 @@
 #include <random>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/simulation/calibration_set.hpp"
 #include "gelslam/simulation/optics.hpp"
 #include "gelslam/simulation/simulator.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
+#include "simulated_frames.hpp"
 
 namespace gelslam::lab {
 namespace {
@@ -181,12 +181,12 @@ int TouchStudio::frame_with_overlap(const TouchSpec& spec, int first) {
 const TouchStudio::Camera& TouchStudio::camera(const TouchSpec& spec) {
   std::unique_ptr<Camera>& kept = cameras_[{spec.noise_gain, spec.grains}];
   if (!kept) {
-    CalibrationSpec before_use;
-    before_use.optics.noise_gain = spec.noise_gain;
-    before_use.optics.dirt = spec.grains > 0;
-    before_use.optics.late_grains = spec.grains;
-    kept = std::make_unique<Camera>(
-        Camera{Optics(geometry_, before_use.optics), PressSimulator(before_use).background()});
+    OpticsOptions options;
+    options.noise_gain = spec.noise_gain;
+    options.dirt = spec.grains > 0;
+    options.late_grains = spec.grains;
+    const Optics optics(geometry_, options);
+    kept = std::make_unique<Camera>(Camera{optics, bare_gel(optics)});
   }
   return *kept;
 }
@@ -209,36 +209,6 @@ TouchPair TouchStudio::make(const TouchSpec& spec) {
   pair.target =
       estimate_relit(estimator, spec, first_picture, seen_by.optics.render(target.gel, picture + 1, 0, true));
   return pair;
-}
-
-const std::vector<TouchStudio::Press>& TouchStudio::presses_of(const TouchSpec& spec, int pictures,
-                                                               int stride) {
-  const RollKey key{spec.object, spec.place, spec.depth, spec.texture, pictures, stride};
-  if (const auto kept = last_roll_.find(key); kept != last_roll_.end()) return kept->second;
-  const int first = first_frame(spec);
-  if (first + (pictures - 1) * stride >= kStudioFrames) throw Error("the motion is shorter than that");
-  std::vector<Press> presses;
-  for (int k = 0; k < pictures; ++k)
-    presses.push_back(press(spec, first + k * stride, Pose::Identity(), geometry_));
-  last_roll_.clear();
-  return last_roll_.emplace(key, std::move(presses)).first->second;
-}
-
-TouchStream TouchStudio::roll(const TouchSpec& spec, int pictures, int stride) {
-  const std::vector<Press>& presses = presses_of(spec, pictures, stride);
-  const Camera& seen_by = camera(spec);
-  SurfaceEstimator estimator(model_, seen_by.background, SurfaceOptions{});
-  TouchStream stream;
-  stream.step_s *= stride;
-  for (std::size_t k = 0; k < presses.size(); ++k) {
-    const double passed = static_cast<double>(k) / std::max<double>(1, pictures - 1);
-    const double change = spec.light_change * (spec.light_jumps ? (passed < 0.5 ? 0.0 : 1.0) : passed);
-    const auto picture = static_cast<std::int64_t>(1000 * spec.place) + static_cast<std::int64_t>(k);
-    stream.surfaces.push_back(estimator.estimate(
-        relit(seen_by.optics.render(presses[k].gel, picture, 0, true), light_factors(change, spec.place))));
-    stream.sensor_T_object.push_back(presses[k].sensor_T_object);
-  }
-  return stream;
 }
 
 }  // namespace gelslam::lab

@@ -42,13 +42,6 @@ struct TouchPair {
   Pose target_T_reference() const { return target_T_object * reference_T_object.inverse(); }
 };
 
-/// What the program makes of pictures one after the other, and the truth.
-struct TouchStream {
-  std::vector<SurfacePtr> surfaces;
-  std::vector<Pose> sensor_T_object;
-  double step_s = 0.04;  ///< from one picture to the next
-};
-
 /// Flat objects are pressed less, and are held tilted by some degrees: pressed flat, they leave no gel
 /// untouched to read the zero of heights and the light from.
 double ordinary_indentation_mm(ShapeKind kind);
@@ -67,21 +60,14 @@ class TouchStudio {
   ~TouchStudio();
 
   TouchPair make(const TouchSpec& spec);
-  /// So many pictures of the motion from the place on, `stride` frames of it apart. Light changes from the
-  /// first to the last, or at once in the middle; overlap and `moved` do not matter. The object's motion is
-  /// kept for the next call: ask for all conditions of one motion in a row.
-  TouchStream roll(const TouchSpec& spec, int pictures, int stride);
 
  private:
   struct Object;
   struct Camera;
   struct Press;
 
-  using RollKey = std::tuple<std::string, int, double, double, int, int>;  // object .. stride
-
   const Object& object(const std::string& name, double texture);
   Press press(const TouchSpec& spec, int frame, const Pose& moved, const SensorGeometry& geometry);
-  const std::vector<Press>& presses_of(const TouchSpec& spec, int pictures, int stride);
   int frame_with_overlap(const TouchSpec& spec, int first);
   const Camera& camera(const TouchSpec& spec);
 
@@ -90,7 +76,6 @@ class TouchStudio {
   std::map<std::pair<std::string, double>, std::unique_ptr<Object>> objects_;  // by name and texture
   std::map<std::pair<double, int>, std::unique_ptr<Camera>> cameras_;          // by noise and grains
   std::map<std::tuple<std::string, int, double, double, double>, int> second_frames_;
-  std::map<RollKey, std::vector<Press>> last_roll_;  // one
 };
 
 }  // namespace gelslam::lab

@@ -20,7 +20,7 @@ void make_folder(const std::filesystem::path& folder);
 std::vector<std::uint8_t> encode_frame(const cv::Mat3b& bgr, bool lossless);
 
 /// config.yaml of a data folder, with the same keys as the public configurations have. `model`: empty, or the
-/// nnmodel.pth to name.
+/// one to name.
 std::string config_yaml(const std::filesystem::path& folder, const SensorGeometry& geometry,
                         double frame_rate_hz, const std::filesystem::path& model);
 

@@ -92,27 +92,6 @@ struct Clock {
 
 Grip wobble(const Clock& clock, int k) { return clock.hand(k, 1.0); }
 
-Grip slide(const Clock& clock, int k) {
-  Grip grip = clock.hand(k, 0.1);
-  const double phase = 2 * kPi * clock.progress(k);
-  grip.shift_mm += clock.spec.speed * clock.freedom.shift *
-                   Eigen::Vector2d(2.6 * std::sin(phase), 1.3 * std::sin(2 * phase));
-  return grip;
-}
-
-Grip roll(const Clock& clock, int k) {
-  Grip grip = clock.hand(k, 0.1);
-  grip.roll += clock.spec.speed * clock.freedom.roll * radians(35) * std::sin(2 * kPi * clock.progress(k));
-  grip.pitch += clock.spec.speed * clock.freedom.pitch * radians(12) * std::sin(4 * kPi * clock.progress(k));
-  return grip;
-}
-
-Grip twist(const Clock& clock, int k) {
-  Grip grip = clock.hand(k, 0.1);
-  grip.twist += clock.spec.speed * radians(60) * std::sin(2 * kPi * clock.progress(k));
-  return grip;
-}
-
 Grip all_over(const Clock& clock, int k) {
   const double progress = clock.progress(k);
   Grip grip = clock.hand(k, 0.15);
@@ -169,11 +148,8 @@ struct MotionEntry {
   const char* description;
   Grip (*grip)(const Clock&, int);
 };
-constexpr std::array<MotionEntry, 7> kMotions = {{
+constexpr std::array<MotionEntry, 4> kMotions = {{
     {"wobble", "smooth random slide, roll and twist about one place", wobble},
-    {"slide", "the contact moves over the gel in a figure of eight", slide},
-    {"roll", "rolled 35 degrees to and fro", roll},
-    {"twist", "turned 60 degrees about the sensor's axis, to and fro", twist},
     {"allover",
      "rolled 430 degrees with sway (flat objects: a curve over the face); the end sees the start again",
      all_over},

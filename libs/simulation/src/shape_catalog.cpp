@@ -18,20 +18,15 @@ struct ShapeEntry {
   ShapePtr (*make)(const ShapeDials&);
 };
 
-constexpr std::array<ShapeEntry, 13> kShapes = {{
+constexpr std::array<ShapeEntry, 8> kShapes = {{
     {"pebble", "stone of 21 x 17 x 14 mm with bumps and grain", makers::make_pebble},
     {"peanut", "two lobes, 24 x 13 mm, shell ridges", makers::make_peanut},
     {"coin", "disc of 24 mm: rim, beads, letters, modeled center", makers::make_coin},
     {"plank", "44 x 32 mm of wood grain", makers::make_plank},
-    {"blade", "twisted airfoil of 43 x 23 x 3 mm with faint tool marks", makers::make_blade},
     {"golf", "ball of 42.7 mm with dimples (nearly periodic)", makers::make_golf_ball},
     {"knurl", "rod of 11 mm with diamond knurling (nearly periodic)", makers::make_knurl},
     {"screw", "rod of 9 mm with a 1.5 mm thread (turning looks like sliding)", makers::make_screw},
-    {"weave", "44 x 32 mm of plain weave (exactly periodic)", makers::make_weave},
-    {"ellipsoid", "polished, 18 x 14 x 12 mm (no texture)", makers::make_ellipsoid},
     {"sphere", "polished ball of 16 mm (shows no rotation)", makers::make_sphere},
-    {"cylinder", "polished rod of 12 mm (shows no rolling, no sliding along)", makers::make_cylinder},
-    {"plane", "44 x 32 mm, polished (shows no motion in its plane)", makers::make_plane},
 }};
 
 bool is_mesh_name(const std::string& name) {

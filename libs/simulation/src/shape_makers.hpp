@@ -15,18 +15,13 @@ struct ShapeDials {
 };
 
 ShapePtr make_sphere(const ShapeDials& dials);
-ShapePtr make_ellipsoid(const ShapeDials& dials);
 ShapePtr make_pebble(const ShapeDials& dials);
 ShapePtr make_peanut(const ShapeDials& dials);
 ShapePtr make_golf_ball(const ShapeDials& dials);
-ShapePtr make_cylinder(const ShapeDials& dials);
 ShapePtr make_knurl(const ShapeDials& dials);
 ShapePtr make_screw(const ShapeDials& dials);
-ShapePtr make_plane(const ShapeDials& dials);
 ShapePtr make_coin(const ShapeDials& dials);
 ShapePtr make_plank(const ShapeDials& dials);
-ShapePtr make_weave(const ShapeDials& dials);
-ShapePtr make_blade(const ShapeDials& dials);
 
 /// A ball of any radius, exact (for calibration presses).
 ShapePtr make_ball(float radius_mm);

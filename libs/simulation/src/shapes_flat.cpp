@@ -1,4 +1,4 @@
-// Flat objects that lie on the sensor with the face that looks along +z: plane, coin, plank, weave, blade.
+// Flat objects that lie on the sensor with the face that looks along +z: coin, plank.
 
 #include <algorithm>
 #include <array>
@@ -14,15 +14,22 @@ namespace {
 using Eigen::Vector2f;
 using Eigen::Vector3f;
 
-/// A box with slightly rounded edges below z = 0; its texture rises from the face.
-class Slab : public ImplicitShape {
+/// A box with slightly rounded edges below z = 0. Growth rings cut lengthwise, and fibres, rise from its
+/// face.
+class Plank final : public ImplicitShape {
  public:
-  Slab(const Vector3f& half, const Limits& limits)
-      : ImplicitShape(ShapeKind::flat, bounds(half, limits.texture_high), limits), half_(half) {}
+  explicit Plank(const ShapeDials& dials)
+      : ImplicitShape(ShapeKind::flat, bounds(dials), {0, high(dials), 1.1F + 0.7F * dials.texture}),
+        half_(half(dials)),
+        dials_(dials) {}
 
  private:
   static constexpr float kRounding = 0.5F;
-  static Eigen::AlignedBox3f bounds(const Vector3f& half, float high) {
+  static float high(const ShapeDials& dials) { return 0.3F * dials.texture; }
+  static Vector3f half(const ShapeDials& dials) { return dials.size * Vector3f(22, 16, 3); }
+  static Eigen::AlignedBox3f bounds(const ShapeDials& dials) {
+    const Vector3f half = Plank::half(dials);
+    const float high = Plank::high(dials);
     return {Vector3f(-half.x() - high, -half.y() - high, -2 * half.z() - high),
             Vector3f(half.x() + high, half.y() + high, high)};
   }
@@ -30,19 +37,6 @@ class Slab : public ImplicitShape {
     const Vector3f q = (point + Vector3f(0, 0, half_.z())).cwiseAbs() - half_ + Vector3f::Constant(kRounding);
     return q.cwiseMax(0.0F).norm() + std::fmin(q.maxCoeff(), 0.0F) - kRounding;
   }
-  float texture(const Vector3f&) const override { return 0; }
-  Vector3f half_;
-};
-
-/// Growth rings cut lengthwise, and fibres.
-class Plank final : public Slab {
- public:
-  explicit Plank(const ShapeDials& dials)
-      : Slab(dials.size * Vector3f(22, 16, 3), {0, high(dials), 1.1F + 0.7F * dials.texture}),
-        dials_(dials) {}
-
- private:
-  static float high(const ShapeDials& dials) { return 0.3F * dials.texture; }
   float texture(const Vector3f& point) const override {
     const float x = point.x(), y = point.y();
     const float bend = 2.2F * gradient_noise(Vector3f(0.06F * x, 0.1F * y, 0.5F), dials_.seed) +
@@ -53,29 +47,7 @@ class Plank final : public Slab {
     return std::clamp(dials_.texture * (0.05F + 0.14F * ring + 0.035F * fibre + 0.06F * pore), 0.0F,
                       high(dials_));
   }
-  ShapeDials dials_;
-};
-
-/// Plain weave: the same patch again every two threads.
-class Weave final : public Slab {
- public:
-  explicit Weave(const ShapeDials& dials)
-      : Slab(dials.size * Vector3f(22, 16, 3), {0, high(dials), 1.1F + 0.9F * dials.texture}),
-        dials_(dials) {}
-
- private:
-  static constexpr float kThreadMm = 1.6F;
-  static float high(const ShapeDials& dials) { return 0.35F * dials.texture; }
-  float texture(const Vector3f& point) const override {
-    const float u = std::numbers::pi_v<float> * point.x() / kThreadMm;
-    const float v = std::numbers::pi_v<float> * point.y() / kThreadMm;
-    const float over = 0.5F * std::cos(u) * std::cos(v);
-    const float warp = std::cos(v) * std::cos(v) * (0.5F + over);
-    const float weft = std::cos(u) * std::cos(u) * (0.5F - over);
-    const float difference = warp - weft;
-    const float top = 0.5F * (warp + weft + std::sqrt(difference * difference + 0.004F));
-    return std::clamp(0.3F * dials_.texture * top, 0.0F, high(dials_));
-  }
+  Vector3f half_;
   ShapeDials dials_;
 };
 
@@ -144,69 +116,9 @@ class Coin final : public ImplicitShape {
   std::array<Glyph, kGlyphCount> glyphs_{};
 };
 
-/// A blade along x. Its section is all circles about a cambered line (rounded edges, and a tip as round, come
-/// with them); it turns from root to tip. Tool marks run along x, never quite straight or equally deep.
-class Blade final : public ImplicitShape {
- public:
-  explicit Blade(const ShapeDials& dials)
-      : ImplicitShape(ShapeKind::flat, bounds(dials), {0, high(dials), 1.1F + 0.35F * dials.texture}),
-        dials_(dials) {}
-
- private:
-  static constexpr float kHalfSpan = 20, kHalfChord = 11, kCamber = 0.8F;
-  static constexpr float kTwistPerMm = 0.006F;  ///< radians, at size 1
-
-  static float high(const ShapeDials& dials) { return 0.06F * dials.texture; }
-  static Eigen::AlignedBox3f bounds(const ShapeDials& dials) {
-    const Vector3f high = Vector3f::Constant(Blade::high(dials));
-    return {dials.size * Vector3f(-21.5F, -11.5F, -2.1F) - high,
-            dials.size * Vector3f(21.5F, 11.9F, 2.7F) + high};
-  }
-  /// As if it were not twisted, at size 1.
-  Vector3f untwisted(const Vector3f& point) const {
-    const Vector3f p = point / dials_.size;
-    const float angle = kTwistPerMm * std::clamp(p.x(), -kHalfSpan, kHalfSpan);
-    return Eigen::AngleAxisf(-angle, Vector3f::UnitX()) * p;
-  }
-  /// Radius of the circle at `s`, -1 at the trailing edge, 1 at the leading one.
-  static float radius(float s) { return 0.475F + 0.225F * s + (1 - s * s); }
-
-  float base(const Vector3f& point) const override {
-    const Vector3f p = untwisted(point);
-    const float beyond = std::fmax(std::fabs(p.x()) - kHalfSpan, 0.0F);
-    float s = std::clamp(p.y() / kHalfChord, -1.0F, 1.0F);
-    const auto from_center = [&] { return Vector2f(p.y() - kHalfChord * s, p.z() - kCamber * (1 - s * s)); };
-    // Each step finds the nearest circle as if line and radius were straight from here on.
-    for (int k = 0; k < 3; ++k) {
-      const Vector2f tangent(kHalfChord, -2 * kCamber * s), offset = from_center();
-      const float length = tangent.norm(), growth = (0.225F - 2 * s) / length;
-      const float across = (tangent.x() * offset.y() - tangent.y() * offset.x()) / length;
-      const float lean = std::hypot(across, beyond) * growth / std::sqrt(1 - growth * growth);
-      s = std::clamp(s + (tangent.dot(offset) / length + lean) / length, -1.0F, 1.0F);
-    }
-    return dials_.size * (std::hypot(from_center().norm(), beyond) - radius(s));
-  }
-  float texture(const Vector3f& point) const override {
-    const Vector3f p = dials_.size * untwisted(point);
-    const auto noise = [&](float along, float across, std::uint32_t k) {
-      return gradient_noise(Vector3f(along * p.x(), across * p.y(), across * p.z()), dials_.seed + k);
-    };
-    const float row = 2 * std::numbers::pi_v<float> * (p.y() + 0.5F * noise(0.15F, 0.4F, 0));
-    const float mark = (0.5F + 0.5F * std::cos(row)) * (1 + 0.5F * noise(0.3F, 0.6F, 1));
-    return std::clamp(dials_.texture * (0.01F + 0.025F * mark + 0.02F * noise(0.9F, 0.9F, 2)), 0.0F,
-                      high(dials_));
-  }
-  ShapeDials dials_;
-};
-
 }  // namespace
 
-ShapePtr make_plane(const ShapeDials& dials) {
-  return std::make_shared<Slab>(dials.size * Vector3f(22, 16, 3), ImplicitShape::Limits{0, 0, 1.0F});
-}
 ShapePtr make_coin(const ShapeDials& dials) { return std::make_shared<Coin>(dials); }
 ShapePtr make_plank(const ShapeDials& dials) { return std::make_shared<Plank>(dials); }
-ShapePtr make_weave(const ShapeDials& dials) { return std::make_shared<Weave>(dials); }
-ShapePtr make_blade(const ShapeDials& dials) { return std::make_shared<Blade>(dials); }
 
 }  // namespace gelslam::simulation::detail

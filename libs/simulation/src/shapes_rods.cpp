@@ -1,4 +1,4 @@
-// Rods along x: plain cylinder, knurled rod, screw.
+// Rods along x: knurled rod, screw.
 
 #include <algorithm>
 #include <numbers>
@@ -33,7 +33,6 @@ class Rod : public ImplicitShape {
     const float outside = std::hypot(std::fmax(across, 0.0F), std::fmax(along, 0.0F));
     return std::fmin(std::fmax(across, along), 0.0F) + outside;
   }
-  float texture(const Vector3f&) const override { return 0; }
   float radius_, half_length_;
 };
 
@@ -80,9 +79,6 @@ class Screw final : public Rod {
 
 }  // namespace
 
-ShapePtr make_cylinder(const ShapeDials& dials) {
-  return std::make_shared<Rod>(6.0F * dials.size, 15.0F * dials.size, ImplicitShape::Limits{0, 0, 1.0F});
-}
 ShapePtr make_knurl(const ShapeDials& dials) { return std::make_shared<Knurl>(dials); }
 ShapePtr make_screw(const ShapeDials& dials) { return std::make_shared<Screw>(dials); }
 

@@ -1,4 +1,4 @@
-// Round bodies: sphere, ellipsoid, pebble, peanut, golf ball.
+// Round bodies: sphere, pebble, peanut, golf ball.
 
 #include <algorithm>
 #include <array>
@@ -23,17 +23,6 @@ class Sphere final : public ImplicitShape {
   float base(const Vector3f& point) const override { return point.norm() - radius_; }
   float texture(const Vector3f&) const override { return 0; }
   float radius_;
-};
-
-class Ellipsoid final : public ImplicitShape {
- public:
-  explicit Ellipsoid(const Vector3f& radii)
-      : ImplicitShape(ShapeKind::body, centered_box(radii), {0, 0, 1.3F}), radii_(radii) {}
-
- private:
-  float base(const Vector3f& point) const override { return ellipsoid_distance(point, radii_); }
-  float texture(const Vector3f&) const override { return 0; }
-  Vector3f radii_;
 };
 
 /// An ellipsoid with dents, bumps of a millimeter and a fine grain.
@@ -161,9 +150,6 @@ class GolfBall final : public ImplicitShape {
 
 ShapePtr make_ball(float radius_mm) { return std::make_shared<Sphere>(radius_mm); }
 ShapePtr make_sphere(const ShapeDials& dials) { return make_ball(8.0F * dials.size); }
-ShapePtr make_ellipsoid(const ShapeDials& dials) {
-  return std::make_shared<Ellipsoid>(dials.size * Vector3f(9.0F, 7.0F, 6.0F));
-}
 ShapePtr make_pebble(const ShapeDials& dials) {
   return std::make_shared<Pebble>(dials.size * Vector3f(10.5F, 8.5F, 7.0F), dials);
 }

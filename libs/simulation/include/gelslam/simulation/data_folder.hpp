@@ -9,7 +9,7 @@ namespace gelslam {
 
 struct DataFolderOptions {
   std::filesystem::path
-      model;                ///< nnmodel.pth that config.yaml names (relative to the folder where possible)
+      model;                ///< gradient model that config.yaml names (relative to the folder where possible)
   std::string name = {};    ///< that meta.json gives the scan; empty: the folder's
   bool lossless = false;    ///< PNG instead of JPEG pictures inside gelsight.avi
   bool truth_maps = false;  ///< also true_heights.npy (N x H x W float32, mm) and true_contacts.npy (bool)

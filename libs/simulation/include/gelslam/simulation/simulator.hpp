@@ -16,7 +16,7 @@ namespace gelslam {
 struct MotionSpec {
   std::string name = "wobble";  ///< see motion_catalog()
   int frames = 245;             ///< pictures with the object near, without the background frames
-  double speed = 1.0;           ///< factor on the excursions (wobble, slide, roll, twist), 0 .. 5
+  double speed = 1.0;           ///< factor on how far the hand moves, 0 .. 5
   double indentation_mm = 0.5;  ///< what the deepest point is held at, roughly: 0.05 .. 1.5
   Eigen::Vector2d place_mm = {0,
                               0};  ///< where on the gel the contact is, from its center; may leave the view
