@@ -17,37 +17,39 @@ import pathlib
 from plotting import in_order, plt, read_table, save
 
 DEFAULT = "0.3/0.7"
-STYLES = {"this program": ("#1b6ca8", "o"), "version before": ("#edae49", "s"), "public system": ("#d1495b", "D")}
+STYLES = {"this program": ("#1b6ca8", "o"), "version before": ("#edae49", "s"), "public system": ("#d1495b", "D"),
+          "public system, contact by color": ("#2e933c", "^")}
 
 
 def shares(rows):
-    """(kept of touched, moved of still), percent"""
+    """(kept of touched, moved of still), percent; no point (nan) where no still pictures are tracked"""
     touched, kept, still, moved = (sum(int(r[k]) for r in rows) for k in ("touched", "kept", "still", "moved"))
-    return 100 * kept / max(touched, 1), 100 * moved / max(still, 1)
+    return 100 * kept / max(touched, 1), 100 * moved / still if still else float("nan")
 
 
-def draw_program(plot, name, by_threshold):
+def draw_program(plot, name, by_threshold, side):
+    """`side` of the points where the limits are written, loosest at the bottom: 1 right, -1 left"""
     limits = sorted(by_threshold, key=lambda t: [float(v) for v in t.split("/")])
-    points = [by_threshold[t] for t in limits]
     style = dict(zip(("color", "marker"), STYLES.get(name, ("gray", "^"))))
-    plot.plot(*zip(*points), label=name, markersize=5, linewidth=1.4, **style)
-    for limit, point in zip(limits, points):
+    label = name if any(moved == moved for _, moved in by_threshold.values()) else name + ": no pair tracked"
+    plot.plot(*zip(*[by_threshold[t] for t in limits]), label=label, markersize=5, **style)
+    for k, limit in enumerate(limits):
         if limit == DEFAULT:
-            plot.plot(*point, markersize=11, markerfacecolor="none", markeredgecolor="black", **style)
-        plot.annotate(limit, point, textcoords="offset points", xytext=(7, 5), fontsize=7, color=style["color"])
+            plot.plot(*by_threshold[limit], markersize=11, markerfacecolor="none", markeredgecolor="black", **style)
+        plot.annotate(limit, by_threshold[limit], textcoords="offset points", xytext=(9 * side, 9 * k - 4.5 * len(limits)),
+                      fontsize=7, color=style["color"], horizontalalignment="left" if side > 0 else "right")
 
 
 def draw(rows, path):
     points = in_order((r["program"], r["threshold"]) for r in rows)
     logs = set.intersection(*({r["log"] for r in rows if (r["program"], r["threshold"]) == point} for point in points))
-    rows = [r for r in rows if r["log"] in logs]
     figure, plot = plt.subplots(figsize=(6.7, 4.4), dpi=120)
-    for name in in_order(p for p, _ in points):
-        draw_program(plot, name, {t: shares([r for r in rows if (r["program"], r["threshold"]) == (name, t)])
-                                  for p, t in points if p == name})
+    for k, name in enumerate(in_order(p for p, _ in points)):
+        draw_program(plot, name, {t: shares([r for r in rows if (r["program"], r["threshold"]) == (name, t) and r["log"] in logs])
+                                  for p, t in points if p == name}, 1 if k % 2 else -1)
     plot.plot([], [], "o", markersize=11, markerfacecolor="none", markeredgecolor="black", label="default limits")
-    plot.set_ylim(bottom=0)
-    plot.margins(x=0.12)
+    plot.margins(x=0.2, y=0.15)
+    plot.set_xticks([t for t in plot.get_xticks() if 0 <= t <= 100])
     plot.set_xlabel("touched frames that are kept (tracked), %")
     plot.set_ylabel("still pictures that moved, %")
     plot.set_title("%d real logs; beside the points: least SCR/CCS" % len(logs), fontsize=10)

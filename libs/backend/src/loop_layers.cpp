@@ -1,6 +1,5 @@
 #include "loop_layers.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -54,22 +53,6 @@ struct GrowingConsistency::Known {
 
 namespace {
 
-// A contact is some 8 mm wide. Within two standard deviations of a motion that is known worse than this, one
-// surface lies anywhere on the other.
-constexpr double kMaxPlaceSigmaMm = 2.5, kMaxPlaceSigmaRad = 0.17;
-
-/// Whether a measured motion tells where the surfaces lie that touch at `center_mm`.
-bool places(const UncertainMotion& motion, const Eigen::Vector3d& center_mm) {
-  Eigen::Matrix<double, 3, 6> at_center;
-  at_center << -skew(center_mm), Eigen::Matrix3d::Identity();
-  const auto largest = [](const Eigen::Matrix3d& covariance) {
-    return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvalues().maxCoeff();
-  };
-  return largest(at_center * motion.covariance * at_center.transpose()) <=
-             kMaxPlaceSigmaMm * kMaxPlaceSigmaMm &&
-         largest(motion.covariance.topLeftCorner<3, 3>()) <= kMaxPlaceSigmaRad * kMaxPlaceSigmaRad;
-}
-
 class Consistency {
  public:
   Consistency(const std::vector<PoseGraphEdge>& edges, GrowingConsistency::Known& known)
@@ -88,14 +71,13 @@ class Consistency {
           {i, node_of.at(edge.from), node_of.at(edge.to), edge.kind == EdgeKind::loop, edge.tentative});
     }
     for (int i = 0; i < static_cast<int>(links_.size()); ++i)
-      if (!link(i).loop && places(motion(link(i)), edges[link(i).edge].shared_center_mm))
-        tree_links_.push_back(i);
+      if (!link(i).loop) tree_links_.push_back(i);
   }
 
   std::vector<bool> run() {
     const MotionForest forest = join_trials();
     for (const Link& l : links_)
-      accepted_[l.edge] = forest.tree(l.from) == forest.tree(l.to) && (!l.loop || is_supported(forest, l));
+      if (l.loop) accepted_[l.edge] = forest.tree(l.from) == forest.tree(l.to) && is_supported(forest, l);
     return accepted_;
   }
 
@@ -137,7 +119,7 @@ class Consistency {
     std::map<std::pair<int, int>, std::vector<int>> between;
     for (int i = 0; i < static_cast<int>(links_.size()); ++i) {
       const int a = forest.tree(link(i).from), b = forest.tree(link(i).to);
-      if (a != b && link(i).loop) between[std::minmax(a, b)].push_back(i);
+      if (a != b) between[std::minmax(a, b)].push_back(i);
     }
     std::vector<Agreement> found;
     for (auto& [pieces, loops] : between) {

@@ -94,6 +94,18 @@ UncertainMotion uncertain_motion(const PoseGraphEdge& edge) {
           Vector6d::Zero()};
 }
 
+bool tells_place(const PoseGraphEdge& edge) {
+  constexpr double kMaxSigmaMm = 2.5, kMaxSigmaRad = 0.17;
+  const Matrix6d covariance = uncertain_motion(edge).covariance;
+  Eigen::Matrix<double, 3, 6> at_center;
+  at_center << -skew(edge.shared_center_mm), Eigen::Matrix3d::Identity();
+  const auto largest = [](const Eigen::Matrix3d& part) {
+    return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(part).eigenvalues().maxCoeff();
+  };
+  return largest(at_center * covariance * at_center.transpose()) <= kMaxSigmaMm * kMaxSigmaMm &&
+         largest(covariance.topLeftCorner<3, 3>()) <= kMaxSigmaRad * kMaxSigmaRad;
+}
+
 UncertainMotion compose(const UncertainMotion& a, const UncertainMotion& b) {
   const Matrix6d to_end = adjoint(b.from_T_to.inverse());
   return {a.from_T_to * b.from_T_to, to_end * a.covariance * to_end.transpose() + b.covariance,

@@ -42,13 +42,29 @@ std::map<int, int> keyframes_per_component(const PoseGraphSolution& solution) {
   return count;
 }
 
-std::map<int, int> tracked_frames_per_component(const std::vector<FrameRecord>& frames,
-                                                const PoseGraphSolution& solution) {
-  std::map<int, int> count;
-  for (const auto& [id, component] : solution.component_of_node) count[component] = 0;
+/// By keyframe id.
+std::vector<int> tracked_frames(const std::vector<FrameRecord>& frames, std::size_t keyframes) {
+  std::vector<int> count(keyframes, 0);
   for (const FrameRecord& frame : frames)
-    if (frame.keyframe >= 0) ++count[solution.component_of_node.at(frame.keyframe)];
+    if (frame.keyframe >= 0) ++count[index(frame.keyframe)];
   return count;
+}
+
+/// The keyframes whose places relative to each other are known (tells_place()), by id. Of several such groups
+/// the one with most `frames`.
+std::vector<bool> placed_keyframes(const std::vector<PoseGraphEdge>& edges, const PoseGraphSolution& solution,
+                                   const std::vector<int>& frames) {
+  UnionFind groups(static_cast<int>(frames.size()));
+  for (std::size_t i = 0; i < edges.size(); ++i)
+    if (!solution.edge_outlier[i] && tells_place(edges[i])) groups.join(edges[i].from, edges[i].to);
+  std::map<int, int> per_group;
+  for (const auto& [id, component] : solution.component_of_node)
+    per_group[groups.root(id)] += frames[index(id)];
+  const int largest = largest_component(per_group);
+  std::vector<bool> placed(frames.size(), false);
+  for (const auto& [id, component] : solution.component_of_node)
+    placed[index(id)] = groups.root(id) == largest;
+  return placed;
 }
 
 /// The first keyframe that shows at least three quarters of the component's median contact. The first
@@ -119,15 +135,12 @@ void add_overlap_edges(SlamMap& map, double scale_sigma, const SlamOptions& opti
   }
 }
 
-/// The map is the largest component, in the frame of its anchor. Returns that keyframe's id.
-int choose_component_and_anchor(SlamMap& map) {
+/// The map is what is placed, in the frame of its anchor. Returns that keyframe's id.
+int choose_map_and_anchor(SlamMap& map) {
   map.loops = static_cast<int>(std::count_if(
       map.edges.begin(), map.edges.end(), [](const PoseGraphEdge& e) { return e.kind == EdgeKind::loop; }));
-  const std::map<int, int> per_component = tracked_frames_per_component(map.frames, map.solution);
-  map.components = static_cast<int>(per_component.size());
-  const int component = largest_component(per_component);
-  for (const auto& [id, component_of_id] : map.solution.component_of_node)
-    map.in_map[index(id)] = component_of_id == component;
+  map.components = static_cast<int>(keyframes_per_component(map.solution).size());
+  map.in_map = placed_keyframes(map.edges, map.solution, tracked_frames(map.frames, map.keyframes.size()));
   const int anchor = choose_anchor(map.keyframes, map.in_map);
   map.anchor_frame = map.keyframes[index(anchor)]->frame;
   map.component_T_anchor = map.solution.component_T_node.at(anchor);
@@ -314,7 +327,13 @@ MapSnapshot Mapper::snapshot() const {
   for (std::size_t i = 0; i < live_.edge_outlier.size(); ++i)
     snapshot.edges.push_back(
         {live_edges_[i].from, live_edges_[i].to, live_edges_[i].kind, live_.edge_outlier[i]});
-  if (!snapshot.nodes.empty()) snapshot.shown_component = largest_component(keyframes_per_component(live_));
+  if (snapshot.nodes.empty()) return snapshot;
+  const std::vector<bool> placed =
+      placed_keyframes(live_edges_, live_, std::vector<int>(keyframes_.size(), 1));
+  for (MapSnapshot::Node& node : snapshot.nodes) {
+    node.placed = placed[index(node.keyframe)];
+    if (node.placed) snapshot.shown_component = node.component;
+  }
   return snapshot;
 }
 
@@ -349,7 +368,7 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
     add_overlap_edges(map, scale_sigma, options_, stop_requested, closing);
   closing.end();
   map.gradient_scale = gradient_scale_of(map.solution);
-  const int anchor = choose_component_and_anchor(map);
+  const int anchor = choose_map_and_anchor(map);
   map.uncertainty =
       trajectory_uncertainty(map.frames, map.in_map, covariances(map.edges, map.solution, anchor));
   map.coverage_keyframes = select_coverage_keyframes(posed_surfaces(map), options_.coverage);

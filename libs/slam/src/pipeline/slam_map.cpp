@@ -45,7 +45,7 @@ const MapSnapshot::Node* MapSnapshot::newest_of(int trial) const {
 std::vector<PosedSurface> posed_surfaces(const MapSnapshot& map) {
   std::vector<PosedSurface> patches;
   for (const MapSnapshot::Node& node : map.nodes)
-    if (node.component == map.shown_component)
+    if (node.component == map.shown_component && node.placed)
       patches.push_back({node.keyframe, node.component_T_keyframe, node.surface});
   return patches;
 }
@@ -53,13 +53,15 @@ std::vector<PosedSurface> posed_surfaces(const MapSnapshot& map) {
 MapSnapshot snapshot_of(const SlamMap& map) {
   MapSnapshot snapshot;
   snapshot.gradient_scale = map.gradient_scale;
+  for (const auto& [id, component] : map.solution.component_of_node)
+    if (map.in_map[static_cast<std::size_t>(id)]) snapshot.shown_component = component;
   for (const auto& [id, component] : map.solution.component_of_node) {
     const Keyframe& keyframe = *map.keyframes[static_cast<std::size_t>(id)];
-    const bool shown = map.in_map[static_cast<std::size_t>(id)];
-    if (shown) snapshot.shown_component = component;
+    const bool shown = component == snapshot.shown_component;
     snapshot.nodes.push_back({id, keyframe.frame, keyframe.trial, component,
                               shown ? map.anchor_T_keyframe(id) : map.solution.component_T_node.at(id),
                               keyframe.surface, keyframe.trial_T_keyframe});
+    snapshot.nodes.back().placed = map.in_map[static_cast<std::size_t>(id)];
   }
   for (std::size_t i = 0; i < map.edges.size(); ++i)
     snapshot.edges.push_back(

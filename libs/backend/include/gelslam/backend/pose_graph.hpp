@@ -85,14 +85,13 @@ PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node
                                    const std::vector<PoseGraphEdge>& edges, const PoseGraphOptions& options,
                                    const SharedUnknowns& shared = {});
 
-/// Which edges may shape the map; one flag per edge. Odometry that does not tell where its surfaces lie (two
-/// standard deviations of 5 mm or 20 degrees) joins nothing: its flag is true where loops join the ends. A
-/// loop has to agree with the odometry between its ends: both close a cycle, whose error is judged by its
-/// covariance (after pairwise consistency; Mangelson et al., ICRA 2018). What a gradient scale of 1 +-
-/// `gradient_scale_sigma`, common to all edges, explains is no contradiction. Trials, which odometry does not
-/// join, are joined by the largest set of loops that agree with each other, if it outnumbers every other and
-/// is evidence enough: one loop that is not `tentative`, or two that share no keyframe. Until then their
-/// loops wait, with the flag false. Depends on the edges' order only to break ties. Throws Error for a
+/// Which edges may shape the map; one flag per edge, always true for odometry. A loop has to agree with the
+/// odometry between its ends: both close a cycle, whose error is judged by its covariance (after pairwise
+/// consistency; Mangelson et al., ICRA 2018). What a gradient scale of
+/// 1 +- `gradient_scale_sigma`, common to all edges, explains is no contradiction. Trials, which odometry
+/// does not join, are joined by the largest set of loops that agree with each other, if it outnumbers every
+/// other and is evidence enough: one loop that is not `tentative`, or two that share no keyframe. Until then
+/// their loops wait, with the flag false. Depends on the edges' order only to break ties. Throws Error for a
 /// negative sigma; what an edge holds is checked by solve_pose_graph().
 std::vector<bool> consistent_edges(const std::vector<PoseGraphEdge>& edges, double gradient_scale_sigma);
 

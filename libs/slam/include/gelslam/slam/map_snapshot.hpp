@@ -23,6 +23,7 @@ struct MapSnapshot {
     /// Standard deviation of the place in its worst direction, mm, relative to the component's first
     /// keyframe; negative: not known yet, or not in the shown component.
     double sigma_mm = -1;
+    bool placed = true;  ///< its place in the shown component is known, so that it is meshed
   };
   struct Edge {
     int from = 0, to = 0;  ///< keyframe ids

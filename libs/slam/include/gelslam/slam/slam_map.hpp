@@ -28,7 +28,7 @@ struct SlamMap {
   std::vector<PoseGraphEdge> edges;
   PoseGraphSolution solution;
   GradientScale gradient_scale;  ///< of the surfaces, as estimated
-  std::vector<bool> in_map;      ///< by keyframe id: belongs to the largest component
+  std::vector<bool> in_map;      ///< by keyframe id: of those whose places are known, the largest group
   std::vector<int>
       coverage_keyframes;  ///< ids of keyframes that together cover all that was touched, ascending
   int trials = 0;
