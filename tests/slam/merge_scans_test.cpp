@@ -189,11 +189,12 @@ TEST_F(Merge, FusesAgainWithOtherSettings) {
               HasSubstr("at least twice the voxel size"));
 }
 
-/// A run of one stroke, and what happens to it.
+/// A run of two strokes, and what happens to it.
 class Fuse : public Merge {
  protected:
   Fuse() {
     scan.stroke(0, 0, 0);
+    scan.stroke(0.4, 0.3, 25);
     save("run", scan);
     request.run = folder / "run";
     mesh = read_bytes(request.run / "mesh.ply");
