@@ -152,6 +152,7 @@ TEST(Cli, NoOptionReplacesARecording) {
   for (const char* what : {"scan", "presses"})
     expect_mistake(gelslam({"simulate", what, "-o", folder.path().string(), "--overwrite"}),
                    "and so was not made by this command");
+  std::filesystem::remove(folder / "catalog.csv");
   test::write_bytes(folder / "meta.json", "{}");
   expect_mistake(gelslam({"simulate", "scan", "-o", folder.path().string(), "--overwrite"}),
                  "for it holds the recording log.mkv");

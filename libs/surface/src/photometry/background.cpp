@@ -227,6 +227,7 @@ BackgroundCheck check_background(const std::vector<cv::Mat3b>& frames, const Gra
 std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frames, std::size_t most,
                                              const GradientModel& model, const SurfaceOptions& options) {
   struct Candidate : BareStretch {
+    std::size_t length;
     double imprint;
     cv::Mat3f blocks;
   };
@@ -243,7 +244,7 @@ std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frame
     if (!find_motion(used, mean).empty()) continue;
     const double imprint = find_imprint(mean, model, options.pixel_pitch_mm).strength();
     least_imprint = std::min(least_imprint, imprint);
-    candidates.push_back({{begin, count}, imprint, average_blocks(mean)});
+    candidates.push_back({{begin, count}, end - begin, imprint, average_blocks(mean)});
   }
   // What is stale may rest, too: of one gel, the bare one shows least.
   std::erase_if(candidates, [&](const Candidate& c) {
@@ -257,8 +258,14 @@ std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frame
     });
     return 2 * seen >= std::ssize(frames);
   };
-  const auto first = std::find_if(candidates.begin(), candidates.end(), is_seen_again);
-  return first == candidates.end() ? candidates.front() : *first;
+  auto first = std::find_if(candidates.begin(), candidates.end(), is_seen_again);
+  if (first == candidates.end()) first = candidates.begin();
+  // Old pictures may lie between: what comes before the background is not tracked.
+  const cv::Mat3f gel = first->blocks;
+  std::erase_if(candidates,
+                [&gel](const Candidate& c) { return differing_percent(c.blocks, gel, kMovingLevels) > 0; });
+  return *std::max_element(candidates.rbegin(), candidates.rend(),  // of equal ones the last
+                           [](const auto& a, const auto& b) { return a.length < b.length; });
 }
 
 }  // namespace gelslam
