@@ -97,10 +97,9 @@ struct BareStretch {
 
 /// For a log that does not begin with the bare gel because its camera first delivered dark or old buffers
 /// (own): of the stretches of frames in a row, three at least, that agree and show the bare gel as
-/// check_background() judges it, and no stronger an imprint than others, the first that shows a gel which most
-/// of the frames show where nothing touches; if that comes again, the longest. At most the first `most` frames
-/// of it. Throws Error when the model does
-/// not fit.
+/// check_background() judges it, and no stronger an imprint than others, the first that shows a gel which
+/// most of the frames show where nothing touches; if that comes again, the longest. At most the first `most`
+/// frames of it. Throws Error when the model does not fit.
 std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frames, std::size_t most,
                                              const GradientModel& model, const SurfaceOptions& options);
 
