@@ -28,12 +28,12 @@ def shares(rows):
 
 
 def draw_program(plot, name, by_threshold, side):
-    """`side` of the points where the limits are written, loosest at the bottom: 1 right, -1 left"""
+    """`side` of the points where the limits are written: 1 right, -1 left"""
     limits = sorted(by_threshold, key=lambda t: [float(v) for v in t.split("/")])
     style = dict(zip(("color", "marker"), STYLES.get(name, ("gray", "^"))))
     label = name if any(moved == moved for _, moved in by_threshold.values()) else name + ": no pair tracked"
     plot.plot(*zip(*[by_threshold[t] for t in limits]), label=label, markersize=5, **style)
-    for k, limit in enumerate(limits):
+    for k, limit in enumerate(sorted(limits, key=lambda t: by_threshold[t][1])):
         if limit == DEFAULT:
             plot.plot(*by_threshold[limit], markersize=11, markerfacecolor="none", markeredgecolor="black", **style)
         plot.annotate(limit, by_threshold[limit], textcoords="offset points", xytext=(9 * side, 9 * k - 4.5 * len(limits)),
@@ -50,8 +50,7 @@ def draw(rows, path):
     plot.plot([], [], "o", markersize=11, markerfacecolor="none", markeredgecolor="black", label="default limits")
     plot.margins(x=0.2, y=0.15)
     plot.set_xticks([t for t in plot.get_xticks() if 0 <= t <= 100])
-    plot.set_xlabel("touched frames that are kept (tracked), %")
-    plot.set_ylabel("still pictures that moved, %")
+    plot.set(xlabel="touched frames that are kept (tracked), %", ylabel="still pictures that moved, %", ylim=(0, None))
     plot.set_title("%d real logs; beside the points: least SCR/CCS" % len(logs), fontsize=10)
     plot.legend(fontsize=8)
     plot.grid(True, alpha=0.25)
