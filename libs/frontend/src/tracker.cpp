@@ -113,12 +113,11 @@ Tracker::Reference Tracker::reference_of(const PreparedReference& prepared, cons
 
 /// From the predicted pose; if that fails, from the previous one.
 Tracker::Attempt Tracker::register_to(const Reference& reference, const Surface& surface) const {
-  Attempt best{{}, reference.expected[0], false};
+  Attempt best{{}, reference.expected[0]};
   for (const ExpectedMotion& expected : reference.expected) {
     const RegistrationResult found = reference.prepared.register_to(surface, expected.prior());
-    if (found.ok()) return {found, expected, false};
-    if (found.scr * found.ccs >= best.registration.scr * best.registration.ccs)
-      best = {found, expected, false};
+    if (found.ok()) return {found, expected};
+    if (found.scr * found.ccs >= best.registration.scr * best.registration.ccs) best = {found, expected};
   }
   return best;
 }
@@ -159,7 +158,7 @@ Tracker::Attempt Tracker::relocalize_on(const Reference& reference, const Surfac
       relocalize(*reference.prepared.samples(), surface, expected.reference_T_frame.inverse(),
                  attempt.registration, normal_flow_, verification_);
   if (clock_) relocalization_debt_s_ += clock_() - start_s;
-  if (!place.ok()) return {place, expected, true};
+  if (!place.ok()) return {place, expected};
   // Another method starts from there and decides.
   return {reference.prepared.register_to(surface, expected.prior_at(place)), expected, true};
 }
@@ -219,7 +218,7 @@ void Tracker::handle_tracking_failure(TrackedFrame& result, SurfacePtr surface) 
     if (together.ok()) {
       begin_trial(result, Seen(*lost_), std::move(reference));
       result.registration = together;
-      accept(result, {together, hand_.expect(previous_.state, result.time_s - previous_.time_s)[1], false},
+      accept(result, {together, hand_.expect(previous_.state, result.time_s - previous_.time_s)[1]},
              std::move(surface));
       return;
     }

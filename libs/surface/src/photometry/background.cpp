@@ -113,15 +113,14 @@ std::string find_motion(const std::vector<cv::Mat3b>& frames, const cv::Mat3b& m
 }
 
 // Behind the last frame in a row that shows what frame `begin` and those after it show.
-std::size_t end_of_agreement(const std::vector<cv::Mat3b>& frames, std::size_t begin) {
-  cv::Mat3f sum = average_blocks(frames[begin]);
+std::size_t end_of_agreement(const std::vector<cv::Mat3f>& blocks, std::size_t begin) {
+  cv::Mat3f sum = blocks[begin].clone();
   std::size_t end = begin + 1;
-  for (; end < frames.size(); ++end) {
-    const cv::Mat3f blocks = average_blocks(frames[end]);
+  for (; end < blocks.size(); ++end) {
     cv::Mat3f mean;
     sum.convertTo(mean, CV_32F, 1.0 / static_cast<double>(end - begin));
-    if (differing_percent(blocks, mean, kMovingLevels) > 0) break;
-    sum += blocks;
+    if (differing_percent(blocks[end], mean, kMovingLevels) > 0) break;
+    sum += blocks[end];
   }
   return end;
 }
@@ -231,10 +230,12 @@ std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frame
     double imprint;
     cv::Mat3f blocks;
   };
+  std::vector<cv::Mat3f> blocks;
+  for (const cv::Mat3b& frame : frames) blocks.push_back(average_blocks(frame));
   std::vector<Candidate> candidates;
   double least_imprint = 1;
   for (std::size_t begin = 0, end = 0; begin < frames.size(); begin = end) {
-    end = end_of_agreement(frames, begin);
+    end = end_of_agreement(blocks, begin);
     const std::size_t count = std::min(end - begin, most);
     if (count < std::min(kLeastBareFrames, most)) continue;
     const auto first = frames.begin() + static_cast<std::ptrdiff_t>(begin);
@@ -252,11 +253,11 @@ std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frame
   });
   if (candidates.empty()) return std::nullopt;
   // A log begins with the bare gel, or with pictures of another light or gel, which are not seen again.
-  const auto is_seen_again = [&frames](const Candidate& candidate) {
-    const auto seen = std::count_if(frames.begin(), frames.end(), [&](const cv::Mat3b& frame) {
-      return differing_percent(average_blocks(frame), candidate.blocks, kMovingLevels) <= kMostTouchedPercent;
+  const auto is_seen_again = [&blocks](const Candidate& candidate) {
+    const auto seen = std::count_if(blocks.begin(), blocks.end(), [&](const cv::Mat3f& frame) {
+      return differing_percent(frame, candidate.blocks, kMovingLevels) <= kMostTouchedPercent;
     });
-    return 2 * seen >= std::ssize(frames);
+    return 2 * seen >= std::ssize(blocks);
   };
   auto first = std::find_if(candidates.begin(), candidates.end(), is_seen_again);
   if (first == candidates.end()) first = candidates.begin();
