@@ -94,16 +94,18 @@ UncertainMotion uncertain_motion(const PoseGraphEdge& edge) {
           Vector6d::Zero()};
 }
 
+double worst_sigma(const Eigen::Matrix3d& covariance) {
+  return std::sqrt(
+      std::max(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvalues().maxCoeff(), 0.0));
+}
+
 bool tells_place(const PoseGraphEdge& edge) {
   constexpr double kMaxSigmaMm = 2.5, kMaxSigmaRad = 0.17;
   const Matrix6d covariance = uncertain_motion(edge).covariance;
   Eigen::Matrix<double, 3, 6> at_center;
   at_center << -skew(edge.shared_center_mm), Eigen::Matrix3d::Identity();
-  const auto largest = [](const Eigen::Matrix3d& part) {
-    return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(part).eigenvalues().maxCoeff();
-  };
-  return largest(at_center * covariance * at_center.transpose()) <= kMaxSigmaMm * kMaxSigmaMm &&
-         largest(covariance.topLeftCorner<3, 3>()) <= kMaxSigmaRad * kMaxSigmaRad;
+  return worst_sigma(at_center * covariance * at_center.transpose()) <= kMaxSigmaMm &&
+         worst_sigma(covariance.topLeftCorner<3, 3>()) <= kMaxSigmaRad;
 }
 
 UncertainMotion compose(const UncertainMotion& a, const UncertainMotion& b) {
@@ -148,10 +150,7 @@ double MotionCertainty::sigma_mm(int from, int to) const {
   if (a == none || b == none || impl_->forest.tree(a->second) != impl_->forest.tree(b->second))
     return std::numeric_limits<double>::infinity();
   const UncertainMotion path = impl_->forest.path(a->second, b->second);
-  const Eigen::Matrix3d covariance =
-      path.total_covariance(impl_->gradient_scale_sigma).bottomRightCorner<3, 3>();
-  return std::sqrt(
-      std::max(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvalues().maxCoeff(), 0.0));
+  return worst_sigma(path.total_covariance(impl_->gradient_scale_sigma).bottomRightCorner<3, 3>());
 }
 
 }  // namespace gelslam

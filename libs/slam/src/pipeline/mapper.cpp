@@ -55,8 +55,11 @@ std::vector<int> tracked_frames(const std::vector<FrameRecord>& frames, std::siz
 std::vector<bool> placed_keyframes(const std::vector<PoseGraphEdge>& edges, const PoseGraphSolution& solution,
                                    const std::vector<int>& frames) {
   UnionFind groups(static_cast<int>(frames.size()));
-  for (std::size_t i = 0; i < edges.size(); ++i)
-    if (!solution.edge_outlier[i] && tells_place(edges[i])) groups.join(edges[i].from, edges[i].to);
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    const int from = edges[i].from, to = edges[i].to;
+    if (!solution.edge_outlier[i] && groups.root(from) != groups.root(to) && tells_place(edges[i]))
+      groups.join(from, to);
+  }
   std::map<int, int> per_group;
   for (const auto& [id, component] : solution.component_of_node)
     per_group[groups.root(id)] += frames[index(id)];

@@ -2,7 +2,6 @@
 
 #include <fmt/core.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -18,11 +17,6 @@ namespace {
 constexpr double kSenselessMm = 10.0, kSenselessDeg = 90.0;  // message
 
 constexpr std::size_t kMotions = 6;  // layout
-
-double worst_sigma(const Eigen::Matrix3d& covariance) {
-  return std::sqrt(
-      std::max(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvalues().maxCoeff(), 0.0));
-}
 
 void keep_worse(TrajectoryUncertainty::Drift& worst, double amount, const FrameRecord& frame) {
   if (worst.frame < 0 || amount > worst.amount) worst = {amount, frame.frame, frame.time_s};

@@ -57,6 +57,9 @@ struct UncertainMotion {
 /// radian and to the sensor's width.
 UncertainMotion uncertain_motion(const PoseGraphEdge& edge);
 
+/// One standard deviation along the direction in which it is largest.
+double worst_sigma(const Eigen::Matrix3d& covariance);
+
 /// Whether an edge tells where its surfaces lie on each other: two standard deviations are below 5 mm, where
 /// they touch, and 20 degrees. A contact is some 8 mm wide.
 bool tells_place(const PoseGraphEdge& edge);

@@ -34,7 +34,7 @@ struct MapSnapshot {
   std::vector<Node> nodes;  ///< by id, ascending
   std::vector<Edge> edges;
   int shown_component =
-      -1;  ///< the largest component: the one that is meshed and drawn; -1 when there is none
+      -1;  ///< that of the nodes that are placed: the one that is meshed and drawn; -1 when there is none
   GradientScale gradient_scale;  ///< of the surfaces: heights and slopes are to be divided by it
 
   const Node* find(int keyframe) const;  ///< null when it is not there
