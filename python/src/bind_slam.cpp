@@ -197,7 +197,6 @@ PythonFrame with_covariance(TrackedFrame tracked, TrialDrift& drift) {
   for (const NewKeyframe& added : tracked.new_keyframes) frame.keyframes.push_back(added.keyframe->frame);
   tracked.new_keyframes.clear();  // they belong to the map, and take memory
   tracked.keyframe.reset();
-  tracked.left.reset();
   frame.tracked = std::move(tracked);
   return frame;
 }

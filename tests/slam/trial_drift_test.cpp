@@ -197,20 +197,6 @@ TEST(TrialDrift, ANewTrialBeginsAnewAndALostFrameHasNone) {
   EXPECT_EQ(drift.add(tracker.begin(1))->norm(), 0.0);
 }
 
-// The frame is linked to both keyframes. Where it is known of the other trial's: by the way there (two links)
-// and from there (one).
-TEST(TrialDrift, KnowsAKeyframeOfAnotherTrialByTheFrameThatReturnsToIt) {
-  RollingTracker tracker(Pose::Identity(), 5);
-  TrialDrift drift(0.0);
-  const TrackedFrame first = tracker.begin(0);
-  drift.add(first);
-  drift.add(tracker.begin(1));
-  TrackedFrame returned = tracker.beside(Pose::Identity());
-  returned.left = KeyframeLink{returned.keyframe, Pose::Identity(), step_information()};
-  returned.keyframe = first.keyframe;
-  EXPECT_NEAR(sigma_of(*drift.add(returned))[0], std::sqrt(3.0) * kSigmaMm, 1e-3 * kSigmaMm);
-}
-
 TEST(TrialDrift, IsSaidInWordsWhereItIsMuch) {
   Vector6d sigma;
   sigma << 0.8, 0.1, 0.5, 0.01, 0.06, 0.0;

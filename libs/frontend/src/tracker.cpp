@@ -23,10 +23,6 @@ constexpr int kContactShrinks = 4;
 /// Halfway between what a keyframe has to share and all.
 double room_to_move(double keyframe_min_shared) { return 0.5 * (1 + keyframe_min_shared); }
 
-bool is_near(const RegistrationResult& registration, const Pose& reference_T_expected, double limit_mm) {
-  return innovation_mm(registration, reference_T_expected.inverse()) <= limit_mm;
-}
-
 /// Information of the inverse pose: true = T * exp(noise) <=> true^-1 = T^-1 * exp(Ad(T) * -noise).
 Matrix6d information_of_inverse(const Matrix6d& information, const Pose& pose) {
   const Matrix6d from = adjoint(pose.inverse());
@@ -251,7 +247,6 @@ void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr su
       !result.new_keyframes.empty() && result.new_keyframes.back().keyframe == keyframe_;
   if (jump_ || confirmed < room_to_move(options_.keyframe_min_shared)) return;
   if (!keyframe_is_new && needs_new_keyframe(*reference_->samples(), registration, *surface)) {
-    if (return_to_known(result, touch)) return;
     switch_keyframe(result, touch, registrar_->prepare(surface));
     result.keyframe = keyframe_;
     result.keyframe_T_frame = Pose::Identity();
@@ -277,72 +272,6 @@ bool Tracker::needs_new_keyframe(const NormalFlowReference& keyframe, const Regi
   return shared_area_px < options_.keyframe_min_shared * surface.contact_pixels;
 }
 
-/// Keyframes that were known before are not unpacked again.
-std::shared_ptr<const ContactRelief> Tracker::contact_of(
-    const std::shared_ptr<const Keyframe>& keyframe) const {
-  const auto before = std::find_if(known_.begin(), known_.end(),
-                                   [&](const Known& known) { return known.keyframe == keyframe; });
-  return before != known_.end() ? before->contact
-                                : std::make_shared<const ContactRelief>(*keyframe->surface.get());
-}
-
-void Tracker::set_neighborhood(const Neighborhood& neighborhood) {
-  if (!in_trial_ || neighborhood.center != keyframe_->id) return;
-  std::vector<Known> known;
-  for (const auto& [keyframe, center_T_keyframe] : neighborhood.others)
-    known.push_back({{contact_of(keyframe), normalized(trial_T_keyframe_ * center_T_keyframe)}, keyframe});
-  known_ = std::move(known);
-  turning_points_.set_known({known_.begin(), known_.end()});
-}
-
-/// The known keyframe that shows most of the frame's contact; null if none shows enough. A surface
-/// that repeats itself shows no place.
-const Tracker::Known* Tracker::most_overlapping(const Surface& surface, const Pose& trial_T_frame) const {
-  const std::vector<Eigen::Vector3d> points = coarse_contact_points_mm(surface);
-  const Known* best = nullptr;
-  double most = room_to_move(options_.keyframe_min_shared);
-  for (const Known& known : known_) {
-    const Pose known_T_frame = known.trial_T_keyframe.inverse() * trial_T_frame;
-    const double share = shown_share(points, *known.contact, known_T_frame);
-    if (share <= most || known.keyframe == keyframe_ ||
-        known.keyframe->reference->self_similarity() > verification_.max_self_similarity)
-      continue;
-    best = &known;
-    most = share;
-  }
-  return best;
-}
-
-/// Goes on with a keyframe of the map, if the frame is verified to show the same place: as strictly as a
-/// loop.
-bool Tracker::return_to_known(TrackedFrame& result, const TurningPoints::Touch& touch) {
-  const Known* const known = most_overlapping(*touch.surface, touch.trial_T_frame);
-  if (!known) return false;
-  const Pose expected = known->trial_T_keyframe.inverse() * touch.trial_T_frame;
-  const SurfacePtr surface = known->keyframe->surface.get();
-  std::shared_ptr<const PreparedReference> reference = registrar_->prepare(surface);
-  const RegistrationResult place = verify_registered(
-      *reference->samples(), *touch.surface, reference->register_to(*touch.surface, expected.inverse()),
-      PlacePrior::suspected, verification_);
-  if (!place.ok() || !is_located(place) || needs_new_keyframe(*reference->samples(), place, *touch.surface) ||
-      !is_near(place, expected, kMinPeriodMm / 2))
-    return false;
-  result.left = touch.link;
-  keyframe_ = known->keyframe;
-  reference_ = std::move(reference);
-  previous_.link = link_to(keyframe_, place);
-  previous_.state.reference_T_frame = previous_.link.previous_T_this;
-  previous_.state.covariance = previous_.link.information.inverse();
-  previous_.residual_rad = place.normal_rmse_rad;
-  result.keyframe = keyframe_;
-  result.keyframe_T_frame = previous_.link.previous_T_this;
-  result.registration = place;
-  trial_T_keyframe_ = normalized(touch.trial_T_frame * result.keyframe_T_frame.inverse());
-  hand_out_turning_point(result,
-                         turning_points_.add_keyframe({keyframe_->frame, surface, trial_T_keyframe_, {}}));
-  return true;
-}
-
 std::shared_ptr<const Keyframe> Tracker::make_keyframe(const TurningPoints::Touch& touch) {
   auto keyframe = std::make_shared<Keyframe>();
   keyframe->id = next_keyframe_id_++;
@@ -360,7 +289,6 @@ void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
   end_trial(result);
   ++trial_;
   in_trial_ = true;
-  known_.clear();
   const TurningPoints::Touch touch{first.frame, first.surface, Pose::Identity(), {}};
   keyframe_ = make_keyframe(touch);
   reference_ = std::move(reference);

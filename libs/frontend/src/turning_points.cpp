@@ -11,19 +11,18 @@ namespace {
 
 constexpr std::size_t kKeyframes = 6;  // further back, the sensor was elsewhere or comes as to any seen place
 
-/// Whether points of the trial lie in a contact: of a Surface or a ContactRelief.
-template <typename Contact>
+/// Whether points of the trial lie in a touch's contact.
 class View {
  public:
-  View(const Contact& contact, const Pose& trial_T_frame)
-      : contact_(contact), frame_T_trial_(trial_T_frame.inverse()) {}
+  explicit View(const TurningPoints::Touch& touch)
+      : surface_(*touch.surface), frame_T_trial_(touch.trial_T_frame.inverse()) {}
 
   bool shows(const Eigen::Vector3d& point_mm) const {
-    return gelslam::shows(contact_, frame_T_trial_ * point_mm);
+    return gelslam::shows(surface_, frame_T_trial_ * point_mm);
   }
 
  private:
-  const Contact& contact_;
+  const Surface& surface_;
   Pose frame_T_trial_;
 };
 
@@ -32,7 +31,6 @@ class View {
 void TurningPoints::begin_trial(const Touch& keyframe) {
   candidate_.reset();
   keyframes_.clear();
-  known_.clear();
   keep(keyframe);
   before_ = keyframe;
 }
@@ -40,7 +38,7 @@ void TurningPoints::begin_trial(const Touch& keyframe) {
 std::optional<TurningPoints::Touch> TurningPoints::pass(const Touch& touch) {
   std::optional<Touch> left;
   if (candidate_) {
-    const View view(*touch.surface, touch.trial_T_frame);
+    const View view(touch);
     const auto& points = candidate_->unseen_mm;
     const auto in_view =
         std::count_if(points.begin(), points.end(), [&](const auto& p) { return view.shows(p); });
@@ -61,7 +59,7 @@ std::optional<TurningPoints::Touch> TurningPoints::pass(const Touch& touch) {
 std::optional<TurningPoints::Touch> TurningPoints::add_keyframe(const Touch& keyframe) {
   std::optional<Touch> before;
   if (candidate_) {
-    const View view(*keyframe.surface, keyframe.trial_T_frame);
+    const View view(keyframe);
     std::erase_if(candidate_->unseen_mm, [&](const auto& p) { return view.shows(p); });
     if (candidate_->unseen_mm.size() >= candidate_->least) before = release();
     candidate_.reset();
@@ -81,15 +79,11 @@ std::optional<TurningPoints::Touch> TurningPoints::end_trial() {
 std::vector<Eigen::Vector3d> TurningPoints::unseen(const Touch& touch) const {
   std::vector<Eigen::Vector3d> points = coarse_contact_points_mm(*touch.surface);
   for (Eigen::Vector3d& point : points) point = touch.trial_T_frame * point;
-  const auto leave_out = [&points](const auto& view) {
-    std::erase_if(points, [&](const auto& p) { return view.shows(p); });
-  };
-  const View before(*before_->surface, before_->trial_T_frame);
+  const View before(*before_);
   std::erase_if(points, [&](const auto& p) { return !before.shows(p); });
-  for (const Touch& keyframe : keyframes_) leave_out(View(*keyframe.surface, keyframe.trial_T_frame));
-  for (const Known& known : known_) {
-    if (points.empty()) break;
-    leave_out(View(*known.contact, known.trial_T_keyframe));
+  for (const Touch& keyframe : keyframes_) {
+    const View view(keyframe);
+    std::erase_if(points, [&](const auto& p) { return view.shows(p); });
   }
   return points;
 }

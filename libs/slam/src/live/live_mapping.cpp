@@ -20,13 +20,7 @@ void MappingStage::restore(const ScanRecord& record, const Found& found) {
 void MappingStage::run(MapperQueue& in, const std::atomic<bool>& aborted, const Found& found,
                        const std::function<void(std::shared_ptr<const MapSnapshot>)>& publish,
                        const std::function<void(const SaveSoFar&)>& save) {
-  bool changed = false;
   const auto handle = [&](const MapperMessage& message) {
-    if (const auto* question = std::get_if<FindNeighborhood>(&message)) {
-      question->answer->set_value(mapper_.neighborhood(question->keyframe));
-      return;
-    }
-    changed = true;
     if (const auto* added = std::get_if<NewKeyframe>(&message)) {
       const auto scope = timer_.measure("loop closure");
       const bool search_loops = !aborted;
@@ -49,7 +43,6 @@ void MappingStage::run(MapperQueue& in, const std::atomic<bool>& aborted, const 
       if (!more) break;
       handle(*more);
     }
-    if (!std::exchange(changed, false)) continue;
     {
       const auto scope = timer_.measure("pose graph");
       mapper_.update();

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <future>
 #include <memory>
 #include <variant>
 #include <vector>
@@ -43,13 +42,7 @@ struct SaveSoFar {
   std::uintmax_t scan_bytes = 0;
 };
 
-/// Mapper::neighborhood() of a keyframe that was sent before; no answer where the mapper has ended.
-struct FindNeighborhood {
-  int keyframe = 0;
-  std::shared_ptr<std::promise<Neighborhood>> answer;
-};
-
-using MapperMessage = std::variant<NewKeyframe, ForgetFromTrial, SaveSoFar, FindNeighborhood>;
+using MapperMessage = std::variant<NewKeyframe, ForgetFromTrial, SaveSoFar>;
 
 using RawQueue = BoundedQueue<RawFramePtr>;
 using TrackerQueue = BoundedQueue<TrackerMessage>;

@@ -50,7 +50,6 @@ void TrackingStage::handle(const SurfacedFrame& frame, MapperQueue& out) {
     board_.set_touch(std::move(bare), "", frame.arrived);
     return stream(background, frame);
   }
-  take_neighborhood();
   TrackedFrame tracked;
   {
     const auto scope = timer_.measure("tracking");
@@ -77,26 +76,6 @@ void TrackingStage::handle(const SurfacedFrame& frame, MapperQueue& out) {
                                    : std::string();
   board_.set_touch(std::move(touch), why_lost, frame.arrived);
   for (const NewKeyframe& added : tracked.new_keyframes) out.push_beyond_limit(added);
-  ask_for_neighborhood(tracked, out);
-}
-
-/// Whoever drops frames does not wait for the mapper; who does not gets the result of the offline program.
-void TrackingStage::take_neighborhood() {
-  if (!neighborhood_.valid()) return;
-  if (relocalization_share_ && neighborhood_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
-    return;
-  try {
-    tracker_.set_neighborhood(neighborhood_.get());
-  } catch (const std::future_error&) {  // the mapper has ended
-  }
-}
-
-void TrackingStage::ask_for_neighborhood(const TrackedFrame& tracked, MapperQueue& out) {
-  if (!tracked.keyframe || (tracked.keyframe->id == keyframe_ && tracked.new_keyframes.empty())) return;
-  keyframe_ = tracked.keyframe->id;
-  FindNeighborhood question{keyframe_, std::make_shared<std::promise<Neighborhood>>()};
-  neighborhood_ = question.answer->get_future();
-  out.push_beyond_limit(std::move(question));
 }
 
 void TrackingStage::stream(const TrackedFrame& tracked, const SurfacedFrame& frame) {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <future>
 #include <mutex>
 #include <optional>
 #include <vector>
@@ -38,8 +37,6 @@ class TrackingStage {
     out.push_beyond_limit(SaveSoFar{records(), save.scan_bytes});
   }
   void record(const FrameRecord& record);
-  void take_neighborhood();
-  void ask_for_neighborhood(const TrackedFrame& tracked, MapperQueue& out);
   void stream(const TrackedFrame& tracked, const SurfacedFrame& frame);
 
   const std::optional<double> relocalization_share_;
@@ -52,8 +49,6 @@ class TrackingStage {
   RecordQueue& session_;
   std::int64_t first_frame_ = 0;
   double first_time_s_ = 0;
-  int keyframe_ = -1;                       // the tracker's
-  std::future<Neighborhood> neighborhood_;  // not valid: nothing is asked for
   mutable std::mutex mutex_;
   std::vector<FrameRecord> records_;
 };

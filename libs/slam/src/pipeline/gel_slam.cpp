@@ -15,20 +15,15 @@ struct GelSlam::Impl {
     return tracker.track(frame, time_s, std::move(surface));
   }
 
-  /// Also tells the tracker which keyframes lie around its own.
   void close_loops(const TrackedFrame& tracked, StageTimer& timer) {
     for (const NewKeyframe& added : tracked.new_keyframes) {
       const auto scope = timer.measure("loop closure");
       mapper.add_keyframe(added);
     }
-    if (!tracked.keyframe || (tracked.keyframe->id == keyframe && tracked.new_keyframes.empty())) return;
-    keyframe = tracked.keyframe->id;
-    tracker.set_neighborhood(mapper.neighborhood(keyframe));
   }
 
   Tracker tracker;
   Mapper mapper;
-  int keyframe = -1;  // the tracker's
   std::vector<FrameRecord> frames;
 };
 

@@ -16,18 +16,7 @@ namespace gelslam {
 
 namespace {
 
-constexpr int kOverlapRounds = 2;           // numerics: the first one's corrections show more overlaps
-constexpr std::size_t kMaxNeighbors = 256;  // speed: bounds what tracking unpacks and looks through
-
-void keep_nearest(std::vector<Neighborhood::Neighbor>& neighbors) {
-  if (neighbors.size() <= kMaxNeighbors) return;
-  std::nth_element(neighbors.begin(), neighbors.begin() + kMaxNeighbors, neighbors.end(),
-                   [](const Neighborhood::Neighbor& a, const Neighborhood::Neighbor& b) {
-                     return a.center_T_keyframe.translation().norm() <
-                            b.center_T_keyframe.translation().norm();
-                   });
-  neighbors.resize(kMaxNeighbors);
-}
+constexpr int kOverlapRounds = 2;  // numerics: the first one's corrections show more overlaps
 
 /// The component with most frames; the oldest of equals.
 int largest_component(const std::map<int, int>& frames_per_component) {
@@ -160,14 +149,14 @@ std::vector<PoseGraphEdge> Mapper::add_keyframe(const NewKeyframe& added, bool s
   const int id = keyframe->id;
   keyframes_.resize(static_cast<std::size_t>(id) + 1);
   keyframes_.back() = keyframe;
-  if (link.previous) add_edge(odometry_edge(link, id));
+  if (link.previous) edges_.push_back(odometry_edge(link, id));
   live_.component_T_node[id] =
       link.previous ? live_.component_T_node.at(link.previous->id) * link.previous_T_this : Pose::Identity();
   searched_.resize(keyframes_.size());
   searched_.back() = search_loops;
   if (!search_loops) return {};
   std::vector<PoseGraphEdge> loops = this->search_loops(*keyframe, link.previous ? link.previous->id : -1);
-  for (const PoseGraphEdge& loop : loops) add_edge(loop);
+  edges_.insert(edges_.end(), loops.begin(), loops.end());
   return loops;
 }
 
@@ -206,7 +195,7 @@ std::map<int, std::vector<PoseGraphEdge>> Mapper::restore(const ScanRecord& reco
   }
   // As if all had been found in one go.
   std::stable_sort(edges.begin(), edges.end(), [](const auto& a, const auto& b) { return a.to < b.to; });
-  for (const PoseGraphEdge& edge : edges) add_edge(edge);
+  edges_.insert(edges_.end(), edges.begin(), edges.end());
   live_.component_T_node = chained_links();
   return found;
 }
@@ -225,42 +214,9 @@ std::map<int, Pose> Mapper::chained_links() const {
   return poses;
 }
 
-void Mapper::add_edge(const PoseGraphEdge& edge) {
-  edges_of_[edge.from].push_back(edges_.size());
-  edges_of_[edge.to].push_back(edges_.size());
-  edges_.push_back(edge);
-}
-
 /// Which of edges_ are consistent.
 const std::vector<bool>& Mapper::judge_edges() {
   return consistency_.judge(edges_, gradient_scale_sigma(keyframes_, options_.gradient_scale));
-}
-
-Neighborhood Mapper::neighborhood(int keyframe) {
-  const std::vector<bool>& consistent = judge_edges();
-  // Half of the sensor: what is further away does not show most of what a frame near this keyframe shows.
-  constexpr double kReachMm = kOverlapSigmaMm / 2;
-  Neighborhood result{keyframe, {}};
-  std::map<int, Pose> center_T_node{{keyframe, Pose::Identity()}};
-  std::vector<int> reached{keyframe};
-  for (std::size_t next = 0; next < reached.size(); ++next) {
-    const auto of_node = edges_of_.find(reached[next]);
-    if (of_node == edges_of_.end()) continue;
-    const Pose center_T_this = center_T_node.at(reached[next]);
-    for (const std::size_t i : of_node->second) {
-      const PoseGraphEdge& edge = edges_[i];
-      const bool forward = edge.from == reached[next];
-      const int other = forward ? edge.to : edge.from;
-      if (edge.tentative || !consistent[i] || center_T_node.contains(other)) continue;
-      const Pose center_T_other = center_T_this * (forward ? edge.from_T_to : Pose(edge.from_T_to.inverse()));
-      if (center_T_other.translation().norm() > kReachMm || center_T_other.linear()(2, 2) <= 0) continue;
-      center_T_node.emplace(other, center_T_other);
-      reached.push_back(other);
-      result.others.push_back({keyframes_[static_cast<std::size_t>(other)], center_T_other});
-    }
-  }
-  keep_nearest(result.others);
-  return result;
 }
 
 void Mapper::forget_from_trial(int trial) {
@@ -274,12 +230,8 @@ void Mapper::forget_from_trial(int trial) {
   loop_closer_.keep(std::exchange(restored_, {}));
   loop_closer_.forget_from(id);
   live_.component_T_node.erase(live_.component_T_node.lower_bound(id), live_.component_T_node.end());
-  std::vector<PoseGraphEdge> kept;
-  std::swap(kept, edges_);
-  edges_of_.clear();
+  std::erase_if(edges_, [&](const PoseGraphEdge& edge) { return edge.from >= id || edge.to >= id; });
   consistency_.forget();
-  for (const PoseGraphEdge& edge : kept)
-    if (edge.from < id && edge.to < id) add_edge(edge);
   update();
 }
 

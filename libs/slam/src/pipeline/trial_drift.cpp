@@ -47,10 +47,6 @@ std::optional<Matrix6d> TrialDrift::add(const TrackedFrame& frame) {
             ? compose(trial_T_keyframes_.at(added.link.previous->id), uncertain_motion(added.link))
             : UncertainMotion();
   }
-  if (frame.left && !trial_T_keyframes_.contains(frame.keyframe->id))  // a keyframe of another trial
-    trial_T_keyframes_[frame.keyframe->id] =
-        compose(compose(trial_T_keyframes_.at(frame.left->previous->id), uncertain_motion(*frame.left)),
-                inverse(uncertain_motion(link_to(frame.keyframe, frame.registration))));
   if (frame.status != TrackStatus::tracked) return std::nullopt;
   UncertainMotion motion = trial_T_keyframes_.at(frame.keyframe->id);
   if (frame.keyframe->frame != frame.frame)

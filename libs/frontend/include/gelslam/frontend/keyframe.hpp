@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <vector>
 
 #include "gelslam/registration/normal_flow.hpp"
 #include "gelslam/surface/stored_surface.hpp"
@@ -34,16 +33,6 @@ struct KeyframeLink {
 
 /// How a frame is linked to the keyframe it was registered to.
 KeyframeLink link_to(const std::shared_ptr<const Keyframe>& keyframe, const RegistrationResult& registration);
-
-/// The keyframes that a map knows around one of them, of any trial.
-struct Neighborhood {
-  struct Neighbor {
-    std::shared_ptr<const Keyframe> keyframe;
-    Pose center_T_keyframe = Pose::Identity();
-  };
-  int center = -1;  ///< id of that keyframe
-  std::vector<Neighbor> others;
-};
 
 /// A keyframe as the tracker hands it out.
 struct NewKeyframe {

@@ -46,7 +46,7 @@ struct TrackedFrame {
   TrackStatus status = TrackStatus::no_contact;
   int trial = -1;  ///< counts unbroken stretches from 0; -1 without contact, and for a lost frame that
                    ///< begins none
-  /// What keyframe_T_frame refers to, of this trial or an earlier one; null where trial is -1.
+  /// What keyframe_T_frame refers to; null where trial is -1.
   std::shared_ptr<const Keyframe> keyframe;
   Pose keyframe_T_frame = Pose::Identity();
   Pose trial_T_frame = Pose::Identity();  ///< sensor pose in the first frame of the trial
@@ -55,8 +55,6 @@ struct TrackedFrame {
   /// some time ago that alone showed a part of the object before the motion turned back (no frame refers to
   /// that).
   std::vector<NewKeyframe> new_keyframes;
-  /// Where a known keyframe takes over: how this frame is linked to the one that was left.
-  std::optional<KeyframeLink> left;
 };
 
 /// Registers each frame to the current keyframe and decides on keyframes and trials (Huang et al., T-RO 2026,
@@ -69,9 +67,8 @@ struct TrackedFrame {
 ///  6. Live, a time budget for that.
 ///  7. After a loss, a later frame continues the trial, or begins a new one together with the lost frame.
 ///  8. A keyframe is replaced when it shares too little of the frame's contact.
-///  9. Known ground: a keyframe of the map takes over.
-/// 10. Turning points become keyframes.
-/// 11. A picture that was damaged on its way may look like a jump, or like more contact. What one frame alone
+///  9. Turning points become keyframes.
+/// 10. A picture that was damaged on its way may look like a jump, or like more contact. What one frame alone
 ///     shows makes no keyframe, and the frame after a searched step is expected where it was before, too.
 /// Deterministic without limit_relocalization(); frames must come in order.
 class Tracker {
@@ -85,11 +82,6 @@ class Tracker {
           const NormalFlowOptions& registration = {}, const VerificationOptions& verification = {});
 
   TrackedFrame track(std::int64_t frame, double time_s, SurfacePtr surface);
-
-  /// Where the current keyframe is left, a keyframe of the map takes over if it shows enough of the frame:
-  /// only ground that is new makes new keyframes. Ignored unless the current keyframe is the center. Call it
-  /// whenever TrackedFrame::keyframe has changed.
-  void set_neighborhood(const Neighborhood& neighborhood);
 
   /// The next frame in contact starts a new trial: frames were left out on purpose, and the object may have
   /// moved.
@@ -131,11 +123,6 @@ class Tracker {
     HandMotion hand;
   };
 
-  /// A keyframe of the map, where the trial would meet it. Its surface stays packed.
-  struct Known : TurningPoints::Known {
-    std::shared_ptr<const Keyframe> keyframe;
-  };
-
   Reference reference_of(const PreparedReference& prepared, const MotionState& before, double time_s) const;
   Attempt register_to(const Reference& reference, const Surface& surface) const;
   bool passes_gate(const RegistrationResult& registration, const ExpectedMotion& expected) const;
@@ -144,15 +131,12 @@ class Tracker {
   Attempt track_with_fallback(TrackedFrame& result, const Surface& surface);
   std::optional<Attempt> track_back(const Surface& surface, double time_s);
   void accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr surface);
-  std::shared_ptr<const ContactRelief> contact_of(const std::shared_ptr<const Keyframe>& keyframe) const;
   void handle_tracking_failure(TrackedFrame& result, SurfacePtr surface);
   void begin_trial(TrackedFrame& result, const Seen& first,
                    std::shared_ptr<const PreparedReference> reference);
   void end_trial(TrackedFrame& result);
   bool needs_new_keyframe(const NormalFlowReference& keyframe, const RegistrationResult& registration,
                           const Surface& surface) const;
-  const Known* most_overlapping(const Surface& surface, const Pose& trial_T_frame) const;
-  bool return_to_known(TrackedFrame& result, const TurningPoints::Touch& touch);
   std::shared_ptr<const Keyframe> make_keyframe(const TurningPoints::Touch& touch);
   void switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& touch,
                        std::shared_ptr<const PreparedReference> reference);
@@ -168,7 +152,6 @@ class Tracker {
   std::shared_ptr<const Keyframe> keyframe_;
   std::shared_ptr<const PreparedReference> reference_;  ///< the keyframe's
   Pose trial_T_keyframe_ = Pose::Identity();
-  std::vector<Known> known_;  ///< besides the current keyframe
   TurningPoints turning_points_;
   Tracked previous_;  ///< the last tracked frame of the trial
   HandMotion hand_;

@@ -3,13 +3,10 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <deque>
-#include <memory>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "gelslam/frontend/keyframe.hpp"
-#include "gelslam/surface/contact_relief.hpp"
 
 namespace gelslam {
 
@@ -26,12 +23,6 @@ class TurningPoints {
     KeyframeLink link;  ///< only passed through
   };
 
-  /// A place of the map.
-  struct Known {
-    std::shared_ptr<const ContactRelief> contact;
-    Pose trial_T_keyframe = Pose::Identity();
-  };
-
   /// `min_unseen`: share of its contact that a frame must have shown alone.
   explicit TurningPoints(double min_unseen) : min_unseen_(min_unseen) {}
 
@@ -44,9 +35,6 @@ class TurningPoints {
 
   /// A keyframe of the trial. Returns a turning point that it does not show; it comes before this keyframe.
   std::optional<Touch> add_keyframe(const Touch& keyframe);
-
-  /// Places of the map nearby: what they show counts as seen, until the next call or trial.
-  void set_known(std::vector<Known> places) { known_ = std::move(places); }
 
   /// The trial is over. Returns a turning point that was not left behind yet.
   std::optional<Touch> end_trial();
@@ -63,7 +51,6 @@ class TurningPoints {
 
   double min_unseen_;
   std::deque<Touch> keyframes_;  ///< the trial's last
-  std::vector<Known> known_;
   std::optional<Touch> before_;  ///< the last frame, or keyframe
   std::optional<Candidate> candidate_;
 };

@@ -35,12 +35,6 @@ class Mapper {
   /// Takes back the keyframes of this trial and of later ones.
   void forget_from_trial(int trial);
 
-  /// The keyframes that edges lead to from this one and that lie within half of the sensor's width, at most
-  /// the 256 nearest, without itself. Their places follow from the edges as measured, by the path with the
-  /// fewest edges, without a solve. Loops that are too weak to join two pieces, or that contradict the
-  /// others, are not followed.
-  Neighborhood neighborhood(int keyframe);
-
   /// True when loops were found since the last optimize(): solving for all poses may improve the map.
   bool has_new_loops() const { return new_loops_ > 0; }
   /// Places the newest keyframes, and moves others only where a loop pulls: milliseconds.
@@ -60,7 +54,6 @@ class Mapper {
                  const std::function<bool()>& stop_requested, ProgressSink* progress = nullptr) const;
 
  private:
-  void add_edge(const PoseGraphEdge& edge);
   const std::vector<bool>& judge_edges();
   std::vector<PoseGraphEdge> search_loops(const Keyframe& keyframe, int previous);
   bool has_keyframe(int id) const;
@@ -76,7 +69,6 @@ class Mapper {
   std::vector<std::shared_ptr<const Keyframe>> keyframes_;  // by id; null where taken back
   std::vector<bool> searched_;                              // by id: for loops
   std::vector<PoseGraphEdge> edges_;                        // all that were measured
-  std::map<int, std::vector<std::size_t>> edges_of_;        // of a node, as indices into edges_
   GrowingConsistency consistency_;                          // of edges_
   std::vector<PoseGraphEdge> live_edges_;                   // those of them that shape live_
   PoseGraphSolution live_;
