@@ -154,6 +154,22 @@ TEST(BallZones, RefuseRadiiForDiameters) {
   }
 }
 
+// A light that grows on one side and fades on the other leaves the mean color as it was.
+TEST(BallZones, RefusePressesInALightThatDiffersOverTheGel) {
+  PressSet set = forty_presses().set;
+  set.background = set.background.clone();
+  for (int v = 0; v < set.background.rows; ++v)
+    for (int u = 0; u < set.background.cols; ++u) {
+      const double gain = 0.75 + 0.5 * u / set.background.cols;
+      for (int c = 0; c < 3; ++c)
+        set.background(v, u)[c] = cv::saturate_cast<std::uint8_t>(gain * set.background(v, u)[c]);
+    }
+  const BallZones zones = find_ball_zones(set, kPitchMm, true);
+  EXPECT_TRUE(zones.zones.empty());
+  ASSERT_EQ(zones.rejected.size(), set.presses.size());
+  EXPECT_THAT(zones.rejected.front().reason, HasSubstr("another light"));
+}
+
 TEST(BallZones, LeaveOutLabelsBesideTheContact) {
   PressSet set = forty_labelled();
   set.presses[2].label->u_px += set.presses[2].label->u_px > 160 ? -90.0 : 90.0;

@@ -47,7 +47,8 @@ cv::Mat1f cell_difference(const cv::Mat3f& cells, const cv::Mat3f& reference) {
 double common_difference(const cv::Mat3f& cells, const cv::Mat3f& reference) {
   cv::Mat3f difference;
   cv::subtract(cells, reference, difference);
-  return cv::norm(median_color(difference));
+  const cv::Mat1f length = length_of(difference);
+  return median(std::vector<double>(length.begin(), length.end()));
 }
 
 cv::Mat1f length_of(const cv::Mat3f& colors) {

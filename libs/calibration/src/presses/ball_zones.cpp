@@ -8,16 +8,14 @@
 #include <map>
 #include <opencv2/core.hpp>
 
+#include "gelslam/calibration/background_drift.hpp"
 #include "gelslam/calibration/circle_finder.hpp"
 #include "gelslam/calibration/press_coverage.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
-#include "judging/gel_change.hpp"
 
 namespace gelslam {
 namespace {
-
-using namespace calibration::detail;
 
 constexpr double kMinZonePx = 5.0;
 constexpr std::size_t kMinCompared = 5;  // labels, to tell how they were drawn
@@ -72,6 +70,7 @@ std::string problem_with_label(const CalibrationPress& press, const FoundCircle&
 /// Width of a contact, found without knowing the ball, over the ball's diameter; nothing where none is clear.
 std::optional<double> share_of_ball(const PressSet& set, const CalibrationPress& press,
                                     double pixel_pitch_mm) {
+  if (!has_same_light(press.bgr, set.background)) return std::nullopt;
   const CameraModel camera = set.camera(pixel_pitch_mm);
   const FoundCircle found = find_circle(press.bgr, set.background, camera, kFlatterBall * press.diameter_mm);
   if (press.left_out || !found.problem.empty()) return std::nullopt;
@@ -136,7 +135,6 @@ BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool autom
   }
   require_possible_widths(set, shares);
   const std::optional<double> drawn_share = ball_share_of_labels(set, found);
-  const cv::Mat3f background = shrink_to_cells(set.background);
   BallZones result;
   for (std::size_t k = 0; k < set.presses.size(); ++k) {
     const CalibrationPress& press = set.presses[k];
@@ -150,6 +148,8 @@ BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool autom
       problem = "a person has left it out";
     } else if (!press.problem.empty()) {
       problem = press.problem;
+    } else if (!has_same_light(press.bgr, set.background)) {
+      problem = "its untouched gel does not look like background.png: another light, gel or sensor";
     } else if (press.label) {
       problem = problem_with_label(press, found[k]);
     } else {
@@ -158,8 +158,6 @@ BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool autom
     if (problem.empty() && zone.radius_px < kMinZonePx) problem = "its contact is too small";
     if (problem.empty() && zone.radius_px > 0.95 * press.ball_px(pixel_pitch_mm))
       problem = "its contact is larger than the ball: is the diameter right?";
-    if (problem.empty() && common_difference(shrink_to_cells(press.bgr), background) > kMaxLightLevels)
-      problem = "its untouched gel does not look like background.png: another light, gel or sensor";
     if (problem.empty())
       result.zones.push_back(zone);
     else
