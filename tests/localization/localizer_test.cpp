@@ -208,6 +208,15 @@ TEST(SurfaceMap, LooksAlikeWhereItIsSymmetric) {
               0.2);
 }
 
+TEST(SurfaceMap, ATouchFarFromTheMapIsNotCoveredWhateverTheLimit) {
+  const Texture texture = random_texture(1);
+  SlamOptions options;
+  options.verification.curvature.min_scr = 0;
+  const SurfaceMap map(map_of(texture, 0, 3), options);
+  const NormalFlowReference touch(feel(texture, place(0, 0)), options.registration);
+  EXPECT_FALSE(map.fit(touch, place(500, 0), PlacePrior::known, 1.0).covered);
+}
+
 TEST(SurfaceMap, AMapWithoutContactIsRefused) {
   EXPECT_THROW(SurfaceMap({}, {}), Error);
   auto bare = std::make_shared<Surface>(*touch({}, place(0, 0)));

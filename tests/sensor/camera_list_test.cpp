@@ -72,8 +72,20 @@ TEST_F(CameraList, SaysWhatEachNodeIs) {
 TEST_F(CameraList, AutoTakesTheSensorOfTheConfiguration) {
   EXPECT_EQ(find("auto"), "/dev/video2");
   EXPECT_EQ(find("auto", "DIGIT"), "/dev/video10");
-  EXPECT_EQ(find("auto", "a gel of our own"), "/dev/video2") << "any known sensor";
   EXPECT_EQ(find("", "GelSight Mini"), "/dev/video2");
+  cameras = {&webcam, &digit};
+  EXPECT_EQ(find("auto", "a gel of our own"), "/dev/video10") << "any known sensor";
+}
+
+TEST_F(CameraList, AutoDoesNotChooseBetweenTwo) {
+  EXPECT_EQ(find_error("auto", "a gel of our own"),
+            "more than one camera of a known touch sensor: there is /dev/video2 (GelSight Mini R0B 28KX), "
+            "/dev/video10 (DIGIT: DIGIT); name the camera by --camera or device_config.camera");
+}
+
+TEST_F(CameraList, ANameWithinAWordIsNoSensor) {
+  webcam.card = "DIGITAL MICROSCOPE";
+  EXPECT_EQ(find("auto", "DIGIT"), "/dev/video10");
 }
 
 TEST_F(CameraList, WithoutThatSensorAutoSaysWhatThereIs) {

@@ -215,13 +215,17 @@ TEST(VideoSource, WhatIsNoVideoIsNamed) {
   write_bytes(folder / "empty.avi", "");
   write_bytes(folder / "text.avi", "this is no video\n");
   write_bytes(folder / "list.avi", "#EXTM3U\n#EXTINF:1,\n/etc/passwd\n");
+  write_bytes(folder / "list_with_zero.avi", std::string("#EXTM3U\n#EXTINF:1,\nother.avi\n\0", 31));
+  write_bytes(folder / "concat.avi", "ffconcat version 1.0\nfile other.avi\n");
+  write_video(folder / "other.avi", "MJPG", 4, 64, 48);
   write_bytes(folder / "noise.avi", std::string("\0\1\2\3", 4) + std::string(3000, '\xa7'));
   cv::imwrite((folder / "one.png").string(), numbered_picture(0, 64, 48));
   testing::internal::CaptureStderr();
   EXPECT_THAT(error_of(folder / "none.avi"), HasSubstr("none.avi: no such file or folder"));
   EXPECT_THAT(error_of(folder / "empty.avi"), HasSubstr("empty.avi: the file is empty"));
-  EXPECT_THAT(error_of(folder / "text.avi"), HasSubstr("text.avi: not a video, but text"));
-  EXPECT_THAT(error_of(folder / "list.avi"), HasSubstr("list.avi: not a video, but text"));
+  EXPECT_THAT(error_of(folder / "text.avi"), HasSubstr("text.avi: not a video that can be read"));
+  for (const char* list : {"list.avi", "list_with_zero.avi", "concat.avi"})
+    EXPECT_THAT(error_of(folder / list), HasSubstr(std::string(list) + ": not a video that can be read"));
   EXPECT_THAT(error_of(folder / "noise.avi"), HasSubstr("noise.avi: not a video that can be read"));
   EXPECT_THAT(error_of(folder / "one.png"), HasSubstr("a single image; give the folder"));
   EXPECT_THAT(error_of("/dev/null"), HasSubstr("neither a file nor a folder"));

@@ -191,6 +191,22 @@ TEST(BareGel, WhereHardlyAnyIsSeenTheHighestIsNearIt) {
   EXPECT_NEAR(poisson.pixels(height)(center), -4, 1);
 }
 
+/// How much of a tilt is left, in pixels.
+double left_of_tilt(cv::Size size) {
+  cv::Mat1f height((size.height + 1) / 2, (size.width + 1) / 2);  // of squares
+  for (int v = 0; v < height.rows; ++v)
+    for (int u = 0; u < height.cols; ++u) height(v, u) = 0.005F * static_cast<float>(u - v);
+  const cv::Mat1b unchanged(size, static_cast<unsigned char>(0));
+  BareGelLeveler(size).level(height, in_blocks(unchanged), PoissonSolver(size));
+  return cv::norm(height(cv::Rect(4, 4, height.cols - 8, height.rows - 8)), cv::NORM_INF);
+}
+
+TEST(BareGel, ATiltIsTakenOffAsWellWhereCellsDoNotFillThePicture) {
+  EXPECT_LT(left_of_tilt({160, 120}), 0.08);  // of 0.4
+  EXPECT_LT(left_of_tilt({162, 121}), left_of_tilt({160, 120}));
+  EXPECT_LT(left_of_tilt({121, 162}), left_of_tilt({160, 120}));
+}
+
 TEST(BareGel, CorrectsNothingWhereHeightsAreRight) {
   for (const cv::Size size : {kSensor, cv::Size(162, 121), cv::Size(121, 162)}) {
     cv::Mat1f height((size.height + 1) / 2, (size.width + 1) / 2);  // of squares

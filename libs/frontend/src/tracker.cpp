@@ -109,13 +109,16 @@ Tracker::Reference Tracker::reference_of(const PreparedReference& prepared, cons
 
 /// From the predicted pose; if that fails, from the previous one.
 Tracker::Attempt Tracker::register_to(const Reference& reference, const Surface& surface) const {
-  Attempt best{{}, reference.expected[0]};
-  for (const ExpectedMotion& expected : reference.expected) {
-    const RegistrationResult found = reference.prepared.register_to(surface, expected.prior());
-    if (found.ok()) return {found, expected};
-    if (found.scr * found.ccs >= best.registration.scr * best.registration.ccs) best = {found, expected};
-  }
-  return best;
+  const auto from = [&](const ExpectedMotion& expected) {
+    return Attempt{reference.prepared.register_to(surface, expected.prior()), expected};
+  };
+  const Attempt goes_on = from(reference.expected[0]);
+  if (goes_on.registration.ok()) return goes_on;
+  const Attempt stops = from(reference.expected[1]);
+  const auto agreement = [](const Attempt& attempt) {
+    return attempt.registration.scr * attempt.registration.ccs;
+  };
+  return stops.registration.ok() || agreement(stops) >= agreement(goes_on) ? stops : goes_on;
 }
 
 /// Whether innovation and residual are those predicted: the uncertainty of the prediction grows with the

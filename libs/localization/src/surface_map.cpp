@@ -126,7 +126,7 @@ MapFit SurfaceMap::fit(const NormalFlowReference& touch, const Pose& map_T_senso
   MapFit fit;
   fit.map_T_sensor = map_T_sensor;
   const auto [place, share] = impl_->most_overlapping(touch.surface(), map_T_sensor);
-  fit.covered = share >= impl_->options.verification.curvature.min_scr;
+  fit.covered = place && share >= impl_->options.verification.curvature.min_scr;
   if (!fit.covered) return fit;
   fit.keyframe = place->keyframe->id;
   const Pose sensor_T_keyframe = map_T_sensor.inverse() * place->map_T_keyframe;

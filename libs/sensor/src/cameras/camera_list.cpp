@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <array>
+#include <cctype>
+#include <string_view>
 
 #include "cameras/v4l2_camera.hpp"
 #include "cameras/video_node.hpp"
@@ -9,7 +11,7 @@ namespace detail {
 namespace {
 
 // A camera's name is its USB product string: "GelSight Mini R0B 2BNN-4ZE7", "DIGIT: DIGIT".
-constexpr std::array<const char*, 2> kKnownSensors{"GelSight Mini", "DIGIT"};
+constexpr std::array<std::string_view, 2> kKnownSensors{"GelSight Mini", "DIGIT"};
 
 CameraInfo look_at(const std::string& path, const VideoSystem& system) {
   CameraInfo info;
@@ -53,8 +55,11 @@ std::string find_known_sensor(const std::string& wanted, const std::vector<Camer
   const auto found = cameras_where(cameras, [&](const CameraInfo& camera) {
     return !camera.sensor.empty() && (wanted.empty() || camera.sensor == wanted);
   });
-  if (!found.empty()) return found.front().path;
   const std::string looked_for = wanted.empty() ? "camera of a known touch sensor" : wanted;
+  if (found.size() > 1)
+    throw Error("more than one " + looked_for + ": " + what_there_is(found) +
+                "; name the camera by --camera or device_config.camera");
+  if (!found.empty()) return found.front().path;
   throw Error("no " + looked_for + " found: " + what_there_is(cameras) +
               (cameras.empty() ? "; plug it in" : "; name the camera by --camera or device_config.camera"));
 }
@@ -73,8 +78,11 @@ std::string find_by_name(const std::string& part, const std::vector<CameraInfo>&
 }  // namespace
 
 std::string known_sensor(const std::string& name) {
-  for (const char* sensor : kKnownSensors) {
-    if (name.find(sensor) != std::string::npos) return sensor;
+  for (const std::string_view sensor : kKnownSensors) {
+    const std::size_t at = name.find(sensor), end = at + sensor.size();
+    if (at != std::string::npos &&
+        (end == name.size() || !std::isalnum(static_cast<unsigned char>(name[end]))))
+      return std::string(sensor);
   }
   return "";
 }

@@ -10,6 +10,7 @@ extern "C" {
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <initializer_list>
 #include <opencv2/core.hpp>
 #include <span>
 #include <string_view>
@@ -23,9 +24,17 @@ extern "C" {
 namespace gelslam::detail {
 namespace {
 
+/// Names of libav's readers for files that hold their pictures themselves.
+constexpr const char* kContainers =
+    "avi,matroska,webm,mov,mp4,m4a,3gp,3g2,mj2,mpegts,mpeg,mpegvideo,asf,flv,ogg,nut,mxf,ivf,gif,mjpeg,h264,"
+    "hevc,"
+    "yuv4mpegpipe";
+
 /// Options of libav, freed with the object.
 struct AvOptions {
-  AvOptions(const char* key, const char* value) { av_dict_set(&dictionary, key, value, 0); }
+  AvOptions(std::initializer_list<std::pair<const char*, const char*>> values) {
+    for (const auto& [key, value] : values) av_dict_set(&dictionary, key, value, 0);
+  }
   ~AvOptions() { av_dict_free(&dictionary); }
   AvOptions(const AvOptions&) = delete;
   AvOptions& operator=(const AvOptions&) = delete;
@@ -113,8 +122,10 @@ struct VideoFile::Av {
 
 bool VideoFile::Av::open(const std::filesystem::path& path, const char* only_format) {
   av_log_set_level(AV_LOG_QUIET);  // what is wrong with a file is said by our errors
-  // A frame cut off by the end of a truncated file must not reach us half gray.
-  AvOptions options("fflags", "discardcorrupt");
+  // A frame cut off by the end of a truncated file must not reach us half gray. Playlists, which lead to
+  // other files, and text, which would be drawn as pictures, are no videos.
+  AvOptions options(
+      {{"fflags", "discardcorrupt"}, {"format_whitelist", only_format ? only_format : kContainers}});
   // With its protocol, so that no part of the name is taken for one.
   const std::string url = "file:" + std::filesystem::absolute(path).string();
   const AVInputFormat* only = only_format == nullptr ? nullptr : av_find_input_format(only_format);

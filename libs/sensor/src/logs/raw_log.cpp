@@ -155,23 +155,12 @@ class VideoLog final : public RawFrameSource {
   std::string warning_;
 };
 
-/// FFmpeg would play a text file as terminal art, and follow a playlist to other files. Videos hold zero
-/// bytes early.
-bool looks_like_text(const fs::path& path) {
-  std::array<char, 4096> head{};
-  std::ifstream file(path, std::ios::binary);
-  file.read(head.data(), head.size());
-  const auto end = head.begin() + file.gcount();
-  return std::find(head.begin(), end, '\0') == end;
-}
-
 std::unique_ptr<RawFrameSource> open_video(const fs::path& path, const SensorProfile& profile) {
   std::error_code code;
   const std::uintmax_t size = fs::file_size(path, code);
   if (code) throw Error(path.string() + ": cannot be read: " + code.message());
   if (size == 0) throw Error(path.string() + ": the file is empty");
   if (!std::ifstream(path)) throw Error(path.string() + ": cannot be opened; check its permissions");
-  if (!is_matroska(path) && looks_like_text(path)) throw Error(path.string() + ": not a video, but text");
   return std::make_unique<VideoLog>(path, profile.frame_rate_hz);
 }
 

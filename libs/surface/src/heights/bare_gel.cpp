@@ -131,6 +131,13 @@ bool BareGelLeveler::remove_pressed(const cv::Mat1f& heights) {
   return removed;
 }
 
+/// Means over the cells. The last row and column of them may reach beyond the picture.
+void BareGelLeveler::shrink_to_cells(const cv::Mat1f& squares, cv::Mat1f& cells) {
+  cv::copyMakeBorder(squares, fine_, 0, grid_.height * kCellSquares - squares.rows, 0,
+                     grid_.width * kCellSquares - squares.cols, cv::BORDER_REPLICATE);
+  cv::resize(fine_, cells, grid_, 0, 0, cv::INTER_AREA);
+}
+
 /// The 1 % quantile of the highest.
 float BareGelLeveler::highest_of(const cv::Mat1f& heights) {
   scratch_.assign(heights.begin(), heights.end());
@@ -141,8 +148,8 @@ float BareGelLeveler::highest_of(const cv::Mat1f& heights) {
 /// belongs to a slope of kUsualSlopeRad.
 cv::Mat1f BareGelLeveler::integrate_where_flat(const LineHeights& lines) {
   LineHeights steps;
-  cv::resize(lines.along_rows, steps.along_rows, grid_, 0, 0, cv::INTER_AREA);
-  cv::resize(lines.along_columns, steps.along_columns, grid_, 0, 0, cv::INTER_AREA);
+  shrink_to_cells(lines.along_rows, steps.along_rows);
+  shrink_to_cells(lines.along_columns, steps.along_columns);
   cv::Mat1f variance(grid_);
   for (int row = 0; row < grid_.height; ++row)
     for (int column = 0; column < grid_.width; ++column) {
@@ -211,7 +218,7 @@ void BareGelLeveler::add_correction(cv::Mat1f& height_px) {
 
 BareGelLeveler::Result BareGelLeveler::level(cv::Mat1f& height_px, const cv::Mat1b& changed,
                                              const PoissonSolver& slopes) {
-  cv::resize(height_px, height_, grid_, 0, 0, cv::INTER_AREA);
+  shrink_to_cells(height_px, height_);
   mark_unchanged(changed);
   if (remove_pressed(height_)) {
     mark_unchanged(changed);

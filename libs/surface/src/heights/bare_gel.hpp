@@ -34,6 +34,7 @@ class BareGelLeveler {
  private:
   void mark_unchanged(const cv::Mat1b& changed);
   bool remove_pressed(const cv::Mat1f& heights);
+  void shrink_to_cells(const cv::Mat1f& squares, cv::Mat1f& cells);
   float highest_of(const cv::Mat1f& heights);
   cv::Mat1f integrate_where_flat(const LineHeights& lines);
   cv::Mat1f solve(const LineHeights& steps, const cv::Mat1f& variance, float bare_weight,
