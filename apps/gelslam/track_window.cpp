@@ -60,7 +60,7 @@ bool compute_in_window(const std::function<bool()>& compute, const std::function
       const bool result = compute();
       touches.have_ended = true;
       return result;
-    } catch (const Error&) {
+    } catch (...) {
       if (closed) return false;  // stopped before the background was whole
       failed = true;
       throw;

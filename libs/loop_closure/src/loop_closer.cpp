@@ -5,6 +5,7 @@
 #include <string>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/index.hpp"
 #include "gelslam/core/parallel.hpp"
 #include "place_features.hpp"
 #include "place_index.hpp"
@@ -138,7 +139,7 @@ LoopCloser::LoopCloser(const LoopClosureOptions& options, const NormalFlowOption
 
 LoopCloser::~LoopCloser() = default;
 
-std::vector<LoopConstraint> LoopCloser::add(const Keyframe& keyframe) {
+std::vector<LoopConstraint> LoopCloser::add(const Keyframe& keyframe, int linked) {
   PlaceFeatures features = extract_features(*keyframe.surface.get(), impl_->options);
   const std::size_t neighbors = impl_->neighbors(keyframe), elsewhere = impl_->places.size() - neighbors;
 
@@ -146,11 +147,11 @@ std::vector<LoopConstraint> LoopCloser::add(const Keyframe& keyframe) {
       features, keyframe,
       impl_->index.most_alike(features, static_cast<int>(elsewhere), impl_->options.max_candidates),
       impl_->options.max_constraints);
-  // The predecessor is linked by odometry already, from the same pixels: a loop to it would count them twice.
-  std::vector<int> before_predecessor(neighbors > 0 ? neighbors - 1 : 0);
-  std::iota(before_predecessor.begin(), before_predecessor.end(), static_cast<int>(elsewhere));
+  std::vector<int> unlinked(neighbors);
+  std::iota(unlinked.begin(), unlinked.end(), static_cast<int>(elsewhere));
+  std::erase_if(unlinked, [&](int i) { return impl_->places[index(i)].keyframe.id == linked; });
   const std::vector<LoopConstraint> near =
-      impl_->search(features, keyframe, before_predecessor, impl_->options.max_constraints / 3);
+      impl_->search(features, keyframe, unlinked, impl_->options.max_constraints / 3);
   loops.insert(loops.end(), near.begin(), near.end());
 
   impl_->keep(keyframe, std::move(features));

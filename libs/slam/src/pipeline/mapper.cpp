@@ -162,10 +162,8 @@ std::vector<PoseGraphEdge> Mapper::add_keyframe(const NewKeyframe& added, bool s
 
 std::vector<PoseGraphEdge> Mapper::search_loops(const Keyframe& keyframe, int previous) {
   loop_closer_.keep(std::exchange(restored_, {}));
-  std::vector<PoseGraphEdge> loops;
-  for (const LoopConstraint& loop : loop_closer_.add(keyframe))
-    if (loop.from != previous)  // the link already holds this registration
-      loops.push_back(loop);
+  const std::vector<LoopConstraint> found = loop_closer_.add(keyframe, previous);
+  std::vector<PoseGraphEdge> loops(found.begin(), found.end());
   new_loops_ += static_cast<int>(loops.size());
   return loops;
 }

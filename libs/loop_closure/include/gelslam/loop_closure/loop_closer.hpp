@@ -40,9 +40,10 @@ class LoopCloser {
                       const VerificationOptions& verification = {});
   ~LoopCloser();
 
-  /// Compares `keyframe` with all kept keyframes except its direct predecessor in the same trial, then keeps
-  /// it for later ones. Every keyframe added is searched for. Ids must grow.
-  std::vector<LoopConstraint> add(const Keyframe& keyframe);
+  /// Compares `keyframe` with all kept keyframes, then keeps it for later ones. `linked` is left out: the id
+  /// of the keyframe that odometry links it to, from the same pixels; a loop would count them twice. Every
+  /// keyframe added is searched for. Ids must grow.
+  std::vector<LoopConstraint> add(const Keyframe& keyframe, int linked = -1);
 
   /// Keeps the keyframes of a map that is known already, without a search. Ids must grow.
   void keep(const std::vector<Keyframe>& keyframes);
