@@ -190,15 +190,6 @@ TEST_F(SceneMap, KeyframesOfOtherComponentsAreNotShown) {
   EXPECT_EQ(cv::countNonZero(mask_of(draw(scene))), 0);
 }
 
-TEST_F(SceneMap, CoverageKeyframesStandOut) {
-  Scene scene;
-  style.keyframes = true;
-  scene.set_map(chain_of_three(false));
-  const int few = cv::countNonZero(mask_of(draw(scene)));
-  scene.set_map(chain_of_three(false), {0, 2});
-  EXPECT_GT(cv::countNonZero(mask_of(draw(scene))), few);
-}
-
 TEST_F(SceneMap, LinesBehindTheEyeDoNoHarm) {
   Scene scene;
   style.trajectory = true;

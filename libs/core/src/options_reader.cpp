@@ -82,6 +82,8 @@ class OptionReader final : public OptionVisitor {
     value = given.empty() ? "" : std::filesystem::absolute(folder / given).lexically_normal();
   }
 
+  void ignored(const std::string& key) override { find(key); }
+
   /// Call when every key has been described.
   void finish() {
     leave();

@@ -53,6 +53,7 @@ class OptionWriter final : public OptionVisitor {
   void path(const std::string& key, std::filesystem::path& value, const std::string& comment) override {
     line(key, quoted_scalar(value.string()), comment);
   }
+  void ignored(const std::string&) override {}
 
   const std::string& yaml() const { return yaml_; }
 

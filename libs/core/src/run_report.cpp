@@ -21,8 +21,8 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Live, rate_hz, arrived, lost_by_ca
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Stage, count, median_ms, p95_ms, max_ms, total_ms)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport, program, log, log_description, model, optics, partial, warnings,
                                    reservations, parts, logs, anchor_frame, frames, uncertainty, keyframes,
-                                   coverage_keyframes, trials, components, loops, loop_outliers,
-                                   gradient_scale, mesh, seconds, stages)
+                                   trials, components, loops, loop_outliers, gradient_scale, mesh, seconds,
+                                   stages)
 
 namespace {
 

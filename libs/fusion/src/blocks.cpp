@@ -76,7 +76,7 @@ std::vector<PassedBlock> blocks_of(const Patch& patch, const BlockReach& reach) 
   // One block is left free at either end, so that every block has neighbors.
   const float lowest = static_cast<float>(1 - kCoordinateOffset), highest = -lowest - 1;
   PassedBlocks passed;
-  patch.for_each_point(stride, [&](const Eigen::Vector3f& point, const Eigen::Vector3f& normal, float) {
+  patch.for_each_point(stride, [&](const Eigen::Vector3f& point, const Eigen::Vector3f& normal) {
     for (int step = -steps; step <= steps; ++step) {
       const float along = spacing * static_cast<float>(step);
       const Eigen::Vector3f p = point + along * normal;

@@ -91,8 +91,8 @@ class Patch {
     return -along / std::sqrt(2 + 2 * r.nz);
   }
 
-  /// Visits the patch's pixels, every `stride`-th in both directions, that count: visit(point_mm, normal,
-  /// weight) with point and outward normal in the map frame.
+  /// Visits the patch's pixels, every `stride`-th in both directions, that count: visit(point_mm, normal)
+  /// with point and outward normal in the map frame.
   template <typename Visit>
   void for_each_point(int stride, Visit&& visit) const {
     for (int v = 0; v < height_; v += stride) {
@@ -106,8 +106,7 @@ class Patch {
         const float nz =
             std::sqrt(std::max(1 - pixel.nx * pixel.nx - pixel.ny * pixel.ny, kMinNormalZ * kMinNormalZ));
         visit(Eigen::Vector3f(origin_ + p.x() * x_axis_ + p.y() * y_axis_ + p.z() * z_axis_),
-              Eigen::Vector3f(-(pixel.nx * x_axis_ + pixel.ny * y_axis_ + nz * z_axis_)),
-              pixel.weight - kMinPixelWeight);
+              Eigen::Vector3f(-(pixel.nx * x_axis_ + pixel.ny * y_axis_ + nz * z_axis_)));
       }
     }
   }

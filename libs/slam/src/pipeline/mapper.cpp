@@ -324,7 +324,6 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
   const int anchor = choose_map_and_anchor(map);
   map.uncertainty =
       trajectory_uncertainty(map.frames, map.in_map, covariances(map.edges, map.solution, anchor));
-  map.coverage_keyframes = select_coverage_keyframes(posed_surfaces(map), options_.coverage);
   return map;
 }
 

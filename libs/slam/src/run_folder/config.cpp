@@ -74,8 +74,7 @@ void describe_tracking(OptionVisitor& visit, SlamOptions& slam) {
 }
 
 void describe_pose_graph(OptionVisitor& visit, SlamOptions& options) {
-  visit.number("coverage_graph_overlap_threshold", options.coverage.min_uncovered_weight, 0, 1e9,
-               "weighted pixels that only a coverage keyframe shows");
+  visit.ignored("coverage_graph_overlap_threshold");
   LoopClosureOptions& loops = options.loop_closure;
   visit.integer("min_sift_inliers", loops.min_sift_inliers, 3, 100000, "matches that must agree on a place");
   describe_curvature(visit, options.verification.curvature);  // of a loop

@@ -99,7 +99,6 @@ void count(const Run& run, RunReport& report) {
   report.frames = frame_counts(map);
   report.uncertainty = uncertainty_fields(map.uncertainty);
   report.keyframes = static_cast<int>(map.keyframes.size());
-  report.coverage_keyframes = static_cast<int>(map.coverage_keyframes.size());
   report.trials = map.trials;
   report.components = map.components;
   report.loops = map.loops;

@@ -316,8 +316,8 @@ void Scene::set_trajectory(const std::vector<std::vector<Pose>>& map_T_sensor) {
   for (const SceneLine& line : lines) impl_->trajectory_box_mm.extend(line.from_mm).extend(line.to_mm);
 }
 
-void Scene::set_map(const MapSnapshot& map, const std::vector<int>& coverage) {
-  impl_->keyframes.set(keyframe_lines(map, coverage));
+void Scene::set_map(const MapSnapshot& map) {
+  impl_->keyframes.set(keyframe_lines(map));
   impl_->edges.set(edge_lines(map));
   impl_->keyframe_places = KeyframePlaces(map);
   const cv::Mat4b doubt = doubt_by_keyframe(map, kCertainMm, kUncertainMm);

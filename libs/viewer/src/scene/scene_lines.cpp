@@ -1,6 +1,5 @@
 #include "scene/scene_lines.hpp"
 
-#include <algorithm>
 #include <cstddef>
 #include <map>
 
@@ -43,7 +42,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr Rgba kTrajectory{64, 190, 255, 255}, kDot{245, 245, 245, 255}, kCoverageDot{255, 196, 60, 255};
+constexpr Rgba kTrajectory{64, 190, 255, 255}, kDot{245, 245, 245, 255};
 constexpr Rgba kOdometry{150, 158, 170, 230}, kLoop{70, 214, 130, 200}, kOutlier{255, 60, 60, 255};
 constexpr float kAxisMm = 1.0F;
 
@@ -72,18 +71,17 @@ std::vector<SceneLine> trajectory_lines(const std::vector<std::vector<Pose>>& ma
   return lines;
 }
 
-std::vector<SceneLine> keyframe_lines(const MapSnapshot& map, const std::vector<int>& coverage) {
+std::vector<SceneLine> keyframe_lines(const MapSnapshot& map) {
   constexpr Rgba axis_colors[] = {{235, 80, 70, 255}, {90, 200, 90, 255}, {80, 130, 255, 255}};
   std::vector<SceneLine> lines;
   for (const MapSnapshot::Node& node : map.nodes) {
     if (!is_shown(map, node)) continue;
-    const bool covers = std::find(coverage.begin(), coverage.end(), node.keyframe) != coverage.end();
     const Vector3f from = anchor(node.component_T_keyframe);
     for (int axis = 0; axis < 3; ++axis) {
       const Vector3f direction = node.component_T_keyframe.linear().col(axis).cast<float>();
       lines.push_back({from, from + kAxisMm * direction, axis_colors[axis], 1.5F});
     }
-    lines.push_back({from, from, covers ? kCoverageDot : kDot, covers ? 9.0F : 6.0F});
+    lines.push_back({from, from, kDot, 6.0F});
   }
   return lines;
 }

@@ -38,8 +38,8 @@ class SceneLines {
 inline constexpr double kHoverMm = 0.8;
 
 std::vector<SceneLine> trajectory_lines(const std::vector<std::vector<Pose>>& map_T_sensor);
-/// A dot and short axes (x red, y green, z blue) per keyframe; `coverage` ones are larger.
-std::vector<SceneLine> keyframe_lines(const MapSnapshot& map, const std::vector<int>& coverage);
+/// A dot and short axes (x red, y green, z blue) per keyframe.
+std::vector<SceneLine> keyframe_lines(const MapSnapshot& map);
 /// Odometry gray, loops green, loops that the rest contradicts red.
 std::vector<SceneLine> edge_lines(const MapSnapshot& map);
 

@@ -39,6 +39,8 @@ class OptionVisitor {
   /// Relative names count from the configuration file's folder, and \ of a name that is not there is a /;
   /// after reading, `value` is absolute or empty.
   virtual void path(const std::string& key, std::filesystem::path& value, const std::string& comment) = 0;
+  /// A key that files may have and that means nothing. It is not written.
+  virtual void ignored(const std::string& key) = 0;
 };
 
 using OptionList = std::function<void(OptionVisitor&)>;

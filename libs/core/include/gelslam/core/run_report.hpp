@@ -65,7 +65,7 @@ struct RunReport {
   std::int64_t anchor_frame = -1;         ///< -1: nothing touched
   Frames frames;
   Uncertainty uncertainty;
-  int keyframes = 0, coverage_keyframes = 0, trials = 0, components = 0, loops = 0, loop_outliers = 0;
+  int keyframes = 0, trials = 0, components = 0, loops = 0, loop_outliers = 0;
   GradientScale gradient_scale;
   MeshSize mesh;
   double seconds = 0;

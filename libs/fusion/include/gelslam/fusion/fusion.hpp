@@ -36,15 +36,4 @@ struct FusionOptions {
 Mesh fuse(const std::vector<PosedSurface>& patches, const FusionOptions& options,
           ProgressSink* progress = nullptr);
 
-struct CoverageOptions {
-  double min_uncovered_weight = 50.0;  ///< weighted pixels that no other kept keyframe shows
-  double max_distance_mm = 0.6;        ///< patches further apart than this do not show the same place
-};
-
-/// Ids, ascending, of keyframes that together cover what all of them cover (coverage graph; Huang et al.,
-/// T-RO 2026): greedily the one that adds most, until none adds `min_uncovered_weight`. A place is covered
-/// when a kept keyframe sees it from the same side at least half as well. Independent of the patches' order.
-std::vector<int> select_coverage_keyframes(const std::vector<PosedSurface>& patches,
-                                           const CoverageOptions& options);
-
 }  // namespace gelslam

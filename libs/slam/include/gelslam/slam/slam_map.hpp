@@ -29,8 +29,6 @@ struct SlamMap {
   PoseGraphSolution solution;
   GradientScale gradient_scale;  ///< of the surfaces, as estimated
   std::vector<bool> in_map;      ///< by keyframe id: of those whose places are known, the largest group
-  std::vector<int>
-      coverage_keyframes;  ///< ids of keyframes that together cover all that was touched, ascending
   int trials = 0;
   int components = 0;
   int loops = 0;  ///< edges between keyframes found by loop closure and refinement

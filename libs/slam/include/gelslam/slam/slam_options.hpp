@@ -26,7 +26,6 @@ struct SlamOptions {
   PoseGraphOptions pose_graph;
   RefinementOptions refinement;
   GradientScaleOptions gradient_scale;
-  CoverageOptions coverage;
   FusionOptions fusion;
 };
 

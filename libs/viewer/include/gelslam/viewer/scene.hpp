@@ -67,8 +67,8 @@ class Scene {
   void place_piece(const std::optional<Pose>& map_T_piece);  ///< nothing: it is not drawn
   /// Stretches of tracking, each a chain of sensor poses; they are not joined.
   void set_trajectory(const std::vector<std::vector<Pose>>& map_T_sensor);
-  /// Keyframes and edges of the shown component; `coverage` (ids) are drawn larger.
-  void set_map(const MapSnapshot& map, const std::vector<int>& coverage = {});
+  /// Keyframes and edges of the shown component.
+  void set_map(const MapSnapshot& map);
 
   Eigen::AlignedBox3f bounds_mm() const;  ///< of the mesh; empty without triangles
   /// Some thousand points all over the mesh, for OrbitCamera::fit().
