@@ -67,7 +67,7 @@ class TumStream {
  private:
   void place_trial(const TrackedFrame& frame) {
     has_new_ = false;
-    mapper_.update();
+    if (mapper_.has_new_loops()) mapper_.optimize();
     const MapSnapshot map = mapper_.snapshot();
     const std::optional<MapPlace> place = place_of(frame, map);
     if (place && place->component == map.nodes.front().component)

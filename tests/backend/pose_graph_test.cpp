@@ -184,67 +184,6 @@ TEST(PoseGraph, WithoutAnyInformationTrackingIsKept) {
   EXPECT_LT(worst_error(solution.component_T_node, graph.truth).mm, 1e-9);
 }
 
-// ---- solving only where needed ----
-
-// Loops back over a long roll, solved; then one more keyframe with two loops, as a live scan does it.
-struct GrownGraph {
-  Graph graph;
-  std::map<int, Pose> warm;
-  int last = 0;
-
-  explicit GrownGraph(int nodes) : last(nodes - 1) {
-    Noise noise(21);
-    const auto step = [&] { return noise.tangent(kSigmaRad, kSigmaMm); };
-    for (int i = 0; i < nodes; ++i) graph.truth[i] = rolled(i, 6);
-    for (int i = 0; i + 2 < nodes; ++i) graph.join(i, i + 1, EdgeKind::odometry, step());
-    for (int i = 60; i + 1 < nodes; i += 3) graph.join(i - 60, i, EdgeKind::loop, step());
-    std::map<int, Pose> before = graph.chained();
-    warm = solve_pose_graph(before, graph.edges, {}).component_T_node;
-    graph.join(last - 1, last, EdgeKind::odometry, step());
-    warm[last] = warm.at(last - 1) * graph.edges.back().from_T_to;
-    graph.join(last - 60, last, EdgeKind::loop, step());
-    graph.join(last - 57, last, EdgeKind::loop, step());
-  }
-};
-
-TEST(PoseGraphWhereNeeded, ComesToTheSameAnswerAsSolvingEverything) {
-  const GrownGraph grown(1000);
-  PoseGraphOptions options;
-  options.only_where_needed = true;
-  const PoseGraphSolution local = solve_pose_graph(grown.warm, grown.graph.edges, options);
-  const PoseGraphSolution full = solve_pose_graph(grown.warm, grown.graph.edges, {});
-  EXPECT_GT(local.initial_cost, full.final_cost + 0.5);
-  EXPECT_NEAR(local.final_cost, full.final_cost, 0.1);
-  // Half of one edge's standard deviation: what is left undone is spread over many nodes, a twentieth for
-  // each.
-  const WorstError difference = worst_error(local.component_T_node, full.component_T_node);
-  EXPECT_LT(difference.deg, 0.5 * kSigmaRad / kDegree);
-  EXPECT_LT(difference.mm, 0.5 * kSigmaMm * 10);  // a lever of 10 mm
-  int untouched = 0;
-  for (const auto& [id, pose] : grown.warm) untouched += pose.isApprox(local.component_T_node.at(id), 1e-13);
-  EXPECT_GT(untouched, 300);
-}
-
-TEST(PoseGraphWhereNeeded, ASolvedGraphIsLeftAlone) {
-  const GrownGraph grown(200);
-  const PoseGraphSolution full = solve_pose_graph(grown.warm, grown.graph.edges, {});
-  PoseGraphOptions options;
-  options.only_where_needed = true;
-  const PoseGraphSolution again = solve_pose_graph(full.component_T_node, grown.graph.edges, options);
-  EXPECT_EQ(again.iterations, 0);
-  EXPECT_TRUE(again.converged);
-}
-
-TEST(PoseGraphWhereNeeded, ALoopThatClosesDriftMovesEverything) {
-  Graph graph = roll_of_400_degrees({1.002, 1.002}, true);  // comes back 0.7 degrees, six sigmas, off
-  PoseGraphOptions options;
-  const std::map<int, Pose> full = solve_pose_graph(graph.chained(), graph.edges, options).component_T_node;
-  options.only_where_needed = true;
-  EXPECT_GT(worst_error(graph.chained(), full).deg, 0.5);
-  EXPECT_LT(worst_error(solve_pose_graph(graph.chained(), graph.edges, options).component_T_node, full).deg,
-            0.01);
-}
-
 // ---- determinism and hostile input ----
 
 TEST(PoseGraph, SameInputSameBytes) {

@@ -60,10 +60,6 @@ TEST_F(SharedUnknownsTest, WhatDoesNotFitIsRefused) {
   shared = good;
   shared.information = Eigen::MatrixXd::Identity(3, 3);
   EXPECT_THROW(solve(), Error);
-  shared = good;
-  PoseGraphOptions where_needed;
-  where_needed.only_where_needed = true;
-  EXPECT_THROW(solve_pose_graph(graph.chained(), graph.edges, where_needed, shared), Error);
 }
 
 }  // namespace

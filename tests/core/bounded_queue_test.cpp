@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <memory>
 #include <thread>
 #include <vector>
@@ -32,6 +33,18 @@ TEST(BoundedQueue, PushNewestThrowsAwayTheOldest) {
   EXPECT_EQ(queue.try_pop(), 4);
   EXPECT_EQ(queue.try_pop(), 5);
   EXPECT_EQ(queue.try_pop(), std::nullopt);
+}
+
+TEST(BoundedQueue, WaitingEndsAtTheTimeWithAnItemAndAtTheEnd) {
+  BoundedQueue<int> queue(1);
+  const auto soon = [] { return std::chrono::steady_clock::now() + std::chrono::milliseconds(1); };
+  EXPECT_TRUE(queue.wait_until(soon())) << "something may still come";
+  queue.push(1);
+  EXPECT_TRUE(queue.wait_until(std::chrono::steady_clock::now() + std::chrono::hours(1)));
+  queue.close();
+  EXPECT_TRUE(queue.wait_until(soon()));
+  queue.pop();
+  EXPECT_FALSE(queue.wait_until(soon()));
 }
 
 TEST(BoundedQueue, PushWaitsForRoomAndCloseWakesIt) {

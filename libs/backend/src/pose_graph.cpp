@@ -17,12 +17,6 @@ namespace {
 
 using namespace backend::detail;
 
-void require_usable(const PoseGraphOptions& options, const SharedUnknowns& shared) {
-  if (!(options.loop_loss_scale > 0)) throw Error("pose graph: loop_loss_scale must be positive");
-  if (options.only_where_needed && shared.information.size() > 0)
-    throw Error("pose graph: shared unknowns are estimated with all nodes, not only where needed");
-}
-
 bool is_pose(const Pose& pose) {
   constexpr double kTolerance = 1e-3;  // bound: above drift of products of rotations, below any mistake
   return pose.matrix().allFinite() && pose.linear().isUnitary(kTolerance) && pose.linear().determinant() > 0;
@@ -165,13 +159,8 @@ struct Estimate {
 /// The graph as a Ceres problem over its own copy of the state, with one loss shared by all loops.
 class Solver {
  public:
-  /// `free`: the nodes that may move, besides the gauges' which never do; empty for all.
-  Solver(const Graph& graph, const PoseGraphOptions& options, std::vector<bool> free = {})
-      : graph_(graph),
-        options_(options),
-        free_(std::move(free)),
-        loop_loss_(nullptr, ceres::TAKE_OWNERSHIP),
-        problem_(problem_options()) {}
+  explicit Solver(const Graph& graph)
+      : graph_(graph), loop_loss_(nullptr, ceres::TAKE_OWNERSHIP), problem_(problem_options()) {}
 
   /// Minimizes from the estimate's state with the loops' kernel `scale` wide; the state is updated in place.
   ceres::Solver::Summary solve(Estimate& estimate, double scale) {
@@ -214,13 +203,10 @@ class Solver {
     return options;
   }
 
-  bool may_move(int node) const { return free_.empty() || free_[index(node)]; }
-
   void build(const Estimate& estimate) {
     nodes_ = estimate.nodes;
     unknowns_ = estimate.unknowns;
-    for (const WhitenedEdge& edge : graph_.edges)
-      if (may_move(edge.from) || may_move(edge.to)) add(edge);
+    for (const WhitenedEdge& edge : graph_.edges) add(edge);
     if (unknowns_.size() > 0)
       problem_.AddResidualBlock(
           new ceres::NormalPrior(graph_.prior_whitening, Eigen::VectorXd::Zero(unknowns_.size())), nullptr,
@@ -229,7 +215,7 @@ class Solver {
       double* node = nodes_[index(i)].data();
       if (!problem_.HasParameterBlock(node)) continue;
       problem_.SetManifold(node, &manifold_);
-      if (graph_.component[index(i)] == i || !may_move(i)) problem_.SetParameterBlockConstant(node);
+      if (graph_.component[index(i)] == i) problem_.SetParameterBlockConstant(node);
     }
   }
 
@@ -241,8 +227,6 @@ class Solver {
   }
 
   const Graph& graph_;
-  const PoseGraphOptions& options_;
-  std::vector<bool> free_;
   std::vector<NodeState> nodes_;
   Eigen::VectorXd unknowns_;
   ceres::LossFunctionWrapper loop_loss_;
@@ -274,48 +258,6 @@ Estimate solve_from_wide_kernel(Solver& solver, const Graph& graph, const PoseGr
   return estimate;
 }
 
-/// Statistics of a minimization over all its Ceres solves.
-struct Progress {
-  int iterations = 0;
-  bool converged = true;
-
-  void add(const ceres::Solver::Summary& summary) {
-    iterations += static_cast<int>(summary.iterations.size());
-    converged = summary.termination_type == ceres::CONVERGENCE;
-  }
-};
-
-Progress solve_everywhere(const Graph& graph, const PoseGraphOptions& options, Estimate& estimate) {
-  Progress progress;
-  Solver solver(graph, options);
-  progress.add(solver.solve(estimate, options.loop_loss_scale));
-  evaluate(graph, options, estimate);
-  if (options.only_where_needed || estimate.worst_loop <= kMaxMismatch) return progress;
-  Estimate second = solve_from_wide_kernel(solver, graph, options, estimate, progress.iterations);
-  if (second.cost < estimate.cost) estimate = std::move(second);
-  return progress;
-}
-
-/// Solves the active region and enlarges it while its result pulls at nodes outside. Solves everything when
-/// the region is more than half of the graph. (Own.)
-Progress solve_where_needed(const Graph& graph, const PoseGraphOptions& options, Estimate& estimate) {
-  constexpr int kRings = 4;      // numerics
-  constexpr int kMaxRounds = 8;  // numerics
-  Progress progress;
-  std::vector<bool> region(graph.nodes.size(), false);
-  for (int round = 0; round < kMaxRounds; ++round) {
-    if (!grow_active_region(graph.edges, estimate.nodes, options.loop_loss_scale, kRings, region)) {
-      evaluate(graph, options, estimate);
-      return progress;
-    }
-    if (2 * std::count(region.begin(), region.end(), true) > static_cast<std::ptrdiff_t>(region.size()))
-      break;
-    progress.add(Solver(graph, options, region).solve(estimate, options.loop_loss_scale));
-  }
-  const Progress rest = solve_everywhere(graph, options, estimate);
-  return {progress.iterations + rest.iterations, rest.converged};
-}
-
 PoseGraphSolution describe(const Graph& graph, const Estimate& estimate) {
   PoseGraphSolution solution;
   for (std::size_t i = 0; i < graph.ids.size(); ++i) {
@@ -343,12 +285,18 @@ PoseGraphSolution solve(const Graph& graph, const PoseGraphOptions& options) {
     return solution;
   }
 
-  const Progress progress = options.only_where_needed ? solve_where_needed(graph, options, estimate)
-                                                      : solve_everywhere(graph, options, estimate);
+  Solver solver(graph);
+  const ceres::Solver::Summary first = solver.solve(estimate, options.loop_loss_scale);
+  evaluate(graph, options, estimate);
+  int iterations = static_cast<int>(first.iterations.size());
+  if (estimate.worst_loop > kMaxMismatch) {
+    Estimate second = solve_from_wide_kernel(solver, graph, options, estimate, iterations);
+    if (second.cost < estimate.cost) estimate = std::move(second);
+  }
   PoseGraphSolution solution = describe(graph, estimate);
   solution.initial_cost = initial_cost;
-  solution.iterations = progress.iterations;
-  solution.converged = progress.converged;
+  solution.iterations = iterations;
+  solution.converged = first.termination_type == ceres::CONVERGENCE;
   return solution;
 }
 
@@ -357,7 +305,7 @@ PoseGraphSolution solve(const Graph& graph, const PoseGraphOptions& options) {
 PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node,
                                    const std::vector<PoseGraphEdge>& edges, const PoseGraphOptions& options,
                                    const SharedUnknowns& shared) {
-  require_usable(options, shared);
+  if (!(options.loop_loss_scale > 0)) throw Error("pose graph: loop_loss_scale must be positive");
   Graph graph = make_graph(initial_map_T_node, edges);
   add_shared_unknowns(shared, graph);
   return solve(graph, options);

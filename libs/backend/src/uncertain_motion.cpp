@@ -60,11 +60,9 @@ SharedUnknowns gradient_scale_unknowns(const std::vector<PoseGraphEdge>& edges, 
   return shared;
 }
 
-std::vector<PoseGraphEdge> scale_corrected(std::vector<PoseGraphEdge> edges, const Eigen::VectorXd& factors) {
-  if (factors.size() == 0) return edges;
-  for (PoseGraphEdge& edge : edges)
-    edge.from_T_to = edge.from_T_to * se3_exp(motion_by_gradient_scale(edge) * factors);
-  return edges;
+Pose scale_corrected(const PoseGraphEdge& edge, const Eigen::VectorXd& factors) {
+  if (factors.size() == 0) return edge.from_T_to;
+  return edge.from_T_to * se3_exp(motion_by_gradient_scale(edge) * factors);
 }
 
 PoseGraphSolution solve_with_gradient_scale(const std::map<int, Pose>& initial,

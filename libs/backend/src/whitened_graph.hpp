@@ -65,10 +65,4 @@ Eigen::Matrix<T, 6, 1> whitened_error(const WhitenedEdge& edge, const T* from, c
 double residual_norm(const WhitenedEdge& edge, const NodeState& from, const NodeState& to,
                      const Eigen::VectorXd& unknowns = {});
 
-/// The active region: nodes that a Newton step of their own (neighbors fixed) would move by more than a
-/// twentieth of their standard deviation, grown by `rings` edges. Nodes already in `region` stay in it. Loops
-/// count with their robust weight (Cauchy, `loop_loss_scale`). Returns false when nothing new was found.
-bool grow_active_region(const std::vector<WhitenedEdge>& edges, const std::vector<NodeState>& nodes,
-                        double loop_loss_scale, int rings, std::vector<bool>& region);
-
 }  // namespace gelslam::backend::detail

@@ -33,24 +33,27 @@ void MappingStage::run(MapperQueue& in, const std::atomic<bool>& aborted, const 
     }
   };
   publish(std::make_shared<const MapSnapshot>(mapper_.snapshot()));
-  while (const std::optional<MapperMessage> message = in.pop()) {
-    handle(*message);
-    // Handle what has arrived meanwhile before the graph is solved once for all of it. A time limit keeps the
+  while (in.wait_until(next_work())) {
+    // What has arrived is handled before the graph is solved once for all of it. A time limit keeps the
     // displayed map current.
     const LiveClock::time_point start = LiveClock::now();
+    bool changed = false;
     while (LiveClock::now() - start < kMaxUpdateInterval) {
-      const std::optional<MapperMessage> more = in.try_pop();
-      if (!more) break;
-      handle(*more);
+      const std::optional<MapperMessage> message = in.try_pop();
+      if (!message) break;
+      handle(*message);
+      changed = true;
     }
-    {
-      const auto scope = timer_.measure("pose graph");
-      mapper_.update();
-    }
-    if (in.size() == 0) optimize_if_needed();
+    if (in.size() == 0 && optimize_if_due()) changed = true;
+    if (!changed) continue;
     if (in.size() == 0) assess_if_due();
     publish(std::make_shared<const MapSnapshot>(mapper_.snapshot()));
   }
+}
+
+/// Without a message.
+LiveClock::time_point MappingStage::next_work() const {
+  return mapper_.has_new_loops() ? next_optimization_ : LiveClock::now() + std::chrono::hours(1);
 }
 
 /// For at most a twentieth of the time.
@@ -67,15 +70,16 @@ void MappingStage::assess_if_due() {
 
 /// A full solve moves the whole map, and the mesh has to follow: only after new loops, and for at most a
 /// tenth of the time.
-void MappingStage::optimize_if_needed() {
+bool MappingStage::optimize_if_due() {
   const LiveClock::time_point start = LiveClock::now();
-  if (!mapper_.has_new_loops() || start < next_optimization_) return;
+  if (!mapper_.has_new_loops() || start < next_optimization_) return false;
   {
-    const auto scope = timer_.measure("pose graph, whole");
+    const auto scope = timer_.measure("pose graph");
     mapper_.optimize();
   }
   const LiveClock::time_point end = LiveClock::now();
   next_optimization_ = end + std::max<LiveClock::duration>(std::chrono::seconds(1), 9 * (end - start));
+  return true;
 }
 
 SlamMap MappingStage::finish(const std::vector<FrameRecord>& records,

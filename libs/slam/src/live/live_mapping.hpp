@@ -10,8 +10,8 @@
 
 namespace gelslam::slam::detail {
 
-/// The mapping thread: it searches loops for every keyframe, places the newest at once, and solves for all
-/// poses when the queue is empty.
+/// The mapping thread: it searches loops for every keyframe, places the newest by its link at once, and
+/// solves for all poses when the queue is empty.
 class MappingStage {
  public:
   MappingStage(const SlamOptions& options, StageTimer& timer) : mapper_(options), timer_(timer) {}
@@ -33,7 +33,8 @@ class MappingStage {
                  ProgressSink* progress = nullptr) const;
 
  private:
-  void optimize_if_needed();
+  LiveClock::time_point next_work() const;
+  bool optimize_if_due();
   void assess_if_due();
 
   Mapper mapper_;

@@ -149,15 +149,29 @@ std::vector<PoseGraphEdge> Mapper::add_keyframe(const NewKeyframe& added, bool s
   const int id = keyframe->id;
   keyframes_.resize(static_cast<std::size_t>(id) + 1);
   keyframes_.back() = keyframe;
-  if (link.previous) edges_.push_back(odometry_edge(link, id));
-  live_.component_T_node[id] =
-      link.previous ? live_.component_T_node.at(link.previous->id) * link.previous_T_this : Pose::Identity();
+  chain(id, link);
   searched_.resize(keyframes_.size());
   searched_.back() = search_loops;
   if (!search_loops) return {};
   std::vector<PoseGraphEdge> loops = this->search_loops(*keyframe, link.previous ? link.previous->id : -1);
   edges_.insert(edges_.end(), loops.begin(), loops.end());
   return loops;
+}
+
+/// The live map has the keyframe where its link puts it, until loops move it.
+void Mapper::chain(int id, const KeyframeLink& link) {
+  live_.component_T_node[id] = Pose::Identity();
+  live_.component_of_node[id] = id;
+  ++version_;
+  if (!link.previous) return;
+  const PoseGraphEdge edge = odometry_edge(link, id);
+  edges_.push_back(edge);
+  live_edges_.push_back(edge);
+  live_.edge_residual.push_back(0);
+  live_.edge_outlier.push_back(false);
+  live_.component_T_node[id] =
+      live_.component_T_node.at(edge.from) * scale_corrected(edge, live_.shared_unknowns);
+  live_.component_of_node[id] = live_.component_of_node.at(edge.from);
 }
 
 std::vector<PoseGraphEdge> Mapper::search_loops(const Keyframe& keyframe, int previous) {
@@ -195,6 +209,7 @@ std::map<int, std::vector<PoseGraphEdge>> Mapper::restore(const ScanRecord& reco
   std::stable_sort(edges.begin(), edges.end(), [](const auto& a, const auto& b) { return a.to < b.to; });
   edges_.insert(edges_.end(), edges.begin(), edges.end());
   live_.component_T_node = chained_links();
+  for (const auto& [id, pose] : live_.component_T_node) live_.component_of_node[id] = id;
   return found;
 }
 
@@ -230,17 +245,7 @@ void Mapper::forget_from_trial(int trial) {
   live_.component_T_node.erase(live_.component_T_node.lower_bound(id), live_.component_T_node.end());
   std::erase_if(edges_, [&](const PoseGraphEdge& edge) { return edge.from >= id || edge.to >= id; });
   consistency_.forget();
-  update();
-}
-
-void Mapper::update() {
-  PoseGraphOptions options = options_.pose_graph;
-  options.only_where_needed = true;
-  live_edges_ = chosen(edges_, judge_edges());
-  const Eigen::VectorXd scale = live_.shared_unknowns;  // held until optimize()
-  live_ = solve_pose_graph(live_.component_T_node, scale_corrected(live_edges_, scale), options);
-  live_.shared_unknowns = scale;
-  ++version_;
+  optimize();
 }
 
 void Mapper::optimize() {

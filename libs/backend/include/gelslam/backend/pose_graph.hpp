@@ -43,10 +43,6 @@ inline constexpr double kMaxMismatch = 9.0;
 
 struct PoseGraphOptions {
   double loop_loss_scale = 3.0;  ///< Cauchy kernel on whitened loop residuals, in standard deviations
-  /// Move only nodes whose edges have residuals, as after adding a keyframe to a solved graph, and others
-  /// only if the change reaches them: for every keyframe of a live scan. Outliers stay outliers, and shared
-  /// unknowns are not allowed (see scale_corrected()).
-  bool only_where_needed = false;  // speed
 };
 
 /// Cauchy kernel: twice the cost of a loop with this whitened residual, and the share of its information that

@@ -25,8 +25,8 @@ MotionByScale motion_by_gradient_scale(const PoseGraphEdge& edge);
 /// `sigma`.
 SharedUnknowns gradient_scale_unknowns(const std::vector<PoseGraphEdge>& edges, double sigma);
 
-/// The edges as they would measure with slopes corrected by the factors; the same edges for no factors.
-std::vector<PoseGraphEdge> scale_corrected(std::vector<PoseGraphEdge> edges, const Eigen::VectorXd& factors);
+/// The motion that the edge would measure with slopes corrected by the factors; as measured for no factors.
+Pose scale_corrected(const PoseGraphEdge& edge, const Eigen::VectorXd& factors);
 
 /// Solves for the poses and, where it explains a good part of what loops contradict, for the gradient scale;
 /// else for the poses alone, without shared unknowns. The derivatives of an edge by the scale are taken at

@@ -45,6 +45,14 @@ class BoundedQueue {
     return take();
   }
 
+  /// Waits for an item, at most until `time`. False: the queue is closed and empty.
+  template <typename Time>
+  bool wait_until(const Time& time) {
+    std::unique_lock lock(mutex_);
+    not_empty_.wait_until(lock, time, [this] { return closed_ || !items_.empty(); });
+    return !closed_ || !items_.empty();
+  }
+
   /// The next item, if there is one.
   std::optional<T> try_pop() {
     const std::lock_guard lock(mutex_);

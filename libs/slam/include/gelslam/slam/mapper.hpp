@@ -17,8 +17,8 @@
 namespace gelslam {
 
 /// The part of the chain behind the tracker: it searches loops for each keyframe and solves the pose graph,
-/// fast and approximately while a scan goes on (update(), optimize()), completely at its end (finish()). The
-/// result of finish() does not depend on how often the others were called. Deterministic. Not thread-safe.
+/// with the loops that are known while a scan goes on (optimize()), completely at its end (finish()). The
+/// result of finish() does not depend on how often the other was called. Deterministic. Not thread-safe.
 class Mapper {
  public:
   explicit Mapper(const SlamOptions& options);
@@ -37,14 +37,12 @@ class Mapper {
 
   /// True when loops were found since the last optimize(): solving for all poses may improve the map.
   bool has_new_loops() const { return new_loops_ > 0; }
-  /// Places the newest keyframes, and moves others only where a loop pulls: milliseconds.
-  void update();
   /// Solves for all poses and for the gradient scale: tenths of a second in a large map.
   void optimize();
-  /// Finds how well the places of the largest component are known after the last update() or optimize(), for
-  /// snapshot(): milliseconds to tenths of a second.
+  /// Finds how well the places of the largest component are known after the last optimize(), for snapshot():
+  /// milliseconds to tenths of a second.
   void assess();
-  /// The map after the last update() or optimize().
+  /// The map after the last optimize(), and later keyframes where their links put them.
   MapSnapshot snapshot() const;
 
   /// Solves for all poses, with refinement (slow; `refine` false: with the edges that are known). May be
@@ -55,6 +53,7 @@ class Mapper {
 
  private:
   const std::vector<bool>& judge_edges();
+  void chain(int id, const KeyframeLink& link);
   std::vector<PoseGraphEdge> search_loops(const Keyframe& keyframe, int previous);
   bool has_keyframe(int id) const;
   std::map<int, Pose> chained_links() const;
