@@ -31,7 +31,6 @@ int run(const FuseArguments& arguments) {
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const FuseSummary summary = fuse_run(request, *progress, [&] { return interrupt.requested(); });
-  std::cerr << warning_words(summary.warnings);
   if (!arguments.quiet) {
     if (summary.map_was_made) std::cerr << "the scan had not been finished: its map was made first\n";
     std::cerr << fmt::format("{} fused, mesh of {} vertices and {} triangles: {}\n",

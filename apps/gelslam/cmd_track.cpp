@@ -56,7 +56,7 @@ class FrameStopper {
 
 Session read_map_for(const Config& config, const std::string& map) {
   Session session = read_map(map);
-  for (const std::string& warning : session.warnings) warn(warning);
+  if (!session.warning.empty()) warn(session.warning);
   check_pixel_pitch(session, config.sensor.pixel_pitch_mm, map);
   return session;
 }

@@ -89,7 +89,7 @@ void check_output_file(const std::filesystem::path& file, bool overwrite) {
     throw Error("there is no folder " + quoted(folder) + " to write " + quoted(file.filename()) + " into");
   if (file.empty() || !fs::exists(file) || fs::is_other(fs::status(file))) return;  // /dev/stdout
   if (fs::is_directory(file)) throw Error(quoted(file) + " is a folder; name a file");
-  if (is_matroska(file) || file.filename() == "scan.jsonl")
+  if (is_matroska(file) || file.filename() == "session.db")
     throw Error(quoted(file) + " is a recording, which cannot be made again; choose another name");
   if (!overwrite) throw Error(quoted(file) + " is already there; choose another name, or give --overwrite");
 }

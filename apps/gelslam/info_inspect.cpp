@@ -15,7 +15,7 @@
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
-#include "gelslam/slam/session.hpp"
+#include "gelslam/slam/store.hpp"
 #include "info_report.hpp"
 
 namespace gelslam {
@@ -79,21 +79,16 @@ void add_mesh(InfoReport& report, const fs::path& file, const Mesh& mesh) {
                           short_name(unit_of(file))));
 }
 
-void add_session(InfoReport& report, const fs::path& folder) {
-  std::error_code code;
-  if (fs::exists(folder / "scan.jsonl", code))
-    attempt(report, [&] {
-      const ScanRecord scan = read_scan(folder, {});
-      report.problems.insert(report.problems.end(), scan.warnings.begin(), scan.warnings.end());
-    });
-  if (!fs::exists(folder / "session.json", code)) {
-    report.problems.emplace_back(kUnfinishedScan);
-    return;
-  }
+void add_session(InfoReport& report, const fs::path& run) {
   attempt(report, [&] {
-    const Session session = load_session(folder);
-    report.problems.insert(report.problems.end(), session.warnings.begin(), session.warnings.end());
-    report.facts.emplace_back("session", counted(std::ssize(session.patches), "keyframe") + " in the map");
+    const std::optional<Session> session = find_session(run);
+    if (!session) {
+      report.problems.emplace_back(kUnfinishedScan);
+      return;
+    }
+    if (!session->warning.empty()) report.problems.push_back(session->warning);
+    if (fs::exists(run / "report.json")) read_scan(run, {});
+    report.facts.emplace_back("session", counted(std::ssize(session->patches), "keyframe") + " in the map");
     name_users(report, kTakeSessions);
   });
 }
@@ -110,9 +105,9 @@ InfoReport inspect_surface(const fs::path& folder) {
   return report;
 }
 
-InfoReport inspect_session(const fs::path& folder) {
-  InfoReport report{folder, "the session of a run: what it measured, and its map"};
-  add_session(report, folder);
+InfoReport inspect_session(const fs::path& file) {
+  InfoReport report{file, "the session of a run: what it measured, and its map"};
+  add_session(report, file.parent_path());
   return report;
 }
 
@@ -133,7 +128,8 @@ InfoReport inspect_run(const fs::path& folder) {
     if (!fs::exists(folder / name, code)) report.problems.push_back(std::string("holds no ") + name);
   if (fs::exists(folder / "config.yaml", code))
     attempt(report, [&] { add_config(report, read_config(folder / "config.yaml")); });
-  if (fs::exists(folder / "session", code)) add_session(report, folder / "session");
+  for (const char* session : {"session.db", "session"})  // of an older version
+    if (fs::exists(folder / session, code)) add_session(report, folder);
   return report;
 }
 
@@ -214,7 +210,7 @@ InfoReport inspect_recorded_log(const fs::path& file, ProgressSink& progress) {
 
 InfoReport inspect_file(const fs::path& file, ProgressSink& progress) {
   const std::string ending = file.extension().string(), name = file.filename().string();
-  if (name == "session.json") return inspect_session(file.parent_path());
+  if (name == "session.db") return inspect_session(fs::absolute(file));
   if (name == "report.json") return inspect_run(fs::absolute(file).parent_path());
   InfoReport report{file, ""};
   if (ending == ".tum") {
@@ -252,8 +248,7 @@ InfoReport inspect(const fs::path& path, ProgressSink& progress) {
   }
   if (!fs::is_directory(path, code)) return inspect_file(path, progress);
   if (fs::exists(path / "report.json", code)) return inspect_run(path);
-  if (fs::exists(path / "session.json", code) || fs::exists(path / "scan.jsonl", code))
-    return inspect_session(path);
+  if (fs::exists(path / "session.db", code)) return inspect_session(path / "session.db");
   if (fs::exists(path / "height_mm.npy", code)) return inspect_surface(path);
   if (fs::exists(path / "catalog.csv", code)) return inspect_presses(path);
   return inspect_log(path);

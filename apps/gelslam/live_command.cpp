@@ -17,7 +17,6 @@
 #include "gelslam/core/bounded_queue.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/file_descriptor.hpp"
-#include "gelslam/core/folder_update.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/viewer/gl_context.hpp"
@@ -153,7 +152,6 @@ void LiveArguments::add_to(CLI::App& command) {
 }
 
 Config LiveArguments::config(const std::string& source) const {
-  if (!continued.empty()) finish_update(continued);
   return resolve_config(with_settings_of_run(log.input(source), continued));
 }
 
@@ -181,7 +179,6 @@ WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& ar
   window.ui_scale = arguments.ui_scale;
 
   if (options.continued) {
-    for (const std::string& warning : options.continued->record.warnings) warn(warning);
     if (!arguments.quiet)
       std::cerr << fmt::format("continuing {}: {}\n", options.run_folder.string(),
                                counted(std::ssize(options.continued->record.keyframes), "keyframe"));

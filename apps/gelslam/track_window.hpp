@@ -4,7 +4,7 @@
 #include <functional>
 #include <string>
 
-#include "gelslam/slam/session.hpp"
+#include "gelslam/slam/store.hpp"
 #include "gelslam/viewer/map_window.hpp"
 
 namespace gelslam {

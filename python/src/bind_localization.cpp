@@ -28,7 +28,7 @@ struct PythonMap {
 
 /// With the GIL.
 void warn_of_map(const PythonMap& map) {
-  for (const std::string& warning : map.session.warnings) warn(warning);
+  if (!map.session.warning.empty()) warn(map.session.warning);
   if (map.made && !map.made->warning.empty()) warn(map.made->warning);
 }
 
@@ -151,7 +151,7 @@ std::unique_ptr<MapLocalizer> make_localizer(std::shared_ptr<Sensor> sensor, con
 void add_map(py::module_& module) {
   py::class_<PythonMap> map(module, "Map", R"(Surfaces at known poses, in which a Localizer finds the sensor.
 
-path: a run folder, the session in it, or a folder that `gelslam map` or save() made. The map's frame is the run's, or
+path: a run folder, or a folder that `gelslam map` or save() made. The map's frame is the run's, or
 the mesh's.)");
   map.def(py::init(&open_map), py::arg("path"))
       .def("__len__", [](const PythonMap& self) { return self.session.patches.size(); })

@@ -221,15 +221,13 @@ PythonRun merge_runs(const std::vector<fs::path>& runs, const fs::path& output, 
 PythonRun fuse_again(const fs::path& run, const OptionalPath& output, std::optional<double> voxel_size_mm,
                      std::optional<double> truncation_mm, bool overwrite, const py::object& progress) {
   PythonProgress sink(progress);
-  FuseSummary summary;
   PythonRun fused;
   {
     const py::gil_scoped_release release;
     const FuseRequest request{run, output.value_or(""), overwrite, voxel_size_mm, truncation_mm};
-    summary = fuse_run(request, sink, stop_by_signal);
+    fuse_run(request, sink, stop_by_signal);
     fused = read_run(output.value_or(run));
   }
-  for (const std::string& warning : summary.warnings) warn(warning);
   warn_of(fused);
   return fused;
 }

@@ -60,7 +60,6 @@ class Slam {
     const auto start = std::chrono::steady_clock::now();
     RunReport report;
     report.log_description = "frames of a Python program";
-    report.warnings = warnings_;
     return python_run(finish_scan(sensor_->config(), slam_.finish(true, &progress), std::move(report), timer_,
                                   start, &progress));
   }
@@ -71,8 +70,7 @@ class Slam {
         slam_(sensor_->config().slam, &scan),
         drift_(sensor_->config().slam.gradient_scale.sigma),
         first_time_s_(scan.first_time_s),
-        frames_(scan.first_frame),
-        warnings_(scan.record.warnings) {
+        frames_(scan.first_frame) {
     if (!scan.record.frames.empty()) times_.begin_after(scan.record.frames.back().time_s);
   }
 
@@ -84,7 +82,6 @@ class Slam {
   const double first_time_s_;
   std::int64_t frames_;
   FrameTimes times_;
-  const std::vector<std::string> warnings_;
 };
 
 /// The work without the GIL; Ctrl-C ends it.

@@ -213,26 +213,25 @@ TEST(RunFolder, NeverReplacesARecording) {
     EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", options); }),
                 HasSubstr("RUN: will not be overwritten, for it holds the recording log-2.mkv"));
   EXPECT_EQ(read_bytes(folder / "RUN/log-2.mkv"), "pictures");
-  fs::create_directories(folder / "RUN/session/old");
-  fs::rename(folder / "RUN/log-2.mkv", folder / "RUN/session/old/log.mkv");
+  fs::create_directories(folder / "RUN/mine/old");
+  fs::rename(folder / "RUN/log-2.mkv", folder / "RUN/mine/old/log.mkv");
   EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", {.overwrite = true}); }),
-              HasSubstr("holds the recording session/old/log.mkv"));
-  fs::rename(folder / "RUN/session/old/log.mkv", folder / "RUN/session/gelsight.avi");
+              HasSubstr("holds the recording mine/old/log.mkv"));
+  fs::rename(folder / "RUN/mine/old/log.mkv", folder / "RUN/mine/gelsight.avi");
   EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", {.overwrite = true}); }),
-              HasSubstr("holds session/gelsight.avi, which is not of this command"));
-  EXPECT_EQ(read_bytes(folder / "RUN/session/gelsight.avi"), "pictures");
+              HasSubstr("holds mine/gelsight.avi, which is not of this command"));
+  EXPECT_EQ(read_bytes(folder / "RUN/mine/gelsight.avi"), "pictures");
 }
 
 TEST(RunFolder, EverythingThatASaveWritesOrLeavesMayBeReplaced) {
   const TemporaryFolder folder;
-  for (std::string name : saved_entries()) {
-    if (const std::size_t star = name.find('*'); star != std::string::npos) name.replace(star, 1, "12");
-    for (const char* inner : {"", "saving.tmp", "saved.tmp"}) {
-      fs::create_directories((folder / "RUN" / inner / name).parent_path());
-      write_bytes(folder / "RUN" / inner / name, "");
-      write_bytes((folder / "RUN" / inner / name).parent_path() / ".tmp-1-0-x", "");
-    }
+  for (const char* inner : {"", "saving.tmp", "saved.tmp"}) {
+    fs::create_directories(folder / "RUN" / inner);
+    write_bytes(folder / "RUN" / inner / ".tmp-1-0-x", "");
+    for (const std::string& name : saved_entries()) write_bytes(folder / "RUN" / inner / name, "");
   }
+  for (const char* of_a_killed_scan : {"session.db-wal", "session.db-shm"})
+    write_bytes(folder / "RUN" / of_a_killed_scan, "");
   write_bytes(folder / "RUN/screenshot_1.png", "");
   check_run_folder(folder / "RUN", {.overwrite = true});
 }
@@ -329,6 +328,42 @@ TEST(RunFolder, WrongPlacesAreNamedAtOnce) {
   EXPECT_THROW(RunFolder("", {}), Error);
   EXPECT_THROW(RunFolder("/", {}), Error);
   EXPECT_THAT(folder.names(), ElementsAre("file"));
+}
+
+TEST(CheckIsRun, RefusesLinksAndPipesInThePlaceOfFiles) {
+  const TemporaryFolder folder;
+  for (const char* name : {"mesh.ply", "report.json", "log-2.mkv", "session.db", "session.db-wal"})
+    for (const bool is_pipe : {false, true}) {
+      fs::remove_all(folder / "RUN");
+      fs::create_directories(folder / "RUN");
+      write_bytes(folder / "RUN/trajectory.tum", "");
+      fs::create_symlink("/etc/hostname", folder / "RUN/a person's own link");
+      EXPECT_EQ(message_of<Error>([&] { check_is_run(folder / "RUN"); }), "nothing was thrown");
+      if (is_pipe)
+        ASSERT_EQ(::mkfifo((folder / "RUN" / name).c_str(), 0600), 0);
+      else
+        fs::create_symlink("/etc/hostname", folder / "RUN" / name);
+      EXPECT_THAT(message_of<Error>([&] { check_is_run(folder / "RUN"); }),
+                  HasSubstr(std::string(name) + ": is a link, pipe or device"));
+    }
+}
+
+TEST(CheckIsRun, SaysWhatIsMissingAndWhatToDo) {
+  const TemporaryFolder folder;
+  const auto said = [&](RunNeeds needs) {
+    return message_of<Error>([&] { check_is_run(folder / "RUN", needs); });
+  };
+  EXPECT_THAT(said(RunNeeds::map), HasSubstr("RUN: no such run folder"));
+  fs::create_directory(folder / "RUN");
+  EXPECT_THAT(said(RunNeeds::record), HasSubstr("RUN: is no run folder"));
+  write_bytes(folder / "RUN/session.db", "");
+  EXPECT_THAT(said(RunNeeds::map), HasSubstr("the scan was not finished; gelslam fuse makes its map"));
+  EXPECT_EQ(said(RunNeeds::record), "nothing was thrown");
+  write_bytes(folder / "RUN/mesh.ply", "");
+  EXPECT_EQ(said(RunNeeds::map), "nothing was thrown");
+  fs::create_directory(folder / "RUN/saved.tmp");
+  EXPECT_THAT(said(RunNeeds::map), HasSubstr("its last save is not complete; gelslam fuse completes it"));
+  EXPECT_EQ(said(RunNeeds::record), "nothing was thrown");
 }
 
 }  // namespace

@@ -174,8 +174,7 @@ TEST(Cli, NoOptionReplacesARecording) {
 /// One rule for whatever is written: what is there stays, unless --overwrite is given.
 TEST(Cli, NoOutputReplacesWhatIsThereUnasked) {
   const TemporaryFolder folder;
-  fs::create_directory(folder / "session");
-  for (const char* file : {"config.yaml", "a.json", "a.png", "session/scan.jsonl"})
+  for (const char* file : {"config.yaml", "a.json", "a.png", "session.db"})
     test::write_bytes(folder / file, "precious");
   const std::string run = folder.path().string(), json = run + "/a.json", png = run + "/a.png";
   for (const char* what : {"scan", "presses"})
@@ -187,10 +186,10 @@ TEST(Cli, NoOutputReplacesWhatIsThereUnasked) {
   };
   expect_mistake(judged({"-o", json}), "is already there; choose another name, or give --overwrite");
   expect_mistake(judged({"-o", json, "--overwrite"}), "m.ply");
-  expect_mistake(judged({"-o", run + "/session/scan.jsonl", "--overwrite"}), "is a recording");
+  expect_mistake(judged({"-o", run + "/session.db", "--overwrite"}), "is a recording");
   expect_mistake(judged({"-o", run}), "is a folder");
   expect_mistake(gelslam({"view", "m.ply", "--snapshot", png}), "is already there");
-  for (const char* file : {"config.yaml", "a.json", "a.png", "session/scan.jsonl"})
+  for (const char* file : {"config.yaml", "a.json", "a.png", "session.db"})
     EXPECT_EQ(test::read_bytes(folder / file), "precious");
 }
 

@@ -5,9 +5,11 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "../support/data_folder.hpp"
+#include "../support/database.hpp"
 #include "../support/pictures.hpp"
 #include "../support/run_program.hpp"
 #include "gelslam/core/run_report.hpp"
+#include "gelslam/slam/store.hpp"
 
 namespace gelslam {
 namespace {
@@ -108,9 +110,9 @@ TEST(Info, ARunSaysWhatItLacks) {
 
 TEST(Info, ASessionAndASurfaceAreNamed) {
   const TemporaryFolder folder;
-  fs::create_directory(folder / "session");
-  test::write_bytes(folder / "session/session.json", R"({"version": 3})");
-  for (const fs::path& path : {folder / "session", folder / "session/session.json"}) {
+  write_store(folder.path(), SlamMap{});
+  test::sql(folder / "session.db", "PRAGMA user_version=99");
+  for (const fs::path& path : {folder.path(), folder / "session.db"}) {
     const ProgramResult newer = info(path);
     EXPECT_THAT(newer.out, HasSubstr("the session of a run"));
     EXPECT_THAT(newer.out, HasSubstr("written by a newer version of the program"));

@@ -45,7 +45,9 @@ TEST(TrackInAMap, TheScanIsFoundInItsOwnMap) {
   const std::string of_mesh = (folder / "mesh.png").string(), of_patches = (folder / "patches.png").string();
   const ProgramResult ndjson =
       gelslam({"track", log, "--map", run, "--format", "ndjson", "--snapshot", of_mesh});
-  const ProgramResult tum = gelslam({"track", log, "--map", run + "/session", "--snapshot", of_patches});
+  std::filesystem::copy(run + "/session.db", folder / "session.db");
+  const ProgramResult tum =
+      gelslam({"track", log, "--map", folder.path().string(), "--snapshot", of_patches});
   ASSERT_EQ(ndjson.exit_code, 0) << ndjson.err;
   ASSERT_EQ(tum.exit_code, 0) << tum.err;
   const auto poses = positions_of(tum.out);
@@ -129,9 +131,8 @@ TEST(TrackInAMap, WhatIsNoMapIsSaidInOneLine) {
   const std::string log = scan().log().string();
   expect_mistake(gelslam({"track", log, "--map", (folder / "none").string()}), "no map; give a run folder");
   expect_mistake(gelslam({"track", log, "--map", log}), "no map");
-  std::filesystem::create_directory(folder / "session");
-  write_bytes(folder / "session/session.json", "{");
-  expect_mistake(gelslam({"track", log, "--map", (folder / "session").string()}), "damaged");
+  write_bytes(folder / "session.db", "{");
+  expect_mistake(gelslam({"track", log, "--map", folder.path().string()}), "damaged");
   expect_mistake(gelslam({"track", "--map", log}), "give a LOG, or --camera");
   expect_mistake(gelslam({"track", log, "--camera"}), "not both");
   expect_mistake(gelslam({"track", log, "--window"}), "need --map");

@@ -93,8 +93,7 @@ TEST(Reconstruct, TheSameLogGivesTheSameBytesOnOneCoreAndOnAll) {
     const ProgramResult result = gelslam({"reconstruct", scan().log().string(), "-o", one.string(), "-q"});
     EXPECT_EQ(result.exit_code, 0) << result.err;
   }
-  for (const char* file :
-       {"mesh.ply", "trajectory.tum", "keyframes.tum", "pose_graph.g2o", "session/session.json"})
+  for (const char* file : {"mesh.ply", "trajectory.tum", "keyframes.tum", "pose_graph.g2o", "session.db"})
     EXPECT_TRUE(read_bytes(all / file) == read_bytes(one / file)) << file;
 }
 

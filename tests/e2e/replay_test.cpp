@@ -39,7 +39,7 @@ TEST(Replay, WithEveryFrameTheRunIsThatOfReconstruct) {
   expect_complete(folder / "live");
   for (const char* file : {"mesh.ply", "trajectory.tum", "keyframes.tum", "pose_graph.g2o"})
     EXPECT_TRUE(read_bytes(folder / "live" / file) == read_bytes(scan().run() / file)) << file;
-  EXPECT_TRUE(saved_map(folder / "live") == saved_map(scan().run()));
+  EXPECT_TRUE(saved_session(folder / "live") == saved_session(scan().run()));
 }
 
 TEST(Replay, AStreamThatCannotBeWrittenIsSaidAndTheScanIsSaved) {
@@ -150,7 +150,7 @@ TEST(Replay, NobodyElseWritesToItsRun) {
   write_long_log(folder / "log", 1500);
   const std::string log = scan().log().string(), run = (folder / "run").string();
   const pid_t first = start_program(replay({(folder / "log").string(), "-o", run, "-q"}));
-  while (!fs::exists(run + "/session/scan.jsonl")) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  while (!fs::exists(run + "/session.db")) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   const std::string who = "another program (gelslam, process " + std::to_string(first) + ") is writing to";
   expect_mistake(gelslam({"reconstruct", log, "-o", run, "--overwrite"}), who);
   expect_mistake(gelslam(replay({log, "-o", run, "--overwrite"})), who);

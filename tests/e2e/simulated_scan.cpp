@@ -10,6 +10,8 @@
 #include <sstream>
 #include <thread>
 
+#include "../support/database.hpp"
+
 namespace gelslam::test {
 namespace {
 
@@ -77,17 +79,19 @@ void expect_complete(const fs::path& run) {
   EXPECT_FALSE(lines_of(read_bytes(run / "keyframes.tum")).empty());
   EXPECT_GT(fs::file_size(run / "pose_graph.g2o"), 0u);
   EXPECT_GT(report.at("mesh").at("triangles").get<int>(), 100);
-  EXPECT_TRUE(fs::exists(run / "session/session.json"));
+  EXPECT_TRUE(fs::exists(run / "session.db"));
   const ProgramResult info = gelslam({"info", run.string()});  // reads all files
   EXPECT_EQ(info.exit_code, 0) << info.err << info.out;
 }
 
-std::string saved_map(const fs::path& run) {
-  json map = json::parse(read_bytes(run / "session/session.json"));
-  map.erase("scan_bytes");
-  map.erase("scan_crc32");
-  map.erase("crc32");
-  return map.dump();
+std::string saved_session(const fs::path& run) {
+  return sql(
+      run / "session.db",
+      "SELECT * FROM map; SELECT keyframe, component, in_map, quote(pose) FROM poses;"
+      "SELECT * FROM map_edges; SELECT id, frame, trial, quote(surface) FROM keyframes;"
+      "SELECT frame, time_s, status, trial, keyframe, quote(keyframe_T_frame), observable FROM frames;"
+      "SELECT from_keyframe, to_keyframe, kind, quote(from_T_to), quote(information), tentative FROM edges "
+      "ORDER BY to_keyframe, id; SELECT * FROM searched");
 }
 
 void write_long_log(const fs::path& folder, int frames) {

@@ -37,8 +37,8 @@ std::vector<std::string> lines_of(const std::string& text);
 /// A run folder with all its files, which agree with each other.
 void expect_complete(const std::filesystem::path& run);
 
-/// session.json without the length of the record, which depends on who wrote it, and its checksum.
-std::string saved_map(const std::filesystem::path& run);
+/// What the session holds, whoever wrote it.
+std::string saved_session(const std::filesystem::path& run);
 
 /// The scan to and fro, as a folder of pictures of any length.
 void write_long_log(const std::filesystem::path& folder, int frames);

@@ -141,8 +141,8 @@ TEST(MeshMap, AFolderOfItIsReadBack) {
   const test::TemporaryFolder folder;
   MeshMap map = pebble_map();
   map.patches.resize(3);
-  write_map(folder / "map", map, pebble(), "pebble.stl");
-  const std::vector<PosedSurface> back = read_map(folder / "map").patches;
+  write_map(folder.path(), map, pebble(), "pebble.stl");
+  const std::vector<PosedSurface> back = read_map(folder.path()).patches;
   ASSERT_EQ(back.size(), 3u);
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_TRUE(back[i].map_T_keyframe.isApprox(map.patches[i].map_T_keyframe, 1e-12));

@@ -83,7 +83,7 @@ class Maps(unittest.TestCase):
         with self.assertWarnsRegex(UserWarning, r"20 touches cover; give more \(touches\)"):
             made = gelslam.Map.from_mesh(mesh, touches=20)
         made.save(self.folder / "saved")
-        for name in ["session/session.json", "mesh.ply", "keyframes.tum", "map.json"]:
+        for name in ["session.db", "mesh.ply", "keyframes.tum", "map.json"]:
             self.same_file(name, "map", "saved")
         read = gelslam.Map(self.folder / "map")
         self.assertEqual(len(read), 20)
@@ -100,7 +100,7 @@ class Maps(unittest.TestCase):
         program("reconstruct", simulated.SCAN, *more)
         run = gelslam.reconstruct(simulated.SCAN, simulated.MODEL, continue_from=self.run_folder)
         run.save(self.folder / "continued")
-        for name in ["mesh.ply", "trajectory.tum", "session/session.json"]:
+        for name in ["mesh.ply", "trajectory.tum", "session.db"]:
             self.same_file(name, "more", "continued")
         self.assertEqual(len(run.trajectory), 2 * len(self.run_.trajectory))
         slam = gelslam.Slam(simulated.sensor(self.images), continue_from=self.run_folder)
@@ -135,8 +135,8 @@ class Maps(unittest.TestCase):
         for i, image in enumerate(self.images[20:35]):
             plt.imsave(touching / f"{i:02}.png", np.ascontiguousarray(image[..., ::-1]))
         unfinished = self.folder / "unfinished"
-        (unfinished / "session").mkdir(parents=True)
-        shutil.copy(self.run_folder / "session/scan.jsonl", unfinished / "session")
+        unfinished.mkdir()
+        shutil.copy(self.run_folder / "session.db", unfinished)
         presses = shutil.copytree(simulated.FOLDER / "presses", self.folder / "presses")
         for words, function, *arguments in [
                 ("add overwrite=True", self.run_.save, self.run_folder),

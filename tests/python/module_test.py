@@ -1,10 +1,12 @@
 """The Python module against the program, the simulated truth, and itself."""
+import contextlib
 import gc
 import json
 import os
 import pathlib
 import pickle
 import signal
+import sqlite3
 import subprocess
 import tempfile
 import threading
@@ -37,7 +39,7 @@ class Module(unittest.TestCase):
     @unittest.skipIf("GELSLAM_OTHER_FLAGS" in os.environ, "the program is compiled with other flags (.ci/sanitize)")
     def test_writes_the_files_that_the_program_writes(self):
         for name in ["mesh.ply", "trajectory.tum", "keyframes.tum", "pose_graph.g2o", "config.yaml",
-                     "session/session.json"]:
+                     "session.db"]:
             self.assertEqual((self.folder / "module" / name).read_bytes(),
                              (self.folder / "program" / name).read_bytes(), name)
 
@@ -162,8 +164,12 @@ class Module(unittest.TestCase):
         run.save(self.folder / "slam")
         models = []
         for folder in ("slam", "module"):
-            lines = (self.folder / folder / "session/scan.jsonl").read_text().splitlines()
-            models += [json.loads(line)["part"]["model_crc32"] for line in lines if line.startswith('{"part"')]
+            with contextlib.closing(sqlite3.connect(self.folder / folder / "session.db")) as session:
+                models += [row[0] for row in session.execute("SELECT model_crc32 FROM parts")]
+                poses = session.execute("SELECT pose FROM poses WHERE in_map ORDER BY keyframe").fetchall()
+            written = np.loadtxt(self.folder / folder / "keyframes.tum")[:, 1:4]
+            places_mm = [np.frombuffer(pose).reshape(3, 4)[:, 3] for (pose,) in poses]
+            np.testing.assert_allclose(np.array(places_mm) / 1000, written, atol=1e-9)
         self.assertEqual(models, 2 * models[:1], "only scans of one model are continued")
         self.assertNotEqual(models[0], 0)
         self.assertGreater(len(middle.vertices), 100)

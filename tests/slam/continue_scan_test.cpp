@@ -6,9 +6,8 @@
 #include "../support/temporary_folder.hpp"
 #include "../surface/pth_file.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/slam/session.hpp"
+#include "gelslam/slam/store.hpp"
 #include "run_folder/run_writer.hpp"
-#include "run_folder/scan_writer.hpp"
 #include "strokes.hpp"
 
 namespace gelslam {
@@ -55,8 +54,8 @@ TEST(ContinuedScan, EqualsAScanInOneGo) {
     scan->stroke(0, 0, 0);
     scan->stroke(0.8, 0.6, 50);
   }
-  save_session(folder / "session", first.finish());
-  const ContinuedScan continued = read_back(folder / "session");
+  write_store(folder.path(), first.finish());
+  const ContinuedScan continued = read_back(folder.path());
   Strokes second(&continued);
   for (Strokes* scan : {&whole, &second}) {
     scan->stroke(1.5, -0.5, -30);
@@ -104,7 +103,8 @@ TEST(ContinuedScan, OfAnotherSensorIsRefused) {
   Strokes scan;
   scan.stroke(0, 0, 0);
   Config config = config_in(folder);
-  save_session(folder / "run/session", scan.finish(part_of(config, "")));
+  std::filesystem::create_directory(folder / "run");
+  write_store(folder / "run", scan.finish(part_of(config, "")));
   EXPECT_EQ(continue_scan(folder / "run", config, "").first_frame, 4);
   config.sensor.pixel_pitch_mm = 0.05;
   EXPECT_THAT(message_of<Error>([&] { continue_scan(folder / "run", config, ""); }),
@@ -112,23 +112,10 @@ TEST(ContinuedScan, OfAnotherSensorIsRefused) {
                         "scans of different sensors"));
   EXPECT_THAT(message_of<Error>([&] { continue_scan(folder / "nothing", config, ""); }),
               HasSubstr("no such run folder"));
-  save_session(folder / "run/session", scan.finish({0, "sensor", 77, ""}));
+  std::filesystem::remove(folder / "run/session.db");
+  write_store(folder / "run", scan.finish({0, "sensor", 77, ""}));
   EXPECT_THAT(message_of<Error>([&] { continue_scan(folder / "run", config, ""); }),
               HasSubstr("another gradient model"));
-}
-
-/// Its line was damaged.
-TEST(ContinuedScan, WithoutItsPartIsOfAnUnknownSensor) {
-  const TemporaryFolder folder;
-  Strokes scan;
-  scan.stroke(0, 0, 0);
-  SlamMap map = scan.finish();
-  map.measured.parts.clear();
-  save_session(folder / "run/session", map);
-  EXPECT_THAT(read_back(folder / "run/session").record.warnings,
-              testing::ElementsAre(HasSubstr("does not say which sensor and model")));
-  EXPECT_THAT(message_of<Error>([&] { continue_scan(folder / "run", Config{}, ""); }),
-              HasSubstr("does not say by which gradient model it was scanned"));
 }
 
 /// The only trial was taken back, then the scan was killed.
@@ -136,12 +123,12 @@ TEST(ContinuedScan, MayHoldNoKeyframeAnyMore) {
   const TemporaryFolder folder;
   Strokes scan;
   scan.stroke(0, 0, 0);
-  save_session(folder / "run/session", scan.finish());
-  ScanWriter::append(folder / "run/session").forget_from_trial(0);
-  std::filesystem::remove(folder / "run/session/session.json");
-  const ContinuedScan undone = read_back(folder / "run/session");
+  write_store(folder.path(), scan.finish());
+  Store(folder.path()).forget_from_trial(0);
+  const ContinuedScan undone = read_back(folder.path());
   const SlamMap map = Strokes(&undone).finish();
   EXPECT_EQ(map.components, 0);
+  std::filesystem::create_directory(folder / "run");
   write_run(folder / "run", {Config{}, map, fuse_map(map, FusionOptions{}), {}});
   EXPECT_EQ(read_bytes(folder / "run/trajectory.tum"), "");
   Strokes again(&undone);

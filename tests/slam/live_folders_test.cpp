@@ -14,6 +14,7 @@
 #include "gelslam/core/file_descriptor.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/slam/pose_stream.hpp"
+#include "gelslam/slam/store.hpp"
 #include "live_fixture.hpp"
 
 namespace gelslam {
@@ -138,7 +139,7 @@ TEST_F(Live, WhoeverReadsARunToGoOnInItKeepsOthersOut) {
   const auto another = [&] { continue_in_place(options.run_folder, options.config); };
   EXPECT_THAT(message_of<Error>(another), HasSubstr("is writing to"));
   start().wait();
-  const std::size_t keyframes = read_scan(options.run_folder / "session", {}).keyframes.size();
+  const std::size_t keyframes = read_scan(options.run_folder, {}).keyframes.size();
   continue_run();
   EXPECT_EQ(options.continued->record.keyframes.size(), keyframes) << "what the one before has added, too";
 }
@@ -147,16 +148,14 @@ TEST_F(Live, WhoeverReadsARunToGoOnInItKeepsOthersOut) {
 TEST_F(Live, AScanThatTouchedNothingGoesOn) {
   source = std::make_unique<Pictures>(std::vector<cv::Mat3b>(15, peanut_pictures().front()));
   EXPECT_EQ(start().wait().keyframes, 0);
-  const fs::path record = options.run_folder / "session/scan.jsonl";
-  const std::string first_line =
-      read("session/scan.jsonl").substr(0, read("session/scan.jsonl").find('\n') + 1);
   for (const bool killed : {false, true}) {
     if (killed) {
+      const ScanPart part = options.continued->record.parts.front();
       session.reset();
       options.continued.reset();
       fs::remove_all(options.run_folder);
-      fs::create_directories(options.run_folder / "session");
-      write_bytes(record, first_line);
+      fs::create_directories(options.run_folder);
+      begin_store(options.run_folder, part);
     }
     continue_run();
     const RunReport summary = start().wait();

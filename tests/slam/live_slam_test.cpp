@@ -6,6 +6,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/raw_log.hpp"
+#include "gelslam/slam/store.hpp"
 #include "gelslam/slam/trial_drift.hpp"
 #include "live/live_board.hpp"
 #include "live_fixture.hpp"
@@ -241,7 +242,7 @@ TEST_F(Live, WhatACameraSeesBeforeItsWindowIsLeftOut) {
   options.begins = [&shown] { return shown.load(); };
   source->before(5, [&] { shown = true; });
   start().wait();
-  const auto frames = read_scan(options.run_folder / "session", {}).frames;
+  const auto frames = read_scan(options.run_folder, {}).frames;
   ASSERT_EQ(std::ssize(frames), kBackgroundFrames + kScanFrames - 5);
   EXPECT_EQ(frames.front().frame, 5);
 }

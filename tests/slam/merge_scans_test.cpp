@@ -5,15 +5,13 @@
 
 #include <map>
 
+#include "../support/database.hpp"
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/folder_update.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
-#include "gelslam/slam/session.hpp"
+#include "gelslam/slam/store.hpp"
 #include "run_folder/run_writer.hpp"
-#include "run_folder/scan_writer.hpp"
-#include "run_folder/session_text.hpp"
 #include "strokes.hpp"
 
 namespace gelslam {
@@ -41,8 +39,8 @@ class Merge : public testing::Test {
   }
   /// Every keyframe of the merged map lies where the truth has it, seen from the first.
   void expect_true(double mm, double deg) {
-    const Session session = load_session(folder / "merged/session");
-    const ScanRecord record = read_scan(folder / "merged/session", {});
+    const Session session = load_session(folder / "merged");
+    const ScanRecord record = read_scan(folder / "merged", {});
     const auto frame_of = [&](int id) { return record.keyframes[static_cast<std::size_t>(id)]->frame; };
     ASSERT_GE(session.patches.size(), 4u);
     ASSERT_EQ(session.patches.size(), record.keyframes.size());
@@ -78,7 +76,7 @@ TEST_F(Merge, JoinsTwoHalvesOfAScan) {
   EXPECT_GT(read_mesh(folder / "merged/mesh.ply").triangles.size(), 1000u);
 }
 
-/// A run of another model, of other pictures, or of a model that it does not name.
+/// A run of another model, or of other pictures.
 TEST_F(Merge, RefusesScansOfDifferentSensorsOrModels) {
   View small;
   small.width_px = 256;
@@ -89,39 +87,15 @@ TEST_F(Merge, RefusesScansOfDifferentSensorsOrModels) {
   save("left", left);
   save("small", other_pictures);
   save("model", left);
-  save("unnamed", left);
-  SlamMap map = left.finish({0, "two", 6, ""});
-  save_session(folder / "model/session", map);
-  map.measured.parts.clear();
-  save_session(folder / "unnamed/session", map);
-  for (const auto& [names, words] :
-       {std::pair(std::vector<std::string>{"left", "model"},
-                  "model: was scanned with another gradient model; "),
-        {{"left", "small"}, "small: was scanned at 256x192 pixels"},
-        {{"small", "left"}, "small: was scanned at 256x192 pixels"},
-        {{"unnamed", "left"}, "unnamed: does not say by which gradient model it was scanned"}})
+  sql(folder / "model/session.db", "UPDATE parts SET model_crc32=6");
+  for (const auto& [names, words] : {std::pair(std::vector<std::string>{"left", "model"},
+                                               "model: was scanned with another gradient model; "),
+                                     {{"left", "small"}, "small: was scanned at 256x192 pixels"},
+                                     {{"small", "left"}, "small: was scanned at 256x192 pixels"}})
     EXPECT_THAT(
         message_of<Error>([&] { merge(names); }),
         testing::AllOf(HasSubstr(words), HasSubstr("; scans of different sensors or models stay apart")));
   EXPECT_FALSE(std::filesystem::exists(folder / "merged"));
-}
-
-/// With the edges of the run's own map, which may still name it.
-TEST_F(Merge, LeavesOutADamagedSurface) {
-  Strokes left, right;
-  left.stroke(0, 0, 0);
-  left.stroke(0.8, 0.6, 50);
-  right.stroke(1.5, -0.5, -30);
-  save("left", left);
-  save("right", right);
-  const SlamMap map = left.finish();
-  save_session(folder / "left/session", map);
-  const int damaged = map.edges.front().to;
-  write_bytes(folder / "left/session" / (std::to_string(damaged) + ".surface"), "nothing");
-  const RunReport summary = merge({"left", "right"});
-  EXPECT_THAT(summary.warnings, testing::Contains(HasSubstr("1 keyframe of")));
-  for (const PosedSurface& patch : load_session(folder / "merged/session").patches)
-    EXPECT_NE(patch.id, damaged);
 }
 
 TEST_F(Merge, SaysWhatDidNotJoin) {
@@ -179,11 +153,11 @@ TEST_F(Merge, FusesAgainWithOtherSettings) {
   request.overwrite = true;
   EXPECT_EQ(fuse_run(request, progress, [] { return false; }).keyframes, coarse.keyframes);
   // A killed scan has a record, but no map.
-  std::filesystem::remove(folder / "run/session/session.json");
+  sql(folder / "run/session.db", "DELETE FROM map");
   request.output.clear();
   EXPECT_TRUE(fuse_run(request, progress, [] { return false; }).map_was_made);
   EXPECT_TRUE(read_bytes(folder / "same/mesh.ply") == read_bytes(folder / "run/mesh.ply"));
-  EXPECT_FALSE(load_session(folder / "run/session").patches.empty());
+  EXPECT_FALSE(load_session(folder / "run").patches.empty());
   request.voxel_size_mm = 0.6;
   EXPECT_THAT(message_of<Error>([&] { fuse_run(request, progress, [] { return false; }); }),
               HasSubstr("at least twice the voxel size"));
@@ -213,49 +187,38 @@ class Fuse : public Merge {
     const SlamMap before = scan.finish();
     scan.stroke(0.8, 0.6, 50);
     const SlamMap after = scan.finish();
-    ScanWriter writer = ScanWriter::append(session);
-    for (std::size_t i = before.frames.size(); i < after.frames.size(); ++i)
-      writer.add_frame(after.frames[i]);
+    Store store(request.run);
+    for (std::size_t i = before.frames.size(); i < after.frames.size(); ++i) store.add(after.frames[i]);
     for (std::size_t id = before.keyframes.size(); id < after.keyframes.size(); ++id)
-      writer.add_keyframe(*after.measured.keyframes[id], nullptr);
-    writer.flush();
+      store.add({after.measured.keyframes[id], {}});
+    store.flush();
   }
+  void forget_map() const { sql(request.run / "session.db", "DELETE FROM map"); }
 
   Strokes scan;
   FuseRequest request;
   std::string mesh;
-  const std::filesystem::path session = folder / "run/session";
 };
 
 TEST_F(Fuse, AMapThatIsOlderThanItsScanIsMadeAgain) {
   EXPECT_FALSE(fuse().map_was_made);
-  const std::size_t before = load_session(session).patches.size();
+  const std::size_t before = load_session(request.run).patches.size();
   go_on_without_saving();
-  EXPECT_THAT(load_session(session).warnings, testing::ElementsAre(HasSubstr("went on after")));
+  EXPECT_THAT(load_session(request.run).warning, HasSubstr("went on after"));
   EXPECT_TRUE(fuse().map_was_made);
-  EXPECT_GT(load_session(session).patches.size(), before);
-  EXPECT_TRUE(load_session(session).warnings.empty());
+  EXPECT_GT(load_session(request.run).patches.size(), before);
+  EXPECT_EQ(load_session(request.run).warning, "");
   EXPECT_GT(read_bytes(request.run / "mesh.ply").size(), mesh.size());
   EXPECT_FALSE(fuse().map_was_made);
 }
 
-TEST_F(Fuse, ReplacesNoMeshByALesserOne) {
-  const std::string surface = read_bytes(session / "0.surface");
-  ASSERT_GT(load_session(session).patches.size(), 1u);
-  std::filesystem::remove(session / "0.surface");
-  EXPECT_THAT(refusal(), testing::AllOf(HasSubstr("0.surface: cannot be read"), HasSubstr("name a folder")));
-  request.output = folder / "rest";
-  EXPECT_EQ(fuse().warnings.size(), 1u);
-  EXPECT_GT(read_mesh(folder / "rest/mesh.ply").triangles.size(), 100u);
-  for (const auto& entry : std::filesystem::directory_iterator(session))
-    if (entry.path().extension() == ".surface") std::filesystem::remove(entry);
+TEST_F(Fuse, WithoutKeyframesTheMeshStays) {
+  sql(request.run / "session.db", "UPDATE keyframes SET surface=NULL; DELETE FROM poses");
   for (const char* output : {"", "none"}) {
     request.output = *output == 0 ? "" : folder / output;
-    EXPECT_THAT(refusal(), HasSubstr("no keyframe"));
-    std::filesystem::remove(session / "session.json");  // the second time as a scan that was killed
+    EXPECT_THAT(refusal(), HasSubstr("run: holds no keyframe to fuse"));
+    forget_map();  // the second time as a scan that was killed
   }
-  request.output.clear();
-  EXPECT_THAT(refusal(), HasSubstr("no keyframe"));
   EXPECT_FALSE(std::filesystem::exists(folder / "none"));
 }
 
@@ -264,67 +227,35 @@ TEST_F(Fuse, MeshAndConfigurationAreReplacedAsAWhole) {
   request.voxel_size_mm = 0.16;
   std::filesystem::remove(request.run / "mesh.ply");
   std::filesystem::create_directories(request.run / "mesh.ply/in the way");
-  EXPECT_THAT(message_of<Error>([&] { fuse(); }), HasSubstr("mesh.ply: cannot be written"));
+  EXPECT_THAT(message_of<Error>([&] { fuse(); }), HasSubstr("run/mesh.ply: cannot be written"));
   std::filesystem::remove_all(request.run / "mesh.ply");
-  EXPECT_THAT(message_of<Error>([&] { check_is_run(request.run); }),
-              HasSubstr("its last save is not complete"));
-  finish_update(request.run);
+  for (const auto& read : {std::function<void()>([&] { load_session(request.run); }),
+                           std::function<void()>([&] { check_is_run(request.run); })})
+    EXPECT_THAT(message_of<Error>(read),
+                HasSubstr("its last save is not complete; gelslam fuse completes it"));
+  EXPECT_TRUE(fuse().map_was_made);
+  EXPECT_EQ(load_session(request.run).warning, "");
   EXPECT_EQ(read_config(request.run / "config.yaml").slam.fusion.voxel_size_mm, 0.16);
   const std::string next = read_bytes(request.run / "mesh.ply");
   EXPECT_LT(next.size(), mesh.size());
-  fuse();
+  EXPECT_FALSE(fuse().map_was_made);
   EXPECT_TRUE(read_bytes(request.run / "mesh.ply") == next);
-}
-
-/// Two runs mixed: the map is not of the scan that lies beside it.
-TEST_F(Fuse, AMapOfAnotherScanIsSeenAndMadeAgain) {
-  Strokes other;
-  other.stroke(0.8, 0.6, 0);
-  save("other", other);
-  std::filesystem::copy_file(folder / "other/session/session.json", session / "session.json",
-                             std::filesystem::copy_options::overwrite_existing);
-  const Session mixed = load_session(session);
-  EXPECT_THAT(mixed.warnings, testing::ElementsAre(HasSubstr("is the map of another scan")));
-  EXPECT_TRUE(mixed.patches.empty());
-  EXPECT_TRUE(fuse().map_was_made);
-  EXPECT_TRUE(load_session(session).warnings.empty());
-}
-
-TEST_F(Fuse, APartThatIsNoneIsADamagedLine) {
-  write_bytes(session / "scan.jsonl",
-              slam::detail::with_checksum({{"part", 5}}) + read_bytes(session / "scan.jsonl"));
-  EXPECT_THAT(read_scan(session, {}).warnings, testing::ElementsAre(HasSubstr("1 line is damaged")));
-}
-
-/// Older versions joined such scans.
-TEST_F(Fuse, AScanOfSeveralModelsIsRefused) {
-  save_session(session, scan.finish({0, "two", 0, ""}));
-  std::filesystem::remove(session / "session.json");
-  EXPECT_THAT(refusal(), HasSubstr("scan.jsonl: holds surfaces of several sensors or models"));
 }
 
 TEST_F(Fuse, TheCopyHoldsNothingFromOutside) {
   const TemporaryFolder outside;
   write_bytes(outside / "secret", "secret");
   request.output = folder / "copy";
-  std::filesystem::create_symlink(outside / "secret", session / "7000.surface");
-  EXPECT_THAT(refusal(), HasSubstr("7000.surface: is a link"));
+  std::filesystem::create_symlink(outside / "secret", request.run / "session.db-wal");
+  EXPECT_THAT(refusal(), HasSubstr("session.db-wal: is a link"));
   EXPECT_FALSE(std::filesystem::exists(folder / "copy"));
 }
 
 TEST_F(Fuse, StoppedOnItsWayItChangesNothing) {
   EXPECT_THAT(refusal(true), HasSubstr("stopped"));
-  std::filesystem::remove(session / "session.json");
+  forget_map();
   EXPECT_THAT(refusal(true), HasSubstr("stopped"));
-  EXPECT_FALSE(std::filesystem::exists(session / "session.json"));
-}
-
-TEST_F(Fuse, TheReportSaysWhatCouldNotBeRead) {
-  std::filesystem::remove(session / "session.json");
-  std::filesystem::remove(request.run / "mesh.ply");  // nothing to lose
-  std::filesystem::remove(session / "1.surface");
-  EXPECT_EQ(fuse().warnings.size(), 1u);
-  EXPECT_THAT(read_bytes(request.run / "report.json"), HasSubstr("1.surface: cannot be read"));
+  EXPECT_FALSE(find_session(request.run));
 }
 
 }  // namespace

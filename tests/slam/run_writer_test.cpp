@@ -11,9 +11,8 @@
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/run_folder.hpp"
-#include "gelslam/slam/session.hpp"
+#include "gelslam/slam/store.hpp"
 #include "run_folder/live_run.hpp"
-#include "run_folder/scan_writer.hpp"
 
 namespace gelslam {
 namespace {
@@ -66,30 +65,34 @@ TEST(RunFolderFiles, LoopsThatAreContradictedAreNotInTheGraph) {
   EXPECT_THAT(run_entries(), testing::Contains("loop_outliers.g2o")) << "else the run cannot be replaced";
 }
 
+/// Of a folder that holds a scan.
+std::shared_ptr<slam::detail::LiveRun> resume(const std::filesystem::path& folder) {
+  ContinuedScan scan;
+  scan.lock = std::make_shared<const FolderLock>(folder);
+  return slam::detail::LiveRun::resume(folder, scan, "", false, Config{});
+}
+
 /// A session that the scan could not write is written at its end; the one that is there goes only then.
 TEST(LiveRunFolder, ASessionThatCannotBeWrittenAgainStays) {
   const TemporaryFolder folder;
   SlamMap map = map_with_a_false_loop();
+  map.measured.parts = {ScanPart{}};
   map.measured.keyframes = map.keyframes;
   for (int i = 0; i < 200; ++i) map.measured.frames.push_back({.frame = i, .time_s = 0.04 * i});
   write_run(folder.path(), {Config{}, map, {}, {}});
-  const std::string record = read_bytes(folder / "session/scan.jsonl"),
-                    saved = read_bytes(folder / "session/session.json"),
-                    surface = read_bytes(folder / "session/3.surface");
-  const auto run =
-      slam::detail::LiveRun::resume(folder.path(), std::make_shared<const FolderLock>(folder.path()));
+  const std::string session = read_bytes(folder / "session.db");
+  const auto run = resume(folder.path());
   map.measured.frames.push_back({.frame = 200, .time_s = 8});
   std::string message;
   {
-    const FileSizeLimit limit(record.size() - 1);
-    message = message_of<Error>([&] { run->save({Config{}, map, {}, {}}, std::nullopt); });
+    const FileSizeLimit limit(session.size() - 1);
+    message = message_of<Error>([&] { run->save({Config{}, map, {}, {}}, false); });
   }
-  EXPECT_THAT(message, HasSubstr("session/scan.jsonl: cannot be written"));
-  EXPECT_TRUE(read_bytes(folder / "session/scan.jsonl") == record);
-  EXPECT_TRUE(read_bytes(folder / "session/session.json") == saved);
-  EXPECT_TRUE(read_bytes(folder / "session/3.surface") == surface);
-  run->save({Config{}, map, {}, {}}, std::nullopt);
-  EXPECT_EQ(read_scan(folder / "session", {}).frames.size(), 201u);
+  EXPECT_THAT(message, HasSubstr((folder / "session.db: cannot be written").string()));
+  EXPECT_TRUE(read_bytes(folder / "session.db") == session);
+  run->save({Config{}, map, {}, {}}, false);
+  EXPECT_EQ(read_scan(folder.path(), {}).frames.size(), 201u);
+  EXPECT_EQ(load_session(folder.path()).warning, "");
   EXPECT_FALSE(std::filesystem::exists(folder / "saving.tmp"));
 }
 
@@ -97,35 +100,26 @@ TEST(LiveRunFolder, ASessionThatCannotBeWrittenAgainStays) {
 TEST(LiveRunFolder, WritesIntoNoOtherRun) {
   const TemporaryFolder folder;
   SlamMap map = map_with_a_false_loop();
-  map.measured.keyframes = map.keyframes;
   const auto begin = [&](const char* name) {
     std::filesystem::create_directory(folder / name);
     write_run(folder / name, {Config{}, map, {}, {}});
   };
   begin("RUN");
-  const auto run =
-      slam::detail::LiveRun::resume(folder / "RUN", std::make_shared<const FolderLock>(folder / "RUN"));
-  ScanWriter writer = ScanWriter::append(folder / "RUN/session");
+  const auto run = resume(folder / "RUN");
   std::filesystem::rename(folder / "RUN", folder / "moved");
   begin("RUN");
-  const std::string surface = read_bytes(folder / "RUN/session/3.surface"),
+  const std::string session = read_bytes(folder / "RUN/session.db"),
                     report = read_bytes(folder / "RUN/report.json");
-  Keyframe keyframe = *map.keyframes[3];
-  keyframe.id = 4;
-  EXPECT_THAT(message_of<Error>([&] { writer.add_keyframe(keyframe, nullptr); }),
-              HasSubstr("was moved or replaced"));
-  EXPECT_FALSE(std::filesystem::exists(folder / "RUN/session/4.surface"));
   RunReport newer;
   newer.anchor_frame = 7;
   for (int saves = 0; saves < 2; ++saves) {
-    const std::string message = message_of<Error>([&] {
-      run->save({Config{}, map, {}, newer}, std::nullopt);
-    });
+    const std::string message = message_of<Error>([&] { run->save({Config{}, map, {}, newer}, true); });
     EXPECT_THAT(message, HasSubstr("another folder is there now; saved in "));
     EXPECT_EQ(read_bytes(folder / "RUN/report.json"), report);
+    EXPECT_TRUE(read_bytes(folder / "RUN/session.db") == session);
     const std::filesystem::path kept = folder / ("RUN.kept-" + std::to_string(::getpid()));
     EXPECT_THAT(read_bytes(kept / "report.json"), HasSubstr("\"anchor_frame\": 7"));
-    EXPECT_TRUE(load_session(kept / "session").warnings.empty());
+    EXPECT_EQ(load_session(kept).warning, "");
   }
 }
 

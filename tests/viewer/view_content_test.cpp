@@ -80,7 +80,7 @@ TEST(ViewContent, AMeshFileAndARunWithoutSessionHaveNoHistory) {
   const TemporaryFolder folder;
   write_run(folder / "RUN", 2);
   EXPECT_FALSE(load_view(folder / "RUN" / "mesh.ply").history);
-  std::filesystem::remove_all(folder / "RUN" / "session");
+  std::filesystem::remove(folder / "RUN/session.db");
   EXPECT_FALSE(load_view(folder / "RUN").history);
 }
 
@@ -93,10 +93,10 @@ TEST(ViewContent, MistakesAreNamed) {
   EXPECT_THAT(message(folder.path()), HasSubstr("is no run folder"));
   write_run(folder / "RUN", 3);
   write_bytes(folder / "RUN" / "keyframes.tum", "0 0 0 0 0 0 0 1\n");
-  EXPECT_THAT(message(folder / "RUN"), HasSubstr("keyframes.tum lists 1 keyframes, session/ 3"));
+  EXPECT_THAT(message(folder / "RUN"), HasSubstr("keyframes.tum lists 1 keyframes, session.db 3"));
   write_run(folder / "RUN", 3);
-  write_bytes(folder / "RUN" / "session" / "session.json", "{}");
-  EXPECT_THAT(message(folder / "RUN"), HasSubstr("session.json"));
+  write_bytes(folder / "RUN/session.db", "{}");
+  EXPECT_THAT(message(folder / "RUN"), HasSubstr("session.db: damaged"));
   write_run(folder / "RUN", 3);
   write_bytes(folder / "RUN" / "mesh.ply", "ply\nformat ascii 1.0\nelement vertex 999999999\n");
   EXPECT_THAT(message(folder / "RUN"), HasSubstr("mesh.ply"));

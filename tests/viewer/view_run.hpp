@@ -6,7 +6,7 @@
 #include <string>
 
 #include "gelslam/mesh/mesh_io.hpp"
-#include "gelslam/slam/session.hpp"
+#include "gelslam/slam/store.hpp"
 #include "test_meshes.hpp"
 
 namespace gelslam::test {
@@ -36,7 +36,8 @@ inline void join(SlamMap& map, int from, int to, EdgeKind kind, bool outlier = f
 /// second, and a mesh that covers them all.
 inline void write_run(const std::filesystem::path& folder, int keyframes, bool loop_is_outlier = false) {
   namespace fs = std::filesystem;
-  fs::create_directories(folder / "session");
+  fs::create_directories(folder);
+  fs::remove(folder / "session.db");
   Mesh mesh =
       flipped(height_field(-1.2, 1.5 * keyframes - 0.3, -0.9, 0.9, 40, [](double, double) { return -0.3; }));
   mesh.confidence.assign(mesh.vertices_mm.size(), 1.0F);
@@ -63,7 +64,7 @@ inline void write_run(const std::filesystem::path& folder, int keyframes, bool l
     if (k > 0) join(map, id - 2, id, EdgeKind::odometry);
   }
   join(map, 0, 2 * keyframes - 2, EdgeKind::loop, loop_is_outlier);
-  save_session(folder / "session", map);
+  write_store(folder, map);
 }
 
 }  // namespace gelslam::test

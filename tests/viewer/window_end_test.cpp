@@ -60,13 +60,14 @@ TEST_F(Window, FinishedSaysWhereEverythingIs) {
   scan(8);
   session_.stop();
   picture("stopping");
-  std::filesystem::create_directories(options_.picture_folder / "session");
+  std::filesystem::create_directories(options_.picture_folder / "log parts");
   write_bytes(options_.picture_folder / "mesh.ply", std::string(2'340'000, 'x'));
   write_bytes(options_.picture_folder / "trajectory.tum", "0 0 0 0 0 0 0 1\n");
   session_.say(LivePhase::finished, "");
   const cv::Mat3b shown = picture("finished");
   expect_text(shown, "Finished", theme::kGreen);
-  for (const char* text : {"mesh.ply", "trajectory.tum", "session/"}) expect_text(shown, text, theme::kText);
+  for (const char* text : {"mesh.ply", "trajectory.tum", "log parts/"})
+    expect_text(shown, text, theme::kText);
   expect_text(shown, "2.34 MB", theme::kDim);
   EXPECT_NE(find(options_.picture_folder.string()), nullptr);
   press(GLFW_KEY_Q);

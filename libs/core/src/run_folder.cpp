@@ -109,16 +109,16 @@ void rename_or_throw(const fs::path& from, const fs::path& to) {
 }  // namespace
 
 std::vector<std::string> saved_entries() {
-  return {"mesh.ply",           "trajectory.tum",    "keyframes.tum", "pose_graph.g2o",
-          "config.yaml",        "loop_outliers.g2o", "report.json",   "session/session.json",
-          "session/scan.jsonl", "session/*.surface"};
+  return {"mesh.ply",    "trajectory.tum",    "keyframes.tum", "pose_graph.g2o",
+          "config.yaml", "loop_outliers.g2o", "report.json",   "session.db"};
 }
 
 std::vector<std::string> run_entries() {
   std::vector<std::string> entries;
   for (std::string entry : saved_entries())
     for (const char* folder : {"", "saving.tmp/", "saved.tmp/"}) entries.push_back(folder + entry);
-  entries.insert(entries.end(), {".tmp-*", "*/.tmp-*", "*/session/.tmp-*", "screenshot_*", "mesh_mm_*"});
+  entries.insert(entries.end(),
+                 {"session.db-wal", "session.db-shm", ".tmp-*", "*/.tmp-*", "screenshot_*", "mesh_mm_*"});
   return entries;
 }
 
@@ -238,28 +238,32 @@ fs::path RunFolder::replace_in_two_steps() {
 void check_run_files(const fs::path& folder) {
   std::error_code code;
   std::vector<std::string> known = saved_entries();
-  known.insert(known.end(), {"session", "log*.mkv"});
-  for (const fs::path& within : {folder, folder / "session"})
-    for (fs::directory_iterator entry(within, code), end; !code && entry != end; entry.increment(code)) {
-      const fs::path name = entry->path().filename();
-      const fs::file_type type = entry->symlink_status(code).type();
-      if (type != fs::file_type::regular && type != fs::file_type::directory &&
-          (within != folder || is_one_of(name, known) || is_one_of("session" / name, known)))
-        throw Error(entry->path().string() + ": is a link, pipe or device, which no run holds there");
-    }
-  if (fs::exists(fs::symlink_status(folder / "saved.tmp", code)))
-    throw Error(folder.string() +
-                ": its last save is not complete; gelslam fuse or gelslam scan --continue completes it");
+  known.insert(known.end(), {"session.db-wal", "session.db-shm", "log*.mkv"});
+  for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code)) {
+    const fs::path name = entry->path().filename();
+    if (name == "session.db-journal")  // of SQLite, which would follow it to other files
+      throw Error(entry->path().string() + ": no run holds that; remove it");
+    const fs::file_type type = entry->symlink_status(code).type();
+    if (type != fs::file_type::regular && type != fs::file_type::directory && is_one_of(name, known))
+      throw Error(entry->path().string() + ": is a link, pipe or device, which no run holds there");
+  }
+}
+
+bool has_incomplete_save(const fs::path& folder) {
+  std::error_code code;
+  return fs::exists(fs::symlink_status(folder / "saved.tmp", code));
 }
 
 void check_is_run(const fs::path& folder, RunNeeds needs) {
   std::error_code code;
   if (!fs::is_directory(folder, code)) throw Error(folder.string() + ": no such run folder");
   check_run_files(folder);
+  if (needs == RunNeeds::map && has_incomplete_save(folder))
+    throw Error(folder.string() + ": " + kIncompleteSave);
   const auto holds = [&](const char* entry) { return fs::exists(folder / entry, code); };
-  if (holds("session/session.json") || holds("mesh.ply") || holds("trajectory.tum")) return;
-  if (!holds("session/scan.jsonl"))
-    throw Error(folder.string() + ": is no run folder (no session, mesh.ply or trajectory.tum)");
+  if (holds("mesh.ply") || holds("trajectory.tum")) return;
+  if (!holds("session.db"))
+    throw Error(folder.string() + ": is no run folder (no session.db, mesh.ply or trajectory.tum)");
   if (needs == RunNeeds::map) throw Error(folder.string() + ": " + kUnfinishedScan);
 }
 

@@ -8,7 +8,7 @@
 #include "gelslam/core/trajectory.hpp"
 #include "gelslam/localization/maps.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
-#include "gelslam/slam/session.hpp"
+#include "gelslam/slam/store.hpp"
 
 namespace gelslam {
 namespace {
@@ -34,11 +34,9 @@ SlamMap slam_map_of(const std::vector<PosedSurface>& patches) {
 }  // namespace
 
 Session read_map(const std::filesystem::path& folder) {
-  check_run_files(folder);
-  for (const std::filesystem::path& session : {folder / "session", folder})
-    if (std::filesystem::exists(session / "session.json")) return load_session(session);
-  if (std::filesystem::exists(folder / "session" / "scan.jsonl")) check_is_run(folder);
-  throw Error(folder.string() + ": no map; give a run folder, its session, or a folder made by gelslam map");
+  for (const char* session : {"session.db", "session"})  // and load_session() says what is wrong
+    if (std::filesystem::exists(folder / session)) return load_session(folder);
+  throw Error(folder.string() + ": no map; give a run folder, or a folder made by gelslam map");
 }
 
 void check_pixel_pitch(const Session& map, double pixel_pitch_mm, const std::string& name) {
@@ -51,13 +49,13 @@ void check_pixel_pitch(const Session& map, double pixel_pitch_mm, const std::str
 RunFolderOptions map_folder_options(const std::filesystem::path& source, bool overwrite) {
   return {.overwrite = overwrite,
           .marker_file = kMapMarker,
-          .known_entries = {kMapMarker, "mesh.ply", "keyframes.tum", "trajectory.tum", "session/*"},
+          .known_entries = {kMapMarker, "mesh.ply", "keyframes.tum", "trajectory.tum", "session.db"},
           .inputs = {source}};
 }
 
 void write_map(const std::filesystem::path& folder, const MeshMap& map, const Mesh& mesh,
                const std::string& source) {
-  save_session(folder / "session", slam_map_of(map.patches));
+  write_store(folder, slam_map_of(map.patches));
   write_mesh(folder / "mesh.ply", mesh);
   std::string trajectory;
   for (const PosedSurface& patch : map.patches) trajectory += tum_line(patch.id, patch.map_T_keyframe);

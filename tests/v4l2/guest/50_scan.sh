@@ -20,7 +20,7 @@ begin() {
   scanner=$!
 }
 begin log.mkv --config "$tmp/config.yaml" --model "$data/../../calibration_sim/model/nnmodel.pth" -o "$tmp/run"
-until grep -q '^{"keyframe".*}$' "$tmp/run/session/scan.jsonl" 2>/dev/null; do
+until python3 -c 'import sqlite3, sys; sys.exit(not sqlite3.connect(f"file:{sys.argv[1]}?mode=ro", uri=True).execute("SELECT count(*) FROM keyframes").fetchone()[0])' "$tmp/run/session.db" 2>/dev/null; do
   kill -0 $scanner 2>/dev/null || { cat "$tmp/err"; fail "no keyframe"; }
   sleep 0.2
 done

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <variant>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/raw_frame.hpp"
 #include "gelslam/slam/slam_map.hpp"
+#include "gelslam/slam/store.hpp"
 #include "gelslam/surface/surface.hpp"
 #include "live/live_board.hpp"
 
@@ -26,9 +28,7 @@ struct SurfacedFrame {
 // What a person asks for travels with the frames, so that it happens between two of them.
 struct BreakTrial {};
 struct UndoTrial {};
-struct SaveNow {
-  std::uintmax_t scan_bytes = 0;  // the session's record by then
-};
+struct SaveNow {};
 
 using TrackerMessage = std::variant<SurfacedFrame, BreakTrial, UndoTrial, SaveNow>;
 
@@ -39,13 +39,16 @@ struct ForgetFromTrial {
 /// of it.
 struct SaveSoFar {
   std::vector<FrameRecord> records;
-  std::uintmax_t scan_bytes = 0;
 };
 
 using MapperMessage = std::variant<NewKeyframe, ForgetFromTrial, SaveSoFar>;
 
+/// What is to be written into the session, in this order.
+using SessionWork = std::function<void(Store&)>;
+
 using RawQueue = BoundedQueue<RawFramePtr>;
 using TrackerQueue = BoundedQueue<TrackerMessage>;
 using MapperQueue = BoundedQueue<MapperMessage>;
+using SessionQueue = BoundedQueue<SessionWork>;
 
 }  // namespace gelslam::slam::detail

@@ -12,7 +12,6 @@
 #include "gelslam/slam/pose_stream.hpp"
 #include "live/live_fusion.hpp"
 #include "live/live_mapping.hpp"
-#include "live/live_record.hpp"
 #include "live/live_surface.hpp"
 #include "live/live_tracking.hpp"
 #include "run_folder/live_run.hpp"
@@ -36,8 +35,10 @@ std::optional<double> relocalization_share(const LiveOptions& options) {
 /// Null: nothing is kept.
 std::shared_ptr<LiveRun> run_of(const LiveOptions& options) {
   if (options.run_folder.empty()) return nullptr;
-  if (options.continued) return LiveRun::resume(options.run_folder, options.continued->lock);
-  return LiveRun::begin(options.run_folder, options.overwrite, options.log, options.config);
+  const bool records = options.record.has_value();
+  return options.continued
+             ? LiveRun::resume(options.run_folder, *options.continued, options.log, records, options.config)
+             : LiveRun::begin(options.run_folder, options.overwrite, options.log, records, options.config);
 }
 
 std::unique_ptr<LogRecorder> recorder_of(const LiveOptions& options, const RawFrameSource& source,
@@ -68,10 +69,11 @@ struct LiveSlam::Impl {
   void take_frames();
   void report_log();
   void map_keyframes();
+  void write_session();
   void save_for_now(const SaveSoFar& so_far);
   void finish();
-  std::vector<ScanPart> parts(const std::vector<FrameRecord>& records) const;
-  Run save(SlamMap map, bool partial, std::uintmax_t scan_bytes, ProgressSink* progress);
+  std::vector<ScanPart> parts() const;
+  Run save(SlamMap map, bool partial, ProgressSink* progress);
   bool failed();
   void join();
   template <typename Work>
@@ -81,22 +83,20 @@ struct LiveSlam::Impl {
   const LiveClock::time_point begin = LiveClock::now();
   std::unique_ptr<RawFrameSource> source;
   StageTimer timer;
-  RecordQueue measured{1};  // its limit is never asked for
+  SessionQueue measured{1};  // its limit is never asked for
   LiveBoard board;
   SurfaceStage surface;
   TrackingStage tracking;
   MappingStage mapping;
   FusionStage fusion;
   std::shared_ptr<LiveRun> run;
-  ScanPart part;
-  std::optional<RecordStage> session;     // none: nothing is kept
   std::unique_ptr<LogRecorder> recorder;  // null: nothing is recorded
 
   RawQueue raw{kQueuedFrames};
   TrackerQueue surfaced{kQueuedFrames};
   MapperQueue keyframes{1};  // its limit is never asked for: the tracker goes beyond it
   std::atomic<bool> paused{false}, leaves_out{false}, aborted{false}, stopped{false}, lost{false},
-      saving{false};
+      saving{false}, session_is_whole{true};
 
   std::mutex mutex;  // for what follows
   RunReport report;
@@ -105,7 +105,7 @@ struct LiveSlam::Impl {
 
   std::latch captured{1};  // nothing more comes, and the log is whole
   std::latch mapped{1};    // the mapper has seen every keyframe
-  std::latch written{1};   // the session's record is whole
+  std::latch written{1};   // the session holds all that was measured
   std::jthread fusion_thread;
   std::vector<std::jthread> threads;
   std::promise<void> ready;  // when it goes without having been kept, threads that wait for it end
@@ -129,11 +129,7 @@ void LiveSlam::Impl::guarded(const Work& work) {
 void LiveSlam::Impl::start() {
   make_threads();
   run = run_of(options);
-  if (run) {
-    part = part_of(options.config, options.record ? run->log() : options.log);
-    session.emplace(run->session(), part, board);
-    if (options.record) recorder = recorder_of(options, *source, run->log());
-  }
+  if (run && options.record) recorder = recorder_of(options, *source, run->log());
   ready.set_value();
 }
 
@@ -160,7 +156,7 @@ void LiveSlam::Impl::make_threads() {
   }));
   threads.push_back(thread([this] {
     lower_thread_priority();
-    if (session) session->run(measured, options.continued.has_value());
+    if (run) write_session();
     measured.close();  // nobody reads it
     written.count_down();
   }));
@@ -237,7 +233,8 @@ void LiveSlam::Impl::report_log() {
 
 void LiveSlam::Impl::map_keyframes() {
   const auto found = [this](int keyframe, std::vector<PoseGraphEdge> loops) {
-    measured.push_beyond_limit(LoopsFound{keyframe, std::move(loops)});
+    measured.push_beyond_limit(
+        [keyframe, loops = std::move(loops)](Store& store) { store.add_loops(keyframe, loops); });
   };
   if (options.continued) mapping.restore(options.continued->record, found);
   mapping.run(
@@ -250,12 +247,25 @@ void LiveSlam::Impl::map_keyframes() {
       [this](const SaveSoFar& so_far) { save_for_now(so_far); });
 }
 
+/// A full disk ends the session, not the scan.
+void LiveSlam::Impl::write_session() {
+  try {
+    Store store(run->folder());
+    if (options.continued) store.add(run->part());
+    while (const std::optional<SessionWork> work = measured.pop()) (*work)(store);
+    store.flush();
+  } catch (const std::exception& error) {  // whatever it is, the scan goes on
+    board.warn(error.what());
+    session_is_whole = false;
+  }
+}
+
 /// Not being able to save is no reason to end a scan.
 void LiveSlam::Impl::save_for_now(const SaveSoFar& so_far) {
   try {
     SlamMap map = mapping.finish(so_far.records, [this] { return stopped.load(); });
-    map.measured.parts = parts(so_far.records);
-    save(std::move(map), true, so_far.scan_bytes, nullptr);
+    map.measured.parts = parts();
+    save(std::move(map), true, nullptr);
   } catch (const std::exception& error) {
     board.warn(error.what());
   }
@@ -268,32 +278,29 @@ void LiveSlam::Impl::finish() {
   SlamMap map;
   {
     const auto scope = timer.measure("finish/poses");
-    const std::vector<FrameRecord> records = tracking.records();
     map = mapping.finish(
-        records, [this] { return aborted.load(); }, &progress);
-    map.measured.parts = parts(records);
+        tracking.records(), [this] { return aborted.load(); }, &progress);
+    map.measured.parts = parts();
   }
   fusion.stop();
   fusion_thread.join();  // what it drew must not come after what is saved
   captured.wait();
-  const Run saved =
-      save(std::move(map), aborted || lost || failed(), run ? run->record_bytes() : 0, &progress);
+  const Run saved = save(std::move(map), aborted || lost || failed(), &progress);
   if (options.show_mesh) board.show_saved(saved.map, saved.mesh);
   board.set_words(run ? "done: saved in " + run->folder().string() : "done", TrackStatus::background);
 }
 
-std::vector<ScanPart> LiveSlam::Impl::parts(const std::vector<FrameRecord>& records) const {
+std::vector<ScanPart> LiveSlam::Impl::parts() const {
+  std::vector<ScanPart> parts;
   if (options.continued) {
-    std::vector<ScanPart> parts = options.continued->record.parts;
-    parts.back().log = part.log;
-    return parts;
+    parts = options.continued->record.parts;
+    parts.pop_back();
   }
-  ScanPart only = part;
-  if (!records.empty()) only.first_frame = records.front().frame;
-  return {only};
+  if (run) parts.push_back(run->part());
+  return parts;
 }
 
-Run LiveSlam::Impl::save(SlamMap map, bool partial, std::uintmax_t scan_bytes, ProgressSink* progress) {
+Run LiveSlam::Impl::save(SlamMap map, bool partial, ProgressSink* progress) {
   const LiveStatus status = board.status();
   RunReport known;
   if (const auto& log = options.record && run ? run->log() : options.log; !log.empty())
@@ -308,7 +315,7 @@ Run LiveSlam::Impl::save(SlamMap map, bool partial, std::uintmax_t scan_bytes, P
     report = finished.report;
   }
   if (progress) board.set_words("saving", TrackStatus::background);
-  if (run) run->save(finished, session->is_whole() ? std::optional(scan_bytes) : std::nullopt);
+  if (run) run->save(finished, session_is_whole);
   return finished;
 }
 
@@ -369,7 +376,7 @@ void LiveSlam::undo_last_trial() { impl_->surfaced.push_beyond_limit(UndoTrial{}
 void LiveSlam::save_now() {
   if (!impl_->run) return;
   impl_->saving = true;
-  impl_->surfaced.push_beyond_limit(SaveNow{impl_->run->record_bytes()});
+  impl_->surfaced.push_beyond_limit(SaveNow{});
 }
 
 void LiveSlam::stop() {

@@ -5,7 +5,7 @@
 namespace gelslam::slam::detail {
 
 TrackingStage::TrackingStage(const SlamOptions& options, std::optional<double> relocalization_share,
-                             const ContinuedScan* continued, PoseStream* stream, RecordQueue& session,
+                             const ContinuedScan* continued, PoseStream* stream, SessionQueue& session,
                              LiveBoard& board, StageTimer& timer)
     : relocalization_share_(relocalization_share),
       continued_(continued),
@@ -59,7 +59,8 @@ void TrackingStage::handle(const SurfacedFrame& frame, MapperQueue& out) {
              std::chrono::duration<double, std::milli>(LiveClock::now() - frame.arrived).count());
   stream(tracked, frame);
   record(record_of(tracked));
-  for (const NewKeyframe& added : tracked.new_keyframes) session_.push_beyond_limit(added);
+  for (const NewKeyframe& added : tracked.new_keyframes)
+    session_.push_beyond_limit([added](Store& store) { store.add(added); });
   if (tracked.status == TrackStatus::tracked) hidden_.pass(tracked.trial, tracked.registration.observable);
   LiveTouch touch{tracked.frame,
                   tracked.time_s,
@@ -101,12 +102,12 @@ void TrackingStage::handle(UndoTrial, MapperQueue& out) {
   }
   tracker_.break_trial();
   if (trial < 0) return;
-  session_.push_beyond_limit(ForgetFromTrial{trial});
+  session_.push_beyond_limit([trial](Store& store) { store.forget_from_trial(trial); });
   out.push_beyond_limit(ForgetFromTrial{trial});
 }
 
 void TrackingStage::record(const FrameRecord& record) {
-  session_.push_beyond_limit(record);
+  session_.push_beyond_limit([record](Store& store) { store.add(record); });
   const std::lock_guard lock(mutex_);
   records_.push_back(record);
 }

@@ -10,7 +10,6 @@
 #include "gelslam/slam/slam_options.hpp"
 #include "gelslam/slam/trial_drift.hpp"
 #include "live/live_messages.hpp"
-#include "live/live_record.hpp"
 
 namespace gelslam::slam::detail {
 
@@ -21,7 +20,7 @@ class TrackingStage {
   /// `relocalization_share`: Tracker::limit_relocalization(), or nothing. `continued`: null for a new scan.
   /// `stream`: null for none.
   TrackingStage(const SlamOptions& options, std::optional<double> relocalization_share,
-                const ContinuedScan* continued, PoseStream* stream, RecordQueue& session, LiveBoard& board,
+                const ContinuedScan* continued, PoseStream* stream, SessionQueue& session, LiveBoard& board,
                 StageTimer& timer);
 
   void run(TrackerQueue& in, MapperQueue& out);
@@ -33,9 +32,7 @@ class TrackingStage {
   void handle(const SurfacedFrame& frame, MapperQueue& out);
   void handle(BreakTrial, MapperQueue&) { tracker_.break_trial(); }
   void handle(UndoTrial, MapperQueue& out);
-  void handle(SaveNow save, MapperQueue& out) {
-    out.push_beyond_limit(SaveSoFar{records(), save.scan_bytes});
-  }
+  void handle(SaveNow, MapperQueue& out) { out.push_beyond_limit(SaveSoFar{records()}); }
   void record(const FrameRecord& record);
   void stream(const TrackedFrame& tracked, const SurfacedFrame& frame);
 
@@ -46,7 +43,7 @@ class TrackingStage {
   HiddenMotions hidden_;
   LiveBoard& board_;
   StageTimer& timer_;
-  RecordQueue& session_;
+  SessionQueue& session_;
   std::int64_t first_frame_ = 0;
   double first_time_s_ = 0;
   mutable std::mutex mutex_;

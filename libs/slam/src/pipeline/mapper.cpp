@@ -298,7 +298,7 @@ MapSnapshot Mapper::snapshot() const {
 /// What was measured, and nothing concluded from it.
 SlamMap Mapper::measured_map(const std::vector<FrameRecord>& frames) const {
   SlamMap map;
-  map.measured = {parts_, keyframes_, edges_, searched_, frames, {}};
+  map.measured = {parts_, keyframes_, edges_, searched_, frames};
   map.keyframes = keyframes_;
   map.edges = edges_;
   map.in_map.resize(keyframes_.size());

@@ -71,9 +71,8 @@ bool track_log(SurfaceStream& stream, GelSlam& slam, const ContinuedScan& scan, 
   return stopped;
 }
 
-std::vector<std::string> warnings_of(const SurfaceStream& stream, std::vector<std::string> warnings) {
-  const auto& doubts = stream.background_doubts();
-  warnings.insert(warnings.end(), doubts.begin(), doubts.end());
+std::vector<std::string> warnings_of(const SurfaceStream& stream) {
+  std::vector<std::string> warnings = stream.background_doubts();
   if (std::string warning = stream.warning(); !warning.empty()) warnings.push_back(std::move(warning));
   return warnings;
 }
@@ -100,7 +99,7 @@ Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progr
   report.log = std::filesystem::absolute(input.log).lexically_normal().string();
   report.log_description = stream.description();
   report.partial = stopped || stop_requested();
-  report.warnings = warnings_of(stream, scan.record.warnings);
+  report.warnings = warnings_of(stream);
   return finish_scan(config, std::move(map), std::move(report), timer, start, &progress);
 }
 

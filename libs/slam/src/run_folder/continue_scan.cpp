@@ -7,9 +7,9 @@
 #include "gelslam/core/crc32.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
-#include "gelslam/core/folder_update.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/slam/store.hpp"
 #include "gelslam/surface/model_file.hpp"
 
 namespace gelslam {
@@ -29,13 +29,11 @@ std::uint32_t crc32_of_numbers(const GradientModel& model) {
 void check_same_sensor(const fs::path& run, const ScanRecord& record, const ScanPart& part,
                        const SensorProfile& sensor) {
   const std::string result = "; scans of different sensors or models stay apart";
-  if (!record.parts.empty() && record.parts.back().model_crc32 != part.model_crc32)
+  if (record.parts.back().model_crc32 != part.model_crc32)
     throw Error(run.string() + ": was scanned with another gradient model" + result);
   const auto last = std::find_if(record.keyframes.rbegin(), record.keyframes.rend(),
                                  [](const auto& keyframe) { return keyframe != nullptr; });
   if (last == record.keyframes.rend()) return;
-  if (record.parts.empty())
-    throw Error(run.string() + ": does not say by which gradient model it was scanned" + result);
   const StoredSurface& surface = (*last)->surface;
   if (surface.size() != cv::Size(sensor.width_px, sensor.height_px) ||
       surface.pixel_pitch_mm() != sensor.pixel_pitch_mm)
@@ -62,7 +60,7 @@ ScanPart part_of(const Config& config, const fs::path& log) {
 ContinuedScan continue_scan(const fs::path& run, const Config& config, const fs::path& log) {
   check_is_run(run, RunNeeds::record);
   ContinuedScan scan;
-  scan.record = read_scan(run / "session", config.slam.registration);
+  scan.record = read_scan(run, config.slam.registration);
   ScanPart part = part_of(config, log);
   check_same_sensor(run, scan.record, part, config.sensor);
   if (!scan.record.frames.empty()) {
@@ -75,7 +73,6 @@ ContinuedScan continue_scan(const fs::path& run, const Config& config, const fs:
 }
 
 ContinuedScan continue_in_place(const fs::path& run, const Config& config) {
-  finish_update(run);
   auto lock = std::make_shared<const FolderLock>(run);
   ContinuedScan scan = continue_scan(run, config, "");
   scan.lock = std::move(lock);

@@ -1,16 +1,12 @@
-
 #include <algorithm>
 #include <chrono>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
-#include "gelslam/core/folder_update.hpp"
 #include "gelslam/core/run_folder.hpp"
-#include "gelslam/core/text.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/slam/merge_scans.hpp"
-#include "gelslam/slam/session.hpp"
-#include "run_folder/live_run.hpp"
+#include "gelslam/slam/store.hpp"
 #include "run_folder/run_writer.hpp"
 
 namespace gelslam {
@@ -46,35 +42,25 @@ void write_fused(const fs::path& folder, const fs::path& run, const Config& conf
 
 /// All of a run but its logs, which are large, and what does not belong to a run.
 void copy_run(const fs::path& from, const fs::path& to) {
-  for (const char* entry :
-       {"trajectory.tum", "keyframes.tum", "pose_graph.g2o", "loop_outliers.g2o", "session"}) {
+  for (const char* entry : {"trajectory.tum", "keyframes.tum", "pose_graph.g2o", "loop_outliers.g2o"}) {
     std::error_code code;
     if (!fs::exists(from / entry, code)) continue;
-    fs::copy(from / entry, to / entry, fs::copy_options::recursive | fs::copy_options::skip_symlinks, code);
+    fs::copy(from / entry, to / entry, code);
     if (code) throw Error((to / entry).string() + ": cannot be written: " + code.message());
   }
-}
-
-/// A mesh that is there is not replaced by a lesser one.
-void check_readable(const FuseRequest& request, bool any_keyframe, const std::vector<std::string>& warnings) {
-  const std::string why = warnings.empty() ? "" : warnings.front();
-  if (!any_keyframe)
-    throw Error((request.run / "session").string() + ": holds no keyframe to fuse" +
-                (why.empty() ? "" : ": " + why));
-  if (request.output.empty() && !why.empty() && fs::exists(request.run / "mesh.ply"))
-    throw Error(why + "; the mesh stays as it is: name a folder for a mesh of the rest");
+  copy_store(from, to);
 }
 
 /// What this writes into: the run itself, locked, or another folder.
 struct Target {
   explicit Target(const FuseRequest& request) {
     if (request.output.empty())
-      lock = std::make_shared<const FolderLock>(request.run);
+      lock = FolderLock(request.run);
     else
       folder.emplace(request.output,
                      RunFolderOptions{.overwrite = request.overwrite, .inputs = {request.run}});
   }
-  std::shared_ptr<const FolderLock> lock;
+  FolderLock lock;
   std::optional<RunFolder> folder;
 };
 
@@ -82,12 +68,10 @@ struct Target {
 FuseSummary finish_killed(const FuseRequest& request, const Config& config, Target& target,
                           ProgressSink& progress, const std::function<bool()>& stop_requested) {
   const auto start = std::chrono::steady_clock::now();
-  const fs::path session = request.run / "session";
-  const std::uintmax_t scan_bytes = fs::file_size(session / "scan.jsonl");
-  const ScanRecord record = read_scan(session, config.slam.registration);
+  const ScanRecord record = read_scan(request.run, config.slam.registration);
   const auto keyframes = std::count_if(record.keyframes.begin(), record.keyframes.end(),
                                        [](const auto& keyframe) { return keyframe != nullptr; });
-  check_readable(request, keyframes > 0, record.warnings);
+  if (keyframes == 0) throw Error(request.run.string() + ": holds no keyframe to fuse");
   StageTimer timer;
   Run run = finish_scan(config, record, "the session of a scan that was not finished", timer, start, progress,
                         stop_requested);
@@ -96,40 +80,36 @@ FuseSummary finish_killed(const FuseRequest& request, const Config& config, Targ
     write_run(target.folder->path(), run);
     target.folder->commit();
   } else {
-    slam::detail::LiveRun::resume(request.run, target.lock)->save(run, scan_bytes);
+    replace_results(
+        request.run, [&](const fs::path& folder) { write_results(folder, run); }, &run.map);
   }
-  return {static_cast<std::size_t>(keyframes), run.mesh.vertices_mm.size(), run.mesh.triangles.size(), true,
-          record.warnings};
+  return {static_cast<std::size_t>(keyframes), run.mesh.vertices_mm.size(), run.mesh.triangles.size(), true};
 }
 
 }  // namespace
 
 FuseSummary fuse_run(const FuseRequest& request, ProgressSink& progress,
                      const std::function<bool()>& stop_requested) {
-  if (request.output.empty()) finish_update(request.run);
   check_is_run(request.run, RunNeeds::record);
   const Config config = config_of(request);
-  const fs::path session_folder = request.run / "session";
   Target target(request);
-  if (!fs::exists(session_folder / "session.json") && fs::exists(session_folder / "scan.jsonl"))
+  const std::optional<Session> session = find_session(request.run);
+  if (!session || !session->warning.empty() || has_incomplete_save(request.run))
     return finish_killed(request, config, target, progress, stop_requested);
-  const Session session = load_session(session_folder);
-  if (!session.is_current) return finish_killed(request, config, target, progress, stop_requested);
-  check_readable(request, !session.patches.empty(), session.warnings);
+  if (session->patches.empty()) throw Error(request.run.string() + ": holds no keyframe to fuse");
   FusionOptions fusion = config.slam.fusion;
-  fusion.gradient_scale = session.gradient_scale;
-  const Mesh mesh = fuse(session.patches, fusion, &progress);
+  fusion.gradient_scale = session->gradient_scale;
+  const Mesh mesh = fuse(session->patches, fusion, &progress);
   if (stop_requested()) throw Error("stopped; nothing was changed");
+  const auto write = [&](const fs::path& folder) { write_fused(folder, request.run, config, mesh); };
   if (target.folder) {
     copy_run(request.run, target.folder->path());
-    write_fused(target.folder->path(), request.run, config, mesh);
+    write(target.folder->path());
     target.folder->commit();
   } else {
-    FolderUpdate update(request.run);
-    write_fused(update.path(), request.run, config, mesh);
-    update.commit();
+    replace_results(request.run, write, nullptr);
   }
-  return {session.patches.size(), mesh.vertices_mm.size(), mesh.triangles.size(), false, session.warnings};
+  return {session->patches.size(), mesh.vertices_mm.size(), mesh.triangles.size(), false};
 }
 
 }  // namespace gelslam

@@ -10,6 +10,7 @@
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/mapper.hpp"
+#include "gelslam/slam/store.hpp"
 #include "run_folder/run_writer.hpp"
 
 namespace gelslam {
@@ -61,7 +62,6 @@ void append(ScanRecord& all, const ScanRecord& next, const Offsets& by) {
     if (frame.keyframe >= 0) frame.keyframe += by.keyframe;
     all.frames.push_back(frame);
   }
-  all.warnings.insert(all.warnings.end(), next.warnings.begin(), next.warnings.end());
 }
 
 std::vector<Keyframe> present(const ScanRecord& record, int from) {
@@ -119,13 +119,12 @@ Run merge_scans(const MergeRequest& request, ProgressSink& progress,
   const Config config = read_config(request.runs.front() / "config.yaml");
   std::vector<ScanRecord> records;
   for (const fs::path& run : request.runs) {
-    records.push_back(read_scan(run / "session", config.slam.registration));
+    records.push_back(read_scan(run, config.slam.registration));
     for (ScanPart& part : records.back().parts)
       if (part.log.empty()) part.log = run.string();
   }
-  const ScanPart part = records.front().parts.empty() ? ScanPart() : records.front().parts.back();
   for (std::size_t i = 0; i < records.size(); ++i)
-    check_same_sensor(request.runs[i], records[i], part, config.sensor);
+    check_same_sensor(request.runs[i], records[i], records.front().parts.back(), config.sensor);
   const ScanRecord all = joined(records, config.slam, progress, stop_requested);
   StageTimer timer;
   Run run = finish_scan(config, all, "a merge of " + std::to_string(records.size()) + " runs", timer, start,

@@ -5,13 +5,16 @@
 #include <map>
 
 #include "gelslam/backend/g2o.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/file_descriptor.hpp"
 #include "gelslam/core/files.hpp"
+#include "gelslam/core/run_folder.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/core/trajectory.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/mapper.hpp"
-#include "gelslam/slam/session.hpp"
+#include "gelslam/slam/store.hpp"
 #include "gelslam/slam/trial_drift.hpp"
 
 namespace gelslam {
@@ -128,6 +131,26 @@ std::vector<PoseGraphEdge> map_edges(const SlamMap& map, bool outliers) {
   return edges;
 }
 
+void move_file(const fs::path& from, const fs::path& to) {
+  std::error_code code;
+  fs::rename(from, to, code);
+  if (code) throw Error(to.string() + ": cannot be written: " + code.message());
+}
+
+/// In the place of one that could not be written to. SQLite would take its log for that of the new one.
+void replace_session(const fs::path& from, const fs::path& run) {
+  std::error_code code;
+  for (const char* beside : {"session.db-wal", "session.db-shm"}) fs::remove(run / beside, code);
+  move_file(from, run / "session.db");
+}
+
+/// Of a message that names a file on its way: with the name that the file was to have.
+std::string in_run(std::string message) {
+  const std::string on_the_way = "saving.tmp/";
+  const std::size_t at = message.find(on_the_way);
+  return at == std::string::npos ? message : message.erase(at, on_the_way.size());
+}
+
 }  // namespace
 
 Mesh fuse_map(const SlamMap& map, const FusionOptions& options, ProgressSink* progress) {
@@ -161,14 +184,13 @@ Run finish_scan(const Config& config, const ScanRecord& record, const std::strin
   }
   RunReport report;
   report.log_description = log_description;
-  report.warnings = record.warnings;
   report.partial = stop_requested();
   return finish_scan(config, std::move(map), std::move(report), timer, start, &progress);
 }
 
 void write_run(const fs::path& folder, const Run& run) {
   write_results(folder, run);
-  save_session(folder / "session", run.map);
+  write_store(folder, run.map);
 }
 
 void write_results(const fs::path& folder, const Run& run) {
@@ -180,6 +202,31 @@ void write_results(const fs::path& folder, const Run& run) {
   write_g2o_edges(folder / "loop_outliers.g2o", map_edges(map, true));
   write_file_atomically(folder / "config.yaml", write_config(run.config));
   write_file_atomically(folder / "report.json", report_json(run.report));
+}
+
+void replace_results(const fs::path& run, const std::function<void(const fs::path&)>& write,
+                     const SlamMap* map) {
+  const fs::path saving = run / "saving.tmp", saved = run / "saved.tmp";
+  std::error_code code;
+  fs::remove_all(saving, code);
+  if (!code) fs::create_directory(saving, code);
+  if (code) throw Error(run.string() + ": cannot be written: " + code.message());
+  try {
+    write(saving);
+  } catch (const Error& error) {
+    fs::remove_all(saving, code);
+    throw Error(in_run(error.what()));
+  }
+  fs::remove_all(saved, code);  // of a save that was killed
+  move_file(saving, saved);
+  if (fs::exists(saved / "session.db", code))
+    replace_session(saved / "session.db", run);
+  else if (map)
+    Store(run).set_map(*map);
+  for (const std::string& file : saved_entries())
+    if (fs::exists(saved / file, code)) move_file(saved / file, run / file);
+  sync_folder(run);
+  fs::remove_all(saved, code);
 }
 
 }  // namespace gelslam

@@ -12,7 +12,7 @@
 #include "gelslam/core/run_report.hpp"
 #include "gelslam/evaluation/evaluation.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
-#include "gelslam/slam/session.hpp"
+#include "gelslam/slam/store.hpp"
 
 namespace gelslam {
 namespace {
@@ -23,12 +23,12 @@ constexpr double kGapS = 0.25;
 
 RunHistory read_history(const fs::path& run) {
   RunHistory history;
-  Session session = load_session(run / "session");
+  Session session = load_session(run);
   history.gradient_scale = session.gradient_scale;
   const std::vector<StampedPose> keyframes = read_tum(run / "keyframes.tum");
   if (keyframes.size() != session.patches.size()) {
     throw Error(run.string() + ": keyframes.tum lists " + std::to_string(keyframes.size()) +
-                " keyframes, session/ " + std::to_string(session.patches.size()) +
+                " keyframes, session.db " + std::to_string(session.patches.size()) +
                 "; the folder holds files of two runs");
   }
   for (std::size_t i = 0; i < keyframes.size(); ++i) {
@@ -41,8 +41,7 @@ RunHistory read_history(const fs::path& run) {
 
 ViewContent load_run(const fs::path& run) {
   check_is_run(run);
-  const bool has_mesh = fs::exists(run / "mesh.ply"),
-             has_session = fs::exists(run / "session" / "session.json");
+  const bool has_mesh = fs::exists(run / "mesh.ply"), has_session = fs::exists(run / "session.db");
   if (!has_mesh) throw Error(run.string() + ": holds no mesh.ply; give a run folder or a mesh file");
   ViewContent content{name_of(run), read_mesh(run / "mesh.ply"), std::nullopt};
   if (const auto report = find_report(run)) content.warnings = report->reservations;

@@ -69,14 +69,18 @@ class RunFolder {
 inline constexpr const char* kUnfinishedScan =
     "the scan was not finished; gelslam fuse makes its map and mesh, gelslam scan --continue goes on with it";
 
+/// Files of a save lie in FOLDER/saved.tmp until all of them are in their places.
+bool has_incomplete_save(const std::filesystem::path& folder);
+inline constexpr const char* kIncompleteSave = "its last save is not complete; gelslam fuse completes it";
+
 enum class RunNeeds { map, record };  ///< record: the measurements are enough
 
-/// Throws Error where a run folder, or its session alone, holds a link, pipe or device in the place of a file
-/// of a run (it may come from anybody), and while a save is not complete (folder_update.hpp).
+/// Throws Error where a run folder holds a link, pipe or device in the place of a file of a run: it may come
+/// from anybody.
 void check_run_files(const std::filesystem::path& folder);
 
 /// To be called before a run is read: check_run_files(), then throws Error, saying what is missing and what
-/// to do, where the run is not complete.
+/// to do, where the run is not complete; `map`: with the files of its last save.
 void check_is_run(const std::filesystem::path& folder, RunNeeds needs = RunNeeds::map);
 
 }  // namespace gelslam

@@ -8,7 +8,7 @@
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/fusion/fusion.hpp"
 #include "gelslam/mesh/mesh.hpp"
-#include "gelslam/slam/session.hpp"
+#include "gelslam/slam/store.hpp"
 #include "gelslam/surface/camera_model.hpp"
 
 namespace gelslam {
@@ -36,15 +36,15 @@ struct MeshMap {
 /// evaluate() does), have no area or touch nowhere. Only in builds with the simulation.
 MeshMap make_mesh_map(const Mesh& mesh, const MeshMapOptions& options, ProgressSink& progress);
 
-/// The surfaces of a map, at their places in its frame: of a run folder, of the session in it, or of a folder
-/// that `gelslam map` made. Throws Error when there is none, or it is damaged.
+/// The surfaces of a map, at their places in its frame: of a run folder, or of a folder that `gelslam map`
+/// made. Throws Error when there is none, or it is damaged.
 Session read_map(const std::filesystem::path& folder);
 
 /// Throws Error unless a map's surfaces have this pixel pitch: those of another one would never be found.
 /// `name` stands for the map in messages.
 void check_pixel_pitch(const Session& map, double pixel_pitch_mm, const std::string& name);
 
-/// Writes a map of touches as a folder that read_map() and the viewer understand: session/, mesh.ply (its
+/// Writes a map of touches as a folder that read_map() and the viewer understand: session.db, mesh.ply (its
 /// mesh), keyframes.tum and trajectory.tum (the touches, one per second) and map.json, which says that it is
 /// one. Throws Error when the disk is full.
 void write_map(const std::filesystem::path& folder, const MeshMap& map, const Mesh& mesh,

@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "gelslam/core/progress.hpp"
@@ -34,7 +33,6 @@ struct FuseRequest {
 struct FuseSummary {
   std::size_t keyframes = 0, vertices = 0, triangles = 0;
   bool map_was_made = false;  ///< the scan had not been finished
-  std::vector<std::string> warnings;
 };
 
 /// Makes a run's mesh again from its session; of a scan that was killed, its map, too. Throws Error.

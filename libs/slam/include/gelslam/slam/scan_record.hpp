@@ -14,7 +14,7 @@ namespace gelslam {
 
 class FolderLock;
 
-/// What a record can hold, in either direction: later times are milliseconds, or damaged.
+/// What a record can hold, in either direction: later times are milliseconds.
 inline constexpr double kMaxTimeS = 1e12;
 
 /// The result of tracking one frame: small enough to keep one per frame of a long log.
@@ -48,13 +48,12 @@ std::size_t part_of_frame(const std::vector<ScanPart>& parts, std::int64_t frame
 /// found, before the pose graph draws conclusions.
 struct ScanRecord {
   std::vector<ScanPart> parts;  ///< by first_frame
-  /// By id, as many as ids were given; null where taken back, or damaged.
+  /// By id, as many as ids were given; null where taken back.
   std::vector<std::shared_ptr<const Keyframe>> keyframes;
   /// Keyframe by keyframe: the link to the keyframe it was tracked from, then its loops.
   std::vector<PoseGraphEdge> edges;
   std::vector<bool> searched;  ///< by id: loops were looked for
   std::vector<FrameRecord> frames;
-  std::vector<std::string> warnings;  ///< what could not be read, as sentences for the user
 
   bool has_keyframe(int id) const {
     return id >= 0 && id < static_cast<int>(keyframes.size()) && keyframes[static_cast<std::size_t>(id)];
@@ -71,10 +70,5 @@ struct ContinuedScan {
   int last_keyframe() const { return static_cast<int>(record.keyframes.size()) - 1; }
   int last_trial() const;
 };
-
-/// Reads a record, also one that a kill has cut off: a last line that is not whole is left out. Lines and
-/// surfaces that are damaged or missing are left out with a warning. Throws Error when there is no record, or
-/// it was written by a newer version, or by an older one for several sensors or models.
-ScanRecord read_scan(const std::filesystem::path& folder, const NormalFlowOptions& registration);
 
 }  // namespace gelslam

@@ -40,7 +40,7 @@ struct ViewContent {
   std::vector<std::string> warnings = {};  ///< RunReport::reservations of a run
 };
 
-/// Opens a run folder (mesh.ply, and session/, keyframes.tum, trajectory.tum where they are)
+/// Opens a run folder (mesh.ply, and session.db, keyframes.tum, trajectory.tum where they are)
 /// or a mesh file (as read_mesh()). Throws Error when there is nothing to show or a file is damaged.
 ViewContent load_view(const std::filesystem::path& run_or_mesh,
                       std::optional<double> mm_per_unit = std::nullopt);

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gelslam/fusion/fusion.hpp"
+#include "gelslam/slam/map_snapshot.hpp"
+#include "gelslam/slam/slam_map.hpp"
+
+namespace gelslam {
+
+/// session.db of a run folder (docs/file-formats.md): what a scan has measured, and its map. It grows with
+/// every keyframe. After kill -9 or a power loss everything is there that was written up to the last keyframe
+/// or the last 25 frames. Not thread-safe; several may have one folder open. Its functions throw Error when
+/// the disk is full or the folder may not be written.
+class Store {
+ public:
+  /// Goes on with the one that is there. Throws Error as read_scan().
+  explicit Store(const std::filesystem::path& run);
+  ~Store();
+
+  void add(const ScanPart& part);
+  void add(const FrameRecord& frame);  ///< is written with the next keyframe, or the next 25th frame
+  void add(const NewKeyframe& added);
+  /// The loops of a keyframe; to be called for every one that was searched, also if none were found.
+  void add_loops(int keyframe, const std::vector<PoseGraphEdge>& loops);
+  void forget_from_trial(int trial);  ///< Mapper::forget_from_trial(); its frames become `undone`
+  void flush();                       ///< writes frames that wait; then all is on the disk
+
+  void set_map(const SlamMap& map);  ///< replaces it
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Makes the session of a new scan, to go on with.
+void begin_store(const std::filesystem::path& run, const ScanPart& part);
+/// Makes a whole session at once, of a map and what it was measured from.
+void write_store(const std::filesystem::path& run, const SlamMap& map);
+/// Copies the session of a run into another folder.
+void copy_store(const std::filesystem::path& run, const std::filesystem::path& to);
+
+/// What a scan has measured, also one that was killed. Throws Error when there is no session, it is damaged,
+/// or of another version.
+ScanRecord read_scan(const std::filesystem::path& run, const NormalFlowOptions& registration);
+
+/// What is needed to fuse a map again, to relocalize in it or to draw it.
+struct Session {
+  double gradient_scale = 1.0;           ///< that is still in the surfaces
+  std::vector<PosedSurface> patches;     ///< keyframes of the map, in the anchor's frame, by id
+  std::vector<MapSnapshot::Edge> edges;  ///< of all keyframes, also outside the map
+  std::string warning;  ///< that the scan went on after this map was saved, for the user; or ""
+};
+
+/// The map's patches. Nothing where the scan was not finished. Throws Error as read_scan(). Surfaces are
+/// unpacked when they are used.
+std::optional<Session> find_session(const std::filesystem::path& run);
+/// The same; throws Error where the scan was not finished, or its last save is not complete.
+Session load_session(const std::filesystem::path& run);
+
+}  // namespace gelslam

@@ -1,0 +1,455 @@
+#include "gelslam/slam/store.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <random>
+
+#include "../support/database.hpp"
+#include "../support/file_size_limit.hpp"
+#include "../support/temporary_folder.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/slam/mapper.hpp"
+#include "gelslam/slam/slam_options.hpp"
+#include "small_map.hpp"
+
+namespace {
+
+/// Sizes of files when they were last synced: what a power loss leaves of them.
+std::map<std::filesystem::path, std::uintmax_t> synced_sizes;
+
+}  // namespace
+
+/// In front of that of the C library.
+extern "C" int fdatasync(int descriptor) {
+  static std::mutex one_at_a_time;
+  const std::lock_guard lock(one_at_a_time);
+  std::error_code code;
+  const auto file = std::filesystem::read_symlink("/proc/self/fd/" + std::to_string(descriptor), code);
+  synced_sizes[file] = std::filesystem::file_size(file, code);
+  return static_cast<int>(::syscall(SYS_fdatasync, descriptor));
+}
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace test;
+using testing::HasSubstr;
+
+/// A map of what was measured, with its record.
+SlamMap map_of(const ScanRecord& record) {
+  SlamMap map = small_map();
+  map.measured = record;
+  return map;
+}
+
+NewKeyframe unlinked(const std::shared_ptr<const Keyframe>& keyframe, int id) {
+  auto added = std::make_shared<Keyframe>(*keyframe);
+  added->id = id;
+  added->frame = id;
+  return {std::move(added), {}};
+}
+
+FrameRecord frame_of(int number) {
+  return {.frame = number, .time_s = 0.04 * number, .status = TrackStatus::tracked, .trial = 0};
+}
+
+/// One line.
+std::string refusal(const std::function<void()>& read) {
+  const std::string message = message_of<Error>(read);
+  EXPECT_EQ(message.find('\n'), std::string::npos);
+  return message;
+}
+
+TEST(Store, HoldsTheWholeRecord) {
+  const TemporaryFolder folder;
+  ScanRecord before = small_map().measured;
+  for (FrameRecord& frame : before.frames)
+    if (frame.keyframe >= 0) frame.observable[static_cast<std::size_t>(frame.frame % 6)] = false;
+  write_store(folder.path(), map_of(before));
+  const ScanRecord after = read_scan(folder.path(), {});
+  ASSERT_EQ(after.parts.size(), 1u);
+  EXPECT_EQ(after.parts[0].sensor, "a \"sensor\"");
+  EXPECT_EQ(after.parts[0].model_crc32, 0xFFFFFFFFu);
+  ASSERT_EQ(after.keyframes.size(), 3u);
+  EXPECT_EQ(after.keyframes[1]->trial, 1);
+  EXPECT_EQ(after.keyframes[1]->frame, 15);
+  EXPECT_EQ(after.searched, before.searched);
+  ASSERT_EQ(after.edges.size(), before.edges.size());
+  for (std::size_t i = 0; i < after.edges.size(); ++i) {
+    EXPECT_EQ(after.edges[i].from, before.edges[i].from);
+    EXPECT_EQ(after.edges[i].kind, before.edges[i].kind);
+    EXPECT_EQ(after.edges[i].tentative, before.edges[i].tentative);
+    EXPECT_EQ(after.edges[i].from_T_to.matrix(), before.edges[i].from_T_to.matrix());  // to the last bit
+    EXPECT_EQ(after.edges[i].information, before.edges[i].information);
+    EXPECT_EQ(after.edges[i].shared_center_mm, before.edges[i].shared_center_mm);
+  }
+  ASSERT_EQ(after.frames.size(), before.frames.size());
+  for (std::size_t i = 0; i < after.frames.size(); ++i) {
+    EXPECT_EQ(after.frames[i].frame, before.frames[i].frame);
+    EXPECT_EQ(after.frames[i].time_s, before.frames[i].time_s);
+    EXPECT_EQ(after.frames[i].status, before.frames[i].status);
+    EXPECT_EQ(after.frames[i].trial, before.frames[i].trial);
+    EXPECT_EQ(after.frames[i].keyframe, before.frames[i].keyframe);
+    EXPECT_EQ(after.frames[i].observable, before.frames[i].observable);
+    EXPECT_EQ(after.frames[i].keyframe_T_frame.matrix(), before.frames[i].keyframe_T_frame.matrix());
+  }
+}
+
+TEST(Store, WritingWhatWasReadGivesTheSameBytes) {
+  const TemporaryFolder folder;
+  for (const char* name : {"a", "b"}) fs::create_directory(folder / name);
+  write_store(folder / "a", small_map());
+  write_store(folder / "b", map_of(read_scan(folder / "a", {})));
+  EXPECT_TRUE(read_bytes(folder / "a/session.db") == read_bytes(folder / "b/session.db"));
+}
+
+TEST(Store, HoldsTheMap) {
+  const TemporaryFolder folder;
+  const SlamMap map = small_map();
+  write_store(folder.path(), map);
+  const Session session = load_session(folder.path());
+  ASSERT_EQ(session.patches.size(), 2u);
+  EXPECT_EQ(session.warning, "");
+  EXPECT_DOUBLE_EQ(session.gradient_scale, 1.0);
+  for (const PosedSurface& patch : session.patches) {
+    EXPECT_TRUE(patch.id == 0 || patch.id == 2);
+    EXPECT_EQ(patch.map_T_keyframe.matrix(), map.anchor_T_keyframe(patch.id).matrix());
+    const SurfacePtr after = patch.surface.get(),
+                     before = map.keyframes[static_cast<std::size_t>(patch.id)]->surface.get();
+    EXPECT_EQ(cv::norm(after->contact, before->contact, cv::NORM_INF), 0);
+    EXPECT_LE(cv::norm(after->height_mm, before->height_mm, cv::NORM_INF, before->contact),
+              PackedSurface::kHeightStepMm);
+  }
+}
+
+TEST(Store, AMapWithoutKeyframesIsOneToo) {
+  const TemporaryFolder folder;
+  SlamMap map;
+  map.measured.parts = small_map().measured.parts;
+  write_store(folder.path(), map);
+  EXPECT_TRUE(load_session(folder.path()).patches.empty());
+  EXPECT_TRUE(read_scan(folder.path(), {}).keyframes.empty());
+}
+
+/// Its number is not free again: files and frames bear those numbers.
+TEST(Store, ATrialTakenBackIsGone) {
+  const TemporaryFolder folder;
+  write_store(folder.path(), small_map());
+  Store(folder.path()).forget_from_trial(1);
+  const ScanRecord after = read_scan(folder.path(), {});
+  EXPECT_TRUE(after.keyframes[0]);
+  EXPECT_FALSE(after.keyframes[1]);
+  for (const PoseGraphEdge& edge : after.edges) EXPECT_TRUE(edge.from != 1 && edge.to != 1);
+  for (const FrameRecord& frame : after.frames)
+    EXPECT_EQ(frame.status == TrackStatus::undone, frame.trial == 1);
+  EXPECT_THAT(load_session(folder.path()).warning, HasSubstr("the scan went on after its map was saved"));
+  Store(folder.path()).forget_from_trial(0);
+  EXPECT_EQ(read_scan(folder.path(), {}).keyframes.size(), 3u);
+  EXPECT_TRUE(load_session(folder.path()).patches.empty());
+}
+
+TEST(Store, AMapIsThatOfItsFrames) {
+  const TemporaryFolder folder;
+  begin_store(folder.path(), small_map().measured.parts.front());
+  EXPECT_FALSE(find_session(folder.path()));
+  EXPECT_THAT(refusal([&] { load_session(folder.path()); }), HasSubstr("the scan was not finished"));
+  Store store(folder.path());
+  store.set_map(SlamMap{});
+  EXPECT_EQ(load_session(folder.path()).warning, "");
+  store.add(frame_of(7));
+  store.flush();
+  EXPECT_THAT(load_session(folder.path()).warning, HasSubstr("went on"));
+}
+
+/// Whoever reads makes no file, while it is written and after a kill.
+TEST(Store, IsReadWhileItGrowsWithoutATrace) {
+  const TemporaryFolder folder;
+  const SlamMap map = small_map();
+  begin_store(folder.path(), map.measured.parts.front());
+  {
+    Store store(folder.path());
+    for (int id = 0; id < 3; ++id) {
+      store.add(frame_of(id));
+      store.add(unlinked(map.keyframes[0], id));
+      const auto names = folder.names();
+      EXPECT_EQ(read_scan(folder.path(), {}).keyframes.size(), static_cast<std::size_t>(id) + 1);
+      EXPECT_EQ(folder.names(), names);
+    }
+  }
+  EXPECT_THAT(folder.names(), testing::ElementsAre("session.db")) << "one file when it is closed";
+  read_scan(folder.path(), {});
+  EXPECT_THAT(folder.names(), testing::ElementsAre("session.db"));
+}
+
+TEST(Store, LiesInAFolderOfAnyName) {
+  const TemporaryFolder folder;
+  const fs::path run = folder / "100%25 mode=ro?immutable=1#\xe9";
+  fs::create_directory(run);
+  SlamMap map = small_map();
+  map.measured.parts[0].log = "/logs/co\xe9in.mkv";
+  write_store(run, map);
+  EXPECT_EQ(read_scan(run, {}).parts.at(0).log, "/logs/co\xe9in.mkv");
+  EXPECT_THAT(folder.names(), testing::SizeIs(1));
+}
+
+/// At any time: nothing is lost but a keyframe, and the frames of a second.
+TEST(Store, AKillTakesNoMoreThanOneKeyframe) {
+  std::mt19937 random(std::random_device{}());
+  const auto keyframe = small_map().keyframes[0];
+  keyframe->surface.packed();
+  for (int round = 0; round < 8; ++round) {
+    const TemporaryFolder folder;
+    begin_store(folder.path(), small_map().measured.parts.front());
+    int written[2];
+    ASSERT_EQ(::pipe(written), 0);
+    const pid_t child = ::fork();
+    if (child == 0) {
+      Store store(folder.path());
+      for (int id = 0;; ++id) {
+        store.add(frame_of(id));
+        store.add(unlinked(keyframe, id));
+        store.add_loops(id, {});
+        if (::write(written[1], "x", 1) != 1) ::_exit(1);
+      }
+    }
+    ::usleep(20'000 + static_cast<unsigned>(random() % 60'000));
+    ::kill(child, SIGKILL);
+    ::waitpid(child, nullptr, 0);
+    ::close(written[1]);
+    std::size_t known = 0;
+    for (char byte; ::read(written[0], &byte, 1) == 1;) ++known;
+    ::close(written[0]);
+    const ScanRecord left = read_scan(folder.path(), {});
+    EXPECT_GE(left.keyframes.size(), known);
+    EXPECT_LE(left.keyframes.size(), known + 1);
+    EXPECT_EQ(left.frames.size(), left.keyframes.size());
+    const int next = static_cast<int>(left.keyframes.size());
+    Store store(folder.path());
+    store.add(frame_of(next));
+    store.add(unlinked(keyframe, next));
+    EXPECT_EQ(read_scan(folder.path(), {}).keyframes.size(), left.keyframes.size() + 1) << "it goes on";
+  }
+}
+
+/// Files that were not synced may be short after a power loss, however long ago they were written.
+TEST(Store, APowerLossTakesNoKeyframe) {
+  const TemporaryFolder folder, after;
+  const auto keyframe = small_map().keyframes[0];
+  begin_store(folder.path(), small_map().measured.parts.front());
+  Store store(folder.path());
+  for (int id = 0; id < 3; ++id) {
+    for (int i = 0; i < 30; ++i) store.add(frame_of(100 * id + i));
+    store.add(frame_of(100 * id + 30));
+    store.add({std::make_shared<Keyframe>(Keyframe{id, 100 * id, 0, keyframe->surface, {}}), {}});
+    for (const char* name : {"session.db", "session.db-wal"})
+      write_bytes(after / name, read_bytes(folder / name).substr(0, synced_sizes[folder / name]));
+    const ScanRecord left = read_scan(after.path(), {});
+    EXPECT_EQ(left.keyframes.size(), static_cast<std::size_t>(id) + 1);
+    EXPECT_EQ(left.frames.size(), 31u * (static_cast<unsigned>(id) + 1));
+    for (const std::string& name : after.names()) fs::remove(after / name);
+  }
+}
+
+TEST(Store, AFullDiskIsAnErrorAndWhatWasWrittenIsRead) {
+  const TemporaryFolder folder;
+  const auto keyframe = small_map().keyframes[0];
+  begin_store(folder.path(), small_map().measured.parts.front());
+  std::string message;
+  int added = 0;
+  {
+    Store store(folder.path());
+    const FileSizeLimit limit(300'000);
+    message = refusal([&] {
+      for (; added < 1000; ++added) {
+        store.add(frame_of(added));
+        store.add(unlinked(keyframe, added));
+      }
+    });
+  }
+  EXPECT_THAT(message, HasSubstr("session.db: cannot be written: "));
+  EXPECT_GT(added, 1);
+  EXPECT_EQ(read_scan(folder.path(), {}).keyframes.size(), static_cast<std::size_t>(added));
+  const TemporaryFolder whole;
+  const FileSizeLimit limit(2500);
+  EXPECT_THAT(refusal([&] { write_store(whole.path(), small_map()); }), HasSubstr("cannot be written"));
+}
+
+TEST(Store, IsNotWrittenWhereAnotherHasItsName) {
+  const TemporaryFolder folder;
+  for (const char* name : {"run", "other"}) fs::create_directory(folder / name);
+  begin_store(folder / "run", small_map().measured.parts.front());
+  write_store(folder / "other", small_map());
+  {
+    Store store(folder / "run");
+    store.add(frame_of(0));
+    store.flush();
+    fs::rename(folder / "run", folder / "moved");
+    fs::rename(folder / "other", folder / "run");
+    write_bytes(folder / "run/session.db-wal", "of another program");
+    store.add(frame_of(1));
+    EXPECT_THAT(refusal([&] { store.flush(); }), HasSubstr("was moved or replaced during the scan"));
+  }
+  EXPECT_EQ(read_bytes(folder / "run/session.db-wal"), "of another program");
+  EXPECT_EQ(read_scan(folder / "moved", {}).frames.size(), 1u);
+}
+
+// ---- damaged and forged files
+
+class DamagedStore : public testing::Test {
+ protected:
+  DamagedStore() { write_store(folder.path(), small_map()); }
+  std::string both() {
+    const std::string session = refusal([&] { load_session(folder.path()); }),
+                      scan = refusal([&] { read_scan(folder.path(), {}); });
+    EXPECT_EQ(session, scan);
+    EXPECT_THAT(refusal([&] { Store store(folder.path()); }), HasSubstr(session));
+    return session;
+  }
+
+  TemporaryFolder folder;
+  const fs::path file = folder / "session.db";
+};
+
+TEST_F(DamagedStore, IsNamedInOneLine) {
+  for (const char* text : {"", "a text", "SQLite format 3"}) {
+    write_bytes(file, text);
+    EXPECT_THAT(both(), HasSubstr("session.db: damaged, or not a session of gelslam"));
+  }
+  fs::remove(file);
+  EXPECT_THAT(both(), HasSubstr(": holds no session.db"));
+  fs::create_directory(folder / "session");
+  EXPECT_THAT(both(),
+              HasSubstr(": its session is of an older version, which is not read any more; reconstruct"));
+  fs::create_symlink("/etc/hostname", file);
+  EXPECT_THAT(both(), HasSubstr("session.db: is a link"));
+  fs::remove(file);
+  write_store(folder.path(), small_map());
+  write_bytes(folder / "session.db-journal", "/etc/hostname");
+  EXPECT_THAT(both(), HasSubstr("session.db-journal: no run holds that"));
+}
+
+TEST_F(DamagedStore, OfAnotherVersionOrWithOtherTablesIsRefused) {
+  const std::string good = read_bytes(file);
+  for (const auto& [change, why] : std::vector<std::pair<std::string, std::string>>{
+           {"PRAGMA user_version=4", "written by a newer version of the program (session version 4"},
+           {"PRAGMA user_version=2", "not a session"},
+           {"PRAGMA application_id=5", "not a session"},
+           {"DROP TABLE searched", "not a session"},
+           {"CREATE TABLE more(a)", "not a session"},
+           {"CREATE VIEW more AS SELECT * FROM parts", "not a session"},
+           {"CREATE INDEX more ON edges(kind)", "not a session"},
+           {"CREATE TRIGGER more AFTER INSERT ON parts BEGIN DELETE FROM frames; END", "not a session"},
+           {"DROP TABLE poses; CREATE VIEW poses AS SELECT 1 AS keyframe, 1 AS in_map, 2 AS pose",
+            "not a session"},
+           {"ALTER TABLE edges ADD COLUMN more GENERATED ALWAYS AS (abs(tentative))", "not a session"}}) {
+    write_bytes(file, good);
+    sql(file, change);
+    EXPECT_THAT(both(), HasSubstr(why)) << change;
+  }
+}
+
+/// Programs number on from what a session names, look its keyframes up, and add its poses.
+TEST_F(DamagedStore, NumbersThatNoScanHasAreRefused) {
+  const std::string good = read_bytes(file);
+  for (const char* change : {
+           "UPDATE parts SET first_frame=1000000000001",
+           "UPDATE parts SET model_crc32=-1",
+           "UPDATE parts SET sensor=NULL",
+           "DELETE FROM parts",
+           "UPDATE frames SET frame=-1 WHERE frame=0",
+           "UPDATE frames SET frame=9223372036854775807 WHERE frame=59",
+           "UPDATE frames SET time_s=1e300",
+           "UPDATE frames SET time_s=NULL",
+           "UPDATE frames SET time_s='now'",
+           "UPDATE frames SET status='flying'",
+           "UPDATE frames SET trial=2147483647 WHERE frame=59",
+           "UPDATE frames SET trial=NULL WHERE frame=59",
+           "UPDATE frames SET keyframe=-1 WHERE frame=59",
+           "UPDATE frames SET keyframe_T_frame=NULL WHERE frame=59",
+           "UPDATE frames SET keyframe_T_frame=x'00' WHERE frame=59",
+           "UPDATE frames SET keyframe_T_frame=zeroblob(96) WHERE frame=59",
+           "UPDATE frames SET observable=64",
+           "DELETE FROM frames WHERE frame=15",
+           "UPDATE keyframes SET id=1000001 WHERE id=2",
+           "UPDATE keyframes SET id=-1 WHERE id=0",
+           "UPDATE keyframes SET frame=-1 WHERE id=0",
+           "UPDATE keyframes SET trial=2147483647 WHERE id=0",
+           "UPDATE keyframes SET surface='a surface'",
+           "UPDATE keyframes SET surface=zeroblob(200)",
+           "UPDATE keyframes SET surface=substr(surface, 1, 200)",
+           "UPDATE edges SET from_keyframe=7",
+           "UPDATE edges SET from_keyframe=-1",
+           "UPDATE edges SET kind='tunnel'",
+           "UPDATE edges SET from_T_to=information",
+           "UPDATE edges SET information=shared_center_mm",
+           "UPDATE edges SET shared_center_mm=x'000000000000F07F000000000000F07F000000000000F07F'",
+           "UPDATE edges SET tentative=2",
+       }) {
+    write_bytes(file, good);
+    sql(file, change);
+    EXPECT_THAT(refusal([&] { read_scan(folder.path(), {}); }), HasSubstr("session.db: ")) << change;
+  }
+  for (const char* change : {
+           "UPDATE map SET gradient_scale=0",
+           "UPDATE map SET gradient_scale=NULL",
+           "UPDATE map SET last_frame='late'",
+           "UPDATE poses SET keyframe=-1 WHERE keyframe=0",
+           "UPDATE poses SET in_map=7",
+           "UPDATE poses SET pose=zeroblob(96)",
+           "UPDATE poses SET pose=zeroblob(88)",
+           "UPDATE keyframes SET surface=zeroblob(200)",
+           "INSERT INTO map_edges VALUES(NULL,-1,1,'loop',0)",
+           "INSERT INTO map_edges VALUES(NULL,0,1,'tunnel',0)",
+       }) {
+    write_bytes(file, good);
+    sql(file, change);
+    EXPECT_THAT(refusal([&] { load_session(folder.path()); }), HasSubstr("session.db: ")) << change;
+  }
+}
+
+/// A kill may come before a keyframe of which frames or loops are written, and after it was taken back.
+TEST_F(DamagedStore, WhatLeadsToNoKeyframeIsLeftOut) {
+  sql(file,
+      "INSERT INTO searched VALUES(7); INSERT INTO edges SELECT NULL,1,7,kind,from_T_to,information,"
+      "shared_center_mm,0 FROM edges; UPDATE frames SET keyframe=7 WHERE frame=59");
+  const ScanRecord record = read_scan(folder.path(), {});
+  EXPECT_EQ(record.edges.size(), 2u);
+  EXPECT_EQ(record.frames.back().keyframe, -1);
+  Mapper mapper{SlamOptions{}};
+  mapper.restore(record);
+  EXPECT_GE(mapper.finish(record.frames, false, [] { return false; }).components, 1);
+}
+
+/// Any byte: an Error in one line, or what can be read; and never anything else.
+TEST_F(DamagedStore, SurvivesChangedBytes) {
+  const std::string good = read_bytes(file);
+  std::mt19937 random(7);
+  for (int round = 0; round < 600; ++round) {
+    std::string bad = good;
+    for (auto changes = 1 + random() % 20; changes > 0; --changes) {
+      // Half of them where pages begin: there is what leads to all else.
+      const std::size_t at = random() % bad.size();
+      bad[random() % 2 ? at : at / 4096 * 4096 + at % 64] = static_cast<char>(random());
+    }
+    if (round % 5 == 0) bad.resize(random() % bad.size());
+    write_bytes(file, bad);
+    const std::string session = refusal([&] { load_session(folder.path()); }),
+                      scan = refusal([&] { read_scan(folder.path(), {}); });
+    if (round % 5 == 0) {
+      EXPECT_NE(session, "nothing was thrown") << "it is shorter";
+      EXPECT_NE(scan, "nothing was thrown");
+    }
+  }
+}
+
+}  // namespace
+}  // namespace gelslam
