@@ -31,9 +31,9 @@ def export(name, *options, source=RUN, exit_code=0):
     return (WORK / name).read_bytes(), result.stderr
 
 
-def linear(level):
-    s = level / 255
-    return s / 12.92 if s <= 0.04045 else ((s + 0.055) / 1.055) ** 2.4
+def corners_of(stl):
+    """Mx3x3: of the triangles of a binary STL."""
+    return np.frombuffer(stl[84:], np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")]))["corners"]
 
 
 def matrix(tum):
@@ -56,52 +56,38 @@ def setUpModule():
 class Export(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.ply, cls.triangles = readers.read_ply((RUN / "mesh.ply").read_bytes())
-        cls.vertices = list(zip(cls.ply["x"], cls.ply["y"], cls.ply["z"]))
+        cls.corners = corners_of(export("run.stl", "--units", "m")[0])
         cls.trajectory = readers.read_tum((RUN / "trajectory.tum").read_text())
 
-    def test_glb_is_the_mesh_in_meters(self):
-        gltf, columns = readers.read_glb(export("run.glb", "--color", "confidence")[0])
-        np.testing.assert_allclose(columns["POSITION"], self.vertices, atol=1e-9)
-        self.assertEqual(columns["indices"], [i for t in self.triangles for i in t])
-        self.assertEqual([c for (c,) in columns["_CONFIDENCE"]], self.ply["confidence"])
-        np.testing.assert_allclose(np.linalg.norm(columns["NORMAL"], axis=1), 1, atol=1e-5)
-        self.assertEqual(len(columns["COLOR_0"]), len(self.vertices))
-        self.assertEqual(gltf["asset"]["version"], "2.0")
-        # The same colors in a PLY, which has them as sRGB levels.
-        colored, _ = readers.read_ply(export("colored.ply", "--color", "confidence")[0])
-        for i in range(0, len(self.vertices), 997):
-            for share, name in zip(columns["COLOR_0"][i], ("red", "green", "blue")):
-                self.assertAlmostEqual(share / 65535, linear(colored[name][i]), places=4)
-        self.assertEqual(colored["confidence"], self.ply["confidence"])
-
     def test_height_colors_follow_the_height(self):
-        colored, _ = readers.read_ply(export("height.ply", "--color", "height")[0])
-        low, high = np.argmax(colored["z"]), np.argmin(colored["z"])  # -z is out of the object
-        self.assertLess(colored["red"][low], 30)
-        self.assertGreater(colored["red"][high], 220)
-        self.assertNotIn("red", readers.read_ply(export("plain.ply")[0])[0])
+        colored = readers.Mcap(export("height.mcap")[0]).of("/surface")[0][1]["entities"][0]["triangles"][0]
+        z = [point["z"] for point in colored["points"]]
+        low, high = np.argmax(z), np.argmin(z)  # -z is out of the object
+        self.assertLess(colored["colors"][low]["r"], 0.12)
+        self.assertGreater(colored["colors"][high]["r"], 0.86)
+        self.assertIn(b"uchar red", export("height.ply", "--color", "height")[0][:1000])
+        self.assertNotIn(b"uchar red", export("plain.ply")[0][:1000])
+        self.assertIn(b"COLOR_0", export("height.glb")[0])
+        self.assertNotIn(b"COLOR_0", export("plain.glb", "--color", "none")[0])
 
     def test_a_simplified_mesh_says_how_near_it_is(self):
-        glb, said = export("small.glb", "--max-error-mm", "0.02", "--color", "none")
-        _, columns = readers.read_glb(glb)
+        stl, said = export("small.stl", "--max-error-mm", "0.02", "--units", "m")
         self.assertRegex(said, r"simplified to \d+ of \d+ triangles, at most 0\.0[0-2]\d* mm from the full surface")
-        self.assertLess(len(columns["indices"]) / 3, len(self.triangles) / 3)
-        self.assertNotIn("COLOR_0", columns)
+        corners = corners_of(stl) * 1000
+        self.assertLess(len(corners), len(self.corners) / 3)
         # Every vertex of the full mesh has the smaller one's surface within the bound: tested against its densely
         # sampled triangles, whose samples are at most a tenth of an edge apart.
-        corners = np.array(columns["POSITION"])[np.array(columns["indices"]).reshape(-1, 3)] * 1000
         steps = [(i / 10, j / 10) for i in range(11) for j in range(11 - i)]
         samples = np.concatenate([corners[:, 0] + u * (corners[:, 1] - corners[:, 0]) + v * (corners[:, 2] - corners[:, 0]) for u, v in steps])
         edge = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max()
-        for vertex in np.array(self.vertices)[::499] * 1000:
+        for vertex in self.corners.reshape(-1, 3)[::2999] * 1000:
             self.assertLess(np.linalg.norm(samples - vertex, axis=1).min(), math.hypot(0.0201, edge / 10))
 
     @needs_open3d
     def test_a_closed_body_is_closed_in_every_file(self):
         stl, said = export("body.stl", "--watertight", "--close", "--max-error-mm", "0.02")
         self.assertRegex(said, r"made watertight: a closed body of [\d.]+ mm3, \d+ % of its surface touched")
-        corners = np.frombuffer(stl[84:], np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")]))["corners"]
+        corners = corners_of(stl)
         places = [tuple(map(tuple, t)) for t in corners.tolist()]
         edges = collections.Counter((t[k], t[(k + 1) % 3]) for t in places for k in range(3))
         self.assertEqual({edges[edge] - edges[edge[::-1]] for edge in edges}, {0}, "as many triangles each way")
@@ -110,22 +96,21 @@ class Export(unittest.TestCase):
 
     @needs_open3d
     def test_a_watertight_surface_ends_where_nothing_was_touched(self):
-        ply, said = export("open.ply", "--watertight", exit_code=1)
+        stl, said = export("open.stl", "--watertight", exit_code=1)
         self.assertRegex(said, r"warning: not watertight: .* open beyond \(--close makes a closed body\)")
         self.assertNotIn("made watertight", said)
         reach_mm = float(re.search(r"gaps up to ([\d.]+) mm wide", said)[1]) / 2
-        made = np.array(list(zip(*(readers.read_ply(ply)[0][axis] for axis in "xyz")))) * 1000
-        touched = np.array(self.vertices) * 1000
-        longest = max(np.linalg.norm(touched[a] - touched[b]) for a, b, _ in self.triangles)
-        for vertex in made[::97]:
+        made, touched = corners_of(stl).reshape(-1, 3), 1000 * self.corners.reshape(-1, 3)
+        longest = 1000 * np.linalg.norm(self.corners - np.roll(self.corners, 1, axis=1), axis=2).max()
+        for vertex in made[::593]:
             self.assertLess(np.linalg.norm(touched - vertex, axis=1).min(), math.hypot(1.05 * reach_mm, longest))
-        for vertex in touched[::97]:  # and goes through what was touched
+        for vertex in touched[::593]:  # and goes through what was touched
             self.assertLess(np.linalg.norm(made - vertex, axis=1).min(), longest)
         with_one_core = subprocess.run(
-            ["taskset", "-c", str(min(os.sched_getaffinity(0))), PROGRAM, "export", RUN, "-o", WORK / "one_core.ply", "--watertight", "-q"], capture_output=True, text=True)
+            ["taskset", "-c", str(min(os.sched_getaffinity(0))), PROGRAM, "export", RUN, "-o", WORK / "one_core.stl", "--watertight", "-q"], capture_output=True, text=True)
         self.assertEqual(with_one_core.returncode, 1)
         self.assertIn("not watertight", with_one_core.stderr)
-        self.assertEqual((WORK / "one_core.ply").read_bytes(), ply)
+        self.assertEqual((WORK / "one_core.stl").read_bytes(), stl)
 
     @unittest.skipIf(os.environ["GELSLAM_OPEN3D"] == "1", "built with Open3D")
     def test_without_open3d_it_says_so(self):
@@ -170,8 +155,8 @@ class Export(unittest.TestCase):
         self.assertEqual(len(mcap.of("/keyframe")), len(keyframes))
         self.assertEqual(len(mcap.of("/keyframes")[0][1]["poses"]), len(keyframes))
         triangles = mcap.of("/surface")[0][1]["entities"][0]["triangles"][0]
-        np.testing.assert_allclose([(p["x"], p["y"], p["z"]) for p in triangles["points"]], self.vertices, atol=1e-9)
-        self.assertEqual(triangles["indices"], [i for t in self.triangles for i in t])
+        points = np.array([(p["x"], p["y"], p["z"]) for p in triangles["points"]])
+        np.testing.assert_allclose(points[triangles["indices"]].reshape(-1, 3, 3), self.corners, atol=2e-9)
         line = mcap.of("/path")[0][1]["entities"][0]["lines"][0]
         self.assertEqual(set(line), {"type", "pose", "thickness", "scale_invariant", "points", "color", "colors", "indices"})
         frames = json.loads((RUN / "report.json").read_text())["frames"]["total"]
@@ -236,16 +221,15 @@ class Export(unittest.TestCase):
 
     def test_the_page_holds_the_run(self):
         text = export("run.html")[0].decode()
-        data, glb = readers.read_page(text)
-        _, columns = readers.read_glb(glb)
-        np.testing.assert_allclose(columns["POSITION"], self.vertices, atol=1e-9)
+        data, ply = readers.read_page(text)
+        self.assertEqual(ply, export("plain.ply")[0])
         self.assertEqual(sum(len(s) for s in data["strips"]), 3 * len(self.trajectory))
         np.testing.assert_allclose(data["strips"][0][:3], self.trajectory[0][1:4], atol=1e-8)
         figures = dict(data["figures"])
         report = json.loads((RUN / "report.json").read_text())
         self.assertEqual(figures["Keyframes"], str(report["keyframes"]))
         self.assertIn(f"{report['frames']['tracked']} of {report['frames']['total']} tracked", figures["Frames"])
-        self.assertIn(f"{len(self.triangles)} triangles", figures["Mesh"])
+        self.assertIn(f"{len(self.corners)} triangles", figures["Mesh"])
         for word in ("http:", "https:", "src=", "import("):
             self.assertNotIn(word, text, "the page needs no network")
 

@@ -6,60 +6,15 @@ import struct
 import zlib
 
 
-def read_glb(data):
-    """(glTF object, {attribute or "indices": list of tuples}) of a binary glTF with one mesh; checks its structure."""
-    magic, version, length = struct.unpack_from("<4sII", data)
-    assert (magic, version, length) == (b"glTF", 2, len(data))
-    json_length, kind = struct.unpack_from("<I4s", data, 12)
-    assert kind == b"JSON" and json_length % 4 == 0
-    gltf = json.loads(data[20:20 + json_length])
-    binary_length, kind = struct.unpack_from("<I4s", data, 20 + json_length)
-    binary = data[28 + json_length:]
-    assert kind == b"BIN\0" and binary_length == len(binary) and binary_length % 4 == 0
-    assert len(gltf["buffers"]) == 1 and 0 <= binary_length - gltf["buffers"][0]["byteLength"] < 4
-
-    def column(index):
-        accessor = gltf["accessors"][index]
-        view = gltf["bufferViews"][accessor["bufferView"]]
-        letter, size = {5123: ("H", 2), 5125: ("I", 4), 5126: ("f", 4)}[accessor["componentType"]]
-        width = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}[accessor["type"]]
-        assert view["byteLength"] == accessor["count"] * width * size and view["byteOffset"] % size == 0
-        assert view["byteOffset"] + view["byteLength"] <= gltf["buffers"][0]["byteLength"]
-        raw = binary[view["byteOffset"]:view["byteOffset"] + view["byteLength"]]
-        rows = list(struct.iter_unpack("<" + width * letter, raw))
-        for i in range(width if "min" in accessor else 0):
-            assert min(row[i] for row in rows) == accessor["min"][i] and max(row[i] for row in rows) == accessor["max"][i]
-        return rows
-
-    primitive = gltf["meshes"][gltf["nodes"][gltf["scenes"][gltf["scene"]]["nodes"][0]]["mesh"]]["primitives"][0]
-    columns = {name: column(index) for name, index in primitive["attributes"].items()}
-    columns["indices"] = [i for (i,) in column(primitive["indices"])]
-    assert all("min" in gltf["accessors"][i] for n, i in primitive["attributes"].items() if n == "POSITION")
-    return gltf, columns
-
-
-def read_ply(data):
-    """({property: list of numbers}, list of triangles) of a binary PLY."""
-    head, body = data.split(b"end_header\n", 1)
-    head = head.decode()
-    vertices, faces = (int(re.search(rf"element {e} (\d+)", head)[1]) for e in ("vertex", "face"))
-    names = re.findall(r"property (float|uchar) (\w+)", head)
-    row = struct.Struct("<" + "".join({"float": "f", "uchar": "B"}[t] for t, _ in names))
-    rows = list(row.iter_unpack(body[:vertices * row.size]))
-    triangles = list(struct.iter_unpack("<Biii", body[vertices * row.size:]))
-    assert len(triangles) == faces and all(t[0] == 3 for t in triangles)
-    return {name: [r[i] for r in rows] for i, (_, name) in enumerate(names)}, [t[1:] for t in triangles]
-
-
 def read_tum(text):
     return [tuple(map(float, line.split())) for line in text.splitlines()]
 
 
 def read_page(text):
-    """(data, glb bytes) embedded in a page."""
+    """(data, PLY bytes) embedded in a page."""
     data = re.search(r'<script type="application/json" id="run">(.*?)</script>', text, re.S)[1]
-    glb = re.search(r'<script type="text/plain" id="glb">(.*?)</script>', text, re.S)[1]
-    return json.loads(data), base64.b64decode(glb, validate=True)
+    ply = re.search(r'<script type="text/plain" id="ply">(.*?)</script>', text, re.S)[1]
+    return json.loads(data), base64.b64decode(ply, validate=True)
 
 
 class Mcap:

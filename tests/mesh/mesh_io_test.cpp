@@ -1,10 +1,13 @@
 #include "gelslam/mesh/mesh_io.hpp"
 
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <array>
+#include <assimp/Importer.hpp>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -53,28 +56,28 @@ Mesh tetrahedron() {
   return mesh;
 }
 
-/// Corners of every triangle, in order: independent of how vertices are shared or numbered.
-void expect_same_triangles(const Mesh& a, const Mesh& b, float tolerance_mm) {
-  ASSERT_EQ(a.triangles.size(), b.triangles.size());
-  for (std::size_t t = 0; t < a.triangles.size(); ++t) {
-    for (int c = 0; c < 3; ++c) {
-      const auto va = a.vertices_mm[static_cast<std::size_t>(a.triangles[t][c])];
-      const auto vb = b.vertices_mm[static_cast<std::size_t>(b.triangles[t][c])];
-      EXPECT_LT((va - vb).norm(), tolerance_mm) << "triangle " << t << " corner " << c;
-    }
-  }
-}
-
 class MeshIoFormats : public MeshIo,
                       public ::testing::WithParamInterface<std::tuple<const char*, LengthUnit>> {};
 
+/// Corners of every triangle, in order: independent of how vertices are shared or numbered.
 TEST_P(MeshIoFormats, RoundTripKeepsEveryTriangle) {
   const auto [extension, unit] = GetParam();
   const Mesh mesh = tetrahedron();
   write_mesh(file(std::string("m") + extension), mesh, unit);
   const Mesh back = read_mesh(file(std::string("m") + extension));  // the unit is noted in the file
-  // Two conversions of a float of 10 mm: a few units in the last place (1e-6 mm each).
-  expect_same_triangles(mesh, back, 5e-6f);
+  EXPECT_EQ(back.vertices_mm.size(), mesh.vertices_mm.size()) << "STL repeats them";
+  EXPECT_EQ(back.normals.empty(), std::string(extension) == ".stl");
+  ASSERT_EQ(back.triangles.size(), mesh.triangles.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    for (int c = 0; c < 3; ++c) {
+      const auto before = static_cast<std::size_t>(mesh.triangles[t][c]),
+                 after = static_cast<std::size_t>(back.triangles[t][c]);
+      // Two conversions of a float of 10 mm: a few units in the last place (1e-6 mm each).
+      EXPECT_LT((back.vertices_mm[after] - mesh.vertices_mm[before]).norm(), 5e-6f) << t << ", " << c;
+      if (!back.normals.empty()) {
+        EXPECT_LT((back.normals[after] - mesh.normals[before]).norm(), 1e-5f) << t << ", " << c;
+      }
+    }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, MeshIoFormats,
@@ -95,23 +98,29 @@ TEST_F(MeshIo, PlyKeepsNormalsAndConfidenceExactly) {
   EXPECT_EQ(back.triangles, mesh.triangles);
 }
 
-TEST_F(MeshIo, ObjKeepsNormals) {
-  write_mesh(file("m.obj"), tetrahedron());
-  const Mesh back = read_mesh(file("m.obj"));
-  ASSERT_EQ(back.normals.size(), back.vertices_mm.size());
+TEST_F(MeshIo, GlbHasTheSurfaceTurnedTowardTheViewerAndLinearColors) {
   const Mesh mesh = tetrahedron();
-  expect_same_triangles(mesh, back, 5e-6f);  // the reader may number vertices anew
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+  const VertexColors srgb = {{255, 0, 0}, {0, 188, 0}, {0, 0, 255}, {10, 10, 10}};
+  const std::array<aiColor4D, 4> linear = {aiColor4D(1, 0, 0, 1), aiColor4D(0, 0.5029f, 0, 1),
+                                           aiColor4D(0, 0, 1, 1),
+                                           aiColor4D(0.003035f, 0.003035f, 0.003035f, 1)};
+  write_mesh(file("m.glb"), mesh, LengthUnit::meter, srgb);
+  Assimp::Importer importer;
+  const aiScene* scene = importer.ReadFile(file("m.glb").string(), aiProcess_PreTransformVertices);
+  ASSERT_TRUE(scene != nullptr && scene->mNumMeshes == 1);
+  const aiMesh& read = *scene->mMeshes[0];
+  ASSERT_EQ(read.mNumFaces, mesh.triangles.size());
+  ASSERT_TRUE(read.HasNormals() && read.HasVertexColors(0));
+  for (unsigned t = 0; t < read.mNumFaces; ++t)
     for (int c = 0; c < 3; ++c) {
-      const auto before = static_cast<std::size_t>(mesh.triangles[t][c]),
-                 after = static_cast<std::size_t>(back.triangles[t][c]);
-      EXPECT_LT((back.normals[after] - mesh.normals[before]).norm(), 1e-5f);
+      const unsigned after = read.mFaces[t].mIndices[c];
+      const auto before = static_cast<std::size_t>(mesh.triangles[t][c]);
+      const auto turned = [](const Eigen::Vector3f& v) { return aiVector3D(v.x(), -v.y(), -v.z()); };
+      EXPECT_LT((read.mVertices[after] * 1000.0f - turned(mesh.vertices_mm[before])).Length(), 5e-6f);
+      EXPECT_LT((read.mNormals[after] - turned(mesh.normals[before])).Length(), 1e-6f);
+      const aiColor4D difference = read.mColors[0][after] - linear[before];
+      EXPECT_LT(std::abs(difference.r) + std::abs(difference.g) + std::abs(difference.b), 1e-4f);
     }
-}
-
-TEST_F(MeshIo, StlSharesItsVerticesAgain) {
-  write_mesh(file("m.stl"), tetrahedron());
-  EXPECT_EQ(read_mesh(file("m.stl")).vertices_mm.size(), 4u);
 }
 
 TEST_F(MeshIo, FilesAreInMetersByDefault) {
@@ -144,12 +153,13 @@ TEST_F(MeshIo, ProgramsThatReadStlAndObjExpectMillimeters) {
 }
 
 TEST_F(MeshIo, SameMeshGivesSameBytesAndLeavesNoOtherFile) {
-  for (const char* name : {"a.ply", "b.ply", "a.stl", "b.stl", "a.obj", "b.obj"})
+  for (const char* name : {"a.ply", "b.ply", "a.stl", "b.stl", "a.obj", "b.obj", "a.glb", "b.glb"})
     write_mesh(file(name), tetrahedron());
   EXPECT_EQ(bytes_of(file("a.ply")), bytes_of(file("b.ply")));
   EXPECT_EQ(bytes_of(file("a.stl")), bytes_of(file("b.stl")));
   EXPECT_EQ(bytes_of(file("a.obj")), bytes_of(file("b.obj")));
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 6);
+  EXPECT_EQ(bytes_of(file("a.glb")), bytes_of(file("b.glb")));
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 8);
 }
 
 TEST_F(MeshIo, AnEmptyMeshCanBeWrittenButNotRead) {

@@ -80,7 +80,7 @@ void write_page(const std::filesystem::path& path, const RunContents& run, MeshC
   if (run.mesh.triangles.empty()) throw Error(run.name + " has no mesh to show on a page");
   std::string page = kPageTemplate;
   fill_in(page, "{{RUN}}", script_text(page_data(run, color)));
-  fill_in(page, "{{GLB}}", base64(encode_glb(run.mesh)));
+  fill_in(page, "{{PLY}}", base64(encode_ply(run.mesh)));
   write_file_atomically(path, page);
 }
 

@@ -6,7 +6,7 @@
 #include <map>
 
 #include "gelslam/core/error.hpp"
-#include "mesh_readers.hpp"
+#include "mesh_formats.hpp"
 
 namespace gelslam::mesh::detail {
 namespace {

@@ -7,7 +7,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
-#include "mesh_readers.hpp"
+#include "mesh_formats.hpp"
 
 namespace gelslam {
 

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "gelslam/core/error.hpp"
-#include "mesh_readers.hpp"
+#include "mesh_formats.hpp"
 
 namespace gelslam::mesh::detail {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/mesh/mesh.hpp"
+#include "gelslam/mesh/mesh_io.hpp"
 
 namespace gelslam::mesh::detail {
 
@@ -18,13 +18,25 @@ Eigen::Vector3f vertex_mm(const Eigen::Vector3d& vertex, double mm_per_unit);
 /// against the file's size before memory is taken for it. Throws Error.
 Mesh read_ply(const std::filesystem::path& path, double mm_per_unit);
 
+inline Eigen::Vector3f in_file_unit(const Eigen::Vector3f& v_mm, LengthUnit file_unit) {
+  return (v_mm.cast<double>() * (file_unit == LengthUnit::meter ? 1e-3 : 1.0)).cast<float>();
+}
+
+#ifdef GELSLAM_WITH_ASSIMP
 /// OBJ and STL in all their dialects; `extension` is ".obj" or ".stl". Throws Error when Assimp cannot read
 /// the file.
-#ifdef GELSLAM_WITH_ASSIMP
 Mesh read_with_assimp(const std::filesystem::path& path, const std::string& extension, double mm_per_unit);
+
+/// The bytes of an OBJ, STL (binary; normals of its triangles) or GLB (as write_mesh() says), by
+/// `extension`. Throws Error when Assimp cannot write it.
+std::string encode_with_assimp(const Mesh& mesh, const std::string& extension, LengthUnit file_unit,
+                               const VertexColors& colors);
 #else
 inline Mesh read_with_assimp(const std::filesystem::path&, const std::string&, double) {
   throw Error("this build of GelSLAM reads PLY only (GELSLAM_WITH_ASSIMP is off)");
+}
+inline std::string encode_with_assimp(const Mesh&, const std::string&, LengthUnit, const VertexColors&) {
+  throw Error("this build of GelSLAM writes PLY only (GELSLAM_WITH_ASSIMP is off)");
 }
 #endif
 
