@@ -177,19 +177,19 @@ def accuracy_verdicts(name, ours, public):
 
 
 COLUMNS = ("sequence", "ours", "public", "ratio", "worst axis", "end mm/deg", "ATE", "ATE pub>=", "mesh", "pub", "ratio",
-           "icp", "compl", "F", "stacked", "pieces", "share", "silent", "s", "verdict")
+           "icp", "compl", "F", "pieces", "share", "silent", "s", "verdict")
 
 
 def row(name, ours, public, seconds, checks):
     t = ours["trajectory"]
     mine, theirs = geometric_mean(t["mae"]), public_error(public)
     mesh = ours["mesh"]
-    mesh_cells = [""] * 7
+    mesh_cells = [""] * 6
     if mesh and public and public["mesh"]:
         mean, public_mean = mesh["known_pose"]["accuracy"]["mean_mm"], public["mesh"]["acc_mean_mm"]
         at_100 = next(w for w in mesh["known_pose"]["within"] if w["distance_mm"] == 0.1)
         mesh_cells = ["%.4f" % mean, "%.4f" % public_mean, "%.2f" % (mean / public_mean),
-                      "%.4f" % mesh["after_icp"]["accuracy"]["mean_mm"], "%.2f" % at_100["completeness"], "%.2f" % at_100["f_score"], "%.3f" % mesh["stacked_share"]]
+                      "%.4f" % mesh["after_icp"]["accuracy"]["mean_mm"], "%.2f" % at_100["completeness"], "%.2f" % at_100["f_score"]]
     verdict = " ".join("%s %s" % (what, "pass" if met else "FAIL") for what, met in checks) or "-"
     public_cells = ["%.4f" % theirs, "%.2f" % (mine / theirs)] if theirs else ["-", "-"]
     return [name, "%.4f" % mine, *public_cells, worst_axis(t["mae"]),

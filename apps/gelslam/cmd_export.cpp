@@ -133,11 +133,12 @@ bool reduce_mesh(const ExportArguments& a, RunContents& run, ProgressSink& progr
   const bool as_asked = !a.watertight || fill_gaps(a, run, progress, say);
   if (!a.max_error_mm) return as_asked;
   const std::size_t before = run.mesh.triangles.size();
-  SimplifiedMesh simplified = simplify(run.mesh, *a.max_error_mm, progress);
+  progress.begin("simplifying", std::nullopt);
+  SimplifiedMesh simplified = simplify(run.mesh, *a.max_error_mm);
+  progress.end();
   run.mesh = std::move(simplified.mesh);
-  const std::string words =
-      fmt::format("{} of {} triangles, at most {} mm from the full surface", run.mesh.triangles.size(),
-                  before, short_number(simplified.largest_distance_mm, 3));
+  const std::string words = fmt::format("{} of {} triangles, error {} mm", run.mesh.triangles.size(), before,
+                                        short_number(simplified.error_mm, 3));
   say("simplified to " + words);
   run.figures.emplace_back("Simplified", words);
   return as_asked;
@@ -252,8 +253,9 @@ void add_options(CLI::App& command, ExportArguments& a) {
                 "its size behind what was touched from one side")
       ->needs(watertight);
   command
-      .add_option("--max-error-mm", a.max_error_mm,
-                  "Simplify to the fewest triangles that stay this near to the full surface")
+      .add_option(
+          "--max-error-mm", a.max_error_mm,
+          "Simplify while the error, an estimate of the distance from the full surface, stays within this")
       ->check(number_between(1e-5, 100.0));
   a.unit.add_to(command);
   command

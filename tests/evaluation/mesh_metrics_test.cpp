@@ -148,41 +148,5 @@ TEST(RefineRigidly, LeavesAPerfectMeshAndNeverMakesWorse) {
   EXPECT_LE(evaluate_mesh(TriangleScene(refined), truth, {}).accuracy.mean_mm, before + 0.01);
 }
 
-TEST(StackedShare, CountsSecondSheetsOfTheSameOrientation) {
-  const auto share = [](const Mesh& mesh) { return stacked_share(TriangleScene(mesh)); };
-  EXPECT_EQ(share(plane(0.0)), 0.0);
-  EXPECT_EQ(share(sphere(5.0)), 0.0);
-  EXPECT_EQ(share(sphere(0.15)), 0.0);  // thin, but its far side looks the other way
-  EXPECT_NEAR(share(joined(plane(0.0), plane(0.2))), 1.0, 1e-9);
-  // In the very same place, without a common vertex: all of the smaller one and what it covers of the larger
-  // one.
-  EXPECT_NEAR(share(joined(plane(0.0), plane(0.0, 7, 10.2))), 200.0 / 204.04, 0.002);
-  EXPECT_EQ(share(joined(plane(0.0), plane(0.6))), 0.0);  // beyond the reach
-  EXPECT_EQ(share(joined(plane(0.2), test::flipped(plane(0.0)))), 0.0);
-  // A patch of a quarter of the area above it: it and what it covers, 2 * 25 of 125 square millimeters.
-  EXPECT_NEAR(share(joined(plane(0.0), plane(0.3, 10, 5.0))), 50.0 / 125.0, 0.005);
-}
-
-TEST(StackedShare, RefusesAMeshThatIsAllInOnePlace) {
-  const Mesh crowd = test::plane(0.0, 100, 0.2);  // 20 000 triangles within the reach, twice
-  EXPECT_THROW(stacked_share(TriangleScene(test::joined(crowd, test::plane(0.01, 100, 0.2)))), Error);
-}
-
-TEST(StackedShare, RoughnessAndUnsharedVerticesAreNoSecondSheet) {
-  // Zigzag with slopes of 63 degrees: normals hit neighboring flanks, which are connected and do not count.
-  const Mesh rough = height_field(-3, 3, -3, 3, 60, [](double x, double y) {
-    return 0.1 * ((std::lround(10 * x) + std::lround(10 * y)) % 2 == 0 ? 1.0 : -1.0);
-  });
-  EXPECT_LT(stacked_share(TriangleScene(rough)), 0.001);
-  Mesh separate;  // as an STL file has it
-  for (const Eigen::Vector3i& t : rough.triangles) {
-    const int n = static_cast<int>(separate.vertices_mm.size());
-    for (const int vertex : t)
-      separate.vertices_mm.push_back(rough.vertices_mm[static_cast<std::size_t>(vertex)]);
-    separate.triangles.emplace_back(n, n + 1, n + 2);
-  }
-  EXPECT_LT(stacked_share(TriangleScene(separate)), 0.001);
-}
-
 }  // namespace
 }  // namespace gelslam

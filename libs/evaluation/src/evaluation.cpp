@@ -54,7 +54,7 @@ MeshEvaluation evaluate_meshes(const PlacedMeshes& meshes, const std::vector<Eig
                                ProgressSink* progress) {
   NoProgress silent;
   ProgressSink& steps = progress != nullptr ? *progress : silent;
-  steps.begin("measuring the mesh", 4);  // steps of about the same length
+  steps.begin("measuring the mesh", 3);  // steps of about the same length
   const TriangleScene estimate(meshes.estimate);
   const TriangleScene truth(meshes.truth);
   std::vector<Eigen::Vector3d> truth_points = touched_mm;
@@ -67,13 +67,11 @@ MeshEvaluation evaluate_meshes(const PlacedMeshes& meshes, const std::vector<Eig
   result.touched_only = !touched_mm.empty();
   result.at_known_pose = evaluate_mesh(estimate, truth, truth_points);
   steps.update(1);
-  result.stacked_share = stacked_share(estimate);
-  steps.update(2);
   result.refinement = refine_rigidly(estimate, truth);
-  steps.update(3);
+  steps.update(2);
   const TriangleScene refined(transformed(meshes.estimate, result.refinement.truth_T_estimate));
   result.refined = evaluate_mesh(refined, truth, truth_points);
-  steps.update(4);
+  steps.update(3);
   steps.end();
   return result;
 }

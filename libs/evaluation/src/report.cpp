@@ -56,7 +56,6 @@ std::string mesh_table(const MeshEvaluation& mesh) {
   text += mesh_rows(fmt::format("after rigid ICP (moved {:.4f} mm, {:.3f} deg)", mesh.refinement.shift_mm,
                                 mesh.refinement.rotation_deg),
                     mesh.refined);
-  text += fmt::format("  stacked sheets          {:.2f} % of the area\n", 100.0 * mesh.stacked_share);
   return text;
 }
 
@@ -105,8 +104,7 @@ Json to_json(const MeshEvaluation& mesh) {
           {"known_pose", to_json(mesh.at_known_pose)},
           {"after_icp", to_json(mesh.refined)},
           {"icp_shift_mm", mesh.refinement.shift_mm},
-          {"icp_rotation_deg", mesh.refinement.rotation_deg},
-          {"stacked_share", mesh.stacked_share}};
+          {"icp_rotation_deg", mesh.refinement.rotation_deg}};
 }
 
 template <typename T>

@@ -160,10 +160,6 @@ void collect_hit(const RTCFilterFunctionNArguments* arguments) {
 
 }  // namespace
 
-void throw_too_tangled() {
-  throw Error("the mesh cannot be measured: thousands of its triangles lie at the same place");
-}
-
 struct TriangleScene::Impl {
   Mesh mesh;
   evaluation::detail::DevicePointer device;
@@ -211,7 +207,8 @@ std::vector<ClosestPoint> TriangleScene::closest(const std::vector<Eigen::Vector
   const std::size_t step = 1 + points_mm.size() / kJudgedPoints;
   for (std::size_t i = 0; i < points_mm.size(); i += step) {
     impl_->closest(points_mm[i], visits);
-    if (visits > kMaxVisits * kJudgedPoints) throw_too_tangled();
+    if (visits > kMaxVisits * kJudgedPoints)
+      throw Error("the mesh cannot be measured: thousands of its triangles lie at the same place");
   }
   std::vector<ClosestPoint> result(points_mm.size());
   parallel_for_ranges(points_mm.size(), kSearchesAtOnce, 0, [&](std::size_t begin, std::size_t end) {

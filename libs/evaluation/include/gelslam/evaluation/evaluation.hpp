@@ -15,7 +15,6 @@ struct MeshEvaluation {
   MeshMetrics at_known_pose;
   MeshMetrics refined;  ///< after rigid ICP
   Refinement refinement;
-  double stacked_share = 0.0;
   bool touched_only = false;  ///< completeness over touched points, not over the whole true surface
 };
 

@@ -62,10 +62,4 @@ struct Refinement {
 /// ends at a larger mean distance than it began with. Source: Chen & Medioni 1992; own implementation.
 Refinement refine_rigidly(const TriangleScene& estimate, const TriangleScene& truth);
 
-/// Share of the mesh's area that has another sheet of the same orientation (normals within 60 degrees) less
-/// than `reach_mm` away along its normal, on either side. What is connected with a place inside the ball of
-/// that radius is the same sheet, however rough; vertices at one place count as connected. 0 for a single
-/// surface.
-double stacked_share(const TriangleScene& mesh, double reach_mm = 0.5);
-
 }  // namespace gelslam

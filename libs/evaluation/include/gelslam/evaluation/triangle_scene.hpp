@@ -51,7 +51,4 @@ class TriangleScene {
   std::unique_ptr<Impl> impl_;
 };
 
-/// What closest() throws for a mesh that covers itself too often.
-[[noreturn]] void throw_too_tangled();
-
 }  // namespace gelslam
