@@ -113,7 +113,7 @@ TEST_F(Window, NoLineBreaksInANumber) {
   {
     const Ui ui(1);
     for (float width = 20; width < 700; width += 1) {
-      std::string shown = ui.wrapped(Face::body, text, width);
+      std::string shown = wrapped(Face::body, text, width);
       for (const char* whole : {"8.96 mm", "12 345 frames", "3.1 degrees"})
         ASSERT_NE(shown.find(whole), std::string::npos) << width << ": " << shown;
       std::istringstream lines(shown);

@@ -92,10 +92,13 @@ void draw_picture(Ui& ui, float height, const char* label, const Texture& pictur
   const float width = std::max(1.0F, std::min(ui.room().width, (height - head) / aspect));
   ui.text(Face::small, theme::kDim, label);
   ui.gap(4);
-  if (!picture.empty()) return ui.picture(picture, width, width * aspect);
   const Box box{ui.room().x, ui.room().y, width, width * aspect};
-  ui.fill(box, theme::kRaised, 6);
-  ui.text_centered(Face::small, box, theme::kDim, without);
+  if (picture.empty()) {
+    ui.fill(box, theme::kRaised, 6);
+    ui.text_centered(Face::small, box, theme::kDim, without);
+  } else {
+    ui.image(picture, box);
+  }
   ui.gap(static_cast<double>(box.height / ui.px(1)));
 }
 

@@ -1,3 +1,5 @@
+#include <imgui.h>
+
 #include <algorithm>
 
 #include "gelslam/viewer/controls.hpp"
@@ -5,12 +7,34 @@
 namespace gelslam::viewer {
 namespace {
 
-constexpr double kBarMargin = 9, kButtonGap = 4, kGroupGap = 16;
+constexpr double kBarMargin = 9, kButtonGap = 4, kGroupGap = 16, kButtonPadding = 11;
 
 struct BarButton {
   const ActionRow* row;
   ButtonLook look;
 };
+
+float button_width(const Ui& ui, const BarButton& button) {
+  return std::max(ui.width_of(Face::body, button.look.label) + ui.px(2 * kButtonPadding),
+                  ui.width_of(Face::small, button.row->key) + ui.px(kButtonPadding));
+}
+
+/// A label and below it its key; true when it was clicked.
+bool draw_button(Ui& ui, const std::string& label, const std::string& key, Color ink, float width,
+                 float height) {
+  const Box box{ui.room().x, ui.room().y, std::max(1.0F, width), std::max(1.0F, height)};
+  const bool clicked = ImGui::InvisibleButton(label.c_str(), {box.width, box.height});
+  ui.fill(box,
+          ImGui::IsItemActive()    ? theme::kLine
+          : ImGui::IsItemHovered() ? theme::kHovered
+                                   : theme::kRaised,
+          7);
+  const float body = ui.height_of(Face::body), small = ui.height_of(Face::small);
+  const float top = box.y + 0.5F * (box.height - body - small);
+  ui.text_centered(Face::body, {box.x, top, box.width, body}, ink, label);
+  ui.text_centered(Face::small, {box.x, top + body, box.width, small}, theme::kDim, key);
+  return clicked;
+}
 
 /// The buttons that fit, in the order of their groups.
 std::vector<BarButton> buttons_that_fit(const Ui& ui, const Controls& controls, float room) {
@@ -25,7 +49,7 @@ std::vector<BarButton> buttons_that_fit(const Ui& ui, const Controls& controls, 
     float sum = ui.px(2 * kBarMargin);
     for (std::size_t i = 0; i < buttons.size(); ++i) {
       if (i > 0) sum += ui.px(buttons[i].row->group == buttons[i - 1].row->group ? kButtonGap : kGroupGap);
-      sum += ui.button_width(buttons[i].look.label, buttons[i].row->key);
+      sum += button_width(ui, buttons[i]);
     }
     return sum;
   };
@@ -51,7 +75,7 @@ void draw_question(Ui& ui, const Question& question, Controls& controls, double 
     for (std::size_t i = 0; i < question.answers.size(); ++i) {
       const Answer& answer = question.answers[i];
       ui.next_cell();
-      if (ui.button(answer.label, answer.key, answer.ink, ui.room().width, ui.px(54))) clicked = i;
+      if (draw_button(ui, answer.label, answer.key, answer.ink, ui.room().width, ui.px(54))) clicked = i;
     }
     ui.end_table();
   }
@@ -101,10 +125,11 @@ void draw_action_bar(Ui& ui, const Box& bar, Controls& controls, double now_s) {
   const std::vector<BarButton> buttons = buttons_that_fit(ui, controls, bar.width);
   std::optional<Action> clicked;
   for (std::size_t i = 0; i < buttons.size(); ++i) {
-    if (i > 0) ui.same_line(buttons[i].row->group == buttons[i - 1].row->group ? kButtonGap : kGroupGap);
-    if (ui.button(buttons[i].look.label, buttons[i].row->key, buttons[i].look.ink, 0,
-                  bar.height - ui.px(2 * kBarMargin)))
-      clicked = buttons[i].row->action;
+    const auto& [row, look] = buttons[i];
+    if (i > 0) ImGui::SameLine(0, ui.px(row->group == buttons[i - 1].row->group ? kButtonGap : kGroupGap));
+    if (draw_button(ui, look.label, row->key, look.ink, button_width(ui, buttons[i]),
+                    bar.height - ui.px(2 * kBarMargin)))
+      clicked = row->action;
   }
   ui.end_panel();
   if (clicked) controls.perform(*clicked, now_s);

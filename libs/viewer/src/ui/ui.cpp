@@ -20,7 +20,7 @@ constexpr ImGuiWindowFlags kBare = ImGuiWindowFlags_NoDecoration | ImGuiWindowFl
 constexpr ImGuiWindowFlags kPanel =
     kBare | ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoBringToFrontOnFocus;
 constexpr Color kShade = theme::rgb(8, 10, 12, 150);
-constexpr double kCardPadding = 18, kCardEdge = 9, kButtonPadding = 11, kTagPadding = 8;
+constexpr double kCardPadding = 18, kCardEdge = 9, kTagPadding = 8;
 
 static_assert(theme::rgb(1, 2, 3, 4) == IM_COL32(1, 2, 3, 4), "colors are packed as ImGui packs them");
 
@@ -65,6 +65,22 @@ Box Box::cut_bottom(float part) {
 Box Box::cut_right(float part) {
   width -= part;
   return {right(), y, part, height};
+}
+
+/// ImGui would break at a decimal point, too; a word that is too wide is left to it.
+std::string wrapped(Face face, std::string_view text, float width) {
+  std::string lines(text);
+  std::size_t line = 0, blank = 0;
+  for (std::size_t i = 1; width > 0 && i <= lines.size(); ++i) {
+    const bool after_number = std::isdigit(static_cast<unsigned char>(lines[i - 1])) != 0;
+    if (i < lines.size() && (lines[i] != ' ' || after_number)) continue;
+    if (blank > line && size_of(face, std::string_view(lines).substr(line, i - line), 0).x > width) {
+      lines[blank] = '\n';
+      line = blank + 1;
+    }
+    blank = i;
+  }
+  return lines;
 }
 
 Color theme::with_alpha(Color color, double alpha) {
@@ -145,50 +161,17 @@ float Ui::height_of(Face face, std::string_view text, float wrap_width) const {
   return size_of(face, wrapped(face, text, wrap_width), wrap_width).y;
 }
 
-/// As much of both ends as there is room for.
-std::string Ui::fitted_in_the_middle(Face face, std::string_view text, float width) const {
-  for (std::size_t kept = text.size() - 1; kept > 0; --kept) {
-    std::string_view first = text.substr(0, kept - kept / 2), last = text.substr(text.size() - kept / 2);
+std::string Ui::fitted(Face face, std::string_view text, float width, Cut cut) const {
+  if (width_of(face, text) <= width) return std::string(text);
+  for (std::size_t kept = text.size(); kept-- > 0;) {
+    const std::size_t at_end = cut == Cut::start ? kept : cut == Cut::middle ? kept / 2 : 0;
+    std::string_view first = text.substr(0, kept - at_end), last = text.substr(text.size() - at_end);
     while (!first.empty() && within_letter(text[first.size()])) first.remove_suffix(1);
     while (!last.empty() && within_letter(last.front())) last.remove_prefix(1);
     const std::string shorter = std::string(first) + kEllipsis + std::string(last);
     if (width_of(face, shorter) <= width) return shorter;
   }
   return "";
-}
-
-std::string Ui::fitted(Face face, std::string_view text, float width, Cut cut) const {
-  if (width_of(face, text) <= width) return std::string(text);
-  if (cut == Cut::middle) return fitted_in_the_middle(face, text, width);
-  while (!text.empty()) {
-    if (cut == Cut::start) {
-      do text.remove_prefix(1);
-      while (!text.empty() && within_letter(text.front()));
-    } else {
-      while (text.size() > 1 && within_letter(text.back())) text.remove_suffix(1);
-      text.remove_suffix(1);
-    }
-    const std::string shorter =
-        cut == Cut::start ? kEllipsis + std::string(text) : std::string(text) + kEllipsis;
-    if (width_of(face, shorter) <= width) return shorter;
-  }
-  return "";
-}
-
-/// ImGui would break at a decimal point, too; a word that is too wide is left to it.
-std::string Ui::wrapped(Face face, std::string_view text, float width) const {
-  std::string lines(text);
-  std::size_t line = 0, blank = 0;
-  for (std::size_t i = 1; width > 0 && i <= lines.size(); ++i) {
-    const bool after_number = std::isdigit(static_cast<unsigned char>(lines[i - 1])) != 0;
-    if (i < lines.size() && (lines[i] != ' ' || after_number)) continue;
-    if (blank > line && width_of(face, std::string_view(lines).substr(line, i - line)) > width) {
-      lines[blank] = '\n';
-      line = blank + 1;
-    }
-    blank = i;
-  }
-  return lines;
 }
 
 void Ui::text_at(Face face, float x, float y, Color color, std::string_view text, float wrap_width) {
@@ -299,12 +282,6 @@ void Ui::row(Face face, std::string_view name, std::string_view value, Color nam
   ImGui::Dummy({place.width, height_of(face)});
 }
 
-void Ui::picture(const Texture& texture, float width, float height) {
-  const Box place = room();
-  image(texture, {place.x, place.y, width, height});
-  ImGui::Dummy({width, height});
-}
-
 void Ui::bar(double share, double light_share, Color color, double height) {
   const Box place = room();
   const auto part = [&](double s, Color c) {
@@ -331,30 +308,6 @@ void Ui::next_cell() { ImGui::TableNextColumn(); }
 void Ui::end_table() { ImGui::EndTable(); }
 void Ui::indent(double design_px) {
   design_px < 0 ? ImGui::Unindent(px(-design_px)) : ImGui::Indent(px(design_px));
-}
-void Ui::same_line(double design_px) { ImGui::SameLine(0, px(design_px)); }
-
-float Ui::button_width(std::string_view label, std::string_view key) const {
-  return std::max(width_of(Face::body, label) + px(2 * kButtonPadding),
-                  width_of(Face::small, key) + px(kButtonPadding));
-}
-
-bool Ui::button(std::string_view label, std::string_view key, Color ink, float width, float height) {
-  const ImVec2 at = ImGui::GetCursorScreenPos();
-  const float lines = height_of(Face::body) + (key.empty() ? 0 : height_of(Face::small));
-  const Box box{at.x, at.y, std::max(1.0F, width > 0 ? width : button_width(label, key)),
-                std::max(1.0F, height > 0 ? height : lines + px(14))};
-  ImGui::PushID(label.data(), label.data() + label.size());
-  const bool clicked = ImGui::InvisibleButton("##button", {box.width, box.height});
-  const bool pressed = ImGui::IsItemActive(), hovered = ImGui::IsItemHovered();
-  ImGui::PopID();
-  fill(box, pressed ? theme::kLine : hovered ? theme::kHovered : theme::kRaised, 7);
-  const float top = box.y + 0.5F * (box.height - lines);
-  text_centered(Face::body, {box.x, top, box.width, height_of(Face::body)}, ink, label);
-  if (!key.empty())
-    text_centered(Face::small, {box.x, top + height_of(Face::body), box.width, height_of(Face::small)},
-                  theme::kDim, key);
-  return clicked;
 }
 
 std::optional<double> Ui::held_share(const char* id, const Box& box) {

@@ -50,6 +50,9 @@ enum class Face { small, body, title, figure, headline };
 /// Where a text that is too long loses letters; `none`: a table's column becomes as wide as it.
 enum class Cut { start, middle, end, none };
 
+/// With line breaks (width 0: without) at blanks, but not between a number and what it counts.
+std::string wrapped(Face face, std::string_view text, float width);
+
 struct Paragraph {
   Face face;
   Color color;
@@ -108,11 +111,8 @@ class Ui {
   float width_of(Face face, std::string_view text) const;
   float height_of(Face face) const;
   float height_of(Face face, std::string_view text, float wrap_width) const;
-  /// Shortened until it fits, at its start ("…/run/mesh.ply", of a path the end says most) or at its end.
+  /// Shortened until it fits: at its start "…/run/mesh.ply", of a path the end says most.
   std::string fitted(Face face, std::string_view text, float width, Cut cut) const;
-  std::string fitted_in_the_middle(Face face, std::string_view text, float width) const;
-  /// With line breaks (width 0: without) at blanks, but not between a number and what it counts.
-  std::string wrapped(Face face, std::string_view text, float width) const;
   void text_at(Face face, float x, float y, Color color, std::string_view text, float wrap_width = 0);
   void text_right(Face face, float right, float y, Color color, std::string_view text);
   void text_centered(Face face, const Box& box, Color color, std::string_view text);
@@ -139,18 +139,13 @@ class Ui {
   /// A name at the left (dim) and its value at the right of the room.
   void row(Face face, std::string_view name, std::string_view value, Color name_color = theme::kDim,
            Color value_color = theme::kText, Cut cut = Cut::end);
-  void picture(const Texture& texture, float width, float height);
   /// How much of it is full, the part after it (to `light_share`) in a lighter tone.
   void bar(double share, double light_share, Color color, double height);
   /// Columns of the same width, or as wide as their content asks for.
   bool begin_table(const char* id, int columns, double column_gap = 0, bool by_content = false);
   void next_cell();
   void end_table();
-  void same_line(double design_px);
   void indent(double design_px);  ///< of what follows in the panel; back by a negative one
-  /// A label and below it its key; true when it was clicked.
-  bool button(std::string_view label, std::string_view key, Color ink, float width = 0, float height = 0);
-  float button_width(std::string_view label, std::string_view key) const;
   /// The share along the box's width where the left button holds it; the box shows nothing by itself.
   std::optional<double> held_share(const char* id, const Box& box);
 
