@@ -28,10 +28,7 @@ void bind_calibration(py::module_& module);   // calibrate
 /// The named configuration and model; the default configuration without a name.
 Config config_of(const OptionalPath& config, const OptionalPath& model);
 
-/// A library's message as Python users read it: options of the program become arguments ("--force"
-/// force=True), and commands that the module has functions ("gelslam fuse" gelslam.fuse()).
-std::string python_words(const std::string& message);
-/// As a Python warning. With the GIL.
+/// Gives a message as a Python warning. With the GIL.
 void warn(const std::string& message);
 
 /// Why a registration failed; of one that succeeded, which motions are not observable; else "".

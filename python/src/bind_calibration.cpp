@@ -63,21 +63,7 @@ void bind_calibration(py::module_& module) {
                     "Mean absolute error of the slopes, degrees.")
       .def_property_readonly("gradient_scale", gradient_scale, "Read over true slope along x and y.")
       .def_readonly("presses", &PythonCalibration::presses, "Number of presses that were used.")
-      .def_readonly("left_out", &PythonCalibration::left_out, "Presses that were not, and why: list of str.")
-      .def(py::pickle(
-          [](const PythonCalibration& self) {
-            return py::make_tuple(self.verdict, self.reasons, self.slope_error_deg, self.scale_x,
-                                  self.scale_y, self.presses, self.left_out);
-          },
-          [](const py::tuple& state) {
-            return PythonCalibration{state[0].cast<std::string>(),
-                                     state[1].cast<std::vector<std::string>>(),
-                                     state[2].cast<double>(),
-                                     state[3].cast<double>(),
-                                     state[4].cast<double>(),
-                                     state[5].cast<std::size_t>(),
-                                     state[6].cast<std::vector<std::string>>()};
-          }));
+      .def_readonly("left_out", &PythonCalibration::left_out, "Presses that were not, and why: list of str.");
 
   module.def(
       "calibrate", &calibrate_presses, py::arg("presses"), py::arg("output"), py::kw_only(),

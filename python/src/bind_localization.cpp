@@ -1,4 +1,3 @@
-#include <pybind11/eigen.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -187,14 +186,6 @@ void add_place(py::module_& module) {
       .def_property_readonly("sigma_mm", &sigma_mm_of_place,
                              "3: one standard deviation along the sensor's x, y, z, mm.")
       .def_property_readonly("sigma_rad", &sigma_rad_of_place, "3: the same about x, y, z, rad.")
-      .def(py::pickle(
-          [](const PlaceHypothesis& self) {
-            return py::make_tuple(self.map_T_sensor.matrix(), self.covariance, self.probability);
-          },
-          [](const py::tuple& state) {
-            return PlaceHypothesis{Pose(state[0].cast<Eigen::Matrix4d>()), state[1].cast<Matrix6d>(),
-                                   state[2].cast<double>()};
-          }))
       .def("__repr__", [](const PlaceHypothesis& self) {
         return "<gelslam.Place, probability " + std::to_string(self.probability) + ">";
       });
@@ -217,17 +208,6 @@ void add_located_frame(py::module_& module) {
       .def_readonly(
           "tracked", &PythonPlacedFrame::frame,
           "The TrackedFrame: the pose within the trial, without the map; which motions are observable.")
-      .def(py::pickle(
-          [](const PythonPlacedFrame& self) {
-            return py::make_tuple(self.frame, static_cast<int>(self.status), self.status_name, self.reason,
-                                  self.places);
-          },
-          [](const py::tuple& state) {
-            return PythonPlacedFrame{state[0].cast<PythonFrame>(),
-                                     static_cast<PlaceStatus>(state[1].cast<int>()),
-                                     state[2].cast<std::string>(), state[3].cast<std::string>(),
-                                     state[4].cast<std::vector<PlaceHypothesis>>()};
-          }))
       .def("__repr__", [](const PythonPlacedFrame& self) {
         return "<gelslam.LocatedFrame " + std::to_string(self.frame.tracked.frame) + ", " + self.status_name +
                ">";

@@ -1,4 +1,3 @@
-#include <pybind11/eigen.h>
 #include <pybind11/stl.h>
 
 #include <array>
@@ -34,32 +33,6 @@ RegistrationResult register_surfaces(const TouchedSurface& reference, const Touc
   const NormalFlowReference prepared(reference.maps, options);
   const RegistrationResult found = register_normal_flow(prepared, *target.maps, start, options);
   return search ? relocalize(prepared, *target.maps, start, found, options, {}) : found;
-}
-
-py::tuple pickled(const RegistrationResult& r) {
-  return py::make_tuple(static_cast<int>(r.status), r.target_T_reference.matrix(), r.information,
-                        r.membrane_bias, r.scr, r.ccs, r.texture_correlation, r.normal_rmse_rad,
-                        r.height_rmse_mm, r.shared_pixels, r.shared_center_mm, r.iterations, r.directions,
-                        r.observable);
-}
-
-RegistrationResult unpickled(const py::tuple& state) {
-  RegistrationResult r;
-  r.status = static_cast<RegistrationStatus>(state[0].cast<int>());
-  r.target_T_reference.matrix() = state[1].cast<Eigen::Matrix4d>();
-  r.information = state[2].cast<Matrix6d>();
-  r.membrane_bias = state[3].cast<Vector6d>();
-  r.scr = state[4].cast<double>();
-  r.ccs = state[5].cast<double>();
-  r.texture_correlation = state[6].cast<double>();
-  r.normal_rmse_rad = state[7].cast<double>();
-  r.height_rmse_mm = state[8].cast<double>();
-  r.shared_pixels = state[9].cast<int>();
-  r.shared_center_mm = state[10].cast<Eigen::Vector3d>();
-  r.iterations = state[11].cast<int>();
-  r.directions = state[12].cast<Matrix6d>();
-  r.observable = state[13].cast<std::array<bool, 6>>();
-  return r;
 }
 
 }  // namespace
@@ -100,7 +73,6 @@ Matrices of rotations and translations have the order rx, ry, rz, tx, ty, tz, in
                     "Root mean square height difference, mm.")
       .def_readonly("shared_pixels", &RegistrationResult::shared_pixels, "Pixels of the shared contact.")
       .def_readonly("iterations", &RegistrationResult::iterations, "Iterations that it took.")
-      .def(py::pickle(&pickled, &unpickled))
       .def("__repr__", [](const RegistrationResult& self) {
         return "<gelslam.Registration " + (self.ok() ? std::string("ok") : reason_of(self)) + ">";
       });

@@ -1,4 +1,3 @@
-#include <pybind11/eigen.h>
 #include <pybind11/functional.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
@@ -125,7 +124,6 @@ PythonRun read_run(const fs::path& folder) {
 }
 
 void save(const PythonRun& self, const fs::path& folder, bool overwrite) {
-  if (!self.run && self.folder.empty()) throw Error("this run was unpickled: save it before it is pickled");
   if (!self.run) throw Error("this run was read from " + self.folder.string() + ": copy that folder");
   const py::gil_scoped_release release;
   save_run(folder, *self.run, overwrite);
@@ -155,23 +153,6 @@ The map's frame is that of the sensor at its first full contact: x right, y down
           "observable; also given\nas warnings. Its figures: report[\"uncertainty\"].")
       .def("save", &save, py::arg("path"), py::kw_only(), py::arg("overwrite") = false,
            "Writes a run folder: mesh, trajectory, keyframes, pose graph, configuration, report.")
-      .def(py::pickle(
-          [](const PythonRun& self) {
-            std::vector<std::pair<double, Eigen::Matrix4d>> poses;
-            for (const StampedPose& stamped : self.trajectory)
-              poses.emplace_back(stamped.time_s, stamped.map_T_sensor.matrix());
-            return py::make_tuple(self.mesh, poses, report_json(self.report), self.folder.string());
-          },
-          [](const py::tuple& state) {
-            PythonRun run;
-            run.mesh = state[0].cast<std::shared_ptr<MetricMesh>>();
-            for (const auto& [time_s, pose] :
-                 state[1].cast<std::vector<std::pair<double, Eigen::Matrix4d>>>())
-              run.trajectory.push_back({time_s, Pose(pose)});
-            run.folder = state[3].cast<std::string>();
-            run.report = parse_report(state[2].cast<std::string>(), run.folder / "report.json");
-            return run;
-          }))
       .def("__repr__", [](const PythonRun& self) {
         return "<gelslam.Run of " + std::to_string(self.trajectory.size()) + " poses, " +
                std::to_string(self.mesh->vertices_m.size()) + " vertices>";

@@ -1,4 +1,3 @@
-#include <pybind11/eigen.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -108,26 +107,6 @@ std::optional<py::array_t<double>> frame_covariance(const PythonFrame& self) {
   return scaled_array_of(translation_first(*self.covariance), kMetersPerMm);  // exchanges both again
 }
 
-py::tuple pickled_frame(const PythonFrame& self) {
-  const TrackedFrame& tracked = self.tracked;
-  return py::make_tuple(tracked.frame, tracked.time_s, static_cast<int>(tracked.status), tracked.trial,
-                        tracked.trial_T_frame.matrix(), tracked.registration, self.covariance,
-                        self.keyframes);
-}
-
-PythonFrame unpickled_frame(const py::tuple& state) {
-  PythonFrame frame;
-  frame.tracked.frame = state[0].cast<std::int64_t>();
-  frame.tracked.time_s = state[1].cast<double>();
-  frame.tracked.status = static_cast<TrackStatus>(state[2].cast<int>());
-  frame.tracked.trial = state[3].cast<int>();
-  frame.tracked.trial_T_frame.matrix() = state[4].cast<Eigen::Matrix4d>();
-  frame.tracked.registration = state[5].cast<RegistrationResult>();
-  frame.covariance = state[6].cast<std::optional<Matrix6d>>();
-  frame.keyframes = state[7].cast<std::vector<std::int64_t>>();
-  return frame;
-}
-
 void add_frame(py::module_& module) {
   py::class_<PythonFrame>(module, "TrackedFrame", R"(What is known of a frame right after it was tracked.
 
@@ -180,7 +159,6 @@ A trial is an unbroken stretch of tracking. Its frame is that of the sensor in i
             }
           },
           "Why it is not tracked; or which motions are not observable; or \"\".")
-      .def(py::pickle(&pickled_frame, &unpickled_frame))
       .def("__repr__", [](const PythonFrame& self) {
         return "<gelslam.TrackedFrame " + std::to_string(self.tracked.frame) + ", " +
                std::string(name(self.tracked.status)) + ">";

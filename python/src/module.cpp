@@ -10,8 +10,7 @@ namespace py = pybind11;
 
 /// Names of files need not be UTF-8.
 void raise_error(const std::string& message) {
-  const std::string text = gelslam::python::python_words(message);
-  const auto decoded = py::reinterpret_steal<py::object>(PyUnicode_DecodeFSDefault(text.c_str()));
+  const auto decoded = py::reinterpret_steal<py::object>(PyUnicode_DecodeFSDefault(message.c_str()));
   PyErr_SetObject(py::module_::import("gelslam._core").attr("Error").ptr(), decoded.ptr());
 }
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 
-#include "bind.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/image_input.hpp"
 #include "gelslam/surface/background.hpp"
@@ -31,7 +30,6 @@ Sensor::Sensor(const Config& config, const std::vector<cv::Mat3b>& background)
     doubts_.push_back("the background should show the bare gel, but " + check.reason);
   const SlopeUncertainty sigma = uncertainty_of(model, background_.size(), config.surface.pixel_pitch_mm);
   best_sigma_rad_ = *std::min_element(sigma.sigma_rad.begin(), sigma.sigma_rad.end());
-  for (std::string& doubt : doubts_) doubt = python_words(doubt);
   estimator_.emplace(model, background_, config.surface);
 }
 

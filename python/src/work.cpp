@@ -10,6 +10,10 @@ void check_signals() {
   if (PyErr_CheckSignals() != 0) throw py::error_already_set();
 }
 
+void warn(const std::string& message) {
+  if (PyErr_WarnEx(PyExc_UserWarning, message.c_str(), 1) != 0) throw py::error_already_set();
+}
+
 PythonProgress::PythonProgress(py::object target)
     : target_(std::move(target)),
       silent_(target_.is_none() || target_.is(py::bool_(false))),

@@ -150,7 +150,7 @@ TEST(RunFolder, OverwritesOnlyWhatIsARunAndOnlyWhenAsked) {
   fs::create_directory(folder / "RUN");
   write_bytes(folder / "RUN/mesh.ply", "1");
   EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", {}); }),
-              HasSubstr("RUN: exists already; name another folder or add --overwrite"));
+              HasSubstr("RUN: exists already; name another folder or overwrite it"));
   EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", {.overwrite = true}); }),
               HasSubstr("holds no report.json"));
   write_bytes(folder / "RUN/report.json", "old");
@@ -357,12 +357,12 @@ TEST(CheckIsRun, SaysWhatIsMissingAndWhatToDo) {
   fs::create_directory(folder / "RUN");
   EXPECT_THAT(said(RunNeeds::record), HasSubstr("RUN: is no run folder"));
   write_bytes(folder / "RUN/session.db", "");
-  EXPECT_THAT(said(RunNeeds::map), HasSubstr("the scan was not finished; gelslam fuse makes its map"));
+  EXPECT_THAT(said(RunNeeds::map), HasSubstr("the scan was not finished; fuse the run to make its map"));
   EXPECT_EQ(said(RunNeeds::record), "nothing was thrown");
   write_bytes(folder / "RUN/mesh.ply", "");
   EXPECT_EQ(said(RunNeeds::map), "nothing was thrown");
   fs::create_directory(folder / "RUN/saved.tmp");
-  EXPECT_THAT(said(RunNeeds::map), HasSubstr("its last save is not complete; gelslam fuse completes it"));
+  EXPECT_THAT(said(RunNeeds::map), HasSubstr("its last save is not complete; fuse the run to complete it"));
   EXPECT_EQ(said(RunNeeds::record), "nothing was thrown");
 }
 

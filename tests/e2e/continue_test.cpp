@@ -103,7 +103,7 @@ TEST(ContinuedRun, MistakesAreToldInALine) {
         {"export", killed, "-o", run + ".stl"},
         {"evaluate", killed, "--truth", log},
         {"track", log, "--map", killed}})
-    expect_mistake(gelslam(command), "the scan was not finished; gelslam fuse makes its map");
+    expect_mistake(gelslam(command), "the scan was not finished; fuse the run to make its map");
   expect_mistake(gelslam({"fuse", log}), "is no run folder");
   fs::remove(run + "/session.db");
   expect_mistake(gelslam({"reconstruct", log, "--continue", run, "-o", run + "2"}), "holds no session.db");

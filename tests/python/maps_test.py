@@ -1,16 +1,13 @@
-"""Localization, continued scans, merging and fusing again: against the program. Messages name arguments."""
-import ast
+"""Localization, continued scans, merging and fusing again: against the program."""
 import json
 import os
 import pathlib
 import re
-import shutil
 import subprocess
 import tempfile
 import unittest
 
 import gelslam
-import matplotlib.pyplot as plt
 import numpy as np
 
 import simulated
@@ -80,7 +77,7 @@ class Maps(unittest.TestCase):
     def test_maps_of_meshes_are_those_of_the_program(self):
         mesh = simulated.SCAN / "gt_mesh.ply"
         program("map", mesh, "--touches", 20, "-o", self.folder / "map", "-q", code=1)
-        with self.assertWarnsRegex(UserWarning, r"20 touches cover; give more \(touches\)"):
+        with self.assertWarnsRegex(UserWarning, r"20 touches cover; allow more touches"):
             made = gelslam.Map.from_mesh(mesh, touches=20)
         made.save(self.folder / "saved")
         for name in ["session.db", "mesh.ply", "keyframes.tum", "map.json"]:
@@ -88,7 +85,7 @@ class Maps(unittest.TestCase):
         read = gelslam.Map(self.folder / "map")
         self.assertEqual(len(read), 20)
         np.testing.assert_allclose(read.poses, made.poses, atol=1e-9)
-        with self.assertRaisesRegex(gelslam.Error, "overwrite=True"):
+        with self.assertRaisesRegex(gelslam.Error, "overwrite it"):
             made.save(self.folder / "saved")
         with self.assertRaisesRegex(gelslam.Error, "copy that folder"):
             read.save(self.folder / "again")
@@ -129,44 +126,12 @@ class Maps(unittest.TestCase):
             with self.assertRaisesRegex(gelslam.Error, "voxel_size_mm"):
                 gelslam.fuse(self.run_folder, voxel_size_mm=size_mm, truncation_mm=100.0)
 
-    def test_messages_name_arguments(self):
-        touching = self.folder / "touching"
-        touching.mkdir()
-        for i, image in enumerate(self.images[20:35]):
-            plt.imsave(touching / f"{i:02}.png", np.ascontiguousarray(image[..., ::-1]))
-        unfinished = self.folder / "unfinished"
-        unfinished.mkdir()
-        shutil.copy(self.run_folder / "session.db", unfinished)
-        presses = shutil.copytree(simulated.FOLDER / "presses", self.folder / "presses")
-        for words, function, *arguments in [
-                ("add overwrite=True", self.run_.save, self.run_folder),
-                ("a picture with background=IMAGE, or continue with force=True", gelslam.reconstruct, touching, simulated.MODEL),
-                ('give model="nnmodel.pth", or name', gelslam.reconstruct, touching),
-                ("gelslam.fuse() makes its map and mesh, gelslam scan --continue goes on", gelslam.read_run, unfinished),
-                ("give truncation_mm, too", lambda: gelslam.fuse(self.run_folder, voxel_size_mm=2.0)),
-                ("give automatic=True, which", lambda: gelslam.calibrate(presses, self.folder / "m.json", automatic=False))]:
-            with self.assertRaises(gelslam.Error) as caught:
-                function(*arguments)
-            self.assertIn(words, str(caught.exception))
-
-    def test_every_option_in_a_message_of_the_libraries_is_an_argument(self):
-        stubs = ast.parse((pathlib.Path(gelslam.__file__).parent / "__init__.pyi").read_text())
-        arguments = {}
-        for node in ast.walk(stubs):
-            if isinstance(node, ast.FunctionDef):
-                for one in node.args.args + node.args.kwonlyargs:
-                    arguments[one.arg] = one.annotation and ast.unparse(one.annotation)
+    def test_messages_of_the_libraries_name_no_option_of_the_program(self):
         without_python = ["viewer", "exchange", "evaluation", "slam/src/stream"]
-        named = set()
         for path in LIBRARIES.rglob("*.?pp"):
-            if any(path.is_relative_to(LIBRARIES / part) for part in without_python):
-                continue
-            for text in re.findall(r'"(?:[^"\\\n]|\\.)*"', path.read_text()):
-                named |= set(re.findall(r"(?<!\w)--([a-z][-a-z]*)", re.sub("gelslam [a-z]+ --[-a-z]+", "", text)))
-        named = {{"camera": "device"}.get(name, name).replace("-", "_") for name in named}
-        self.assertGreater(len(named), 5)
-        self.assertEqual(named - set(arguments), set())
-        self.assertEqual({name for name in named if arguments[name] == "bool"}, {"overwrite", "force", "automatic", "cropped"})
+            if not any(path.is_relative_to(LIBRARIES / part) for part in without_python):
+                for text in re.findall(r'"(?:[^"\\\n]|\\.)*"', path.read_text()):
+                    self.assertNotRegex(text, r"(?<!\w)--[a-z]", path)
 
 
 if __name__ == "__main__":

@@ -56,37 +56,6 @@ class Module(unittest.TestCase):
         self.assertEqual(saved.report["frames"], self.run_.report["frames"])
         np.testing.assert_allclose(saved.trajectory, self.run_.trajectory, atol=1e-9)
 
-    def test_results_go_through_pickle(self):
-        def same(value):
-            return pickle.loads(pickle.dumps(value))
-
-        sensor = simulated.sensor(self.images)
-        slam, localizer = gelslam.Slam(sensor), gelslam.Localizer(sensor, gelslam.Map(self.folder / "module"))
-        for image, time_s in self.frames[18:24]:
-            surface = sensor(image)
-            frame, placed = slam.process(surface, time_s), localizer.process(surface, time_s)
-            copy, placed_copy = same(frame), same(placed)
-            for name in ["frame", "time_s", "status", "trial", "reason", "new_keyframes"]:
-                self.assertEqual(getattr(copy, name), getattr(frame, name), name)
-            for name in ["trial_T_sensor", "covariance", "sigma_mm", "sigma_rad"]:
-                np.testing.assert_array_equal(getattr(copy, name), getattr(frame, name), name)
-            self.assertEqual((placed_copy.status, placed_copy.reason), (placed.status, placed.reason))
-            self.assertEqual([p.probability for p in placed_copy.places], [p.probability for p in placed.places])
-            np.testing.assert_array_equal(placed_copy.map_T_sensor, placed.map_T_sensor)
-            np.testing.assert_array_equal(placed_copy.tracked.covariance, placed.tracked.covariance)
-        a, b = frame.registration, copy.registration
-        for name in ["ok", "reason", "observable", "scr", "ccs", "normal_rmse_rad", "height_rmse_mm", "shared_pixels", "iterations"]:
-            self.assertEqual(getattr(a, name), getattr(b, name), name)
-        for name in ["target_T_reference", "information", "covariance"]:
-            np.testing.assert_array_equal(getattr(a, name), getattr(b, name), name)
-        run = same(self.run_)
-        self.assertEqual((run.report, run.reservations), (self.run_.report, self.run_.reservations))
-        for name in ["trajectory", "times"]:
-            np.testing.assert_array_equal(getattr(run, name), getattr(self.run_, name), name)
-        np.testing.assert_array_equal(run.mesh.vertices, self.run_.mesh.vertices)
-        with self.assertRaisesRegex(gelslam.Error, "unpickled"):
-            run.save(self.folder / "again")
-
     def test_the_covariance_of_a_frame_is_that_of_the_stream(self):
         lines = subprocess.run([simulated.PROGRAM, "track", simulated.SCAN, "--model", simulated.MODEL, "--format", "ndjson",
                                 "-q"], check=True, capture_output=True, text=True).stdout.splitlines()

@@ -60,7 +60,7 @@ TEST(FitToProfile, LargerPicturesOfUnknownCropAreRefusedUnlessTheProfileSaysWhat
               HasSubstr("f.png: is 640x480 pixels; GelSight Mini needs 320x240, or the camera's raw image "
                         "(3280x2464); write in device_config of a configuration \"raw_imgw: 640\" and "
                         "\"raw_imgh: 480\" where it is the camera's whole picture, or \"cropped: true\" "
-                        "(--cropped)"));
+                        "where it was cropped already"));
   EXPECT_THAT(message_of<Error>([&] { fit_to_profile(numbered_picture(3, 480, 640), mini, "f.png"); }),
               HasSubstr("is it turned by 90 degrees, or another sensor's?"));
   mini.cropped = true;

@@ -98,7 +98,7 @@ TEST_F(StreamOfALog, HandsOutBackgroundFirstAndThenSurfaces) {
 TEST_F(StreamOfALog, ALogShorterThanItsBackgroundIsRefused) {
   record(7, false);
   EXPECT_THAT(error(), HasSubstr("only 7 frames, fewer than the 10"));
-  EXPECT_THAT(error(), HasSubstr("--background"));
+  EXPECT_THAT(error(), HasSubstr("name a background picture"));
   record(3, false);
   EXPECT_EQ(error(), "nothing was thrown");
 }
@@ -106,7 +106,7 @@ TEST_F(StreamOfALog, ALogShorterThanItsBackgroundIsRefused) {
 TEST_F(StreamOfALog, ContactInTheBackgroundIsRefusedUnlessForced) {
   record(12, true);
   EXPECT_THAT(error(), HasSubstr("should show the bare gel"));
-  EXPECT_THAT(error(), HasSubstr("--force"));
+  EXPECT_THAT(error(), HasSubstr("continue with force"));
   input.force = true;
   EXPECT_THAT(open().background_doubts(), Contains(HasSubstr("the background shows contact")));
 }
@@ -247,7 +247,7 @@ TEST_F(StreamOfALog, SwappedColorsAreSaidBeforeTheImprintThatTheyLookLike) {
   }
   EXPECT_THAT(error(), HasSubstr("but red and blue seem to be swapped: the top is reddish and the bottom "
                                  "bluish; the gel already shows an imprint"));
-  EXPECT_THAT(error(), HasSubstr("(--force continues anyway)"));
+  EXPECT_THAT(error(), HasSubstr("(force continues anyway)"));
 }
 
 TEST_F(StreamOfALog, TheConfigurationBesideTheLogIsUsed) {

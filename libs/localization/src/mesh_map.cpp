@@ -203,7 +203,7 @@ class MeshToucher {
     map_.covered_share = static_cast<double>(covered_) / static_cast<double>(places_.size());
     if (static_cast<int>(map_.patches.size()) >= options_.max_touches)
       map_.warning = fmt::format(
-          "the surface is larger than {} touches cover; give more (--touches), or a mesh of the part that "
+          "the surface is larger than {} touches cover; allow more touches, or give a mesh of the part that "
           "is touched",
           options_.max_touches);
     return std::move(map_);
@@ -258,7 +258,7 @@ CameraModel configured_camera(const Config& config) {
 MeshMap make_mesh_map(const Mesh& mesh, const MeshMapOptions& options, ProgressSink& progress) {
   if (!(options.indentation_mm >= 0.05 && options.indentation_mm <= 1.5))
     throw Error("indentation must be between 0.05 and 1.5 mm");
-  if (options.max_touches < 1) throw Error("a map takes at least one touch (--touches)");
+  if (options.max_touches < 1) throw Error("a map takes at least one touch");
   const TriangleScene checked(mesh);  // throws for indices out of range
   return MeshToucher(facing_outward(checked.mesh()), options).run(progress);
 }

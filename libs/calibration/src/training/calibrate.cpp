@@ -17,7 +17,7 @@ void require_labels(const PressSet& set) {
     throw Error("'" + set.folder.string() + "': " + std::to_string(bare) + " of " +
                 std::to_string(set.presses.size()) + " presses have no label (first: " + first +
                 "); label them or leave them out: gelslam calibrate label " + set.folder.string() +
-                "; or give --automatic, which takes every clear contact and names the rest");
+                "; or allow automatic labels: every clear contact is taken and the rest named");
 }
 
 CalibrationRecord record_of(const PressSet& set, const ModelCheck& check, const ModelTraining& training) {

@@ -61,7 +61,7 @@ std::string find_known_sensor(const std::string& wanted, const std::vector<Camer
                 "; name the camera by --camera or device_config.camera");
   if (!found.empty()) return found.front().path;
   throw Error("no " + looked_for + " found: " + what_there_is(cameras) +
-              (cameras.empty() ? "; plug it in" : "; name the camera by --camera or device_config.camera"));
+              (cameras.empty() ? "; plug it in" : "; name the camera or set device_config.camera"));
 }
 
 std::string find_by_name(const std::string& part, const std::vector<CameraInfo>& cameras) {

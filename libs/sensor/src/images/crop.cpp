@@ -98,7 +98,7 @@ std::string wrong_size_text(std::int64_t width_px, std::int64_t height_px, const
   text += "; write in device_config of a configuration \"raw_imgw: " + std::to_string(width_px) +
           "\" and \"raw_imgh: " + std::to_string(height_px) + "\" where it is the camera's whole picture";
   return may_be_enlarged(width_px, height_px, profile)
-             ? text + ", or \"cropped: true\" (--cropped) where it was cropped already"
+             ? text + ", or \"cropped: true\" where it was cropped already"
              : text;
 }
 

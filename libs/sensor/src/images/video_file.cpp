@@ -252,7 +252,7 @@ void VideoFile::find_video(const std::filesystem::path& path, bool is_matroska) 
     if (is_video && p.ours)
       throw Error(path.string() +
                   ": a log of two sensors, as older versions made; take one out with: ffmpeg -i " +
-                  path.string() + " -map 0:v:0 -c copy first.mkv, and name its --config and --model");
+                  path.string() + " -map 0:v:0 -c copy first.mkv, and name its configuration and model");
     stream->discard = AVDISCARD_ALL;
   }
   if (av_->stream == nullptr) throw Error(path.string() + ": holds no video");

@@ -17,8 +17,8 @@ std::string ended_early(std::size_t frames, const LogInput& input, int wanted) {
     return "the log ends before frame " + std::to_string(input.background_frames->last) +
            ", the last that was named for the background";
   return "the log has only " + std::to_string(frames) + " frames, fewer than the " + std::to_string(wanted) +
-         " without contact that it must start with (background_frames in the configuration, or give "
-         "--background)";
+         " without contact that it must start with (background_frames in the configuration, or name a "
+         "background picture)";
 }
 
 }  // namespace
@@ -95,14 +95,14 @@ std::optional<BareStretch> FrameToSurface::take_bare_stretch(const std::deque<Ta
   set_background(background_image({first, first + static_cast<std::ptrdiff_t>(stretch->count)}));
   doubts_.push_back("the background is that of frames " + std::to_string(seen[stretch->begin].index) +
                     " to " + std::to_string(seen[stretch->begin + stretch->count - 1].index) +
-                    ", not the old ones before; --background-frames A-B names others");
+                    ", not the old ones before; name others as background frames");
   return stretch;
 }
 
 void FrameToSurface::set_background(const cv::Mat3b& background) {
   const auto markers = find_marker_dots(background);
   if (markers && !markers->are_readable() && !force_)
-    throw Error(markers->sentence() + " (--force continues anyway)");
+    throw Error(markers->sentence() + " (force continues anyway)");
   for (std::string& doubt : judge_background(background, config_.sensor.device_name, &model_))
     doubts_.push_back(std::move(doubt));
   estimator_.emplace(model_, background, config_.surface);
@@ -128,14 +128,13 @@ SurfaceStream::SurfaceStream(std::unique_ptr<FrameSource> source, const LogInput
     const BackgroundCheck& refusal = frames_.refusal();
     if (!refusal.contact && !refusal.markers) continue;
     if (!ask && look_further(seen, kLookAhead * static_cast<std::size_t>(config.background_frames))) return;
-    if (refusal.markers) throw Error(refusal.reason + " (--force continues anyway)");
+    if (refusal.markers) throw Error(refusal.reason + " (force continues anyway)");
     if (!ask)
       throw Error("the log's first " + std::to_string(background_items_.size()) +
                   " frames should show the bare gel, but " + refusal.reason +
-                  (refusal.turned ? " (--force continues anyway)"
-                                  : " (record again without touching, name bare frames with "
-                                    "--background-frames A-B or a picture with --background IMAGE, or "
-                                    "continue with --force)"));
+                  (refusal.turned ? " (force continues anyway)"
+                                  : " (record again without touching, name background frames or "
+                                    "a background picture, or continue with force)"));
     if (!std::exchange(asked, true)) ask(refusal.request());
   }
 }

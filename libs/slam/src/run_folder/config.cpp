@@ -141,7 +141,7 @@ GradientModel read_gradient_model(const std::filesystem::path& file) {
   if (!is_matroska(file)) return read_model(file);
   const std::string model = read_log_attachments(file).model;
   if (model.empty())
-    throw Error(file.string() + ": this log holds no gradient model; give --model nnmodel.pth");
+    throw Error(file.string() + ": this log holds no gradient model; name one (nnmodel.pth)");
   return parse_model_file({reinterpret_cast<const unsigned char*>(model.data()), model.size()}, file.string())
       .model;
 }

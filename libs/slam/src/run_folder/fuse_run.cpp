@@ -20,7 +20,7 @@ Config config_of(const FuseRequest& request) {
   if (request.voxel_size_mm) fusion.voxel_size_mm = *request.voxel_size_mm;
   if (request.truncation_mm) fusion.truncation_mm = *request.truncation_mm;
   if (fusion.truncation_mm < 2 * fusion.voxel_size_mm)  // said now, not after the session was read
-    throw Error("the truncation has to be at least twice the voxel size; give --truncation-mm, too");
+    throw Error("the truncation has to be at least twice the voxel size; give the truncation, too");
   try {
     return read_config_text(write_config(config), "");  // within their bounds
   } catch (const Error& error) {

@@ -115,7 +115,7 @@ Config resolve_config(const LogInput& input) {
     return found.config;
   }
   if (!input.log.empty()) open_frame_source(input.log, found.config.sensor)->next();  // first what is no log
-  throw Error("no gradient model: give --model nnmodel.pth, or name calibration_model_path in " +
+  throw Error("no gradient model: name one (nnmodel.pth), or calibration_model_path in " +
               (found.from.empty() ? std::string("a configuration") : found.from));
 }
 

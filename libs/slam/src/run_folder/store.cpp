@@ -443,7 +443,7 @@ std::optional<Session> find_session(const fs::path& run) {
   if (read_patches(database, map_T_keyframe, session) != placed ||
       last_frame(database) > map.integer(1, -1, kMaxFrame))
     session.warning =
-        run.string() + ": the scan went on after its map was saved; gelslam fuse makes the map of all of it";
+        run.string() + ": the scan went on after its map was saved; fuse the run for the map of all of it";
   read_map_edges(database, session);
   return session;
 }

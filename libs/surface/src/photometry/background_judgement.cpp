@@ -205,7 +205,7 @@ void require_readable_background(const cv::Mat3b& background, const std::string&
   if (!lamps.empty())
     throw Error(name + ": " + lamps +
                 " (take presses and background again, the right way round; if the sensor is no " +
-                device_name + ", name it with --config)");
+                device_name + ", name it in a configuration)");
   for (const std::string& doubt : judge_background(background, device_name)) say_doubt(name + ": " + doubt);
 }
 

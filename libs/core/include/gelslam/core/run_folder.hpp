@@ -67,11 +67,11 @@ class RunFolder {
 };
 
 inline constexpr const char* kUnfinishedScan =
-    "the scan was not finished; gelslam fuse makes its map and mesh, gelslam scan --continue goes on with it";
+    "the scan was not finished; fuse the run to make its map and mesh, or continue the scan";
 
 /// Files of a save lie in FOLDER/saved.tmp until all of them are in their places.
 bool has_incomplete_save(const std::filesystem::path& folder);
-inline constexpr const char* kIncompleteSave = "its last save is not complete; gelslam fuse completes it";
+inline constexpr const char* kIncompleteSave = "its last save is not complete; fuse the run to complete it";
 
 enum class RunNeeds { map, record };  ///< record: the measurements are enough
 
