@@ -139,7 +139,6 @@ int run_label(LabelArguments arguments) {
                               ? FolderLock(arguments.presses.folder)
                               : FolderLock();
   PressSet set = read_presses(arguments.presses);
-  require_unmoved_background(set);
   std::vector<FoundCircle> found = find_all(set, arguments);
   return arguments.wants_window() ? label_in_window(arguments, std::move(set), std::move(found))
                                   : label_in_terminal(arguments, set, found);

@@ -18,8 +18,8 @@ struct TrainArguments {
   PressOptions presses;
   fs::path output, pth;
   std::uint64_t seed = 1;
-  int steps = 0;  // 0: the recipe's
-  bool automatic = false, published = false, overwrite = false;
+  int steps = ModelTraining{}.steps;
+  bool automatic = false, overwrite = false;
 };
 
 int run_train(TrainArguments arguments) {
@@ -28,9 +28,8 @@ int run_train(TrainArguments arguments) {
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.presses.quiet);
   const PressSet set = read_presses(arguments.presses);
-  CalibrationOptions options{{arguments.presses.pitch_mm, arguments.seed, {}}, arguments.automatic};
-  if (arguments.published) options.training.recipe = published_recipe();
-  if (arguments.steps > 0) options.training.recipe.steps = arguments.steps;
+  const CalibrationOptions options{{arguments.presses.pitch_mm, arguments.seed, arguments.steps},
+                                   arguments.automatic};
   const Calibration calibration = calibrate(
       set, options, *progress, [&] { return interrupt.requested(); },
       [](const std::string& press) { std::cerr << "left out: " << press << "\n"; });
@@ -72,7 +71,6 @@ void add_calibrate_train_command(CLI::App& calibrate, int& exit_code) {
       ->check(CLI::Range(1, 1'000'000));
   command->add_flag("--automatic", arguments->automatic,
                     "Label presses that have no label, for this run only");
-  command->add_flag("--published", arguments->published, "The published recipe instead of ours, to compare");
   add_overwrite_flag(*command, arguments->overwrite);
   command->footer(
       "The same presses and seed give the same model. Exit code 1 when the model is written but poor.\n"

@@ -13,14 +13,6 @@
 #include "gelslam/viewer/window_options.hpp"
 
 namespace gelslam {
-namespace {
-
-std::string refuse_other_ending(const std::string& path, const std::string& ending, const std::string& what) {
-  if (lower_case(std::filesystem::path(path).extension().string()) == ending) return "";
-  return path + ": " + what + "; give a name that ends in " + ending;
-}
-
-}  // namespace
 
 void LogOptions::add_to(CLI::App& command) {
   command.add_option("--config", config,
@@ -95,11 +87,8 @@ void check_output_file(const std::filesystem::path& file, bool overwrite) {
 }
 
 std::string refuse_unless_png(const std::string& path) {
-  return refuse_other_ending(path, ".png", "pictures are written as PNG");
-}
-
-std::string refuse_unless_html(const std::string& path) {
-  return refuse_other_ending(path, ".html", "the page is written as HTML");
+  if (lower_case(std::filesystem::path(path).extension().string()) == ".png") return "";
+  return path + ": pictures are written as PNG; give a name that ends in .png";
 }
 
 CLI::Validator number_between(double least, double most) {

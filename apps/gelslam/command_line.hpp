@@ -41,9 +41,8 @@ void add_overwrite_flag(CLI::App& command, bool& overwrite);
 void check_output_file(const std::filesystem::path& file, bool overwrite);
 
 /// Checks of option values for CLI::Option::check(): "" or the reason for a refusal.
-/// A file of another type than the ending promises is refused.
+/// A picture's file must end in .png.
 std::string refuse_unless_png(const std::string& path);
-std::string refuse_unless_html(const std::string& path);
 /// A number, all of it and nothing else: no comma, no unit.
 CLI::Validator number_between(double least, double most);
 

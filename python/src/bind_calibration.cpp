@@ -26,8 +26,8 @@ PythonCalibration calibrate_presses(const fs::path& presses, const fs::path& out
   if (!(pixel_pitch_mm > 0)) throw Error("pixel_pitch_mm: expected millimeters per pixel");
   if (steps && *steps < 1) throw Error("steps: expected a number of training steps");
   if (!overwrite && fs::exists(output)) throw Error(output.string() + " is already there: give overwrite");
-  CalibrationOptions options{{pixel_pitch_mm, seed, {}}, automatic};
-  if (steps) options.training.recipe.steps = *steps;
+  CalibrationOptions options{{pixel_pitch_mm, seed}, automatic};
+  if (steps) options.training.steps = *steps;
   PythonCalibration result;
   const auto stop = [] {
     check_signals();

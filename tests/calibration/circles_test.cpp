@@ -221,47 +221,6 @@ TEST(Coverage, NoticesAnotherSensorsPresses) {
   EXPECT_THAT(message, HasSubstr("press/0: its untouched gel does not look like background.png"));
 }
 
-/// The first of the forty on a gel with grain, which the simulator's has not, and the background of a camera
-/// that shows that gel (x, y) pixels from where it lies in the presses.
-PressSet grainy_with_moved_background(double x, double y, std::size_t presses) {
-  PressSet set = forty_labelled();
-  set.presses.resize(presses);
-  cv::Mat3b grain(set.background.size());
-  cv::RNG random(7);
-  random.fill(grain, cv::RNG::UNIFORM, 0, 60);
-  cv::GaussianBlur(grain, grain, cv::Size(), 1.5);
-  const auto with_grain = [&](const cv::Mat3b& picture) {
-    cv::Mat3b grainy;
-    cv::add(picture, grain, grainy);
-    return grainy;
-  };
-  for (CalibrationPress& press : set.presses) press.bgr = with_grain(press.bgr);
-  const cv::Mat1d motion = (cv::Mat1d(2, 3) << 1, 0, x, 0, 1, y);
-  cv::Mat3b moved;
-  cv::warpAffine(with_grain(set.background), moved, motion, grain.size(), cv::INTER_LINEAR,
-                 cv::BORDER_REPLICATE);
-  set.background = moved;
-  return set;
-}
-
-TEST(Background, IsRefusedWhenTheCameraHasMovedSinceIt) {
-  const auto refusal_of = [](const PressSet& set) {
-    return message_of<Error>([&] { require_unmoved_background(set); });
-  };
-  EXPECT_THAT(
-      message_of<Error>([] { find_ball_zones(grainy_with_moved_background(-8, 6, 12), kPitchMm, false); }),
-      ::testing::AllOf(HasSubstr("10.0 px beside that of background.png (x +8.0, y -6.0)"),
-                       HasSubstr("the camera or the gel has moved")));
-  EXPECT_THAT(refusal_of(grainy_with_moved_background(0, 12, 3)), HasSubstr("12.0 px beside"));
-  const std::string none = "nothing was thrown";
-  EXPECT_EQ(refusal_of(grainy_with_moved_background(0, 0, 12)), none);
-  EXPECT_EQ(refusal_of(grainy_with_moved_background(2, 1, 12)), none) << "slopes bear it";
-  EXPECT_EQ(refusal_of(forty_labelled()), none) << "a gel without grain cannot tell";
-  PressSet unreadable = grainy_with_moved_background(0, 12, 3);
-  for (CalibrationPress& press : unreadable.presses) press.problem = "no picture";
-  EXPECT_EQ(refusal_of(unreadable), none);
-}
-
 TEST(BallZones, LeaveOutPressesInAnotherLight) {
   const PressSet set = with_less_blue(5, 3);
   const BallZones zones = find_ball_zones(set, kPitchMm, false);
@@ -271,22 +230,6 @@ TEST(BallZones, LeaveOutPressesInAnotherLight) {
     EXPECT_THAT(zones.rejected[k].reason, HasSubstr("untouched gel"));
   }
   EXPECT_NO_THROW(require_good_coverage(set, zones)) << "the others make a calibration";
-}
-
-TEST(BallZones, LeaveOutWhatIsNoSingleBallAndAnotherBall) {
-  const SimulatedPresses& presses = forty_presses();
-  const BallZones& before = zones_of_forty();
-  const std::size_t overlapping = before.zones[4].press, other_ball = before.zones[11].press;
-  PressSet set = presses.set;
-  const double near_px = 1.3 * presses.truth[overlapping].radius_px * inward(presses, overlapping);
-  set.presses[overlapping].bgr = touched_again(presses, overlapping, near_px, 0.0);
-  double& diameter_mm = set.presses[other_ball].diameter_mm;
-  diameter_mm *= diameter_mm < 8.0 ? 3.0 : 0.5;
-  const BallZones zones = find_ball_zones(set, kPitchMm, true);
-  ASSERT_EQ(zones.rejected.size(), before.rejected.size() + 2) << "all others stay";
-  for (const std::size_t press : {overlapping, other_ball})
-    EXPECT_TRUE(std::ranges::any_of(zones.rejected, [&](const RejectedPress& r) { return r.press == press; }))
-        << press;
 }
 
 TEST(BallZones, LeaveOutPressesWhoseFilesCannotBeUsed) {

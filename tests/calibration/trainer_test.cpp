@@ -7,13 +7,11 @@
 
 #include "../support/temporary_folder.hpp"
 #include "gelslam/calibration/ball_zones.hpp"
-#include "gelslam/calibration/circle_finder.hpp"
 #include "gelslam/calibration/model_check.hpp"
 #include "gelslam/calibration/model_trainer.hpp"
 #include "gelslam/calibration/press_coverage.hpp"
 #include "gelslam/calibration/slope_statistics.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/median.hpp"
 #include "gelslam/surface/slopes.hpp"
 #include "simulated_presses.hpp"
 #include "training/scale_field.hpp"
@@ -49,30 +47,22 @@ TEST(ScaleField, StretchesUntilReadingsAreTrue) {
   }
 }
 
-GradientModel trained(const PressSet& set, const BallZones& zones, const TrainingRecipe& recipe,
-                      std::uint64_t seed) {
+GradientModel trained(const PressSet& set, const BallZones& zones, int steps, std::uint64_t seed) {
   NoProgress quiet;
-  return train_model(set, zones.zones, {kPitchMm, seed, recipe}, quiet, [] { return false; });
-}
-
-TrainingRecipe short_recipe(int steps) {
-  TrainingRecipe recipe;
-  recipe.steps = steps;
-  return recipe;
+  return train_model(set, zones.zones, {kPitchMm, seed, steps}, quiet, [] { return false; });
 }
 
 /// A rough model of the labelled presses, trained once for what does not ask how well it was.
 const GradientModel& rough_model() {
-  static const GradientModel model = trained(forty_labelled(), zones_of_labelled(), short_recipe(500), 1);
+  static const GradientModel model = trained(forty_labelled(), zones_of_labelled(), 500, 1);
   return model;
 }
 
 TEST(TrainModel, IsTheSameForTheSameSeed) {
   const PressSet& set = forty_labelled();
   const BallZones& zones = zones_of_labelled();
-  const GradientModel a = trained(set, zones, short_recipe(60), 7),
-                      b = trained(set, zones, short_recipe(60), 7),
-                      c = trained(set, zones, short_recipe(60), 8);
+  const GradientModel a = trained(set, zones, 60, 7), b = trained(set, zones, 60, 7),
+                      c = trained(set, zones, 60, 8);
   EXPECT_EQ(a, b);
   EXPECT_NE(a, c);
 }
@@ -81,16 +71,14 @@ TEST(TrainModel, StopsWhenAskedAndRefusesTooLittle) {
   const PressSet& set = forty_labelled();
   BallZones zones = zones_of_labelled();
   NoProgress quiet;
-  EXPECT_THAT(message_of<Error>([&] {
-                train_model(set, zones.zones, {kPitchMm, 1, {}}, quiet, [] { return true; });
-              }),
-              ::testing::HasSubstr("stopped"));
+  EXPECT_THAT(
+      message_of<Error>([&] { train_model(set, zones.zones, {kPitchMm}, quiet, [] { return true; }); }),
+      ::testing::HasSubstr("stopped"));
   zones.zones.resize(1);
   zones.zones[0].radius_px = 8.0;
-  EXPECT_THAT(message_of<Error>([&] {
-                train_model(set, zones.zones, {kPitchMm, 1, {}}, quiet, [] { return false; });
-              }),
-              ::testing::HasSubstr("too few to train on"));
+  EXPECT_THAT(
+      message_of<Error>([&] { train_model(set, zones.zones, {kPitchMm}, quiet, [] { return false; }); }),
+      ::testing::HasSubstr("too few to train on"));
 }
 
 /// Regression of read on the simulator's own slopes, inside the true contacts of presses never trained on.
@@ -114,7 +102,7 @@ SlopeSums against_the_truth(const GradientModel& model, const SimulatedPresses& 
 TEST(TrainModel, ReadsUnseenBallsFromPicturesAlone) {
   const PressSet& set = forty_presses().set;
   const BallZones& zones = zones_of_forty();
-  const GradientModel model = trained(set, zones, short_recipe(1500), 1);
+  const GradientModel model = trained(set, zones, 1500, 1);
   const SimulatedPresses unseen = simulated_presses(1000, 10);
   const SlopeSums sums = against_the_truth(model, unseen);
   EXPECT_LT(sums.mean_abs_error_deg(), 2.5);
@@ -137,7 +125,7 @@ TEST(HeldOutSigma, IsMeasuredWherePressesAreAndTheDefaultElsewhere) {
   ASSERT_GT(left.size(), 2U);
   NoProgress quiet;
   const std::vector<float> sigma =
-      held_out_sigma_rad(set, left, {kPitchMm, 1, short_recipe(600)}, quiet, [] { return false; });
+      held_out_sigma_rad(set, left, {kPitchMm, 1, 600}, quiet, [] { return false; });
   const cv::Mat1f standard = default_uncertainty(set.background.size(), kPitchMm).sigma_rad;
   ASSERT_EQ(sigma.size(), standard.total());
   int lower = 0;
@@ -166,8 +154,8 @@ TEST(CoveredPixels, AreNeitherTrainedOnNorJudged) {
     spoiled.presses[k].bgr.setTo(cv::Scalar(200, 30, 90), covered);
   }
   const BallZones zones = find_ball_zones(set, kPitchMm, false);
-  const GradientModel model = trained(set, zones, short_recipe(60), 1);
-  EXPECT_EQ(model, trained(spoiled, zones, short_recipe(60), 1));
+  const GradientModel model = trained(set, zones, 60, 1);
+  EXPECT_EQ(model, trained(spoiled, zones, 60, 1));
   for (const BallZone& zone : zones.zones) {
     const auto clean = read_zone(model, set, zone, kPitchMm),
                read = read_zone(model, spoiled, zone, kPitchMm);
@@ -222,52 +210,6 @@ TEST(ModelCheck, SaysWhenThePressesShowNoSteepSlope) {
   const ModelCheck shallow = check_model(model, set, zones.zones, kPitchMm);
   EXPECT_THAT(shallow.reasons, asks_for_more);
   EXPECT_NE(shallow.verdict, Verdict::good);
-}
-
-// The factor between said and true diameter comes out of the colors alone, whichever ball is the wrong one.
-TEST(BallSizes, MeasureAWrongDiameterByItsColors) {
-  const auto steepness = [&](double small_mm, double large_mm) {
-    PressSet set = forty_labelled();
-    for (CalibrationPress& press : set.presses)
-      press.diameter_mm = press.diameter_mm > 8.0 ? large_mm : small_mm;
-    const auto comparisons = compare_ball_sizes(set, find_ball_zones(set, kPitchMm, false).zones, kPitchMm);
-    return comparisons.size() == 1 ? comparisons.front().steepness : 0.0;
-  };
-  EXPECT_NEAR(steepness(6.31, 9.5), 1.0, 0.04);
-  EXPECT_NEAR(steepness(6.31, 8.0), 8.0 / 9.5, 0.05);
-  EXPECT_NEAR(steepness(7.4, 9.5), 6.31 / 7.4, 0.05);
-}
-
-TEST(BallSizes, ContradictInWordsOrNotAtAll) {
-  EXPECT_EQ(contradiction_between_sizes({}), "");
-  EXPECT_EQ(contradiction_between_sizes({{6.31, 9.5, 1.03}}), "");
-  EXPECT_THAT(
-      contradiction_between_sizes({{6.31, 9.5, 1.03}, {6.31, 12.0, 0.8}}),
-      ::testing::AllOf(::testing::HasSubstr("balls of 6.31 and 12.00 mm contradict"),
-                       ::testing::HasSubstr("25 % larger"), ::testing::HasSubstr("or the camera has moved")));
-  EXPECT_THAT(contradiction_between_sizes({{6.31, 9.5, 1.25}}), ::testing::HasSubstr("20 % smaller"));
-  PressSet few = forty_labelled();
-  few.presses.resize(8);  // four of each
-  EXPECT_TRUE(compare_ball_sizes(few, find_ball_zones(few, kPitchMm, false).zones, kPitchMm).empty());
-}
-
-TEST(ModelCheck, WritesAPage) {
-  const PressSet& set = forty_labelled();
-  const BallZones& zones = zones_of_labelled();
-  const ModelCheck check = check_model(rough_model(), set, zones.zones, kPitchMm);
-  const TemporaryFolder folder;
-  write_check_report(folder / "check.html", check, set, "<model>");
-  const std::string page = read_bytes(folder / "check.html");
-  EXPECT_THAT(page, ::testing::HasSubstr("&lt;model&gt;"));
-  EXPECT_THAT(page, ::testing::HasSubstr("data:image/png;base64,iVBORw0KGgo"));
-  EXPECT_THAT(page, ::testing::HasSubstr(verdict_name(check.verdict)));
-  // What the map shows: where presses lie the gradient scale is about 1.
-  std::vector<double> scales;
-  for (const SlopeSums& cell : check.slopes.cells)
-    if (cell.pixels > 100) scales.push_back(cell.scale());
-  EXPECT_GT(scales.size(), 40U);
-  EXPECT_NEAR(median(scales), check.slopes.all.scale(), 0.15);
-  EXPECT_EQ(folder.names(), std::vector<std::string>{"check.html"});
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "gelslam/calibration/press_coverage.hpp"
 #include "gelslam/core/error.hpp"
@@ -90,11 +91,10 @@ Verdict judge_number(double value, double good_limit, double usable_limit) {
   return std::abs(value) <= usable_limit ? Verdict::usable : Verdict::recalibrate;
 }
 
-void judge(ModelCheck& check, const std::vector<double>& rim_slopes, const CameraModel& camera,
-           const std::vector<Finding>& others) {
-  std::vector<Finding> found;
+void judge(ModelCheck& check, const std::vector<double>& rim_slopes, const CameraModel& camera) {
+  std::vector<std::pair<Verdict, std::string>> found;
   const auto note = [&](Verdict verdict, std::string reason) {
-    if (verdict != Verdict::good) found.push_back({verdict, std::move(reason)});
+    if (verdict != Verdict::good) found.emplace_back(verdict, std::move(reason));
   };
   // Wrong slopes bend the surface.
   const double error = check.slopes.all.mean_abs_error_deg();
@@ -110,7 +110,7 @@ void judge(ModelCheck& check, const std::vector<double>& rim_slopes, const Camer
                      100.0 * ball.radius_error()));
   // Presses that are missing in one place; the mean over the gel hides it.
   for (std::size_t k = 0; k < 9; ++k) {
-    const SlopeSums ninth = check.slopes.ninth(k);
+    const SlopeSums& ninth = check.slopes.ninths[k];
     if (ninth.pixels < kMinNinthPixels || std::abs(ninth.scale() - 1.0) < kOddNinthScale) continue;
     note(Verdict::usable,
          fmt::format("at the {} of the gel {}", press_zone_name(k), scale_words(ninth.scale())));
@@ -126,12 +126,8 @@ void judge(ModelCheck& check, const std::vector<double>& rim_slopes, const Camer
   }
   if (std::string missing = missing_depths(rim_slopes); !missing.empty())
     note(Verdict::usable, std::move(missing));
-  for (const auto& [verdict, sentence] : others) {
-    if (verdict == Verdict::good) check.findings.push_back(sentence);
-    note(verdict, sentence);
-  }
   std::stable_sort(found.begin(), found.end(),
-                   [](const Finding& a, const Finding& b) { return a.verdict > b.verdict; });
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
   check.verdict = Verdict::good;
   for (auto& [verdict, reason] : found) {
     check.verdict = std::max(check.verdict, verdict);
@@ -167,8 +163,7 @@ const char* verdict_name(Verdict verdict) {
 }
 
 ModelCheck check_model(const GradientModel& model, const PressSet& set, const std::vector<BallZone>& zones,
-                       double pixel_pitch_mm, const std::function<void(std::size_t)>& progress,
-                       const std::vector<Finding>& others) {
+                       double pixel_pitch_mm, const std::function<void(std::size_t)>& progress) {
   if (zones.empty()) throw Error("'" + set.folder.string() + "': no press can be used to check a model");
   SurfaceOptions options;
   options.pixel_pitch_mm = pixel_pitch_mm;
@@ -205,7 +200,7 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
   }
   for (const auto& [diameter_mm, size] : sizes)
     check.diameters.push_back({diameter_mm, size.presses, median(size.radii_mm)});
-  judge(check, rim_slopes, set.camera(pixel_pitch_mm), others);
+  judge(check, rim_slopes, set.camera(pixel_pitch_mm));
   return check;
 }
 

@@ -70,26 +70,15 @@ void SlopeSums::add(const SlopeSums& other) {
   pixels += other.pixels;
 }
 
-SlopeSums SlopeStatistics::ninth(std::size_t k) const {
-  SlopeSums sums;
-  for (std::size_t row = k / 3 * kRows / 3; row < (k / 3 + 1) * kRows / 3; ++row)
-    for (std::size_t column = k % 3 * kColumns / 3; column < (k % 3 + 1) * kColumns / 3; ++column)
-      sums.add(cells[row * kColumns + column]);
-  return sums;
-}
-
 void SlopeStatistics::add(const ZoneReading& pixel, const cv::Size& picture) {
   all.add(pixel);
-  const std::size_t row =
-                        static_cast<std::size_t>(pixel.v) * kRows / static_cast<std::size_t>(picture.height),
-                    column = static_cast<std::size_t>(pixel.u) * kColumns /
-                             static_cast<std::size_t>(picture.width);
-  cells[row * kColumns + column].add(pixel);
+  const int row = 3 * pixel.v / picture.height, column = 3 * pixel.u / picture.width;
+  ninths[static_cast<std::size_t>(3 * row + column)].add(pixel);
 }
 
 void SlopeStatistics::add(const SlopeStatistics& other) {
   all.add(other.all);
-  for (std::size_t k = 0; k < cells.size(); ++k) cells[k].add(other.cells[k]);
+  for (std::size_t k = 0; k < ninths.size(); ++k) ninths[k].add(other.ninths[k]);
 }
 
 }  // namespace gelslam

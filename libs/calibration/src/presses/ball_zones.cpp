@@ -92,18 +92,6 @@ void require_possible_widths(const PressSet& set, const std::map<double, std::ve
   }
 }
 
-/// Two balls that overlap, something that is no ball, one press with another ball.
-void reject_odd_ones(const PressSet& set, double pixel_pitch_mm, BallZones& zones) {
-  const std::vector<std::size_t> odd = find_odd_zones(set, zones.zones, pixel_pitch_mm);
-  for (auto k = odd.rbegin(); k != odd.rend(); ++k) {
-    const auto zone = zones.zones.begin() + static_cast<std::ptrdiff_t>(*k);
-    zones.rejected.push_back({zone->press,
-                              "its colors are not those of the same slopes in other presses: no single ball, "
-                              "or not of this diameter"});
-    zones.zones.erase(zone);
-  }
-}
-
 void require_all_sides(const PressSet& set, const BallZones& zones) {
   PressCoverage coverage(set.background.size(), 1);
   for (const BallZone& zone : zones.zones) coverage.add({zone.u_px, zone.v_px, zone.radius_px});
@@ -124,7 +112,6 @@ void require_all_sides(const PressSet& set, const BallZones& zones) {
 
 BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool automatic,
                           const std::function<void(std::size_t)>& progress) {
-  require_unmoved_background(set);
   std::vector<FoundCircle> found;
   std::map<double, std::vector<double>> shares;
   for (const CalibrationPress& press : set.presses) {
@@ -163,8 +150,6 @@ BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool autom
     else
       result.rejected.push_back({k, problem});
   }
-  reject_odd_ones(set, pixel_pitch_mm, result);
-  std::ranges::sort(result.rejected, {}, &RejectedPress::press);
   return result;
 }
 

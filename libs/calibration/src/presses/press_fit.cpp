@@ -17,9 +17,6 @@ constexpr double kConvergedPx = 0.01;
 constexpr double kFirstMove = 0.5;  // of the radius: where the search for a movement starts
 constexpr double kMinFitRadiusPx = 3.0, kMaxFitRadiusOfBall = 0.98, kMinDecayPx = 1.0, kMaxDecayPx = 60.0;
 
-/// What is fitted beside center, radius and decay: the pixels' aspect, or how far the ball moved in x and y.
-enum class Extra { none, aspect, movement };
-
 /// Slope of the gel at (x, y) pixels from a ball's center: on the ball inside the radius, decaying outside.
 template <class T>
 std::array<T, 2> gel_slope(const T& x, const T& y, double ball_px, const T& radius, const T& decay) {
@@ -44,11 +41,12 @@ T height_over_rim(const T& x, const T& y, double ball_px, const T& radius, const
   return radius / down_at_rim * decay * (1.0 - exp((radius - sqrt(squared)) / decay));
 }
 
-/// Weighted color errors of a press, as ceres::TinySolver wants them.
-template <int degree, Extra extra>
+/// Weighted color errors of a press, as ceres::TinySolver wants them. `moves`: how far the ball moved in x
+/// and y is fitted beside center, radius and decay.
+template <int degree, bool moves>
 class PressErrors {
   static constexpr int kTerms = (degree + 1) * (degree + 2) / 2 - 1,  // of a polynomial without its constant
-      kParameters = 4 + static_cast<int>(extra);
+      kParameters = moves ? 6 : 4;
   template <class T>
   using Terms = std::array<T, static_cast<std::size_t>(kTerms)>;
   using Colors = Eigen::Matrix<double, Eigen::Dynamic, 3>;
@@ -136,7 +134,6 @@ class PressErrors {
   Terms<T> terms_at(Eigen::Index point, const T* parameters) const {
     const auto k = static_cast<std::size_t>(point);
     T x = points_.u_px[k] - parameters[0], y = points_.v_px[k] - parameters[1];
-    if constexpr (extra == Extra::aspect) y *= parameters[4];
     const T radius = bounded(parameters[2], kMinFitRadiusPx, kMaxFitRadiusOfBall * ball_px_),
             decay = bounded(parameters[3], kMinDecayPx, kMaxDecayPx);
     if (!points_.rise_x.empty()) {
@@ -145,7 +142,7 @@ class PressErrors {
       y += points_.rise_y[k] * height;
     }
     Terms<T> terms{};
-    if constexpr (extra == Extra::movement) {  // seen in passing from five places
+    if constexpr (moves) {  // seen in passing from five places
       for (const double part : {-0.4, -0.2, 0.0, 0.2, 0.4})
         add_terms(0.2,
                   gel_slope<T>(x - part * parameters[4], y - part * parameters[5], ball_px_, radius, decay),
@@ -181,12 +178,12 @@ class PressErrors {
   Colors changes_;
 };
 
-/// From `parameters` (those of PressShape, then the extra ones), which become those found.
-template <int degree, Extra extra>
+/// From `parameters` (those of PressShape, then the movement), which become those found.
+template <int degree, bool moves>
 PressFit fit(const PressPoints& points, double ball_px,
-             typename PressErrors<degree, extra>::Parameters& parameters) {
-  PressErrors<degree, extra> errors(points, ball_px);
-  ceres::TinySolver<PressErrors<degree, extra>> solver;
+             typename PressErrors<degree, moves>::Parameters& parameters) {
+  PressErrors<degree, moves> errors(points, ball_px);
+  ceres::TinySolver<PressErrors<degree, moves>> solver;
   solver.options.max_num_iterations = kStepsPerWeighting;
   solver.options.parameter_tolerance = kConvergedPx / parameters.norm();
   for (int round = 0; round < kMaxReweightings; ++round) {
@@ -210,19 +207,12 @@ Eigen::Vector4d values_of(const PressShape& shape) {
 
 PressFit fit_press(const PressPoints& points, const PressShape& start, double ball_px) {
   Eigen::Vector4d parameters = values_of(start);
-  return fit<2, Extra::none>(points, ball_px, parameters);
+  return fit<2, false>(points, ball_px, parameters);
 }
 
 PressFit refine_press(const PressPoints& points, const PressShape& start, double ball_px) {
   Eigen::Vector4d parameters = values_of(start);
-  return fit<4, Extra::none>(points, ball_px, parameters);
-}
-
-double fit_pixel_aspect(const PressPoints& points, const PressShape& start, double ball_px) {
-  Eigen::Vector<double, 5> parameters;
-  parameters << values_of(start), 1.0;
-  fit<4, Extra::aspect>(points, ball_px, parameters);
-  return parameters[4];
+  return fit<4, false>(points, ball_px, parameters);
 }
 
 SlidPress fit_slid_press(const PressPoints& points, const PressShape& start, double ball_px) {
@@ -231,7 +221,7 @@ SlidPress fit_slid_press(const PressPoints& points, const PressShape& start, dou
     const double move_px = kFirstMove * start.radius_px;
     Eigen::Vector<double, 6> parameters;
     parameters << values_of(start), across ? 0.0 : move_px, across ? move_px : 0.0;
-    const PressFit found = fit<2, Extra::movement>(points, ball_px, parameters);
+    const PressFit found = fit<2, true>(points, ball_px, parameters);
     if (across && found.cost >= best.cost) continue;
     best = {found.shape.radius_px, parameters.tail<2>().norm(), found.cost};
   }

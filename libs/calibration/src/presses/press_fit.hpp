@@ -49,9 +49,6 @@ PressFit fit_press(const PressPoints& points, const PressShape& start, double ba
 /// nearby.
 PressFit refine_press(const PressPoints& points, const PressShape& start, double ball_px);
 
-/// Height over width of the pixels with which a ball explains the picture best.
-double fit_pixel_aspect(const PressPoints& points, const PressShape& start, double ball_px);
-
 /// A ball that moved evenly by `moved_px` while the picture was taken.
 struct SlidPress {
   double radius_px = 0.0, moved_px = 0.0, cost = 0.0;

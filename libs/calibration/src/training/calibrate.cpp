@@ -49,9 +49,6 @@ Calibration calibrate(const PressSet& set, const CalibrationOptions& options, Pr
   for (const RejectedPress& press : zones.rejected)
     say_left_out(set.presses[press.press].name + ": " + press.reason);
   require_good_coverage(set, zones);
-  const std::string contradiction =
-      contradiction_between_sizes(compare_ball_sizes(set, zones.zones, training.pixel_pitch_mm));
-  if (!contradiction.empty()) throw Error("'" + set.folder.string() + "': " + contradiction);
 
   GradientModel model = train_model(set, zones.zones, training, progress, stop);
   model.sigma_rad = held_out_sigma_rad(set, zones.zones, training, progress, stop);

@@ -82,7 +82,7 @@ std::vector<Fold> deal(const std::vector<SlopeSample>& samples) {
   const std::size_t every = std::max<std::size_t>(1, samples.size() / kWantedRows);
   std::array<std::vector<const SlopeSample*>, kFolds> split;
   for (std::size_t k = 0; k < samples.size(); k += every)
-    split[static_cast<std::size_t>(std::max(0, samples[k].zone) % kFolds)].push_back(&samples[k]);
+    split[static_cast<std::size_t>(samples[k].zone % kFolds)].push_back(&samples[k]);
   return {split.begin(), split.end()};
 }
 

@@ -12,15 +12,12 @@ struct SlopeSample {
   std::array<float, 3> color{}, flat_color{};  ///< BGR/255 of the press and of the background there
   std::array<float, 2> place{};                ///< u/W, v/H
   std::array<float, 2> angle_rad{};            ///< of dh/dx, dh/dy
-  int u_px = 0, v_px = 0, zone = -1;           ///< zone -1: untouched gel
+  int u_px = 0, v_px = 0, zone = 0;
 };
 
 /// Pixels inside the zones, on a grid just fine enough for about `wanted` in all, zones in turn.
 std::vector<SlopeSample> zone_samples(const PressSet& set, const std::vector<BallZone>& zones,
                                       double pixel_pitch_mm, int wanted);
-
-/// Pixels of the background, slope 0, evenly spread.
-std::vector<SlopeSample> flat_samples(const PressSet& set, int wanted);
 
 /// How color follows slope and place on the whole gel, smoothly: for each channel, the change against the
 /// background is a polynomial in the slope angles (degree 4) whose coefficients are polynomials in the place

@@ -33,7 +33,7 @@ std::vector<float> held_out_sigma_rad(const PressSet& set, const std::vector<Bal
                                       const ModelTraining& training, ProgressSink& progress,
                                       const std::function<bool()>& stop) {
   ModelTraining half = training;
-  half.recipe.steps = std::max(1, training.recipe.steps / 2);
+  half.steps = std::max(1, training.steps / 2);
   cv::Mat1d variance;
   default_uncertainty(set.background.size(), training.pixel_pitch_mm).sigma_rad.convertTo(variance, CV_64F);
   cv::multiply(variance, variance, variance);

@@ -19,7 +19,11 @@ constexpr std::size_t kBatch = 1024;
 constexpr std::size_t kTile = kNetworkTile;
 constexpr int kWantedTrainingSamples = 250'000;
 constexpr int kStepsPerReport = 20;
-constexpr float kColorFactor = 2.0F;  // colors vary by a tenth, places by one; larger factors learn noise
+constexpr double kLearningRate = 3e-3;  // of Adam; falls to 0 along a cosine
+constexpr double kMoveShare = 0.5;      // of the samples, moved over the gel as the color field says
+constexpr double kMoveReach = 0.15;     // how far (standard deviation, in widths of the picture)
+constexpr double kLightJitter = 0.01;   // relative, per channel and sample
+constexpr float kColorFactor = 2.0F;    // colors vary by a tenth, places by one; larger factors learn noise
 constexpr double kFlatAnchor =
     0.02;  // keeps the reading of the background near 0 where only differences count
 
@@ -67,8 +71,7 @@ class ModelTrainer {
  public:
   ModelTrainer(const PressSet& set, const std::vector<BallZone>& zones, const ModelTraining& training)
       : set_(set),
-        training_(training),
-        recipe_(training.recipe),
+        steps_(training.steps),
         random_(training.seed),
         network_(initial_network([this] { return random_.normal(); })),
         samples_(zone_samples(set, zones, training.pixel_pitch_mm, kWantedTrainingSamples)),
@@ -78,39 +81,34 @@ class ModelTrainer {
     if (samples_.size() < kBatch)
       throw Error("the presses show only " + std::to_string(samples_.size()) +
                   " pixels of ball: too few to train on; take more presses");
-    const double flat =
-        recipe_.flat_share / (1.0 - recipe_.flat_share) * static_cast<double>(samples_.size());
-    const std::vector<SlopeSample> untouched = flat_samples(set, static_cast<int>(flat));
-    if (flat >= 1.0) samples_.insert(samples_.end(), untouched.begin(), untouched.end());
   }
 
   GradientModel run(ProgressSink& progress, const std::function<bool()>& stop) {
-    progress.begin("training", recipe_.steps);
-    for (int step = 0; step < recipe_.steps; ++step) {
-      const double rate =
-          recipe_.learning_rate * 0.5 * (1.0 + std::cos(std::numbers::pi * step / recipe_.steps));
-      train_step(rate, 2 * step > recipe_.steps);
+    progress.begin("training", steps_);
+    for (int step = 0; step < steps_; ++step) {
+      const double rate = kLearningRate * 0.5 * (1.0 + std::cos(std::numbers::pi * step / steps_));
+      train_step(rate, 2 * step > steps_);
       if (step % kStepsPerReport != 0) continue;
       if (stop()) throw Error("stopped; no model was written");
       progress.update(step);
     }
-    progress.update(recipe_.steps);
+    progress.update(steps_);
     progress.end();
     scaling_.fold_into(network_);
     return network_;
   }
 
  private:
-  void train_step(double rate, bool second_half) {
+  /// `correcting`: regression to the mean is undone, per place and axis.
+  void train_step(double rate, bool correcting) {
     GradientModel gradient;
-    const bool correcting = recipe_.correct_scale && second_half;
     for (std::size_t done = 0; done < kBatch; done += kTile) {
       load_tile();
       network_forward(network_, touched_);
-      if (recipe_.differences) network_forward(network_, untouched_);
+      network_forward(network_, untouched_);
       set_derivatives(correcting);
       network_backward(network_, touched_, d_touched_, gradient);
-      if (recipe_.differences) network_backward(network_, untouched_, d_untouched_, gradient);
+      network_backward(network_, untouched_, d_untouched_, gradient);
     }
     if (correcting) scale_.update();
     adam_.step(network_, gradient, rate);
@@ -121,11 +119,10 @@ class ModelTrainer {
       chosen_[k] = random_.below(samples_.size());
       SlopeSample& sample = tile_[k];
       sample = samples_[chosen_[k]];
-      moved_[k] = sample.zone >= 0 && random_.uniform() < recipe_.move_share;
+      moved_[k] = random_.uniform() < kMoveShare;
       if (moved_[k]) move(sample);
       for (std::size_t c = 0; c < 3; ++c) {
-        const auto light = static_cast<float>(
-            recipe_.light_jitter > 0.0 ? 1.0 + recipe_.light_jitter * random_.normal() : 1.0);
+        const auto light = static_cast<float>(1.0 + kLightJitter * random_.normal());
         touched_.input[c * kTile + k] = scaling_.scaled(c, light * sample.color[c]);
         untouched_.input[c * kTile + k] = scaling_.scaled(c, light * sample.flat_color[c]);
       }
@@ -138,11 +135,12 @@ class ModelTrainer {
   /// Puts a sample somewhere else on the gel: its color changes as the smooth color field says, and keeps
   /// what the field does not explain.
   void move(SlopeSample& sample) {
-    const double reach = recipe_.move_reach;
-    const int u = std::clamp(sample.u_px + static_cast<int>(reach * random_.normal() * set_.background.cols),
-                             0, set_.background.cols - 1),
-              v = std::clamp(sample.v_px + static_cast<int>(reach * random_.normal() * set_.background.cols),
-                             0, set_.background.rows - 1);
+    const int u = std::clamp(
+                  sample.u_px + static_cast<int>(kMoveReach * random_.normal() * set_.background.cols), 0,
+                  set_.background.cols - 1),
+              v = std::clamp(
+                  sample.v_px + static_cast<int>(kMoveReach * random_.normal() * set_.background.cols), 0,
+                  set_.background.rows - 1);
     const std::array<float, 2> place = {static_cast<float>(u) / static_cast<float>(set_.background.cols),
                                         static_cast<float>(v) / static_cast<float>(set_.background.rows)};
     const auto here = field_.change(sample.place, sample.angle_rad),
@@ -177,17 +175,16 @@ class ModelTrainer {
       std::array<float, 2> read{}, wanted = sample.angle_rad;
       for (std::size_t axis = 0; axis < 2; ++axis) {
         const std::size_t at = axis * kTile + k;
-        read[axis] = touched_.output[at] - (recipe_.differences ? untouched_.output[at] : 0.0F);
+        read[axis] = touched_.output[at] - untouched_.output[at];
       }
-      if (!moved_[k] && sample.zone >= 0) {
+      if (!moved_[k]) {
         const std::array<float, 2> truth = recentered_angle_rad(sample, read);
         if (correcting) scale_.note(sample.place, read, truth);
       }
       if (correcting) wanted = scale_.stretched(sample.place, sample.angle_rad);
       for (std::size_t axis = 0; axis < 2; ++axis) {
         const std::size_t at = axis * kTile + k;
-        const float error = read[axis] - wanted[axis];
-        const float derivative = recipe_.absolute_loss ? (error > 0 ? size : -size) : 2.0F * size * error;
+        const float derivative = 2.0F * size * (read[axis] - wanted[axis]);
         d_touched_[at] = derivative;
         d_untouched_[at] =
             -derivative + 2.0F * size * static_cast<float>(kFlatAnchor) * untouched_.output[at];
@@ -196,8 +193,7 @@ class ModelTrainer {
   }
 
   const PressSet& set_;
-  const ModelTraining& training_;
-  const TrainingRecipe& recipe_;
+  int steps_;
   TrainingRandom random_;
   GradientModel network_;
   Adam adam_;
@@ -214,17 +210,6 @@ class ModelTrainer {
 };
 
 }  // namespace
-
-TrainingRecipe published_recipe() {
-  return {.steps = 12000,
-          .learning_rate = 2e-3,
-          .absolute_loss = true,
-          .flat_share = 0.2,
-          .differences = false,
-          .correct_scale = false,
-          .move_share = 0.0,
-          .light_jitter = 0.0};
-}
 
 GradientModel train_model(const PressSet& set, const std::vector<BallZone>& zones,
                           const ModelTraining& training, ProgressSink& progress,

@@ -48,13 +48,4 @@ std::vector<SlopeSample> zone_samples(const PressSet& set, const std::vector<Bal
   return samples;
 }
 
-std::vector<SlopeSample> flat_samples(const PressSet& set, int wanted) {
-  const int every = std::max(1, static_cast<int>(set.background.total()) / std::max(1, wanted));
-  std::vector<SlopeSample> samples;
-  for (int k = 0; k < static_cast<int>(set.background.total()); k += every)
-    samples.push_back(
-        sample_at(set.background, set.background, k % set.background.cols, k / set.background.cols));
-  return samples;
-}
-
 }  // namespace gelslam::calibration::detail

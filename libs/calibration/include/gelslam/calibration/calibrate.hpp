@@ -22,8 +22,8 @@ struct Calibration {
 };
 
 /// Presses to a model: finds the balls, refuses sets that cannot make a calibration (labels missing, gaps in
-/// the coverage, diameters that contradict each other), trains, and checks. `say_left_out` is told of every
-/// press that cannot be used. Throws Error, also once `stop` says true.
+/// the coverage), trains, and checks. `say_left_out` is told of every press that cannot be used. Throws
+/// Error, also once `stop` says true.
 Calibration calibrate(const PressSet& set, const CalibrationOptions& options, ProgressSink& progress,
                       const std::function<bool()>& stop,
                       const std::function<void(const std::string&)>& say_left_out);

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
@@ -30,20 +29,13 @@ struct DiameterCheck {
 enum class Verdict { good, usable, recalibrate };
 const char* verdict_name(Verdict verdict);
 
-/// A sentence about what was measured besides, and what it means for the model.
-struct Finding {
-  Verdict verdict = Verdict::good;
-  std::string sentence;
-};
-
 /// How a model reads presses of known balls.
 struct ModelCheck {
   SlopeStatistics slopes;
   std::vector<PressCheck> presses;
   std::vector<DiameterCheck> diameters;  ///< in growing order
   Verdict verdict = Verdict::recalibrate;
-  std::vector<std::string> reasons;   ///< for people: what is not good, worst first; empty when all is
-  std::vector<std::string> findings;  ///< of gel and pixels, where they are good
+  std::vector<std::string> reasons;  ///< for people: what is not good, worst first; empty when all is
 };
 
 /// How the mean slope errors of presses change with their place along an axis (regression).
@@ -53,16 +45,9 @@ struct ErrorOverPlace {
 ErrorOverPlace error_over_place(const std::vector<PressCheck>& presses, const CameraModel& camera,
                                 std::size_t axis);
 
-/// Reads every zone, reconstructs every ball (in the light as it is) and judges, together with what `others`
-/// found. `progress`, if given, is called with the number of presses done. Throws Error without zones, or
-/// when the model does not fit.
+/// Reads every zone, reconstructs every ball (in the light as it is) and judges. `progress`, if given, is
+/// called with the number of presses done. Throws Error without zones, or when the model does not fit.
 ModelCheck check_model(const GradientModel& model, const PressSet& set, const std::vector<BallZone>& zones,
-                       double pixel_pitch_mm, const std::function<void(std::size_t)>& progress = nullptr,
-                       const std::vector<Finding>& others = {});
-
-/// One page for a browser, pictures inside: verdict, presses and gradient scale over the gel, every ball and
-/// press. The file appears when it is whole; Error when the disk does not take it.
-void write_check_report(const std::filesystem::path& path, const ModelCheck& check, const PressSet& set,
-                        const std::string& model_name);
+                       double pixel_pitch_mm, const std::function<void(std::size_t)>& progress = nullptr);
 
 }  // namespace gelslam

@@ -43,11 +43,9 @@ struct SlopeSums {
 
 /// The same by place.
 struct SlopeStatistics {
-  static constexpr std::size_t kColumns = 15, kRows = 12;
   SlopeSums all;
-  std::array<SlopeSums, kColumns * kRows> cells;  ///< of the gel, row by row
+  std::array<SlopeSums, 9> ninths;  ///< of the gel, row by row
 
-  SlopeSums ninth(std::size_t k) const;  ///< of the gel, row by row
   /// `picture`: size of the press's picture.
   void add(const ZoneReading& pixel, const cv::Size& picture);
   void add(const SlopeStatistics& other);
