@@ -18,7 +18,6 @@ namespace gelslam {
 /// The subcommands of `gelslam calibrate`; each in its own cmd_calibrate_<name>.cpp.
 void add_calibrate_check_command(CLI::App& calibrate, int& exit_code);
 void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code);
-void add_calibrate_label_command(CLI::App& calibrate, int& exit_code);
 void add_calibrate_optics_command(CLI::App& calibrate, int& exit_code);
 void add_calibrate_train_command(CLI::App& calibrate, int& exit_code);
 

@@ -66,11 +66,10 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
   command->require_subcommand(1);
   add_calibrate_check_command(*command, exit_code);
   add_calibrate_collect_command(*command, exit_code);
-  add_calibrate_label_command(*command, exit_code);
   add_calibrate_optics_command(*command, exit_code);
   add_calibrate_train_command(*command, exit_code);
   command->footer(
-      "The usual order: collect, label, train, check.\n"
+      "The usual order: collect, train, check.\n"
       "Example: gelslam calibrate collect -o PRESSES --diameter 6.35 && gelslam calibrate train PRESSES -o "
       "model.json");
 }

@@ -9,7 +9,9 @@
 #include "collect_session.hpp"
 #include "command_line.hpp"
 #include "commands.hpp"
+#include "gelslam/calibration/label_session.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
 #include "gelslam/viewer/gl_context.hpp"
@@ -23,20 +25,61 @@ namespace fs = std::filesystem;
 
 struct CollectArguments {
   CollectOptions collect;
-  fs::path log, config, snapshot;
+  fs::path input, config, snapshot;  ///< input: a log, or a calibration folder
   std::string device;
   std::optional<double> pitch_mm;
-  bool headless = false, no_labels = false, overwrite = false, quiet = false;
+  bool overwrite = false, quiet = false;
 };
 
 std::unique_ptr<RawFrameSource> open_source(const CollectArguments& arguments, const Config& config) {
-  if (arguments.log.empty()) return open_camera_input(config, arguments.device).frames;
-  std::unique_ptr<RawFrameSource> log = open_raw_log(arguments.log, config.sensor);
-  return arguments.headless ? std::move(log) : pace(std::move(log));
+  if (arguments.input.empty()) return open_camera_input(config, arguments.device).frames;
+  std::unique_ptr<RawFrameSource> log = open_raw_log(arguments.input, config.sensor);
+  return arguments.collect.headless ? std::move(log) : pace(std::move(log));
+}
+
+/// The circles of all presses that are there.
+LabelSession find_circles(PressSet set, double pitch_mm, bool quiet) {
+  const InterruptWatch interrupt;
+  const std::unique_ptr<ProgressSink> progress = make_progress(quiet);
+  std::vector<FoundCircle> found;
+  if (!set.presses.empty()) progress->begin("looking at presses", std::ssize(set.presses));
+  for (const CalibrationPress& press : set.presses) {
+    stop_if_asked(interrupt);
+    found.push_back(find_circle(press.bgr, set.background, set.camera(pitch_mm), press.diameter_mm));
+    progress->update(std::ssize(found));
+  }
+  if (!set.presses.empty()) progress->end();
+  return {std::move(set), std::move(found)};
+}
+
+/// Labels of presses that are there: in a window, or every clear contact as it was found.
+int label_presses(const CollectArguments& arguments, PressWindowOptions window) {
+  if (!arguments.collect.folder.empty() || arguments.collect.diameter_mm > 0)
+    throw Error(quoted(arguments.input) + " holds presses to be labeled: leave out --output and --diameter");
+  const FolderLock lock(arguments.input);
+  PressOptions options{arguments.input, arguments.config, arguments.pitch_mm, arguments.quiet};
+  PressSet set = read_presses(options);
+  window.pixel_pitch_mm = options.pitch_mm;
+  LabelSession labels = find_circles(std::move(set), options.pitch_mm, arguments.quiet);
+  if (arguments.collect.headless) {
+    labels.accept_rest();
+    labels.save();
+    for (const PressLabel& label : labels.labels())
+      if (label.state == LabelState::open)
+        std::cerr << "not clear: " << labels.set().presses[label.press].name << ": " << label.doubt << "\n";
+    if (!window.snapshot.empty()) write_press_snapshot(labels, nullptr, window);
+  } else {
+    const InterruptWatch interrupt;
+    window.asks_to_end = [&] { return interrupt.requested(); };
+    run_press_window(labels, nullptr, window);
+  }
+  const std::size_t open = labels.counts().open();
+  std::cout << labels.progress() << (open > 0 ? "; without --headless a window shows the rest" : "") << "\n";
+  return open == 0 ? kExitDone : kExitNotGood;
 }
 
 /// The session on a thread of its own, the window on this one.
-void run_in_window(CollectSession& session, const CollectWindowOptions& window) {
+void run_in_window(CollectSession& session, LabelSession& labels, const PressWindowOptions& window) {
   std::exception_ptr failure;
   {
     const std::jthread thread([&] {
@@ -48,7 +91,7 @@ void run_in_window(CollectSession& session, const CollectWindowOptions& window) 
       if (failure) session.close();  // after a log's end the window stays, to be looked at
     });
     try {
-      run_collect_window(session, window);
+      run_press_window(labels, &session, window);
     } catch (...) {
       session.stop();
       throw;
@@ -59,39 +102,45 @@ void run_in_window(CollectSession& session, const CollectWindowOptions& window) 
 }
 
 int run_collect(CollectArguments arguments) {
+  CollectOptions& collect = arguments.collect;
   check_output_file(arguments.snapshot, arguments.overwrite);
+  const bool is_labeling = !arguments.input.empty() && fs::exists(arguments.input / "catalog.csv");
+  if (!is_labeling && collect.folder.empty()) throw CLI::RequiredError("--output");
+  if (!is_labeling && !(collect.diameter_mm > 0)) throw CLI::RequiredError("--diameter");
+  PressWindowOptions window;
+  window.snapshot = arguments.snapshot;
+  // Where no window can be opened, no camera should have been disturbed.
+  if (!collect.headless) GlContext::window({.title = "GelSLAM", .visible = false});
+  if (is_labeling) return label_presses(arguments, window);
   LogInput input;
-  input.log = arguments.log;
+  input.log = arguments.input;
   input.config = arguments.config;
   Config config = find_config(input);
   if (arguments.pitch_mm) config.sensor.pixel_pitch_mm = *arguments.pitch_mm;
-  CollectWindowOptions window;
-  window.snapshot = arguments.snapshot;
-  // Where no window can be opened, no camera should have been disturbed.
-  if (!arguments.headless) GlContext::window({.title = "GelSLAM", .visible = false});
-  CollectOptions& collect = arguments.collect;
+  window.pixel_pitch_mm = config.sensor.pixel_pitch_mm;
   const std::optional<SensorOptics> folder_optics = find_optics(collect.folder / "catalog.csv");
   collect.optics = folder_optics.value_or(config.surface.optics);
   collect.keep_optics =  // not what any such sensor has
       !folder_optics && (config.optics_from == "log" || config.optics_from == "configuration");
-  PressFolder folder(collect.folder, collect.diameter_mm, !arguments.no_labels);  // nor with a wrong folder
+  PressFolder folder(collect.folder, collect.diameter_mm);  // nor with a wrong folder
+  LabelSession labels = find_circles(folder.earlier(), window.pixel_pitch_mm, arguments.quiet);
   const std::unique_ptr<RawFrameSource> source = open_source(arguments, config);
-  collect.until_enough = arguments.headless;
   const auto say = [&](const std::string& words) {
     if (!arguments.quiet) std::cerr << words << "\n";
   };
   CollectSession session(*source, config.sensor, std::move(folder), collect, say);
+  session.count(labels.contacts(collect.diameter_mm));
   const InterruptStopper stopper(
-      arguments.log.empty() ? InterruptWatch::Ends::regularly : InterruptWatch::Ends::early, [&] {
+      arguments.input.empty() ? InterruptWatch::Ends::regularly : InterruptWatch::Ends::early, [&] {
         session.stop();
         session.close();
       });
   try {
-    if (arguments.headless) {
+    if (collect.headless) {
       session.run();
-      if (!window.snapshot.empty()) write_collect_snapshot(session, window);
+      if (!window.snapshot.empty()) write_press_snapshot(labels, &session, window);
     } else {
-      run_in_window(session, window);
+      run_in_window(session, labels, window);
     }
   } catch (const Error&) {
     if (session.taken_now() > 0) std::cerr << "kept: " << session.summary() << "\n";
@@ -102,26 +151,27 @@ int run_collect(CollectArguments arguments) {
   if (!arguments.quiet)
     std::cerr << (session.enough() ? "next: gelslam calibrate train "
                                    : "continue with the same command; or: gelslam calibrate train ")
-              << arguments.collect.folder.string() << " -o model.json\n";
+              << collect.folder.string() << " -o model.json\n";
   return session.enough() ? kExitDone : kExitNotGood;
 }
 
 }  // namespace
 
 void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code) {
-  CLI::App* command = calibrate.add_subcommand("collect", "Collect ball presses automatically");
+  CLI::App* command =
+      calibrate.add_subcommand("collect", "Collect ball presses automatically, and label them");
   const auto arguments = std::make_shared<CollectArguments>();
   CollectOptions& collect = arguments->collect;
-  CLI::Option* log = command->add_option("LOG", arguments->log, "Log of presses, instead of a camera");
-  command->add_option("-o,--output", collect.folder, "Calibration folder: a new one, or one to continue")
-      ->required();
+  CLI::Option* input = command->add_option(
+      "INPUT", arguments->input,
+      "Instead of a camera: a log of presses, or a calibration folder whose presses are to be labeled");
+  command->add_option("-o,--output", collect.folder, "Calibration folder: a new one, or one to continue");
   command->add_option("--diameter", collect.diameter_mm, "Diameter of the ball, mm")
-      ->required()
       ->check(number_between(0.5, 100.0));
   command
       ->add_option("--camera", arguments->device,
                    "Camera: /dev/video2, 2, or part of its name (default: the configuration's)")
-      ->excludes(log);
+      ->excludes(input);
   command
       ->add_option("--presses", collect.presses,
                    "Presses wanted of this ball, including those already there; at least 9, one in each "
@@ -131,11 +181,11 @@ void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code) {
   command->add_option("--config", arguments->config, "The sensor's configuration");
   command->add_option("--pitch", arguments->pitch_mm, "Millimeters per pixel (default: the configuration's)")
       ->check(number_between(1e-4, 10.0));
-  command->add_flag("--no-labels", arguments->no_labels, "Do not write the circles as label.npz");
   command->add_flag("--force", collect.any_background,
                     "Take the first still pictures as the bare gel, whatever they show");
-  command->add_flag("--headless", arguments->headless,
-                    "No window: messages in the terminal; ends when there are enough presses");
+  command->add_flag("--headless", collect.headless,
+                    "No window: messages in the terminal; ends when there are enough presses. Of a folder, "
+                    "every clear contact is accepted");
   command
       ->add_option("--snapshot", arguments->snapshot,
                    "Picture of the window at the end (PNG; also with --headless)")
@@ -144,8 +194,11 @@ void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code) {
   add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "Begin with nothing on the gel. Press, hold still, lift; Ctrl-C ends, and all presses are kept.\n"
-      "Exit code 1: presses are still missing.\n"
-      "Example: gelslam calibrate collect -o PRESSES --diameter 6.35");
+      "Backspace shows a press. Move its circle with the mouse or the arrow keys; Enter accepts it, X leaves "
+      "the press\nout, Q saves and ends.\n"
+      "Exit code 1: presses are still missing, not clear, or not decided yet.\n"
+      "Example: gelslam calibrate collect -o PRESSES --diameter 6.35\n"
+      "         gelslam calibrate collect PRESSES");
   command->callback([arguments, &exit_code] { exit_code = run_collect(*arguments); });
 }
 

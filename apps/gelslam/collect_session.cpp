@@ -46,14 +46,15 @@ CollectSession::CollectSession(RawFrameSource& source, const SensorProfile& prof
       say_(std::move(say)),
       collector_(collector_options(options, profile)),
       folder_(std::move(folder)),
-      coverage_(cv::Size(profile.width_px, profile.height_px), options.presses) {
-  for (const ContactCircle& circle : folder_.earlier_circles(profile.pixel_pitch_mm)) add(circle);
-  if (coverage_.total() > 0)
-    say_("going on after " + counted(coverage_.total(), "press") + " of this ball taken before");
-}
+      coverage_(cv::Size(profile.width_px, profile.height_px), options.presses) {}
 
 void CollectSession::run() {
-  if (options_.until_enough && enough()) return;
+  {
+    const std::lock_guard lock(mutex_);
+    if (const int before = coverage_.total(); before > 0)
+      say_("going on after " + counted(before, "press") + " of this ball taken before");
+  }
+  if (options_.headless && enough()) return;
   std::exception_ptr failure;
   try {
     watch();
@@ -69,7 +70,7 @@ void CollectSession::run() {
 void CollectSession::watch() {
   FrameDecoder decoder(profile_);
   say_("keep everything off the gel");
-  while (!stops_ && !(options_.until_enough && enough())) {
+  while (!stops_ && !(options_.headless && enough())) {
     const std::optional<RawFrame> frame = source_.next();
     if (!frame) break;
     const std::optional<TactileImage> image = decoder.decode(*frame);
@@ -122,7 +123,9 @@ std::string CollectSession::depth_doubt() const {
 void CollectSession::keep(const CollectedPress& press) {
   const std::string name = folder_.add(press);
   add(press.circle);
-  added_.push_back(press.circle);
+  ++taken_now_;
+  taken_.push_back(
+      {{name, options_.diameter_mm, press.bgr, std::nullopt}, {press.circle, press.confidence, ""}});
   say_("taken: " + name + " (" + std::to_string(coverage_.total()) + ", wanted " +
        std::to_string(coverage_.wanted()) + "); " + coverage_.advice());
 }
@@ -141,13 +144,16 @@ void CollectSession::stop() {
   source_.stop();
 }
 
-void CollectSession::take_back() {
+std::vector<TakenPress> CollectSession::taken() {
   const std::lock_guard lock(mutex_);
-  if (!folder_.take_back()) return;
-  coverage_.take_back(added_.back());
-  added_.pop_back();
-  rim_slopes_.pop_back();
-  say_("the last press was taken back; " + coverage_.advice());
+  return std::exchange(taken_, {});
+}
+
+void CollectSession::count(const std::vector<ContactCircle>& contacts) {
+  const std::lock_guard lock(mutex_);
+  coverage_ = PressCoverage(cv::Size(profile_.width_px, profile_.height_px), options_.presses);
+  rim_slopes_.clear();
+  for (const ContactCircle& contact : contacts) add(contact);
 }
 
 CollectView CollectSession::view() const {
@@ -155,6 +161,7 @@ CollectView CollectSession::view() const {
   const CollectorStatus& status = collector_.status();
   CollectView view;
   view.bgr = newest_;
+  view.background = folder_.background();
   view.circle = status.found;
   view.circle_is_good = status.phase == CollectPhase::taken;
   view.coverage = coverage_;
@@ -169,7 +176,7 @@ CollectView CollectSession::view() const {
 
 int CollectSession::taken_now() const {
   const std::lock_guard lock(mutex_);
-  return static_cast<int>(added_.size());
+  return taken_now_;
 }
 
 bool CollectSession::enough() const {
@@ -179,9 +186,9 @@ bool CollectSession::enough() const {
 
 std::string CollectSession::summary() const {
   const std::lock_guard lock(mutex_);
-  std::string text = counted(static_cast<std::int64_t>(added_.size()), "press") + " taken, " +
-                     std::to_string(coverage_.total()) + " of " + std::to_string(coverage_.wanted()) +
-                     " wanted of this ball are in '" + options_.folder.string() + "'";
+  std::string text = counted(taken_now_, "press") + " taken, " + std::to_string(coverage_.total()) + " of " +
+                     std::to_string(coverage_.wanted()) + " wanted of this ball are in '" +
+                     options_.folder.string() + "'";
   if (const std::string gaps = coverage_.gaps(); !gaps.empty()) text += "; missing at the " + gaps;
   if (const std::string doubt = depth_doubt(); !doubt.empty()) text += "; " + doubt;
   if (damaged_ > 0) text += "; left out " + counted(damaged_, "damaged picture");

@@ -8,10 +8,10 @@
 #include <optional>
 #include <string>
 
-#include "gelslam/calibration/collect_window.hpp"
 #include "gelslam/calibration/press_collector.hpp"
 #include "gelslam/calibration/press_coverage.hpp"
 #include "gelslam/calibration/press_folder.hpp"
+#include "gelslam/calibration/press_window.hpp"
 #include "gelslam/sensor/raw_frame.hpp"
 #include "gelslam/sensor/sensor_profile.hpp"
 
@@ -24,14 +24,13 @@ struct CollectOptions {
   SensorOptics optics;
   bool keep_optics = false;  ///< beside the presses
   bool any_background = false;
-  bool until_enough = true;  ///< else until the source ends or stop()
+  bool headless = false;  ///< ends with enough presses, else when the source ends or with stop()
 };
 
 /// Brings a source's pictures to a PressCollector, its presses into a folder, and words to people.
 class CollectSession final : public CollectWatch {
  public:
-  /// `folder`: that of the options. `say`: told what happens, line by line, from run()'s thread (and
-  /// take_back()'s).
+  /// `folder`: that of the options. `say`: told what happens, line by line, from run()'s thread.
   CollectSession(RawFrameSource& source, const SensorProfile& profile, PressFolder folder,
                  const CollectOptions& options, std::function<void(const std::string&)> say);
 
@@ -43,7 +42,9 @@ class CollectSession final : public CollectWatch {
   void close() { closes_ = true; }  ///< lets the window close
 
   CollectView view() const override;
-  void take_back() override;
+  std::vector<TakenPress> taken() override;
+  void count(const std::vector<ContactCircle>& contacts) override;
+  double diameter_mm() const override { return options_.diameter_mm; }
 
   int taken_now() const;  ///< in this session
   bool enough() const;
@@ -67,7 +68,8 @@ class CollectSession final : public CollectWatch {
   PressCollector collector_;
   PressFolder folder_;
   PressCoverage coverage_;
-  std::vector<ContactCircle> added_;
+  std::vector<TakenPress> taken_;
+  int taken_now_ = 0;
   std::vector<double> rim_slopes_;  ///< of all presses of this ball
   cv::Mat3b newest_;
   std::string warned_;

@@ -148,7 +148,7 @@ InfoReport inspect_presses(const fs::path& folder) {
   report.facts.emplace_back("presses", std::to_string(presses) + " images listed in catalog.csv");
   if (missing > 0) report.problems.push_back(std::to_string(missing) + " of the listed images are missing");
   if (!fs::exists(folder / "background.png", code)) report.problems.emplace_back("holds no background.png");
-  name_users(report, {"calibrate label", "calibrate train", "calibrate check"});
+  name_users(report, {"calibrate collect", "calibrate train", "calibrate check"});
   return report;
 }
 

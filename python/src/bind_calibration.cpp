@@ -73,7 +73,7 @@ void bind_calibration(py::module_& module) {
       R"(Trains a model on a folder of ball presses, as `gelslam calibrate train` does. Returns a Calibration.
 
 presses: catalog.csv, background.png and a folder per press. output: the model; PyTorch's format if it ends in .pth,
-else GelSLAM's own. automatic: also use presses that nobody has labeled. steps: default 12000, about 30 s. progress: as
+else GelSLAM's own. automatic: also use presses that nobody has labeled. steps: default 36000, about 90 s. progress: as
 of reconstruct().)");
 }
 

@@ -95,9 +95,6 @@ TEST_F(Chain, CollectsEveryGoodPressWithItsLabel) {
     ASSERT_TRUE(press.label);
     EXPECT_LT(std::hypot(press.label->u_px - u, press.label->v_px - v), 3.0) << press.name;
   }
-  // Labelled again from the kept pictures: the same circles.
-  const ProgramResult labels = gelslam({"calibrate", "label", presses().string(), "--headless"});
-  EXPECT_EQ(labels.exit_code, 0) << labels.out;
 }
 
 TEST_F(Chain, TrainsAModelThatReadsUnseenBallsAsTheyAre) {

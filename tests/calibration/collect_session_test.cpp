@@ -15,6 +15,7 @@
 
 #include "../support/temporary_folder.hpp"
 #include "camera_input.hpp"
+#include "gelslam/calibration/label_session.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/simulation/press_log.hpp"
 #include "gelslam/viewer/gl_context.hpp"
@@ -97,13 +98,11 @@ class EndOfACollection : public ::testing::Test {
   }
   static void press_ctrl_c() { std::raise(SIGINT); }
 
-  CollectSession session(RawFrameSource& source) {
+  CollectSession session(RawFrameSource& source) const {
     CollectOptions options;
     options.folder = folder();
     options.diameter_mm = kDiameterMm;
-    options.until_enough = false;
-    return {source, SensorProfile{}, PressFolder(folder(), kDiameterMm, true), options,
-            [](const std::string&) {}};
+    return {source, SensorProfile{}, PressFolder(folder(), kDiameterMm), options, [](const std::string&) {}};
   }
   fs::path folder() const { return place_ / "presses"; }
   void expect_whole(std::size_t presses) const {
@@ -127,19 +126,18 @@ TEST_F(EndOfACollection, CtrlCKeepsAllPressesAndTheOneStillHeld) {
     EXPECT_THAT(collecting.summary(), HasSubstr("3 presses taken, 3 of 50 wanted"));
   }
   expect_whole(3);
-  EXPECT_EQ(PressFolder(folder(), kDiameterMm, true).earlier_circles(0.0634).size(), 3U) << "it can go on";
+  EXPECT_EQ(PressFolder(folder(), kDiameterMm).earlier().presses.size(), 3U) << "it can go on";
 }
 
 TEST_F(EndOfACollection, SaysWhenAllPressesAreOfOneDepth) {
   const auto summary_with = [&](double radius_px, std::size_t presses) {
-    fs::remove_all(folder());
-    PressFolder filled(folder(), kDiameterMm, true);
-    filled.write_background(hand().pictures.front());
-    for (std::size_t k = 0; k < presses; ++k)
-      filled.add({hand().pictures.front(), {30.0 + 25.0 * static_cast<double>(k), 120.0, radius_px}});
-    filled = PressFolder(place_ / "elsewhere", kDiameterMm, true);  // lets go of it
     WaitingCamera camera({}, [] {});
-    return session(camera).summary();
+    CollectSession collecting = session(camera);
+    std::vector<ContactCircle> contacts;
+    for (std::size_t k = 0; k < presses; ++k)
+      contacts.push_back({30.0 + 25.0 * static_cast<double>(k), 120.0, radius_px});
+    collecting.count(contacts);
+    return collecting.summary();
   };
   EXPECT_THAT(summary_with(40.0, 9), HasSubstr("press some less deep"));
   EXPECT_THAT(summary_with(16.0, 9), HasSubstr("press deeper"));
@@ -161,9 +159,11 @@ TEST_F(EndOfACollection, CtrlCClosesTheWindowToo) {
   });
   {
     const std::jthread thread([&] { collecting.run(); });
-    CollectWindowOptions window;
+    LabelSession labels(PressFolder(place_ / "none", kDiameterMm).earlier(), {});
+    PressWindowOptions window;
     window.visible = false;
-    run_collect_window(collecting, window);
+    run_press_window(labels, &collecting, window);
+    EXPECT_GE(labels.counts().accepted, 2U) << "the third one is taken when the session ends";
   }
   expect_whole(3);
 }

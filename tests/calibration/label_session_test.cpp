@@ -49,7 +49,7 @@ TEST_F(Labelling, BeginsWithTheDoubtfulOnes) {
   EXPECT_EQ(labels.label().doubt, "nothing touches the gel");
   EXPECT_EQ(labels.label().circle.u_px, 40.0) << "somewhere to begin: the middle";
   EXPECT_EQ(labels.progress(), "0 of 5 accepted, 1 doubtful");
-  labels.show_next();
+  labels.show(1);
   EXPECT_EQ(shown(labels), "p0");
   EXPECT_EQ(labels.label().doubt, "");
 }
@@ -61,21 +61,9 @@ TEST_F(Labelling, AcceptsOneAfterTheOtherAndComesBackToWhatIsOpen) {
     labels.accept();
     EXPECT_EQ(shown(labels), next);
   }
-  labels.accept();
+  EXPECT_FALSE(labels.accept()) << "none is open";
   EXPECT_EQ(labels.counts().accepted, 5U);
   EXPECT_EQ(labels.counts().doubtful, 0U) << "who accepts a doubtful one has decided";
-}
-
-TEST_F(Labelling, BackDecidesNothing) {
-  LabelSession labels = session();
-  labels.accept();
-  labels.show_previous();
-  EXPECT_EQ(shown(labels), "p3");
-  labels.show_previous();
-  EXPECT_EQ(shown(labels), "p3") << "there is nothing before the first";
-  EXPECT_EQ(labels.counts().accepted, 1U);
-  labels.show(99);
-  EXPECT_EQ(shown(labels), "p4");
 }
 
 TEST_F(Labelling, AcceptsTheRestButNotWhatWasNotFound) {
@@ -91,38 +79,13 @@ TEST_F(Labelling, AcceptsTheRestButNotWhatWasNotFound) {
   EXPECT_EQ(labels.counts().accepted, 4U);
 }
 
-TEST_F(Labelling, UndoTakesBackOneThingAtATime) {
-  LabelSession labels = session();
-  EXPECT_FALSE(labels.undo());
-  labels.show(1);  // p0
-  labels.put({25.0, 30.0, 10.0});
-  labels.put({26.0, 30.0, 10.0}, true);
-  labels.put({27.0, 31.0, 10.0}, true);  // one movement of the mouse
-  labels.put({27.0, 31.0, 14.0});
-  labels.accept();
-  labels.accept_rest();
-  EXPECT_EQ(labels.counts().accepted, 4U);
-  EXPECT_TRUE(labels.undo());  // the rest
-  EXPECT_EQ(labels.counts().accepted, 1U);
-  EXPECT_EQ(shown(labels), "p1");
-  EXPECT_TRUE(labels.undo());  // accepting p0
-  EXPECT_EQ(labels.counts().accepted, 0U);
-  EXPECT_EQ(shown(labels), "p0");
-  EXPECT_EQ(labels.label().circle.radius_px, 14.0);
-  EXPECT_TRUE(labels.undo());
-  EXPECT_EQ(labels.label().circle.radius_px, 10.0);
-  EXPECT_TRUE(labels.undo());  // the whole movement
-  EXPECT_EQ(labels.label().circle.u_px, 20.0);
-  EXPECT_EQ(labels.label().origin, LabelOrigin::found);
-  EXPECT_FALSE(labels.undo());
-}
-
 TEST_F(Labelling, PuttingTheSameCircleIsNoChange) {
   LabelSession labels = session();
   labels.show(1);
-  EXPECT_FALSE(labels.put(labels.label().circle));
-  EXPECT_FALSE(labels.undo());
-  EXPECT_TRUE(labels.put({22.0, 30.0, 10.0}));
+  labels.put(labels.label().circle);
+  EXPECT_EQ(labels.label().origin, LabelOrigin::found);
+  labels.put({22.0, 30.0, 10.0});
+  EXPECT_EQ(labels.label().origin, LabelOrigin::by_hand);
   labels.put_found();
   EXPECT_EQ(labels.label().origin, LabelOrigin::found);
   EXPECT_EQ(labels.label().circle.u_px, 20.0);
@@ -138,7 +101,7 @@ TEST_F(Labelling, CirclesStayWithinSight) {
   labels.put({30.0, 30.0, 1e9});
   EXPECT_LE(labels.label().circle.radius_px, 100.0);  // the picture's diagonal
   const ContactCircle before = labels.label().circle;
-  EXPECT_FALSE(labels.put({std::nan(""), 30.0, 10.0}));
+  labels.put({std::nan(""), 30.0, 10.0});
   EXPECT_EQ(labels.label().circle.u_px, before.u_px);
 }
 
@@ -151,28 +114,12 @@ TEST_F(Labelling, WritesWhatWasDecidedAndNothingElse) {
   labels.accept();     // p0
   labels.leave_out();  // p1
   EXPECT_EQ(labels.unsaved(), 2U);
-  EXPECT_EQ(labels.save(), 2U);
-  EXPECT_EQ(labels.save(), 0U);
+  labels.save();
+  EXPECT_EQ(labels.unsaved(), 0U);
   EXPECT_EQ(read_label(label_of("p0")).u_px, 21.25);
   EXPECT_FALSE(fs::exists(label_of("p1")));
   EXPECT_TRUE(fs::exists(left_out_of("p1")));
   EXPECT_FALSE(fs::exists(label_of("p2")) || fs::exists(label_of("p3")) || fs::exists(label_of("p4")));
-}
-
-TEST_F(Labelling, WhatIsTakenBackAfterSavingLeavesTheDisk) {
-  for (const bool leave_out : {false, true}) {
-    LabelSession labels = session();
-    labels.show(1);  // p0
-    leave_out ? labels.leave_out() : labels.accept();
-    EXPECT_EQ(labels.save(), 1U);
-    const fs::path file = leave_out ? left_out_of("p0") : label_of("p0");
-    EXPECT_TRUE(fs::exists(file));
-    EXPECT_TRUE(labels.undo());
-    EXPECT_EQ(labels.unsaved(), 1U);
-    EXPECT_EQ(labels.save(), 1U);
-    EXPECT_FALSE(fs::exists(file));
-    EXPECT_EQ(labels.unsaved(), 0U);
-  }
 }
 
 TEST_F(Labelling, GoesOnWhereItWasLeft) {
@@ -187,7 +134,8 @@ TEST_F(Labelling, GoesOnWhereItWasLeft) {
   labels.put({23.0, 31.0, 11.0});  // corrected: stays accepted
   labels.show(4);
   labels.accept();  // p4 after all
-  EXPECT_EQ(labels.save(), 2U);
+  EXPECT_EQ(labels.unsaved(), 2U);
+  labels.save();
   EXPECT_EQ(read_label(label_of("p2")).u_px, 23.0);
   EXPECT_TRUE(fs::exists(label_of("p4")));
   EXPECT_FALSE(fs::exists(left_out_of("p4")));
@@ -220,13 +168,33 @@ TEST_F(Labelling, ADiskThatDoesNotTakeItIsNamed) {
   EXPECT_TRUE(fs::exists(label_of("p0")) && fs::exists(label_of("p2"))) << "the others are";
   EXPECT_EQ(labels.unsaved(), 1U);
   fs::create_directory(set.folder / "p1");
-  EXPECT_EQ(labels.save(), 1U);
+  labels.save();
+  EXPECT_TRUE(fs::exists(label_of("p1")));
 }
 
 TEST_F(Labelling, NeedsACircleForEveryPress) {
   found.pop_back();
   EXPECT_THROW(session(), std::invalid_argument);
-  EXPECT_THROW(LabelSession(PressSet{}, {}), std::invalid_argument);
+}
+
+// Contacts of one ball, and what is to be used of them: what `calibrate collect` counts.
+TEST_F(Labelling, CollectedPressesComeLastAndAreCounted) {
+  LabelSession labels({set.folder, {}, {}}, {});
+  EXPECT_EQ(labels.progress(), "0 of 0 accepted");
+  labels.add({"p0", 6.0, set.background, std::nullopt}, found[0], set.background);
+  labels.add({"p1", 9.5, set.background, std::nullopt}, found[1], set.background);
+  labels.add({"p2", 6.0, set.background, std::nullopt}, found[2], set.background);
+  EXPECT_EQ(labels.progress(), "3 of 3 accepted");
+  EXPECT_EQ(labels.unsaved(), 0U) << "they have their labels";
+  EXPECT_EQ(labels.contacts(6.0).size(), 2U);
+  labels.show(2);
+  labels.leave_out();
+  ASSERT_EQ(labels.contacts(6.0).size(), 1U);
+  EXPECT_EQ(labels.contacts(6.0).front().u_px, 20.0);
+  labels.save();
+  EXPECT_TRUE(fs::exists(left_out_of("p2")));
+  const LabelSession open = session();
+  EXPECT_EQ(open.contacts(6.0).size(), 3U) << "not decided yet; p2 is left out, p3 has no clear contact";
 }
 
 }  // namespace

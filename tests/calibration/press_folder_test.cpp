@@ -41,7 +41,7 @@ CollectedPress press_number(int number) {
 
 /// With a background and one press.
 PressFolder begun(const fs::path& folder) {
-  PressFolder presses(folder, 6.35, true);
+  PressFolder presses(folder, 6.35);
   presses.write_background(bare_gel());
   presses.add(press_number(0));
   return presses;
@@ -50,7 +50,7 @@ PressFolder begun(const fs::path& folder) {
 TEST(PressFolder, IsAWholePressSetAfterEveryPress) {
   const TemporaryFolder place;
   const fs::path folder = place / "new/presses";
-  PressFolder presses(folder, 6.35, true);
+  PressFolder presses(folder, 6.35);
   EXPECT_FALSE(fs::exists(folder));  // nothing before there is something to keep
   presses.write_background(bare_gel());
   for (int k = 0; k < 3; ++k) {
@@ -72,58 +72,27 @@ TEST(PressFolder, GoesOnWithAnotherBallAndOverwritesNothing) {
                     background = read_bytes(folder / "background.png");
   fs::create_directory(folder / "6.350mm/1");  // as a power cut leaves it: no press, but somebody's
   {
-    PressFolder again(folder, 6.35, false);
-    EXPECT_EQ(again.earlier_circles(0.0634).size(), 1U);
+    PressFolder again(folder, 6.35);
+    EXPECT_EQ(again.earlier().presses.size(), 1U);
     again.require_same_gel(bare_gel(1));
     again.write_background(bare_gel(1));
     EXPECT_EQ(again.add(press_number(7)), "6.350mm/2");
   }
-  PressFolder other(folder, 9.5, true);
-  EXPECT_TRUE(other.earlier_circles(0.0634).empty());
+  PressFolder other(folder, 9.5);
   EXPECT_EQ(other.add(press_number(8)), "9.500mm/0");
   EXPECT_EQ(read_bytes(folder / "6.350mm/0/gelsight.png"), picture);
   EXPECT_EQ(read_bytes(folder / "background.png"), background);
   const PressSet set = read_press_set(folder);
   ASSERT_EQ(set.presses.size(), 3U);
-  EXPECT_FALSE(set.presses[1].label);
-}
-
-TEST(PressFolder, TakesBackItsOwnPressesOnly) {
-  const TemporaryFolder place;
-  const fs::path folder = place / "presses";
-  { PressFolder first = begun(folder); }
-  {
-    PressFolder second(folder, 6.35, true);
-    second.add(press_number(1));
-    second.add(press_number(2));
-    EXPECT_TRUE(second.take_back());
-    EXPECT_TRUE(second.take_back());
-    EXPECT_FALSE(second.take_back());
-    ASSERT_EQ(read_press_set(folder).presses.size(), 1U);
-    EXPECT_FALSE(fs::exists(folder / "6.350mm/1"));
-    EXPECT_EQ(second.add(press_number(3)), "6.350mm/1");
-  }
-  EXPECT_EQ(read_press_set(folder).presses.size(), 2U);
-}
-
-TEST(PressFolder, TakingBackTheOnlyPressLeavesAFolderToGoOnWith) {
-  const TemporaryFolder place;
-  const fs::path folder = place / "presses";
-  {
-    PressFolder presses = begun(folder);
-    EXPECT_TRUE(presses.take_back());
-    EXPECT_FALSE(fs::exists(folder / "catalog.csv"));  // a catalog of nothing cannot be read
-  }
-  EXPECT_EQ(PressFolder(folder, 6.35, true).background().size(), bare_gel().size());
 }
 
 TEST(PressFolder, IsForOneProgramAtATime) {
   const TemporaryFolder place;
   const fs::path folder = place / "presses";
-  PressFolder first(folder, 6.35, true), late(folder, 9.5, true);  // both see no folder yet
+  PressFolder first(folder, 6.35), late(folder, 9.5);  // both see no folder yet
   first.write_background(bare_gel());
   EXPECT_THAT([&] { late.write_background(bare_gel(3)); }, ThrowsMessage<Error>(HasSubstr("is writing to")));
-  EXPECT_THAT([&] { PressFolder(folder, 9.5, true); }, ThrowsMessage<Error>(HasSubstr("is writing to")));
+  EXPECT_THAT([&] { PressFolder(folder, 9.5); }, ThrowsMessage<Error>(HasSubstr("is writing to")));
   first.add(press_number(0));
   EXPECT_EQ(read_press_set(folder).background(0, 0), bare_gel()(0, 0)) << "not the second one's";
   EXPECT_EQ(first.add(press_number(1)), "6.350mm/1");
@@ -132,23 +101,22 @@ TEST(PressFolder, IsForOneProgramAtATime) {
 TEST(PressFolder, ABackgroundOfASessionThatIsOverIsNotReplaced) {
   const TemporaryFolder place;
   const fs::path folder = place / "presses";
-  PressFolder late(folder, 9.5, true);
-  PressFolder(folder, 6.35, true).write_background(bare_gel());
+  PressFolder late(folder, 9.5);
+  PressFolder(folder, 6.35).write_background(bare_gel());
   EXPECT_THAT([&] { late.write_background(bare_gel(3)); },
               ThrowsMessage<Error>(HasSubstr("meanwhile another program has collected")));
-  EXPECT_EQ(PressFolder(folder, 6.35, true).background()(0, 0), bare_gel()(0, 0));
+  EXPECT_EQ(PressFolder(folder, 6.35).background()(0, 0), bare_gel()(0, 0));
 }
 
 TEST(PressFolder, RefusesWhatDoesNotBelongTogether) {
   const TemporaryFolder place;
   std::ofstream(place / "letter.txt") << "dear";
-  EXPECT_THAT([&] { PressFolder(place.path(), 6.35, true); },
+  EXPECT_THAT([&] { PressFolder(place.path(), 6.35); },
               ThrowsMessage<Error>(HasSubstr("something else than presses")));
-  EXPECT_THAT([&] { PressFolder(place / "letter.txt", 6.35, true); },
-              ThrowsMessage<Error>(HasSubstr("is a file")));
+  EXPECT_THAT([&] { PressFolder(place / "letter.txt", 6.35); }, ThrowsMessage<Error>(HasSubstr("is a file")));
   const fs::path folder = place / "presses";
   { PressFolder presses = begun(folder); }
-  const PressFolder again(folder, 9.5, true);
+  const PressFolder again(folder, 9.5);
   EXPECT_THAT([&] { again.require_same_gel(cv::Mat3b(120, 160)); },
               ThrowsMessage<Error>(HasSubstr("another sensor")));
   EXPECT_THAT([&] { again.require_same_gel(bare_gel(12)); },
@@ -164,19 +132,19 @@ TEST(PressFolder, WantsTheBackgroundOfItsPresses) {
   const fs::path folder = place / "presses";
   { PressFolder presses = begun(folder); }
   fs::remove(folder / "background.png");
-  EXPECT_THAT([&] { PressFolder(folder, 6.35, true); },
+  EXPECT_THAT([&] { PressFolder(folder, 6.35); },
               ThrowsMessage<Error>(HasSubstr("put a picture of the same gel with nothing on it")));
 }
 
 TEST(PressFolder, LeavesNothingBehindWhereItCannotWrite) {
   const TemporaryFolder place;
   const fs::path folder = place / "presses";
-  PressFolder presses(folder, 6.35, true);
+  PressFolder presses(folder, 6.35);
   presses.write_background(bare_gel());
   fs::create_directory(folder / "catalog.csv");  // a folder of that name: the catalog cannot be written
   EXPECT_THROW(presses.add(press_number(0)), Error);
   EXPECT_FALSE(fs::exists(folder / "6.350mm/0"));
-  EXPECT_THROW(PressFolder("/proc/none/presses", 6.35, true).write_background(bare_gel()), Error);
+  EXPECT_THROW(PressFolder("/proc/none/presses", 6.35).write_background(bare_gel()), Error);
 }
 
 }  // namespace

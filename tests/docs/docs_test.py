@@ -29,7 +29,6 @@ PAGES = [DOCS / "README.md", *sorted((DOCS / "docs").glob("*.md"))]
 INSTEAD = [
     (r"--frames \d+", "--frames 30"),
     (r"--size 3.3", "--size 1"),
-    (r"(calibrate label PRESSES)", r"\1 --headless --accept"),
     (r"(calibrate train \S+)", r"\1 --steps 300"),
     (r"(gelslam view (?!.*--snapshot).*)", r"\1 --snapshot window.png --overwrite"),
     (r"(gelslam (scan|replay|calibrate collect) (?!.*--headless).*)", r"\1 --headless"),

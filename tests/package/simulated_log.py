@@ -8,5 +8,5 @@ shutil.rmtree(folder, ignore_errors=True)
 for command in (["simulate", "scan", "--object", "peanut", "--motion", "wobble", "--frames", "50", "-o", folder + "/scan"],
                 ["simulate", "presses", "--presses", "18", "-o", folder + "/hand"],
                 ["calibrate", "collect", folder + "/hand", "-o", folder + "/presses", "--diameter", "6.31", "--presses",
-                 "18", "--no-labels", "--headless"]):
+                 "18", "--headless"]):
     subprocess.run([program, *command, "-q"], check=True)

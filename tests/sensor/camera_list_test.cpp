@@ -80,7 +80,7 @@ TEST_F(CameraList, AutoTakesTheSensorOfTheConfiguration) {
 TEST_F(CameraList, AutoDoesNotChooseBetweenTwo) {
   EXPECT_EQ(find_error("auto", "a gel of our own"),
             "more than one camera of a known touch sensor: there is /dev/video2 (GelSight Mini R0B 28KX), "
-            "/dev/video10 (DIGIT: DIGIT); name the camera by --camera or device_config.camera");
+            "/dev/video10 (DIGIT: DIGIT); name the camera or set device_config.camera");
 }
 
 TEST_F(CameraList, ANameWithinAWordIsNoSensor) {

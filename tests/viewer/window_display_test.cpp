@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "fake_session.hpp"
-#include "gelslam/calibration/label_window.hpp"
+#include "gelslam/calibration/press_window.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/viewer/map_window.hpp"
 #include "label_presses.hpp"
@@ -80,12 +80,12 @@ TEST(WindowOnADisplay, LabelsPressesAndSavesThem) {
   const TemporaryFolder folder;
   LabelSession session = four_presses(folder.path());
   session.accept_rest();
-  LabelWindowOptions options;
+  PressWindowOptions options;
   options.snapshot = folder / "end.png";
   options.width_px = 900;
   options.height_px = 600;
   options.asks_to_end = [] { return true; };
-  EXPECT_EQ(run_label_window(session, options), 3U);
+  run_press_window(session, nullptr, options);
   EXPECT_TRUE(std::filesystem::exists(folder / "p0/label.npz"));
   EXPECT_EQ(cv::imread((folder / "end.png").string()).size(), cv::Size(900, 600));
 }

@@ -39,8 +39,6 @@ std::size_t PressCoverage::zone_of(const ContactCircle& circle) const {
 
 void PressCoverage::add(const ContactCircle& circle) { ++taken_[zone_of(circle)]; }
 
-void PressCoverage::take_back(const ContactCircle& circle) { --taken_[zone_of(circle)]; }
-
 int PressCoverage::total() const { return std::accumulate(taken_.begin(), taken_.end(), 0); }
 
 int PressCoverage::missing(std::size_t zone) const {

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "gelslam/calibration/background_drift.hpp"
-#include "gelslam/calibration/circle_finder.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/text.hpp"
@@ -54,42 +53,25 @@ std::string free_name(const fs::path& folder, double diameter_mm) {
 
 }  // namespace
 
-PressFolder::PressFolder(const fs::path& folder, double diameter_mm, bool labels)
-    : folder_(folder), diameter_mm_(diameter_mm), labels_(labels) {
+PressFolder::PressFolder(const fs::path& folder, double diameter_mm)
+    : folder_(folder), diameter_mm_(diameter_mm) {
   if (folder.empty()) throw Error("give the folder for the presses a name");
+  earlier_.folder = folder;
   if (!fs::exists(folder)) return;
   if (!fs::is_directory(folder)) throw Error(quoted(folder) + " is a file; name a folder for the presses");
   lock_ = FolderLock(folder);
   if (fs::exists(folder / "catalog.csv")) {
     earlier_ = read_press_set(folder);
-    background_ = earlier_.background;
   } else if (fs::exists(folder / "background.png")) {
-    background_ = read_image(folder / "background.png");
+    earlier_.background = read_image(folder / "background.png");
   } else if (!fs::is_empty(folder)) {
     throw Error(quoted(folder) +
                 " holds something else than presses; name a new folder, or one of an earlier collect");
   }
 }
 
-std::vector<ContactCircle> PressFolder::earlier_circles(double pixel_pitch_mm) const {
-  std::vector<ContactCircle> circles;
-  for (const CalibrationPress& press : earlier_.presses) {
-    if (press.left_out || !press.problem.empty() ||
-        fmt::format("{}", press.diameter_mm) != fmt::format("{}", diameter_mm_))
-      continue;
-    if (press.label) {
-      circles.push_back(*press.label);
-      continue;
-    }
-    const FoundCircle found =
-        find_circle(press.bgr, earlier_.background, earlier_.camera(pixel_pitch_mm), press.diameter_mm);
-    if (found.problem.empty()) circles.push_back(found.circle);
-  }
-  return circles;
-}
-
 void PressFolder::write_background(const cv::Mat3b& background) {
-  if (!background_.empty()) return;
+  if (!earlier_.background.empty()) return;
   make_folders(folder_);
   FolderLock lock = lock_.holds() ? std::move(lock_) : FolderLock(folder_);
   // Neither was there at the start.
@@ -97,16 +79,17 @@ void PressFolder::write_background(const cv::Mat3b& background) {
     throw Error("meanwhile another program has collected into " + quoted(folder_) + ": begin again");
   write_png(folder_ / "background.png", background);
   lock_ = std::move(lock);
-  background_ = background.clone();
+  earlier_.background = background.clone();
 }
 
 void PressFolder::require_same_gel(const cv::Mat3b& now) const {
-  if (background_.empty()) return;
-  if (now.size() != background_.size())
-    throw Error(quoted(folder_) + " holds pictures of " + size_text(background_.cols, background_.rows) +
+  const cv::Mat3b& then = earlier_.background;
+  if (then.empty()) return;
+  if (now.size() != then.size())
+    throw Error(quoted(folder_) + " holds pictures of " + size_text(then.cols, then.rows) +
                 ", the sensor now gives " + size_text(now.cols, now.rows) +
                 ": another sensor needs a folder of its own");
-  const BackgroundDrift drift = measure_drift(background_cells(background_), background_cells(now));
+  const BackgroundDrift drift = measure_drift(background_cells(then), background_cells(now));
   if (drift.gel_changed || drift.light_change_levels > kMaxFolderLightLevels)
     throw Error(quoted(folder_) + " holds presses under another gel or light (" +
                 fmt::format("light {:.1f}, gel {:.1f} gray levels", drift.light_change_levels,
@@ -115,13 +98,13 @@ void PressFolder::require_same_gel(const cv::Mat3b& now) const {
 }
 
 std::string PressFolder::add(const CollectedPress& press) {
-  if (earlier_.presses.size() + added_.size() >= kMaxPresses)
+  if (earlier_.presses.size() + added_ >= kMaxPresses)
     throw Error(quoted(folder_) + " holds " + std::to_string(kMaxPresses) +
                 " presses, and more cannot be read: begin another folder");
   std::string name = free_name(folder_, diameter_mm_);
   try {
     write_png(folder_ / name / "gelsight.png", press.bgr);
-    if (labels_) write_label(folder_ / name / "label.npz", press.circle);
+    write_label(folder_ / name / kLabelFile, press.circle);
     write_file_atomically(folder_ / "catalog.csv", read_catalog_text(folder_ / "catalog.csv") + name + "," +
                                                        fmt::format("{}", diameter_mm_) + "\n");
   } catch (const Error&) {
@@ -129,26 +112,8 @@ std::string PressFolder::add(const CollectedPress& press) {
     fs::remove_all(folder_ / name, ignored);  // made above, by us
     throw;
   }
-  added_.push_back(name);
+  ++added_;
   return name;
-}
-
-bool PressFolder::take_back() {
-  if (added_.empty()) return false;
-  const std::string name = added_.back();
-  const fs::path catalog = folder_ / "catalog.csv";
-  std::string text = read_catalog_text(catalog);
-  const std::string line = name + "," + fmt::format("{}", diameter_mm_) + "\n";
-  if (const std::size_t place = text.rfind(line); place != std::string::npos) text.erase(place, line.size());
-  std::error_code ignored;  // what cannot be removed is no press any more once the catalog does not name it
-  if (text == kCatalogHeader)
-    fs::remove(catalog, ignored);  // a catalog of nothing is a damaged one
-  else
-    write_file_atomically(catalog, text);
-  for (const char* file : {"gelsight.png", "label.npz"}) fs::remove(folder_ / name / file, ignored);
-  fs::remove(folder_ / name, ignored);  // stays when a person has put something there
-  added_.pop_back();
-  return true;
 }
 
 }  // namespace gelslam

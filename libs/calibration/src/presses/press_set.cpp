@@ -4,7 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
-#include <opencv2/imgproc.hpp>
+#include <opencv2/core.hpp>
 #include <set>
 
 #include "gelslam/core/error.hpp"
@@ -166,13 +166,6 @@ PressSet read_press_set(const fs::path& folder) {
   set.optics = find_optics(folder / "catalog.csv");
   for (CalibrationPress& press : set.presses) read_press(set, press);
   return set;
-}
-
-void draw_circle(cv::Mat3b& picture, const ContactCircle& circle, const cv::Scalar& bgr) {
-  constexpr int shift = 4;  // sub-pixel drawing
-  const auto part = [](double px) { return static_cast<int>(std::lround(px * (1 << shift))); };
-  cv::circle(picture, {part(circle.u_px), part(circle.v_px)}, part(circle.radius_px), bgr, 1, cv::LINE_AA,
-             shift);
 }
 
 void fill_markers(PressSet& set) {

@@ -16,7 +16,7 @@ void require_labels(const PressSet& set) {
   if (bare > 0)
     throw Error("'" + set.folder.string() + "': " + std::to_string(bare) + " of " +
                 std::to_string(set.presses.size()) + " presses have no label (first: " + first +
-                "); label them or leave them out: gelslam calibrate label " + set.folder.string() +
+                "); label them or leave them out: gelslam calibrate collect " + set.folder.string() +
                 "; or allow automatic labels: every clear contact is taken and the rest named");
 }
 

@@ -58,7 +58,7 @@ std::string find_known_sensor(const std::string& wanted, const std::vector<Camer
   const std::string looked_for = wanted.empty() ? "camera of a known touch sensor" : wanted;
   if (found.size() > 1)
     throw Error("more than one " + looked_for + ": " + what_there_is(found) +
-                "; name the camera by --camera or device_config.camera");
+                "; name the camera or set device_config.camera");
   if (!found.empty()) return found.front().path;
   throw Error("no " + looked_for + " found: " + what_there_is(cameras) +
               (cameras.empty() ? "; plug it in" : "; name the camera or set device_config.camera"));

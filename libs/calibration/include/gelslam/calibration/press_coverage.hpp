@@ -21,7 +21,6 @@ class PressCoverage {
   PressCoverage(const cv::Size& picture, int wanted);
 
   void add(const ContactCircle& circle);
-  void take_back(const ContactCircle& circle);  ///< one that was added
 
   int total() const;
   int wanted() const { return wanted_; }

@@ -66,9 +66,6 @@ PressSet read_press_set(const std::filesystem::path& folder);
 /// notes in `covered` where they were.
 void fill_markers(PressSet& set);
 
-/// Draws it into a picture of the press.
-void draw_circle(cv::Mat3b& picture, const ContactCircle& circle, const cv::Scalar& bgr);
-
 /// label.npz: `center` (u, v) and `radius` in pixels, numbers of any kind. Throws Error when damaged.
 ContactCircle read_label(const std::filesystem::path& path);
 

@@ -1,4 +1,4 @@
-#include "windows/label_controls.hpp"
+#include "windows/press_controls.hpp"
 
 #include <cmath>
 
@@ -13,12 +13,12 @@ using viewer::Action;
 constexpr double kStepPx = 0.5;
 constexpr double kTroubleS = 60.0;
 
-std::vector<viewer::ActionRow> label_rows() {
+std::vector<viewer::ActionRow> press_rows(bool has_camera) {
   using enum Action;
   return {
       {accept, "enter space", "Enter", "Accept", 0, 1, "Accept, and on"},
       {previous, "backspace", "Backspace", "Back", 0, 3, "One back"},
-      {next, "n tab", "N", "", 0, 0, "Skip"},
+      {next, "n tab", "N", has_camera ? "On" : "", 0, 3, has_camera ? "One on, at last the camera" : "Skip"},
       {leave_out, "x delete", "X", "Leave out", 0, 2, "Leave this press out"},
       {accept_rest, "a", "A", "Accept the rest", 0, 4, "Accept all that remain"},
       {left, "left", "Arrows", "", 0, 0, "Move by half a pixel"},
@@ -29,7 +29,6 @@ std::vector<viewer::ActionRow> label_rows() {
       {narrower, "minus kp_subtract pagedown slash", "- or PgDn", "", 0, 0, "Narrower by half a pixel"},
       {difference, "d", "D", "Difference", 1, 5, "Difference to the bare gel, or not"},
       {use_found, "f", "F", "As found", 1, 6, "Back to the circle found"},
-      {undo, "u z", "U", "Undo", 1, 5, "Undo"},
       {save, "s", "S", "Save", 2, 7, "Save now"},
       viewer::common_row(screenshot),
       {help, "h f1", "H", "Help", 2, 3, "This help"},
@@ -37,40 +36,65 @@ std::vector<viewer::ActionRow> label_rows() {
   };
 }
 
+/// What has no meaning while the camera is shown.
+bool changes_press(Action action) {
+  using enum Action;
+  for (const Action a :
+       {accept, leave_out, left, right, up, down, wider, narrower, difference, use_found, next})
+    if (a == action) return true;
+  return false;
+}
+
 }  // namespace
 
-LabelControls::LabelControls(LabelSession& session) : Controls(label_rows()), session_(session) {}
+PressControls::PressControls(LabelSession& session, bool has_camera)
+    : Controls(press_rows(has_camera)),
+      session_(session),
+      has_camera_(has_camera),
+      shows_camera_(has_camera) {}
 
-viewer::ButtonLook LabelControls::button(const viewer::ActionRow& row) const {
+viewer::ButtonLook PressControls::button(const viewer::ActionRow& row) const {
   viewer::ButtonLook look = Controls::button(row);
   if (row.action == Action::accept) look.ink = viewer::theme::kGreen;
   if (row.action == Action::difference && shows_difference_) look.ink = viewer::theme::kBlue;
   if (row.action == Action::screenshot) look.shown = false;  // a key is enough here
+  if (shows_camera_ && changes_press(row.action)) look.shown = false;
   return look;
 }
 
-std::vector<std::pair<std::string, std::string>> LabelControls::mouse_help() const {
+std::vector<std::pair<std::string, std::string>> PressControls::mouse_help() const {
   return {{"Drag", "Move the circle"}, {"Drag its rim", "Radius"}, {"Wheel", "Radius"}};
 }
 
-void LabelControls::act(Action action, double now_s) {
-  if (action == Action::wider) return change_radius(kStepPx);
-  if (action == Action::narrower) return change_radius(-kStepPx);
-  turns_wheel_ = false;
+void PressControls::act(Action action, double now_s) {
   end_drag();
   if (action == Action::close) return save_and_close(now_s);
   leaves_unsaved_ = false;
+  const std::size_t shown = shows_camera_ ? session_.labels().size() : session_.current();
   switch (action) {
-    case Action::accept:
-      return session_.accept();
     case Action::previous:
-      return session_.show_previous();
+      if (shown > 0) show(shown - 1);
+      return;
     case Action::next:
-      return session_.show_next();
-    case Action::leave_out:
-      return session_.leave_out();
+      return show(shown + 1);
     case Action::accept_rest:
       return accept_rest_of_them(now_s);
+    case Action::save:
+      save_now(now_s);
+      return;
+    default:
+      if (!shows_camera_) act_on_press(action);
+  }
+}
+
+void PressControls::act_on_press(Action action) {
+  switch (action) {
+    case Action::accept:
+      shows_camera_ = !session_.accept() && has_camera_;
+      return;
+    case Action::leave_out:
+      shows_camera_ = !session_.leave_out() && has_camera_;
+      return;
     case Action::left:
       return move(-kStepPx, 0.0);
     case Action::right:
@@ -79,44 +103,42 @@ void LabelControls::act(Action action, double now_s) {
       return move(0.0, -kStepPx);
     case Action::down:
       return move(0.0, kStepPx);
+    case Action::wider:
+      return change_radius(kStepPx);
+    case Action::narrower:
+      return change_radius(-kStepPx);
     case Action::use_found:
       return session_.put_found();
     case Action::difference:
       shows_difference_ = !shows_difference_;
-      return;
-    case Action::undo:
-      if (!session_.undo()) say("There is nothing to undo", now_s);
-      return;
-    case Action::save:
-      save_now(now_s);
       return;
     default:
       return;
   }
 }
 
-void LabelControls::move(double du_px, double dv_px) {
+void PressControls::move(double du_px, double dv_px) {
   ContactCircle circle = session_.label().circle;
   circle.u_px += du_px;
   circle.v_px += dv_px;
   session_.put(circle);
 }
 
-void LabelControls::change_radius(double by_px) {
+void PressControls::change_radius(double by_px) {
   leaves_unsaved_ = false;
   ContactCircle circle = session_.label().circle;
   circle.radius_px += by_px;
-  turns_wheel_ = session_.put(circle, turns_wheel_) || turns_wheel_;
+  session_.put(circle);
 }
 
-void LabelControls::begin_drag(double u_px, double v_px, double reach_px) {
+void PressControls::begin_drag(double u_px, double v_px, double reach_px) {
   const ContactCircle& circle = session_.label().circle;
   const double from_center_px = std::hypot(u_px - circle.u_px, v_px - circle.v_px);
-  turns_wheel_ = leaves_unsaved_ = false;
-  drag_ = Drag{std::abs(from_center_px - circle.radius_px) <= reach_px, false, u_px, v_px, circle};
+  leaves_unsaved_ = false;
+  drag_ = Drag{std::abs(from_center_px - circle.radius_px) <= reach_px, u_px, v_px, circle};
 }
 
-void LabelControls::drag_to(double u_px, double v_px) {
+void PressControls::drag_to(double u_px, double v_px) {
   if (!drag_) return;
   ContactCircle circle = drag_->circle;
   if (drag_->rim) {
@@ -126,37 +148,39 @@ void LabelControls::drag_to(double u_px, double v_px) {
     circle.u_px += u_px - drag_->u_px;
     circle.v_px += v_px - drag_->v_px;
   }
-  drag_->moved = session_.put(circle, drag_->moved) || drag_->moved;
+  session_.put(circle);
 }
 
-void LabelControls::show(std::size_t label) {
-  turns_wheel_ = leaves_unsaved_ = false;
+void PressControls::show(std::size_t label) {
+  leaves_unsaved_ = false;
   end_drag();
-  session_.show(label);
+  shows_camera_ = has_camera_ && label >= session_.labels().size();
+  if (!shows_camera_) session_.show(label);
 }
 
-void LabelControls::accept_rest_of_them(double now_s) {
+void PressControls::accept_rest_of_them(double now_s) {
   const std::size_t unclear = session_.accept_rest();
-  if (unclear > 0)
-    say("Left: " + counted(static_cast<std::int64_t>(unclear), "press") +
-            " without a clear contact; move the circle, or leave it out (X)",
-        now_s);
+  if (unclear == 0) return;
+  shows_camera_ = false;
+  say("Left: " + counted(static_cast<std::int64_t>(unclear), "press") +
+          " without a clear contact; move the circle, or leave it out (X)",
+      now_s);
 }
 
-bool LabelControls::save_now(double now_s, const std::string& advice) {
+bool PressControls::save_now(double now_s, const std::string& advice) {
   const std::size_t before = session_.unsaved();
   try {
     session_.save();
     say(before == 0 ? "Nothing new to save" : counted(static_cast<std::int64_t>(before), "press") + " saved",
         now_s);
+    return true;
   } catch (const Error& error) {
     complain(error.what() + advice, now_s, kTroubleS);
+    return false;
   }
-  written_ += before - session_.unsaved();
-  return session_.unsaved() == 0;
 }
 
-void LabelControls::save_and_close(double now_s) {
+void PressControls::save_and_close(double now_s) {
   const bool saved = save_now(now_s, ". Nothing is lost yet: S tries again, Q once more leaves without them");
   if (saved || leaves_unsaved_) return close();
   leaves_unsaved_ = true;

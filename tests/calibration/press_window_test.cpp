@@ -1,12 +1,13 @@
-// The window of `gelslam calibrate label`, drawn into pictures without a display.
-#include "windows/label_window.hpp"
+// The window of `gelslam calibrate collect`, drawn into pictures without a display.
+#include "windows/press_window.hpp"
 
 #include <GLFW/glfw3.h>
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
-#include "label_presses.hpp"
 #include "scene_fixture.hpp"
 #include "temporary_folder.hpp"
 #include "window_pictures.hpp"
@@ -18,10 +19,29 @@ using testing::Contains;
 using testing::HasSubstr;
 using namespace viewer;
 using calibration::detail::difference_picture;
-using calibration::detail::LabelLayout;
-using Loop = calibration::detail::LabelWindow;
+using calibration::detail::PressLayout;
+using Loop = calibration::detail::PressWindow;
 
-class LabelWindow : public SceneDrawing {
+/// Four presses (discs on a gray gel) in a folder, found where they are, but for the last one.
+LabelSession four_presses(const std::filesystem::path& folder) {
+  PressSet set;
+  set.folder = folder;
+  set.background = cv::Mat3b(120, 160, cv::Vec3b(90, 100, 110));
+  std::vector<FoundCircle> found;
+  for (int k = 0; k < 4; ++k) {
+    const cv::Point center(60 + 10 * k, 50);
+    cv::Mat3b bgr = set.background.clone();
+    cv::circle(bgr, center, 20, cv::Scalar(60, 100, 150), cv::FILLED);
+    const std::string name = "p" + std::to_string(k);
+    std::filesystem::create_directories(folder / name);
+    set.presses.push_back({name, 9.5, bgr, std::nullopt});
+    found.push_back({{static_cast<double>(center.x), 50.0, 20.0}, 0.95, ""});
+  }
+  found.back().problem = "the contact is too small";
+  return {set, found};
+}
+
+class PressWindow : public SceneDrawing {
  protected:
   void SetUp() override {
     SceneDrawing::SetUp();
@@ -43,7 +63,7 @@ class LabelWindow : public SceneDrawing {
   }
   /// Presses the left button at a place of the press's picture and lets it go at another.
   static void drag(Loop& loop, const cv::Point2d& from, const cv::Point2d& to, double now_s) {
-    const LabelLayout layout = loop.layout();
+    const PressLayout layout = loop.layout();
     const auto pointer = [&](const cv::Point2d& at) {
       return InputEvent{InputEvent::Kind::pointer, 0, false, static_cast<double>(layout.x_of(at.x)),
                         static_cast<double>(layout.y_of(at.y))};
@@ -60,23 +80,23 @@ class LabelWindow : public SceneDrawing {
 
   TemporaryFolder folder;
   LabelSession session = four_presses(folder.path());
-  LabelWindowOptions options;
+  PressWindowOptions options;
 };
 
-TEST_F(LabelWindow, ShowsTheDoubtfulPressFirst) {
-  Loop loop(session, options);
+TEST_F(PressWindow, ShowsTheDoubtfulPressFirst) {
+  Loop loop(session, nullptr, options);
   loop.turn(1);
   EXPECT_THAT(words(loop),
               testing::IsSupersetOf({"0 of 4 accepted, 1 doubtful", "p3: the contact is too small", "Accept",
                                      "Leave out", "Save and end", "Not decided"}));
 }
 
-TEST_F(LabelWindow, TheCircleLiesOnTheContact) {
-  Loop loop(session, options);
+TEST_F(PressWindow, TheCircleLiesOnTheContact) {
+  Loop loop(session, nullptr, options);
   loop.turn(1);
   session.show(1);  // p0: disc of radius 20 about (60, 50)
   const cv::Mat3b picture = loop.picture(1.1);
-  const LabelLayout& layout = loop.layout();
+  const PressLayout& layout = loop.layout();
   const auto color_at = [&](double u, double v) {
     return picture(cvRound(layout.y_of(v)), cvRound(layout.x_of(u)));
   };
@@ -90,8 +110,8 @@ TEST_F(LabelWindow, TheCircleLiesOnTheContact) {
   }
 }
 
-TEST_F(LabelWindow, TheMouseMovesTheCenterAndTheRim) {
-  Loop loop(session, options);
+TEST_F(PressWindow, TheMouseMovesTheCenterAndTheRim) {
+  Loop loop(session, nullptr, options);
   loop.turn(1);
   session.show(1);
   drag(loop, {62, 48}, {70, 54}, 1.1);
@@ -104,15 +124,10 @@ TEST_F(LabelWindow, TheMouseMovesTheCenterAndTheRim) {
   loop.host().push({InputEvent::Kind::scroll, 0, false, 0, -4});
   loop.turn(1.3);
   EXPECT_NEAR(session.label().circle.radius_px, 24.0, 0.05);
-  press_key(loop, GLFW_KEY_U, 1.4);
-  press_key(loop, GLFW_KEY_U, 1.5);
-  press_key(loop, GLFW_KEY_U, 1.6);
-  EXPECT_EQ(session.label().circle.u_px, 60.0) << "three movements, three times undo";
-  EXPECT_EQ(session.label().circle.radius_px, 20.0);
 }
 
-TEST_F(LabelWindow, KeysMoveAcceptLeaveOutAndGoBack) {
-  Loop loop(session, options);
+TEST_F(PressWindow, KeysMoveAcceptLeaveOutAndGoBack) {
+  Loop loop(session, nullptr, options);
   loop.turn(1);
   press_key(loop, GLFW_KEY_X, 1.1);  // p3
   press_key(loop, GLFW_KEY_RIGHT, 1.2);
@@ -133,8 +148,8 @@ TEST_F(LabelWindow, KeysMoveAcceptLeaveOutAndGoBack) {
   EXPECT_TRUE(std::filesystem::exists(folder / "p3/left_out.npz"));
 }
 
-TEST_F(LabelWindow, AClickOnAMarkShowsThatPress) {
-  Loop loop(session, options);
+TEST_F(PressWindow, AClickOnAMarkShowsThatPress) {
+  Loop loop(session, nullptr, options);
   loop.turn(1);
   const Box mark = loop.layout().mark(2, 4);
   loop.host().push({InputEvent::Kind::pointer, 0, false, static_cast<double>(mark.x + 0.5F * mark.width),
@@ -144,8 +159,8 @@ TEST_F(LabelWindow, AClickOnAMarkShowsThatPress) {
   EXPECT_EQ(session.current(), 2U);
 }
 
-TEST_F(LabelWindow, QSavesAndEnds) {
-  Loop loop(session, options);
+TEST_F(PressWindow, QSavesAndEnds) {
+  Loop loop(session, nullptr, options);
   loop.turn(1);
   press_key(loop, GLFW_KEY_D, 1.1);
   EXPECT_TRUE(loop.controls().shows_difference());
@@ -156,8 +171,8 @@ TEST_F(LabelWindow, QSavesAndEnds) {
   EXPECT_TRUE(std::filesystem::exists(folder / "p0/label.npz"));
 }
 
-TEST_F(LabelWindow, TinyWindowsAndHelpDoNoHarm) {
-  Loop loop(session, options);
+TEST_F(PressWindow, TinyWindowsAndHelpDoNoHarm) {
+  Loop loop(session, nullptr, options);
   press_key(loop, GLFW_KEY_H, 1);
   double now_s = 1;
   for (const auto& [width, height] : {std::pair{300, 200}, {100, 100}, {1600, 1200}}) {
@@ -167,14 +182,15 @@ TEST_F(LabelWindow, TinyWindowsAndHelpDoNoHarm) {
   EXPECT_THAT(words(loop), Contains("Leave this press out"));
 }
 
-TEST_F(LabelWindow, ASnapshotWritesNoLabel) {
-  write_label_snapshot(session, folder / "s.png", options);
+TEST_F(PressWindow, ASnapshotWritesNoLabel) {
+  options.snapshot = folder / "s.png";
+  write_press_snapshot(session, nullptr, options);
   EXPECT_EQ(cv::imread((folder / "s.png").string()).size(), cv::Size(1000, 700));
   for (const char* press : {"p0", "p1", "p2", "p3"}) EXPECT_TRUE(std::filesystem::is_empty(folder / press));
 }
 
-TEST_F(LabelWindow, AFullDiskIsSaidInTheWindow) {
-  Loop loop(session, options);
+TEST_F(PressWindow, AFullDiskIsSaidInTheWindow) {
+  Loop loop(session, nullptr, options);
   loop.turn(1);
   press_key(loop, GLFW_KEY_A, 1.1);
   std::filesystem::remove_all(folder / "p0");
@@ -182,8 +198,8 @@ TEST_F(LabelWindow, AFullDiskIsSaidInTheWindow) {
   EXPECT_THAT(loop.controls().toasts().back().text, HasSubstr("p0"));
 }
 
-TEST_F(LabelWindow, QThatCannotSaveStaysOpenUntilItCan) {
-  Loop loop(session, options);
+TEST_F(PressWindow, QThatCannotSaveStaysOpenUntilItCan) {
+  Loop loop(session, nullptr, options);
   loop.turn(1);
   press_key(loop, GLFW_KEY_A, 1.1);
   std::filesystem::remove_all(folder / "p0");
@@ -200,14 +216,13 @@ TEST_F(LabelWindow, QThatCannotSaveStaysOpenUntilItCan) {
   std::filesystem::create_directory(folder / "p0");
   press_key(loop, GLFW_KEY_Q, 20.3);
   EXPECT_TRUE(loop.controls().wants_to_close());
-  EXPECT_EQ(loop.controls().written(), 3U);
   EXPECT_TRUE(std::filesystem::exists(folder / "p0/label.npz"));
 }
 
-TEST_F(LabelWindow, ASecondQLeavesAndSaysWhatIsLost) {
+TEST_F(PressWindow, ASecondQLeavesAndSaysWhatIsLost) {
   session.accept_rest();
   std::filesystem::remove_all(folder / "p0");
-  Loop loop(session, options);
+  Loop loop(session, nullptr, options);
   loop.host().push({InputEvent::Kind::key, GLFW_KEY_Q, true});
   loop.host().push({InputEvent::Kind::key, GLFW_KEY_Q, true});
   EXPECT_THAT(message_of<Error>([&] { loop.run_and_save(); }),
@@ -215,12 +230,114 @@ TEST_F(LabelWindow, ASecondQLeavesAndSaysWhatIsLost) {
   EXPECT_TRUE(std::filesystem::exists(folder / "p2/label.npz"));
 }
 
-TEST_F(LabelWindow, CtrlCSavesAndCloses) {
+TEST_F(PressWindow, CtrlCSavesAndCloses) {
   session.accept_rest();
   int asked = 0;
   options.asks_to_end = [&] { return ++asked > 2; };
-  EXPECT_EQ(run_label_window(session, options), 3U);
+  run_press_window(session, nullptr, options);
+  EXPECT_EQ(session.counts().accepted, 3U);
   EXPECT_TRUE(std::filesystem::exists(folder / "p0/label.npz"));
+}
+
+/// A camera that shows a picture, and hands out presses.
+class FakeCamera final : public CollectWatch {
+ public:
+  FakeCamera() {
+    shown.bgr = cv::Mat3b(240, 320, cv::Vec3b(90, 80, 70));
+    shown.background = shown.bgr;
+    shown.coverage = PressCoverage({320, 240}, 18);
+    for (const double place : {20.0, 30.0, 230.0}) shown.coverage.add({place, place, 10.0});
+    shown.headline = "Hold it still";
+    shown.warning = "the ball slides";
+  }
+  CollectView view() const override { return shown; }
+  std::vector<TakenPress> taken() override { return std::exchange(taken_now, {}); }
+  void count(const std::vector<ContactCircle>& contacts) override { counted = contacts; }
+  double diameter_mm() const override { return 6.0; }
+
+  CollectView shown;
+  std::vector<TakenPress> taken_now;
+  std::vector<ContactCircle> counted;
+};
+
+class CameraWindow : public PressWindow {
+ protected:
+  void take(const std::string& name) {
+    std::filesystem::create_directories(folder / name);
+    write_label(folder / name / "label.npz", {120.0, 80.0, 20.0});
+    camera.taken_now.push_back({{name, 6.0, camera.shown.bgr, std::nullopt}, {{120.0, 80.0, 20.0}, 0.9, ""}});
+  }
+
+  FakeCamera camera;
+  LabelSession collected{{folder.path(), {}, {}}, {}};
+};
+
+TEST_F(CameraWindow, SaysWhatToDoAndWherePressesAreMissing) {
+  Loop loop(collected, &camera, options);
+  loop.turn(1);
+  for (const char* expected : {"3 of 18", "Hold it still", "the ball slides", "2 more", "1 more", "2"})
+    EXPECT_THAT(words(loop), Contains(expected));
+  EXPECT_THAT(words(loop), testing::Not(Contains("Accept"))) << "there is no press to accept";
+  press_key(loop, GLFW_KEY_BACKSPACE, 2);  // no press yet
+  press_key(loop, GLFW_KEY_ENTER, 3);
+  EXPECT_TRUE(loop.controls().shows_camera());
+  camera.shown.closes = true;
+  loop.turn(4);
+  EXPECT_TRUE(loop.wants_to_close());
+}
+
+TEST_F(CameraWindow, PressesAreCorrectedAndLeftOutWhileTheyAreCollected) {
+  Loop loop(collected, &camera, options);
+  take("p0");
+  take("p1");
+  loop.turn(1);
+  EXPECT_TRUE(loop.controls().shows_camera()) << "what comes does not disturb";
+  EXPECT_EQ(camera.counted.size(), 2U);
+  press_key(loop, GLFW_KEY_BACKSPACE, 1.1);
+  EXPECT_EQ(collected.press().name, "p1");
+  press_key(loop, GLFW_KEY_X, 1.2);
+  EXPECT_TRUE(loop.controls().shows_camera()) << "none is open";
+  EXPECT_EQ(camera.counted.size(), 1U) << "another one is wanted";
+  press_key(loop, GLFW_KEY_BACKSPACE, 1.3);
+  press_key(loop, GLFW_KEY_BACKSPACE, 1.4);
+  press_key(loop, GLFW_KEY_RIGHT, 1.5);
+  EXPECT_EQ(collected.press().name, "p0");
+  press_key(loop, GLFW_KEY_N, 1.6);
+  press_key(loop, GLFW_KEY_N, 1.7);
+  EXPECT_TRUE(loop.controls().shows_camera());
+  press_key(loop, GLFW_KEY_Q, 1.8);
+  EXPECT_TRUE(loop.controls().wants_to_close());
+  EXPECT_EQ(read_label(folder / "p0/label.npz").u_px, 120.5);
+  EXPECT_TRUE(std::filesystem::exists(folder / "p1/left_out.npz"));
+}
+
+TEST_F(CameraWindow, LeavesASnapshotAndBearsASessionWithoutAPicture) {
+  options.snapshot = folder / "window.png";
+  camera.shown.closes = true;
+  run_press_window(collected, &camera, options);
+  EXPECT_EQ(cv::imread((folder / "window.png").string()).size(), cv::Size(1000, 700));
+  options.snapshot = folder / "empty.png";
+  camera.shown = {};
+  write_press_snapshot(collected, &camera, options);
+  EXPECT_FALSE(cv::imread((folder / "empty.png").string()).empty());
+}
+
+TEST_F(CameraWindow, DrawsTheCircleWhereItWasFound) {
+  Loop loop(collected, &camera, options);
+  loop.turn(1);
+  const cv::Mat3b plain = loop.picture(1.1);
+  camera.shown.circle = ContactCircle{160.0, 110.0, 30.0};
+  loop.turn(2);
+  const cv::Mat3b circled = loop.picture(2.1);
+  cv::Mat1b changed(plain.size());
+  std::transform(plain.begin(), plain.end(), circled.begin(), changed.begin(),
+                 [](const cv::Vec3b& a, const cv::Vec3b& b) { return a == b ? 0 : 255; });
+  const cv::Rect ring = cv::boundingRect(changed);
+  const PressLayout& layout = loop.layout();
+  EXPECT_NEAR(ring.x + 0.5 * ring.width, layout.x_of(160.0), 1.0);
+  EXPECT_NEAR(ring.y + 0.5 * ring.height, layout.y_of(110.0), 1.0);
+  EXPECT_NEAR(ring.width, 60 * layout.enlargement, 5.0);
+  EXPECT_EQ(changed(ring.y + ring.height / 2, ring.x + ring.width / 2), 0) << "within";
 }
 
 TEST(LabelPicture, StretchesTheDifferenceAndIgnoresTheExposure) {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "windows/label_window.hpp"
+#include "windows/press_window.hpp"
 
 namespace gelslam::calibration::detail {
 namespace {
@@ -14,9 +14,10 @@ using viewer::Face;
 using viewer::Ui;
 namespace theme = viewer::theme;
 
+constexpr int kSide = PressCoverage::kSide;
+constexpr Color kThirds = theme::rgb(150, 150, 150);
 // Design pixels.
 constexpr double kStripHeight = 26, kSideWidth = 300, kHeadHeight = 64, kMargin = 12, kSidePadding = 20;
-constexpr double kMinWidthWithSide = 760;
 constexpr Color kShade = theme::rgb(0, 0, 0, 150);
 
 Color color_of(const PressLabel& label) {
@@ -25,19 +26,19 @@ Color color_of(const PressLabel& label) {
   return label.doubt.empty() ? theme::kGray : theme::kAmber;
 }
 
-void draw_ring(Ui& ui, const LabelLayout& layout, const ContactCircle& circle, Color color,
+void draw_ring(Ui& ui, const PressLayout& layout, const ContactCircle& circle, Color color,
                double thickness) {
   ui.ring(layout.x_of(circle.u_px), layout.y_of(circle.v_px),
           static_cast<float>(circle.radius_px) * layout.enlargement, color, thickness, layout.picture);
 }
 
-void draw_contact(Ui& ui, const LabelLayout& layout, const ContactCircle& circle, Color color,
+void draw_contact(Ui& ui, const PressLayout& layout, const ContactCircle& circle, Color color,
                   double thickness) {
   draw_ring(ui, layout, circle, kShade, thickness + 2);
   draw_ring(ui, layout, circle, color, thickness);
 }
 
-void draw_cross(Ui& ui, const LabelLayout& layout, const ContactCircle& circle, Color color) {
+void draw_cross(Ui& ui, const PressLayout& layout, const ContactCircle& circle, Color color) {
   const float x = layout.x_of(circle.u_px), y = layout.y_of(circle.v_px), arm = ui.px(9);
   ui.line(x - arm, y, x + arm, y, color, 1.5, layout.picture);
   ui.line(x, y - arm, x, y + arm, color, 1.5, layout.picture);
@@ -87,7 +88,7 @@ double depth_mm(double contact_mm, double diameter_mm) {
 /// The gel with all contacts on it: what is accepted, and what is shown.
 void draw_map(Ui& ui, const Box& map, const LabelSession& session) {
   ui.fill(map, theme::kRaised, 4);
-  LabelLayout layout;
+  PressLayout layout;
   layout.picture = map;
   layout.enlargement = map.width / static_cast<float>(session.set().background.cols);
   for (const PressLabel& label : session.labels())
@@ -98,28 +99,30 @@ void draw_map(Ui& ui, const Box& map, const LabelSession& session) {
 
 }  // namespace
 
-Box LabelLayout::mark(std::size_t label, std::size_t labels) const {
-  const float room = strip.width / static_cast<float>(labels),
+Box PressLayout::mark(std::size_t k, std::size_t marks) const {
+  const float room = strip.width / static_cast<float>(marks),
               width = std::min(room * 0.7F, strip.height * 0.5F);
-  return {strip.x + room * (static_cast<float>(label) + 0.5F) - 0.5F * width, strip.y + 0.25F * strip.height,
+  return {strip.x + room * (static_cast<float>(k) + 0.5F) - 0.5F * width, strip.y + 0.25F * strip.height,
           width, 0.5F * strip.height};
 }
 
-LabelLayout lay_out_labels(const Ui& ui, const cv::Size& press) {
-  LabelLayout layout;
+PressLayout lay_out_presses(const Ui& ui, const cv::Size& picture) {
+  PressLayout layout;
   Box& view = layout.view = ui.window();
   if (view.height > ui.px(4 * viewer::kBarHeight)) {
     layout.bar = view.cut_bottom(ui.px(viewer::kBarHeight));
     layout.strip = view.cut_bottom(ui.px(kStripHeight));
   }
-  if (view.width > ui.px(kMinWidthWithSide)) layout.side = view.cut_right(ui.px(kSideWidth));
+  layout.side = view.cut_right(std::min(ui.px(kSideWidth), 0.45F * view.width));
   layout.head = view.cut_top(std::min(ui.px(kHeadHeight), 0.25F * view.height));
-  layout.picture = view.largest(static_cast<float>(press.height) / static_cast<float>(press.width));
-  layout.enlargement = std::max(0.01F, layout.picture.width / static_cast<float>(press.width));
+  layout.picture = view;
+  if (picture.empty()) return layout;
+  layout.picture = view.largest(static_cast<float>(picture.height) / static_cast<float>(picture.width));
+  layout.enlargement = std::max(0.01F, layout.picture.width / static_cast<float>(picture.width));
   return layout;
 }
 
-void draw_press(Ui& ui, const LabelLayout& layout, const LabelSession& session,
+void draw_press(Ui& ui, const PressLayout& layout, const LabelSession& session,
                 const viewer::Texture& picture, bool rim_is_held) {
   ui.image(picture, layout.picture, 0);
   const PressLabel& label = session.label();
@@ -131,23 +134,26 @@ void draw_press(Ui& ui, const LabelLayout& layout, const LabelSession& session,
   draw_head(ui, layout.head, session);
 }
 
-std::optional<std::size_t> draw_strip(Ui& ui, const LabelLayout& layout, const LabelSession& session) {
+std::optional<std::size_t> draw_strip(Ui& ui, const PressLayout& layout, const LabelSession& session,
+                                      bool has_camera, bool shows_camera) {
   const auto& labels = session.labels();
+  const std::size_t marks = labels.size() + (has_camera ? 1 : 0),
+                    shown = shows_camera ? labels.size() : session.current();
   ui.begin_panel("##strip", layout.strip);
-  for (std::size_t k = 0; k < labels.size(); ++k) {
-    const Box mark = layout.mark(k, labels.size());
-    ui.fill(mark, color_of(labels[k]), 2);
-    if (k == session.current()) ui.frame(mark.inset(-ui.px(3)), theme::kText, 3, 2);
+  for (std::size_t k = 0; k < marks; ++k) {
+    const Box mark = layout.mark(k, marks);
+    ui.fill(mark, k < labels.size() ? color_of(labels[k]) : theme::kBlue, 2);
+    if (k == shown) ui.frame(mark.inset(-ui.px(3)), theme::kText, 3, 2);
   }
   const std::optional<double> share = ui.held_share("##presses", layout.strip);
   ui.end_panel();
   if (!share) return std::nullopt;
-  const double place = std::clamp(*share, 0.0, 1.0) * static_cast<double>(labels.size());
-  const auto label = std::min(labels.size() - 1, static_cast<std::size_t>(place));
-  return label == session.current() ? std::nullopt : std::optional(label);
+  const double place = std::clamp(*share, 0.0, 1.0) * static_cast<double>(marks);
+  const auto mark = std::min(marks - 1, static_cast<std::size_t>(place));
+  return mark == shown ? std::nullopt : std::optional(mark);
 }
 
-void draw_label_side(Ui& ui, const Box& side, const LabelSession& session, double pixel_pitch_mm) {
+void draw_press_side(Ui& ui, const Box& side, const LabelSession& session, double pixel_pitch_mm) {
   const PressLabel& label = session.label();
   const double contact_mm = label.circle.radius_px * pixel_pitch_mm,
                diameter_mm = session.press().diameter_mm;
@@ -182,6 +188,57 @@ void draw_label_side(Ui& ui, const Box& side, const LabelSession& session, doubl
     line(Face::small, theme::kDim, "positions of the presses");
     draw_map(ui, {room.x, ui.room().y, room.width, height}, session);
   }
+  ui.end_panel();
+}
+
+void draw_camera(Ui& ui, const PressLayout& layout, const CollectView& view, const viewer::Texture& picture) {
+  const Box& place = layout.picture;
+  if (view.bgr.empty())
+    return ui.text_centered(Face::body, place, theme::kDim, "Waiting for the first picture");
+  ui.begin_panel("##picture", place, 0, 6);
+  ui.image(picture, place);
+  for (int k = 1; k < kSide; ++k) {
+    const float x = place.x + static_cast<float>(k) * place.width / kSide,
+                y = place.y + static_cast<float>(k) * place.height / kSide;
+    ui.line(x, place.y, x, place.bottom(), kThirds, 1, place);
+    ui.line(place.x, y, place.right(), y, kThirds, 1, place);
+  }
+  if (view.circle)
+    draw_ring(ui, layout, *view.circle, view.circle_is_good ? theme::kGreen : theme::kAmber, 2);
+  if (ui.begin_table("##ninths", kSide)) {
+    for (std::size_t zone = 0; zone < kSide * kSide; ++zone) {
+      const int missing = view.coverage.missing(zone);
+      ui.next_cell();
+      ui.begin_child(press_zone_name(zone), place.height / kSide);
+      ui.indent(8);
+      ui.gap(8);
+      ui.tag(Face::body, ui.room().x, ui.room().y, missing > 0 ? theme::kAmber : theme::kGreen,
+             theme::with_alpha(theme::kPanel, 0.7),
+             missing > 0 ? std::to_string(missing) + " more" : std::to_string(view.coverage.taken(zone)), 0,
+             0);
+      ui.end_child();
+    }
+    ui.end_table();
+  }
+  ui.end_panel();
+}
+
+void draw_camera_side(Ui& ui, const Box& side, const CollectView& view) {
+  const auto paragraph = [&ui](Face face, Color color, const std::string& text, double gap) {
+    if (text.empty()) return;
+    ui.paragraph(face, color, text);
+    ui.gap(gap);
+  };
+  const int presses = view.coverage.total(), wanted = view.coverage.wanted();
+  ui.begin_panel("##side", side, kSidePadding);
+  paragraph(Face::small, theme::kDim, "BALL PRESSES", 6);
+  paragraph(Face::figure, theme::kText, std::to_string(presses) + " of " + std::to_string(wanted), 10);
+  ui.bar(static_cast<double>(presses) / wanted, 0, view.coverage.enough() ? theme::kGreen : theme::kBlue, 10);
+  ui.gap(24);
+  paragraph(Face::title, view.circle_is_good || view.coverage.enough() ? theme::kGreen : theme::kText,
+            view.headline, 10);
+  paragraph(Face::body, theme::kText, view.hint, 18);
+  paragraph(Face::body, theme::kAmber, view.warning, 18);
   ui.end_panel();
 }
 

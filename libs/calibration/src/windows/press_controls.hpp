@@ -11,21 +11,22 @@
 namespace gelslam::calibration::detail {
 
 /// What keys, buttons and the mouse do to a session of labels. Positions are pixels of the press's picture.
-/// Closing saves first; where that fails the window stays, and closing once more leaves.
-class LabelControls : public viewer::Controls {
+/// With a camera its picture comes behind the last press. Closing saves first; where that fails the window
+/// stays, and closing once more leaves.
+class PressControls : public viewer::Controls {
  public:
-  explicit LabelControls(LabelSession& session);
+  PressControls(LabelSession& session, bool has_camera);
 
   /// A drag takes the rim where it begins within `reach_px` of it, else the center.
   void begin_drag(double u_px, double v_px, double reach_px);
   void drag_to(double u_px, double v_px);
   void end_drag() { drag_.reset(); }
-  void change_radius(double by_px);  ///< one step of undo for steps that follow each other
-  void show(std::size_t label);
+  void change_radius(double by_px);
+  void show(std::size_t label);  ///< behind the last one: the camera, if there is one
 
+  bool shows_camera() const { return shows_camera_; }
   bool drags_rim() const { return drag_ && drag_->rim; }
   bool shows_difference() const { return shows_difference_; }
-  std::size_t written() const { return written_; }
   viewer::ButtonLook button(const viewer::ActionRow& row) const override;
   std::vector<std::pair<std::string, std::string>> mouse_help() const override;
 
@@ -34,22 +35,23 @@ class LabelControls : public viewer::Controls {
 
  private:
   struct Drag {
-    bool rim = false, moved = false;
+    bool rim = false;
     double u_px = 0.0, v_px = 0.0;  ///< where it began
     ContactCircle circle;           ///< as it was then
   };
 
+  void act_on_press(viewer::Action action);
   void move(double du_px, double dv_px);
   void accept_rest_of_them(double now_s);
   bool save_now(double now_s, const std::string& advice = "");  ///< false when something could not be saved
   void save_and_close(double now_s);
 
   LabelSession& session_;
+  const bool has_camera_;
+  bool shows_camera_;
   std::optional<Drag> drag_;
-  bool turns_wheel_ = false;  ///< the last change was one of the radius
   bool shows_difference_ = false;
   bool leaves_unsaved_ = false;  ///< the last thing done was a close that could not save
-  std::size_t written_ = 0;
 };
 
 }  // namespace gelslam::calibration::detail
