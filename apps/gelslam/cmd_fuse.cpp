@@ -3,9 +3,12 @@
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "command_line.hpp"
 #include "commands.hpp"
+#include "gelslam/core/error.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/slam/merge_scans.hpp"
@@ -16,14 +19,32 @@ namespace gelslam {
 namespace {
 
 struct FuseArguments {
-  std::string run, output;
+  std::vector<std::string> runs;
+  std::string output;
   std::optional<double> voxel_size_mm, truncation_mm;
   bool overwrite = false, quiet = false;
 };
 
-int run(const FuseArguments& arguments) {
+int join(const FuseArguments& arguments) {
+  if (arguments.output.empty()) throw CLI::RequiredError("--output");
+  if (arguments.voxel_size_mm || arguments.truncation_mm)
+    throw Error(
+        "--voxel-size-mm and --truncation-mm are for one run: join the runs first, then fuse the result");
+  MergeRequest request;
+  request.runs.assign(arguments.runs.begin(), arguments.runs.end());
+  request.run_folder = arguments.output;
+  request.overwrite = arguments.overwrite;
+  const InterruptWatch interrupt;
+  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
+  const RunReport report = merge_scans(request, *progress, [&] { return interrupt.requested(); }).report;
+  std::cerr << run_words(report, arguments.output, arguments.quiet);
+  return report.complete() ? kExitDone : kExitNotGood;
+}
+
+int fuse_one(const FuseArguments& arguments) {
+  const std::string& run = arguments.runs.front();
   FuseRequest request;
-  request.run = arguments.run;
+  request.run = run;
   request.output = arguments.output;
   request.overwrite = arguments.overwrite;
   request.voxel_size_mm = arguments.voxel_size_mm;
@@ -36,9 +57,9 @@ int run(const FuseArguments& arguments) {
     std::cerr << fmt::format("{} fused, mesh of {} vertices and {} triangles: {}\n",
                              counted(static_cast<std::int64_t>(summary.keyframes), "keyframe"),
                              summary.vertices, summary.triangles,
-                             arguments.output.empty() ? arguments.run : arguments.output);
+                             arguments.output.empty() ? run : arguments.output);
   }
-  if (!arguments.quiet) say_where_warnings_are(arguments.run);
+  if (!arguments.quiet) say_where_warnings_are(run);
   return summary.triangles == 0 ? kExitNotGood : kExitDone;
 }
 
@@ -46,13 +67,17 @@ int run(const FuseArguments& arguments) {
 
 void add_fuse_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<FuseArguments>();
-  CLI::App* command =
-      app.add_subcommand("fuse", "Make a run's mesh again with other settings, without its log");
-  command->add_option("RUN", arguments->run, "Run folder")->required();
+  CLI::App* command = app.add_subcommand(
+      "fuse", "Make a run's mesh again with other settings, without its log, or join scans of one object");
+  command
+      ->add_option(
+          "RUN", arguments->runs,
+          "Run folder; two or more, of one sensor, are joined: the first one's configuration is used")
+      ->required();
   CLI::Option* output =
       command->add_option("-o,--output", arguments->output,
                           "Run folder to write: RUN with the new mesh, without its logs (default: RUN's own "
-                          "mesh is replaced)");
+                          "mesh is replaced), or the joined runs");
   command->add_flag("--overwrite", arguments->overwrite, "Replace that folder if it is there")->needs(output);
   command->add_option("--voxel-size-mm", arguments->voxel_size_mm, "Edge of the mesh's cells")
       ->check(number_between(0.01, 10));
@@ -62,9 +87,13 @@ void add_fuse_command(CLI::App& app, int& exit_code) {
       ->check(number_between(0.01, 20));
   add_quiet_flag(*command, arguments->quiet);
   command->footer(
-      "If the scan was killed, the map is made first.\n"
-      "Example: gelslam fuse runs/pebble --voxel-size-mm 0.05 -o runs/pebble-fine");
-  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+      "If the scan was killed, the map is made first. Scans join where they show the same places. The exit "
+      "code is 1\nwhen something did not join.\n"
+      "Example: gelslam fuse runs/pebble --voxel-size-mm 0.05 -o runs/pebble-fine\n"
+      "         gelslam fuse runs/top runs/bottom -o runs/whole");
+  command->callback([arguments, &exit_code] {
+    exit_code = arguments->runs.size() > 1 ? join(*arguments) : fuse_one(*arguments);
+  });
 }
 
 }  // namespace gelslam

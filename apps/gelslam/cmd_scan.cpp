@@ -1,8 +1,11 @@
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "camera_input.hpp"
 #include "commands.hpp"
+#include "gelslam/sensor/frame_source.hpp"
+#include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
 #include "live_command.hpp"
 #include "simulated_camera.hpp"
@@ -11,8 +14,10 @@ namespace gelslam {
 namespace {
 
 struct ScanArguments {
+  std::string log;     ///< "": a camera
   std::string device;  ///< "": the configuration's
-  bool no_log = false, resized = false;
+  double speed = 1.0;  ///< of the log
+  bool no_log = false, resized = false, every_frame = false;
   LiveArguments live;
 };
 
@@ -26,7 +31,23 @@ int run_simulated(LiveArguments live) {
   return run_live(open(), std::move(options), live, window, {open, config});
 }
 
+/// Plays a log, as if it came from a camera.
+int run_log(const ScanArguments& arguments) {
+  const LiveArguments& live = arguments.live;
+  const Config config = live.config(arguments.log);
+  LiveOptions options = live.options(config);
+  options.log = arguments.log;
+  options.drop_when_behind = !arguments.every_frame;
+  WindowOptions window = prepare_window(options, live);
+  // A log of another camera is refused before a run folder is made, or replaced.
+  open_frame_source(arguments.log, config.sensor)->next();
+  const auto speed = arguments.every_frame ? std::nullopt : std::optional(arguments.speed);
+  return run_live(pace(open_raw_log(arguments.log, config.sensor), speed), std::move(options), live,
+                  std::move(window));
+}
+
 int run(ScanArguments arguments) {
+  if (!arguments.log.empty()) return run_log(arguments);
   LiveArguments& live = arguments.live;
   if (live.run_folder.empty() && live.continued.empty()) live.run_folder = name_by_time();
   if (arguments.device == simulated_camera_name()) return run_simulated(live);
@@ -46,21 +67,36 @@ void add_scan_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<ScanArguments>();
   CLI::App* command =
       app.add_subcommand("scan", "Roll an object across the sensor and watch its surface grow");
-  command->add_option("--camera", arguments->device,
-                      "Camera: /dev/video2, 2, or part of its name (default: the configuration's); "
-                      "\"simulated\" for one to try the program with");
+  CLI::Option* log = command->add_option(
+      "LOG", arguments->log, "Instead of a camera: a log (.mkv), video, folder of images, or data folder");
+  command
+      ->add_option("--camera", arguments->device,
+                   "Camera: /dev/video2, 2, or part of its name (default: the configuration's); "
+                   "\"simulated\" for one to try the program with")
+      ->excludes(log);
   CLI::Option* no_log =
-      command->add_flag("--no-log", arguments->no_log, "Do not record the camera's pictures");
+      command->add_flag("--no-log", arguments->no_log, "Do not record the camera's pictures")->excludes(log);
   command
       ->add_flag("--resized", arguments->resized,
                  "Record at the calibrated resolution, lossless, instead of the camera's own bytes")
-      ->excludes(no_log);
+      ->excludes(no_log)
+      ->excludes(log);
+  CLI::Option* speed =
+      command->add_option("--speed", arguments->speed, "Speed of LOG relative to the sensor's own frame rate")
+          ->capture_default_str()
+          ->needs(log);
+  command
+      ->add_flag("--every-frame", arguments->every_frame,
+                 "Play LOG as fast as possible without dropping a frame")
+      ->excludes(speed)
+      ->needs(log);
   arguments->live.add_to(*command);
   command->footer(
       "Begin with nothing on the gel. Ctrl-C stops and saves; a second one saves at once what there is.\n"
-      "Without a camera: gelslam scan --camera simulated, or gelslam replay LOG.\n"
+      "Without a camera: gelslam scan --camera simulated, or gelslam scan LOG.\n"
       "Example: gelslam scan --model nnmodel.pth -o runs/shell\n"
-      "         gelslam scan --continue runs/shell");
+      "         gelslam scan --continue runs/shell\n"
+      "         gelslam scan runs/shell/log.mkv -o runs/shell-again");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
 

@@ -93,7 +93,7 @@ void check(const TrackArguments& arguments) {
   if (arguments.is_camera && !arguments.log.empty()) throw Error("give either LOG or --camera, not both");
   if (!arguments.is_camera && arguments.log.empty()) throw Error("give a LOG, or --camera");
   if (arguments.window.shows_map() && arguments.map.empty())
-    throw Error("--window and --snapshot need --map; gelslam scan and replay show a sensor without a map");
+    throw Error("--window and --snapshot need --map; gelslam scan shows a sensor without a map");
 }
 
 /// Of a camera, or of a log, in a window at its own rate.

@@ -23,8 +23,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::vector<std::string> kTakeLogs = {"reconstruct", "replay", "track", "record --from"},
-                               kTakeSessions = {"fuse", "merge", "scan --continue", "track --map"};
+const std::vector<std::string> kTakeLogs = {"reconstruct", "scan", "track", "record --from"},
+                               kTakeSessions = {"fuse", "scan --continue", "track --map"};
 
 /// Runs one part of a folder's inspection; what is wrong with it becomes a problem and the rest goes on.
 void attempt(InfoReport& report, const std::function<void()>& part) {

@@ -12,8 +12,8 @@
 
 namespace gelslam {
 
-/// What `scan` and `replay` have in common: the session, its window or its words in the terminal, and its
-/// end.
+/// What `scan` takes, whatever its frames come from: of the session, its window or its words in the terminal,
+/// and its end.
 struct LiveArguments {
   LogOptions log;
   std::string run_folder, continued, snapshot;

@@ -27,10 +27,8 @@ void add_commands(CLI::App& app, int& exit_code) {
   add_fuse_command(app, exit_code);
   add_info_command(app, exit_code);
   add_map_command(app, exit_code);
-  add_merge_command(app, exit_code);
   add_reconstruct_command(app, exit_code);
   add_record_command(app, exit_code);
-  add_replay_command(app, exit_code);
   add_scan_command(app, exit_code);
   add_simulate_command(app, exit_code);
   add_surface_command(app, exit_code);

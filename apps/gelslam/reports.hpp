@@ -22,7 +22,7 @@ std::string map_words(const RunReport& report);
 /// "mesh of 12146 vertices and 23394 triangles".
 std::string mesh_words(const RunReport& report);
 
-/// What `reconstruct` and `merge` say at the end, with a line for each part of the scan; when quiet only
+/// What `reconstruct` and `fuse` say at the end, with a line for each part of the scan; when quiet only
 /// warnings.
 std::string run_words(const RunReport& report, const std::string& run_folder, bool quiet);
 

@@ -8,7 +8,7 @@
 
 namespace gelslam {
 
-/// Where poses go while they are computed: what `track`, `scan` and `replay` have in common.
+/// Where poses go while they are computed: what `track` and `scan` have in common.
 struct StreamArguments {
   std::string target;  ///< StreamServer; "": none
   std::string format = "ndjson";

@@ -12,7 +12,7 @@ _Progress = Union[bool, None, Callable[[str, int, Optional[int]], object]]
 
 __version__: str
 __all__ = [
-    "Surface", "Sensor", "Registration", "register", "Mesh", "Run", "reconstruct", "merge", "fuse", "read_run",
+    "Surface", "Sensor", "Registration", "register", "Mesh", "Run", "reconstruct", "fuse", "read_run",
     "TrackedFrame", "Slam", "Map", "Place", "LocatedFrame", "Localizer", "Log", "Camera", "Calibration", "calibrate", "Error", "__version__",
 ]  # fmt: skip
 
@@ -126,11 +126,8 @@ def reconstruct(
     cropped: bool = False,
     progress: _Progress = False,
 ) -> Run: ...
-def merge(
-    runs: Sequence[_Path], output: _Path, *, overwrite: bool = False, progress: _Progress = False
-) -> Run: ...
 def fuse(
-    run: _Path,
+    run: Union[_Path, Sequence[_Path]],
     output: Optional[_Path] = None,
     *,
     voxel_size_mm: Optional[float] = None,

@@ -19,7 +19,7 @@ using OptionalPath = std::optional<std::filesystem::path>;
 /// Each adds its classes and functions to the module.
 void bind_surface(py::module_& module);       // Surface, Sensor
 void bind_registration(py::module_& module);  // Registration, register
-void bind_run(py::module_& module);           // Mesh, Run, reconstruct, read_run, merge, fuse
+void bind_run(py::module_& module);           // Mesh, Run, reconstruct, read_run, fuse
 void bind_slam(py::module_& module);          // TrackedFrame, Slam
 void bind_localization(py::module_& module);  // Map, Place, LocatedFrame, Localizer
 void bind_frames(py::module_& module);        // Log, Camera

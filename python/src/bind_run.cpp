@@ -4,6 +4,7 @@
 
 #include <fstream>
 #include <iterator>
+#include <variant>
 
 #include "bind.hpp"
 #include "gelslam/core/error.hpp"
@@ -186,28 +187,25 @@ PythonRun reconstruct_log(const fs::path& log, const OptionalPath& model, const 
   return run;
 }
 
-PythonRun merge_runs(const std::vector<fs::path>& runs, const fs::path& output, bool overwrite,
-                     const py::object& progress) {
-  PythonProgress sink(progress);
-  PythonRun run;
-  {
-    const py::gil_scoped_release release;
-    merge_scans({runs, output, overwrite}, sink, stop_by_signal);
-    run = read_run(output);
-  }
-  warn_of(run);
-  return run;
-}
-
-PythonRun fuse_again(const fs::path& run, const OptionalPath& output, std::optional<double> voxel_size_mm,
-                     std::optional<double> truncation_mm, bool overwrite, const py::object& progress) {
+/// One run, or several that are joined.
+PythonRun fuse_runs(const std::variant<fs::path, std::vector<fs::path>>& runs, const OptionalPath& output,
+                    std::optional<double> voxel_size_mm, std::optional<double> truncation_mm, bool overwrite,
+                    const py::object& progress) {
   PythonProgress sink(progress);
   PythonRun fused;
   {
     const py::gil_scoped_release release;
-    const FuseRequest request{run, output.value_or(""), overwrite, voxel_size_mm, truncation_mm};
-    fuse_run(request, sink, stop_by_signal);
-    fused = read_run(output.value_or(run));
+    if (const auto* several = std::get_if<std::vector<fs::path>>(&runs)) {
+      if (!output) throw Error("give output: a run folder for the joined runs");
+      if (voxel_size_mm || truncation_mm) throw Error("voxel_size_mm and truncation_mm are for one run");
+      merge_scans({*several, *output, overwrite}, sink, stop_by_signal);
+      fused = read_run(*output);
+    } else {
+      const fs::path& run = std::get<fs::path>(runs);
+      const FuseRequest request{run, output.value_or(""), overwrite, voxel_size_mm, truncation_mm};
+      fuse_run(request, sink, stop_by_signal);
+      fused = read_run(output.value_or(run));
+    }
   }
   warn_of(fused);
   return fused;
@@ -261,20 +259,15 @@ the log that show the bare gel; earlier ones are left out. cropped: pictures of 
 progress: True for a line on stderr, or a function of (task, done, total or None).
 Ctrl-C raises KeyboardInterrupt.)");
   module.def(
-      "merge", &merge_runs, py::arg("runs"), py::arg("output"), py::kw_only(), py::arg("overwrite") = false,
-      py::arg("progress") = false,
-      R"(Joins scans of one object by one sensor and model, as `gelslam merge` does. Returns the Run in output.
-
-runs: run folders, two or more; the first one's configuration is used. They join where they show the same places; what
-did not join is given as a warning. output: the run folder to write. progress: as of reconstruct().)");
-  module.def(
-      "fuse", &fuse_again, py::arg("run"), py::arg("output") = py::none(), py::kw_only(),
+      "fuse", &fuse_runs, py::arg("run"), py::arg("output") = py::none(), py::kw_only(),
       py::arg("voxel_size_mm") = py::none(), py::arg("truncation_mm") = py::none(),
       py::arg("overwrite") = false, py::arg("progress") = false,
-      R"(Makes a run's mesh again with other settings, without its log. Returns the Run with the new mesh.
+      R"(Makes a run's mesh again with other settings, without its log, or joins scans of one object by one sensor and model.
+Returns the Run with the new mesh.
 
-run: its folder; of a scan that was not finished, the map is made first. output: a run folder to write; default: the
-run's own mesh is replaced. voxel_size_mm: edge of the mesh's cells. truncation_mm: sheets of one side closer than this
+run: its folder; of a scan that was not finished, the map is made first. A list of run folders: they join where they
+show the same places, with the first one's configuration; what did not join is given as a warning. output: a run folder
+to write; default, for one run: its own mesh is replaced. voxel_size_mm: edge of the mesh's cells. truncation_mm: sheets of one side closer than this
 become one; at least two voxels. Default: the run's. progress: as of reconstruct().)");
   module.def("read_run", &read_run, py::arg("path"), py::call_guard<py::gil_scoped_release>(),
              "Reads the folder of a finished run. Returns a Run.");

@@ -31,7 +31,7 @@ INSTEAD = [
     (r"--size 3.3", "--size 1"),
     (r"(calibrate train \S+)", r"\1 --steps 300"),
     (r"(gelslam view (?!.*--snapshot).*)", r"\1 --snapshot window.png --overwrite"),
-    (r"(gelslam (scan|replay|calibrate collect) (?!.*--headless).*)", r"\1 --headless"),
+    (r"(gelslam (scan|calibrate collect) (?!.*--headless).*)", r"\1 --headless"),
     (r"track --camera(.*) --window", r"track --camera\1"),
     (r"/tmp/pose", "pose"),
     (r'gelslam\.Camera\("auto"\)', 'gelslam.Log("scan.avi")'),

@@ -22,7 +22,7 @@ using testing::HasSubstr;
 constexpr int kFrames = kBackgroundFrames + kScanFrames;
 
 std::vector<std::string> replay(const std::vector<std::string>& more) {
-  std::vector<std::string> arguments{"replay",  scan().log().string(),  "--headless", "--every-frame",
+  std::vector<std::string> arguments{"scan",    scan().log().string(),  "--headless", "--every-frame",
                                      "--model", scan().model().string()};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return arguments;
@@ -107,10 +107,11 @@ TEST(ContinuedRun, MistakesAreToldInALine) {
   expect_mistake(gelslam({"fuse", log}), "is no run folder");
   fs::remove(run + "/session.db");
   expect_mistake(gelslam({"reconstruct", log, "--continue", run, "-o", run + "2"}), "holds no session.db");
-  expect_mistake(gelslam({"merge", run, run + "/../run", "-o", run + "2"}), "is given twice");
+  expect_mistake(gelslam({"fuse", run, run + "/../run", "-o", run + "2"}), "is given twice");
   fs::copy(run, run + "3", fs::copy_options::recursive);
-  expect_mistake(gelslam({"merge", run, run + "3", "-o", run + "2"}), "holds no session.db");
-  expect_mistake(gelslam({"merge", run, "-o", run + "2"}), "RUN");
+  expect_mistake(gelslam({"fuse", run, run + "3", "-o", run + "2"}), "holds no session.db");
+  expect_mistake(gelslam({"fuse", run, run + "3"}), "--output");
+  expect_mistake(gelslam({"fuse", run, run + "3", "-o", run + "2", "--voxel-size-mm", "0.1"}), "for one run");
   EXPECT_FALSE(fs::exists(run + "2"));
 }
 

@@ -33,7 +33,7 @@ TEST(Info, ARealDataFolder) {
   EXPECT_EQ(words.exit_code, 0) << words.err;
   for (const char* part :
        {"a data folder", "GelSight Mini", "320x240, 25 Hz, 245 frames, 9.8 s", "network of 2370 weights",
-        "use        gelslam reconstruct, replay, track, record --from, evaluate\n"}) {
+        "use        gelslam reconstruct, scan, track, record --from, evaluate\n"}) {
     EXPECT_THAT(words.out, HasSubstr(part));
   }
   const ProgramResult result = info(folder, true);

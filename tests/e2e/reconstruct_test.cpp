@@ -103,7 +103,7 @@ TEST(Reconstruct, WarnsOfATruncatedLogAlsoWhenQuiet) {
   const std::string model = scan().model().string(), run = (folder / "run").string();
   const std::vector<std::string> commands[] = {
       {"reconstruct", torn, "--model", model, "-q", "-o", run},
-      {"replay", torn, "--model", model, "-q", "--headless", "--every-frame"}};
+      {"scan", torn, "--model", model, "-q", "--headless", "--every-frame"}};
   for (const auto& command : commands) {
     const ProgramResult result = gelslam(command);
     EXPECT_EQ(result.exit_code, 0);

@@ -1,4 +1,4 @@
-// A log through the live program, as if it came from a camera: gelslam replay without a window.
+// A log through the live program, as if it came from a camera: gelslam scan LOG without a window.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ using nlohmann::json;
 using testing::HasSubstr;
 
 std::vector<std::string> replay(const std::vector<std::string>& more) {
-  std::vector<std::string> arguments{"replay", "--headless", "--model", scan().model().string()};
+  std::vector<std::string> arguments{"scan", "--headless", "--model", scan().model().string()};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return arguments;
 }
@@ -219,7 +219,7 @@ TEST(Replay, WithoutADisplayNothingBegins) {
   ::unsetenv("DISPLAY");
   ::unsetenv("WAYLAND_DISPLAY");
   const ProgramResult result = gelslam(
-      {"replay", scan().log().string(), "--model", scan().model().string(), "-o", (folder / "run").string()});
+      {"scan", scan().log().string(), "--model", scan().model().string(), "-o", (folder / "run").string()});
   expect_mistake(result, "--headless");
   EXPECT_TRUE(folder.names().empty());
 }
@@ -239,6 +239,8 @@ TEST(Replay, MistakesAreOneLine) {
            {{scan().log().string(), "--speed", "0"}, "positive number, such as"},
            {{scan().log().string(), "--seconds", "0"}, "no number from 0.01"},
            {{scan().log().string(), "--speed", "2", "--every-frame"}, "excludes"},
+           {{scan().log().string(), "--camera", "simulated"}, "excludes"},
+           {{"--every-frame"}, "requires LOG"},
            {{scan().log().string(), "-o", scan().log().string()}, "exists already"}}) {
     const ProgramResult result = gelslam(replay(arguments));
     expect_mistake(result, words);

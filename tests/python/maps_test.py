@@ -116,8 +116,8 @@ class Maps(unittest.TestCase):
         self.same_file("mesh.ply", "coarse", "coarse2")
         self.assertLess(len(run.mesh.vertices), len(self.run_.mesh.vertices) / 2)
         both = [self.run_folder, self.folder / "coarse"]
-        merged = gelslam.merge(both, self.folder / "merged")
-        program("merge", *both, "-o", self.folder / "merged2", "-q")
+        merged = gelslam.fuse(both, self.folder / "merged")
+        program("fuse", *both, "-o", self.folder / "merged2", "-q")
         self.same_file("mesh.ply", "merged", "merged2")
         self.assertEqual(len(merged.trajectory), 2 * len(self.run_.trajectory))
         gelslam.fuse(self.folder / "coarse", voxel_size_mm=0.3)  # in place

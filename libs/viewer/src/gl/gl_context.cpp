@@ -16,7 +16,7 @@ namespace gelslam {
 namespace {
 
 constexpr const char* kWithoutWindow =
-    "--snapshot FILE draws a picture without a display; scan, replay and calibrate work without one with "
+    "--snapshot FILE draws a picture without a display; scan and calibrate work without one with "
     "--headless";
 
 std::string glfw_reason() {
