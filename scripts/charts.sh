@@ -28,13 +28,13 @@ case ${1:-} in
 esac
 data=$(cd "$1" && pwd -P)
 out=$(realpath -m "${2:-$root/charts}")
-export GELSLAM_DATA=$data
+export GELSLAM_DATA=$data  # of check_sequences.py
 lab=$root/build/bin/gelslam-lab
 
 "$root/scripts/build.sh" --lab "$root/build"
 mkdir -p "$out"
 sequences=("$data"/sequences/track_*)
-every=() few=() accurate=() frames=45000 trials=100 minutes=10
+few=("$data"/sequences/{track,hard,scan}_*) every=() accurate=() frames=45000 trials=100 minutes=10
 mechanisms=("$data/sequences" "$data/ablation")
 if ((${#quick[@]} > 0)); then
   sequences=("${sequences[@]:0:2}")
@@ -42,7 +42,7 @@ if ((${#quick[@]} > 0)); then
   few=("${sequences[@]}" --most-references 4)
   accurate=("${sequences[@]##*/}" scan_peanut360)
   frames=2000 trials=5 minutes=0.5
-  mechanisms=("${sequences[@]}" --stress none)
+  mechanisms=("${sequences[@]}")
 fi
 
 say() { echo "charts: $*"; }
@@ -63,7 +63,7 @@ say "speed against accuracy: all methods, then NormalFlow again for steadier tim
 draw speed_accuracy speed_accuracy.png "$out/speed_accuracy" "$out/speed_accuracy_again"
 
 say "stability"
-"$lab" stability "${quick[@]}" -o "$out/stability"
+"$lab" stability "${sequences[@]}" "${quick[@]}" -o "$out/stability"
 draw stability stability.png "$out/stability"
 
 say "what each mechanism is worth"

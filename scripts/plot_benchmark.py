@@ -1,14 +1,12 @@
 #!/usr/bin/python3
 """Draws what `gelslam-lab benchmark -o BENCH` wrote, into the same folder:
-accuracy.png (errors per object and axis), runtime.png (histogram), error_over_time.png (mean error with one standard deviation
-shaded, over trials), trajectory.png (estimates against the truth, of one trial).
+accuracy.png (errors per object and axis) and error_over_time.png (mean error with one standard deviation shaded, over trials).
 
 Example: gelslam-lab benchmark data/TactileTracking -o BENCH && scripts/plot_benchmark.py BENCH
 """
 
 import argparse
 import pathlib
-import sys
 
 import numpy as np
 
@@ -55,37 +53,12 @@ def draw_accuracy(folder):
     save_with_legend(figure, folder / "accuracy.png")
 
 
-def draw_runtime(folder):
+def draw_errors(folder):
     rows = read(folder, "frames.csv")
-    figure, plot = plt.subplots(figsize=(10, 4), dpi=120)
-    for method in in_order(r["method"] for r in rows):
-        by_trial = [[float(r["cpu_ms"]) for r in rows if r["method"] == method and r["trial"] == t] for t in in_order(r["trial"] for r in rows)]
-        bins = [8 * np.log10(max(ms, 1e-6)) for times in by_trial for ms in times[1:]]  # the first of a trial is not registered
-        if not bins:
-            continue
-        counts, edges = np.histogram(bins, np.arange(np.floor(min(bins)), np.floor(max(bins)) + 2))
-        edges = 10.0 ** (edges / 8)
-        plot.stairs(counts, edges, fill=True, alpha=0.35, color=color(method))
-        plot.stairs(counts, edges, color=color(method), linewidth=1.2, label="%s (%d frames)" % (NAMES.get(method, method), sum(counts)))
-    plot.set_xscale("log")
-    plot.xaxis.set_major_formatter("{x:g}")
-    plot.set_xlabel("processor time per frame, one thread (ms)")
-    plot.set_ylabel("frames")
-    plot.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1, 1))
-    save(figure, folder / "runtime.png")
-
-
-def draw_errors(folder, which):
-    rows = read(folder, "frames.csv")
-    objects = in_order(r["object"] for r in rows)
-    rows = [r for r in rows if which in (None, r["object"])]
-    if not rows:
-        sys.exit("plot_benchmark: there is no object '%s' (there are %s)" % (which, ", ".join(objects)))
     first = {}  # frame of each trial
     for r in rows:
         first.setdefault((r["object"], r["trial"]), int(r["frame"]))
-    figure, plots = grid("absolute error since the first contact, %s: mean over up to %d trials, one standard deviation shaded"
-                         % (which or "all", len(first)))
+    figure, plots = grid("absolute error since the first contact: mean over up to %d trials, one standard deviation shaded" % len(first))
     for plot, axis, title in zip(plots, AXES, TITLES):
         for method in in_order(r["method"] for r in rows):
             errors = {}  # by frame since the first contact
@@ -104,44 +77,12 @@ def draw_errors(folder, which):
     save_with_legend(figure, folder / "error_over_time.png")
 
 
-def draw_trajectory(folder, which):
-    rows = read(folder, "frames.csv")
-    trials = in_order(r["trial"] for r in rows)
-    which = which or trials[0]
-    rows = [r for r in rows if r["trial"] == which]
-    if not rows:
-        sys.exit("plot_benchmark: there is no trial '%s' (there are %s)" % (which, ", ".join(trials)))
-    figure, plots = grid("trajectory of %s; crosses: not tracked" % which)
-    methods = in_order(r["method"] for r in rows)
-    for plot, axis, title in zip(plots, AXES, TITLES):
-        first = [r for r in rows if r["method"] == methods[0]]
-        truth = [float(r["true_" + axis]) for r in first]
-        plot.plot([float(r["time_s"]) for r in first], truth, color="black", linewidth=2.2, alpha=0.5, label="truth")
-        for method in methods:
-            mine = [r for r in rows if r["method"] == method]
-            time, value = [float(r["time_s"]) for r in mine], [float(r[axis]) for r in mine]
-            plot.plot(time, value, color=color(method), linewidth=1, label=method)
-            lost = [i for i, r in enumerate(mine) if r["tracked"] == "0"]
-            plot.plot([time[i] for i in lost], [value[i] for i in lost], "x", color=color(method), markersize=4)
-        low, high = min(truth), max(truth)
-        margin = max(0.25 * (high - low), 0.05)
-        plot.set_ylim(low - margin, high + margin)  # a method that is off the chart is off the chart
-        plot.set_title(title, fontsize=9)
-        plot.set_xlabel("time (s)", fontsize=8)
-        plot.grid(True, alpha=0.3)
-    save_with_legend(figure, folder / "trajectory.png")
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("bench", type=pathlib.Path, help="folder that gelslam-lab benchmark wrote")
-    parser.add_argument("--object", help="whose error over time is drawn (default: all)")
-    parser.add_argument("--trial", help="whose trajectory is drawn (default: the first)")
     arguments = parser.parse_args()
     draw_accuracy(arguments.bench)
-    draw_runtime(arguments.bench)
-    draw_errors(arguments.bench, arguments.object)
-    draw_trajectory(arguments.bench, arguments.trial)
+    draw_errors(arguments.bench)
 
 
 if __name__ == "__main__":

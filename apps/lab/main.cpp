@@ -24,7 +24,7 @@ int run(int argc, char** argv) {
   add_micro_benchmarks(lab);
   // After the subcommands, which would inherit it.
   lab.footer(
-      "Example: gelslam-lab stability -o STUDY && scripts/plot_stability.py STUDY\n"
+      "Example: gelslam-lab stability DATA/sequences/track_* -o STUDY && scripts/plot_stability.py STUDY\n"
       "All charts: scripts/charts.sh DATA");
   try {
     lab.parse(argc, argv);

@@ -202,29 +202,6 @@ class Docs(unittest.TestCase):
             return sorted(line for line in lines if "calibration_model_path" not in line)
         self.assertEqual(entries(block.text), entries((self.inputs.store / "run/config.yaml").read_text()))
 
-    def test_slurm_array(self):
-        """A task reconstructs its line of the list, leaves a finished run alone, and does a stopped one again."""
-        folder = self.folder / "slurm"
-        folder.mkdir()
-        (folder / "logs.txt").write_text(f"none\n{self.inputs.store}/scan/gelsight.avi\n{self.inputs.store}/log.mkv\n")
-
-        def task(number, expected):
-            done = run(ROOT / "scripts/slurm_array.sh", "logs.txt", "runs", "--model", self.inputs.files["nnmodel.pth"],
-                       cwd=folder, env={**self.environment, "SLURM_ARRAY_TASK_ID": str(number)})
-            self.assertEqual(done.returncode, expected, done.stderr)
-            return done.stderr
-        task(1, 2)
-        task(2, 0)
-        task(3, 0)
-        report = folder / "runs/scan/report.json"
-        made = report.read_bytes()
-        self.assertEqual(sorted(run.name for run in (folder / "runs").iterdir()), [self.inputs.store.name, "scan"])
-        self.assertIn("is finished", task(2, 0))
-        self.assertEqual(report.read_bytes(), made)
-        report.write_bytes(made.replace(b'"partial": false', b'"partial": true'))
-        task(2, 0)
-        self.assertIn(b'"partial": false', report.read_bytes())
-
     def test_the_summary_in_getting_started(self):
         """The words of the example are those of the program."""
         line = re.search(r"^    (\d+ of \d+ frames tracked.*)\n    (mesh of .*)$",

@@ -137,16 +137,6 @@ TEST(Simulator, AllOverTurnsMoreThanOnceAndComesBack) {
   EXPECT_GT(turned, 2 * std::numbers::pi * 400 / 360);
 }
 
-TEST(Simulator, GoesBackTheWayItCame) {
-  ScanSpec spec = scan("coin", "tour", 100);
-  spec.motion.turn_after = 40;
-  const Simulator simulator(spec);
-  const auto pose = [&](int k) { return simulator.frame(10 + k).sensor_T_object; };
-  EXPECT_TRUE(pose(70).isApprox(pose(10), 1e-9));
-  EXPECT_TRUE(pose(93).isApprox(pose(13), 1e-9));
-  EXPECT_FALSE(pose(30).isApprox(pose(10), 1e-3));
-}
-
 TEST(Simulator, EveryObjectIsTouchedWell) {
   for (const CatalogEntry& object : shape_catalog()) {
     const SimulatedFrame frame = Simulator(scan(object.name, "wobble", 10)).frame(19);

@@ -92,39 +92,12 @@ void solve_one_more_keyframe(benchmark::State& state) {
   state.counters["iterations"] = iterations;
 }
 
-constexpr int kJudgements = 200;
-
-/// Edges come one after the other, the last ones of the scan here.
-void judge_one_more_edge(benchmark::State& state) {
-  Scan scan = make_scan(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)), 1);
-  std::stable_sort(scan.edges.begin(), scan.edges.end(),
-                   [](const PoseGraphEdge& a, const PoseGraphEdge& b) { return a.to < b.to; });
-  std::vector<PoseGraphEdge> edges(scan.edges.begin(), scan.edges.end() - kJudgements);
-  GrowingConsistency growing;
-  growing.judge(edges, 0.1);
-  for (auto _ : state) {
-    edges.push_back(scan.edges[edges.size()]);
-    if (state.range(2) == 0) growing.forget();
-    std::size_t judged = growing.judge(edges, 0.1).size();
-    benchmark::DoNotOptimize(judged);
-  }
-}
-
 BENCHMARK(solve_from_scratch)
     ->Name("backend/solve_from_scratch")
     ->ArgNames({"nodes", "loops", "gain"})
     ->Args({700, 2500, 0})
     ->Args({5000, 7000, 0})
     ->Args({5000, 7000, 1})
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK(judge_one_more_edge)
-    ->Name("backend/judge_one_more_edge")
-    ->ArgNames({"nodes", "loops", "growing"})
-    ->Args({700, 2500, 0})
-    ->Args({700, 2500, 1})
-    ->Args({2000, 7000, 0})
-    ->Args({2000, 7000, 1})
-    ->Iterations(kJudgements)
     ->Unit(benchmark::kMillisecond);
 BENCHMARK(solve_one_more_keyframe)
     ->Name("backend/solve_one_more_keyframe")

@@ -9,7 +9,6 @@
 #include <opencv2/core.hpp>
 #include <random>
 
-#include "heights/contact_mask.hpp"
 #include "heights/poisson.hpp"
 #include "photometry/blocks.hpp"
 #include "photometry/light.hpp"
@@ -47,29 +46,6 @@ cv::Mat3b press() {
     }
   }
   return image;
-}
-
-cv::Mat3f blocks_of(const cv::Mat3b& image) {
-  cv::Mat3f means;
-  BlockAverager().average(image, means);
-  return means;
-}
-
-void change_mask(benchmark::State& state) {
-  const cv::Mat3f background_blocks = blocks_of(background());
-  const cv::Mat3b image = press();
-  BlockAverager averager;
-  LightTracker light(background_blocks);
-  ChangeDetector detector;
-  cv::Mat3f blocks;
-  cv::Mat1b changed;
-  for (auto _ : state) {
-    averager.average(image, blocks);
-    to_background_light(light.update(blocks, cv::Mat1b()), blocks);
-    cv::subtract(blocks, background_blocks, blocks);
-    detector.detect(blocks, changed);
-    benchmark::DoNotOptimize(changed.data);
-  }
 }
 
 void gradient(benchmark::State& state) {
@@ -140,27 +116,12 @@ void network_everywhere(benchmark::State& state) {
   state.counters["slope_max"] = largest;
 }
 
-/// 64 samples and their derivatives, as a processor of this level does it (instruction_level()).
-void network_tile(benchmark::State& state) {
-  const auto level = static_cast<int>(state.range(0));
-  if (level > instruction_level()) return state.SkipWithError("this processor lacks the instructions");
-  const FrozenNetwork network(random_model(), level);
-  NetworkTile tile;
-  NetworkJacobian jacobian;
-  for (auto _ : state) {
-    network.forward(tile);
-    network.jacobian(tile, jacobian);
-    benchmark::DoNotOptimize(jacobian.of_output.data());
-  }
-}
-
 void poisson(benchmark::State& state) {
   PoissonSolver solver(cv::Size(kWidthPx, kHeightPx));
   const cv::Mat1f gx(kHeightPx, kWidthPx, 0.1F), gy(kHeightPx, kWidthPx, -0.1F);
   for (auto _ : state) benchmark::DoNotOptimize(solver.pixels(solver.solve(gx, gy)).data);
 }
 
-BENCHMARK(change_mask)->Name("surface/change_mask")->Unit(benchmark::kMillisecond);
 BENCHMARK(gradient)
     ->Name("surface/gradient")
     ->ArgName("percent_of_pixels")
@@ -174,13 +135,6 @@ BENCHMARK(network_everywhere)
     ->Arg(0)
     ->Arg(1)
     ->Unit(benchmark::kMillisecond);
-BENCHMARK(network_tile)
-    ->Name("surface/network_tile")
-    ->ArgName("level")
-    ->Arg(1)
-    ->Arg(3)
-    ->Arg(4)
-    ->Unit(benchmark::kMicrosecond);
 BENCHMARK(poisson)->Name("surface/poisson")->Unit(benchmark::kMillisecond);
 }  // namespace
 }  // namespace gelslam

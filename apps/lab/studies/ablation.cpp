@@ -28,9 +28,8 @@ constexpr const char* kBaseline = "everything on";
 constexpr const char* kOwnModel = "default";
 
 struct AblationArguments {
-  std::vector<fs::path> data, joined;
-  std::vector<std::string> only, set, models = {kOwnModel}, stress = {"none", "thinned", "jump"};
-  std::string label;
+  std::vector<fs::path> data;
+  std::vector<std::string> only, set, models = {kOwnModel};
   fs::path config, out;
   int threads = 1;
 };
@@ -82,19 +81,15 @@ std::vector<AblationCase> cases_of(const AblationArguments& arguments) {
   for (const Log& log : logs_in(arguments.data))
     for (const std::string& model : arguments.models) {
       const LogInput input = input_of(arguments, log, model);
-      const Config config = resolve_config(input);
-      for (const Stress& stress : stresses())
-        if (std::find(arguments.stress.begin(), arguments.stress.end(), stress.name) !=
-            arguments.stress.end())
-          cases.push_back({log.set, name_of(log.path), model, input, config, &stress});
+      cases.push_back({log.set, name_of(log.path), model, input, resolve_config(input)});
     }
   return cases;
 }
 
-/// The chain with everything on first. A label names a program that lacks something already.
+/// The chain with everything on first.
 std::vector<Variant> variants_of(const AblationArguments& arguments) {
-  std::vector<Variant> variants = {{arguments.label.empty() ? kBaseline : arguments.label, {}}};
-  const bool all = arguments.only.empty() && arguments.set.empty() && arguments.label.empty();
+  std::vector<Variant> variants = {{kBaseline, {}}};
+  const bool all = arguments.only.empty() && arguments.set.empty();
   for (const Variant& variant : mechanism_variants())
     if (all || std::find(arguments.only.begin(), arguments.only.end(), variant.name) != arguments.only.end())
       variants.push_back(variant);
@@ -107,20 +102,13 @@ std::vector<Variant> variants_of(const AblationArguments& arguments) {
   return variants;
 }
 
-Json rows_of(const fs::path& study) {
-  const fs::path file = study / "ablation.json";
-  const Json rows = Json::parse(read_file(file), nullptr, /*allow_exceptions=*/false);
-  if (!rows.is_array()) throw Error(file.string() + ": not what gelslam-lab ablation -o writes");
-  return rows;
-}
-
 /// The rows of the finished cases, in the order of the cases.
 class Results {
  public:
   Results(std::size_t cases, fs::path out) : out_(std::move(out)), progress_(cases), rows_(cases) {}
 
   void measure(std::size_t index, const AblationCase& measured, const std::vector<Variant>& variants) {
-    const std::string name = measured.set + "/" + measured.sequence + " " + measured.stress->name;
+    const std::string name = measured.set + "/" + measured.sequence;
     {
       const std::lock_guard lock(mutex_);
       progress_.begin(name);
@@ -156,18 +144,12 @@ class Results {
 };
 
 void run(const AblationArguments& arguments) {
-  if (arguments.data.empty() && arguments.joined.empty()) throw Error("give DATA, or studies to --join");
-  Json joined = Json::array();
-  for (const fs::path& study : arguments.joined)
-    for (const Json& row : rows_of(study)) joined.push_back(row);
   const std::vector<Variant> variants = variants_of(arguments);
   const std::vector<AblationCase> cases = cases_of(arguments);
   Results results(cases.size(), arguments.out);
   parallel_for(cases.size(), arguments.threads,
                [&](std::size_t i) { results.measure(i, cases[i], variants); });
-  Json rows = results.all();
-  for (const Json& row : joined) rows.push_back(row);
-  const Json ratios = ablation_ratios(rows, kBaseline), table = ablation_table(ratios);
+  const Json rows = results.all(), ratios = ablation_ratios(rows, kBaseline), table = ablation_table(ratios);
   write_study(arguments.out, "ablation_ratios", ratios);
   write_study(arguments.out, "ablation_table", table);
   print_table(ratios.empty() ? rows : table);
@@ -186,8 +168,10 @@ void add_ablation(CLI::App& lab) {
   const auto arguments = std::make_shared<AblationArguments>();
   CLI::App* command =
       add_study(lab, "ablation", "Measure every mechanism of the chain with and without it", arguments, run);
-  command->add_option("DATA", arguments->data,
-                      "Logs and data folders, or folders of them; without truth only frames are counted");
+  command
+      ->add_option("DATA", arguments->data,
+                   "Logs and data folders, or folders of them; without truth only frames are counted")
+      ->required();
   add_list(*command, "--only", arguments->only, "Only these mechanisms (default: all)")
       ->check(CLI::IsMember(mechanism_names()));
   command
@@ -196,23 +180,11 @@ void add_ablation(CLI::App& lab) {
           "Another variant: \"name: key=value, key=value\", keys of the configuration; may be repeated")
       ->allow_extra_args(false);
   command
-      ->add_option("--label", arguments->label,
-                   "Measure this program as it is, and call that so: what no option switches off")
-      ->allow_extra_args(false);
-  command
-      ->add_option("--join", arguments->joined,
-                   "Also show what another run wrote to this folder, such as one with --label")
-      ->allow_extra_args(false);
-  command
       ->add_option("--model", arguments->models,
                    "Gradient model, or \"default\" for the one that the log names; may be repeated")
       ->allow_extra_args(false)
       ->capture_default_str();
   command->add_option("--config", arguments->config, "Configuration of all logs (default: their own)");
-  add_list(*command, "--stress", arguments->stress,
-           "none: the log as it is; thinned: every third frame; jump: 0.4 s are missing in the middle")
-      ->check(CLI::IsMember({"none", "thinned", "jump"}))
-      ->capture_default_str();
   command
       ->add_option("--threads", arguments->threads,
                    "Logs at a time (0: one per core); times are comparable with 1 only")

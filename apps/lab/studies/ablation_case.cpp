@@ -26,44 +26,6 @@ using OptionalPose = std::optional<Pose>;
 
 constexpr double kWrongMm = 1.0, kWrongDeg = 5.0;
 
-/// A log of which the frames after the background are left out that `stress` does not keep.
-class StressedLog : public RawFrameSource {
- public:
-  StressedLog(std::unique_ptr<RawFrameSource> log, const Stress& stress, std::int64_t background_frames)
-      : log_(std::move(log)), stress_(stress), background_frames_(background_frames) {}
-
-  std::optional<RawFrame> next() override {
-    while (std::optional<RawFrame> frame = log_->next())
-      if (keeps(frame->index)) return frame;
-    return std::nullopt;
-  }
-  void stop() override { log_->stop(); }
-  /// Also of frames that are not read yet.
-  bool keeps(std::int64_t index) const {
-    return index < background_frames_ ||
-           stress_.keeps(index - background_frames_, frame_count().value_or(0) - background_frames_,
-                         rate_hz());
-  }
-  std::optional<std::int64_t> frame_count() const override { return log_->frame_count(); }
-  double rate_hz() const override { return log_->rate_hz(); }
-  std::string description() const override { return log_->description(); }
-  std::string warning() const override { return log_->warning(); }
-
- private:
-  std::unique_ptr<RawFrameSource> log_;
-  const Stress& stress_;
-  const std::int64_t background_frames_;
-};
-
-/// The truth about the frames that are kept.
-std::optional<GroundTruth> truth_of(const AblationCase& measured, const StressedLog& log) {
-  if (!std::filesystem::exists(truth_file(measured.input.log))) return std::nullopt;
-  GroundTruth truth = read_ground_truth(measured.input.log);
-  for (std::size_t i = 0; i < truth.start_T_currs.size(); ++i)
-    if (!log.keeps(static_cast<std::int64_t>(i) + truth.background_frames)) truth.start_T_currs[i].reset();
-  return truth;
-}
-
 /// The tracker alone, as `gelslam track` runs it: what its poses are worth the moment they are said. A frame
 /// fails silently when along an axis that it calls observable it is more than 1 mm or 5 degrees off and
 /// further than two of its own standard deviations.
@@ -200,16 +162,13 @@ void add_map_errors(Json& row, const SlamMap& map, const Config& config, const G
     row["share"] = 0.0;
     return;
   }
-  const int reference = choose_reference_index(poses, truth.start_T_currs,
-                                               static_cast<int>(map.anchor_frame) - truth.background_frames);
   const int first = choose_reference_index(poses, truth.start_T_currs, std::nullopt);
   const TrajectoryMetrics errors = evaluate_trajectory(poses, truth.start_T_currs, first, truth.fps);
   row["share"] = errors.tracked_share();
   row["error_mm"] = errors.geometric_mean_mm;
-  // The first touch is faint, and its error is that of all poses relative to it.
-  row["anchored_mm"] =
-      evaluate_trajectory(poses, truth.start_T_currs, reference, truth.fps).geometric_mean_mm;
   if (truth.mesh_path.empty() || !truth.object_T_start) return;
+  const int reference = choose_reference_index(poses, truth.start_T_currs,
+                                               static_cast<int>(map.anchor_frame) - truth.background_frames);
   for (const IndexedPose& pose : poses)
     if (pose.index == reference)
       row["mesh_mm"] = mesh_error_mm(
@@ -227,7 +186,6 @@ Json row_of(const AblationCase& measured, const Chain& chain, const std::optiona
   Json row = {{"set", measured.set},
               {"sequence", measured.sequence},
               {"model", measured.model},
-              {"stress", measured.stress->name},
               {"variant", chain.variant},
               {"frames", frames},
               {"tracked", chain.live->tracked()},
@@ -238,7 +196,6 @@ Json row_of(const AblationCase& measured, const Chain& chain, const std::optiona
               {"keyframes", map.keyframes.size()},
               {"loops", map.loops},
               {"error_mm", nullptr},
-              {"anchored_mm", nullptr},
               {"mesh_mm", nullptr},
               {"silent", nullptr},
               {"error_over_sigma", nullptr}};
@@ -264,13 +221,11 @@ class Group {
   /// Rows by variant.
   std::map<std::string, Json> measure(const AblationCase& measured) {
     const Config& config = chains_.front()->config;
-    const auto log =
-        std::make_shared<StressedLog>(open_raw_log(measured.input.log, config.sensor), *measured.stress,
-                                      measured.input.background.empty() ? config.background_frames : 0);
-    const std::optional<GroundTruth> truth = truth_of(measured, *log);
+    std::optional<GroundTruth> truth;
+    if (std::filesystem::exists(truth_file(measured.input.log)))
+      truth = read_ground_truth(measured.input.log);
     StageTimer timer;
-    SurfaceStream stream(decode_frames(log, measured.input.log.string(), config.sensor), measured.input,
-                         config, timer, {});
+    SurfaceStream stream(measured.input, config, timer);
     int frames = 0;
     while (const std::optional<SurfaceStream::Item> item = stream.next()) {
       frames += item->surface ? 1 : 0;
@@ -302,17 +257,6 @@ class Group {
 };
 
 }  // namespace
-
-const std::vector<Stress>& stresses() {
-  constexpr double kJumpS = 0.4;
-  static const std::vector<Stress> all = {
-      {"none", [](std::int64_t, std::int64_t, double) { return true; }},
-      {"thinned", [](std::int64_t frame, std::int64_t, double) { return frame % 3 == 0; }},
-      {"jump", [](std::int64_t frame, std::int64_t frames, double rate_hz) {
-         return frame < frames / 2 || frame >= frames / 2 + std::lround(kJumpS * rate_hz);
-       }}};
-  return all;
-}
 
 Json measure_case(const AblationCase& measured, const std::vector<Variant>& variants) {
   std::map<std::string, std::vector<std::pair<std::string, Config>>> by_surfaces;

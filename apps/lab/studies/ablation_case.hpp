@@ -11,22 +11,11 @@
 
 namespace gelslam::lab {
 
-/// What is left out of a log, so that the chain has to cope.
-struct Stress {
-  const char* name;
-  /// Whether a frame stays; they are counted after the background.
-  bool (*keeps)(std::int64_t frame, std::int64_t frames, double rate_hz);
-};
-
-/// none; thinned: every third frame; jump: 0.4 s are missing in the middle.
-const std::vector<Stress>& stresses();
-
 /// A log that every variant is measured on.
 struct AblationCase {
   std::string set, sequence, model;  ///< as the tables name them
   LogInput input;
   Config config;  ///< of resolve_config(input)
-  const Stress* stress = nullptr;
 };
 
 /// One row per variant, with the same keys. Surfaces are computed once for all variants that do not change

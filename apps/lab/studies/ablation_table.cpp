@@ -11,7 +11,7 @@ namespace {
 
 using Key = std::vector<std::string>;
 
-Key key_of(const Json& row) { return {row["set"], row["sequence"], row["model"], row["stress"]}; }
+Key key_of(const Json& row) { return {row["set"], row["sequence"], row["model"]}; }
 
 /// Null where one of both is missing.
 Json ratio(const Json& without, const Json& with) {
@@ -22,12 +22,11 @@ Json ratio(const Json& without, const Json& with) {
 }
 
 Json compared(const Json& with, const Json& without) {
-  const std::string stress = with["stress"];
   Json row = {{"without", without["variant"]},
-              {"set", with["set"].get<std::string>() + (stress == "none" ? "" : ", " + stress)},
+              {"set", with["set"]},
               {"model", with["model"]},
               {"sequence", with["sequence"]}};
-  for (const char* quantity : {"error", "anchored", "mesh"})
+  for (const char* quantity : {"error", "mesh"})
     row[quantity] = ratio(without[std::string(quantity) + "_mm"], with[std::string(quantity) + "_mm"]);
   for (const char* time : {"frame", "finish"})
     row[std::string(time) + "_time"] =
@@ -91,7 +90,6 @@ Json summary(const Key& key, const std::vector<const Json*>& rows) {
           {"model", key[2]},
           {"logs", rows.size()},
           {"error", errors.geometric_mean()},
-          {"anchored", Ratios(rows, "anchored").geometric_mean()},
           {"worst", errors.worst()},
           {"best", errors.best()},
           {"share_with", mean(rows, "share_with")},

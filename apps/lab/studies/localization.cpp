@@ -4,7 +4,6 @@
 #include <cmath>
 #include <ctime>
 #include <iostream>
-#include <numeric>
 #include <optional>
 #include <random>
 #include <string>
@@ -19,7 +18,6 @@
 #include "gelslam/surface/surface_estimator.hpp"
 #include "simulated_frames.hpp"
 #include "study.hpp"
-#include "symmetric_meshes.hpp"
 #include "touch_studio.hpp"
 
 namespace gelslam::lab {
@@ -28,13 +26,13 @@ namespace {
 constexpr double kWrongPlaceMm = 1.0, kWrongPlaceDeg = 5.0;
 constexpr float kMapMeshSpacingMm = 0.1F, kCoarseSpacingMm = 0.5F;
 constexpr double kFrameS = 0.04;
+constexpr int kMapFrames = 300;
 constexpr int kRollFrames = 24, kRollStride = 2;  // from one touch on: about two more that show other places
 
 struct LocalizationArguments {
-  std::vector<std::string> objects = {"pebble", "peanut", "pebble:2", "peanut:2", "coin", "plank",
-                                      "golf",   "knurl",  "sphere",   "brick",    "nut"};
-  int trials = 100, map_frames = 300, tracked_frames = 200;
-  bool mesh_only = false;
+  std::vector<std::string> objects = {"pebble", "peanut", "pebble:2", "peanut:2", "coin",
+                                      "plank",  "golf",   "knurl",    "sphere"};
+  int trials = 100;
   std::filesystem::path out;
 };
 
@@ -44,26 +42,18 @@ struct Object {
 };
 
 Object make_object(const std::string& name) {
-  Mesh mesh;
   const std::size_t colon = name.find(':');
-  const std::string shape = name.substr(0, colon);
-  if (shape == "brick") {
-    mesh = half_turn_plate();
-  } else if (shape == "nut") {
-    mesh = six_fold_rod();
-  } else {
-    ShapeSpec spec;
-    spec.name = shape;
-    if (colon != std::string::npos) spec.seed = std::stoul(name.substr(colon + 1));
-    mesh = make_shape(spec)->mesh(kMapMeshSpacingMm);
-  }
+  ShapeSpec spec;
+  spec.name = name.substr(0, colon);
+  if (colon != std::string::npos) spec.seed = std::stoul(name.substr(colon + 1));
+  const Mesh mesh = make_shape(spec)->mesh(kMapMeshSpacingMm);
   const ShapePtr made = make_mesh_shape(mesh);
   return {mesh, made->mesh(kCoarseSpacingMm), made};
 }
 
-std::vector<Pose> motion(const Object& object, const std::string& name, int frames, std::uint64_t seed) {
+std::vector<Pose> motion(const Object& object, int frames, std::uint64_t seed) {
   MotionSpec spec;
-  spec.name = name;
+  spec.name = "allover";
   spec.frames = frames;
   spec.seed = seed;
   return make_motion(spec, *object.shape, object.coarse, {});
@@ -98,8 +88,8 @@ struct StudyMap {
   Pose map_T_object = Pose::Identity();
 };
 
-StudyMap map_of_run(const Object& object, Sensor& sensor, int frames) {
-  const std::vector<Pose> poses = motion(object, "allover", frames, 1);
+StudyMap map_of_run(const Object& object, Sensor& sensor) {
+  const std::vector<Pose> poses = motion(object, kMapFrames, 1);
   GelSlam slam(SlamOptions{});
   StageTimer timer;
   sensor.restart();
@@ -204,34 +194,11 @@ void judge(const Trial& trial, const StudyMap& map, Score& score) {
   }
 }
 
-/// Mean error in the first and in the last fifth of a motion that is tracked in the map, mm.
-std::pair<double, double> track(const Object& object, const StudyMap& map, Sensor& sensor, int frames,
-                                Score& score) {
-  const std::vector<Pose> poses = motion(object, "wobble", frames, 3);
-  Localizer localizer(map.map, {});
-  std::vector<double> errors_mm;
-  sensor.restart();
-  for (std::size_t k = 0; k < poses.size(); ++k) {
-    const LocalizedFrame found = localizer.process(
-        static_cast<std::int64_t>(k), kFrameS * static_cast<double>(k), sensor.read(*object.shape, poses[k]));
-    score.add_sure(found, map.map_T_object * poses[k].inverse());
-    if (found.status == PlaceStatus::localized) errors_mm.push_back(score.mm.back());
-  }
-  const auto fifth = static_cast<std::ptrdiff_t>(errors_mm.size() / 5);
-  if (fifth == 0) return {NAN, NAN};
-  const auto mean = [&](auto begin) {
-    return std::accumulate(begin, begin + fifth, 0.0) / static_cast<double>(fifth);
-  };
-  return {mean(errors_mm.begin()), mean(errors_mm.end() - fifth)};
-}
-
-Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 Json middle(std::vector<double> values) {
   return values.empty() ? Json(nullptr) : Json(median(std::move(values)));
 }
 
-Json row_of(const std::string& name, const StudyMap& map, const Score& score,
-            std::pair<double, double> drift_mm) {
+Json row_of(const std::string& name, const StudyMap& map, const Score& score) {
   const auto percent = [&](int count) {
     return score.trials > 0 ? Json(100.0 * count / score.trials) : Json(nullptr);
   };
@@ -249,8 +216,6 @@ Json row_of(const std::string& name, const StudyMap& map, const Score& score,
   row["median mm"] = middle(score.mm);
   row["median deg"] = middle(score.deg);
   row["first touch ms"] = middle(score.first_ms);
-  row["tracked begin mm"] = number(drift_mm.first);
-  row["tracked end mm"] = number(drift_mm.second);
   return row;
 }
 
@@ -261,19 +226,16 @@ void run(const LocalizationArguments& arguments) {
   for (const std::string& name : arguments.objects) {
     cases.begin(name);
     const Object object = make_object(name);
-    std::vector<StudyMap> maps = {map_of_mesh(object)};
-    if (!arguments.mesh_only) maps.push_back(map_of_run(object, sensor, arguments.map_frames));
+    const std::vector<StudyMap> maps = {map_of_mesh(object), map_of_run(object, sensor)};
     std::vector<Score> scores(maps.size());
-    const std::vector<Pose> poses = motion(object, "allover", 1000, 2);
+    const std::vector<Pose> poses = motion(object, 1000, 2);
     std::mt19937_64 random(7);
     for (int k = 0; k < arguments.trials; ++k) {
       const Trial trial = make_trial(object, poses, sensor, random);
       for (std::size_t m = 0; m < maps.size(); ++m) judge(trial, maps[m], scores[m]);
     }
     for (std::size_t m = 0; m < maps.size(); ++m) {
-      const std::pair<double, double> drift_mm =
-          track(object, maps[m], sensor, arguments.tracked_frames, scores[m]);
-      rows.push_back(row_of(name, maps[m], scores[m], drift_mm));
+      rows.push_back(row_of(name, maps[m], scores[m]));
       std::cerr << rows.back().dump() << "\n";
     }
     write_study(arguments.out, "localize", rows);
@@ -290,16 +252,10 @@ void add_localize(CLI::App& lab) {
       "Find touches of known objects in maps of runs and of meshes; count what is certain but wrong",
       arguments, run);
   add_list(*command, "--objects", arguments->objects,
-           "Objects (see gelslam simulate --list), NAME:SEED, brick, nut");
+           "Objects (see gelslam simulate --list), NAME or NAME:SEED");
   command->add_option("--trials", arguments->trials, "Touches per object")->capture_default_str();
-  command->add_option("--map-frames", arguments->map_frames, "Length of the scan for the map of a run")
-      ->capture_default_str();
-  command
-      ->add_option("--tracked-frames", arguments->tracked_frames, "Length of the motion tracked in each map")
-      ->capture_default_str();
-  command->add_flag("--mesh-only", arguments->mesh_only, "Without maps of runs");
   command->add_option("-o,--output", arguments->out, "Folder for localize.csv and localize.json");
-  command->footer("Example: gelslam-lab localize --objects coin,brick --trials 20");
+  command->footer("Example: gelslam-lab localize --objects coin,peanut --trials 20");
 }
 
 }  // namespace gelslam::lab

@@ -29,16 +29,12 @@
 namespace gelslam::lab {
 namespace {
 
-struct LongScanArguments {
-  LongScanArguments() {
-    scan.object.size = 3.3;
-    scan.motion.name = "tour";
-    scan.motion.frames = 5000;
-  }
+constexpr double kSize = 3.3;  // of the pebble, whose own is 21 mm
+constexpr int kReports = 20;   // rows of the table
 
-  ScanSpec scan;
-  std::filesystem::path model, out;
-  int reports = 20, ahead = 0;
+struct LongScanArguments {
+  int frames = 5000;
+  std::filesystem::path out;
 };
 
 double wall_s() {
@@ -54,9 +50,7 @@ double peak_memory_mb() {
 /// The frames of a simulation in order; a few are drawn ahead on other threads.
 class Pictures {
  public:
-  Pictures(const Simulator& simulator, int ahead)
-      : simulator_(simulator),
-        ahead_(ahead > 0 ? static_cast<std::size_t>(ahead) : std::thread::hardware_concurrency()) {}
+  explicit Pictures(const Simulator& simulator) : simulator_(simulator) {}
 
   std::optional<SimulatedFrame> next() {
     while (drawn_.size() < ahead_ && next_ < simulator_.frame_count())
@@ -69,7 +63,7 @@ class Pictures {
 
  private:
   const Simulator& simulator_;
-  const std::size_t ahead_;
+  const std::size_t ahead_ = std::thread::hardware_concurrency();
   int next_ = 0;
   std::deque<std::future<SimulatedFrame>> drawn_;
 };
@@ -113,16 +107,15 @@ bool is_wrong(const TrackedFrame& tracked, const std::vector<std::optional<Pose>
 }
 
 /// Feeds all frames to `slam`, and notes the truth and the costs.
-Scan run_scan(const Simulator& simulator, const GradientModel& model, const LongScanArguments& arguments,
-              GelSlam& slam) {
-  SurfaceEstimator estimator(model, simulator.frame(0).bgr, {});
-  Pictures pictures(simulator, arguments.ahead);
+Scan run_scan(const Simulator& simulator, const std::filesystem::path& out, GelSlam& slam) {
+  SurfaceEstimator estimator(flat_sensor_model(), simulator.frame(0).bgr, {});
+  Pictures pictures(simulator);
   StageTimer timer;
   Scan scan;
   Stretch stretch;
   const std::unique_ptr<ProgressSink> progress = make_progress(false);
   progress->begin("scanning", simulator.frame_count());
-  const int per_row = std::max(1, simulator.frame_count() / arguments.reports);
+  const int per_row = std::max(1, simulator.frame_count() / kReports);
   while (std::optional<SimulatedFrame> frame = pictures.next()) {
     scan.truth.push_back(frame->start_T_sensor);
     if (frame->index < simulator.spec().background_frames) {
@@ -143,7 +136,7 @@ Scan run_scan(const Simulator& simulator, const GradientModel& model, const Long
     scan.trials = std::max(scan.trials, tracked.trial + 1);
     if (++stretch.frames == per_row || frame->index + 1 == simulator.frame_count()) {
       scan.rows.push_back(stretch.row(frame->index + 1, scan.keyframes, scan.trials, scan.memory_before_mb));
-      write_study(arguments.out, "long_scan", scan.rows);
+      write_study(out, "long_scan", scan.rows);
       stretch = {};
     }
     progress->update(frame->index + 1);
@@ -161,20 +154,12 @@ std::vector<IndexedPose> estimated_poses(const SlamMap& map) {
   return poses;
 }
 
-/// The reconstruction's distance to the object: at the pose of the anchor, and where it fits best.
+/// The reconstruction's distance to the object, at the pose of the anchor.
 Json mesh_errors(const Mesh& mesh, const Simulator& simulator, const Pose& object_T_map) {
   if (mesh.triangles.empty()) return {{"mesh_mm", nullptr}};
-  const TriangleScene truth(simulator.surface());
-  const Mesh placed = transformed(mesh, object_T_map);
-  const TriangleScene estimate(placed);
-  const Refinement refined = refine_rigidly(estimate, truth);
-  const MeshMetrics best =
-      evaluate_mesh(TriangleScene(transformed(placed, refined.truth_T_estimate)), truth, {});
-  const MeshMetrics at_pose = evaluate_mesh(estimate, truth, {});
-  return {{"mesh_mm", at_pose.accuracy.mean_mm},
-          {"mesh_p90_mm", at_pose.accuracy.p90_mm},
-          {"mesh_fitted_mm", best.accuracy.mean_mm},
-          {"triangles", mesh.triangles.size()}};
+  const MeshMetrics metrics =
+      evaluate_mesh(TriangleScene(transformed(mesh, object_T_map)), TriangleScene(simulator.surface()), {});
+  return {{"mesh_mm", metrics.accuracy.mean_mm}, {"triangles", mesh.triangles.size()}};
 }
 
 Json summary(const Simulator& simulator, const Scan& scan, const SlamOptions& options, const GelSlam& slam) {
@@ -210,29 +195,30 @@ Json summary(const Simulator& simulator, const Scan& scan, const SlamOptions& op
   return result;
 }
 
-/// The object as a mesh file, which is the truth from then on: a shape of formulas takes ten times as long to
-/// draw as a picture takes to be tracked.
-ScanSpec with_meshed_object(ScanSpec scan, const std::filesystem::path& folder) {
+/// The object becomes a mesh file, which is the truth from then on: a shape of formulas takes ten times as
+/// long to draw as a picture takes to be tracked.
+ScanSpec spec_of(const LongScanArguments& arguments) {
   constexpr float kSpacingMm = 0.25F;  // four pixels
-  write_study(folder, "long_scan", Json::array());
-  write_mesh(folder / "object.ply", make_shape(scan.object)->mesh(kSpacingMm), LengthUnit::meter);
-  scan.object = {};
-  scan.object.name = (folder / "object.ply").string();
+  ShapeSpec object;
+  object.size = kSize;
+  write_study(arguments.out, "long_scan", Json::array());
+  write_mesh(arguments.out / "object.ply", make_shape(object)->mesh(kSpacingMm), LengthUnit::meter);
+  ScanSpec scan;
+  scan.object.name = (arguments.out / "object.ply").string();
+  scan.motion.name = "tour";
+  scan.motion.frames = arguments.frames;
   return scan;
 }
 
 void run(const LongScanArguments& arguments) {
-  const double start = wall_s();
-  const GradientModel model = arguments.model.empty() ? flat_sensor_model() : read_model(arguments.model);
-  const Simulator simulator(with_meshed_object(arguments.scan, arguments.out));
+  const Simulator simulator(spec_of(arguments));
   const SlamOptions options;
   GelSlam slam(options);
   const double ready = wall_s();
-  const Scan scan = run_scan(simulator, model, arguments, slam);
+  const Scan scan = run_scan(simulator, arguments.out, slam);
   const double scanned = wall_s();
   print_table(scan.rows);
   Json row = summary(simulator, scan, options, slam);
-  row["preparing_s"] = ready - start;
   row["scanning_s"] = scanned - ready;
   for (const auto& [key, value] : row.items()) std::cout << key << " " << value.dump() << "\n";
   write_study(arguments.out, "long_scan_summary", Json::array({row}));
@@ -244,29 +230,8 @@ void add_long_scan(CLI::App& lab) {
   const auto arguments = std::make_shared<LongScanArguments>();
   CLI::App* command =
       add_study(lab, "long-scan", "Simulate a long scan: keyframes, time, memory and errors", arguments, run);
-  ScanSpec& scan = arguments->scan;
-  command->add_option("--frames", scan.motion.frames, "Frames, 25 a second")
+  command->add_option("--frames", arguments->frames, "Frames, 25 a second")
       ->check(CLI::Range(100, 200'000))
-      ->capture_default_str();
-  command
-      ->add_option("--to-and-fro", scan.motion.turn_after,
-                   "Go back after this many frames, and so on (0: over all of the object)")
-      ->check(CLI::Range(0, 200'000))
-      ->capture_default_str();
-  command->add_option("--object", scan.object.name, "Simulated object (gelslam simulate --list)")
-      ->capture_default_str();
-  command->add_option("--size", scan.object.size, "Factor on its size (the pebble has 21 mm)")
-      ->check(CLI::Range(0.1, 10.0))
-      ->capture_default_str();
-  command->add_option("--motion", scan.motion.name, "How it is moved")->capture_default_str();
-  command->add_option("--seed", scan.motion.seed, "Of the hand's unsteadiness")->capture_default_str();
-  command->add_option("--model", arguments->model,
-                      "Gradient model of the simulated sensor (default: the one that is known)");
-  command->add_option("--reports", arguments->reports, "Rows of the table")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
-  command->add_option("--ahead", arguments->ahead, "Pictures drawn ahead, one thread each (0: one per core)")
-      ->check(CLI::Range(0, 64))
       ->capture_default_str();
   command->add_option("-o,--output", arguments->out, "Folder for the tables and the object")->required();
   command->footer("Example: gelslam-lab long-scan --frames 5000 -o STUDY && scripts/plot_long_scan.py STUDY");

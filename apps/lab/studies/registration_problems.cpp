@@ -1,12 +1,10 @@
 #include "registration_problems.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 #include <map>
 #include <opencv2/imgproc.hpp>
 #include <set>
 
-#include "gelslam/core/error.hpp"
 #include "gelslam/evaluation/run_and_truth.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/slam/surface_stream.hpp"
@@ -44,8 +42,7 @@ cv::Mat3b resized(const cv::Mat3b& picture, cv::Size size) {
 /// Surfaces of the frames at the given indices of the truth; all frames are looked at, as light is followed
 /// from one to the next.
 std::map<int, SurfacePtr> surfaces_of(const std::filesystem::path& folder, cv::Size size,
-                                      const GroundTruth& truth, const std::set<int>& wanted,
-                                      std::vector<double>& times_ms) {
+                                      const GroundTruth& truth, const std::set<int>& wanted) {
   const Config config = resolve_config({folder, {}, {}, {}, false});
   const auto source = open_frame_source(folder, config.sensor);
   std::vector<cv::Mat3b> background;
@@ -64,34 +61,13 @@ std::map<int, SurfacePtr> surfaces_of(const std::filesystem::path& folder, cv::S
       options.pixel_pitch_mm = config.sensor.pixel_pitch_mm * config.sensor.width_px / size.width;
       estimator.emplace(read_model(config.sensor.calibration_model_path), mean_image(background), options);
     }
-    const double start_ms = thread_cpu_ms();
     SurfacePtr surface = estimator->estimate(picture);
-    if (!wanted.contains(index)) continue;
-    times_ms.push_back(thread_cpu_ms() - start_ms);
-    surfaces[index] = std::move(surface);
+    if (wanted.contains(index)) surfaces[index] = std::move(surface);
   }
   return surfaces;
 }
 
 }  // namespace
-
-std::vector<std::filesystem::path> sequence_folders(const std::vector<std::string>& prefixes) {
-  namespace fs = std::filesystem;
-  const char* data = std::getenv("GELSLAM_DATA");
-  const fs::path sequences = fs::path(data == nullptr ? "../shared/data" : data) / "sequences";
-  if (!fs::is_directory(sequences))
-    throw Error("there is no " + sequences.string() + ": name data folders, or set GELSLAM_DATA");
-  std::vector<fs::path> folders;
-  for (const auto& entry : fs::directory_iterator(sequences)) {
-    const std::string name = entry.path().filename().string();
-    if (entry.is_directory() && std::any_of(prefixes.begin(), prefixes.end(), [&](const std::string& prefix) {
-          return name.starts_with(prefix);
-        }))
-      folders.push_back(entry.path());
-  }
-  std::sort(folders.begin(), folders.end());
-  return folders;
-}
 
 ProblemSet load_problems(const std::filesystem::path& folder, cv::Size size, const ProblemChoice& choice) {
   const GroundTruth truth = read_ground_truth(folder);
@@ -99,7 +75,7 @@ ProblemSet load_problems(const std::filesystem::path& folder, cv::Size size, con
   std::set<int> wanted;
   for (const Pair& pair : pairs) wanted.insert({pair.reference, pair.target});
   ProblemSet set;
-  const std::map<int, SurfacePtr> surfaces = surfaces_of(folder, size, truth, wanted, set.surface_ms);
+  const std::map<int, SurfacePtr> surfaces = surfaces_of(folder, size, truth, wanted);
   const auto pose = [&](int index) { return *truth.start_T_currs[static_cast<std::size_t>(index)]; };
   int reference = -1;
   for (const Pair& pair : pairs) {

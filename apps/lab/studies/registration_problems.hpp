@@ -35,13 +35,9 @@ struct RegistrationProblem {
 struct ProblemSet {
   std::vector<SurfacePtr> references;
   std::vector<RegistrationProblem> problems;
-  std::vector<double> surface_ms;  ///< processor time of picture to surface, per frame used
 };
 
 /// Pictures are resized to `size` before anything looks at them, background included. Throws Error.
 ProblemSet load_problems(const std::filesystem::path& folder, cv::Size size, const ProblemChoice& choice);
-
-/// The folders under GELSLAM_DATA/sequences whose names start with one of `prefixes`, sorted. Throws Error.
-std::vector<std::filesystem::path> sequence_folders(const std::vector<std::string>& prefixes);
 
 }  // namespace gelslam::lab

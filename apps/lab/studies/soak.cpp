@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <condition_variable>
-#include <iomanip>
 #include <iostream>
 #include <memory>
 #include <mutex>
@@ -29,10 +28,10 @@ using Jpeg = std::vector<std::uint8_t>;
 struct SoakArguments {
   std::string log, model, run_folder;
   double minutes = 10, rate_hz = 25;
-  int frames = 120;
-  double noise_levels = 2.0;
-  bool json = false;
 };
+
+constexpr int kSoakFrames = 120;            // of the log, after the background
+constexpr double kCameraNoiseLevels = 2.0;  // of the camera
 
 /// The inverse of the crop that a camera picture goes through: its middle 5/7, with a border that nobody
 /// looks at.
@@ -46,9 +45,9 @@ cv::Mat3b enlarged(const cv::Mat3b& picture, const SensorProfile& profile) {
 }
 
 /// A camera's picture is noisy, and noise is what a JPEG's decoding time depends on.
-Jpeg compressed(cv::Mat3b picture, double noise_levels, cv::RNG& random) {
+Jpeg compressed(const cv::Mat3b& picture, cv::RNG& random) {
   cv::Mat noise(picture.size(), CV_16SC3);
-  random.fill(noise, cv::RNG::NORMAL, 0, noise_levels);
+  random.fill(noise, cv::RNG::NORMAL, 0, kCameraNoiseLevels);
   cv::Mat sum;
   cv::add(picture, noise, sum, cv::noArray(), CV_8UC3);
   const std::unique_ptr<void, int (*)(tjhandle)> compressor(tjInitCompress(), tjDestroy);
@@ -67,11 +66,11 @@ std::vector<Jpeg> camera_pictures(const SoakArguments& arguments, const Config& 
   FrameDecoder decoder(config.sensor);
   cv::RNG random(7);
   std::vector<Jpeg> pictures;
-  while (static_cast<int>(pictures.size()) < arguments.frames + config.background_frames) {
+  while (static_cast<int>(pictures.size()) < kSoakFrames + config.background_frames) {
     const std::optional<RawFrame> frame = log->next();
     if (!frame) break;
     if (const std::optional<TactileImage> image = decoder.decode(*frame))
-      pictures.push_back(compressed(enlarged(image->bgr, config.sensor), arguments.noise_levels, random));
+      pictures.push_back(compressed(enlarged(image->bgr, config.sensor), random));
   }
   if (static_cast<int>(pictures.size()) < config.background_frames + 2)
     throw Error(arguments.log + ": too few frames");
@@ -130,62 +129,40 @@ class EndlessCamera : public RawFrameSource {
   bool stopped_ = false;
 };
 
-struct Sample {
-  double minute = 0;
-  LiveStatus status;
-};
-
-void print_header() {
-  std::cout << "minute   rate Hz   latency ms   dropped   keyframes   loops   components   memory MB\n";
+/// What the scan's state is now, in a row of the table.
+Json row_of(double minute, const LiveStatus& s) {
+  return {{"minute", minute},     {"rate_hz", s.rate_hz},       {"latency_ms", s.latency_ms},
+          {"dropped", s.dropped}, {"frames", s.frames},         {"keyframes", s.keyframes},
+          {"loops", s.loops},     {"components", s.components}, {"memory_mb", s.memory_mb}};
 }
 
-void print(const Sample& sample) {
-  const LiveStatus& s = sample.status;
-  std::cout << std::fixed << std::setprecision(1) << std::setw(6) << sample.minute << std::setw(10)
-            << s.rate_hz << std::setw(13) << s.latency_ms << std::setw(10) << s.dropped << std::setw(12)
-            << s.keyframes << std::setw(8) << s.loops << std::setw(9) << s.components << std::setw(12)
-            << s.memory_mb << std::endl;
-}
-
-/// Samples while the scan runs, six a minute.
-std::vector<Sample> watch(LiveSlam& session, const SoakArguments& arguments) {
+/// Rows while the scan runs, six a minute.
+Json watch(LiveSlam& session, double for_minutes) {
   const Clock::time_point start = Clock::now();
   const auto minutes = [&] { return std::chrono::duration<double>(Clock::now() - start).count() / 60; };
-  std::vector<Sample> samples;
-  if (!arguments.json) print_header();
-  for (double next = 1.0 / 6; minutes() < arguments.minutes; next += 1.0 / 6) {
+  Json rows = Json::array();
+  for (double next = 1.0 / 6; minutes() < for_minutes; next += 1.0 / 6) {
     std::this_thread::sleep_until(
         start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(60 * next)));
     session.take_mesh_changes();  // as a window does
-    samples.push_back({minutes(), session.status()});
-    if (!arguments.json) print(samples.back());
+    rows.push_back(row_of(minutes(), session.status()));
+    std::cerr << rows.back().dump() << "\n";
   }
-  return samples;
+  return rows;
 }
 
-Json account(const std::vector<Sample>& samples, const std::vector<StageStatistics>& stages) {
-  Json json;
-  const std::size_t third = std::max<std::size_t>(1, samples.size() / 3);
-  const auto mean = [&](std::size_t from, std::size_t to, const auto& value) {
-    double sum = 0;
-    for (std::size_t i = from; i < to; ++i) sum += value(samples[i].status);
-    return sum / static_cast<double>(to - from);
+/// First against last third.
+Json account(const Json& rows, const std::vector<StageStatistics>& stages) {
+  const std::size_t third = std::max<std::size_t>(1, rows.size() / 3);
+  const auto thirds = [&](const char* column) -> Json {
+    double first = 0, last = 0;
+    for (std::size_t i = 0; i < third; ++i) {
+      first += rows[i][column].get<double>() / static_cast<double>(third);
+      last += rows[rows.size() - 1 - i][column].get<double>() / static_cast<double>(third);
+    }
+    return {{"first_third", first}, {"last_third", last}};
   };
-  const auto latency = [](const LiveStatus& s) { return s.latency_ms; };
-  const auto memory = [](const LiveStatus& s) { return s.memory_mb; };
-  const LiveStatus& last = samples.back().status;
-  json["minutes"] = samples.back().minute;
-  json["rate_hz"] = last.rate_hz;
-  json["dropped_share"] =
-      static_cast<double>(last.dropped) / static_cast<double>(std::max<std::int64_t>(1, last.frames));
-  json["latency_ms"] = {{"first_third", mean(0, third, latency)},
-                        {"last_third", mean(samples.size() - third, samples.size(), latency)}};
-  json["memory_mb"] = {{"first_third", mean(0, third, memory)},
-                       {"last_third", mean(samples.size() - third, samples.size(), memory)}};
-  json["keyframes"] = {{"at_first", samples.front().status.keyframes}, {"at_last", last.keyframes}};
-  const int more = last.keyframes - samples[third - 1].status.keyframes;
-  if (more > 0)
-    json["memory_mb"]["per_new_keyframe"] = (last.memory_mb - samples[third - 1].status.memory_mb) / more;
+  Json json = {{"latency_ms", thirds("latency_ms")}, {"memory_mb", thirds("memory_mb")}};
   for (const StageStatistics& stage : stages)
     json["stages"][stage.stage] = {
         {"median_ms", stage.median_ms}, {"p95_ms", stage.p95_ms}, {"max_ms", stage.max_ms}};
@@ -204,11 +181,12 @@ void run(const SoakArguments& arguments) {
   LiveSlam session(std::make_unique<EndlessCamera>(std::move(pictures), options.config.background_frames,
                                                    profile, arguments.rate_hz),
                    options);
-  const std::vector<Sample> samples = watch(session, arguments);
+  const Json rows = watch(session, arguments.minutes);
   const Clock::time_point stop = Clock::now();
   session.stop();
   session.wait();
-  Json json = account(samples, session.stage_times());
+  print_table(rows);
+  Json json = account(rows, session.stage_times());
   json["seconds_to_stop_and_save"] = std::chrono::duration<double>(Clock::now() - stop).count();
   std::cout << json.dump(2) << "\n";
 }
@@ -229,15 +207,8 @@ void add_soak(CLI::App& lab) {
   command->add_option("--rate", arguments->rate_hz, "Frames per second")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  command->add_option("--frames", arguments->frames, "Frames of the log to use, after the background")
-      ->check(CLI::Range(2, 2000))
-      ->capture_default_str();
-  command->add_option("--noise", arguments->noise_levels, "Camera noise, gray levels")
-      ->check(CLI::Range(0.0, 50.0))
-      ->capture_default_str();
   command->add_option("-o,--output", arguments->run_folder,
                       "Also record and save into this run folder (replaced)");
-  command->add_flag("--json", arguments->json, "Print only the summary at the end");
   command->footer("Example: gelslam-lab soak DATA/sequences/track_coin --minutes 10");
 }
 

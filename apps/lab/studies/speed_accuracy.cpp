@@ -31,8 +31,7 @@ struct SpeedAccuracyArguments {
   std::vector<fs::path> data;
   std::vector<std::string> methods = {"normalflow", "icp", "filterreg", "fpfh"};
   ProblemChoice choice{.stride = 24, .gaps = {1, 5, 12}, .most_references = 24};
-  std::vector<std::string> knobs;  // empty: all
-  int slow_every = 4;              // reference that is shown to other methods than ours
+  int slow_every = 4;  // reference that is shown to other methods than ours
   fs::path out;
 };
 
@@ -40,7 +39,7 @@ struct SpeedAccuracyArguments {
 struct Measured {
   SpeedSetting setting;
   int every = 1;  ///< reference that it sees
-  std::vector<double> register_ms, prepare_ms, surface_ms;
+  std::vector<double> register_ms, prepare_ms;
   GroupedErrors errors;
   SixAxes error_sum{};
   int problems = 0, tracked = 0, right = 0;
@@ -91,21 +90,13 @@ void measure(const ProblemSet& set, std::size_t reference, Measured& one) {
 
 /// All settings take turns at each reference, so that whatever else the machine does falls on all alike.
 void measure(const ProblemSet& set, std::vector<Measured>& all) {
-  for (Measured& one : all) {
-    one.errors.emplace_back(set.references.size());
-    one.surface_ms.insert(one.surface_ms.end(), set.surface_ms.begin(), set.surface_ms.end());
-  }
+  for (Measured& one : all) one.errors.emplace_back(set.references.size());
   for (std::size_t k = 0; k < set.references.size(); ++k) {
     Measured warm_up = all.front();  // who comes first would pay for cold pages and caches
     measure(set, k, warm_up);
     for (Measured& one : all)
       if (k % static_cast<std::size_t>(one.every) == 0) measure(set, k, one);
   }
-}
-
-bool wanted(const SpeedSetting& setting, const std::vector<std::string>& knobs) {
-  return knobs.empty() || setting.knob == "default" ||
-         std::find(knobs.begin(), knobs.end(), setting.knob) != knobs.end();
 }
 
 /// By resolution and folder, so that only one set of surfaces is held at once; the sensor's own resolution
@@ -115,11 +106,10 @@ std::vector<Measured> measure_all(const SpeedAccuracyArguments& arguments, const
   std::map<std::pair<int, int>, std::vector<Measured>> by_size;
   std::vector<std::pair<int, int>> sizes;
   for (SpeedSetting& setting : speed_settings(arguments.methods)) {
-    if (!wanted(setting, arguments.knobs)) continue;
     const std::pair<int, int> size{setting.size.width, setting.size.height};
     if (!by_size.contains(size)) sizes.push_back(size);
     const int every = setting.method == "normalflow" ? 1 : arguments.slow_every;
-    by_size[size].push_back({std::move(setting), every, {}, {}, {}, {}});
+    by_size[size].push_back({std::move(setting), every, {}, {}, {}});
   }
   std::vector<Measured> all;
   StudyCases cases(sizes.size() * arguments.data.size());
@@ -159,7 +149,6 @@ Json to_json(const std::vector<Measured>& all) {
                 {"problems", one.problems},
                 {"median_ms", median(one.register_ms)},
                 {"prepare_ms", median(one.prepare_ms)},
-                {"surface_ms", median(one.surface_ms)},
                 {"error_mm", standing.error_mm},
                 {"relative", standing.relative},
                 {"relative_low", standing.relative_low},
@@ -177,9 +166,7 @@ Json to_json(const std::vector<Measured>& all) {
   return rows;
 }
 
-void run(const SpeedAccuracyArguments& chosen) {
-  SpeedAccuracyArguments arguments = chosen;
-  if (arguments.data.empty()) arguments.data = sequence_folders({"track_", "hard_", "scan_"});
+void run(const SpeedAccuracyArguments& arguments) {
   const std::vector<Measured> all = measure_all(arguments, [&](const std::vector<Measured>& so_far) {
     write_study(arguments.out, "speed_accuracy", to_json(so_far));
   });
@@ -195,13 +182,8 @@ void add_speed_accuracy(CLI::App& lab) {
   CLI::App* command =
       add_study(lab, "speed-accuracy", "Measure time against error of every registration method and setting",
                 arguments, run);
-  command->add_option("DATA", arguments->data,
-                      "Data folders with truth (default: all of GELSLAM_DATA/sequences)");
+  command->add_option("DATA", arguments->data, "Data folders with truth")->required();
   add_list(*command, "--methods", arguments->methods, "normalflow, icp, filterreg, fpfh");
-  add_list(*command, "--knobs", arguments->knobs, "Only these settings, and the defaults (default: all)");
-  command->add_option("--stride", arguments->choice.stride, "Frames between references")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
   command
       ->add_option("--most-references", arguments->choice.most_references,
                    "Limit per sequence, spread evenly")
@@ -212,11 +194,10 @@ void add_speed_accuracy(CLI::App& lab) {
                    "Methods other than normalflow see every Nth reference")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  add_list(*command, "--gaps", arguments->choice.gaps, "Frames from a reference to its targets")
-      ->check(CLI::PositiveNumber);
   command->add_option("-o,--output", arguments->out, "Folder for speed_accuracy.csv and .json");
   command->footer(
-      "Example: gelslam-lab speed-accuracy --slow-every 12 -o STUDY && scripts/plot_speed_accuracy.py STUDY");
+      "Example: gelslam-lab speed-accuracy DATA/sequences/track_* --slow-every 12 -o STUDY && "
+      "scripts/plot_speed_accuracy.py STUDY");
 }
 
 }  // namespace gelslam::lab

@@ -26,8 +26,7 @@ struct StabilityArguments {
   std::vector<fs::path> data;
   std::vector<std::string> methods = {"normalflow",      "icp", "icp-tuned", "filterreg",
                                       "filterreg-tuned", "fpfh"};
-  std::vector<std::string> charts;  // empty: all
-  bool quick = false, simulated_only = false;
+  bool quick = false;
   fs::path out;
 };
 
@@ -87,21 +86,16 @@ class Study {
 void run(const StabilityArguments& arguments) {
   check_methods(arguments.methods);
   Study study(arguments.methods);
-  std::vector<fs::path> folders = arguments.data;
-  if (folders.empty() && !arguments.simulated_only) folders = sequence_folders({"track_"});
   StabilityChoice choice;
-  if (arguments.quick) choice = {1, 1, false, {}};
-  choice.charts = arguments.charts;
+  if (arguments.quick) choice = {1, 1, false};
   TouchStudio studio(flat_sensor_model());
   const auto sink = [&](const StabilityLevel& level) {
     study.add(level);
     write_study(arguments.out, "stability", study.rows());
   };
   simulated_levels(studio, choice, sink);
-  missing_frame_levels(folders, choice, sink);
-  const Json rows = study.rows();
-  if (rows.empty()) throw Error("there is nothing to measure: of these charts none belongs to this study");
-  print_table(rows);
+  missing_frame_levels(arguments.data, choice, sink);
+  print_table(study.rows());
 }
 
 }  // namespace
@@ -111,17 +105,13 @@ void add_stability(CLI::App& lab) {
   CLI::App* command = add_study(
       lab, "stability", "Measure the success rate of each method against what makes registration hard",
       arguments, run);
-  command->add_option(
-      "DATA", arguments->data,
-      "Data folders with truth, for missing frames (default: GELSLAM_DATA/sequences/track_*)");
+  command->add_option("DATA", arguments->data, "Data folders with truth, for the chart of missing frames");
   add_list(*command, "--methods", arguments->methods,
            "normalflow, icp, fpfh, filterreg; -tuned for their best settings");
-  add_list(*command, "--charts", arguments->charts, "Only these (default: all)")
-      ->check(CLI::IsMember(stability_charts()));
   command->add_flag("--quick", arguments->quick, "One place of each object, every second level");
-  command->add_flag("--simulated-only", arguments->simulated_only, "Without the sequences");
   command->add_option("-o,--output", arguments->out, "Folder for stability.csv and .json");
-  command->footer("Example: gelslam-lab stability -o STUDY && scripts/plot_stability.py STUDY");
+  command->footer(
+      "Example: gelslam-lab stability DATA/sequences/track_* -o STUDY && scripts/plot_stability.py STUDY");
 }
 
 }  // namespace gelslam::lab

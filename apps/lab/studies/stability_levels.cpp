@@ -102,7 +102,6 @@ class LevelMaker {
   template <class Set>
   void chart(const std::string& name, const std::vector<double>& values, const Names& objects,
              const Set& set) {
-    if (!choice_.wants(name)) return;
     for (const double value : chosen(values))
       deliver(name, value, pairs(objects, [&](TouchSpec& spec) { set(spec, value); }),
               somewhere(kOrdinaryMm, kOrdinaryDeg));
@@ -110,11 +109,9 @@ class LevelMaker {
 
   void basins() {
     const std::vector<double> mm = {0.25, 0.5, 1, 1.5, 2, 3, 4, 5}, deg = {2.5, 5, 10, 15, 20, 30, 45, 60};
-    std::vector<TouchPair> ordinary;  // the same for all
+    const std::vector<TouchPair> ordinary = pairs(kObjects, [](TouchSpec&) {});  // the same for all
     const auto basin = [&](const std::string& name, const std::vector<double>& sizes,
                            const auto& displacement) {
-      if (!choice_.wants(name)) return;
-      if (ordinary.empty()) ordinary = pairs(kObjects, [](TouchSpec&) {});
       for (const double size : chosen(sizes)) deliver(name, size, ordinary, displacement(size));
     };
     for (std::size_t axis = 0; axis < kAxes.size(); ++axis)
@@ -137,17 +134,6 @@ class LevelMaker {
 };
 
 }  // namespace
-
-bool StabilityChoice::wants(const std::string& chart) const {
-  return charts.empty() || std::find(charts.begin(), charts.end(), chart) != charts.end();
-}
-
-const std::vector<std::string>& stability_charts() {
-  static const Names names = {"start x",  "start y",     "start z",    "start rx", "start ry",
-                              "start rz", "start",       "overlap",    "noise",    "texture",
-                              "depth",    "light drift", "light jump", "dirt",     "missing frames"};
-  return names;
-}
 
 bool is_basin(const std::string& chart) { return chart.starts_with("start"); }
 
@@ -174,7 +160,6 @@ void simulated_levels(TouchStudio& studio, const StabilityChoice& choice, const 
 
 void missing_frame_levels(const std::vector<std::filesystem::path>& folders, const StabilityChoice& choice,
                           const LevelSink& sink) {
-  if (!choice.wants("missing frames")) return;
   ProblemChoice frames;
   frames.stride = choice.every_level ? 40 : 120;
   frames.gaps = choice.every_level ? std::vector<int>{1, 2, 3, 4, 6, 8, 10, 12} : std::vector<int>{1, 4, 12};

@@ -22,13 +22,7 @@ struct StabilityChoice {
   int places = TouchSpec::kPlaces;  ///< of each object
   int starts = 2;                   ///< that each pair of surfaces is tried from
   bool every_level = true;          ///< false: every second one
-  std::vector<std::string> charts;  ///< empty: all
-
-  bool wants(const std::string& chart) const;
 };
-
-/// Every chart's name, in the order in which they come.
-const std::vector<std::string>& stability_charts();
 
 /// Charts in which the start is moved away from the truth and the surfaces stay the same.
 bool is_basin(const std::string& chart);

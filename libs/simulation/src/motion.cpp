@@ -260,13 +260,6 @@ double lowest_in_view(const Eigen::Matrix3d& sensor_R_object, const Eigen::Vecto
   return in_view < 1e8F ? in_view : anywhere;
 }
 
-/// The frame of the motion that frame k shows.
-int moment(int k, int turn_after) {
-  if (turn_after == 0) return k;
-  const int phase = k % (2 * turn_after);
-  return phase < turn_after ? phase : 2 * turn_after - phase;
-}
-
 /// Gaussian average over time; near the ends over what there is.
 template <typename Value>
 std::vector<Value> smoothed(const std::vector<Value>& values, double sigma) {
@@ -291,7 +284,6 @@ const MotionEntry& find_motion(const MotionSpec& spec) {
   if (!(spec.indentation_mm >= 0.05 && spec.indentation_mm <= 1.5))
     throw Error("indentation must be between 0.05 and 1.5 mm");
   if (!(spec.place_mm.norm() <= 30)) throw Error("the place must be within 30 mm of the gel's center");
-  if (spec.turn_after < 0) throw Error("the motion cannot go back after a negative number of frames");
   if (!(spec.frame_rate_hz >= 1 && spec.frame_rate_hz <= 1000))
     throw Error("frame rate must be between 1 and 1000 Hz");
   std::string names;
@@ -327,7 +319,7 @@ std::vector<Pose> make_motion(const MotionSpec& spec, const Shape& shape, const 
   std::vector<Eigen::Vector2d> shifts(frames);
   std::vector<double> supports(frames);
   for (std::size_t k = 0; k < frames; ++k) {
-    grips[k] = entry.grip(clock, moment(static_cast<int>(k), spec.turn_after));
+    grips[k] = entry.grip(clock, static_cast<int>(k));
     turns[k] = rotation(grips[k], shape.kind());
     // Only a body needs to be followed; a rod's axis and a plate's middle stay where they are put.
     shifts[k] = Eigen::Vector2d::Zero();

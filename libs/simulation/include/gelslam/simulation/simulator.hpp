@@ -22,7 +22,6 @@ struct MotionSpec {
                               0};  ///< where on the gel the contact is, from its center; may leave the view
   double frame_rate_hz = 25.0;
   std::uint64_t seed = 1;
-  int turn_after = 0;  ///< frames after which the motion goes back, and so to and fro; 0: never
 };
 
 std::vector<CatalogEntry> motion_catalog();
