@@ -151,25 +151,6 @@ TEST_F(Chain, AWrongDiameterShowsInTheRadii) {
   EXPECT_THAT(result.err, HasSubstr("% in radius"));
 }
 
-TEST_F(Chain, TooFewPressesOrABareSideAreNamed) {
-  const fs::path few = *folder_ / "few";
-  ASSERT_EQ(collect(small_log(), few, "6.31", 3).exit_code, 0);  // three were wanted; but where?
-  const ProgramResult result =
-      gelslam({"calibrate", "train", few.string(), "-o", (*folder_ / "none.json").string()});
-  EXPECT_EQ(result.exit_code, 2);
-  EXPECT_THAT(result.err, HasSubstr("at least 10 are needed"));
-
-  const fs::path bare = *folder_ / "bare";
-  fs::copy(presses(), bare, fs::copy_options::recursive);
-  std::ofstream catalog(bare / "catalog.csv");
-  catalog << "experiment_reldir,diameter(mm)\n";
-  for (const CalibrationPress& press : read_press_set(presses()).presses)
-    if (press.label->u_px < 213.0) catalog << press.name << "," << press.diameter_mm << "\n";
-  catalog.close();
-  EXPECT_THAT(gelslam({"calibrate", "train", bare.string(), "-o", (*folder_ / "none.json").string()}).err,
-              HasSubstr("no press lies on the right third"));
-}
-
 TEST_F(Chain, GoesOnWhereItEndedAndOverwritesNothing) {
   const fs::path folder = *folder_ / "again";
   ASSERT_EQ(collect(small_log(), folder, "6.31", 9).exit_code, 0);

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 
 #include "../support/temporary_folder.hpp"
 #include "gelslam/calibration/ball_zones.hpp"
@@ -14,38 +13,13 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/surface/slopes.hpp"
 #include "simulated_presses.hpp"
-#include "training/scale_field.hpp"
 
 namespace gelslam::test {
 namespace {
 
-using namespace calibration::detail;
-
 using ::testing::HasSubstr;
 
 constexpr double kPitchMm = 0.0634;
-
-// A reader that shrinks everything by a tenth, and the right side by two: asked for what the field says, it
-// is right.
-TEST(ScaleField, StretchesUntilReadingsAreTrue) {
-  ScaleField field;
-  std::mt19937 random(1);
-  std::uniform_real_distribution<float> place(0.0F, 1.0F), angle(-0.3F, 0.3F);
-  const auto shrink = [](const ScaleField::Pair& where) { return where[0] > 2.0F / 3.0F ? 0.8F : 0.9F; };
-  for (int step = 0; step < 3000; ++step) {
-    for (int k = 0; k < 64; ++k) {
-      const ScaleField::Pair where{place(random), place(random)}, truth{angle(random), angle(random)};
-      const ScaleField::Pair asked = field.stretched(where, truth);
-      field.note(where, {shrink(where) * asked[0], shrink(where) * asked[1]}, truth);
-    }
-    field.update();
-  }
-  for (const ScaleField::Pair& where : {ScaleField::Pair{0.17F, 0.5F}, {0.83F, 0.17F}, {0.9F, 0.9F}}) {
-    const ScaleField::Pair truth{0.2F, -0.1F};
-    const ScaleField::Pair asked = field.stretched(where, truth);
-    EXPECT_NEAR(shrink(where) * asked[0] / truth[0], 1.0, 0.05) << where[0];
-  }
-}
 
 GradientModel trained(const PressSet& set, const BallZones& zones, int steps, std::uint64_t seed) {
   NoProgress quiet;

@@ -1,15 +1,7 @@
-#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <spawn.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
 
-#include <chrono>
-#include <csignal>
 #include <nlohmann/json.hpp>
-#include <random>
-#include <thread>
 
 #include "../sensor/raw_frames.hpp"
 #include "../support/data_folder.hpp"
@@ -124,86 +116,6 @@ TEST(Record, InfoSaysWhatIsInALog) {
   const std::string shown = GELSLAM_PROGRAM " info " + (folder / "a.mkv").string();
   EXPECT_THAT(test::on_terminal(shown), HasSubstr("100%  30/30"));
   EXPECT_THAT(test::on_terminal(shown + " -q"), testing::Not(HasSubstr("30/30")));
-}
-
-/// The program under a limit, killed or asked to stop after a while.
-struct Running {
-  pid_t pid = 0;
-  Running(const std::vector<std::string>& arguments, const fs::path& err) {
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addopen(&actions, 2, err.c_str(), O_WRONLY | O_CREAT, 0600);
-    const std::string program = GELSLAM_PROGRAM;
-    std::vector<char*> argv{const_cast<char*>(program.c_str())};
-    for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
-    argv.push_back(nullptr);
-    EXPECT_EQ(posix_spawn(&pid, program.c_str(), &actions, nullptr, argv.data(), environ), 0);
-    posix_spawn_file_actions_destroy(&actions);
-  }
-  int wait() const {
-    int status = 0;
-    ::waitpid(pid, &status, 0);
-    return status;
-  }
-};
-
-void wait_for_bytes(const fs::path& path, std::uintmax_t bytes) {
-  std::error_code code;
-  for (int i = 0; i < 2000 && !(fs::exists(path, code) && fs::file_size(path, code) >= bytes); ++i)
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-}
-
-TEST(Record, KilledOrAskedToStopItLeavesAWholeBeginning) {
-  const TemporaryFolder folder;
-  write_source(folder / "a.mkv", 20000);
-  const std::vector<RawFrame> sent = read_all(folder / "a.mkv");
-  std::mt19937 random(std::random_device{}());
-  for (int round = 0; round < 4; ++round) {
-    const fs::path log = folder / (std::to_string(round) + ".mkv"),
-                   err = folder / (std::to_string(round) + ".err");
-    const bool kill = round % 2 != 0;
-    const Running program({"record", "--from", (folder / "a.mkv").string(), "-o", log.string()}, err);
-    wait_for_bytes(log, 1000);
-    std::this_thread::sleep_for(std::chrono::microseconds(random() % 15000));
-    std::error_code code;
-    const std::uintmax_t seen = fs::file_size(log, code);
-    ::kill(program.pid, kill ? SIGKILL : SIGINT);
-    const int status = program.wait();
-    const std::vector<RawFrame> got = read_all(log);
-    ASSERT_GT(got.size(), 0u);
-    ASSERT_LE(got.size(), sent.size());
-    std::uintmax_t bytes = 0;
-    for (std::size_t i = 0; i < got.size(); ++i) {
-      ASSERT_TRUE(got[i].bytes == sent[i].bytes) << i;
-      ASSERT_EQ(got[i].time_s, sent[i].time_s);
-      bytes += got[i].bytes.size() + 70;
-    }
-    EXPECT_GE(bytes + 12000, seen) << "nothing that was in the file before is missing";
-    if (!kill) {
-      EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 128 + SIGINT);
-      EXPECT_THAT(test::read_bytes(err), HasSubstr("recorded " + std::to_string(got.size()) + " frames"));
-    }
-  }
-}
-
-TEST(Record, AFullDiskIsSaidAndWhatWasWrittenStays) {
-  const TemporaryFolder folder;
-  write_source(folder / "a.mkv", 200);
-  const auto room = fs::file_size(folder / "a.mkv") / 2;
-  rlimit previous{};
-  getrlimit(RLIMIT_FSIZE, &previous);
-  rlimit limit = previous;
-  limit.rlim_cur = room;
-  setrlimit(RLIMIT_FSIZE, &limit);
-  const ProgramResult result =
-      gelslam({"record", "--from", (folder / "a.mkv").string(), "-o", (folder / "b.mkv").string()});
-  setrlimit(RLIMIT_FSIZE, &previous);
-  EXPECT_EQ(result.exit_code, 1);
-  EXPECT_THAT(result.err, HasSubstr("recording stopped after"));
-  EXPECT_THAT(result.err, HasSubstr("File too large"));
-  const std::size_t frames = read_all(folder / "b.mkv").size();
-  EXPECT_GT(frames, 50u);
-  EXPECT_THAT(result.err, HasSubstr("recorded " + std::to_string(frames) + " frames"));
 }
 
 TEST(Record, APublicLogReconstructsTheSameOnceConverted) {

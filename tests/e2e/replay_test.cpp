@@ -126,25 +126,6 @@ TEST(Replay, AtTheSensorsRateItTakesAsLongAsTheScanTook) {
   EXPECT_EQ(report.at("partial"), false);
 }
 
-TEST(Replay, StoppedByCtrlCItSavesWhatItHas) {
-  const TemporaryFolder folder;
-  write_long_log(folder / "log", 1500);
-  json report;
-  for (double after_s = 0.8; after_s < 20; after_s *= 2) {
-    const int exit_code = run_interrupted(replay({(folder / "log").string(), "--every-frame", "-o",
-                                                  (folder / "run").string(), "--overwrite", "-q"}),
-                                          after_s);
-    ASSERT_THAT(exit_code, testing::AnyOf(128 + SIGINT, -SIGINT));
-    if (!fs::exists(folder / "run/mesh.ply")) continue;
-    report = json::parse(read_bytes(folder / "run/report.json"));
-    if (report.at("frames").at("tracked") > 20) break;
-  }
-  ASSERT_TRUE(report.is_object());
-  EXPECT_LT(report.at("frames").at("total").get<int>(), 1500);
-  expect_complete(folder / "run");
-  EXPECT_THAT(folder.names(), testing::ElementsAre("log", "run")) << "nothing temporary left";
-}
-
 TEST(Replay, NobodyElseWritesToItsRun) {
   const TemporaryFolder folder;
   write_long_log(folder / "log", 1500);

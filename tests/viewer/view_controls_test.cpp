@@ -93,17 +93,6 @@ TEST(ViewControls, ColorsAreThoseThatMeanSomething) {
   EXPECT_EQ(seen(&run, true), (std::set{plain, confidence, height, keyframe, distance}));
 }
 
-TEST(ViewControls, EscapeClosesTheHelpFirst) {
-  ViewControls controls(nullptr, false, {}, {});
-  controls.press_key(GLFW_KEY_H, 0);
-  EXPECT_TRUE(controls.shows_help());
-  controls.press_key(GLFW_KEY_ESCAPE, 0);
-  EXPECT_FALSE(controls.shows_help());
-  EXPECT_FALSE(controls.wants_to_close());
-  controls.press_key(GLFW_KEY_ESCAPE, 0);
-  EXPECT_TRUE(controls.wants_to_close());
-}
-
 TEST(ViewControls, NoKeyMeansTwoThings) {
   const RunHistory run = history();
   const ViewControls controls(&run, true, {}, {});

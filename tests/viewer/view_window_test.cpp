@@ -80,41 +80,6 @@ TEST_F(ViewWindowPicture, PressingTheSliderSetsTheTimeAndTheTouchFollows) {
   EXPECT_GT(orange(loop.picture(1.5)), 1000);
 }
 
-TEST_F(ViewWindowPicture, TheMouseTurnsAndZoomsAndRShowsAll) {
-  ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
-  double now_s = 0;
-  const auto picture = [&] {
-    for (int i = 0; i < 40; ++i) loop.turn(now_s += 0.05);
-    return loop.picture(now_s += 0.05);
-  };
-  const cv::Mat3b a = picture();
-  for (const InputEvent& event : {InputEvent{InputEvent::Kind::pointer, 0, false, 450, 250},
-                                  {InputEvent::Kind::button, GLFW_MOUSE_BUTTON_LEFT, true},
-                                  {InputEvent::Kind::pointer, 0, false, 570, 290},
-                                  {InputEvent::Kind::button, GLFW_MOUSE_BUTTON_LEFT, false}})
-    loop.host().push(event);
-  const cv::Mat3b turned = picture();
-  loop.host().push({InputEvent::Kind::scroll, 0, false, 0, 4});
-  const cv::Mat3b near = picture();
-  press_key(loop, GLFW_KEY_R);
-  const cv::Mat3b all = picture();
-  const cv::Rect view(0, 60, 900, 380);
-  const auto difference = [&view](const cv::Mat3b& one, const cv::Mat3b& other) {
-    return cv::norm(one(view), other(view), cv::NORM_L1) / view.area();
-  };
-  EXPECT_GT(difference(a, turned), 3);
-  EXPECT_GT(difference(turned, near), 3);
-  EXPECT_LT(difference(a, all), 0.5) << "back again";
-}
-
-TEST_F(ViewWindowPicture, KeyPWritesAPictureAndSaysWhere) {
-  ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
-  press_key(loop, GLFW_KEY_P);
-  for (int i = 1; i < 20; ++i) loop.turn(0.03 * i);
-  EXPECT_THAT(folder.names(), Contains("view_001.png"));
-  EXPECT_THAT(words(loop), Contains(HasSubstr("Picture: ")));
-}
-
 TEST_F(ViewWindowPicture, AnUntouchedWindowIsNotDrawnAgain) {
   ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
   for (int i = 0; i < 20; ++i) loop.turn(0.1 * i);

@@ -11,10 +11,8 @@
 #include <thread>
 
 #include "fake_session.hpp"
-#include "gelslam/calibration/press_window.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/viewer/map_window.hpp"
-#include "label_presses.hpp"
 #include "live/live_window.hpp"
 #include "temporary_folder.hpp"
 
@@ -58,36 +56,6 @@ TEST(WindowOnADisplay, TakesWhatGlfwReports) {
   cv::Scalar mean, deviation;
   cv::meanStdDev(shown, mean, deviation);
   EXPECT_GT(deviation[1], 5) << "not blank";
-}
-
-TEST(WindowOnADisplay, RunsUntilTheScanIsSaved) {
-  if (!has_display()) GTEST_SKIP() << "no display; run under xvfb-run";
-  const TemporaryFolder folder;
-  FakeSession session(2);
-  session.advance(4);
-  session.looks_until_finished = 10;
-  WindowOptions options = small_window(folder);
-  options.snapshot = folder / "end.png";
-  options.when_shown = [&session] { session.stop(); };
-  options.asks_to_end = [] { return true; };
-  run_live_window(session, options);
-  EXPECT_EQ(session.status().phase, LivePhase::finished);
-  EXPECT_EQ(cv::imread((folder / "end.png").string()).size(), cv::Size(640, 420));
-}
-
-TEST(WindowOnADisplay, LabelsPressesAndSavesThem) {
-  if (!has_display()) GTEST_SKIP() << "no display; run under xvfb-run";
-  const TemporaryFolder folder;
-  LabelSession session = four_presses(folder.path());
-  session.accept_rest();
-  PressWindowOptions options;
-  options.snapshot = folder / "end.png";
-  options.width_px = 900;
-  options.height_px = 600;
-  options.asks_to_end = [] { return true; };
-  run_press_window(session, nullptr, options);
-  EXPECT_TRUE(std::filesystem::exists(folder / "p0/label.npz"));
-  EXPECT_EQ(cv::imread((folder / "end.png").string()).size(), cv::Size(900, 600));
 }
 
 TEST(WindowOnADisplay, IsNoLargerThanTheScreen) {

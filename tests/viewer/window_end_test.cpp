@@ -24,20 +24,6 @@ TEST_F(Window, FinishedSaysHowGoodItIs) {
   expect_text(picture("end_with_pieces"), "2 of 3 pieces", theme::kAmber);
 }
 
-TEST_F(Window, ANewScanBeginsOnceThisOneIsSaved) {
-  options_.next_run_folder = "RUN-2";
-  window_ = std::make_unique<LiveWindow>(session_, options_);
-  scan(2);
-  press(GLFW_KEY_N);
-  press(GLFW_KEY_ENTER);
-  EXPECT_THAT(session_.calls, ElementsAre("stop"));
-  EXPECT_FALSE(window_->wants_to_close());
-  session_.say(LivePhase::finished, "");
-  window_->turn(now_s_ += 0.02);
-  EXPECT_TRUE(window_->wants_to_close());
-  EXPECT_TRUE(window_->controls().wants_new_scan());
-}
-
 TEST_F(Window, FinishedShowsTheObjectBesideTheSummary) {
   options_.width_px = WindowOptions().width_px;
   options_.height_px = WindowOptions().height_px;

@@ -36,7 +36,6 @@ class ColorField {
 
   /// What one of the change is where the background's channel (0..1) is `flat`.
   float unit(float flat) const;
-  bool is_relative() const { return relative_; }
 
  private:
   bool relative_ = false;
