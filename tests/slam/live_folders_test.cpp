@@ -200,6 +200,7 @@ TEST_F(Live, WhatIsSavedOnTheWayIsTheMapOfThatMoment) {
   });
   source->before(50, [&] {
     wait_for_touch(49);
+    EXPECT_TRUE(comes_true([&] { return !session->map()->nodes.empty(); }));
     session->undo_last_trial();  // the mapper hears of it after all saves
     EXPECT_TRUE(comes_true([&] { return session->map()->nodes.empty(); }));
     EXPECT_THAT(read("report.json"), HasSubstr("\"total\": 40"));
