@@ -104,6 +104,8 @@ void run_in_window(CollectSession& session, LabelSession& labels, const PressWin
 int run_collect(CollectArguments arguments) {
   CollectOptions& collect = arguments.collect;
   check_output_file(arguments.snapshot, arguments.overwrite);
+  if (!arguments.input.empty() && !fs::exists(arguments.input))
+    throw Error(quoted(arguments.input) + ": no such file or folder");
   const bool is_labeling = !arguments.input.empty() && fs::exists(arguments.input / "catalog.csv");
   if (!is_labeling && collect.folder.empty()) throw CLI::RequiredError("--output");
   if (!is_labeling && !(collect.diameter_mm > 0)) throw CLI::RequiredError("--diameter");

@@ -264,7 +264,7 @@ void add_options(CLI::App& command, ExportArguments& a) {
       ->check(CLI::IsMember({"m", "mm"}));
   command
       .add_option("--log", a.logs,
-                  "Log for the pictures in MCAP (default: where it was); of a continued or merged run once "
+                  "Log for the pictures in MCAP (default: where it was); of a continued or joined run once "
                   "for each log, in order")
       ->allow_extra_args(false);
   command.add_flag(

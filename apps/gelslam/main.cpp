@@ -75,12 +75,12 @@ int report_parse_error(const CLI::App& app, const CLI::ParseError& error) {
   std::string name;
   const CLI::App& command = chosen_command(app, name);
   std::string words = error.what();
-  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
-    words += did_you_mean(command);
-  } else if (command.get_subcommands().empty() && !command.get_subcommands({}).empty() &&
-             command.remaining_size() > 0) {
+  const bool lacks_command = command.get_subcommands().empty() && !command.get_subcommands({}).empty() &&
+                             command.remaining_size() > 0 && !command.remaining().front().starts_with('-');
+  if (lacks_command)
     words = "there is no " + name + " " + command.remaining().front() + did_you_mean(command);
-  }
+  else if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr)
+    words += did_you_mean(command);
   print_error(words + " (see " + name + " --help)");
   return kExitUserError;
 }

@@ -97,7 +97,8 @@ TEST(Cli, HelpReadsAlikeInAllCommands) {
 }
 
 TEST(Cli, MisspellingsNameWhatWasMeant) {
-  expect_mistake(gelslam({"inof", "x"}), "did you mean info? (see gelslam --help)");
+  expect_mistake(gelslam({"inof", "x"}), "there is no gelslam inof, did you mean info? (see gelslam --help)");
+  expect_mistake(gelslam({"merge", "a", "b", "-o", "c"}), "there is no gelslam merge (see gelslam --help)");
   expect_mistake(
       gelslam({"calibrate", "colect", "-o", "x"}),
       "there is no gelslam calibrate colect, did you mean collect? (see gelslam calibrate --help)");

@@ -212,6 +212,17 @@ TEST_F(Fuse, AMapThatIsOlderThanItsScanIsMadeAgain) {
   EXPECT_FALSE(fuse().map_was_made);
 }
 
+TEST_F(Fuse, ThatCannotWriteTheSessionChangesNothing) {
+  go_on_without_saving();
+  sqlite3* other = nullptr;
+  ASSERT_EQ(sqlite3_open((request.run / "session.db").c_str(), &other), SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(other, "BEGIN IMMEDIATE", nullptr, nullptr, nullptr), SQLITE_OK);
+  EXPECT_THAT(refusal(), HasSubstr("session.db: another program is using it"));
+  sqlite3_close(other);
+  check_is_run(request.run);
+  EXPECT_TRUE(fuse().map_was_made);
+}
+
 TEST_F(Fuse, WithoutKeyframesTheMeshStays) {
   sql(request.run / "session.db", "UPDATE keyframes SET surface=NULL; DELETE FROM poses");
   for (const char* output : {"", "none"}) {

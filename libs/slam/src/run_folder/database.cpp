@@ -123,12 +123,9 @@ void Database::make_tables() {
 void Database::check_tables() {
   if (pragma("application_id") != kApplicationId) fail(kNotASession);
   if (const std::int64_t version = pragma("user_version"); version != kVersion)
-    fail(version < kVersion
-             ? kNotASession
-             : fmt::format(
-                   "written by a newer version of the program (session version {}, this one reads {}); "
-                   "update gelslam",
-                   version, kVersion));
+    fail(fmt::format("written by {} version of the program (session version {}, this one reads {}); {}",
+                     version < kVersion ? "an older" : "a newer", version, kVersion,
+                     version < kVersion ? "reconstruct the log again" : "update gelslam"));
   Statement tables(*this, "SELECT sql FROM sqlite_schema");
   std::size_t found = 0;
   for (; tables.next(); ++found)

@@ -69,9 +69,8 @@ FuseSummary finish_killed(const FuseRequest& request, const Config& config, Targ
                           ProgressSink& progress, const std::function<bool()>& stop_requested) {
   const auto start = std::chrono::steady_clock::now();
   const ScanRecord record = read_scan(request.run, config.slam.registration);
-  const auto keyframes = std::count_if(record.keyframes.begin(), record.keyframes.end(),
-                                       [](const auto& keyframe) { return keyframe != nullptr; });
-  if (keyframes == 0) throw Error(request.run.string() + ": holds no keyframe to fuse");
+  if (std::ranges::all_of(record.keyframes, [](const auto& keyframe) { return keyframe == nullptr; }))
+    throw Error(request.run.string() + ": holds no keyframe to fuse");
   StageTimer timer;
   Run run = finish_scan(config, record, "the session of a scan that was not finished", timer, start, progress,
                         stop_requested);
@@ -83,7 +82,8 @@ FuseSummary finish_killed(const FuseRequest& request, const Config& config, Targ
     replace_results(
         request.run, [&](const fs::path& folder) { write_results(folder, run); }, &run.map);
   }
-  return {static_cast<std::size_t>(keyframes), run.mesh.vertices_mm.size(), run.mesh.triangles.size(), true};
+  const auto in_map = std::count(run.map.in_map.begin(), run.map.in_map.end(), true);
+  return {static_cast<std::size_t>(in_map), run.mesh.vertices_mm.size(), run.mesh.triangles.size(), true};
 }
 
 }  // namespace

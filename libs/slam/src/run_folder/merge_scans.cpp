@@ -112,7 +112,7 @@ void check_distinct(const std::vector<fs::path>& runs) {
 Run merge_scans(const MergeRequest& request, ProgressSink& progress,
                 const std::function<bool()>& stop_requested) {
   const auto start = std::chrono::steady_clock::now();
-  if (request.runs.size() < 2) throw Error("name at least two runs to merge");
+  if (request.runs.size() < 2) throw Error("name at least two runs to join");
   check_distinct(request.runs);
   for (const fs::path& run : request.runs) check_is_run(run, RunNeeds::record);
   RunFolder folder(request.run_folder, {.overwrite = request.overwrite, .inputs = request.runs});
@@ -127,8 +127,8 @@ Run merge_scans(const MergeRequest& request, ProgressSink& progress,
     check_same_sensor(request.runs[i], records[i], records.front().parts.back(), config.sensor);
   const ScanRecord all = joined(records, config.slam, progress, stop_requested);
   StageTimer timer;
-  Run run = finish_scan(config, all, "a merge of " + std::to_string(records.size()) + " runs", timer, start,
-                        progress, stop_requested);
+  Run run = finish_scan(config, all, std::to_string(records.size()) + " joined runs", timer, start, progress,
+                        stop_requested);
   write_run(folder.path(), run);
   folder.commit();
   return run;

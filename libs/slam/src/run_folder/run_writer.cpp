@@ -184,6 +184,7 @@ Run finish_scan(const Config& config, const ScanRecord& record, const std::strin
   }
   RunReport report;
   report.log_description = log_description;
+  if (record.parts.size() == 1) report.log = record.parts.front().log;
   report.partial = stop_requested();
   return finish_scan(config, std::move(map), std::move(report), timer, start, &progress);
 }
@@ -207,6 +208,7 @@ void write_results(const fs::path& folder, const Run& run) {
 void replace_results(const fs::path& run, const std::function<void(const fs::path&)>& write,
                      const SlamMap* map) {
   const fs::path saving = run / "saving.tmp", saved = run / "saved.tmp";
+  const bool was_incomplete = has_incomplete_save(run);
   std::error_code code;
   fs::remove_all(saving, code);
   if (!code) fs::create_directory(saving, code);
@@ -222,7 +224,12 @@ void replace_results(const fs::path& run, const std::function<void(const fs::pat
   if (fs::exists(saved / "session.db", code))
     replace_session(saved / "session.db", run);
   else if (map)
-    Store(run).set_map(*map);
+    try {
+      Store(run).set_map(*map);
+    } catch (const Error&) {  // all of it or nothing
+      if (!was_incomplete) fs::remove_all(saved, code);
+      throw;
+    }
   for (const std::string& file : saved_entries())
     if (fs::exists(saved / file, code)) move_file(saved / file, run / file);
   sync_folder(run);

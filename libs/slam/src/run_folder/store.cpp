@@ -40,7 +40,7 @@ fs::path file_in(const fs::path& run) {
   if (fs::exists(run / "session", code))
     throw Error(run.string() +
                 ": its session is of an older version, which is not read any more; reconstruct "
-                "its log again");
+                "its log again, into another folder");
   throw Error(run.string() + ": holds no session.db");
 }
 
