@@ -24,6 +24,13 @@ struct Picture {
 /// stands for the argument in messages.
 Picture picture_of(const py::object& array, const std::string& name);
 
+/// `__reduce_ex__` of what has a state to pickle, for every protocol: pybind11 ends the interpreter with 0
+/// and 1.
+inline py::tuple reduced(const py::object& self, int /*protocol*/) {
+  return py::make_tuple(py::module_::import("copyreg").attr("__newobj__"), py::make_tuple(py::type::of(self)),
+                        self.attr("__getstate__")());
+}
+
 /// A new array that shares the picture's memory.
 py::array array_of(const cv::Mat3b& bgr);
 

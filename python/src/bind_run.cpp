@@ -108,6 +108,7 @@ void add_mesh(py::module_& module) {
                                   self.attr("confidence"));
           },
           &unpickled_mesh))
+      .def("__reduce_ex__", &reduced)
       .def("__repr__", [](const MetricMesh& self) {
         return "<gelslam.Mesh of " + std::to_string(self.vertices_m.size()) + " vertices, " +
                std::to_string(self.mesh.triangles.size()) + " triangles>";

@@ -141,6 +141,7 @@ are read-only.)")
           "zero_is_bare_gel", [](const TouchedSurface& self) { return self.maps->zero_is_bare_gel; },
           "False: no bare gel was seen, and heights are right among themselves only.")
       .def(py::pickle(&pickled_surface, &unpickled_surface))
+      .def("__reduce_ex__", &reduced)
       .def("__repr__", [](const TouchedSurface& self) {
         return "<gelslam.Surface " + std::to_string(self.maps->height_mm.cols) + "x" +
                std::to_string(self.maps->height_mm.rows) + ", " + std::to_string(self.maps->contact_pixels) +

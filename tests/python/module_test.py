@@ -77,12 +77,13 @@ class Module(unittest.TestCase):
         self.assertGreater(compared, 10)
 
     def test_surfaces_and_meshes_go_through_pickle(self):
-        mesh = pickle.loads(pickle.dumps(self.run_.mesh))
-        for name in ["vertices", "normals", "triangles", "confidence"]:
-            np.testing.assert_array_equal(getattr(mesh, name), getattr(self.run_.mesh, name))
+        for protocol in range(pickle.HIGHEST_PROTOCOL + 1):
+            mesh = pickle.loads(pickle.dumps(self.run_.mesh, protocol))
+            for name in ["vertices", "normals", "triangles", "confidence"]:
+                np.testing.assert_array_equal(getattr(mesh, name), getattr(self.run_.mesh, name))
         sensor = simulated.sensor(self.images)
         a, b = sensor(self.images[A]), sensor(self.images[B])
-        again = pickle.loads(pickle.dumps(a))
+        again = pickle.loads(pickle.dumps(a, 0))
         for name in ["height_mm", "normals", "curvature", "contact", "sigma", "contact_pixels", "pixel_pitch_mm",
                      "zero_is_bare_gel"]:
             np.testing.assert_array_equal(getattr(again, name), getattr(a, name))
