@@ -92,8 +92,7 @@ TEST_F(CameraList, WithoutThatSensorAutoSaysWhatThereIs) {
   cameras = {&webcam, &metadata, &digit};
   EXPECT_EQ(find_error("auto"),
             "no GelSight Mini found: there is /dev/video0 (HD Webcam), /dev/video10 (DIGIT: DIGIT); name the "
-            "camera by "
-            "--camera or device_config.camera");
+            "camera or set device_config.camera");
   cameras = {&webcam};
   EXPECT_THAT(find_error("auto", "my gel"), HasSubstr("no camera of a known touch sensor found"));
   webcam.open_fails = EACCES;
