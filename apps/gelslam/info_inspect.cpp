@@ -128,8 +128,7 @@ InfoReport inspect_run(const fs::path& folder) {
     if (!fs::exists(folder / name, code)) report.problems.push_back(std::string("holds no ") + name);
   if (fs::exists(folder / "config.yaml", code))
     attempt(report, [&] { add_config(report, read_config(folder / "config.yaml")); });
-  for (const char* session : {"session.db", "session"})  // of an older version
-    if (fs::exists(folder / session, code)) add_session(report, folder);
+  if (has_session(folder)) add_session(report, folder);
   return report;
 }
 

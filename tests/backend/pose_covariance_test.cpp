@@ -12,6 +12,14 @@
 namespace gelslam {
 namespace {
 
+/// a_T_b to b_T_a.
+UncertainMotion inverse(const UncertainMotion& motion) {
+  // (T exp(n))^-1 = T^-1 exp(-Ad(T) n)
+  const Matrix6d to_start = adjoint(motion.from_T_to);
+  return {motion.from_T_to.inverse(), to_start * motion.covariance * to_start.transpose(),
+          -to_start * motion.by_scale, -to_start * motion.by_membrane_bias};
+}
+
 Graph chain(int nodes) {
   Graph graph;
   for (int id = 0; id < nodes; ++id) graph.truth[id] = rolled(id, 5.0);

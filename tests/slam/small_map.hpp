@@ -1,6 +1,13 @@
 #pragma once
 
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <string>
+
 #include "../support/analytic_surface.hpp"
+#include "../support/temporary_folder.hpp"
+#include "gelslam/core/error.hpp"
 #include "gelslam/slam/slam_map.hpp"
 
 namespace gelslam::test {
@@ -42,6 +49,13 @@ inline SlamMap small_map() {
                                    touches ? motion(0.1 * i, 0, 0, 0, 0, 0.01) : Pose(Pose::Identity())});
   }
   return map;
+}
+
+/// What is said of a session that is not read, in one line.
+inline std::string refusal(const std::function<void()>& read) {
+  const std::string message = message_of<Error>(read);
+  EXPECT_EQ(message.find('\n'), std::string::npos);
+  return message;
 }
 
 }  // namespace gelslam::test

@@ -112,13 +112,6 @@ UncertainMotion compose(const UncertainMotion& a, const UncertainMotion& b) {
           to_end * a.by_scale + b.by_scale, to_end * a.by_membrane_bias + b.by_membrane_bias};
 }
 
-UncertainMotion inverse(const UncertainMotion& motion) {
-  // (T exp(n))^-1 = T^-1 exp(-Ad(T) n)
-  const Matrix6d to_start = adjoint(motion.from_T_to);
-  return {motion.from_T_to.inverse(), to_start * motion.covariance * to_start.transpose(),
-          -to_start * motion.by_scale, -to_start * motion.by_membrane_bias};
-}
-
 struct MotionCertainty::Impl {
   std::map<int, int> node_of;
   MotionForest forest;

@@ -34,8 +34,7 @@ SlamMap slam_map_of(const std::vector<PosedSurface>& patches) {
 }  // namespace
 
 Session read_map(const std::filesystem::path& folder) {
-  for (const char* session : {"session.db", "session"})  // and load_session() says what is wrong
-    if (std::filesystem::exists(folder / session)) return load_session(folder);
+  if (has_session(folder)) return load_session(folder);
   throw Error(folder.string() + ": no map; give a run folder, or a folder made by gelslam map");
 }
 

@@ -26,9 +26,8 @@ namespace {
 
 /// Names of libav's readers for files that hold their pictures themselves.
 constexpr const char* kContainers =
-    "avi,matroska,webm,mov,mp4,m4a,3gp,3g2,mj2,mpegts,mpeg,mpegvideo,asf,flv,ogg,nut,mxf,ivf,gif,mjpeg,h264,"
-    "hevc,"
-    "yuv4mpegpipe";
+    "avi,matroska,webm,mov,mp4,m4a,3gp,3g2,mj2,mpegts,mpeg,mpegvideo,asf,flv,ogg,nut,mxf,ivf,gif,mjpeg,"
+    "h264,hevc,yuv4mpegpipe";
 
 /// Options of libav, freed with the object.
 struct AvOptions {

@@ -67,9 +67,6 @@ bool tells_place(const PoseGraphEdge& edge);
 /// a_T_b and b_T_c to a_T_c, measured independently.
 UncertainMotion compose(const UncertainMotion& a, const UncertainMotion& b);
 
-/// a_T_b to b_T_a.
-UncertainMotion inverse(const UncertainMotion& motion);
-
 /// How precisely a graph's edges determine the motion between two of its nodes: by the edges of one short
 /// path between them, without a solve. A gradient scale common to all edges counts (see pose_graph.hpp).
 class MotionCertainty {

@@ -44,6 +44,9 @@ void write_store(const std::filesystem::path& run, const SlamMap& map);
 /// Copies the session of a run into another folder.
 void copy_store(const std::filesystem::path& run, const std::filesystem::path& to);
 
+/// Whether a folder holds a session, also one of an older version, which is not read.
+bool has_session(const std::filesystem::path& folder);
+
 /// What a scan has measured, also one that was killed. Throws Error when there is no session, it is damaged,
 /// or of another version.
 ScanRecord read_scan(const std::filesystem::path& run, const NormalFlowOptions& registration);

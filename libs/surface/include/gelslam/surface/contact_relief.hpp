@@ -7,12 +7,11 @@
 
 namespace gelslam {
 
-/// What shows() needs of a surface, in less than a tenth of its memory: where its contact lies and how high,
-/// rounded as PackedSurface rounds heights. For a surface that was unpacked, shows() gives the same result.
-/// With cells of several pixels, each by the pixel in its middle, it takes still less, and is coarser.
+/// What shows() needs of a surface, in little memory: where its contact lies and how high, in cells of
+/// several pixels, each by the pixel in its middle; heights are rounded as PackedSurface rounds them.
 class ContactRelief {
  public:
-  explicit ContactRelief(const Surface& surface, int cell_px = 1);
+  explicit ContactRelief(const Surface& surface, int cell_px);
 
   friend bool shows(const ContactRelief& relief, const Eigen::Vector3d& point_mm);
 

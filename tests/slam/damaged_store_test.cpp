@@ -1,0 +1,169 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "../support/database.hpp"
+#include "../support/temporary_folder.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/slam/mapper.hpp"
+#include "gelslam/slam/slam_options.hpp"
+#include "gelslam/slam/store.hpp"
+#include "small_map.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace test;
+using testing::HasSubstr;
+
+class DamagedStore : public testing::Test {
+ protected:
+  DamagedStore() { write_store(folder.path(), small_map()); }
+  std::string both() {
+    const std::string session = refusal([&] { load_session(folder.path()); }),
+                      scan = refusal([&] { read_scan(folder.path(), {}); });
+    EXPECT_EQ(session, scan);
+    EXPECT_THAT(refusal([&] { Store store(folder.path()); }), HasSubstr(session));
+    return session;
+  }
+
+  TemporaryFolder folder;
+  const fs::path file = folder / "session.db";
+};
+
+TEST_F(DamagedStore, IsNamedInOneLine) {
+  for (const char* text : {"", "a text", "SQLite format 3"}) {
+    write_bytes(file, text);
+    EXPECT_THAT(both(), HasSubstr("session.db: damaged, or not a session of gelslam"));
+  }
+  fs::remove(file);
+  EXPECT_THAT(both(), HasSubstr(": holds no session.db"));
+  fs::create_directory(folder / "session");
+  EXPECT_THAT(both(),
+              HasSubstr(": its session is of an older version, which is not read any more; reconstruct"));
+  fs::create_symlink("/etc/hostname", file);
+  EXPECT_THAT(both(), HasSubstr("session.db: is a link"));
+  fs::remove(file);
+  write_store(folder.path(), small_map());
+  write_bytes(folder / "session.db-journal", "/etc/hostname");
+  EXPECT_THAT(both(), HasSubstr("session.db-journal: no run holds that"));
+}
+
+TEST_F(DamagedStore, OfAnotherVersionOrWithOtherTablesIsRefused) {
+  const std::string good = read_bytes(file);
+  for (const auto& [change, why] : std::vector<std::pair<std::string, std::string>>{
+           {"PRAGMA user_version=4", "written by a newer version of the program (session version 4"},
+           {"PRAGMA user_version=2", "written by an older version of the program (session version 2"},
+           {"PRAGMA application_id=5", "not a session"},
+           {"DROP TABLE searched", "not a session"},
+           {"CREATE TABLE more(a)", "not a session"},
+           {"CREATE VIEW more AS SELECT * FROM parts", "not a session"},
+           {"CREATE INDEX more ON edges(kind)", "not a session"},
+           {"CREATE TRIGGER more AFTER INSERT ON parts BEGIN DELETE FROM frames; END", "not a session"},
+           {"DROP TABLE poses; CREATE VIEW poses AS SELECT 1 AS keyframe, 1 AS in_map, 2 AS pose",
+            "not a session"},
+           {"ALTER TABLE edges ADD COLUMN more GENERATED ALWAYS AS (abs(tentative))", "not a session"}}) {
+    write_bytes(file, good);
+    sql(file, change);
+    EXPECT_THAT(both(), HasSubstr(why)) << change;
+  }
+}
+
+/// Programs number on from what a session names, look its keyframes up, and add its poses.
+TEST_F(DamagedStore, NumbersThatNoScanHasAreRefused) {
+  const std::string good = read_bytes(file);
+  for (const char* change : {
+           "UPDATE parts SET first_frame=1000000000001",
+           "UPDATE parts SET model_crc32=-1",
+           "UPDATE parts SET sensor=NULL",
+           "DELETE FROM parts",
+           "UPDATE frames SET frame=-1 WHERE frame=0",
+           "UPDATE frames SET frame=9223372036854775807 WHERE frame=59",
+           "UPDATE frames SET time_s=1e300",
+           "UPDATE frames SET time_s=NULL",
+           "UPDATE frames SET time_s='now'",
+           "UPDATE frames SET status='flying'",
+           "UPDATE frames SET trial=2147483647 WHERE frame=59",
+           "UPDATE frames SET trial=NULL WHERE frame=59",
+           "UPDATE frames SET keyframe=-1 WHERE frame=59",
+           "UPDATE frames SET keyframe_T_frame=NULL WHERE frame=59",
+           "UPDATE frames SET keyframe_T_frame=x'00' WHERE frame=59",
+           "UPDATE frames SET keyframe_T_frame=zeroblob(96) WHERE frame=59",
+           "UPDATE frames SET observable=64",
+           "DELETE FROM frames WHERE frame=15",
+           "UPDATE keyframes SET id=1000001 WHERE id=2",
+           "UPDATE keyframes SET id=-1 WHERE id=0",
+           "UPDATE keyframes SET frame=-1 WHERE id=0",
+           "UPDATE keyframes SET trial=2147483647 WHERE id=0",
+           "UPDATE keyframes SET surface='a surface'",
+           "UPDATE keyframes SET surface=zeroblob(200)",
+           "UPDATE keyframes SET surface=substr(surface, 1, 200)",
+           "UPDATE edges SET from_keyframe=7",
+           "UPDATE edges SET from_keyframe=-1",
+           "UPDATE edges SET kind='tunnel'",
+           "UPDATE edges SET from_T_to=information",
+           "UPDATE edges SET information=shared_center_mm",
+           "UPDATE edges SET shared_center_mm=x'000000000000F07F000000000000F07F000000000000F07F'",
+           "UPDATE edges SET tentative=2",
+       }) {
+    write_bytes(file, good);
+    sql(file, change);
+    EXPECT_THAT(refusal([&] { read_scan(folder.path(), {}); }), HasSubstr("session.db: ")) << change;
+  }
+  for (const char* change : {
+           "UPDATE map SET gradient_scale=0",
+           "UPDATE map SET gradient_scale=NULL",
+           "UPDATE map SET last_frame='late'",
+           "UPDATE poses SET keyframe=-1 WHERE keyframe=0",
+           "UPDATE poses SET in_map=7",
+           "UPDATE poses SET pose=zeroblob(96)",
+           "UPDATE poses SET pose=zeroblob(88)",
+           "UPDATE keyframes SET surface=zeroblob(200)",
+           "INSERT INTO map_edges VALUES(NULL,-1,1,'loop',0)",
+           "INSERT INTO map_edges VALUES(NULL,0,1,'tunnel',0)",
+       }) {
+    write_bytes(file, good);
+    sql(file, change);
+    EXPECT_THAT(refusal([&] { load_session(folder.path()); }), HasSubstr("session.db: ")) << change;
+  }
+}
+
+/// A kill may come before a keyframe of which frames or loops are written, and after it was taken back.
+TEST_F(DamagedStore, WhatLeadsToNoKeyframeIsLeftOut) {
+  sql(file,
+      "INSERT INTO searched VALUES(7); INSERT INTO edges SELECT NULL,1,7,kind,from_T_to,information,"
+      "shared_center_mm,0 FROM edges; UPDATE frames SET keyframe=7 WHERE frame=59");
+  const ScanRecord record = read_scan(folder.path(), {});
+  EXPECT_EQ(record.edges.size(), 2u);
+  EXPECT_EQ(record.frames.back().keyframe, -1);
+  Mapper mapper{SlamOptions{}};
+  mapper.restore(record);
+  EXPECT_GE(mapper.finish(record.frames, false, [] { return false; }).components, 1);
+}
+
+/// Any byte: an Error in one line, or what can be read; and never anything else.
+TEST_F(DamagedStore, SurvivesChangedBytes) {
+  const std::string good = read_bytes(file);
+  std::mt19937 random(7);
+  for (int round = 0; round < 600; ++round) {
+    std::string bad = good;
+    for (auto changes = 1 + random() % 20; changes > 0; --changes) {
+      // Half of them where pages begin: there is what leads to all else.
+      const std::size_t at = random() % bad.size();
+      bad[random() % 2 ? at : at / 4096 * 4096 + at % 64] = static_cast<char>(random());
+    }
+    if (round % 5 == 0) bad.resize(random() % bad.size());
+    write_bytes(file, bad);
+    const std::string session = refusal([&] { load_session(folder.path()); }),
+                      scan = refusal([&] { read_scan(folder.path(), {}); });
+    if (round % 5 == 0) {
+      EXPECT_NE(session, "nothing was thrown") << "it is shorter";
+      EXPECT_NE(scan, "nothing was thrown");
+    }
+  }
+}
+
+}  // namespace
+}  // namespace gelslam
