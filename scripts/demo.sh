@@ -53,7 +53,7 @@ say "reconstructing it from the video"
 "$gelslam" reconstruct "$demo/log" -o "$demo/run" --overwrite
 
 say "comparing with the truth"
-"$gelslam" evaluate "$demo/run" --truth "$demo/log" -o "$demo/evaluation.json" >/dev/null
+"$gelslam" evaluate "$demo/run" --truth "$demo/log" --json >"$demo/evaluation.json"
 "$gelslam" view "$demo/run" --truth "$demo/log" --snapshot "$demo/picture.png" -q
 cp "$demo/run/mesh.ply" "$demo/run/trajectory.tum" "$demo/"
 

@@ -24,7 +24,6 @@ void add_calibrate_train_command(CLI::App& calibrate, int& exit_code);
 /// What the commands that read presses have in common.
 struct PressOptions {
   std::filesystem::path folder, config;
-  std::optional<double> given_pitch_mm;
   bool quiet = false;
   // From the configuration, once read_presses() has read it.
   double pitch_mm = 0.0634;

@@ -1,7 +1,6 @@
 #include <iostream>
 
 #include "calibrate_commands.hpp"
-#include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
@@ -17,8 +16,6 @@ void PressOptions::add_to(CLI::App& command) {
       ->required();
   command.add_option("--config", config,
                      "The sensor's configuration: its name and pixel pitch (default: GelSight Mini)");
-  command.add_option("--pitch", given_pitch_mm, "Millimeters per pixel (default: the configuration's)")
-      ->check(number_between(1e-4, 10.0));
   add_quiet_flag(command, quiet);
 }
 
@@ -29,7 +26,6 @@ PressSet read_presses(PressOptions& options, const ModelFile& model) {
   if (model.record) options.pitch_mm = model.record->pixel_pitch_mm;
   if (!options.config.empty()) options.pitch_mm = config.surface.pixel_pitch_mm;
   options.device_name = config.sensor.device_name;
-  if (options.given_pitch_mm) options.pitch_mm = *options.given_pitch_mm;
   PressSet set = read_press_set(options.folder);
   if (model.model.optics) set.optics = model.model.optics;
   if (!set.optics) set.optics = config.surface.optics;

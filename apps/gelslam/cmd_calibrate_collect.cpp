@@ -25,10 +25,9 @@ namespace fs = std::filesystem;
 
 struct CollectArguments {
   CollectOptions collect;
-  fs::path input, config, snapshot;  ///< input: a log, or a calibration folder
+  fs::path input, config;  ///< input: a log, or a calibration folder
   std::string device;
-  std::optional<double> pitch_mm;
-  bool overwrite = false, quiet = false;
+  bool quiet = false;
 };
 
 std::unique_ptr<RawFrameSource> open_source(const CollectArguments& arguments, const Config& config) {
@@ -57,7 +56,7 @@ int label_presses(const CollectArguments& arguments, PressWindowOptions window) 
   if (!arguments.collect.folder.empty() || arguments.collect.diameter_mm > 0)
     throw Error(quoted(arguments.input) + " holds presses to be labeled: leave out --output and --diameter");
   const FolderLock lock(arguments.input);
-  PressOptions options{arguments.input, arguments.config, arguments.pitch_mm, arguments.quiet};
+  PressOptions options{arguments.input, arguments.config, arguments.quiet};
   PressSet set = read_presses(options);
   window.pixel_pitch_mm = options.pitch_mm;
   LabelSession labels = find_circles(std::move(set), options.pitch_mm, arguments.quiet);
@@ -67,7 +66,6 @@ int label_presses(const CollectArguments& arguments, PressWindowOptions window) 
     for (const PressLabel& label : labels.labels())
       if (label.state == LabelState::open)
         std::cerr << "not clear: " << labels.set().presses[label.press].name << ": " << label.doubt << "\n";
-    if (!window.snapshot.empty()) write_press_snapshot(labels, nullptr, window);
   } else {
     const InterruptWatch interrupt;
     window.asks_to_end = [&] { return interrupt.requested(); };
@@ -103,22 +101,19 @@ void run_in_window(CollectSession& session, LabelSession& labels, const PressWin
 
 int run_collect(CollectArguments arguments) {
   CollectOptions& collect = arguments.collect;
-  check_output_file(arguments.snapshot, arguments.overwrite);
   if (!arguments.input.empty() && !fs::exists(arguments.input))
     throw Error(quoted(arguments.input) + ": no such file or folder");
   const bool is_labeling = !arguments.input.empty() && fs::exists(arguments.input / "catalog.csv");
   if (!is_labeling && collect.folder.empty()) throw CLI::RequiredError("--output");
   if (!is_labeling && !(collect.diameter_mm > 0)) throw CLI::RequiredError("--diameter");
   PressWindowOptions window;
-  window.snapshot = arguments.snapshot;
   // Where no window can be opened, no camera should have been disturbed.
   if (!collect.headless) GlContext::window({.title = "GelSLAM", .visible = false});
   if (is_labeling) return label_presses(arguments, window);
   LogInput input;
   input.log = arguments.input;
   input.config = arguments.config;
-  Config config = find_config(input);
-  if (arguments.pitch_mm) config.sensor.pixel_pitch_mm = *arguments.pitch_mm;
+  const Config config = find_config(input);
   window.pixel_pitch_mm = config.sensor.pixel_pitch_mm;
   const std::optional<SensorOptics> folder_optics = find_optics(collect.folder / "catalog.csv");
   collect.optics = folder_optics.value_or(config.surface.optics);
@@ -140,7 +135,6 @@ int run_collect(CollectArguments arguments) {
   try {
     if (collect.headless) {
       session.run();
-      if (!window.snapshot.empty()) write_press_snapshot(labels, &session, window);
     } else {
       run_in_window(session, labels, window);
     }
@@ -181,18 +175,11 @@ void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   command->add_option("--config", arguments->config, "The sensor's configuration");
-  command->add_option("--pitch", arguments->pitch_mm, "Millimeters per pixel (default: the configuration's)")
-      ->check(number_between(1e-4, 10.0));
   command->add_flag("--force", collect.any_background,
                     "Take the first still pictures as the bare gel, whatever they show");
   command->add_flag("--headless", collect.headless,
                     "No window: messages in the terminal; ends when there are enough presses. Of a folder, "
                     "every clear contact is accepted");
-  command
-      ->add_option("--snapshot", arguments->snapshot,
-                   "Picture of the window at the end (PNG; also with --headless)")
-      ->check(refuse_unless_png);
-  add_overwrite_flag(*command, arguments->overwrite);
   add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "Begin with nothing on the gel. Press, hold still, lift; Ctrl-C ends, and all presses are kept.\n"

@@ -21,8 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct OpticsArguments {
-  std::string source;
-  LogOptions log;
+  LogInput input;
   fs::path output;
   bool overwrite = false, quiet = false;
 };
@@ -70,13 +69,14 @@ int run_optics(const OpticsArguments& arguments) {
   check_output_file(arguments.output, arguments.overwrite);
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
-  const std::string ending = fs::path(arguments.source).extension().string();
+  const std::string ending = arguments.input.log.extension().string();
   const bool picture = ending == ".png" || ending == ".jpg" || ending == ".jpeg";
-  const LogInput input = arguments.log.input(arguments.source);
-  const Config config = picture ? find_config(arguments.log.input("")) : resolve_config(input);
+  LogInput input = arguments.input;
+  if (picture) input.log.clear();
+  const Config config = picture ? find_config(input) : resolve_config(input);
   OpticsFit fit;
   if (picture) {
-    fit = from_picture(arguments.source, config);
+    fit = from_picture(arguments.input.log, config);
   } else {
     const std::vector<SeenFrame> frames = seen_frames(input, config, *progress, interrupt);
     progress->begin("fitting optics", std::nullopt);
@@ -85,8 +85,7 @@ int run_optics(const OpticsArguments& arguments) {
   }
   const std::string problem = why_impossible(fit.optics, config.sensor.width_px, config.sensor.height_px,
                                              config.surface.pixel_pitch_mm);
-  if (!problem.empty())
-    throw Error(quoted(fs::path(arguments.source)) + " shows no sensor's optics: " + problem);
+  if (!problem.empty()) throw Error(quoted(arguments.input.log) + " shows no sensor's optics: " + problem);
   std::cout << fit.words()
             << (picture ? fmt::format("{} dots, {:.2f} px from their grid\n", fit.measurements, fit.residual)
                         : fmt::format("{} pairs of frames, whose normals agree within {:.3f} rad\n",
@@ -105,10 +104,12 @@ void add_calibrate_optics_command(CLI::App& calibrate, int& exit_code) {
   const auto arguments = std::make_shared<OpticsArguments>();
   command
       ->add_option(
-          "SOURCE", arguments->source,
+          "SOURCE", arguments->input.log,
           "Picture of the bare gel with printed dots, or a log of a textured thing slid over the gel")
       ->required();
-  arguments->log.add_to(*command);
+  command->add_option("--config", arguments->input.config,
+                      "Configuration (default: the log's own, else config.yaml in or beside it)");
+  command->add_option("--model", arguments->input.model, "Gradient model (default: the log's own)");
   command->add_option("-o,--output", arguments->output, "optics.yaml to write");
   add_overwrite_flag(*command, arguments->overwrite);
   add_quiet_flag(*command, arguments->quiet);

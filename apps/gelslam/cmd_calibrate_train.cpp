@@ -17,7 +17,6 @@ namespace fs = std::filesystem;
 struct TrainArguments {
   PressOptions presses;
   fs::path output, pth;
-  std::uint64_t seed = 1;
   int steps = ModelTraining{}.steps;
   bool automatic = false, overwrite = false;
 };
@@ -28,7 +27,7 @@ int run_train(TrainArguments arguments) {
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.presses.quiet);
   const PressSet set = read_presses(arguments.presses);
-  const CalibrationOptions options{{arguments.presses.pitch_mm, arguments.seed, arguments.steps},
+  const CalibrationOptions options{{.pixel_pitch_mm = arguments.presses.pitch_mm, .steps = arguments.steps},
                                    arguments.automatic};
   const Calibration calibration = calibrate(
       set, options, *progress, [&] { return interrupt.requested(); },
@@ -64,7 +63,6 @@ void add_calibrate_train_command(CLI::App& calibrate, int& exit_code) {
                    "Model to write: PyTorch format if it ends in .pth, else GelSLAM's own")
       ->required();
   command->add_option("--pth", arguments->pth, "Also write the model in PyTorch format (nnmodel.pth)");
-  command->add_option("--seed", arguments->seed, "Seed of all random numbers")->capture_default_str();
   command
       ->add_option("--steps", arguments->steps,
                    "Training steps (default 36000, about 90 s; fewer: quicker, worse)")
@@ -73,7 +71,7 @@ void add_calibrate_train_command(CLI::App& calibrate, int& exit_code) {
                     "Label presses that have no label, for this run only");
   add_overwrite_flag(*command, arguments->overwrite);
   command->footer(
-      "The same presses and seed give the same model. Exit code 1 when the model is written but poor.\n"
+      "The same presses give the same model. Exit code 1 when the model is written but poor.\n"
       "Example: gelslam calibrate train PRESSES -o model.json --pth nnmodel.pth");
   command->callback([arguments, &exit_code] { exit_code = run_train(*arguments); });
 }

@@ -32,7 +32,6 @@ struct ExportArguments {
   fs::path source, output;
   std::vector<fs::path> logs;
   std::string units, color;
-  MeshUnit unit;
   std::optional<double> max_error_mm;
   bool largest_piece = false, watertight = false, close = false, ground_truth = false, overwrite = false,
        quiet = false;
@@ -209,16 +208,14 @@ void take_logs(const ExportArguments& a, RunContents& run) {
 int run_export(const ExportArguments& a) {
   check_output(a);
   if (a.ground_truth) return export_truth(a);
-  if (!a.unit.name.empty() && fs::is_directory(a.source))
-    throw Error("--unit is that of a mesh file as SOURCE; for the file to write, give --units");
   const auto say = [&](const std::string& sentence) {
     if (!a.quiet) std::cerr << sentence << "\n";
   };
   StoppableProgress progress(a.quiet, [] { throw Stopped{}; });
   progress.begin("reading the mesh", std::nullopt);
-  RunContents run = read_run_contents(a.source, a.unit.mm(a.source));
+  RunContents run = read_run_contents(a.source);
   progress.end();
-  if (!a.quiet) a.unit.say(a.source);
+  if (!a.quiet) say_mesh_unit(a.source);
   take_logs(a, run);
   check_contents(a, run);
   const bool as_asked = reduce_mesh(a, run, progress, say);
@@ -257,7 +254,6 @@ void add_options(CLI::App& command, ExportArguments& a) {
           "--max-error-mm", a.max_error_mm,
           "Simplify while the error, an estimate of the distance from the full surface, stays within this")
       ->check(number_between(1e-5, 100.0));
-  a.unit.add_to(command);
   command
       .add_option("--units", a.units,
                   "Unit of the PLY, OBJ or STL written (default: mm for OBJ and STL, m for PLY)")

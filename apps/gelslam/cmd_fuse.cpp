@@ -21,15 +21,14 @@ namespace {
 struct FuseArguments {
   std::vector<std::string> runs;
   std::string output;
-  std::optional<double> voxel_size_mm, truncation_mm;
+  std::optional<double> voxel_size_mm;
   bool overwrite = false, quiet = false;
 };
 
 int join(const FuseArguments& arguments) {
   if (arguments.output.empty()) throw CLI::RequiredError("--output");
-  if (arguments.voxel_size_mm || arguments.truncation_mm)
-    throw Error(
-        "--voxel-size-mm and --truncation-mm are for one run: join the runs first, then fuse the result");
+  if (arguments.voxel_size_mm)
+    throw Error("--voxel-size-mm is for one run: join the runs first, then fuse the result");
   MergeRequest request;
   request.runs.assign(arguments.runs.begin(), arguments.runs.end());
   request.run_folder = arguments.output;
@@ -48,7 +47,6 @@ int fuse_one(const FuseArguments& arguments) {
   request.output = arguments.output;
   request.overwrite = arguments.overwrite;
   request.voxel_size_mm = arguments.voxel_size_mm;
-  request.truncation_mm = arguments.truncation_mm;
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const FuseSummary summary = fuse_run(request, *progress, [&] { return interrupt.requested(); });
@@ -81,10 +79,6 @@ void add_fuse_command(CLI::App& app, int& exit_code) {
   command->add_flag("--overwrite", arguments->overwrite, "Replace that folder if it is there")->needs(output);
   command->add_option("--voxel-size-mm", arguments->voxel_size_mm, "Edge of the mesh's cells")
       ->check(number_between(0.01, 10));
-  command
-      ->add_option("--truncation-mm", arguments->truncation_mm,
-                   "Sheets of one side closer than this become one; at least two voxels")
-      ->check(number_between(0.01, 20));
   add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "If the scan was killed, the map is made first. Scans join where they show the same places. The exit "

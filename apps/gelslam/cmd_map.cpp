@@ -2,6 +2,8 @@
 
 #include <iostream>
 #include <memory>
+#include <optional>
+#include <string>
 
 #include "command_line.hpp"
 #include "commands.hpp"
@@ -17,23 +19,31 @@ namespace {
 
 struct MapArguments {
   std::filesystem::path mesh, output, config;
-  MeshUnit unit;
+  std::string unit;
   MeshMapOptions options;
   bool overwrite = false, quiet = false;
 };
+
+/// How the mesh was read, where that is not plain. `given`: --unit, or "".
+void say_unit(const std::filesystem::path& mesh, const std::string& given) {
+  if (given.empty()) return say_mesh_unit(mesh);
+  const std::optional<LengthUnit> noted = noted_unit(mesh);
+  std::cerr << "unit of " << mesh.string() << ": "
+            << (noted ? short_name(*noted) + std::string(", as the file notes") : given) << "\n";
+}
 
 int run_map(const MapArguments& arguments) {
   MeshMapOptions options = arguments.options;
   options.camera = configured_camera(find_config({{}, arguments.config, {}, {}, false}));
   RunFolder folder(arguments.output, map_folder_options(arguments.mesh, arguments.overwrite));
-  const Mesh mesh = read_mesh(arguments.mesh, arguments.unit.mm(arguments.mesh));
+  const Mesh mesh = read_mesh(arguments.mesh, named_unit_mm(arguments.mesh, arguments.unit));
   StoppableProgress progress(arguments.quiet, [] { throw Error("stopped; nothing was written"); });
   const MeshMap map = make_mesh_map(mesh, options, progress);
   write_map(folder.path(), map, mesh, std::filesystem::absolute(arguments.mesh).string());
   folder.commit();
   if (!map.warning.empty()) std::cerr << "warning: " << map.warning << "\n";
   if (!arguments.quiet) {
-    arguments.unit.say(arguments.mesh);
+    say_unit(arguments.mesh, arguments.unit);
     std::cerr << fmt::format("{}, {:.0f} % of the surface covered: {}\n",
                              counted(static_cast<std::int64_t>(map.patches.size()), "touch"),
                              100 * map.covered_share, arguments.output.string());
@@ -48,15 +58,14 @@ void add_map_command(CLI::App& app, int& exit_code) {
       "map", "Make a map for localization from a mesh of an object that was never touched");
   const auto a = std::make_shared<MapArguments>();
   command->add_option("MESH", a->mesh, "Closed mesh of the object (STL, OBJ or PLY)")->required();
-  a->unit.add_to(*command);
+  command
+      ->add_option("--unit", a->unit,
+                   "Unit of a mesh file that notes none (default: mm for STL and OBJ, m for PLY)")
+      ->check(CLI::IsMember({"mm", "cm", "in", "m"}));
   command->add_option("-o,--output", a->output, "Map folder to write")->required();
   add_overwrite_flag(*command, a->overwrite);
   command->add_option("--config", a->config,
                       "Configuration of the sensor: picture size, pixel pitch and optics");
-  command
-      ->add_option("--indentation", a->options.indentation_mm, "How deep the sensor will be pressed on, mm")
-      ->check(number_between(0.05, 1.5))
-      ->capture_default_str();
   command
       ->add_option("--touches", a->options.max_touches,
                    "Most touches to simulate, about 0.1 s each on one core")

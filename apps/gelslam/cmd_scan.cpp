@@ -1,5 +1,4 @@
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "camera_input.hpp"
@@ -16,8 +15,7 @@ namespace {
 struct ScanArguments {
   std::string log;     ///< "": a camera
   std::string device;  ///< "": the configuration's
-  double speed = 1.0;  ///< of the log
-  bool no_log = false, resized = false, every_frame = false;
+  bool no_log = false, every_frame = false;
   LiveArguments live;
 };
 
@@ -41,9 +39,9 @@ int run_log(const ScanArguments& arguments) {
   WindowOptions window = prepare_window(options, live);
   // A log of another camera is refused before a run folder is made, or replaced.
   open_frame_source(arguments.log, config.sensor)->next();
-  const auto speed = arguments.every_frame ? std::nullopt : std::optional(arguments.speed);
-  return run_live(pace(open_raw_log(arguments.log, config.sensor), speed), std::move(options), live,
-                  std::move(window));
+  return run_live(pace(open_raw_log(arguments.log, config.sensor),
+                       arguments.every_frame ? Pace::as_taken : Pace::as_recorded),
+                  std::move(options), live, std::move(window));
 }
 
 int run(ScanArguments arguments) {
@@ -56,7 +54,6 @@ int run(ScanArguments arguments) {
   WindowOptions window = prepare_window(options, live);
   CameraInput camera = open_camera_input(config, arguments.device);
   if (!arguments.no_log) options.record = camera.attachments;
-  options.record_resized = arguments.resized;
   return run_live(std::move(camera.frames), std::move(options), live, std::move(window),
                   {[&] { return open_camera_input(config, arguments.device).frames; }, config});
 }
@@ -74,21 +71,10 @@ void add_scan_command(CLI::App& app, int& exit_code) {
                    "Camera: /dev/video2, 2, or part of its name (default: the configuration's); "
                    "\"simulated\" for one to try the program with")
       ->excludes(log);
-  CLI::Option* no_log =
-      command->add_flag("--no-log", arguments->no_log, "Do not record the camera's pictures")->excludes(log);
-  command
-      ->add_flag("--resized", arguments->resized,
-                 "Record at the calibrated resolution, lossless, instead of the camera's own bytes")
-      ->excludes(no_log)
-      ->excludes(log);
-  CLI::Option* speed =
-      command->add_option("--speed", arguments->speed, "Speed of LOG relative to the sensor's own frame rate")
-          ->capture_default_str()
-          ->needs(log);
+  command->add_flag("--no-log", arguments->no_log, "Do not record the camera's pictures")->excludes(log);
   command
       ->add_flag("--every-frame", arguments->every_frame,
                  "Play LOG as fast as possible without dropping a frame")
-      ->excludes(speed)
       ->needs(log);
   arguments->live.add_to(*command);
   command->footer(

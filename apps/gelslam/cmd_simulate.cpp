@@ -26,11 +26,9 @@ struct SimulateArguments {
   ScanSpec scan;
   PressLogSpec press_log;
   DataFolderOptions folder;
-  std::filesystem::path output, model;
+  std::filesystem::path output;
   std::string optics = "mini";
-  std::vector<double> place_mm;  // x, y
   std::uint64_t seed = 1;
-  MeshUnit unit;
   bool list = false, quiet = false, overwrite = false;
 };
 
@@ -55,7 +53,7 @@ RunFolderOptions folder_options(const SimulateArguments& arguments, const char* 
           .known_entries = {"gelsight.avi", "config.yaml", "meta.json", "gt_mesh.ply", "touched.npy",
                             "true_start_T_currs.npy", "true_heights.npy", "true_contacts.npy", "touches.csv",
                             "model.json", "optics.yaml"},
-          .inputs = {object.has_extension() ? object : "", arguments.model}};
+          .inputs = {object.has_extension() ? object : ""}};
 }
 
 SensorOptics optics_of(const std::string& name) {
@@ -72,10 +70,8 @@ void prepare(SimulateArguments& arguments) {
   arguments.press_log.geometry.optics = arguments.scan.geometry.optics = optics_of(arguments.optics);
 }
 
-/// The model that is given, else the one that is known for the optics, written into the folder; none for
-/// others.
+/// The model that is known for the optics, written into the folder; none for others.
 std::filesystem::path model_of(const SimulateArguments& arguments, const std::filesystem::path& folder) {
-  if (!arguments.model.empty()) return arguments.model;
   if (arguments.optics != "mini" && arguments.optics != "flat") return {};
   write_file_atomically(folder / "model.json",
                         arguments.optics == "mini" ? mini_model_file() : flat_model_file());
@@ -84,17 +80,11 @@ std::filesystem::path model_of(const SimulateArguments& arguments, const std::fi
 
 void run_scan(SimulateArguments& arguments) {
   prepare(arguments);
-  if (!arguments.place_mm.empty())
-    arguments.scan.motion.place_mm = {arguments.place_mm[0], arguments.place_mm[1]};
-  if (!arguments.model.empty() && !std::filesystem::exists(arguments.model))
-    throw Error("there is no model " + arguments.model.string());
   StoppableProgress progress(arguments.quiet, throw_stopped);
-  ShapeSpec& object = arguments.scan.object;
-  object.mesh_unit_mm = arguments.unit.mm(object.name);
   RunFolder folder(arguments.output, folder_options(arguments, "meta.json"));
   arguments.folder.name = name_of(folder.final_path());
   const Simulator simulator(arguments.scan);  // first: it knows whether object and motion exist
-  if (!arguments.quiet) arguments.unit.say(object.name);
+  if (!arguments.quiet) say_mesh_unit(arguments.scan.object.name);
   arguments.folder.model = model_of(arguments, folder.path());
   write_data_folder(folder.path(), simulator, arguments.folder, progress);
   folder.commit();
@@ -105,9 +95,6 @@ void add_common_options(CLI::App& command, SimulateArguments& arguments) {
   command
       .add_option("--seed", arguments.seed, "Seed of all random numbers; the same seed gives the same files")
       ->capture_default_str();
-  command.add_option("--noise", arguments.scan.optics.noise_gain, "Factor on the sensor's noise")
-      ->capture_default_str();
-  command.add_flag("--dirt", arguments.scan.optics.dirt, "Specks and grains that stay on the gel");
   command
       .add_option(
           "--optics", arguments.optics,
@@ -127,7 +114,6 @@ void add_scan(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& argu
   scan->add_option("--size", a.scan.object.size, "Factor on the object's size")->capture_default_str();
   scan->add_option("--texture", a.scan.object.texture, "Factor on its texture's height; 0: polished")
       ->capture_default_str();
-  a.unit.add_to(*scan);
   scan->add_option("--motion", a.scan.motion.name, "Motion (see gelslam simulate --list)")
       ->capture_default_str();
   scan->add_option("--frames", a.scan.motion.frames, "Pictures after the 10 of the background")
@@ -135,18 +121,6 @@ void add_scan(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& argu
   scan->add_option("--speed", a.scan.motion.speed, "Factor on how far the hand moves")->capture_default_str();
   scan->add_option("--indentation", a.scan.motion.indentation_mm,
                    "Depth to which the object is pressed in, mm")
-      ->capture_default_str();
-  scan->add_option("--place", a.place_mm, "X,Y: where on the gel the contact is, mm from its center")
-      ->delimiter(',')
-      ->expected(2);
-  scan->add_option(
-      "--model", a.model,
-      "Gradient model that config.yaml names; default: one for mini or flat optics, as model.json");
-  scan->add_flag("--light-drift", a.scan.optics.light_drift, "Let the lamps drift by a few percent");
-  scan->add_flag("--lossless", a.folder.lossless, "PNG instead of JPEG pictures in the video");
-  scan->add_flag("--truth-maps", a.folder.truth_maps,
-                 "Also write the true heights and contacts of every frame");
-  scan->add_option("--threads", a.folder.threads, "Number of threads (0: all); the files do not depend on it")
       ->capture_default_str();
   scan->add_option("--dots", a.scan.optics.dot_spacing_mm,
                    "Print dots on the gel that move with it, this many mm apart; 2 without a number")
@@ -169,18 +143,13 @@ void add_presses(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& a
   presses->add_option("--presses", spec.presses, "Number of good presses")->capture_default_str();
   presses->add_flag("--mishaps", spec.mishaps,
                     "Bad presses between them: sliding, too deep, too shallow, off the gel, two at once");
-  presses
-      ->add_option("--background-frames", spec.background_frames,
-                   "Frames of the bare gel at the start; with 0 the ball lies on it already")
-      ->capture_default_str();
-  presses->add_flag("--lossless", arguments->folder.lossless, "PNG instead of JPEG pictures in the video");
   add_common_options(*presses, *arguments);
   presses->footer("Example: gelslam simulate presses --diameter 9.5 --mishaps -o hand");
   presses->callback([arguments, &exit_code] {
     RunFolder folder(arguments->output, folder_options(*arguments, "touches.csv"));
     prepare(*arguments);
     StoppableProgress progress(arguments->quiet, throw_stopped);
-    write_press_log(folder.path(), arguments->press_log, arguments->folder.lossless, progress);
+    write_press_log(folder.path(), arguments->press_log, progress);
     folder.commit();
     exit_code = kExitDone;
   });

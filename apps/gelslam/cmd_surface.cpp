@@ -33,7 +33,6 @@ constexpr float kShownCurvature = 0.2F;               // 1/pixel, black or white
 
 struct SurfaceArguments {
   fs::path image, background, config, model, output;
-  std::optional<double> pitch_mm;
   bool force = false, overwrite = false, quiet = false;
 };
 
@@ -102,7 +101,6 @@ Config config_for(const SurfaceArguments& arguments) {
   Config config = find_config(input);
   if (config.sensor.calibration_model_path.empty())
     throw Error("no gradient model: give --model nnmodel.pth, or --config with calibration_model_path");
-  if (arguments.pitch_mm) config.surface.pixel_pitch_mm = *arguments.pitch_mm;
   config.background_frames = 1;
   return config;
 }
@@ -211,8 +209,6 @@ void add_surface_command(CLI::App& app, int& exit_code) {
   command->add_option("--model", arguments->model,
                       "The sensor's gradient model nnmodel.pth (default: the one the configuration names)");
   command->add_option("-o,--output", arguments->output, "Folder to write")->required();
-  command->add_option("--pitch", arguments->pitch_mm, "Millimeters per pixel (default: the configuration's)")
-      ->check(number_between(1e-4, 10.0));
   command->add_flag("--force", arguments->force, "Continue although background or picture seem to be wrong");
   add_overwrite_flag(*command, arguments->overwrite);
   add_quiet_flag(*command, arguments->quiet);

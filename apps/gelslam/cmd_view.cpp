@@ -23,8 +23,7 @@ struct ViewArguments {
   std::filesystem::path source, compare, truth, snapshot;
   std::string size = "1280x800", color, shading = "clay";
   std::optional<double> time_s;
-  double yaw_deg = 0, pitch_deg = 0, ui_scale = 1;
-  MeshUnit unit;
+  double yaw_deg = 0, pitch_deg = 0;
   bool trajectory = false, graph = false, overwrite = false, quiet = false;
 };
 
@@ -62,10 +61,8 @@ SceneStyle style_of(const ViewArguments& arguments) {
 }
 
 std::optional<ViewContent> second_surface(const ViewArguments& arguments) {
-  const MeshUnit& unit = arguments.unit;
-  if (!arguments.truth.empty())
-    return load_truth(arguments.truth, arguments.source, unit.mm(arguments.truth));
-  if (!arguments.compare.empty()) return load_view(arguments.compare, unit.mm(arguments.compare));
+  if (!arguments.truth.empty()) return load_truth(arguments.truth, arguments.source);
+  if (!arguments.compare.empty()) return load_view(arguments.compare);
   return std::nullopt;
 }
 
@@ -91,7 +88,6 @@ ViewWindowOptions window_options(const ViewArguments& arguments, const PictureSi
   options.time_s = arguments.time_s;
   options.yaw_deg = arguments.yaw_deg;
   options.pitch_deg = arguments.pitch_deg;
-  options.ui_scale = arguments.ui_scale;
   return options;
 }
 
@@ -100,14 +96,14 @@ void view(const ViewArguments& arguments) {
   const PictureSize size = parse_size(arguments.size);
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   progress->begin("reading", std::nullopt);
-  ViewContent content = load_view(arguments.source, arguments.unit.mm(arguments.source));
+  ViewContent content = load_view(arguments.source);
   std::optional<ViewContent> second = second_surface(arguments);
   progress->end();
   const SceneStyle style = style_of(arguments);
   check(arguments, content, style);
   if (!arguments.quiet)
     for (const std::filesystem::path& shown : {arguments.source, arguments.compare, arguments.truth})
-      arguments.unit.say(shown);
+      say_mesh_unit(shown);
   if (!arguments.quiet) say_where_warnings_are(arguments.source);
   ViewWindowOptions options = window_options(arguments, size, style);
   if (arguments.snapshot.empty()) {
@@ -151,8 +147,6 @@ void add_view_command(CLI::App& app, int& exit_code) {
   command->add_flag("--trajectory", a->trajectory, "Show the sensor's trajectory");
   command->add_flag("--graph", a->graph, "Show keyframes and the edges between them");
   add_overwrite_flag(*command, a->overwrite);
-  a->unit.add_to(*command);
-  add_ui_scale(*command, a->ui_scale);
   add_quiet_flag(*command, a->quiet);
   command->footer("Example: gelslam view RUN\nExample: gelslam view RUN --truth DATA --snapshot view.png");
   command->callback([a, &exit_code] {

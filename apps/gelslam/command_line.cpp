@@ -10,7 +10,6 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/sensor/raw_log.hpp"
-#include "gelslam/viewer/window_options.hpp"
 
 namespace gelslam {
 
@@ -27,12 +26,11 @@ void LogOptions::add_to(CLI::App& command) {
       .add_option("--background-frames", background_frames,
                   "Frames of the log that show the bare gel, as 12-21, from 0; earlier ones are left out")
       ->excludes(image);
-  command.add_flag("--cropped", cropped, "Pictures of another size were cropped already: only resize them");
   command.add_flag("--force", force, "Continue although the first frames seem to show contact");
 }
 
 LogInput LogOptions::input(const std::string& log) const {
-  return {log, config, model, background, force, named_frames(), cropped};
+  return {log, config, model, background, force, named_frames()};
 }
 
 std::optional<FrameRange> LogOptions::named_frames() const {
@@ -50,24 +48,9 @@ std::optional<FrameRange> LogOptions::named_frames() const {
   return range;
 }
 
-void MeshUnit::add_to(CLI::App& command) {
-  command
-      .add_option("--unit", name,
-                  "Unit of a mesh file that notes none (default: mm for STL and OBJ, m for PLY)")
-      ->check(CLI::IsMember({"mm", "cm", "in", "m"}));
-}
-
-std::optional<double> MeshUnit::mm(const std::filesystem::path& file) const {
-  return named_unit_mm(file, name);
-}
-
-void MeshUnit::say(const std::filesystem::path& file) const {
-  if (!std::filesystem::is_regular_file(file)) return;
-  const bool noted = noted_unit(file).has_value();
-  if (noted && name.empty()) return;
-  const std::string unit = noted || name.empty() ? short_name(unit_of(file)) : name;
-  const char* const reason = noted ? ", as the file notes" : name.empty() ? " (--unit names another)" : "";
-  std::cerr << "unit of " << file.string() << ": " << unit << reason << "\n";
+void say_mesh_unit(const std::filesystem::path& file) {
+  if (std::filesystem::is_regular_file(file) && !noted_unit(file))
+    std::cerr << "unit of " << file.string() << ": " << short_name(usual_unit(file)) << "\n";
 }
 
 void add_overwrite_flag(CLI::App& command, bool& overwrite) {
@@ -102,14 +85,6 @@ CLI::Validator number_between(double least, double most) {
            (rest != end && *rest == ',' ? " (write a point, not a comma)" : "");
   };
   return CLI::Validator(check, range);
-}
-
-void add_ui_scale(CLI::App& command, double& ui_scale) {
-  command
-      .add_option("--ui-scale", ui_scale,
-                  "Scale of the window's letters and buttons, on top of the desktop's")
-      ->check(number_between(viewer::kMinUiScale, viewer::kMaxUiScale))
-      ->capture_default_str();
 }
 
 }  // namespace gelslam

@@ -14,7 +14,7 @@ namespace gelslam {
 /// The options by which every command that reads logs finds their configuration, model and background.
 struct LogOptions {
   std::string config, model, background, background_frames;
-  bool force = false, cropped = false;
+  bool force = false;
 
   void add_to(CLI::App& command);
   /// Of --background-frames A-B.
@@ -22,16 +22,8 @@ struct LogOptions {
   LogInput input(const std::string& log) const;
 };
 
-/// The unit of mesh files that note none: --unit, else usual_unit().
-struct MeshUnit {
-  std::string name;
-
-  void add_to(CLI::App& command);
-  /// For read_mesh(): nothing where the file notes its unit, or is none.
-  std::optional<double> mm(const std::filesystem::path& file) const;
-  /// Says on stderr how a mesh file was read, where that is not plain.
-  void say(const std::filesystem::path& file) const;
-};
+/// Says on stderr in which unit a mesh file was read that notes none.
+void say_mesh_unit(const std::filesystem::path& file);
 
 /// --overwrite, in every command that writes a file or folder.
 void add_overwrite_flag(CLI::App& command, bool& overwrite);
@@ -45,7 +37,5 @@ void check_output_file(const std::filesystem::path& file, bool overwrite);
 std::string refuse_unless_png(const std::string& path);
 /// A number, all of it and nothing else: no comma, no unit.
 CLI::Validator number_between(double least, double most);
-
-void add_ui_scale(CLI::App& command, double& ui_scale);
 
 }  // namespace gelslam

@@ -145,7 +145,6 @@ void LiveArguments::add_to(CLI::App& command) {
   command.add_flag("--headless", headless, "No window: the state is printed in the terminal");
   command.add_option("--snapshot", snapshot, "Picture of the window at the end (PNG; also with --headless)")
       ->check(refuse_unless_png);
-  add_ui_scale(command, ui_scale);
   stream.add_to(command);
   stream.add_live_to(command);
   add_quiet_flag(command, quiet);
@@ -176,7 +175,6 @@ WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& ar
   window.picture_folder = options.run_folder.empty() ? "." : options.run_folder.string();
   window.keeps_run = !options.run_folder.empty();
   window.snapshot = arguments.snapshot;
-  window.ui_scale = arguments.ui_scale;
 
   if (options.continued) {
     if (!arguments.quiet)

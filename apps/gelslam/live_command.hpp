@@ -18,7 +18,6 @@ struct LiveArguments {
   LogOptions log;
   std::string run_folder, continued, snapshot;
   bool overwrite = false, headless = false, quiet = false;
-  double ui_scale = 1;
   double seconds = 0;  ///< 0: until a person or the source ends it
   StreamArguments stream;
 

@@ -25,8 +25,6 @@ void StreamArguments::add_to(CLI::App& command) {
           "pose; after a loss, poses continue once a place is recognized. ndjson: one object per frame")
       ->check(CLI::IsMember({"tum", "ndjson"}))
       ->capture_default_str();
-  command.add_option("--listen", address, "Address for tcp:PORT; 0.0.0.0 lets other machines read")
-      ->capture_default_str();
 }
 
 void StreamArguments::add_live_to(CLI::App& command) {
@@ -35,7 +33,6 @@ void StreamArguments::add_live_to(CLI::App& command) {
 }
 
 void StreamArguments::check() const {
-  if (address != "127.0.0.1" && !target.starts_with("tcp:")) throw Error("--listen needs --stream tcp:PORT");
   for (const auto& [given, name] : {std::pair(surface, "--stream-surface"), {images, "--stream-images"}}) {
     if (!given) continue;
     if (target.empty()) throw Error(std::string(name) + " needs --stream");
@@ -48,7 +45,7 @@ std::shared_ptr<PoseStream> StreamArguments::open(double gradient_scale_sigma, b
   check();
   if (target.empty()) return nullptr;
   auto stream = std::make_shared<PoseStream>(
-      PoseStream::Options{target, address, stream_format(), surface, images, gradient_scale_sigma});
+      PoseStream::Options{target, stream_format(), surface, images, gradient_scale_sigma});
   if (!quiet) say_where(stream->name());
   return stream;
 }
@@ -57,8 +54,7 @@ std::shared_ptr<StreamServer> StreamArguments::open_server(bool quiet) const {
   check();
   if (target == "-") return nullptr;
   auto server = std::make_shared<StreamServer>(
-      target, address,
-      [format = stream_format()](std::int64_t lines) { return dropped_notice(format, lines); });
+      target, [format = stream_format()](std::int64_t lines) { return dropped_notice(format, lines); });
   if (!quiet) say_where(server->name());
   return server;
 }

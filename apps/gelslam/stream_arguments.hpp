@@ -12,7 +12,6 @@ namespace gelslam {
 struct StreamArguments {
   std::string target;  ///< StreamServer; "": none
   std::string format = "ndjson";
-  std::string address = "127.0.0.1";
   bool surface = false, images = false;
 
   /// `target` and `format` are the command's defaults.

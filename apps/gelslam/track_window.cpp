@@ -30,14 +30,12 @@ void MapWindowArguments::add_to(CLI::App& command) {
           "Picture (PNG) of the window at the end, or, without --window, of the last touch in the map")
       ->check(refuse_unless_png);
   add_overwrite_flag(command, overwrite);
-  add_ui_scale(command, ui_scale);
 }
 
 WindowOptions MapWindowArguments::window_options() const {
   check_output_file(snapshot, overwrite);
   WindowOptions options;
   options.snapshot = snapshot;
-  options.ui_scale = ui_scale;
   if (window) GlContext::window({.title = "GelSLAM", .visible = false});
   return options;
 }

@@ -13,7 +13,6 @@ namespace gelslam {
 struct MapWindowArguments {
   bool window = false, overwrite = false;
   std::string snapshot;
-  double ui_scale = 1;
 
   void add_to(CLI::App& command);
   bool shows_map() const { return window || !snapshot.empty(); }

@@ -177,23 +177,7 @@ TEST(CalibrateCommand, NamesFilesOfTheWrongKind) {
   write_bytes(folder / "model.json", "{}");
   const std::string model = (folder / "model.json").string(), presses = folder.path().string();
   expect_mistake(calibrate({"check", presses, model}), "the model comes first, then the presses");
-  expect_mistake(calibrate({"collect", presses, "--snapshot", "circles.jpg"}), "a name that ends in .png");
   expect_mistake(calibrate({"collect", presses, "--headless", "--diameter", "6"}), "--output");
-}
-
-TEST(CalibrateCommand, DrawsTheWindowWithoutADisplay) {
-  const TemporaryFolder folder;
-  PressSet set = few_presses().set;
-  set.presses.resize(3);
-  write_folder(folder / "presses", set);
-  const std::string presses = (folder / "presses").string(), picture = (folder / "window.png").string();
-  const ProgramResult drawn = calibrate({"collect", presses, "-q", "--headless", "--snapshot", picture});
-  if (drawn.exit_code == 2 && drawn.err.find("OpenGL") != std::string::npos) GTEST_SKIP() << drawn.err;
-  EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
-  EXPECT_EQ(cv::imread(picture).size(), cv::Size(1280, 800));
-  EXPECT_TRUE(fs::exists(folder / "presses/press/0/label.npz"));
-  expect_mistake(calibrate({"collect", presses, "--snapshot", picture}), "is already there");
-  expect_mistake(calibrate({"collect", presses, "--headless", "-o", picture}), "leave out --output");
 }
 
 TEST(CalibrateCommand, RefusesBadPressesAndWritesNothing) {

@@ -41,8 +41,8 @@ class Chain : public ::testing::Test {
   static void SetUpTestSuite() {
     folder_ = std::make_unique<TemporaryFolder>();
     NoProgress quiet;
-    write_press_log(small_log(), small_ball(), false, quiet);
-    write_press_log(large_log(), large_ball(), false, quiet);
+    write_press_log(small_log(), small_ball(), quiet);
+    write_press_log(large_log(), large_ball(), quiet);
     collected_small_ = collect(small_log(), presses(), "6.31", 9);
     collected_large_ = collect(large_log(), presses(), "9.5", 9);
     trained_ = gelslam({"calibrate", "train", presses().string(), "-o", model().string(), "--steps", "1500"});
@@ -104,7 +104,7 @@ TEST_F(Chain, TrainsAModelThatReadsUnseenBallsAsTheyAre) {
   unseen.presses = 6;
   unseen.mishaps = false;
   NoProgress quiet;
-  write_press_log(*folder_ / "unseen", unseen, false, quiet);
+  write_press_log(*folder_ / "unseen", unseen, quiet);
   EXPECT_EQ(collect(*folder_ / "unseen", *folder_ / "unseen_presses", "6.31", 50).exit_code,
             1);  // 44 are missing
   const ProgramResult checked =
@@ -168,7 +168,7 @@ TEST_F(Chain, WithoutABareGelNothingIsWritten) {
   pressed.presses = 1;
   pressed.background_frames = 0;
   NoProgress quiet;
-  write_press_log(*folder_ / "pressed", pressed, false, quiet);
+  write_press_log(*folder_ / "pressed", pressed, quiet);
   const ProgramResult result = collect(*folder_ / "pressed", *folder_ / "nothing", "6.31", 9);
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.err, HasSubstr("the bare gel was never seen"));

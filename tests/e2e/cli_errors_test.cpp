@@ -120,8 +120,7 @@ TEST(Cli, NumbersAreReadWholeOrRefused) {
 TEST(Cli, DotsOfASimulatedGelNeedNoNumber) {
   const TemporaryFolder folder;
   const auto background = [&](const std::string& name, std::vector<std::string> dots) {
-    dots.insert(dots.begin(),
-                {"simulate", "scan", "--object", "sphere", "--frames", "1", "--lossless", "-q"});
+    dots.insert(dots.begin(), {"simulate", "scan", "--object", "sphere", "--frames", "1", "-q"});
     dots.insert(dots.end(), {"-o", (folder / name).string()});
     const ProgramResult result = gelslam(dots);
     EXPECT_EQ(result.exit_code, 0) << result.err;
@@ -157,11 +156,9 @@ TEST(Cli, NoOptionReplacesARecording) {
   test::write_bytes(folder / "meta.json", "{}");
   expect_mistake(gelslam({"simulate", "scan", "-o", folder.path().string(), "--overwrite"}),
                  "for it holds the recording log.mkv");
-  for (const char* command : {"evaluate", "export", "view"}) {
+  for (const char* command : {"export", "view"}) {
     std::vector<std::string> words{command, "m.ply", command == std::string("view") ? "--snapshot" : "-o",
                                    log};
-    if (command == std::string("evaluate"))
-      words = {"evaluate", "--mesh", "m.ply", "--truth-mesh", "m.ply", "-o", log};
     if (command == std::string("export")) words.back() += ".glb";
     if (command == std::string("view")) words.back() += ".png";
     test::write_bytes(words.back(), "\x1A\x45\xDF\xA3 pictures");
@@ -180,15 +177,14 @@ TEST(Cli, NoOutputReplacesWhatIsThereUnasked) {
   const std::string run = folder.path().string(), json = run + "/a.json", png = run + "/a.png";
   for (const char* what : {"scan", "presses"})
     expect_mistake(gelslam({"simulate", what, "-o", run}), "exists already");
-  const std::vector<std::string> judge{"evaluate", "--mesh", "m.ply", "--truth-mesh", "m.ply"};
-  const auto judged = [&](std::vector<std::string> more) {
-    more.insert(more.begin(), judge.begin(), judge.end());
+  const auto trained = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"calibrate", "train", "no presses", "-o"});
     return gelslam(more);
   };
-  expect_mistake(judged({"-o", json}), "is already there; choose another name, or give --overwrite");
-  expect_mistake(judged({"-o", json, "--overwrite"}), "m.ply");
-  expect_mistake(judged({"-o", run + "/session.db", "--overwrite"}), "is a recording");
-  expect_mistake(judged({"-o", run}), "is a folder");
+  expect_mistake(trained({json}), "is already there; choose another name, or give --overwrite");
+  expect_mistake(trained({json, "--overwrite"}), "no presses");
+  expect_mistake(trained({run + "/session.db", "--overwrite"}), "is a recording");
+  expect_mistake(trained({run}), "is a folder");
   expect_mistake(gelslam({"view", "m.ply", "--snapshot", png}), "is already there");
   for (const char* file : {"config.yaml", "a.json", "a.png", "session.db"})
     EXPECT_EQ(test::read_bytes(folder / file), "precious");

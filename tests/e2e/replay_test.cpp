@@ -107,14 +107,12 @@ TEST(Replay, StreamsThatCannotBeAreRefusedInOneLine) {
   expect_mistake(gelslam(replay({log, "--stream-surface"})), "--stream-surface needs --stream");
   expect_mistake(gelslam(replay({log, "--stream", "-", "--stream-format", "tum", "--stream-images"})),
                  "--stream-images needs --stream-format ndjson");
-  expect_mistake(gelslam(replay({log, "--stream", "-", "--listen", "0.0.0.0"})),
-                 "--listen needs --stream tcp:PORT");
 }
 
 TEST(Replay, AtTheSensorsRateItTakesAsLongAsTheScanTook) {
   const TemporaryFolder folder;
   const ProgramResult result =
-      gelslam(replay({scan().log().string(), "--speed", "4", "-o", (folder / "run").string(), "-q"}));
+      gelslam(replay({scan().log().string(), "-o", (folder / "run").string(), "-q"}));
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");
   const json report = json::parse(read_bytes(folder / "run/report.json"));
@@ -122,7 +120,7 @@ TEST(Replay, AtTheSensorsRateItTakesAsLongAsTheScanTook) {
   EXPECT_EQ(live.at("arrived"), kBackgroundFrames + kScanFrames);
   EXPECT_EQ(live.at("arrived"), report.at("frames").at("total").get<int>() + live.at("dropped").get<int>());
   // Nothing comes earlier than recorded; how much later depends on the machine.
-  EXPECT_GT(report.at("seconds").get<double>(), (kBackgroundFrames + kScanFrames - 1) / 100.0);
+  EXPECT_GT(report.at("seconds").get<double>(), (kBackgroundFrames + kScanFrames - 1) / 25.0);
   EXPECT_EQ(report.at("partial"), false);
 }
 
@@ -217,9 +215,7 @@ TEST(Replay, MistakesAreOneLine) {
   const TemporaryFolder folder;
   for (const auto& [arguments, words] : std::vector<std::pair<std::vector<std::string>, std::string>>{
            {{(folder / "none").string()}, "no such file"},
-           {{scan().log().string(), "--speed", "0"}, "positive number, such as"},
            {{scan().log().string(), "--seconds", "0"}, "no number from 0.01"},
-           {{scan().log().string(), "--speed", "2", "--every-frame"}, "excludes"},
            {{scan().log().string(), "--camera", "simulated"}, "excludes"},
            {{"--every-frame"}, "requires LOG"},
            {{scan().log().string(), "-o", scan().log().string()}, "exists already"}}) {

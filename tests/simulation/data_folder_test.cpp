@@ -67,12 +67,6 @@ TEST(DataFolder, VideoHoldsThePicturesWithTheirColor) {
   for (int c = 0; c < 3; ++c) EXPECT_LT(error[c], 1.3) << c;
 }
 
-TEST(DataFolder, LosslessVideoIsExact) {
-  DataFolderOptions options;
-  options.lossless = true;
-  EXPECT_EQ(cv::norm(video_error(Written(options).path())), 0);
-}
-
 TEST(DataFolder, TruthIsInMetersOnePoseForEveryFrameAfterTheBackground) {
   const Written folder(DataFolderOptions{});
   const NpyArray poses = read_npy(folder / "true_start_T_currs.npy");
@@ -144,24 +138,6 @@ TEST(DataFolder, AnInsideOutMeshIsAnError) {
   spec.motion.frames = 3;
   NoProgress progress;
   EXPECT_THROW(write_data_folder(parent / "scan", Simulator(spec), {}, progress), Error);
-}
-
-TEST(DataFolder, TruthMapsAreThoseOfTheSimulator) {
-  DataFolderOptions options;
-  options.truth_maps = true;
-  const Written folder(options);
-  const NpyArray heights = read_npy(folder / "true_heights.npy"),
-                 contacts = read_npy(folder / "true_contacts.npy");
-  ASSERT_EQ(heights.shape, (std::vector<std::size_t>{15, 240, 320}));
-  ASSERT_EQ(contacts.type, NpyType::boolean);
-  const SimulatedFrame frame = simulator().frame(12);
-  const std::vector<double> height = heights.to_doubles(), contact = contacts.to_doubles();
-  for (int v = 0; v < 240; v += 7)
-    for (int u = 0; u < 320; u += 7) {
-      const auto index = static_cast<std::size_t>((2 * 240 + v) * 320 + u);
-      ASSERT_EQ(height[index], frame.height_mm(v, u));
-      ASSERT_EQ(contact[index] != 0, frame.contact(v, u) != 0);
-    }
 }
 
 TEST(DataFolder, IsTheSameWhateverTheNumberOfThreads) {

@@ -73,11 +73,11 @@ TEST(PressLog, WritesAWholeFolderAndRefusesNonsense) {
   NoProgress quiet;
   PressLogSpec spec = few();
   spec.presses = 1;
-  write_press_log(folder / "log", spec, false, quiet);
+  write_press_log(folder / "log", spec, quiet);
   EXPECT_EQ(read_bytes(folder / "log/touches.csv").find("kind,first_frame"), 0U);
   EXPECT_GT(read_bytes(folder / "log/gelsight.avi").size(), 20'000U);
   spec.diameter_mm = 1.0;
-  EXPECT_THROW(write_press_log(folder / "none", spec, false, quiet), Error);
+  EXPECT_THROW(write_press_log(folder / "none", spec, quiet), Error);
   spec = few();
   spec.presses = 0;
   EXPECT_THROW(simulate_press_log(spec, [](const cv::Mat3b&) {}), Error);

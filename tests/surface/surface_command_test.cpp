@@ -30,6 +30,7 @@ class SurfaceCommand : public ::testing::Test {
     file.layers = layers_of(linear_gel_model());
     write_bytes(folder_ / "nnmodel.pth", zip_archive(file.entries()));
     write_optics(folder_ / kOpticsFileName, {});  // as they are rendered
+    write_bytes(folder_ / "sensor.yaml", "device_config:\n  ppmm: 0.05\n");
     write_picture("background.png", render(cv::Mat1f(kSensor, 0.0F), kPitchMm, 0.0, 1));
     truth_ = ball_press(kSensor, kPitchMm, 150, 110, 4.0, 0.5);
     write_picture("touch.png", render(truth_, kPitchMm, 0.5, 2));
@@ -41,11 +42,10 @@ class SurfaceCommand : public ::testing::Test {
 
   ProgramResult run(const std::string& image, const std::vector<std::string>& more = {},
                     const std::string& background = "background.png") {
-    std::vector<std::string> arguments = {"surface",      (folder_ / image).string(),
-                                          "--background", (folder_ / background).string(),
-                                          "--model",      (folder_ / "nnmodel.pth").string(),
-                                          "-o",           (folder_ / "OUT").string(),
-                                          "--pitch",      "0.05"};
+    std::vector<std::string> arguments = {
+        "surface",  (folder_ / image).string(),         "--background", (folder_ / background).string(),
+        "--model",  (folder_ / "nnmodel.pth").string(), "-o",           (folder_ / "OUT").string(),
+        "--config", (folder_ / "sensor.yaml").string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return run_program(GELSLAM_PROGRAM, arguments);
   }

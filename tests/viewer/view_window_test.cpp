@@ -113,16 +113,6 @@ TEST_F(ViewWindowPicture, TwoSurfacesTheirNamesAndTheDistance) {
   EXPECT_THAT(words(loop), Contains(HasSubstr("90 % below")));
 }
 
-TEST_F(ViewWindowPicture, LettersGrowWithTheAskedScale) {
-  options.ui_scale = 1.5;
-  ViewWindow large(load_view(folder / "RUN"), std::nullopt, options);
-  options.ui_scale = 1;
-  ViewWindow usual(load_view(folder / "RUN"), std::nullopt, options);
-  large.turn(1);
-  usual.turn(1);
-  EXPECT_NEAR(large.host().ui_scale(), 1.5F * usual.host().ui_scale(), 0.07);
-}
-
 TEST_F(ViewWindowPicture, TinyWindowsAndHelpDoNoHarm) {
   ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
   press_key(loop, GLFW_KEY_H);

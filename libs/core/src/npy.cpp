@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 #include "npy_header.hpp"
 
 namespace gelslam {
@@ -208,23 +209,6 @@ void write_npy_boolean(const std::filesystem::path& path, const std::vector<std:
     throw std::invalid_argument("write_npy_boolean: a value is neither 0 nor 1");
   }
   write_array(path, NpyType::boolean, shape, bytes_of(values));
-}
-
-NpyWriter::NpyWriter(const std::filesystem::path& path, NpyType type, const std::vector<std::size_t>& shape)
-    : file_(path), path_(path), stream_(file_.path(), std::ios::binary) {
-  const std::string start = format_start(type, shape);
-  add(start.data(), start.size());
-}
-
-void NpyWriter::add(const void* data, std::size_t bytes) {
-  stream_.write(static_cast<const char*>(data), static_cast<std::streamsize>(bytes));
-  if (!stream_) throw Error("cannot write " + path_.string() + "; is the disk full?");
-}
-
-void NpyWriter::finish() {
-  stream_.close();
-  if (!stream_) throw Error("cannot write " + path_.string() + "; is the disk full?");
-  file_.commit();
 }
 
 }  // namespace gelslam

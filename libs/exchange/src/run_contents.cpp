@@ -115,13 +115,13 @@ fs::path data_folder_of(const fs::path& run) {
 
 }  // namespace
 
-RunContents read_run_contents(const fs::path& run_or_mesh, std::optional<double> mm_per_unit) {
+RunContents read_run_contents(const fs::path& run_or_mesh) {
   std::error_code code;
   if (!fs::exists(run_or_mesh, code)) throw Error(run_or_mesh.string() + ": no such file or folder");
   if (fs::is_directory(run_or_mesh)) return read_folder(run_or_mesh);
   RunContents run;
   run.name = run_or_mesh.filename().string();
-  run.mesh = read_mesh(run_or_mesh, mm_per_unit);
+  run.mesh = read_mesh(run_or_mesh);
   return run;
 }
 

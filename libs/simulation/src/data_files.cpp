@@ -11,7 +11,6 @@ extern "C" {
 #include <system_error>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/image/codecs.hpp"
 
 namespace gelslam::simulation::detail {
 
@@ -19,10 +18,6 @@ void make_folder(const std::filesystem::path& folder) {
   std::error_code failure;
   std::filesystem::create_directories(folder, failure);
   if (failure) throw Error("cannot make folder " + folder.string() + ": " + failure.message());
-}
-
-std::vector<std::uint8_t> encode_frame(const cv::Mat3b& bgr, bool lossless) {
-  return lossless ? encode_png(bgr) : encode_jpeg(bgr);
 }
 
 std::string config_yaml(const std::filesystem::path& folder, const SensorGeometry& geometry,
@@ -63,7 +58,7 @@ struct AviWriter::Muxer {
   }
 };
 
-AviWriter::AviWriter(const std::filesystem::path& path, bool lossless, int width, int height, double rate_hz)
+AviWriter::AviWriter(const std::filesystem::path& path, int width, int height, double rate_hz)
     : file_(path), path_(path), muxer_(std::make_unique<Muxer>()) {
   AVFormatContext*& context = muxer_->context;
   check(avformat_alloc_output_context2(&context, nullptr, "avi", nullptr));
@@ -71,7 +66,7 @@ AviWriter::AviWriter(const std::filesystem::path& path, bool lossless, int width
   AVStream* stream = avformat_new_stream(context, nullptr);
   if (stream == nullptr || muxer_->packet == nullptr) throw Error("out of memory");
   stream->codecpar->codec_type = AVMEDIA_TYPE_VIDEO;
-  stream->codecpar->codec_id = lossless ? AV_CODEC_ID_PNG : AV_CODEC_ID_MJPEG;
+  stream->codecpar->codec_id = AV_CODEC_ID_MJPEG;
   stream->codecpar->width = width;
   stream->codecpar->height = height;
   muxer_->picture_time = {1000, static_cast<int>(std::lround(1000.0 * rate_hz))};

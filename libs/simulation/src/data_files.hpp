@@ -16,20 +16,17 @@ namespace gelslam::simulation::detail {
 /// Throws Error.
 void make_folder(const std::filesystem::path& folder);
 
-/// A picture as it is kept in gelsight.avi: JPEG of full color resolution, or PNG.
-std::vector<std::uint8_t> encode_frame(const cv::Mat3b& bgr, bool lossless);
-
 /// config.yaml of a data folder, with the same keys as the public configurations have. `model`: empty, or the
 /// one to name.
 std::string config_yaml(const std::filesystem::path& folder, const SensorGeometry& geometry,
                         double frame_rate_hz, const std::filesystem::path& model);
 
-/// A video file (AVI) of pictures that are already encoded. cv::VideoWriter would halve the color resolution
-/// of JPEG pictures, and color is what this sensor measures with.
+/// A video file (AVI) of JPEG pictures of full color resolution. cv::VideoWriter would halve the color
+/// resolution of JPEG pictures, and color is what this sensor measures with.
 class AviWriter {
  public:
-  /// `lossless`: PNG pictures, else JPEG. Throws Error when the file cannot be made.
-  AviWriter(const std::filesystem::path& path, bool lossless, int width, int height, double rate_hz);
+  /// Throws Error when the file cannot be made.
+  AviWriter(const std::filesystem::path& path, int width, int height, double rate_hz);
   ~AviWriter();
   /// Throws Error on a full disk.
   void add(std::span<const std::uint8_t> picture);

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <opencv2/core.hpp>
-#include <optional>
 #include <thread>
 
 #include "data_files.hpp"
@@ -14,6 +13,7 @@
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/npy.hpp"
 #include "gelslam/core/parallel.hpp"
+#include "gelslam/image/codecs.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 
 namespace gelslam {
@@ -28,9 +28,9 @@ struct Encoded {
   std::vector<std::uint8_t> picture;
 };
 
-Encoded encode(const Simulator& simulator, int index, bool lossless) {
+Encoded encode(const Simulator& simulator, int index) {
   Encoded encoded{simulator.frame(index), {}};
-  encoded.picture = encode_frame(encoded.frame.bgr, lossless);
+  encoded.picture = encode_jpeg(encoded.frame.bgr);
   return encoded;
 }
 
@@ -125,8 +125,8 @@ nlohmann::ordered_json matrix_json(const Pose& pose) {
   return rows;
 }
 
-std::string meta_json(const std::string& name, const Simulator& simulator, const DataFolderOptions& options,
-                      const Summary& summary, std::size_t touched_points) {
+std::string meta_json(const std::string& name, const Simulator& simulator, const Summary& summary,
+                      std::size_t touched_points) {
   const ScanSpec& spec = simulator.spec();
   nlohmann::ordered_json meta;
   meta["name"] = name;
@@ -139,7 +139,7 @@ std::string meta_json(const std::string& name, const Simulator& simulator, const
   meta["noise_gain"] = spec.optics.noise_gain;
   meta["light_drift"] = spec.optics.light_drift;
   meta["dirt"] = spec.optics.dirt;
-  meta["chroma"] = options.lossless ? "png" : "yuvj444p";
+  meta["chroma"] = "yuvj444p";
   meta["start_T_object"] = matrix_json(simulator.start_T_object());
   meta["contact_px_mean"] = summary.contact_sum / summary.contact_frames;
   meta["contact_px_min"] = summary.contact_min;
@@ -154,41 +154,6 @@ std::string meta_json(const std::string& name, const Simulator& simulator, const
   return meta.dump(1) + "\n";
 }
 
-/// The files that grow with every frame.
-class FrameFiles {
- public:
-  FrameFiles(const std::filesystem::path& folder, const Simulator& simulator,
-             const DataFolderOptions& options)
-      : video_(folder / "gelsight.avi", options.lossless, simulator.spec().geometry.width_px,
-               simulator.spec().geometry.height_px, simulator.spec().motion.frame_rate_hz) {
-    if (!options.truth_maps) return;
-    const std::vector<std::size_t> shape = {
-        static_cast<std::size_t>(simulator.frame_count() - simulator.spec().background_frames),
-        static_cast<std::size_t>(simulator.spec().geometry.height_px),
-        static_cast<std::size_t>(simulator.spec().geometry.width_px)};
-    heights_.emplace(folder / "true_heights.npy", NpyType::float32, shape);
-    contacts_.emplace(folder / "true_contacts.npy", NpyType::boolean, shape);
-  }
-
-  void add(const Encoded& encoded, bool background) {
-    video_.add(encoded.picture);
-    if (background || !heights_) return;
-    heights_->add(encoded.frame.height_mm.data, encoded.frame.height_mm.total() * sizeof(float));
-    const cv::Mat1b ones(encoded.frame.contact / 255);
-    contacts_->add(ones.data, ones.total());
-  }
-
-  void finish() {
-    video_.finish();
-    if (heights_) heights_->finish();
-    if (contacts_) contacts_->finish();
-  }
-
- private:
-  AviWriter video_;
-  std::optional<NpyWriter> heights_, contacts_;
-};
-
 }  // namespace
 
 void write_data_folder(const std::filesystem::path& folder, const Simulator& simulator,
@@ -199,19 +164,19 @@ void write_data_folder(const std::filesystem::path& folder, const Simulator& sim
   const int threads = options.threads > 0
                           ? options.threads
                           : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  FrameFiles files(folder, simulator, options);
+  const SensorGeometry& geometry = simulator.spec().geometry;
+  AviWriter video(folder / "gelsight.avi", geometry.width_px, geometry.height_px,
+                  simulator.spec().motion.frame_rate_hz);
   Summary summary;
   TouchedPoints touched(simulator);
   progress.begin("simulating", simulator.frame_count());
   for (int first = 0; first < simulator.frame_count(); first += threads) {
     std::vector<Encoded> group(static_cast<std::size_t>(std::min(threads, simulator.frame_count() - first)));
-    parallel_for(group.size(), threads, [&](std::size_t k) {
-      group[k] = encode(simulator, first + static_cast<int>(k), options.lossless);
-    });
+    parallel_for(group.size(), threads,
+                 [&](std::size_t k) { group[k] = encode(simulator, first + static_cast<int>(k)); });
     for (const Encoded& encoded : group) {
-      const bool background = encoded.frame.index < simulator.spec().background_frames;
-      files.add(encoded, background);
-      if (!background) {
+      video.add(encoded.picture);
+      if (encoded.frame.index >= simulator.spec().background_frames) {
         summary.add(encoded.frame);
         touched.add(encoded.frame);
       }
@@ -232,9 +197,8 @@ void write_data_folder(const std::filesystem::path& folder, const Simulator& sim
       config_yaml(folder, simulator.spec().geometry, simulator.spec().motion.frame_rate_hz, options.model));
   write_optics(folder / kOpticsFileName, simulator.spec().geometry.optics);
   const std::string name = options.name.empty() ? name_of(std::filesystem::absolute(folder)) : options.name;
-  write_file_atomically(folder / "meta.json",
-                        meta_json(name, simulator, options, summary, points.size() / 3));
-  files.finish();  // last: a folder with a gelsight.avi is whole
+  write_file_atomically(folder / "meta.json", meta_json(name, simulator, summary, points.size() / 3));
+  video.finish();  // last: a folder with a gelsight.avi is whole
 }
 
 }  // namespace gelslam

@@ -9,6 +9,7 @@
 #include "data_files.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
+#include "gelslam/image/codecs.hpp"
 #include "random.hpp"
 
 namespace gelslam {
@@ -177,17 +178,16 @@ std::vector<SimulatedTouch> simulate_press_log(const PressLogSpec& spec,
   return touches;
 }
 
-void write_press_log(const std::filesystem::path& folder, const PressLogSpec& spec, bool lossless,
-                     ProgressSink& progress) {
+void write_press_log(const std::filesystem::path& folder, const PressLogSpec& spec, ProgressSink& progress) {
   check(spec);
   make_folder(folder);
-  AviWriter video(folder / "gelsight.avi", lossless, spec.geometry.width_px, spec.geometry.height_px,
+  AviWriter video(folder / "gelsight.avi", spec.geometry.width_px, spec.geometry.height_px,
                   spec.frame_rate_hz);
   const int touch_count = spec.presses + (spec.mishaps ? spec.presses / 2 : 0);
   progress.begin("pressing a ball", spec.background_frames + touch_count * kFramesPerTouch);
   std::int64_t frames = 0;
   const std::vector<SimulatedTouch> touches = simulate_press_log(spec, [&](const cv::Mat3b& bgr) {
-    video.add(encode_frame(bgr, lossless));
+    video.add(encode_jpeg(bgr));
     progress.update(++frames);
   });
   progress.end();

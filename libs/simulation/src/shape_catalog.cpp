@@ -35,7 +35,7 @@ bool is_mesh_name(const std::string& name) {
 }
 
 ShapePtr make_from_file(const ShapeSpec& spec) {
-  Mesh mesh = read_mesh(spec.name, spec.mesh_unit_mm);
+  Mesh mesh = read_mesh(spec.name);
   for (Eigen::Vector3f& vertex : mesh.vertices_mm) vertex *= static_cast<float>(spec.size);
   return make_mesh_shape(mesh);
 }
@@ -51,8 +51,6 @@ std::vector<CatalogEntry> shape_catalog() {
 ShapePtr make_shape(const ShapeSpec& spec) {
   if (!(spec.size >= 0.1 && spec.size <= 10)) throw Error("object size factor must be between 0.1 and 10");
   if (!(spec.texture >= 0 && spec.texture <= 3)) throw Error("object texture factor must be between 0 and 3");
-  if (const double unit_mm = spec.mesh_unit_mm.value_or(1.0); !(unit_mm > 1e-6 && unit_mm < 1e6))
-    throw Error("mesh unit must be a positive number of millimeters");
   if (is_mesh_name(spec.name)) return make_from_file(spec);
   // Lattice seeds of neighboring numbers are unrelated after hashing.
   const ShapeDials dials{static_cast<float>(spec.size), static_cast<float>(spec.texture),

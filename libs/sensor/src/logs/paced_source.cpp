@@ -3,7 +3,6 @@
 #include <condition_variable>
 #include <mutex>
 
-#include "gelslam/core/error.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 
 namespace gelslam {
@@ -14,8 +13,7 @@ constexpr double kMaxGapS = 30.0;  // a camera that is silent for 5 s ends its l
 
 class PacedSource final : public RawFrameSource {
  public:
-  PacedSource(std::unique_ptr<RawFrameSource> source, std::optional<double> speed)
-      : source_(std::move(source)), speed_(speed) {}
+  PacedSource(std::unique_ptr<RawFrameSource> source, Pace pace) : source_(std::move(source)), pace_(pace) {}
 
   std::optional<RawFrame> next() override {
     std::optional<RawFrame> frame =
@@ -51,7 +49,7 @@ class PacedSource final : public RawFrameSource {
     source_->stop();
   }
 
-  double rate_hz() const override { return source_->rate_hz() * speed_.value_or(1.0); }
+  double rate_hz() const override { return source_->rate_hz(); }
   std::optional<std::int64_t> frame_count() const override { return source_->frame_count(); }
   std::string description() const override { return source_->description(); }
   std::int64_t lost_frames() const override { return source_->lost_frames(); }
@@ -63,7 +61,7 @@ class PacedSource final : public RawFrameSource {
     std::unique_lock lock(mutex_);
     if (!start_) start_ = Clock::now();
     while (!stopped_) {
-      const Clock::time_point due = *start_ + at_this_speed(played_s_);
+      const Clock::time_point due = *start_ + time_to_play();
       if (held_since_)
         wake_.wait(lock);
       else if (due <= Clock::now())
@@ -74,15 +72,15 @@ class PacedSource final : public RawFrameSource {
     return false;
   }
 
-  Clock::duration at_this_speed(double time_s) const {
-    if (!speed_) return {};
+  Clock::duration time_to_play() const {
+    if (pace_ == Pace::as_taken) return {};
     constexpr double most_s = 1e8;  // must not overflow the clock
     return std::chrono::duration_cast<Clock::duration>(
-        std::chrono::duration<double>(std::clamp(time_s / *speed_, -most_s, most_s)));
+        std::chrono::duration<double>(std::clamp(played_s_, -most_s, most_s)));
   }
 
   std::unique_ptr<RawFrameSource> source_;
-  std::optional<double> speed_;
+  Pace pace_;
   std::optional<Clock::time_point> start_, held_since_;
   std::optional<double> last_s_;
   double played_s_ = 0;
@@ -93,10 +91,8 @@ class PacedSource final : public RawFrameSource {
 
 }  // namespace
 
-std::unique_ptr<RawFrameSource> pace(std::unique_ptr<RawFrameSource> source, std::optional<double> speed) {
-  if (speed && !(std::isfinite(*speed) && *speed > 0))
-    throw Error("the speed of a replay must be a positive number, such as 1 or 0.5");
-  return std::make_unique<PacedSource>(std::move(source), speed);
+std::unique_ptr<RawFrameSource> pace(std::unique_ptr<RawFrameSource> source, Pace pace) {
+  return std::make_unique<PacedSource>(std::move(source), pace);
 }
 
 }  // namespace gelslam

@@ -44,7 +44,6 @@ std::shared_ptr<LiveRun> run_of(const LiveOptions& options) {
 std::unique_ptr<LogRecorder> recorder_of(const LiveOptions& options, const RawFrameSource& source,
                                          const std::filesystem::path& log) {
   LogRecorderOptions recorder;
-  if (options.record_resized) recorder.resize_to = {options.config.sensor};
   return std::make_unique<LogRecorder>(std::make_unique<LogWriter>(log, *options.record, source.rate_hz()),
                                        recorder);
 }

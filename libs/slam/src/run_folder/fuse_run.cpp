@@ -18,7 +18,8 @@ Config config_of(const FuseRequest& request) {
   Config config = read_config(request.run / "config.yaml");
   FusionOptions& fusion = config.slam.fusion;
   if (request.voxel_size_mm) fusion.voxel_size_mm = *request.voxel_size_mm;
-  if (request.truncation_mm) fusion.truncation_mm = *request.truncation_mm;
+  fusion.truncation_mm =
+      request.truncation_mm.value_or(std::max(fusion.truncation_mm, 2 * fusion.voxel_size_mm));
   if (fusion.truncation_mm < 2 * fusion.voxel_size_mm)  // said now, not after the session was read
     throw Error("the truncation has to be at least twice the voxel size; give the truncation, too");
   try {

@@ -80,7 +80,7 @@ std::optional<MapPlace> place_of(const TrackedFrame& frame, const MapSnapshot& m
 
 PoseStream::PoseStream(const Options& options)
     : options_(options),
-      server_(options.target, options.address,
+      server_(options.target,
               [format = options.format](std::int64_t lines) { return dropped_notice(format, lines); }),
       drift_(options.gradient_scale_sigma) {}
 

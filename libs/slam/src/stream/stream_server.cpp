@@ -183,14 +183,13 @@ void StreamServer::Impl::serve() {
   while (!has_finished()) wait_for_work();
 }
 
-StreamServer::StreamServer(const std::string& target, const std::string& address,
-                           std::function<std::string(std::int64_t)> dropped_notice)
+StreamServer::StreamServer(const std::string& target, std::function<std::string(std::int64_t)> dropped_notice)
     : impl_(std::make_unique<Impl>(std::move(dropped_notice))) {
   if (target == "-") {
     impl_->listener.name = target;
     impl_->readers.emplace_back();
   } else {
-    impl_->listener = slam::detail::listen_at(target, address);
+    impl_->listener = slam::detail::listen_at(target);
   }
   impl_->thread = std::jthread([this] { impl_->serve(); });
 }

@@ -1,6 +1,5 @@
 #include "stream/stream_socket.hpp"
 
-#include <netdb.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -9,8 +8,8 @@
 
 #include <cerrno>
 #include <charconv>
+#include <cstdint>
 #include <filesystem>
-#include <memory>
 
 #include "gelslam/core/error.hpp"
 
@@ -19,44 +18,37 @@ namespace {
 
 constexpr int kWaitingReaders = 16;
 
-int port_of(const std::string& text) {
+std::uint16_t port_of(const std::string& text) {
   int port = -1;
   const char* end = text.data() + text.size();
   const auto [stopped, failure] = std::from_chars(text.data(), end, port);
   if (failure != std::errc() || stopped != end || port < 0 || port > 65535)
     throw Error("--stream tcp:" + text + ": a port is a number from 1 to 65535 (0: any free one)");
-  return port;
+  return static_cast<std::uint16_t>(port);
 }
 
 int bound_port(int socket) {
-  sockaddr_storage bound{};
+  sockaddr_in bound{};
   socklen_t size = sizeof bound;
   if (::getsockname(socket, reinterpret_cast<sockaddr*>(&bound), &size) != 0) return 0;
-  return ntohs(bound.ss_family == AF_INET6 ? reinterpret_cast<const sockaddr_in6&>(bound).sin6_port
-                                           : reinterpret_cast<const sockaddr_in&>(bound).sin_port);
+  return ntohs(bound.sin_port);
 }
 
-Listener listen_at_tcp(const std::string& port_text, const std::string& address) {
-  const int port = port_of(port_text);
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_STREAM;
-  hints.ai_flags = AI_NUMERICHOST | AI_NUMERICSERV | AI_PASSIVE;
-  addrinfo* found = nullptr;
-  if (::getaddrinfo(address.c_str(), std::to_string(port).c_str(), &hints, &found) != 0)
-    throw Error("--listen " + address + " is no address; use 127.0.0.1, 0.0.0.0 or one of this machine");
-  const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> owned(found, &::freeaddrinfo);
-  FileDescriptor socket(::socket(found->ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+Listener listen_at_tcp(const std::string& port_text) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(port_of(port_text));
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  FileDescriptor socket(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   const int yes = 1;
   ::setsockopt(socket.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-  if (::bind(socket.get(), found->ai_addr, found->ai_addrlen) != 0 ||
+  if (::bind(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
       ::listen(socket.get(), kWaitingReaders) != 0) {
     if (errno == EADDRINUSE)
       throw Error("port " + port_text + " is in use by another program; choose another one");
-    throw Error("cannot stream to port " + port_text + " of " + address + ": " + errno_text());
+    throw Error("cannot stream to port " + port_text + ": " + errno_text());
   }
-  const bool is_ipv6 = found->ai_family == AF_INET6;
-  const std::string host = is_ipv6 ? "[" + address + "]" : address;
-  std::string name = "tcp:" + host + ":" + std::to_string(bound_port(socket.get()));
+  std::string name = "tcp:127.0.0.1:" + std::to_string(bound_port(socket.get()));
   return {std::move(socket), std::move(name), ""};
 }
 
@@ -90,8 +82,8 @@ Listener listen_at_path(const std::string& path) {
 
 }  // namespace
 
-Listener listen_at(const std::string& target, const std::string& address) {
-  if (target.starts_with("tcp:")) return listen_at_tcp(target.substr(4), address);
+Listener listen_at(const std::string& target) {
+  if (target.starts_with("tcp:")) return listen_at_tcp(target.substr(4));
   if (target.starts_with("unix:")) return listen_at_path(target.substr(5));
   throw Error("--stream " + target + ": should be -, unix:PATH or tcp:PORT");
 }

@@ -15,6 +15,6 @@ struct Listener {
 
 /// `target`: "unix:PATH" or "tcp:PORT". A socket file that no program listens to any more is replaced.
 /// Throws Error as StreamServer does.
-Listener listen_at(const std::string& target, const std::string& address);
+Listener listen_at(const std::string& target);
 
 }  // namespace gelslam::slam::detail

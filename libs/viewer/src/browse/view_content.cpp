@@ -101,16 +101,15 @@ std::vector<std::vector<Pose>> RunHistory::trajectory_at(double time_s) const {
   return pieces;
 }
 
-ViewContent load_view(const fs::path& run_or_mesh, std::optional<double> mm_per_unit) {
+ViewContent load_view(const fs::path& run_or_mesh) {
   check_exists(run_or_mesh);
   if (fs::is_directory(run_or_mesh)) return load_run(run_or_mesh);
-  return {name_of(run_or_mesh), read_mesh(run_or_mesh, mm_per_unit), std::nullopt};
+  return {name_of(run_or_mesh), read_mesh(run_or_mesh), std::nullopt};
 }
 
-ViewContent load_truth(const fs::path& data_folder_or_mesh, const fs::path& run,
-                       std::optional<double> mm_per_unit) {
+ViewContent load_truth(const fs::path& data_folder_or_mesh, const fs::path& run) {
   check_exists(data_folder_or_mesh);
-  if (!fs::is_directory(data_folder_or_mesh)) return load_view(data_folder_or_mesh, mm_per_unit);
+  if (!fs::is_directory(data_folder_or_mesh)) return load_view(data_folder_or_mesh);
   const Comparison comparison = compare(run, data_folder_or_mesh);
   const GroundTruth& truth = comparison.truth;
   if (truth.mesh_path.empty() || !truth.object_T_start) {

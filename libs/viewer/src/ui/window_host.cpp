@@ -114,8 +114,7 @@ bool load_fonts(float scale) {
 WindowHost::WindowHost(const WindowLoopOptions& options)
     : gl_(options.visible ? GlContext::window(window_options(options)) : GlContext::offscreen()),
       width_px_(options.width_px),
-      height_px_(options.height_px),
-      asked_scale_(static_cast<float>(options.ui_scale)) {
+      height_px_(options.height_px) {
   if (!options.visible) target_ = std::make_unique<RenderTarget>(width_px_, height_px_);
   imgui_ = ImGui::CreateContext();
   ImGui::SetCurrentContext(imgui_);
@@ -216,8 +215,7 @@ float WindowHost::ui_scale() const {
       std::min(static_cast<float>(width_px_) / 1280.0F, static_cast<float>(height_px_) / 800.0F);
   // Larger windows get larger letters: they stand further away. Small ones keep them legible. In steps, so
   // that a window being resized does not load fonts for every pixel.
-  const float scale = asked_scale_ * std::clamp(size, 0.75F * content, 2.5F * content);
-  return std::round(scale * 8) / 8;
+  return std::round(8 * std::clamp(size, 0.75F * content, 2.5F * content)) / 8;
 }
 
 void WindowHost::begin_frame(double dt_s) {

@@ -3,13 +3,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
-
-#include "gelslam/core/files.hpp"
 
 namespace gelslam {
 
@@ -48,19 +45,5 @@ void write_npy(const std::filesystem::path& path, const std::vector<std::size_t>
 /// Same bytes as a numpy bool array; every value must be 0 or 1.
 void write_npy_boolean(const std::filesystem::path& path, const std::vector<std::size_t>& shape,
                        std::span<const std::uint8_t> values);
-
-/// A file written piece by piece, for arrays that do not fit in memory; it appears when it is whole.
-class NpyWriter {
- public:
-  NpyWriter(const std::filesystem::path& path, NpyType type, const std::vector<std::size_t>& shape);
-  /// The next elements, as they lie in memory. Throws Error on a full disk.
-  void add(const void* data, std::size_t bytes);
-  void finish();
-
- private:
-  TemporaryFile file_;
-  std::filesystem::path path_;
-  std::ofstream stream_;
-};
 
 }  // namespace gelslam

@@ -29,8 +29,7 @@ struct RunContents {
 
 /// Reads a run folder, or a mesh file. A run without mesh or report is read as far as it goes. Throws Error
 /// for anything else, and for damaged files.
-RunContents read_run_contents(const std::filesystem::path& run_or_mesh,
-                              std::optional<double> mm_per_unit = std::nullopt);
+RunContents read_run_contents(const std::filesystem::path& run_or_mesh);
 
 enum class MeshColor { none, confidence, height };
 

@@ -71,11 +71,12 @@ bool is_matroska(const std::filesystem::path& file);
 /// model 4 MiB).
 LogAttachments read_log_attachments(const std::filesystem::path& log);
 
-/// Plays a source at the times it was recorded (steady clock; the first frame at once), `speed` times as
-/// fast, or without a speed as fast as frames are taken. A frame that is asked for too late is delivered at
-/// once, and so is one after a gap of more than 30 s, whose time can only be damaged; none is left out.
-/// hold() stops the clock; stop() wakes a waiting next(). Throws Error when `speed` is no positive number.
-std::unique_ptr<RawFrameSource> pace(std::unique_ptr<RawFrameSource> source,
-                                     std::optional<double> speed = 1.0);
+enum class Pace { as_recorded, as_taken };
+
+/// Plays a source at the times it was recorded (steady clock; the first frame at once), or as fast as frames
+/// are taken. A frame that is asked for too late is delivered at once, and so is one after a gap of more than
+/// 30 s, whose time can only be damaged; none is left out. hold() stops the clock; stop() wakes a waiting
+/// next().
+std::unique_ptr<RawFrameSource> pace(std::unique_ptr<RawFrameSource> source, Pace pace = Pace::as_recorded);
 
 }  // namespace gelslam

@@ -9,11 +9,9 @@ namespace gelslam {
 
 struct DataFolderOptions {
   std::filesystem::path
-      model;                ///< gradient model that config.yaml names (relative to the folder where possible)
-  std::string name = {};    ///< that meta.json gives the scan; empty: the folder's
-  bool lossless = false;    ///< PNG instead of JPEG pictures inside gelsight.avi
-  bool truth_maps = false;  ///< also true_heights.npy (N x H x W float32, mm) and true_contacts.npy (bool)
-  int threads = 0;          ///< 0: as many as the machine has. The files do not depend on it.
+      model;              ///< gradient model that config.yaml names (relative to the folder where possible)
+  std::string name = {};  ///< that meta.json gives the scan; empty: the folder's
+  int threads = 0;        ///< 0: as many as the machine has. The files do not depend on it.
 };
 
 /// Writes a scan as a data folder of the public layout: gelsight.avi (25 Hz; the first frames are

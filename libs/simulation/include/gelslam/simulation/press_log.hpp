@@ -44,7 +44,6 @@ std::vector<SimulatedTouch> simulate_press_log(const PressLogSpec& spec,
 
 /// Writes it as a data folder: gelsight.avi, config.yaml, touches.csv (the truth). The folder is made if it
 /// is not there. Throws Error.
-void write_press_log(const std::filesystem::path& folder, const PressLogSpec& spec, bool lossless,
-                     ProgressSink& progress);
+void write_press_log(const std::filesystem::path& folder, const PressLogSpec& spec, ProgressSink& progress);
 
 }  // namespace gelslam

@@ -52,8 +52,6 @@ struct ShapeSpec {
   double size = 1.0;       ///< factor on the object's dimensions, 0.1 .. 10 (not on its texture)
   double texture = 1.0;    ///< factor on the height of its texture, 0 (polished) .. 3
   std::uint64_t seed = 1;  ///< of its texture
-  /// Unit of a mesh file, as for read_mesh().
-  std::optional<double> mesh_unit_mm = std::nullopt;
 };
 
 struct CatalogEntry {

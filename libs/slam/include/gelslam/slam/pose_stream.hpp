@@ -54,7 +54,7 @@ std::optional<MapPlace> place_of(const TrackedFrame& frame, const MapSnapshot& m
 class PoseStream {
  public:
   struct Options {
-    std::string target, address = "127.0.0.1";  ///< StreamServer
+    std::string target;  ///< StreamServer
     StreamFormat format = StreamFormat::ndjson;
     bool surface = false;  ///< also every keyframe's points, and where the map places keyframes; ndjson only
     bool images = false;   ///< also every frame's picture; ndjson only

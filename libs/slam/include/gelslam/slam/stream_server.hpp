@@ -13,11 +13,9 @@ namespace gelslam {
 class StreamServer {
  public:
   /// `target`: "-" (standard output), "unix:PATH" (a socket that is made there) or "tcp:PORT" (0: any free
-  /// one). `address`: which of this machine's addresses a tcp port listens at. `dropped_notice`: the line
-  /// that tells a reader how many lines it lost. Throws Error when the target is none of these, is in use, or
-  /// cannot be opened.
-  StreamServer(const std::string& target, const std::string& address,
-               std::function<std::string(std::int64_t lines)> dropped_notice);
+  /// one), for programs on this machine. `dropped_notice`: the line that tells a reader how many lines it
+  /// lost. Throws Error when the target is none of these, is in use, or cannot be opened.
+  StreamServer(const std::string& target, std::function<std::string(std::int64_t lines)> dropped_notice);
   ~StreamServer();
 
   /// Nothing is sent afterwards; readers get up to a second for what is still queued. False when standard

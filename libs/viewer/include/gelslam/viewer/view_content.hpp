@@ -42,12 +42,10 @@ struct ViewContent {
 
 /// Opens a run folder (mesh.ply, and session.db, keyframes.tum, trajectory.tum where they are)
 /// or a mesh file (as read_mesh()). Throws Error when there is nothing to show or a file is damaged.
-ViewContent load_view(const std::filesystem::path& run_or_mesh,
-                      std::optional<double> mm_per_unit = std::nullopt);
+ViewContent load_view(const std::filesystem::path& run_or_mesh);
 
 /// The true surface of a data folder, moved into the map frame of a run on that folder's log; or a mesh file
 /// as it is. Throws Error when they do not belong together or the folder knows no true surface.
-ViewContent load_truth(const std::filesystem::path& data_folder_or_mesh, const std::filesystem::path& run,
-                       std::optional<double> mm_per_unit = std::nullopt);
+ViewContent load_truth(const std::filesystem::path& data_folder_or_mesh, const std::filesystem::path& run);
 
 }  // namespace gelslam

@@ -48,7 +48,7 @@ class WindowHost {
   void resize(int width_px, int height_px);  ///< a picture, not a window
 
   Viewport viewport() const { return {0, 0, width_px_, height_px_}; }
-  /// Framebuffer pixels per design pixel, by the screen's content scale, the window's size and the options.
+  /// Framebuffer pixels per design pixel, by the screen's content scale and the window's size.
   float ui_scale() const;
 
   void begin_frame(double dt_s);
@@ -69,7 +69,6 @@ class WindowHost {
   ImGuiContext* imgui_ = nullptr;
   std::deque<InputEvent> events_;
   int width_px_ = 0, height_px_ = 0;
-  float asked_scale_ = 1;
   bool wants_picture_ = false;
   cv::Mat3b picture_;
   float pixels_per_unit_ = 1;  // framebuffer pixels per GLFW screen coordinate

@@ -6,14 +6,11 @@
 
 namespace gelslam::viewer {
 
-inline constexpr double kMinUiScale = 0.5, kMaxUiScale = 3;
-
 /// What all windows have in common.
 struct WindowLoopOptions {
   std::string title = "GelSLAM";
   int width_px = 1280, height_px = 800;
-  double ui_scale = 1;  ///< factor on letters and buttons, beside what the desktop asks for
-  bool visible = true;  ///< false: drawn without a display, for tests and pictures
+  bool visible = true;                         ///< false: drawn without a display, for tests and pictures
   std::filesystem::path picture_folder = ".";  ///< of screenshots
   std::string picture_stem = "screenshot";
   std::filesystem::path snapshot;  ///< PNG of the window as it was last, written when it closes; empty: none
