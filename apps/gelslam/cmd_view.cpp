@@ -48,7 +48,6 @@ SceneStyle style_of(const ViewArguments& arguments) {
   static const std::map<std::string, SceneColor> colors = {{"plain", SceneColor::plain},
                                                            {"confidence", SceneColor::confidence},
                                                            {"height", SceneColor::height},
-                                                           {"keyframe", SceneColor::keyframe},
                                                            {"distance", SceneColor::distance}};
   SceneStyle style;
   if (arguments.shading == "curvature") style.shading = SceneShading::curvature;
@@ -74,8 +73,6 @@ void check(const ViewArguments& arguments, const ViewContent& content, const Sce
     throw Error("--color distance needs a second surface: give --compare or --truth");
   }
   if (content.history) return;
-  if (style.color == SceneColor::keyframe)
-    throw Error("--color keyframe needs a run folder with its session");
   if (arguments.time_s) throw Error("--time needs a run folder with its session");
 }
 
@@ -138,7 +135,7 @@ void add_view_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command
       ->add_option("--color", a->color, "What colors show (default: plain; with a second surface: distance)")
-      ->check(CLI::IsMember({"plain", "confidence", "height", "keyframe", "distance"}));
+      ->check(CLI::IsMember({"plain", "confidence", "height", "distance"}));
   command->add_option("--time", a->time_s, "Show touch, keyframes and trajectory of this second of the log");
   command->add_option("--yaw", a->yaw_deg, "Turn the object about the vertical axis, degrees")
       ->check(number_between(-360.0, 360.0));

@@ -69,7 +69,7 @@ class MapWindowPicture : public testing::Test {
   }
   cv::Mat3b picture(const std::string& name) {
     for (int i = 0; i < 5; ++i) window_->turn(now_s_ += 0.1);
-    window_->show_everything();
+    window_->turn_to_touch();
     const cv::Mat3b result = window_->picture(now_s_ += 0.02);
     if (const char* kept = std::getenv("GELSLAM_PICTURES"))
       write_png(std::string(kept) + "/" + name + ".png", result);

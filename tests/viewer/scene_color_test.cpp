@@ -43,19 +43,13 @@ TEST_F(SceneColors, DistanceToAShiftedBallIsReadOffTheColors) {
   const Vector3f shift(0.5F, 0.2F, 0);
   const auto distance = [&](const Vector3f& p) { return std::abs((p - shift).norm() - 5); };
   Scene scene;
-  scene.set_mesh(sphere(5, 200));
-  scene.set_distance_query([&](std::span<const Vector3f> points) {
-    std::vector<float> result;
-    for (const Vector3f& p : points) result.push_back(distance(p));
-    return result;
-  });
+  const Mesh ball = sphere(5, 200);
+  std::vector<float> distances;
+  for (const Vector3f& p : ball.vertices_mm) distances.push_back(distance(p));
+  scene.set_mesh(ball, distances);
   style.color = SceneColor::distance;
   style.range = {0.0F, 0.6F};
-  RenderTarget target(kWidth, kHeight);
-  target.bind();
-  scene.finish_colors();
-  scene.draw(camera, kWhole, style);
-  const cv::Mat3b picture = target.read();
+  const cv::Mat3b picture = draw(scene);
   std::vector<double> errors;
   for (int y = 0; y < kHeight; y += 7) {
     for (int x = 0; x < kWidth; x += 7) {
@@ -73,9 +67,8 @@ TEST_F(SceneColors, DistanceToAShiftedBallIsReadOffTheColors) {
 
 TEST_F(SceneColors, DistanceRangeIsARoundNumberAboveNearlyAll) {
   Scene scene;
-  scene.set_mesh(plane(0, 40));
-  scene.set_distance_query(
-      [](std::span<const Vector3f> points) { return std::vector<float>(points.size(), 0.013F); });
+  const Mesh mesh = plane(0, 40);
+  scene.set_mesh(mesh, std::vector<float>(mesh.vertices_mm.size(), 0.013F));
   style.color = SceneColor::distance;
   const auto legend = scene.legend(style);
   ASSERT_TRUE(legend);
@@ -89,23 +82,21 @@ TEST_F(SceneColors, DistanceRangeIsARoundNumberAboveNearlyAll) {
 
 TEST_F(SceneColors, WhatHasNoDistanceIsGray) {
   Scene scene;
-  scene.set_mesh(sphere(5, 64));
+  const Mesh ball = sphere(5, 64);
   style.color = SceneColor::distance;
-  const auto is_gray = [&] {
+  style.range = {0.0F, 1.0F};
+  const auto is_gray = [&](const std::vector<float>& distance_mm) {
+    scene.set_mesh(ball, distance_mm);
     const cv::Vec3b c = draw(scene)(kHeight / 2, kWidth / 2);
     return *std::max_element(c.val, c.val + 3) - *std::min_element(c.val, c.val + 3) < 20;
   };
-  EXPECT_TRUE(is_gray()) << "nothing to compare with";
-  scene.set_distance_query([](std::span<const Vector3f> points) {
-    return std::vector<float>(points.size(), std::numeric_limits<float>::quiet_NaN());
-  });
-  EXPECT_TRUE(is_gray()) << "NaN";
-  scene.set_distance_query([](std::span<const Vector3f>) { return std::vector<float>(); });
-  EXPECT_TRUE(is_gray()) << "too few";
-  scene.set_distance_query(
-      [](std::span<const Vector3f> points) { return std::vector<float>(points.size(), 0.5F); });
-  style.range = {0.0F, 1.0F};
-  EXPECT_FALSE(is_gray());
+  const auto all = [&](float distance_mm) {
+    return std::vector<float>(ball.vertices_mm.size(), distance_mm);
+  };
+  EXPECT_TRUE(is_gray({})) << "nothing to compare with";
+  EXPECT_TRUE(is_gray(all(std::numeric_limits<float>::quiet_NaN())));
+  EXPECT_TRUE(is_gray({0.5F})) << "too few";
+  EXPECT_FALSE(is_gray(all(0.5F)));
 }
 
 TEST_F(SceneColors, HeightRunsAlongItsAxisNotTheView) {
@@ -136,32 +127,27 @@ TEST_F(SceneColors, ConfidenceAndGivenRange) {
   EXPECT_NEAR(place_on_map(picture(180, 280), style.color), 0.9, 0.06);
 }
 
-TEST_F(SceneColors, KeyframesColorTheSideTheyTouch) {
+TEST_F(SceneColors, ACertainPlaceIsClayAndADoubtfulOneIsTinted) {
   MapSnapshot map;
   map.shown_component = 0;
   for (const int id : {0, 10}) {
     MapSnapshot::Node node;
     node.keyframe = id;
     node.component = 0;
-    node.component_T_keyframe.translation() = Eigen::Vector3d(id == 0 ? -2 : 2, 0, -4.5);
+    node.sigma_mm = id == 0 ? 0 : 1;
     map.nodes.push_back(node);
   }
+  MeshBlock ball = block(1, sphere(5, 96));
+  ball.mesh.confidence.assign(ball.mesh.vertices_mm.size(), 20.0F);
+  for (const Vector3f& p : ball.mesh.vertices_mm) ball.keyframe.push_back(p.x() < 0 ? 0 : 10);
   Scene scene;
-  scene.set_mesh(sphere(5, 96));
+  scene.update(std::vector{ball});
   scene.set_map(map);
-  style.color = SceneColor::keyframe;
-  EXPECT_EQ(scene.legend(style)->max, 10);
+  style.color = SceneColor::certainty;
   const cv::Mat3b picture = draw(scene);
-  const cv::Vec3b left = picture(180, 215), right = picture(180, 265);
-  EXPECT_GT(left[0], left[2] + 40) << "the first is blue";
-  EXPECT_GT(right[2], right[0] + 40) << "the last is red";
-  // What blocks say themselves comes first.
-  MeshBlock says = block(1, sphere(5, 96));
-  says.keyframe.assign(says.mesh.vertices_mm.size(), 10);
-  scene.clear_mesh();
-  scene.update(std::vector{says});
-  const cv::Vec3b now = draw(scene)(180, 215);
-  EXPECT_GT(now[2], now[0] + 40);
+  const cv::Vec3b certain = picture(180, 215), doubtful = picture(180, 265);
+  EXPECT_LT(certain[2] - certain[0], 45);
+  EXPECT_GT(doubtful[2] - doubtful[0], 60) << "orange";
 }
 
 TEST_F(SceneColors, TextureShowsTextureThatPlainLightHardlyDoes) {

@@ -33,11 +33,9 @@ class SceneDrawing : public testing::Test {
     camera.set_distance_mm(30);
   }
 
-  /// Finer levels of detail are made first, so that the picture does not depend on what was drawn before.
   cv::Mat3b draw(Scene& scene) const {
     RenderTarget target(kWidth, kHeight);
     target.bind();
-    scene.finish_colors();
     scene.draw(camera, kWhole, style);
     return target.read();
   }

@@ -2,10 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 #include <limits>
-#include <set>
 
 #include "scene/touch_mesh.hpp"
 #include "test_meshes.hpp"
@@ -16,20 +14,6 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-
-std::multiset<std::array<float, 9>> triangles_by_place(const DrawableMesh& mesh) {
-  std::multiset<std::array<float, 9>> result;
-  for (std::size_t t = 0; t + 2 < mesh.indices.size(); t += 3) {
-    std::array<float, 9> corners{};
-    for (std::size_t k = 0; k < 3; ++k) {
-      for (int axis = 0; axis < 3; ++axis) {
-        corners[3 * k + static_cast<std::size_t>(axis)] = mesh.vertices_mm[mesh.indices[t + k]][axis];
-      }
-    }
-    result.insert(corners);
-  }
-  return result;
-}
 
 TEST(TouchMesh, AContactOfBlocksEndsInARoundLine) {
   constexpr int side = 80, first = 20, last = 59;  // of a square of pixels
@@ -105,38 +89,17 @@ TEST(SceneGeometry, LeavesOutWhatCannotBeDrawn) {
 
 TEST(SceneGeometry, NothingOfNothing) {
   EXPECT_TRUE(make_drawable(Mesh()).indices.empty());
-  EXPECT_TRUE(split(make_drawable(Mesh()), 100).empty());
   Mesh point;  // a triangle without area
   point.vertices_mm.assign(3, Vector3f(1, 1, 1));
   point.triangles.emplace_back(0, 1, 2);
-  const auto pieces = split(make_drawable(point), 100);
-  ASSERT_EQ(pieces.size(), 1U);
-  EXPECT_TRUE(pieces[0].normals[0].allFinite());
-}
-
-TEST(SceneGeometry, PiecesTogetherAreTheMesh) {
-  const Mesh mesh = test::sphere(5, 128);
-  const DrawableMesh ball = make_drawable(mesh);
-  const std::vector<DrawableMesh> pieces = split(ball, 300);
-  EXPECT_GT(pieces.size(), 20U);
-  std::multiset<std::array<float, 9>> together;
-  for (const DrawableMesh& piece : pieces) {
-    EXPECT_LT(piece.indices.size() / 3, 2000U);
-    together.merge(triangles_by_place(piece));
-    for (std::size_t i = 0; i < piece.vertices_mm.size(); ++i) {
-      EXPECT_EQ(piece.vertices_mm[i], mesh.vertices_mm[piece.source[i]]);
-      EXPECT_TRUE(piece.box_mm.contains(piece.vertices_mm[i]));
-    }
-  }
-  EXPECT_EQ(together, triangles_by_place(ball));
+  EXPECT_TRUE(make_drawable(point).normals.at(0).allFinite());
 }
 
 TEST(SceneGeometry, PackedNumbersComeBack) {
   Mesh mesh = test::sphere(3, 32);
   mesh.confidence.assign(mesh.vertices_mm.size(), 12.5F);
-  const DrawableMesh drawable = make_drawable(mesh);
-  const std::vector<float> values(drawable.vertices_mm.size(), 7.25F);
-  const std::vector<PackedVertex> packed = pack(drawable, values);
+  const DrawableMesh drawable = make_drawable(mesh, std::vector<float>(mesh.vertices_mm.size(), 7.25F));
+  const std::vector<PackedVertex> packed = pack(drawable);
   ASSERT_EQ(packed.size(), drawable.vertices_mm.size());
   for (std::size_t i = 0; i < packed.size(); ++i) {
     EXPECT_EQ(Vector3f(packed[i].position_mm), drawable.vertices_mm[i]);
@@ -149,22 +112,22 @@ TEST(SceneGeometry, PackedNumbersComeBack) {
               12.5F);
     EXPECT_EQ(packed[i].value, 7.25F);
   }
-  EXPECT_EQ(pack(drawable, {})[0].value, kNoValue);
+  EXPECT_EQ(pack(make_drawable(mesh))[0].value, kNoValue);
 }
 
-TEST(SceneGeometry, KeyframesOfABlockGoWithTheirVertices) {
-  MeshBlock block;
-  block.mesh = test::plane(0, 3);
-  for (std::size_t i = 0; i < block.mesh.vertices_mm.size(); ++i)
-    block.keyframe.push_back(static_cast<int>(100 + i));
-  block.mesh.vertices_mm[0].x() = kNan;
-  const DrawableMesh drawable = make_drawable(block);
-  ASSERT_EQ(drawable.keyframe.size(), drawable.source.size());
+TEST(SceneGeometry, ValuesGoWithTheirVertices) {
+  Mesh mesh = test::plane(0, 3);
+  std::vector<float> values;
+  for (std::size_t i = 0; i < mesh.vertices_mm.size(); ++i) values.push_back(100 + static_cast<float>(i));
+  mesh.vertices_mm[0].x() = values[5] = kNan;
+  const DrawableMesh drawable = make_drawable(mesh, values);
+  ASSERT_EQ(drawable.value.size(), drawable.source.size());
   for (std::size_t i = 0; i < drawable.source.size(); ++i) {
-    EXPECT_EQ(drawable.keyframe[i], 100 + static_cast<int>(drawable.source[i]));
+    const std::uint32_t from = drawable.source[i];
+    EXPECT_EQ(drawable.value[i], from == 5 ? kNoValue : 100 + static_cast<float>(from));
   }
-  block.keyframe.pop_back();  // not as long as the vertices: not to be trusted
-  EXPECT_TRUE(make_drawable(block).keyframe.empty());
+  values.pop_back();  // not as long as the vertices: not to be trusted
+  EXPECT_EQ(make_drawable(mesh, values).value[0], kNoValue);
 }
 
 }  // namespace

@@ -89,8 +89,8 @@ TEST(ViewControls, ColorsAreThoseThatMeanSomething) {
   };
   using enum SceneColor;
   EXPECT_EQ(seen(nullptr, false), (std::set{plain, confidence, height}));
-  EXPECT_EQ(seen(&run, false), (std::set{plain, confidence, height, keyframe}));
-  EXPECT_EQ(seen(&run, true), (std::set{plain, confidence, height, keyframe, distance}));
+  EXPECT_EQ(seen(&run, false), (std::set{plain, confidence, height}));
+  EXPECT_EQ(seen(&run, true), (std::set{plain, confidence, height, distance}));
 }
 
 TEST(ViewControls, NoKeyMeansTwoThings) {

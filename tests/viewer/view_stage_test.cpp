@@ -20,7 +20,6 @@ class ViewStagePicture : public SceneDrawing {
   static ViewContent ball(double radius_mm) { return {"ball", sphere(radius_mm, 96), std::nullopt}; }
   static cv::Mat3b picture_of(ViewStage& stage, const OrbitCamera& view, const SceneStyle& style,
                               int width_px = kWidth, int height_px = kHeight) {
-    stage.finish();
     RenderTarget target(width_px, height_px);
     target.bind();
     stage.draw(view, {0, 0, width_px, height_px}, style);

@@ -127,7 +127,7 @@ TEST_F(Controls, ViewKeysChangeTheView) {
   press(GLFW_KEY_K);
   EXPECT_EQ(controls_.style().shading, SceneShading::clay);
   std::vector<SceneColor> seen;
-  for (int i = 0; i < 5; ++i) {
+  for (int i = 0; i < 4; ++i) {
     seen.push_back(controls_.style().color);
     press(GLFW_KEY_C);
   }

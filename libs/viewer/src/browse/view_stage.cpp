@@ -17,19 +17,16 @@ namespace {
 
 constexpr std::size_t kOutlinePoints = 5000;
 
-/// Distances by Embree, kept alive by the query itself.
-DistanceQuery distance_to(const std::shared_ptr<const TriangleScene>& surface) {
-  return [surface](std::span<const Eigen::Vector3f> points_mm) {
-    std::vector<Eigen::Vector3d> points;
-    points.reserve(points_mm.size());
-    for (const Eigen::Vector3f& p : points_mm) points.push_back(p.cast<double>());
-    std::vector<float> distances;
-    distances.reserve(points.size());
-    for (const ClosestPoint& closest : surface->closest(points)) {
-      distances.push_back(static_cast<float>(closest.distance_mm));
-    }
-    return distances;
-  };
+/// Of the mesh's vertices.
+std::vector<float> distances_mm(const Mesh& mesh, const TriangleScene& target) {
+  std::vector<Eigen::Vector3d> points;
+  points.reserve(mesh.vertices_mm.size());
+  for (const Eigen::Vector3f& p : mesh.vertices_mm) points.push_back(p.cast<double>());
+  std::vector<float> distances;
+  distances.reserve(points.size());
+  for (const ClosestPoint& closest : target.closest(points))
+    distances.push_back(static_cast<float>(closest.distance_mm));
+  return distances;
 }
 
 /// About `count` vertices, evenly from the whole mesh.
@@ -58,21 +55,14 @@ struct ViewStage::Impl {
   std::optional<ViewContent> second;
   Scene first_scene;
   std::unique_ptr<Scene> second_scene;
-  std::array<float, 2> distance_range{0, 1};
   std::vector<std::string> distance_notes;
 
   Impl(ViewContent first_content, std::optional<ViewContent> second_content)
       : first(std::move(first_content)), second(std::move(second_content)) {}
 
-  SceneStyle first_style(SceneStyle style) const {
-    if (style.color == SceneColor::distance && second && !style.range) style.range = distance_range;
-    return style;
-  }
-
   SceneStyle second_style(SceneStyle style) const {
     if (const auto legend = first_scene.legend(style)) style.range = {legend->min, legend->max};
-    if (style.color == SceneColor::distance || style.color == SceneColor::keyframe)
-      style.color = SceneColor::plain;
+    if (style.color == SceneColor::distance) style.color = SceneColor::plain;
     return style;
   }
 
@@ -96,18 +86,16 @@ struct ViewStage::Impl {
 
 ViewStage::ViewStage(ViewContent first, std::optional<ViewContent> second)
     : impl_(std::make_unique<Impl>(std::move(first), std::move(second))) {
-  impl_->first_scene.set_mesh(impl_->first.mesh);
   if (impl_->first.history) impl_->show_map(impl_->first.history->end_s());
-  if (!impl_->second) return;
+  if (!impl_->second) {
+    impl_->first_scene.set_mesh(impl_->first.mesh);
+    return;
+  }
   impl_->second_scene = std::make_unique<Scene>();
   impl_->second_scene->set_mesh(impl_->second->mesh);
-  const auto target = std::make_shared<const TriangleScene>(impl_->second->mesh);
-  impl_->distance_notes = distance_notes(impl_->first.mesh, *target);
-  impl_->first_scene.set_distance_query(distance_to(target));
-  SceneStyle by_distance;
-  by_distance.color = SceneColor::distance;
-  const auto legend = impl_->first_scene.legend(by_distance);
-  impl_->distance_range = {legend->min, legend->max};
+  const TriangleScene target(impl_->second->mesh);
+  impl_->distance_notes = distance_notes(impl_->first.mesh, target);
+  impl_->first_scene.set_mesh(impl_->first.mesh, distances_mm(impl_->first.mesh, target));
 }
 
 ViewStage::~ViewStage() = default;
@@ -153,28 +141,18 @@ std::optional<Eigen::Vector3f> ViewStage::pick(std::size_t part, const PickRay& 
 
 void ViewStage::draw(const OrbitCamera& camera, const Viewport& whole, const SceneStyle& style) {
   const std::vector<Viewport> shown = parts(whole);
-  impl_->first_scene.draw(camera, shown[0], impl_->first_style(style));
+  impl_->first_scene.draw(camera, shown[0], style);
   if (impl_->second_scene) impl_->second_scene->draw(camera, shown[1], impl_->second_style(style));
 }
 
-bool ViewStage::is_complete() const {
-  return impl_->first_scene.statistics().complete &&
-         (!impl_->second_scene || impl_->second_scene->statistics().complete);
-}
-
 std::optional<ColorLegend> ViewStage::legend(const SceneStyle& style) const {
-  auto legend = impl_->first_scene.legend(impl_->first_style(style));
+  auto legend = impl_->first_scene.legend(style);
   if (legend && style.color == SceneColor::distance) legend->notes = impl_->distance_notes;
   return legend;
 }
 
 void ViewStage::set_time(std::optional<double> time_s) {
   if (impl_->first.history) impl_->show_map(time_s.value_or(impl_->first.history->end_s()));
-}
-
-void ViewStage::finish() {
-  impl_->first_scene.finish_colors();
-  if (impl_->second_scene) impl_->second_scene->finish_colors();
 }
 
 }  // namespace gelslam::viewer::detail

@@ -26,7 +26,6 @@ class ViewStage {
 
   /// What was touched and known at that time, on the saved surface; or (nothing) as it was saved.
   void set_time(std::optional<double> time_s);
-  void finish();  ///< levels of detail and colors, before a picture
 
   /// From outside, in front of most of the surface, its long side lying; all of it in view.
   OrbitCamera first_view(const Viewport& whole) const;
@@ -38,8 +37,6 @@ class ViewStage {
   std::string title(std::size_t part) const;
   /// What is missing or uncertain in the first, as sentences; or "".
   std::string warning() const;
-  /// False while drawing again would add colors or levels of detail.
-  bool is_complete() const;
   void draw(const OrbitCamera& camera, const Viewport& whole, const SceneStyle& style);
   std::optional<ColorLegend> legend(const SceneStyle& style) const;
 

@@ -27,9 +27,8 @@ std::vector<ActionRow> view_rows(bool has_time) {
   return rows;
 }
 
-std::vector<SceneColor> known_colors(bool has_time, bool has_second) {
+std::vector<SceneColor> known_colors(bool has_second) {
   std::vector<SceneColor> known = {SceneColor::plain, SceneColor::confidence, SceneColor::height};
-  if (has_time) known.push_back(SceneColor::keyframe);
   if (has_second) known.push_back(SceneColor::distance);
   return known;
 }
@@ -38,7 +37,7 @@ std::vector<SceneColor> known_colors(bool has_time, bool has_second) {
 
 ViewControls::ViewControls(const RunHistory* history, bool has_second, const SceneStyle& style,
                            std::optional<double> time_s)
-    : SceneControls(view_rows(history != nullptr), style, known_colors(history != nullptr, has_second)),
+    : SceneControls(view_rows(history != nullptr), style, known_colors(has_second)),
       history_(history),
       time_s_(history != nullptr ? time_s : std::nullopt) {}
 
@@ -124,7 +123,7 @@ bool ViewWindow::advance(double /*now_s*/, double dt_s) {
     stage_.set_time(shown_time_s_);
     changed = true;
   }
-  return move_camera(dt_s) || changed || !stage_.is_complete();
+  return move_camera(dt_s) || changed;
 }
 
 void ViewWindow::lay_out(const Ui& ui) {
@@ -199,7 +198,6 @@ cv::Mat3b ViewWindow::snapshot() {
   is_snapshot_ = true;
   stage_.set_time(controls_.time_s());
   shown_time_s_ = controls_.time_s();
-  stage_.finish();
   return picture(0);
 }
 

@@ -35,8 +35,7 @@ Answer no(const std::string& label) { return {label, "esc n", "Esc", theme::kTex
 
 LiveControls::LiveControls(LiveSession& session, bool keeps_run, std::string next_run_folder)
     : SceneControls(live_rows(), tinted_style(),
-                    {SceneColor::certainty, SceneColor::plain, SceneColor::confidence, SceneColor::height,
-                     SceneColor::keyframe}),
+                    {SceneColor::certainty, SceneColor::plain, SceneColor::confidence, SceneColor::height}),
       session_(session),
       keeps_run_(keeps_run),
       next_run_folder_(std::move(next_run_folder)) {}

@@ -174,10 +174,7 @@ std::optional<Eigen::Vector3f> LiveWindow::pick(std::size_t /*part*/, const Pick
   return scene_.scene().pick(ray);
 }
 
-void LiveWindow::show_all_at_once() {
-  scene_.scene().finish_colors();
-  camera_ = whole_view(viewport());
-}
+void LiveWindow::show_all_at_once() { camera_ = whole_view(viewport()); }
 
 }  // namespace gelslam::viewer::detail
 

@@ -86,7 +86,7 @@ bool MapWindow::advance(double /*now_s*/, double dt_s) {
   const bool is_new = touch != touch_;
   if (is_new) show(touch);
   if (touches_.have_ended) frame_.status.warnings = {"There are no more frames. Q closes."};
-  return move_camera(dt_s) || follow_touch(dt_s) || is_new || !scene_.statistics().complete;
+  return move_camera(dt_s) || follow_touch(dt_s) || is_new;
 }
 
 void MapWindow::show(const std::shared_ptr<const LocatedTouch>& touch) {
@@ -136,11 +136,6 @@ OrbitCamera MapWindow::whole_view(const Viewport& viewport) const {
 
 std::optional<Eigen::Vector3f> MapWindow::pick(std::size_t /*part*/, const PickRay& ray) const {
   return scene_.pick(ray);
-}
-
-void MapWindow::show_everything() {
-  scene_.finish_colors();
-  follow_touch(1e9);
 }
 
 void MapWindow::draw_frame(Ui& ui, double now_s) {
@@ -216,7 +211,7 @@ void write_map_snapshot(const ShownMap& map, const LocatedTouches& touches,
   options.visible = false;
   viewer::detail::MapWindow window(map, last, options);
   window.turn(0, true);  // lays the window out
-  window.show_everything();
+  window.turn_to_touch();
   viewer::write_png(png, window.picture(0.01));
 }
 

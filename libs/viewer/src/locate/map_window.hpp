@@ -27,7 +27,7 @@ class MapWindow : public SceneLoop {
   ~MapWindow() override { host().make_current(); }
 
   MapControls& controls() override { return controls_; }
-  void show_everything();  ///< all that is shown bit by bit, at once
+  void turn_to_touch() { follow_touch(1e9); }  ///< at once
 
  private:
   bool advance(double now_s, double dt_s) override;

@@ -1,10 +1,8 @@
 #include "gelslam/viewer/scene.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <utility>
 
 #include "scene/scene_lines.hpp"
@@ -19,14 +17,7 @@ namespace {
 using namespace viewer::detail;
 using Eigen::Matrix4f;
 using Eigen::Vector3f;
-using Clock = std::chrono::steady_clock;
 
-/// What new colors may take: a part of a frame's time, within limits.
-constexpr double kBudgetShare = 0.4, kMinBudgetMs = 3, kMaxBudgetMs = 100;
-constexpr double kUnlimitedMs = std::numeric_limits<double>::infinity();
-constexpr std::size_t kTrianglesPerPiece = 2000;
-constexpr std::size_t kDistanceSamples = 4000;
-constexpr std::size_t kOutlinePoints = 5000;
 constexpr float kTouchLiftMm = 0.25F;  ///< the map below the touch may be so much off before it hides it
 constexpr float kPieceOpacity = 0.8F, kHiddenLineOpacity = 0.16F, kHiddenGhostOpacity = 0.3F;
 constexpr float kMinCurvature = 0.05F;  ///< 1/mm; smoother surfaces are not made to look rough
@@ -35,16 +26,6 @@ constexpr float kSmoothBorder = 0.2F;                 ///< touches; at the last 
 constexpr float kFirmTouches = 2.5F;                  ///< of so many keyframes a surface is seen well
 constexpr double kCertainMm = 0.1, kUncertainMm = 1;  ///< two standard deviations: tint begins, is full
 const Vector3f kTouchGlow(1.0F, 0.36F, 0.05F), kPieceGlow(0.06F, 0.50F, 0.95F);
-
-/// Colors that come from a number put into each vertex for them: the distance, or the keyframe's id.
-bool is_by_keyframe(SceneColor color) {
-  return color == SceneColor::keyframe || color == SceneColor::certainty;
-}
-bool is_by_value(SceneColor color) { return is_by_keyframe(color) || color == SceneColor::distance; }
-
-double ms_since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 Rgba outline_color(double opacity) {
   return {255, 150, 40, static_cast<std::uint8_t>(255 * std::clamp(opacity, 0.0, 1.0))};
@@ -67,18 +48,7 @@ struct Scene::Impl {
   Eigen::AlignedBox3f piece_box_mm;  ///< in its own frame
   std::optional<TouchPatch> touch_patch;
   Eigen::AlignedBox3f trajectory_box_mm;
-  std::int64_t next_piece = 0;
-  DistanceQuery distance_query;
-  mutable std::optional<float> distance_limit_mm;  ///< found when it is first asked for
-  KeyframePlaces keyframe_places;
-  SceneColor values_for = SceneColor::plain;  ///< what the vertices' values mean now
-  bool values_are_old = false;
-  bool colors_are_due = false;
-  Clock::time_point last_draw = Clock::now();
-
-  double budget_ms() const {
-    return std::clamp(kBudgetShare * ms_since(last_draw), kMinBudgetMs, kMaxBudgetMs);
-  }
+  float distance_limit_mm = 1;
 
   /// Where the touch is drawn: the place first that its mesh was made for.
   std::vector<TouchPatch::Ghost> touch_places() const {
@@ -120,41 +90,13 @@ struct Scene::Impl {
         const float reach = 0.5F * style.height_axis.cwiseAbs().dot(box.sizes());
         return {middle - reach, middle + reach};
       }
-      case SceneColor::keyframe:
-        return keyframe_places.range();
       case SceneColor::distance:
-        return {0, distance_limit()};
+        return {0, distance_limit_mm};
       case SceneColor::certainty:
       case SceneColor::plain:
         break;
     }
     return {0, 1};
-  }
-
-  float distance_limit() const {
-    if (!distance_limit_mm && distance_query) {
-      distance_limit_mm = round_limit_mm(distance_query(mesh.sample_vertices(kDistanceSamples)));
-    }
-    return distance_limit_mm.value_or(1.0F);
-  }
-
-  /// Puts the values in order that `color` shows.
-  void choose_values(SceneColor color) {
-    if (!is_by_value(color)) return;
-    if (is_by_keyframe(color)) color = SceneColor::keyframe;
-    if (values_for == color && !values_are_old) return;
-    values_for = color;
-    values_are_old = false;
-    if (color == SceneColor::keyframe) {
-      mesh.set_values([this](const DrawableMesh& m) { return keyframe_places.best(m); }, true);
-      return;
-    }
-    mesh.set_values(
-        [this](const DrawableMesh& m) {
-          return drawable_values(distance_query ? distance_query(m.vertices_mm) : std::vector<float>(),
-                                 m.vertices_mm.size());
-        },
-        false);
   }
 
   void draw_background() {
@@ -166,7 +108,6 @@ struct Scene::Impl {
   }
 
   void draw_mesh(const OrbitCamera& camera, const Matrix4f& clip_T_map, const SceneStyle& style) {
-    choose_values(style.color);
     const bool has_map = style.color != SceneColor::plain && style.color != SceneColor::certainty;
     if (has_map && color_map_for != style.color) {
       std::vector<std::uint8_t> rgba;
@@ -193,11 +134,7 @@ struct Scene::Impl {
     glBindTexture(GL_TEXTURE_2D, certainty.name());
     glActiveTexture(GL_TEXTURE0);
     glBindTexture(GL_TEXTURE_2D, color_map.name());
-    mesh.prepare(clip_T_map, colors_are_due ? kUnlimitedMs : budget_ms());
-    mesh.draw(true);
-    // Their numbers are still to come: clay, so that gray means that there is none.
-    if (is_by_value(style.color)) mesh_program.set("color_by", static_cast<int>(SceneColor::plain));
-    mesh.draw(false);
+    mesh.draw(clip_T_map);
     for (const GLenum unit : {GL_TEXTURE1, GL_TEXTURE0}) {
       glActiveTexture(unit);
       glBindTexture(GL_TEXTURE_2D, 0);
@@ -263,7 +200,8 @@ Scene::Scene() : impl_(std::make_unique<Impl>()) {}
 Scene::~Scene() = default;
 
 void Scene::update(std::span<const MeshBlock> blocks) {
-  for (const MeshBlock& block : blocks) impl_->mesh.put(block.key, make_drawable(block));
+  for (const MeshBlock& block : blocks)
+    impl_->mesh.put(block.key, make_drawable(block.mesh, {block.keyframe.begin(), block.keyframe.end()}));
 }
 
 void Scene::update(const MeshChanges& changes) {
@@ -271,22 +209,12 @@ void Scene::update(const MeshChanges& changes) {
   update(changes.blocks);
 }
 
-void Scene::clear_mesh() {
-  impl_->mesh.clear();
-  impl_->distance_limit_mm.reset();
-}
+void Scene::clear_mesh() { impl_->mesh.clear(); }
 
-void Scene::set_mesh(const Mesh& mesh) {
+void Scene::set_mesh(const Mesh& mesh, const std::vector<float>& distance_mm) {
   clear_mesh();
-  for (DrawableMesh& piece : split(make_drawable(mesh), kTrianglesPerPiece)) {
-    impl_->mesh.put(impl_->next_piece++, std::move(piece));
-  }
-}
-
-void Scene::set_distance_query(DistanceQuery query) {
-  impl_->distance_query = std::move(query);
-  impl_->distance_limit_mm.reset();
-  if (impl_->values_for == SceneColor::distance) impl_->values_are_old = true;
+  impl_->mesh.put(0, make_drawable(mesh, distance_mm));
+  impl_->distance_limit_mm = round_limit_mm(distance_mm);
 }
 
 void Scene::set_touch(std::optional<TouchPatch> touch) {
@@ -319,15 +247,11 @@ void Scene::set_trajectory(const std::vector<std::vector<Pose>>& map_T_sensor) {
 void Scene::set_map(const MapSnapshot& map) {
   impl_->keyframes.set(keyframe_lines(map));
   impl_->edges.set(edge_lines(map));
-  impl_->keyframe_places = KeyframePlaces(map);
   const cv::Mat4b doubt = doubt_by_keyframe(map, kCertainMm, kUncertainMm);
   fill_texture(impl_->certainty, doubt.cols, doubt.rows, doubt.ptr());
-  if (impl_->values_for == SceneColor::keyframe) impl_->values_are_old = true;
 }
 
 Eigen::AlignedBox3f Scene::bounds_mm() const { return impl_->mesh.box_mm(); }
-
-std::vector<Vector3f> Scene::outline_mm() const { return impl_->mesh.sample_vertices(kOutlinePoints); }
 
 std::optional<Vector3f> Scene::pick(const PickRay& ray) const { return impl_->mesh.pick(ray); }
 
@@ -356,23 +280,15 @@ void Scene::draw(const OrbitCamera& camera, const Viewport& viewport, const Scen
   glDisable(GL_SCISSOR_TEST);
   glBindVertexArray(0);
   glUseProgram(0);
-  impl_->colors_are_due = false;
-  impl_->last_draw = Clock::now();
 }
 
-void Scene::finish_colors() { impl_->colors_are_due = true; }
-
 std::optional<ColorLegend> Scene::legend(const SceneStyle& style) const {
-  static constexpr const char* kTitles[] = {"", "confidence", "height", "keyframe", "distance"};
+  static constexpr const char* kTitles[] = {"", "confidence", "height", "distance"};
   if (style.color == SceneColor::plain || style.color == SceneColor::certainty) return std::nullopt;
   const auto [low, high] = impl_->range(style);
   const bool is_length = style.color == SceneColor::height || style.color == SceneColor::distance;
   const char* unit = is_length ? "mm" : style.color == SceneColor::confidence ? "touches" : "";
   return ColorLegend{kTitles[static_cast<int>(style.color)], unit, low, high, color_map_rgb(style.color), {}};
-}
-
-SceneStatistics Scene::statistics() const {
-  return {impl_->mesh.triangle_count(), impl_->mesh.drawn_triangles(), impl_->mesh.is_complete()};
 }
 
 }  // namespace gelslam

@@ -4,10 +4,9 @@
 namespace gelslam {
 
 std::vector<std::array<std::uint8_t, 3>> color_map_rgb(SceneColor color) {
-  return color_map_rgb(color == SceneColor::distance   ? ColorMap::distance
-                       : color == SceneColor::keyframe ? ColorMap::keyframe
-                       : color == SceneColor::height   ? ColorMap::height
-                                                       : ColorMap::confidence);
+  return color_map_rgb(color == SceneColor::distance ? ColorMap::distance
+                       : color == SceneColor::height ? ColorMap::height
+                                                     : ColorMap::confidence);
 }
 
 }  // namespace gelslam

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 namespace gelslam::viewer::detail {
 namespace {
@@ -87,14 +86,12 @@ void set_confidence(DrawableMesh& out, const Mesh& mesh) {
 
 /// Curvature along each edge (own; the turn of the normal over the edge's length), averaged around the
 /// vertex.
-void set_curvature_and_edge(DrawableMesh& out) {
+void set_curvature(DrawableMesh& out) {
   std::vector<float> sum(out.vertices_mm.size(), 0.0F), weight(out.vertices_mm.size(), 0.0F);
-  double length_sum = 0;
   for (std::size_t i = 0; i < out.indices.size(); ++i) {
     const std::uint32_t a = out.indices[i], b = out.indices[i % 3 == 2 ? i - 2 : i + 1];
     const Vector3f along = out.vertices_mm[b] - out.vertices_mm[a];
     const float length2 = along.squaredNorm();
-    length_sum += std::sqrt(length2);
     if (length2 < 1e-12F) continue;
     const float turn = (out.normals[b] - out.normals[a]).dot(along);  // curvature times length squared
     sum[a] += turn, sum[b] += turn;
@@ -104,41 +101,12 @@ void set_curvature_and_edge(DrawableMesh& out) {
   for (std::size_t i = 0; i < sum.size(); ++i) {
     out.curvature.push_back(weight[i] > 0 ? std::clamp(sum[i] / weight[i], -1e3F, 1e3F) : 0.0F);
   }
-  out.edge_mm =
-      out.indices.empty() ? 0 : static_cast<float>(length_sum / static_cast<double>(out.indices.size()));
 }
 
-void set_box(DrawableMesh& mesh) {
-  mesh.box_mm.setEmpty();
-  for (const Vector3f& vertex : mesh.vertices_mm) mesh.box_mm.extend(vertex);
-}
-
-/// The triangles `order[first..last)` of a mesh, with their vertices.
-DrawableMesh piece_of(const DrawableMesh& mesh, const std::vector<std::uint32_t>& order, std::size_t first,
-                      std::size_t last, std::vector<std::uint32_t>& new_index) {
-  DrawableMesh piece;
-  std::vector<std::uint32_t> taken;
-  for (std::size_t i = first; i < last; ++i) {
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-      const std::uint32_t old = mesh.indices[3 * static_cast<std::size_t>(order[i]) + corner];
-      if (new_index[old] == kUnused) {
-        new_index[old] = static_cast<std::uint32_t>(taken.size());
-        taken.push_back(old);
-      }
-      piece.indices.push_back(new_index[old]);
-    }
-  }
-  for (const std::uint32_t old : taken) {
-    new_index[old] = kUnused;
-    piece.vertices_mm.push_back(mesh.vertices_mm[old]);
-    piece.normals.push_back(mesh.normals[old]);
-    piece.confidence.push_back(mesh.confidence[old]);
-    piece.curvature.push_back(mesh.curvature[old]);
-    piece.source.push_back(mesh.source[old]);
-  }
-  piece.edge_mm = mesh.edge_mm;
-  set_box(piece);
-  return piece;
+void set_values(DrawableMesh& out, const Mesh& mesh, const std::vector<float>& values) {
+  const bool given = values.size() == mesh.vertices_mm.size();
+  for (const std::uint32_t from : out.source)
+    out.value.push_back(given && std::isfinite(values[from]) ? values[from] : kNoValue);
 }
 
 std::uint32_t signed_10_bits(float value) {
@@ -147,50 +115,17 @@ std::uint32_t signed_10_bits(float value) {
 
 }  // namespace
 
-DrawableMesh make_drawable(const Mesh& mesh) {
+DrawableMesh make_drawable(const Mesh& mesh, const std::vector<float>& values) {
   DrawableMesh out = keep_drawable(mesh);
   set_normals(out, mesh);
   set_confidence(out, mesh);
-  set_curvature_and_edge(out);
-  set_box(out);
+  set_curvature(out);
+  set_values(out, mesh, values);
+  for (const Vector3f& vertex : out.vertices_mm) out.box_mm.extend(vertex);
   return out;
 }
 
-DrawableMesh make_drawable(const MeshBlock& block) {
-  DrawableMesh out = make_drawable(block.mesh);
-  if (block.keyframe.size() != block.mesh.vertices_mm.size()) return out;
-  for (const std::uint32_t from : out.source) out.keyframe.push_back(block.keyframe[from]);
-  return out;
-}
-
-std::vector<DrawableMesh> split(const DrawableMesh& mesh, std::size_t triangles_per_piece) {
-  const std::size_t triangles = mesh.indices.size() / 3;
-  if (triangles == 0) return {};
-  // A surface of n triangles of edge e covers about n e^2 / 2; a cube of side s holds about s^2 of it.
-  const float side = std::max({mesh.edge_mm * std::sqrt(0.5F * static_cast<float>(triangles_per_piece)),
-                               1e-4F * mesh.box_mm.sizes().maxCoeff(), 1e-6F});
-  std::vector<std::int64_t> cube(triangles);
-  for (std::size_t t = 0; t < triangles; ++t) {
-    const Vector3f p = (mesh.vertices_mm[mesh.indices[3 * t]] - mesh.box_mm.min()) / side;
-    cube[t] = (static_cast<std::int64_t>(p.x()) << 40) + (static_cast<std::int64_t>(p.y()) << 20) +
-              static_cast<std::int64_t>(p.z());
-  }
-  std::vector<std::uint32_t> order(triangles);
-  std::iota(order.begin(), order.end(), 0U);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return cube[a] < cube[b]; });
-  std::vector<DrawableMesh> pieces;
-  std::vector<std::uint32_t> new_index(mesh.vertices_mm.size(), kUnused);
-  for (std::size_t first = 0; first < triangles;) {
-    std::size_t last = first;
-    while (last < triangles && cube[order[last]] == cube[order[first]]) ++last;
-    pieces.push_back(piece_of(mesh, order, first, last, new_index));
-    first = last;
-  }
-  return pieces;
-}
-
-std::vector<PackedVertex> pack(const DrawableMesh& mesh, const std::vector<float>& values) {
+std::vector<PackedVertex> pack(const DrawableMesh& mesh) {
   std::vector<PackedVertex> packed(mesh.vertices_mm.size());
   for (std::size_t i = 0; i < packed.size(); ++i) {
     const Vector3f &p = mesh.vertices_mm[i], &n = mesh.normals[i];
@@ -198,7 +133,7 @@ std::vector<PackedVertex> pack(const DrawableMesh& mesh, const std::vector<float
                  signed_10_bits(n.x()) | signed_10_bits(n.y()) << 10 | signed_10_bits(n.z()) << 20,
                  Eigen::half(mesh.curvature[i]).x,
                  Eigen::half(mesh.confidence[i]).x,
-                 values.empty() ? kNoValue : values[i]};
+                 mesh.value[i]};
   }
   return packed;
 }

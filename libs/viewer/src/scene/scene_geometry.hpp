@@ -14,21 +14,15 @@ struct DrawableMesh {
   std::vector<Eigen::Vector3f> vertices_mm, normals;
   std::vector<float> confidence;      ///< 0 where the mesh has none
   std::vector<float> curvature;       ///< mean, 1/mm, positive on ridges
+  std::vector<float> value;           ///< keyframe that sees it best, or distance; or kNoValue
   std::vector<std::uint32_t> source;  ///< index of each vertex in the mesh it came from
-  std::vector<int> keyframe;          ///< that sees a vertex best; empty where unknown
   std::vector<std::uint32_t> indices;
   Eigen::AlignedBox3f box_mm;
-  float edge_mm = 0;  ///< mean length of an edge
 };
 
 /// Leaves out triangles with indices out of range or corners that are not finite or further than 1 km away,
-/// and vertices that then belong to none.
-DrawableMesh make_drawable(const Mesh& mesh);
-DrawableMesh make_drawable(const MeshBlock& block);
-
-/// The same surface in pieces of about `triangles_per_piece`, by cubes of space. Vertices on borders are in
-/// both.
-std::vector<DrawableMesh> split(const DrawableMesh& mesh, std::size_t triangles_per_piece);
+/// and vertices that then belong to none. `values`: one for each vertex of the mesh, else there are none.
+DrawableMesh make_drawable(const Mesh& mesh, const std::vector<float>& values = {});
 
 /// The value of a vertex that has none: drawn gray. Far below all others, so that blends with it are gray
 /// too.
@@ -42,8 +36,7 @@ struct PackedVertex {
   float value;                          ///< what colors by number show; or kNoValue
 };
 
-/// `values` is empty (no value) or as long as the vertices.
-std::vector<PackedVertex> pack(const DrawableMesh& mesh, const std::vector<float>& values);
+std::vector<PackedVertex> pack(const DrawableMesh& mesh);
 
 /// Turns a camera to where most of the mesh faces it (a closed one: to its broad side), its long side lying,
 /// and a little to the side and above, so that depth shows. Meshes without area leave it as it is.

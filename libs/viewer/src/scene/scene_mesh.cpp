@@ -1,7 +1,6 @@
 #include "scene/scene_mesh.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -18,7 +17,6 @@ using Eigen::AlignedBox3f;
 using Eigen::Matrix4f;
 using Eigen::Vector3f;
 using Eigen::Vector4f;
-using Clock = std::chrono::steady_clock;
 
 /// Whether all of a box is outside one of the view's planes (Gribb & Hartmann: rows of the matrix).
 bool is_outside(const Matrix4f& clip_T_map, const AlignedBox3f& box) {
@@ -80,10 +78,7 @@ void set_attributes() {
 
 void SceneMesh::put(std::int64_t key, DrawableMesh mesh) {
   box_is_old_ = curvature_is_old_ = true;
-  if (const auto old = blocks_.find(key); old != blocks_.end()) {
-    triangles_ -= old->second.mesh.indices.size() / 3;
-    blocks_.erase(old);
-  }
+  blocks_.erase(key);
   if (mesh.indices.empty()) return;
   Block& block = blocks_[key];
   block.mesh = std::move(mesh);
@@ -92,34 +87,17 @@ void SceneMesh::put(std::int64_t key, DrawableMesh mesh) {
   std::vector<float> bend = block.mesh.curvature;
   for (float& curvature : bend) curvature = std::abs(curvature);
   block.curvature_p80 = quantile_in_place(bend, 0.8);
-  // What a block knows it shows at once; what has to be computed waits for its turn.
-  const bool knows_values = of_keyframes_ && !block.mesh.keyframe.empty();
-  if (knows_values) block.values_version = values_version_, block.values_meaning = values_meaning_;
   glBindVertexArray(block.vertex_array.name());
-  upload(GL_ARRAY_BUFFER, block.vertices,
-         pack(block.mesh, knows_values ? values_(block.mesh) : std::vector<float>()));
+  upload(GL_ARRAY_BUFFER, block.vertices, pack(block.mesh));
   set_attributes();
   upload(GL_ELEMENT_ARRAY_BUFFER, block.indices, block.mesh.indices);
   glBindVertexArray(0);
-  triangles_ += block.mesh.indices.size() / 3;
 }
 
 void SceneMesh::clear() {
   blocks_.clear();
-  triangles_ = 0;
   has_confidence_ = false;
   box_is_old_ = curvature_is_old_ = true;
-}
-
-void SceneMesh::set_values(VertexValues values, bool of_keyframes) {
-  values_ = std::move(values);
-  const bool same_meaning = std::exchange(of_keyframes_, of_keyframes) && of_keyframes;
-  ++values_version_;
-  if (!same_meaning) ++values_meaning_;
-  if (!same_meaning) return;
-  for (auto& [key, block] : blocks_)  // what a block itself knows has not changed
-    if (!block.mesh.keyframe.empty() && block.values_version + 1 == values_version_)
-      block.values_version = values_version_;
 }
 
 const AlignedBox3f& SceneMesh::box_mm() const {
@@ -147,19 +125,6 @@ float SceneMesh::typical_curvature() const {
   return typical_curvature_;
 }
 
-std::vector<Vector3f> SceneMesh::sample_vertices(std::size_t count) const {
-  std::size_t total = 0;
-  for (const auto& [key, block] : blocks_) total += block.mesh.vertices_mm.size();
-  const std::size_t step = std::max<std::size_t>(1, total / std::max<std::size_t>(count, 1));
-  std::vector<Vector3f> sample;
-  std::size_t next = 0;  // counts from the block's first vertex
-  for (const auto& [key, block] : blocks_) {
-    for (; next < block.mesh.vertices_mm.size(); next += step) sample.push_back(block.mesh.vertices_mm[next]);
-    next -= block.mesh.vertices_mm.size();
-  }
-  return sample;
-}
-
 std::optional<Vector3f> SceneMesh::pick(const PickRay& ray) const {
   std::optional<float> nearest;
   for (const auto& [key, block] : blocks_) {
@@ -174,42 +139,11 @@ std::optional<Vector3f> SceneMesh::pick(const PickRay& ray) const {
   return ray.origin_mm + *nearest * ray.direction;
 }
 
-void SceneMesh::make_values(double budget_ms) {
-  const auto start = Clock::now();
-  is_complete_ = true;
-  if (!values_) return;
-  for (Block* const block : seen_) {
-    if (block->values_version == values_version_) continue;
-    if (std::chrono::duration<double, std::milli>(Clock::now() - start).count() > budget_ms) {
-      is_complete_ = false;
-      break;
-    }
-    upload(GL_ARRAY_BUFFER, block->vertices, pack(block->mesh, values_(block->mesh)));
-    block->values_version = values_version_;
-    block->values_meaning = values_meaning_;
-  }
-}
-
-bool SceneMesh::has_values(const Block& block) const {
-  return block.values_version > 0 && block.values_meaning == values_meaning_;
-}
-
-void SceneMesh::prepare(const Matrix4f& clip_T_map, double budget_ms) {
-  seen_.clear();
-  drawn_triangles_ = 0;
-  for (auto& [key, block] : blocks_) {
+void SceneMesh::draw(const Matrix4f& clip_T_map) const {
+  for (const auto& [key, block] : blocks_) {
     if (is_outside(clip_T_map, block.mesh.box_mm)) continue;
-    seen_.push_back(&block);
-    drawn_triangles_ += block.mesh.indices.size() / 3;
-  }
-  make_values(budget_ms);
-}
-
-void SceneMesh::draw(bool with_values) {
-  for (const Block* const block : seen_) {
-    if (has_values(*block) != with_values) continue;
-    glBindVertexArray(block->vertex_array.name());
-    glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(block->mesh.indices.size()), GL_UNSIGNED_INT, nullptr);
+    glBindVertexArray(block.vertex_array.name());
+    glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(block.mesh.indices.size()), GL_UNSIGNED_INT, nullptr);
   }
   glBindVertexArray(0);
 }

@@ -12,14 +12,14 @@ uniform vec3 height_axis_m;
 uniform int color_by;  // SceneColor
 out vec3 position_c, normal_c;
 out float curvature, number, touches;
-flat out float label;
+flat out float keyframe;
 void main() {
   gl_Position = clip_T_map * vec4(position_m, 1.0);
   position_c = (camera_T_map * vec4(position_m, 1.0)).xyz;
   normal_c = mat3(camera_T_map) * normal_m.xyz;
   curvature = curvature_confidence.x;
   touches = curvature_confidence.y;
-  label = value;
+  keyframe = value;
   number = color_by == 1 ? curvature_confidence.y : color_by == 2 ? dot(height_axis_m, position_m) : value;
 }
 )";
@@ -27,7 +27,7 @@ void main() {
 const char* const kMeshFragmentShader = R"(#version 330 core
 in vec3 position_c, normal_c;
 in float curvature, number, touches;
-flat in float label;
+flat in float keyframe;
 uniform int color_by, shading;  // SceneColor, SceneShading
 uniform float range_min, range_max, curvature_gain, firm_touches, min_touches;
 uniform sampler2D color_map, certainty;
@@ -38,19 +38,17 @@ vec3 to_linear(vec3 c) { return pow(c, vec3(2.2)); }
 
 vec3 tinted_clay() {
   float thin = 1.0 - smoothstep(0.3, 1.0, touches / firm_touches);
-  float doubt = label < 0.0 ? 0.0 : texelFetch(certainty, ivec2(int(label) % 256, int(label) / 256), 0).r;
+  ivec2 place = ivec2(int(keyframe) % 256, int(keyframe) / 256);
+  float doubt = keyframe < 0.0 ? 0.0 : texelFetch(certainty, place, 0).r;
   return mix(mix(clay, vec3(0.20, 0.36, 0.62), 0.55 * thin), vec3(0.70, 0.34, 0.06), 0.6 * doubt);
 }
 
 vec3 surface_color() {
   if (color_by == 0) return clay;
-  if (color_by == 5) return tinted_clay();
-  float wanted = color_by == 3 ? label : number;
-  if (wanted < -1e20) return vec3(0.30);
-  float t = clamp((wanted - range_min) / max(range_max - range_min, 1e-12), 0.0, 1.0);
-  vec3 c = to_linear(texture(color_map, vec2((t * 255.0 + 0.5) / 256.0, 0.5)).rgb);
-  if (color_by == 3) c *= 0.65 + 0.5 * fract(label * 0.6180340);  // neighbors in time stay apart
-  return c;
+  if (color_by == 4) return tinted_clay();
+  if (number < -1e20) return vec3(0.30);
+  float t = clamp((number - range_min) / max(range_max - range_min, 1e-12), 0.0, 1.0);
+  return to_linear(texture(color_map, vec2((t * 255.0 + 0.5) / 256.0, 0.5)).rgb);
 }
 
 vec3 lit(vec3 albedo, vec3 n, vec3 v) {

@@ -44,8 +44,7 @@ bool holds_key(const std::string& keys, int code) {
 }
 
 const char* name_of(SceneColor color) {
-  static constexpr const char* kNames[] = {"plain",    "confidence", "height",
-                                           "keyframe", "distance",   "certainty"};
+  static constexpr const char* kNames[] = {"plain", "confidence", "height", "distance", "certainty"};
   return kNames[static_cast<std::size_t>(color)];
 }
 

@@ -38,7 +38,7 @@ class OrbitCamera {
   void roll(double angle_rad);
 
   /// All of the points come into view, filling it, from the present direction. None, or one that is not
-  /// finite, changes nothing. Scene::outline_mm() gives those of a scene.
+  /// finite, changes nothing.
   void fit(std::span<const Eigen::Vector3f> points_mm, const Viewport& viewport);
   /// Where fit() would go, for a glide there: camera.glide_to(goal, dt_s) in every frame.
   OrbitCamera fitted(std::span<const Eigen::Vector3f> points_mm, const Viewport& viewport) const;

@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -32,15 +31,6 @@ struct TouchPatch {
   std::vector<Ghost> ghosts{};  ///< where else it may be
 };
 
-/// Distance of each point to another surface, mm; NaN is drawn gray.
-using DistanceQuery = std::function<std::vector<float>(std::span<const Eigen::Vector3f> points_mm)>;
-
-struct SceneStatistics {
-  std::size_t triangles = 0;        ///< held
-  std::size_t drawn_triangles = 0;  ///< in the last draw()
-  bool complete = true;             ///< the last draw() lacked no color: drawing again adds nothing
-};
-
 /// What is to be seen: a growing mesh, the touch on it, the way of the sensor and the pose graph. Map frame,
 /// mm. Everything needs the context it was made with to be current, one thread.
 class Scene {
@@ -56,10 +46,9 @@ class Scene {
   void update(std::span<const MeshBlock> blocks);
   void update(const MeshChanges& changes);
   void clear_mesh();
-  /// The whole mesh at once, cut into blocks here.
-  void set_mesh(const Mesh& mesh);
-  /// Distances to another surface, which SceneColor::distance shows. Asked block by block as they are drawn.
-  void set_distance_query(DistanceQuery query);
+  /// The whole mesh at once. `distance_mm`: of each vertex to another surface, which SceneColor::distance
+  /// shows; NaN, or none at all, is drawn gray.
+  void set_mesh(const Mesh& mesh, const std::vector<float>& distance_mm = {});
 
   void set_touch(std::optional<TouchPatch> touch);
   /// What was touched and is not part of the map yet, drawn in a color of its own.
@@ -71,20 +60,15 @@ class Scene {
   void set_map(const MapSnapshot& map);
 
   Eigen::AlignedBox3f bounds_mm() const;  ///< of the mesh; empty without triangles
-  /// Some thousand points all over the mesh, for OrbitCamera::fit().
-  std::vector<Eigen::Vector3f> outline_mm() const;
   /// Where the ray first meets the mesh.
   std::optional<Eigen::Vector3f> pick(const PickRay& ray) const;
 
   /// Draws into that part of the framebuffer now bound, background included. Sets the GL state it needs, and
   /// leaves depth test, blending, culling and scissor off and no program or vertex array bound.
   void draw(const OrbitCamera& camera, const Viewport& viewport, const SceneStyle& style);
-  /// The next draw() makes every color it lacks, however long that takes: before a picture.
-  void finish_colors();
 
   /// The meaning of the colors that `style` gives the mesh, or nothing for plain color.
   std::optional<ColorLegend> legend(const SceneStyle& style) const;
-  SceneStatistics statistics() const;
 
  private:
   struct Impl;

@@ -19,8 +19,7 @@ enum class SceneColor {
   plain,
   confidence,  ///< how many keyframes touched here; one counts less near its contact's border
   height,      ///< along SceneStyle::height_axis
-  keyframe,    ///< which keyframe's center is nearest
-  distance,    ///< to another surface, see Scene::set_distance_query()
+  distance,    ///< to another surface, see Scene::set_mesh()
   certainty,   ///< plain, tinted where few keyframes touched or the place is not well known
 };
 
