@@ -138,7 +138,7 @@ int run_collect(CollectArguments arguments) {
     } else {
       run_in_window(session, labels, window);
     }
-  } catch (const Error&) {
+  } catch (...) {
     if (session.taken_now() > 0) std::cerr << "kept: " << session.summary() << "\n";
     throw;
   }

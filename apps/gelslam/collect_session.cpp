@@ -58,7 +58,7 @@ void CollectSession::run() {
   std::exception_ptr failure;
   try {
     watch();
-  } catch (const Error&) {  // a camera that is pulled out: the press that is still held is good all the same
+  } catch (...) {  // a camera that is pulled out: the press that is still held is good all the same
     failure = std::current_exception();
   }
   const std::lock_guard lock(mutex_);

@@ -1,5 +1,6 @@
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <fstream>
 #include <functional>
 #include <optional>
@@ -83,7 +84,9 @@ void add_session(InfoReport& report, const fs::path& run) {
   attempt(report, [&] {
     const std::optional<Session> session = find_session(run);
     if (!session) {
-      report.problems.emplace_back(kUnfinishedScan);
+      const auto says_it = [](const std::string& problem) { return problem.ends_with(kUnfinishedScan); };
+      if (std::none_of(report.problems.begin(), report.problems.end(), says_it))
+        report.problems.emplace_back(kUnfinishedScan);
       return;
     }
     if (!session->warning.empty()) report.problems.push_back(session->warning);

@@ -10,6 +10,7 @@
 #include <csignal>
 #include <filesystem>
 #include <mutex>
+#include <new>
 #include <thread>
 #include <utility>
 
@@ -183,6 +184,13 @@ TEST_F(EndOfACollection, ACameraThatIsPulledOutLosesNoPress) {
   CollectSession collecting = session(camera);
   EXPECT_THAT(message_of<Error>([&] { collecting.run(); }), HasSubstr("the camera is gone"));
   EXPECT_EQ(collecting.taken_now(), 3) << "the one still held, too";
+  expect_whole(3);
+}
+
+TEST_F(EndOfACollection, NoOtherMistakeLosesAPress) {
+  WaitingCamera camera(until_the_third_is_held(), [] { throw std::bad_alloc(); });
+  CollectSession collecting = session(camera);
+  EXPECT_THROW(collecting.run(), std::bad_alloc);
   expect_whole(3);
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "../support/peak_memory.hpp"
 #include "../support/pictures.hpp"
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
@@ -55,6 +56,16 @@ TEST(PressSet, ReadsWindowsLineEndsAndQuotes) {
   write_bytes(folder / "catalog.csv",
               "experiment_reldir,diameter(mm)\r\n\"6mm/0\",6.31\r\n\r\n9mm/0, 9.5 \r\n");
   EXPECT_EQ(read_press_set(folder.path()).presses[1].diameter_mm, 9.5);
+}
+
+TEST(PressSet, ACatalogOfAnySizeTakesNoMemory) {
+  const TemporaryFolder folder;
+  write_folder(folder.path(), small_set());
+  fs::resize_file(folder / "catalog.csv", std::uintmax_t{1} << 28);  // one line of zeros
+  std::string reason;
+  const std::size_t bytes = memory_growth([&] { reason = refusal(folder.path()); });
+  EXPECT_THAT(reason, HasSubstr("is too large for a catalog"));
+  EXPECT_LT(bytes, std::size_t{1} << 26);
 }
 
 TEST(PressSet, SaysWhatIsWrongWithTheFolder) {

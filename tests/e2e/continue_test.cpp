@@ -104,6 +104,11 @@ TEST(ContinuedRun, MistakesAreToldInALine) {
         {"evaluate", killed, "--truth", log},
         {"track", log, "--map", killed}})
     expect_mistake(gelslam(command), "the scan was not finished; fuse the run to make its map");
+  fs::copy(run + "/report.json", killed + "/report.json");
+  const std::string said = gelslam({"info", killed}).out;
+  const std::size_t first = said.find("the scan was not finished");
+  ASSERT_NE(first, std::string::npos) << said;
+  EXPECT_EQ(said.find("the scan was not finished", first + 1), std::string::npos) << said;
   expect_mistake(gelslam({"fuse", log}), "is no run folder");
   fs::remove(run + "/session.db");
   expect_mistake(gelslam({"reconstruct", log, "--continue", run, "-o", run + "2"}), "holds no session.db");

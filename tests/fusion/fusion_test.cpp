@@ -42,6 +42,28 @@ double flipped_share(const Mesh& mesh) {
   return flipped / static_cast<double>(mesh.triangles.size());
 }
 
+TEST(Fusion, AnyNumberOfPatchesOfOnePlaceIsOne) {
+  auto dent = std::make_shared<Surface>();
+  dent->pixel_pitch_mm = 0.1;
+  dent->height_mm = cv::Mat1f(32, 32, -0.3F);
+  dent->normals = cv::Mat3f(32, 32, cv::Vec3f(0, 0, 1));
+  dent->contact = cv::Mat1b(32, 32, uchar{255});
+  dent->curvature = cv::Mat1f(32, 32, 0.0F);
+  dent->contact_pixels = 32 * 32;
+  std::vector<PosedSurface> patches{{0, Pose::Identity(), SurfacePtr(dent)}};
+  FusionOptions coarse;
+  coarse.voxel_size_mm = 0.3;
+  const Mesh one = fuse(patches, coarse);
+  while (patches.size() < 40000) {
+    patches.push_back(patches.front());
+    patches.back().id = static_cast<int>(patches.size());
+  }
+  const Mesh many = fuse(patches, coarse);
+  ASSERT_FALSE(one.triangles.empty());
+  ASSERT_EQ(many.vertices_mm.size(), one.vertices_mm.size());
+  for (const Eigen::Vector3f& p : many.vertices_mm) ASSERT_NEAR(p.z(), -0.3F, 1e-3F);
+}
+
 TEST(Fusion, TwoPatchesOfASphereMakeOneSphere) {
   const Shape ball = sphere(kRadiusMm);
   const std::vector<PosedSurface> patches{

@@ -58,6 +58,14 @@ SurfacePtr dotted_surface_of(const cv::Mat3b& image) {
   return SurfaceEstimator(linear_gel_model(), with_dots(kBare), SurfaceOptions{}).estimate(image);
 }
 
+TEST(WrongValues, AreCountedInTheLargestPictures) {
+  const cv::Mat3b bare(2400, 2400, cv::Vec3b(90, 100, 110));
+  cv::Mat3b noisy = bare.clone();
+  for (int u = 3; u < noisy.cols; u += 3) noisy.col(u).setTo(cv::Scalar::all(255));
+  surface::detail::PixelRepair repair(bare);
+  EXPECT_LT(cv::norm(repair.clean(noisy), bare, cv::NORM_L1), 0.01 * cv::norm(noisy, bare, cv::NORM_L1));
+}
+
 TEST(Markers, ABallReadsAsWithoutThem) {
   const cv::Mat1f truth = ball_press(kSensor, kPitchMm, 160, 120, 4.75, 0.6);
   const cv::Mat3b image = render(truth, kPitchMm, 1.0, 2);

@@ -1,6 +1,9 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <span>
+#include <unordered_map>
 
 #include "exchange_json.hpp"
 #include "gelslam/core/error.hpp"
@@ -128,12 +131,22 @@ Json rgba(const std::array<std::uint8_t, 3>& color) {
   return {{"r", share(0)}, {"g", share(1)}, {"b", share(2)}, {"a", 1.0}};
 }
 
-Json triangles_message(const Mesh& mesh, const VertexColors& vertex_colors) {
+constexpr std::size_t kTrianglesInAMessage = 5000;  // a vertex takes 0.7 kB of memory while it is written
+
+/// Some of the mesh's triangles, with their vertices.
+Json triangles_message(const Mesh& mesh, const VertexColors& vertex_colors,
+                       std::span<const Eigen::Vector3i> triangles) {
   Json points = Json::array(), colors = Json::array(), indices = Json::array();
-  for (const Eigen::Vector3f& v : mesh.vertices_mm) points.push_back(xyz(v.cast<double>()));
-  for (const auto& color : vertex_colors) colors.push_back(rgba(color));
-  for (const Eigen::Vector3i& t : mesh.triangles)
-    for (const int corner : t) indices.push_back(corner);
+  std::unordered_map<int, std::size_t> index_of;
+  for (const Eigen::Vector3i& triangle : triangles)
+    for (const int corner : triangle) {
+      const auto [place, is_new] = index_of.try_emplace(corner, index_of.size());
+      indices.push_back(place->second);
+      if (!is_new) continue;
+      const auto vertex = static_cast<std::size_t>(corner);
+      points.push_back(xyz(mesh.vertices_mm[vertex].cast<double>()));
+      if (!vertex_colors.empty()) colors.push_back(rgba(vertex_colors[vertex]));
+    }
   return {{"pose", pose_message(Pose::Identity())},
           {"points", points},
           {"color", rgba({204, 196, 184})},
@@ -158,7 +171,7 @@ Json lines_message(const std::vector<StampedPose>& trajectory) {
   return lines;
 }
 
-Json scene_message(const char* id, double time_s, const char* kind, Json primitives) {
+Json scene_message(const std::string& id, double time_s, const char* kind, Json primitives) {
   Json entity{{"timestamp", stamp(time_s)},
               {"frame_id", "map"},
               {"id", id},
@@ -186,9 +199,13 @@ class RunRecorder {
 
   /// What holds for the whole run, at its first moment, so that it is there wherever playing starts.
   void write_whole(const VertexColors& colors) {
-    if (!run_.mesh.triangles.empty())
+    const std::span<const Eigen::Vector3i> triangles = run_.mesh.triangles;
+    for (std::size_t first = 0; first < triangles.size(); first += kTrianglesInAMessage) {
+      const auto part = triangles.subspan(first, std::min(kTrianglesInAMessage, triangles.size() - first));
       write("/surface", 0,
-            scene_message("surface", 0, "triangles", Json::array({triangles_message(run_.mesh, colors)})));
+            scene_message("surface " + std::to_string(first / kTrianglesInAMessage), 0, "triangles",
+                          Json::array({triangles_message(run_.mesh, colors, part)})));
+    }
     write("/path", 0, scene_message("path", 0, "lines", lines_message(run_.trajectory)));
     write("/trajectory", 0, poses_message(run_.trajectory, 0));
     write("/keyframes", 0, poses_message(run_.keyframes, 0));

@@ -26,7 +26,7 @@ bool Field::evaluate(const Eigen::Vector3f& point_mm, const PatchList& listed,
     const auto end = std::stable_partition(
         rest, scratch.end(), [&](const Observation& o) { return o.direction.dot(lead.direction) > 0; });
     FieldValue value{0, 0, Eigen::Vector3f::Zero(), lead.keyframe};
-    DistanceSum sum;
+    DistanceSumOf<std::int64_t> sum;  // of any number of observations
     for (auto o = rest; o != end; ++o) {
       const DistanceSum t = term(o->distance_mm, o->weight);
       sum.weight += t.weight;

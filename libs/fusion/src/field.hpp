@@ -18,9 +18,11 @@ struct FieldValue {
 
 /// A weighted mean of distances. It is summed in whole numbers, so that observations can be added and taken
 /// away in any order and leave exactly the same sum; 2^-16 of the truncation is much finer than any height.
-struct DistanceSum {
-  std::int32_t weight = 0, weighted_distance = 0;
+template <typename Integer>
+struct DistanceSumOf {
+  Integer weight = 0, weighted_distance = 0;
 };
+using DistanceSum = DistanceSumOf<std::int32_t>;
 constexpr std::size_t kMaxSummedPatches = 30000;  ///< layout: of weight 1: what 32 bits hold
 
 /// The signed distance field that all patches together say: a weighted mean over those that see the same side
@@ -46,7 +48,8 @@ class Field {
     const float w = kUnit * weight * y * y;
     return {static_cast<std::int32_t>(w + 0.5f), static_cast<std::int32_t>(w * x + std::copysign(0.5f, x))};
   }
-  float mean_mm(const DistanceSum& sum) const {
+  template <typename Integer>
+  float mean_mm(const DistanceSumOf<Integer>& sum) const {
     return truncation_mm_ * (static_cast<float>(sum.weighted_distance) / static_cast<float>(sum.weight));
   }
 

@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kMinDiameterMm = 0.1, kMaxDiameterMm = 1000.0;
-constexpr std::size_t kMaxLine = 4096;
+constexpr std::size_t kMaxLine = 4096, kMaxCatalogBytes = kMaxPresses * kMaxLine;
 
 std::string trimmed(const std::string& text) {
   const std::size_t first = text.find_first_not_of(" \t\r\"");
@@ -63,6 +63,7 @@ std::vector<CalibrationPress> read_catalog(const fs::path& path) {
     throw Error(
         quoted(path) +
         " cannot be read: a calibration folder has a catalog.csv with the lines folder,diameter in mm");
+  if (fs::file_size(path) > kMaxCatalogBytes) throw Error(quoted(path) + " is too large for a catalog");
   std::vector<CalibrationPress> presses;
   std::set<std::string> names;
   std::string line;

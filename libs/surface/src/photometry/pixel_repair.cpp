@@ -1,6 +1,7 @@
 #include "photometry/pixel_repair.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
@@ -44,10 +45,10 @@ GELSLAM_CLONES int count_outliers(const unsigned char* value, int count, unsigne
 
 /// Looks at one row in each row of blocks.
 bool has_wrong_values(const cv::Mat3b& bgr) {
-  int found = 0;
+  std::int64_t found = 0;
   for (int v = 0; v < bgr.rows; v += kBlockPx)
     found += count_outliers(bgr.ptr<unsigned char>(v), 3 * bgr.cols, 3 * kWrongLevels);
-  return found * kBlockPx * kWrongValueIn > 3 * static_cast<int>(bgr.total());
+  return found * kBlockPx * kWrongValueIn > 3 * static_cast<std::int64_t>(bgr.total());
 }
 
 /// Three values from `i` on, of a pixel or of two neighbors.
