@@ -30,11 +30,9 @@ namespace fs = std::filesystem;
 
 struct ExportArguments {
   fs::path source, output;
-  std::vector<fs::path> logs;
   std::string units, color;
   std::optional<double> max_error_mm;
-  bool largest_piece = false, watertight = false, close = false, ground_truth = false, overwrite = false,
-       quiet = false;
+  bool largest_piece = false, watertight = false, close = false, overwrite = false, quiet = false;
 };
 
 /// What Ctrl-C throws out of the work; no Error, which some of the work takes for a damaged log.
@@ -47,8 +45,6 @@ std::set<std::string> chosen_options(const ExportArguments& a) {
   std::set<std::string> given;
   if (!a.units.empty()) given.insert("--units");
   if (!a.color.empty()) given.insert("--color");
-  if (!a.logs.empty()) given.insert("--log");
-  if (a.ground_truth) given.insert("--ground-truth");
   if (a.max_error_mm) given.insert("--max-error-mm");
   if (a.largest_piece) given.insert("--largest-piece");
   if (a.watertight) given.insert("--watertight");
@@ -58,13 +54,9 @@ std::set<std::string> chosen_options(const ExportArguments& a) {
 /// Throws Error for an ending that is none, or an option that has no meaning for it.
 void check_output(const ExportArguments& a) {
   static const std::set<std::string> mesh = {"--max-error-mm", "--largest-piece", "--watertight"};
-  static const std::map<std::string, std::set<std::string>> takes = {{".ply", {"--units", "--color"}},
-                                                                     {".obj", {"--units"}},
-                                                                     {".stl", {"--units"}},
-                                                                     {".glb", {"--color"}},
-                                                                     {".mcap", {"--color", "--log"}},
-                                                                     {".html", {"--color"}},
-                                                                     {".tum", {"--ground-truth"}}};
+  static const std::map<std::string, std::set<std::string>> takes = {
+      {".ply", {"--units", "--color"}}, {".obj", {"--units"}},  {".stl", {"--units"}}, {".glb", {"--color"}},
+      {".mcap", {"--color"}},           {".html", {"--color"}}, {".tum", {}}};
   const std::string ending = ending_of(a.output);
   const auto found = takes.find(ending);
   if (found == takes.end())
@@ -188,26 +180,8 @@ void say_loose_pieces(const Mesh& mesh) {
   if (!pieces.empty()) std::cerr << pieces << "\n";
 }
 
-int export_truth(const ExportArguments& a) {
-  const std::string lines = ground_truth_tum(a.source);
-  write_file_atomically(a.output, lines);
-  if (!a.quiet)
-    std::cerr << "wrote " << a.output.string() << ": "
-              << counted(std::count(lines.begin(), lines.end(), '\n'), "true pose") << ", in m\n";
-  return kExitDone;
-}
-
-void take_logs(const ExportArguments& a, RunContents& run) {
-  if (a.logs.empty()) return;
-  if (a.logs.size() != run.logs.size())
-    throw Error(fmt::format("{} was made from {}: give --log for each, in order", a.source.string(),
-                            counted(std::ssize(run.logs), "log")));
-  for (std::size_t i = 0; i < a.logs.size(); ++i) run.logs[i].file = a.logs[i];
-}
-
 int run_export(const ExportArguments& a) {
   check_output(a);
-  if (a.ground_truth) return export_truth(a);
   const auto say = [&](const std::string& sentence) {
     if (!a.quiet) std::cerr << sentence << "\n";
   };
@@ -216,7 +190,6 @@ int run_export(const ExportArguments& a) {
   RunContents run = read_run_contents(a.source);
   progress.end();
   if (!a.quiet) say_mesh_unit(a.source);
-  take_logs(a, run);
   check_contents(a, run);
   const bool as_asked = reduce_mesh(a, run, progress, say);
   const std::string words = write_output(a, run, progress);
@@ -258,15 +231,6 @@ void add_options(CLI::App& command, ExportArguments& a) {
       .add_option("--units", a.units,
                   "Unit of the PLY, OBJ or STL written (default: mm for OBJ and STL, m for PLY)")
       ->check(CLI::IsMember({"m", "mm"}));
-  command
-      .add_option("--log", a.logs,
-                  "Log for the pictures in MCAP (default: where it was); of a continued or joined run once "
-                  "for each log, in order")
-      ->allow_extra_args(false);
-  command.add_flag(
-      "--ground-truth", a.ground_truth,
-      "Write the true trajectory (TUM) of the log's data folder: in the run's map frame, or, with "
-      "the data folder as SOURCE, in the sensor frame of the first contact");
   add_overwrite_flag(command, a.overwrite);
   add_quiet_flag(command, a.quiet);
 }
@@ -282,8 +246,7 @@ void add_export_command(CLI::App& app, int& exit_code) {
       "Example: gelslam export RUN -o object.stl\n"
       "Example: gelslam export RUN -o body.stl --watertight --close\n"
       "Example: gelslam export RUN -o object.html --max-error-mm 0.01\n"
-      "Example: gelslam export RUN -o run.mcap\n"
-      "Example: gelslam export RUN --ground-truth -o truth.tum");
+      "Example: gelslam export RUN -o run.mcap");
   command->callback([arguments, &exit_code] {
     try {
       exit_code = run_export(*arguments);

@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "../support/run_program.hpp"
@@ -94,11 +93,9 @@ TEST(CalibrateCommand, LabelsTrainsAndChecks) {
   expect_mistake(calibrate({"train", presses, "-o", model}), "is already there");
   EXPECT_EQ(read_bytes(model), before);
 
-  const ProgramResult checked = calibrate({"check", model, presses, "--json"});
+  const ProgramResult checked = calibrate({"check", model, presses});
   EXPECT_LE(checked.exit_code, 1);
-  const auto json = nlohmann::json::parse(checked.out);
-  EXPECT_LT(json["slope_error_deg"].get<double>(), 4.0);
-  EXPECT_EQ(json["gain"]["ninths"].size(), 9U);
+  EXPECT_THAT(checked.out, testing::ContainsRegex("slope error [0-3][.][0-9]+ degrees on [0-9]+ presses"));
 
   PressSet dark = few_presses().set;
   dark.background *= 0.7;

@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/core/trajectory.hpp"
-#include "gelslam/evaluation/evaluation.hpp"
 #include "gelslam/exchange/run_export.hpp"
 #include "gelslam/image/color_map.hpp"
 
@@ -101,18 +99,6 @@ std::pair<float, float> range_of(std::vector<float> values, MeshColor color) {
   return {0.0F, std::max(quantile_in_place(values, 0.95), 1e-3F)};
 }
 
-fs::path data_folder_of(const fs::path& run) {
-  const std::vector<RunReport::Log> logs = read_run_contents(run).logs;
-  if (logs.size() > 1)
-    throw Error("no ground truth for '" + run.string() + "': it was made from several logs");
-  const fs::path log = logs.empty() ? fs::path() : fs::path(logs.front().file);
-  std::error_code code;
-  for (const fs::path& folder : {log, log.parent_path()})
-    if (!folder.empty() && fs::exists(truth_file(folder), code)) return folder;
-  throw Error("no ground truth for '" + run.string() + "': no true_start_T_currs.npy beside its log" +
-              (log.empty() ? "" : " " + quoted(log)) + "; give the data folder");
-}
-
 }  // namespace
 
 RunContents read_run_contents(const fs::path& run_or_mesh) {
@@ -136,28 +122,6 @@ VertexColors vertex_colors(const Mesh& mesh, MeshColor color) {
     colors.push_back(map[static_cast<std::size_t>(std::lround(share * 255))]);
   }
   return colors;
-}
-
-std::string ground_truth_tum(const fs::path& data_or_run) {
-  std::error_code code;
-  if (!fs::exists(data_or_run, code)) throw Error(data_or_run.string() + ": no such file or folder");
-  const bool is_data = fs::exists(truth_file(data_or_run), code);
-  const Comparison comparison = is_data
-                                    ? Comparison{read_ground_truth(data_or_run), {}, {}, 0, Pose::Identity()}
-                                    : compare(data_or_run, data_folder_of(data_or_run));
-  const GroundTruth& truth = comparison.truth;
-  std::map<long, double> time_s;  // of the run's frames, which may differ a little from the nominal rate
-  for (const StampedPose& pose : comparison.run.trajectory)
-    time_s[std::lround(pose.time_s * truth.fps)] = pose.time_s;
-  std::string lines;
-  for (std::size_t i = 0; i < truth.start_T_currs.size(); ++i) {
-    if (!truth.start_T_currs[i]) continue;
-    const long frame = truth.background_frames + static_cast<long>(i);
-    const auto known = time_s.find(frame);
-    lines += tum_line(known != time_s.end() ? known->second : static_cast<double>(frame) / truth.fps,
-                      comparison.start_T_map.inverse() * *truth.start_T_currs[i]);
-  }
-  return lines;
 }
 
 }  // namespace gelslam

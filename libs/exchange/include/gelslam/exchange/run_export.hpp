@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -36,11 +35,6 @@ enum class MeshColor { none, confidence, height };
 /// Colors of the windows' maps: confidence from 0 to its 95th percentile, or height along -z of the map from
 /// the lowest to the highest. Empty for `none`. Throws Error when the mesh has no confidence.
 VertexColors vertex_colors(const Mesh& mesh, MeshColor color);
-
-/// The true trajectory as TUM lines: of a data folder in the sensor frame of the first contact, of a run in
-/// its map frame (so that it lies on the run's own trajectory, with the times of the run's frames). Throws
-/// Error when there is no truth, or it belongs to another log.
-std::string ground_truth_tum(const std::filesystem::path& data_or_run);
 
 /// What was written to an MCAP file.
 struct McapOutcome {
