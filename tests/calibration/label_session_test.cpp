@@ -79,6 +79,19 @@ TEST_F(Labelling, AcceptsTheRestButNotWhatWasNotFound) {
   EXPECT_EQ(labels.counts().accepted, 4U);
 }
 
+TEST_F(Labelling, ALabelThatCannotBeReadIsNotReplacedUnseen) {
+  write_bytes(label_of("p2"), "damaged");
+  LabelSession labels = session();
+  EXPECT_EQ(labels.accept_rest(), 2U) << "p3 shows nothing";
+  labels.save();
+  EXPECT_EQ(read_bytes(label_of("p2")), "damaged");
+  ASSERT_EQ(shown(labels), "p2");
+  EXPECT_THAT(labels.label().doubt, HasSubstr("p2/label.npz"));
+  labels.accept();  // a person has seen it
+  labels.save();
+  EXPECT_EQ(read_label(label_of("p2")).u_px, 22.0);
+}
+
 TEST_F(Labelling, PuttingTheSameCircleIsNoChange) {
   LabelSession labels = session();
   labels.show(1);
@@ -86,9 +99,6 @@ TEST_F(Labelling, PuttingTheSameCircleIsNoChange) {
   EXPECT_EQ(labels.label().origin, LabelOrigin::found);
   labels.put({22.0, 30.0, 10.0});
   EXPECT_EQ(labels.label().origin, LabelOrigin::by_hand);
-  labels.put_found();
-  EXPECT_EQ(labels.label().origin, LabelOrigin::found);
-  EXPECT_EQ(labels.label().circle.u_px, 20.0);
 }
 
 TEST_F(Labelling, CirclesStayWithinSight) {

@@ -119,7 +119,8 @@ std::string LabelSession::progress() const {
 
 /// Found in the picture, or put there by a person.
 bool LabelSession::has_contact(const PressLabel& label) const {
-  return label.origin != LabelOrigin::found || found_[label.press].problem.empty();
+  return label.origin != LabelOrigin::found ||
+         (found_[label.press].problem.empty() && set_.presses[label.press].problem.empty());
 }
 
 std::vector<ContactCircle> LabelSession::contacts(double diameter_mm) const {
@@ -140,14 +141,6 @@ void LabelSession::put(const ContactCircle& circle) {
   if (same_circle(next, label.circle)) return;
   label.circle = next;
   label.origin = LabelOrigin::by_hand;
-  label.is_saved = false;
-}
-
-void LabelSession::put_found() {
-  PressLabel& label = labels_[current_];
-  if (!found().problem.empty() || same_circle(label.circle, found().circle)) return;
-  label.circle = found().circle;
-  label.origin = LabelOrigin::found;
   label.is_saved = false;
 }
 

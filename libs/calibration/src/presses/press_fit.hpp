@@ -16,11 +16,8 @@ struct PressPoints {
   std::array<std::vector<double>, 3> change;  ///< B, G, R
 };
 
-/// Color difference of a press to the background, gray levels, without what all of the picture has in common
-/// (another exposure). Both of one size.
-cv::Mat3f press_change(const cv::Mat3b& bgr, const cv::Mat3b& background);
-
-/// The same relative to the background's brightness, a little smoothed.
+/// Color difference of a press to the background, relative to the background's brightness, a little smoothed.
+/// Both of one size.
 cv::Mat3f relative_change(const cv::Mat3b& bgr, const cv::Mat3b& background);
 
 /// About `wanted` points of it on a grid around a contact (of the picture), its membrane rim and some bare

@@ -14,15 +14,10 @@ constexpr double kWindowRadii = 2.0, kWindowMarginPx = 10.0;
 
 }  // namespace
 
-cv::Mat3f press_change(const cv::Mat3b& bgr, const cv::Mat3b& background) {
-  cv::Mat3f change;
-  cv::subtract(bgr, background, change, cv::noArray(), CV_32F);
-  change -= median_color(change);
-  return change;
-}
-
 cv::Mat3f relative_change(const cv::Mat3b& bgr, const cv::Mat3b& background) {
-  cv::Mat3f relative = press_change(bgr, background), soft_background;
+  cv::Mat3f relative, soft_background;
+  cv::subtract(bgr, background, relative, cv::noArray(), CV_32F);
+  relative -= median_color(relative);  // what all of the picture has in common: another exposure
   background.convertTo(soft_background, CV_32F);
   cv::GaussianBlur(soft_background, soft_background, cv::Size(), 1.0);
   cv::GaussianBlur(relative, relative, cv::Size(), 1.0);

@@ -27,9 +27,6 @@ std::vector<viewer::ActionRow> press_rows(bool has_camera) {
       {down, "down", "", "", 0, 0, ""},
       {wider, "plus kp_add pageup bracket", "+ or PgUp", "", 0, 0, "Wider by half a pixel"},
       {narrower, "minus kp_subtract pagedown slash", "- or PgDn", "", 0, 0, "Narrower by half a pixel"},
-      {difference, "d", "D", "Difference", 1, 5, "Difference to the bare gel, or not"},
-      {use_found, "f", "F", "As found", 1, 6, "Back to the circle found"},
-      {save, "s", "S", "Save", 2, 7, "Save now"},
       viewer::common_row(screenshot),
       {help, "h f1", "H", "Help", 2, 3, "This help"},
       {close, "q esc", "Q", "Save and end", 2, 0, "Save and end"},
@@ -39,8 +36,7 @@ std::vector<viewer::ActionRow> press_rows(bool has_camera) {
 /// What has no meaning while the camera is shown.
 bool changes_press(Action action) {
   using enum Action;
-  for (const Action a :
-       {accept, leave_out, left, right, up, down, wider, narrower, difference, use_found, next})
+  for (const Action a : {accept, leave_out, left, right, up, down, wider, narrower, next})
     if (a == action) return true;
   return false;
 }
@@ -56,7 +52,6 @@ PressControls::PressControls(LabelSession& session, bool has_camera)
 viewer::ButtonLook PressControls::button(const viewer::ActionRow& row) const {
   viewer::ButtonLook look = Controls::button(row);
   if (row.action == Action::accept) look.ink = viewer::theme::kGreen;
-  if (row.action == Action::difference && shows_difference_) look.ink = viewer::theme::kBlue;
   if (row.action == Action::screenshot) look.shown = false;  // a key is enough here
   if (shows_camera_ && changes_press(row.action)) look.shown = false;
   return look;
@@ -79,9 +74,6 @@ void PressControls::act(Action action, double now_s) {
       return show(shown + 1);
     case Action::accept_rest:
       return accept_rest_of_them(now_s);
-    case Action::save:
-      save_now(now_s);
-      return;
     default:
       if (!shows_camera_) act_on_press(action);
   }
@@ -107,11 +99,6 @@ void PressControls::act_on_press(Action action) {
       return change_radius(kStepPx);
     case Action::narrower:
       return change_radius(-kStepPx);
-    case Action::use_found:
-      return session_.put_found();
-    case Action::difference:
-      shows_difference_ = !shows_difference_;
-      return;
     default:
       return;
   }
@@ -167,23 +154,16 @@ void PressControls::accept_rest_of_them(double now_s) {
       now_s);
 }
 
-bool PressControls::save_now(double now_s, const std::string& advice) {
-  const std::size_t before = session_.unsaved();
+void PressControls::save_and_close(double now_s) {
   try {
     session_.save();
-    say(before == 0 ? "Nothing new to save" : counted(static_cast<std::int64_t>(before), "press") + " saved",
-        now_s);
-    return true;
+    close();
   } catch (const Error& error) {
-    complain(error.what() + advice, now_s, kTroubleS);
-    return false;
+    if (leaves_unsaved_) return close();
+    leaves_unsaved_ = true;
+    complain(std::string(error.what()) + ". Nothing is lost yet: Q tries again, and leaves without them",
+             now_s, kTroubleS);
   }
-}
-
-void PressControls::save_and_close(double now_s) {
-  const bool saved = save_now(now_s, ". Nothing is lost yet: S tries again, Q once more leaves without them");
-  if (saved || leaves_unsaved_) return close();
-  leaves_unsaved_ = true;
 }
 
 }  // namespace gelslam::calibration::detail

@@ -26,7 +26,6 @@ class PressControls : public viewer::Controls {
 
   bool shows_camera() const { return shows_camera_; }
   bool drags_rim() const { return drag_ && drag_->rim; }
-  bool shows_difference() const { return shows_difference_; }
   viewer::ButtonLook button(const viewer::ActionRow& row) const override;
   std::vector<std::pair<std::string, std::string>> mouse_help() const override;
 
@@ -43,14 +42,12 @@ class PressControls : public viewer::Controls {
   void act_on_press(viewer::Action action);
   void move(double du_px, double dv_px);
   void accept_rest_of_them(double now_s);
-  bool save_now(double now_s, const std::string& advice = "");  ///< false when something could not be saved
   void save_and_close(double now_s);
 
   LabelSession& session_;
   const bool has_camera_;
   bool shows_camera_;
   std::optional<Drag> drag_;
-  bool shows_difference_ = false;
   bool leaves_unsaved_ = false;  ///< the last thing done was a close that could not save
 };
 

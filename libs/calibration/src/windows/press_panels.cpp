@@ -85,18 +85,6 @@ double depth_mm(double contact_mm, double diameter_mm) {
   return ball_mm - std::sqrt(std::max(0.0, ball_mm * ball_mm - contact_mm * contact_mm));
 }
 
-/// The gel with all contacts on it: what is accepted, and what is shown.
-void draw_map(Ui& ui, const Box& map, const LabelSession& session) {
-  ui.fill(map, theme::kRaised, 4);
-  PressLayout layout;
-  layout.picture = map;
-  layout.enlargement = map.width / static_cast<float>(session.set().background.cols);
-  for (const PressLabel& label : session.labels())
-    if (label.state != LabelState::left_out)
-      draw_ring(ui, layout, label.circle, theme::with_alpha(color_of(label), 0.6), 1);
-  draw_ring(ui, layout, session.label().circle, theme::kText, 2);
-}
-
 }  // namespace
 
 Box PressLayout::mark(std::size_t k, std::size_t marks) const {
@@ -126,8 +114,6 @@ void draw_press(Ui& ui, const PressLayout& layout, const LabelSession& session,
                 const viewer::Texture& picture, bool rim_is_held) {
   ui.image(picture, layout.picture, 0);
   const PressLabel& label = session.label();
-  if (label.origin != LabelOrigin::found && session.found().problem.empty())
-    draw_contact(ui, layout, session.found().circle, theme::with_alpha(theme::kText, 0.55), 1);
   const Color color = label.state == LabelState::open ? theme::kText : color_of(label);
   draw_contact(ui, layout, label.circle, color, rim_is_held ? 3 : 2);
   draw_cross(ui, layout, label.circle, color);
@@ -180,14 +166,6 @@ void draw_press_side(Ui& ui, const Box& side, const LabelSession& session, doubl
   figure("center", fmt::format("{:.1f}, {:.1f} px", label.circle.u_px, label.circle.v_px));
   figure("radius", fmt::format("{:.1f} px, {:.2f} mm", label.circle.radius_px, contact_mm));
   figure("depth, at least", fmt::format("{:.2f} mm", depth_mm(contact_mm, diameter_mm)));
-  ui.gap(10);
-  const cv::Size picture = session.set().background.size();
-  const Box room = ui.room();
-  const float height = room.width * static_cast<float>(picture.height) / static_cast<float>(picture.width);
-  if (height + ui.px(2 * kSidePadding) < room.height) {
-    line(Face::small, theme::kDim, "positions of the presses");
-    draw_map(ui, {room.x, ui.room().y, room.width, height}, session);
-  }
   ui.end_panel();
 }
 

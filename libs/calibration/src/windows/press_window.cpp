@@ -14,8 +14,6 @@ namespace {
 
 constexpr float kRimReach = 9;  // design pixels
 constexpr double kWheelStepPx = 0.5;
-/// Of the difference: noise is not stretched to full contrast.
-constexpr double kMidGray = 128.0, kReach = 120.0, kSmoothPx = 0.8, kShown = 0.99, kMinLevels = 6.0;
 
 }  // namespace
 
@@ -68,11 +66,9 @@ void PressWindow::show_picture() {
     texture_.set(live_.bgr);
     return;
   }
-  const std::pair wanted{session_.label().press, controls_.shows_difference()};
-  if (shown_ == wanted) return;
-  shown_ = wanted;
-  const cv::Mat3b& press = session_.press().bgr;
-  texture_.set(wanted.second ? difference_picture(press, session_.set().background) : press);
+  if (shown_ == session_.label().press) return;
+  shown_ = session_.label().press;
+  texture_.set(session_.press().bgr);
 }
 
 void PressWindow::draw_frame(viewer::Ui& ui, double now_s) {
@@ -116,17 +112,6 @@ void PressWindow::scrolled(double steps, const Eigen::Vector2f& at_px) {
   if (is_on_press(at_px)) controls_.change_radius(kWheelStepPx * steps);
 }
 
-cv::Mat3b difference_picture(const cv::Mat3b& bgr, const cv::Mat3b& background) {
-  cv::Mat3f change = press_change(bgr, background);
-  cv::GaussianBlur(change, change, cv::Size(), kSmoothPx);
-  std::vector<double> sizes;
-  for (const cv::Vec3f& c : change)
-    for (int channel = 0; channel < 3; ++channel) sizes.push_back(static_cast<double>(std::abs(c[channel])));
-  cv::Mat3b picture;
-  change.convertTo(picture, CV_8U, kReach / std::max(kMinLevels, quantile(sizes, kShown)), kMidGray);
-  return picture;
-}
-
 }  // namespace gelslam::calibration::detail
 
 namespace gelslam {
@@ -135,13 +120,6 @@ void run_press_window(LabelSession& session, CollectWatch* camera, const PressWi
   PressWindowOptions follows = options;
   if (camera) follows.poll_s = 1.0 / 30;
   calibration::detail::PressWindow(session, camera, follows).run_and_save();
-}
-
-void write_press_snapshot(LabelSession& session, CollectWatch* camera, const PressWindowOptions& options) {
-  PressWindowOptions hidden = options;
-  hidden.visible = false;
-  viewer::write_png(options.snapshot,
-                    calibration::detail::PressWindow(session, camera, hidden).picture(0.01));
 }
 
 }  // namespace gelslam

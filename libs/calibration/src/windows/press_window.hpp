@@ -54,14 +54,10 @@ class PressWindow : public viewer::WindowLoop {
   PressControls controls_;
   CollectView live_;
   viewer::Texture texture_;
-  std::optional<std::pair<std::size_t, bool>> shown_;  ///< press and whether its difference, of the texture
+  std::optional<std::size_t> shown_;  ///< press of the texture
   bool end_asked_ = false;
   PressLayout layout_;
 };
-
-/// What the press changed: the difference to the bare gel around mid-gray, stretched so that nearly all of it
-/// (99 %) fits. What the whole picture has in common (another exposure) is taken off. Both of one size.
-cv::Mat3b difference_picture(const cv::Mat3b& bgr, const cv::Mat3b& background);
 
 // Its panels.
 PressLayout lay_out_presses(const viewer::Ui& ui, const cv::Size& picture);

@@ -52,12 +52,11 @@ class LabelSession {
   std::vector<ContactCircle> contacts(double diameter_mm) const;
 
   void put(const ContactCircle& circle);  ///< another circle for the press shown, kept within sight
-  void put_found();  ///< back to the circle found in the picture; nothing when there is none
   /// And on to the next open one, or, where none is open, to the one beside it; false then.
   bool accept();
   bool leave_out();  ///< the same
-  /// Accepts all open ones, but for those in which no contact was found. Returns how many those are, and
-  /// shows the first.
+  /// Accepts all open ones, but for those in which no contact was found, or whose picture or label cannot be
+  /// read. Returns how many those are, and shows the first.
   std::size_t accept_rest();
   void show(std::size_t label);  ///< beyond the last one: the last
 

@@ -52,8 +52,4 @@ struct PressWindowOptions : viewer::WindowLoopOptions {
 /// Main thread. Throws Error when there is no display, and when something stays unsaved at the end.
 void run_press_window(LabelSession& session, CollectWatch* camera, const PressWindowOptions& options);
 
-/// The window as it opens, drawn without a display and written to options.snapshot. Saves no label. Throws
-/// Error.
-void write_press_snapshot(LabelSession& session, CollectWatch* camera, const PressWindowOptions& options);
-
 }  // namespace gelslam

@@ -44,8 +44,6 @@ enum class Action {
   down,
   wider,
   narrower,
-  use_found,
-  difference,
 };
 
 /// One row of a window's table: its keys, its button and its line in the help all come from here.
