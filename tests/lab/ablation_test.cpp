@@ -48,7 +48,7 @@ struct SmallSet {
     ReconstructRequest request;
     request.input.log = log;
     request.config = resolve_config(request.input);
-    request.config.slam.refinement.enabled = refine;
+    if (!refine) request.config.slam.refinement.max_pairs_per_keyframe = 0;
     request.run_folder = folder / "run";
     request.overwrite = true;
     NoProgress quiet;
@@ -114,9 +114,9 @@ TEST(Ablation, TableHasMeanWorstAndBest) {
 TEST(AblationVariants, SetKeysOfTheConfiguration) {
   Config config;
   config.sensor.device_name = "mine";
-  const Config changed =
-      lab::with_settings(config, lab::parse_variant("mine: refine=false, track_config.scr_threshold = 0.25"));
-  EXPECT_FALSE(changed.slam.refinement.enabled);
+  const Config changed = lab::with_settings(
+      config, lab::parse_variant("mine: refine_pairs_per_keyframe=0, track_config.scr_threshold = 0.25"));
+  EXPECT_EQ(changed.slam.refinement.max_pairs_per_keyframe, 0);
   EXPECT_EQ(changed.slam.registration.curvature.min_scr, 0.25);
   EXPECT_EQ(changed.slam.verification.curvature.min_scr, config.slam.verification.curvature.min_scr);
   EXPECT_EQ(changed.sensor.device_name, "mine");
@@ -139,7 +139,7 @@ TEST(AblationVariants, MistakesAreOneLine) {
   const std::vector<std::pair<std::string, std::string>> mistakes = {
       {"mine: refin=false", "no key refin"},
       {"mine: scr_threshold=0.1", "section.key"},
-      {"mine: refine=perhaps", "refine"},
+      {"mine: relocalize=perhaps", "relocalize"},
       {"mine", "name: key=value"},
       {"mine: refine", "name: key=value"}};
   for (const auto& [text, words] : mistakes)

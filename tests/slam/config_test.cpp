@@ -66,7 +66,6 @@ TEST_F(ConfigFile, EveryValueSurvivesWritingAndReading) {
   slam.verification.curvature.min_ccs = 0.82;
   slam.pose_graph.loop_loss_scale = 2.5;
   slam.gradient_scale.estimate = !slam.gradient_scale.estimate;
-  slam.refinement.enabled = !slam.refinement.enabled;
   slam.refinement.max_pairs_per_keyframe = 5;
   slam.fusion.voxel_size_mm = 0.11;
   slam.fusion.truncation_mm = 0.9;

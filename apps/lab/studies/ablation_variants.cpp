@@ -47,7 +47,7 @@ std::vector<Variant> mechanism_variants() {
           {"early keyframes", {{"keyframe_min_shared", "0"}}},
           {"light compensation", {{"compensate_light", "false"}}},
           {"relocalization", {{"relocalize", "false"}}},
-          {"overlap edges", {{"refine", "false"}}},
+          {"overlap edges", {{"refine_pairs_per_keyframe", "0"}}},
           {"patience", {{"patience_s", "0"}}},
           // Of models that state their optics nothing is switched off.
           {"lens", {{"lens_k1", "0"}, {"lens_center_px", "[0, 0]"}, {"pixel_aspect", "1"}}},

@@ -50,7 +50,7 @@ struct LoopCloser::Impl {
 /// The number of newest places that belong to the same touch. They are compared without a vote and counted
 /// separately, because they would crowd out the places that were left and found again.
 std::size_t LoopCloser::Impl::neighbors(const Keyframe& keyframe) const {
-  constexpr std::size_t kMaxNeighbors = 12;
+  constexpr std::size_t kMaxNeighbors = 12;  // speed
   std::size_t count = 0;
   while (count < std::min(kMaxNeighbors, places.size()) &&
          places[places.size() - 1 - count].keyframe.trial == keyframe.trial)

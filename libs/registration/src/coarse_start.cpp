@@ -10,9 +10,9 @@ namespace {
 
 using namespace registration::detail;
 
-constexpr double kTwistStepRad = 0.12;  // textures that are turned by more than half of it still agree
+constexpr double kTwistStepRad = 0.12;  // numerics: textures turned by more than half of it still agree
 constexpr int kTwistSteps = 3;          // to either side of the expected twist
-constexpr int kPlacesPerTwist = 4;      // the best of them; more would be periods of one pattern
+constexpr int kPlacesPerTwist = 4;      // speed: the best of them; more would be periods of one pattern
 
 /// The reference turned by `twist_rad` and moved agrees with the target.
 struct Place {

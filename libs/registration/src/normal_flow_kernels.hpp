@@ -48,7 +48,7 @@ struct PictureMotion {
 
 inline __attribute__((always_inline)) PictureMotion picture_motion(const Samples& s, std::size_t k,
                                                                    const Viewpoint& view) {
-  constexpr float kLeastFacing = 0.2f;  // a surface that is seen edge on
+  constexpr float kLeastFacing = 0.2f;  // numerics: of a surface that is seen edge on
   const float x = s.x[k], y = s.y[k], z = s.z[k], nx = s.nx[k], ny = s.ny[k], nz = s.nz[k],
               inverse_distance = view.inverse_distance;
   const float shrink = 1.0f / (1.0f + z * inverse_distance);

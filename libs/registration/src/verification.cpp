@@ -99,7 +99,7 @@ double free_space_violation(const Surface& reference, const Surface& target, con
 }
 
 double self_similarity(const Surface& surface) {
-  constexpr double kMinShared = 0.5;
+  constexpr double kMinShared = 0.5;  // numerics: fewer pixels correlate by chance
   if (surface.contact_pixels == 0) return 0.0;
   CoarseTexture texture(surface);
   if (texture.pixels < 1) return 0.0;

@@ -322,7 +322,7 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
   const double scale_sigma = gradient_scale_sigma(keyframes_, options_.gradient_scale);
   add_rejoining_loops(map, parts_, options_);
   solve_map(map, initial, scale_sigma, options_);
-  if (refine && options_.refinement.enabled)
+  if (refine && options_.refinement.max_pairs_per_keyframe > 0)
     add_overlap_edges(map, scale_sigma, options_, stop_requested, closing);
   closing.end();
   map.gradient_scale = gradient_scale_of(map.solution);

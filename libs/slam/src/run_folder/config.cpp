@@ -84,9 +84,8 @@ void describe_pose_graph(OptionVisitor& visit, SlamOptions& options) {
                "prior standard deviation of read over true slope");
   visit.flag("estimate_gradient_scale", options.gradient_scale.estimate,
              "estimate read over true slope, along x and y, from loops");
-  visit.flag("refine", options.refinement.enabled,
-             "register all overlapping keyframes when the log has ended");
-  visit.integer("refine_pairs_per_keyframe", options.refinement.max_pairs_per_keyframe, 0, 10000, "at most");
+  visit.integer("refine_pairs_per_keyframe", options.refinement.max_pairs_per_keyframe, 0, 10000,
+                "overlapping keyframes that each is registered to when the log has ended, at most; 0: none");
 }
 
 void describe_fusion(OptionVisitor& visit, FusionOptions& options) {

@@ -11,8 +11,8 @@ struct IncrementalOptions {
   double budget_ms = 8.0;  ///< speed: about how long work() takes
   /// A patch is moved in the mesh when its center or a corner has moved by more than this since it was put
   /// there, or the gradient scale by more than max_scale_change (a share). 0: at any change.
-  double max_displacement_mm = 0.02;
-  double max_scale_change = 0.005;
+  double max_displacement_mm = 0.02;  // speed: the mesh that is saved is made of the poses as they are
+  double max_scale_change = 0.005;    // speed
   int warm_blocks = 4096;  ///< speed: blocks whose sums are kept ready for the next patch: 6 or 12 kB each
 };
 

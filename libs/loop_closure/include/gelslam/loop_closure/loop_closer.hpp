@@ -11,12 +11,11 @@
 namespace gelslam {
 
 struct LoopClosureOptions {
-  int max_features = 300;  ///< per keyframe, the strongest
+  int max_features = 300;  // speed: per keyframe, the strongest
   int min_sift_inliers = 8;
-  int max_candidates = 20;  ///< keyframes that are compared feature by feature, after voting
-  /// Per keyframe, the most alike first: more loops to one place add little. Besides, a third as many to the
-  /// last 12 keyframes of the same trial.
-  int max_constraints = 6;
+  int max_candidates = 20;  // speed: keyframes that are compared feature by feature, after voting
+  /// Per keyframe, the most alike first. Besides, a third as many to the last 12 keyframes of the same trial.
+  int max_constraints = 6;  // speed: more loops to one place add little
 };
 
 /// A keyframe seen again, as an edge from the older one, and what speaks for it.

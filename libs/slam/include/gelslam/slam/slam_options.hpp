@@ -8,8 +8,7 @@
 namespace gelslam {
 
 struct RefinementOptions {
-  bool enabled = true;
-  int max_pairs_per_keyframe = 12;
+  int max_pairs_per_keyframe = 12;  // speed: those that overlap most; 0: no refinement
 };
 
 struct GradientScaleOptions {
