@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "gelslam/calibration/ball_zones.hpp"
 #include "gelslam/calibration/press_set.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/core/progress.hpp"
@@ -37,11 +36,6 @@ struct PressOptions {
 /// pitch is used where no other is given; optics are those of the model, else of optics.yaml, else of the
 /// configuration.
 PressSet read_presses(PressOptions& options, const ModelFile& model = {});
-
-/// Zones of all presses, with a progress bar; presses that cannot be used are named on stderr. Ctrl-C throws
-/// Error.
-BallZones find_zones_for_people(const PressSet& set, const PressOptions& options, bool automatic,
-                                ProgressSink& progress, const InterruptWatch& interrupt);
 
 /// Throws Error when Ctrl-C was pressed.
 void stop_if_asked(const InterruptWatch& interrupt);

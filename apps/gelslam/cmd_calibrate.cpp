@@ -39,19 +39,6 @@ PressSet read_presses(PressOptions& options, const ModelFile& model) {
   return set;
 }
 
-BallZones find_zones_for_people(const PressSet& set, const PressOptions& options, bool automatic,
-                                ProgressSink& progress, const InterruptWatch& interrupt) {
-  progress.begin("looking at presses", static_cast<std::int64_t>(set.presses.size()));
-  BallZones zones = find_ball_zones(set, options.pitch_mm, automatic, [&](std::size_t done) {
-    stop_if_asked(interrupt);
-    progress.update(static_cast<std::int64_t>(done));
-  });
-  progress.end();
-  for (const RejectedPress& press : zones.rejected)
-    std::cerr << "left out: " << set.presses[press.press].name << ": " << press.reason << "\n";
-  return zones;
-}
-
 void stop_if_asked(const InterruptWatch& interrupt) {
   if (interrupt.requested()) throw Error("stopped; nothing was written");
 }

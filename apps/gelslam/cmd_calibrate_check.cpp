@@ -1,11 +1,13 @@
 #include <fmt/core.h>
 
+#include <iostream>
 #include <memory>
 
 #include "calibrate_commands.hpp"
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/calibration/background_drift.hpp"
+#include "gelslam/calibration/ball_zones.hpp"
 #include "gelslam/calibration/model_check.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
@@ -52,12 +54,16 @@ int run_check(CheckArguments arguments) {
   const PressSet set = read_presses(arguments.presses, file);
   std::vector<std::string> findings = {"optics: " + optics_text(*set.optics)};
   if (file.record) findings.push_back(drift_since(*file.record, set));
-  const BallZones zones = find_zones_for_people(set, arguments.presses, true, *progress, interrupt);
-  progress->begin("checking", static_cast<std::int64_t>(zones.zones.size()));
   const auto show = [&](std::size_t done) {
     stop_if_asked(interrupt);
     progress->update(static_cast<std::int64_t>(done));
   };
+  progress->begin("looking at presses", std::ssize(set.presses));
+  const BallZones zones = find_ball_zones(set, arguments.presses.pitch_mm, /*automatic=*/true, show);
+  progress->end();
+  for (const RejectedPress& press : zones.rejected)
+    std::cerr << "left out: " << set.presses[press.press].name << ": " << press.reason << "\n";
+  progress->begin("checking", std::ssize(zones.zones));
   const ModelCheck check = check_model(file.model, set, zones.zones, arguments.presses.pitch_mm, show);
   progress->end();
   print_for_people(check, findings);

@@ -23,7 +23,6 @@ struct ViewArguments {
   std::filesystem::path source, compare, truth, snapshot;
   std::string size = "1280x800", color, shading = "clay";
   std::optional<double> time_s;
-  double yaw_deg = 0, pitch_deg = 0;
   bool trajectory = false, graph = false, overwrite = false, quiet = false;
 };
 
@@ -83,8 +82,6 @@ ViewWindowOptions window_options(const ViewArguments& arguments, const PictureSi
   options.height_px = size.height_px;
   options.style = style;
   options.time_s = arguments.time_s;
-  options.yaw_deg = arguments.yaw_deg;
-  options.pitch_deg = arguments.pitch_deg;
   return options;
 }
 
@@ -137,10 +134,6 @@ void add_view_command(CLI::App& app, int& exit_code) {
       ->add_option("--color", a->color, "What colors show (default: plain; with a second surface: distance)")
       ->check(CLI::IsMember({"plain", "confidence", "height", "distance"}));
   command->add_option("--time", a->time_s, "Show touch, keyframes and trajectory of this second of the log");
-  command->add_option("--yaw", a->yaw_deg, "Turn the object about the vertical axis, degrees")
-      ->check(number_between(-360.0, 360.0));
-  command->add_option("--pitch", a->pitch_deg, "Turn the object about the horizontal axis, degrees")
-      ->check(number_between(-360.0, 360.0));
   command->add_flag("--trajectory", a->trajectory, "Show the sensor's trajectory");
   command->add_flag("--graph", a->graph, "Show keyframes and the edges between them");
   add_overwrite_flag(*command, a->overwrite);

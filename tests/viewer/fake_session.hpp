@@ -27,7 +27,6 @@ class FakeSession : public LiveSession {
   void say(LivePhase phase, const std::string& words, TrackStatus track = TrackStatus::tracked);
   void release();  ///< nothing touches any more
   LiveStatus& figures() { return status_; }
-  void set_stages(std::vector<StageStatistics> stages) { stages_ = std::move(stages); }
   void leave_the_map();  ///< the touch goes on in a piece that no loop joins yet
   void join_the_map();   ///< a loop has joined it
   void show_bare_gel();  ///< a picture while the background is measured
@@ -44,7 +43,6 @@ class FakeSession : public LiveSession {
   std::shared_ptr<const LiveTouch> touch() const override { return touch_; }
   std::shared_ptr<const MapSnapshot> map() const override { return map_; }
   MeshChanges take_mesh_changes() override { return std::exchange(changes_, {}); }
-  std::vector<StageStatistics> stage_times() const override { return stages_; }
   void set_paused(bool paused) override;
   void undo_last_trial() override { calls.emplace_back("undo"); }
   void save_now() override { calls.emplace_back("save"); }
@@ -69,7 +67,6 @@ class FakeSession : public LiveSession {
   std::shared_ptr<const LiveTouch> touch_;
   std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
   MeshChanges changes_;
-  std::vector<StageStatistics> stages_;
 };
 
 }  // namespace gelslam::test

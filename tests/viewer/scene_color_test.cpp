@@ -99,17 +99,17 @@ TEST_F(SceneColors, WhatHasNoDistanceIsGray) {
   EXPECT_FALSE(is_gray(all(0.5F)));
 }
 
-TEST_F(SceneColors, HeightRunsAlongItsAxisNotTheView) {
+TEST_F(SceneColors, HeightRunsAlongTheMapNotTheView) {
   Scene scene;
   scene.set_mesh(sphere(5, 128));
   style.color = SceneColor::height;
-  style.height_axis = Vector3f::UnitX();
+  camera.look_along(Vector3f::UnitX(), -Vector3f::UnitY());
   const auto legend = scene.legend(style);
   EXPECT_NEAR(legend->min, -5, 0.01);
   EXPECT_NEAR(legend->max, 5, 0.01);
   const cv::Mat3b picture = draw(scene);
   for (const int x : {180, 240, 300}) {
-    const float expected = (on_ball(5, x, 180)->x() + 5) / 10;
+    const float expected = (5 - on_ball(5, x, 180)->z()) / 10;
     EXPECT_NEAR(place_on_map(picture(180, x), style.color), expected, 0.08) << x;
   }
 }

@@ -83,22 +83,16 @@ TEST_F(Window, TheTouchStaysWhereItIsWhileTheMapperIsBusy) {
 }
 
 TEST_F(Window, ShowsPicturesFiguresAndOnRequestDiagnostics) {
-  StageStatistics slow;
-  slow.stage = "loop_closure";
-  slow.median_ms = 123;
-  slow.count = 100;
-  session_.set_stages({slow});
   scan(3);
   const cv::Mat3b usual = picture("usual_figures");
   for (const char* label : {"Rate", "Latency", "Dropped", "Pieces"}) expect_text(usual, label, theme::kDim);
-  for (const char* label : {"Memory", "Camera lost", "Stages, ms"}) EXPECT_EQ(find(label), nullptr) << label;
+  for (const char* label : {"Memory", "Camera lost"}) EXPECT_EQ(find(label), nullptr) << label;
   press(GLFW_KEY_I);
   const cv::Mat3b shown = picture("figures");
   for (const char* text : {"25.0 Hz", "18 ms", "412 MB", "1.86 MB"}) expect_text(shown, text, theme::kText);
-  expect_text(shown, "123", theme::kAmber);
   for (const char* label :
        {"Rate", "Latency", "Keyframes", "Loops", "Trials", "Pieces", "Camera lost", "Dropped", "Damaged",
-        "Memory", "Log", "Disk free", "Touch and contact", "Normals", "loop closure", "Stages, ms"})
+        "Memory", "Log", "Disk free", "Touch and contact", "Normals"})
     expect_text(shown, label, theme::kDim);
   const DrawnText *touch = find("Touch and contact"), *normals = find("Normals");
   ASSERT_TRUE(touch && normals);

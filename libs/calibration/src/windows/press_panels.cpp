@@ -211,7 +211,7 @@ void draw_camera_side(Ui& ui, const Box& side, const CollectView& view) {
   ui.begin_panel("##side", side, kSidePadding);
   paragraph(Face::small, theme::kDim, "BALL PRESSES", 6);
   paragraph(Face::figure, theme::kText, std::to_string(presses) + " of " + std::to_string(wanted), 10);
-  ui.bar(static_cast<double>(presses) / wanted, 0, view.coverage.enough() ? theme::kGreen : theme::kBlue, 10);
+  ui.bar(static_cast<double>(presses) / wanted, view.coverage.enough() ? theme::kGreen : theme::kBlue, 10);
   ui.gap(24);
   paragraph(Face::title, view.circle_is_good || view.coverage.enough() ? theme::kGreen : theme::kText,
             view.headline, 10);

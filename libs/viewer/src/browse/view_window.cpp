@@ -142,9 +142,6 @@ void ViewWindow::lay_out(const Ui& ui) {
 void ViewWindow::place_camera() {
   if (std::exchange(camera_is_set_, true)) return;
   camera_ = stage_.first_view(viewport());
-  const Eigen::Vector2d turn_deg(options_.yaw_deg, options_.pitch_deg);
-  camera_.orbit((turn_deg / 180 * viewport().height).cast<float>(), viewport());
-  if (is_snapshot_) camera_.fit(stage_.outline_mm(), parts(viewport()).front());
 }
 
 void ViewWindow::draw_frame(Ui& ui, double now_s) {

@@ -54,38 +54,6 @@ void draw_figures(Ui& ui, const char* id, const std::vector<Figure>& figures) {
   ui.end_table();
 }
 
-/// Median of each stage against the time between two frames; a light part reaches to the 95th percentile.
-void draw_stages(Ui& ui, const LiveFrame& frame) {
-  if (frame.stages.empty()) return;
-  const double budget_ms = frame.status.rate_hz > 1 ? 1000 / frame.status.rate_hz : 40;
-  ui.text(Face::small, theme::kDim, "Stages, ms");
-  for (const StageStatistics& stage : frame.stages) {
-    // What is not done for every frame may take longer than one.
-    const bool too_slow = stage.median_ms > budget_ms && 2 * stage.count > frame.status.frames;
-    std::string label = stage.stage;
-    std::replace(label.begin(), label.end(), '_', ' ');
-    ui.gap(5);
-    ui.row(Face::small, label, fmt::format("{:.{}f}", stage.median_ms, stage.median_ms < 9.95 ? 1 : 0),
-           theme::kDim, too_slow ? theme::kAmber : theme::kText);
-    ui.gap(1);
-    ui.bar(stage.median_ms / budget_ms, stage.p95_ms / budget_ms, too_slow ? theme::kAmber : theme::kBlue, 4);
-  }
-}
-
-/// Where everything is, once the scan is finished.
-void draw_results(Ui& ui, const LiveFrame& frame) {
-  ui.text(Face::small, theme::kDim, "Saved in");
-  ui.gap(4);
-  // The whole path, in as many lines as it takes: it is what the person came for.
-  ui.paragraph(Face::body, theme::kText, frame.output_folder);
-  ui.gap(12);
-  for (const ResultFile& file : frame.results) {
-    ui.row(Face::body, file.name, file.bytes < 0 ? "" : bytes_text(file.bytes), theme::kText, theme::kDim,
-           Cut::start);
-    ui.gap(7);
-  }
-}
-
 void draw_picture(Ui& ui, float height, const char* label, const Texture& picture, const char* without) {
   const float head = ui.height_of(Face::small) + ui.px(4);
   const float aspect = picture.empty() ? 0.75F : picture.aspect();
@@ -139,10 +107,7 @@ void draw_side(Ui& ui, const Box& side, const LiveFrame& frame) {
   ui.gap(8);
   const float figures = 2 * (ui.height_of(Face::small) + ui.height_of(Face::figure) + ui.px(9));
   ui.begin_child("##upper", ui.room().height - figures);
-  if (frame.words.state == "finished" && !frame.output_folder.empty())
-    draw_results(ui, frame);
-  else
-    draw_pictures(ui, ui.room().height, *frame.tactile, *frame.normals);
+  draw_pictures(ui, ui.room().height, *frame.tactile, *frame.normals);
   ui.end_child();
   draw_figures(ui, "##figures", usual_figures(frame.status));
   ui.end_panel();
@@ -153,7 +118,6 @@ void draw_diagnostics(Ui& ui, const Box& view, const LiveFrame& frame) {
   ui.begin_panel("##diagnostics", {view.right() - width - ui.px(kMargin), view.y + ui.px(kMargin), width, 0},
                  kPadding, 10);
   draw_figures(ui, "##further", further_figures(frame));
-  draw_stages(ui, frame);
   ui.end_panel();
 }
 

@@ -7,7 +7,7 @@
 namespace gelslam::viewer::detail {
 namespace {
 
-constexpr double kFiguresIntervalS = 0.5;  ///< of what costs more than a glance: stage times, disk
+constexpr double kFiguresIntervalS = 0.5;  ///< of what costs more than a glance: the disk
 constexpr double kSideWidth = 298;         // design pixels
 /// Below this the view needs the whole window.
 constexpr double kMinViewWidth = 480, kMinSideHeight = 420, kMinBarWidth = 300;
@@ -23,25 +23,6 @@ std::int64_t free_bytes(const std::filesystem::path& folder) {
   std::error_code code;
   const auto space = std::filesystem::space(existing_parent(folder), code);
   return code ? -1 : static_cast<std::int64_t>(space.available);
-}
-
-/// Meshes are what most people look for, screenshots what they know already.
-int rank(const std::string& name) { return name.starts_with("mesh") ? 0 : name.ends_with(".png") ? 2 : 1; }
-
-/// What lies in the finished run's folder; folders in it with a slash and no size.
-std::vector<ResultFile> files_in(const std::filesystem::path& folder) {
-  std::vector<ResultFile> files;
-  std::error_code code;
-  for (std::filesystem::directory_iterator it(folder, code), end; !code && it != end; it.increment(code)) {
-    std::error_code ignored;
-    const bool is_folder = it->is_directory(ignored);
-    const std::int64_t bytes = is_folder ? -1 : static_cast<std::int64_t>(it->file_size(ignored));
-    files.push_back({it->path().filename().string() + (is_folder ? "/" : ""), bytes});
-  }
-  std::sort(files.begin(), files.end(), [](const ResultFile& a, const ResultFile& b) {
-    return std::pair(rank(a.name), a.name) < std::pair(rank(b.name), b.name);
-  });
-  return files;
 }
 
 }  // namespace
@@ -100,13 +81,8 @@ void LiveWindow::look_at_figures(double now_s) {
   set_picture_folder(folder);
   if (now_s - figures_s_ < kFiguresIntervalS) return;
   figures_s_ = now_s;
-  frame_.stages = session_.stage_times();
-  // The parts of a stage are for report.json.
-  std::erase_if(frame_.stages,
-                [](const StageStatistics& stage) { return stage.stage.find('/') != std::string::npos; });
   frame_.disk_free_bytes = free_bytes(folder);
   frame_.output_folder = options_.keeps_run ? folder.string() : "";
-  if (frame_.status.phase == LivePhase::finished && options_.keeps_run) frame_.results = files_in(folder);
 }
 
 Layout lay_out(const Ui& ui, bool shows_panels) {
@@ -144,7 +120,7 @@ void LiveWindow::draw_frame(Ui& ui, double now_s) {
     if (frame_.status.keyframes == 0 && frame_.status.phase < LivePhase::finishing)
       draw_start(ui, below, frame_);
     if (frame_.words.state == "finished") {
-      const float covered_px = draw_end(ui, below, frame_, side_.width <= 0);
+      const float covered_px = draw_end(ui, below, frame_);
       if (std::exchange(covered_px_, covered_px) != covered_px) show_all();
     }
     if (controls_.shows_diagnostics()) draw_diagnostics(ui, below, frame_);

@@ -12,20 +12,12 @@
 
 namespace gelslam::viewer::detail {
 
-/// A file of the finished scan; negative bytes for a folder.
-struct ResultFile {
-  std::string name;
-  std::int64_t bytes = 0;
-};
-
 /// All that the panels show.
 struct LiveFrame {
   LiveStatus status;
   StateWords words;
-  std::vector<StageStatistics> stages;
   std::string output_folder;          ///< of the run; empty: nothing is kept
   std::int64_t disk_free_bytes = -1;  ///< negative: not known
-  std::vector<ResultFile> results;    ///< once finished
   const Texture* tactile = nullptr;
   const Texture* normals = nullptr;
 };
@@ -45,8 +37,8 @@ void draw_side(Ui& ui, const Box& side, const LiveFrame& frame);
 /// What to do first: the gel as the camera sees it, and three steps.
 void draw_start(Ui& ui, const Box& view, const LiveFrame& frame);
 /// What was made, and how good it is. Returns how much of the view's left it covers, px.
-float draw_end(Ui& ui, const Box& view, const LiveFrame& frame, bool names_folder);
-/// All counters and stage times, at the view's upper right.
+float draw_end(Ui& ui, const Box& view, const LiveFrame& frame);
+/// All counters, at the view's upper right.
 void draw_diagnostics(Ui& ui, const Box& view, const LiveFrame& frame);
 
 /// The window of a scan, frame by frame.

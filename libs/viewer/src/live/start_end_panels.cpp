@@ -100,7 +100,7 @@ void draw_start(Ui& ui, const Box& view, const LiveFrame& frame) {
   ui.end_panel();
 }
 
-float draw_end(Ui& ui, const Box& view, const LiveFrame& frame, bool names_folder) {
+float draw_end(Ui& ui, const Box& view, const LiveFrame& frame) {
   if (view.height < ui.px(kLeastHeight)) return 0;
   const float width = std::min(ui.px(380), view.width - ui.px(2 * kCardMargin));
   ui.begin_panel("##end", {view.x + ui.px(kCardMargin), view.y + ui.px(10), width, 0}, 16, 10);
@@ -108,7 +108,7 @@ float draw_end(Ui& ui, const Box& view, const LiveFrame& frame, bool names_folde
     ui.row(Face::body, fact.label, fact.value, theme::kDim, fact.color);
     ui.gap(5);
   }
-  if (names_folder && !frame.output_folder.empty()) {
+  if (!frame.output_folder.empty()) {
     ui.gap(4);
     ui.text(Face::small, theme::kDim, "Saved in");
     ui.paragraph(Face::body, theme::kText, frame.output_folder);

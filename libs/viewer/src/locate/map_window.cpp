@@ -183,7 +183,7 @@ void MapWindow::draw_side(Ui& ui, const Box& side) const {
   const auto line = [&](const std::string& name, double share, Color color) {
     ui.row(Face::body, name, percent(share), theme::kDim, theme::kText);
     ui.gap(2);
-    ui.bar(share, share, color, 4);
+    ui.bar(share, color, 4);
     ui.gap(5);
   };
   for (const PlaceHypothesis& place : places()) {

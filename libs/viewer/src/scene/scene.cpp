@@ -86,9 +86,7 @@ struct Scene::Impl {
       case SceneColor::height: {
         const Eigen::AlignedBox3f box = mesh.box_mm();
         if (box.isEmpty()) return {0, 1};
-        const float middle = style.height_axis.dot(box.center());
-        const float reach = 0.5F * style.height_axis.cwiseAbs().dot(box.sizes());
-        return {middle - reach, middle + reach};
+        return {-box.max().z(), -box.min().z()};
       }
       case SceneColor::distance:
         return {0, distance_limit_mm};
@@ -119,7 +117,6 @@ struct Scene::Impl {
     mesh_program.use();
     mesh_program.set("clip_T_map", clip_T_map);
     mesh_program.set("camera_T_map", camera.camera_T_map());
-    mesh_program.set("height_axis_m", style.height_axis);
     mesh_program.set("color_by", static_cast<int>(style.color));
     mesh_program.set("shading", static_cast<int>(style.shading));
     mesh_program.set("range_min", low);

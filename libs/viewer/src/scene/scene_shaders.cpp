@@ -8,7 +8,6 @@ layout(location = 1) in vec4 normal_m;
 layout(location = 2) in vec2 curvature_confidence;
 layout(location = 3) in float value;
 uniform mat4 clip_T_map, camera_T_map;
-uniform vec3 height_axis_m;
 uniform int color_by;  // SceneColor
 out vec3 position_c, normal_c;
 out float curvature, number, touches;
@@ -20,7 +19,7 @@ void main() {
   curvature = curvature_confidence.x;
   touches = curvature_confidence.y;
   keyframe = value;
-  number = color_by == 1 ? curvature_confidence.y : color_by == 2 ? dot(height_axis_m, position_m) : value;
+  number = color_by == 1 ? curvature_confidence.y : color_by == 2 ? -position_m.z : value;
 }
 )";
 

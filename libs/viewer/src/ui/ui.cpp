@@ -282,14 +282,13 @@ void Ui::row(Face face, std::string_view name, std::string_view value, Color nam
   ImGui::Dummy({place.width, height_of(face)});
 }
 
-void Ui::bar(double share, double light_share, Color color, double height) {
+void Ui::bar(double share, Color color, double height) {
   const Box place = room();
   const auto part = [&](double s, Color c) {
     if (s > 0)
       fill({place.x, place.y, place.width * static_cast<float>(std::min(s, 1.0)), px(height)}, c, height / 2);
   };
   part(1, theme::kRaised);
-  part(light_share, theme::with_alpha(theme::kBlue, 0.35));
   part(share, color);
   ImGui::Dummy({place.width, px(height)});
 }

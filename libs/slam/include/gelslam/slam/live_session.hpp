@@ -82,7 +82,6 @@ class LiveSession {
   virtual std::shared_ptr<const LiveTouch> touch() const = 0;  ///< null before the first frame
   virtual std::shared_ptr<const MapSnapshot> map() const = 0;  ///< never null
   virtual MeshChanges take_mesh_changes() = 0;
-  virtual std::vector<StageStatistics> stage_times() const = 0;
 
   /// A log waits meanwhile. A camera cannot: its frames are left out, and the trial ends.
   virtual void set_paused(bool paused) = 0;

@@ -18,7 +18,7 @@ enum class SceneShading {
 enum class SceneColor {
   plain,
   confidence,  ///< how many keyframes touched here; one counts less near its contact's border
-  height,      ///< along SceneStyle::height_axis
+  height,      ///< along -z of the map: out of the gel's side of the first touch
   distance,    ///< to another surface, see Scene::set_mesh()
   certainty,   ///< plain, tinted where few keyframes touched or the place is not well known
 };
@@ -31,8 +31,6 @@ struct SceneStyle {
   bool keyframes = false, edges = false;
   bool smooth_border =
       false;  ///< the mesh ends where confidence falls below a limit, not at its last triangle
-  Eigen::Vector3f height_axis{
-      0, 0, -1};  ///< unit, map frame; the default is out of the gel's side of the first touch
   /// Values at the ends of the color map; empty: what the mesh holds.
   std::optional<std::array<float, 2>> range;
 };

@@ -139,8 +139,7 @@ class Ui {
   /// A name at the left (dim) and its value at the right of the room.
   void row(Face face, std::string_view name, std::string_view value, Color name_color = theme::kDim,
            Color value_color = theme::kText, Cut cut = Cut::end);
-  /// How much of it is full, the part after it (to `light_share`) in a lighter tone.
-  void bar(double share, double light_share, Color color, double height);
+  void bar(double share, Color color, double height);  ///< how much of it is full
   /// Columns of the same width, or as wide as their content asks for.
   bool begin_table(const char* id, int columns, double column_gap = 0, bool by_content = false);
   void next_cell();

@@ -11,9 +11,8 @@ namespace gelslam {
 
 struct ViewWindowOptions : viewer::WindowLoopOptions {
   ViewWindowOptions() { picture_stem = "view", poll_s = 0.25; }
-  SceneStyle style;                   ///< at first
-  std::optional<double> time_s;       ///< at first; empty: the end
-  double yaw_deg = 0, pitch_deg = 0;  ///< how far the object is turned from the view of most of it
+  SceneStyle style;              ///< at first
+  std::optional<double> time_s;  ///< at first; empty: the end
 };
 
 /// Looks at a run or mesh, alone or beside a second one, until the person closes the window: turning, time,
