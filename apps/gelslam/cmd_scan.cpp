@@ -19,43 +19,33 @@ struct ScanArguments {
   LiveArguments live;
 };
 
-/// Plays the simulated sensor in the camera's place. What it shows is not recorded.
-int run_simulated(LiveArguments live) {
-  if (live.log.model.empty()) live.log.model = simulated_camera_model().string();
-  const Config config = live.config("");
-  LiveOptions options = live.options(config);
-  const WindowOptions window = prepare_window(options, live);
-  const auto open = [] { return pace(open_simulated_camera()); };
-  return run_live(open(), std::move(options), live, window, {open, config});
-}
-
 /// Plays a log, as if it came from a camera.
 int run_log(const ScanArguments& arguments) {
-  const LiveArguments& live = arguments.live;
-  const Config config = live.config(arguments.log);
-  LiveOptions options = live.options(config);
+  const Config config = arguments.live.config(arguments.log);
+  LiveOptions options = arguments.live.options(config);
   options.log = arguments.log;
   options.drop_when_behind = !arguments.every_frame;
-  WindowOptions window = prepare_window(options, live);
-  // A log of another camera is refused before a run folder is made, or replaced.
-  open_frame_source(arguments.log, config.sensor)->next();
-  return run_live(pace(open_raw_log(arguments.log, config.sensor),
-                       arguments.every_frame ? Pace::as_taken : Pace::as_recorded),
-                  std::move(options), live, std::move(window));
+  return run_live(std::move(options), arguments.live, [&]() -> LiveFrames {
+    // A log of another camera is refused before a run folder is made, or replaced.
+    open_frame_source(arguments.log, config.sensor)->next();
+    return {pace(open_raw_log(arguments.log, config.sensor),
+                 arguments.every_frame ? Pace::as_taken : Pace::as_recorded)};
+  });
 }
 
 int run(ScanArguments arguments) {
   if (!arguments.log.empty()) return run_log(arguments);
   LiveArguments& live = arguments.live;
   if (live.run_folder.empty() && live.continued.empty()) live.run_folder = name_by_time();
-  if (arguments.device == simulated_camera_name()) return run_simulated(live);
+  const bool is_simulated = arguments.device == simulated_camera_name();
+  if (is_simulated && live.log.model.empty()) live.log.model = simulated_camera_model().string();
   const Config config = live.config("");
-  LiveOptions options = live.options(config);
-  WindowOptions window = prepare_window(options, live);
-  CameraInput camera = open_camera_input(config, arguments.device);
-  if (!arguments.no_log) options.record = camera.attachments;
-  return run_live(std::move(camera.frames), std::move(options), live, std::move(window),
-                  {[&] { return open_camera_input(config, arguments.device).frames; }, config});
+  return run_live(live.options(config), live, [&]() -> LiveFrames {
+    if (is_simulated) return {pace(open_simulated_camera())};  // what it shows is not recorded
+    CameraInput camera = open_camera_input(config, arguments.device);
+    if (arguments.no_log) return {std::move(camera.frames)};
+    return {std::move(camera.frames), std::move(camera.attachments)};
+  });
 }
 
 }  // namespace

@@ -20,6 +20,7 @@
 #include "gelslam/core/process.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/viewer/gl_context.hpp"
+#include "gelslam/viewer/window.hpp"
 #include "reports.hpp"
 #include "terminal_progress.hpp"
 
@@ -168,6 +169,10 @@ LiveOptions LiveArguments::options(const Config& config) const {
   return options;
 }
 
+namespace {
+
+/// How the window begins. Throws Error where a session with these options could not: the run folder or the
+/// display refuse. Makes nothing, so that no camera is disturbed.
 WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& arguments) {
   check_run_folder(options);
   if (std::filesystem::exists(arguments.snapshot)) check_output_file(arguments.snapshot, arguments.overwrite);
@@ -175,17 +180,12 @@ WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& ar
   window.picture_folder = options.run_folder.empty() ? "." : options.run_folder.string();
   window.keeps_run = !options.run_folder.empty();
   window.snapshot = arguments.snapshot;
-
-  if (options.continued) {
-    if (!arguments.quiet)
-      std::cerr << fmt::format("continuing {}: {}\n", options.run_folder.string(),
-                               counted(std::ssize(options.continued->record.keyframes), "keyframe"));
-  }
+  if (options.continued && !arguments.quiet)
+    std::cerr << fmt::format("continuing {}: {}\n", options.run_folder.string(),
+                             counted(std::ssize(options.continued->record.keyframes), "keyframe"));
   if (!arguments.headless) GlContext::window({.title = "GelSLAM", .visible = false});
   return window;
 }
-
-namespace {
 
 struct LiveEnd {
   int exit_code = kExitDone;
@@ -242,31 +242,28 @@ LiveEnd run_to_its_end(std::unique_ptr<RawFrameSource> source, LiveOptions optio
   return end;
 }
 
-void prepare_next_scan(LiveOptions& options, const Config& config, const std::filesystem::path& run_folder) {
-  options.config = config;  // a scan that continues another may have a changed one
-  options.run_folder = run_folder;
-  options.overwrite = false;
-  options.continued.reset();
-  if (options.stream) options.stream->start_scan();
-}
-
 }  // namespace
 
-int run_live(std::unique_ptr<RawFrameSource> source, LiveOptions options, const LiveArguments& arguments,
-             WindowOptions window, const NextScans& next) {
+int run_live(LiveOptions options, const LiveArguments& arguments, const std::function<LiveFrames()>& open) {
   const std::filesystem::path first = options.run_folder;
+  WindowOptions window = prepare_window(options, arguments);
+  LiveFrames frames = open();
   UsualPriority usual_priority;
   if (!arguments.headless) lower_thread_priority();  // drawing goes after tracking
   int exit_code = kExitDone;
   for (;;) {  // scan after scan, as long as the person begins another one
-    const std::filesystem::path next_folder = next.open ? next_run_folder(first) : "";
+    const std::filesystem::path next_folder = options.log.empty() ? next_run_folder(first) : "";
     window.next_run_folder = next_folder.string();
-    LiveEnd end = run_to_its_end(std::move(source), options, arguments, window, usual_priority);
+    options.record = frames.record;
+    LiveEnd end = run_to_its_end(std::move(frames.source), options, arguments, window, usual_priority);
     exit_code = std::max(exit_code, end.exit_code);
     if (!end.wants_new_scan) break;
-    window.picture_folder = next_folder;
-    source = after_background(std::move(end.background), next.open());
-    prepare_next_scan(options, next.config, next_folder);
+    frames = open();
+    frames.source = after_background(std::move(end.background), std::move(frames.source));
+    window.picture_folder = options.run_folder = next_folder;
+    options.overwrite = false;
+    options.continued.reset();
+    if (options.stream) options.stream->start_scan();
   }
   if (options.stream && !options.stream->finish()) std::cout.setstate(std::ios::badbit);  // main() says so
   return exit_code;

@@ -3,11 +3,11 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "command_line.hpp"
 #include "gelslam/slam/live_slam.hpp"
-#include "gelslam/viewer/window.hpp"
 #include "stream_arguments.hpp"
 
 namespace gelslam {
@@ -29,21 +29,16 @@ struct LiveArguments {
   LiveOptions options(const Config& config) const;
 };
 
-/// How the window begins. Throws Error where a session with these options could not: the run folder or the
-/// display refuse. Makes nothing, so that it can be asked before a camera is disturbed.
-WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& arguments);
-
-/// Where other scans come from.
-struct NextScans {
-  std::function<std::unique_ptr<RawFrameSource>()>
-      open;  ///< opens the camera once more; empty: there is none
-  Config config;
+/// Frames of a scan, and what of them is recorded: nothing of a log.
+struct LiveFrames {
+  std::unique_ptr<RawFrameSource> source;
+  std::optional<LogAttachments> record = {};
 };
 
-/// Runs a scan until it is saved, and one after another those that the person begins then: RUN-2, RUN-3, ...,
-/// each with the background of the one before. The first Ctrl-C stops it, the second saves at once what there
-/// is, the third ends the program. Returns the worst exit code.
-int run_live(std::unique_ptr<RawFrameSource> source, LiveOptions options, const LiveArguments& arguments,
-             WindowOptions window, const NextScans& next = {});
+/// Runs a scan until it is saved, and, with a camera, one after another those that the person begins then:
+/// RUN-2, RUN-3, ..., each with the background of the one before. `open` is called for each of them, once it
+/// is known that the run folder and the display do not refuse. The first Ctrl-C stops it, the second saves at
+/// once what there is, the third ends the program. Returns the worst exit code.
+int run_live(LiveOptions options, const LiveArguments& arguments, const std::function<LiveFrames()>& open);
 
 }  // namespace gelslam
