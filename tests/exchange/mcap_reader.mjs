@@ -27,7 +27,7 @@ for await (const message of reader.readMessages()) {
 assert.equal(counts["/sensor"], poses);
 assert.equal(counts["/tf"], poses);
 assert.equal(counts["/keyframe"], await lines("keyframes.tum"));
-assert.equal(counts["/surface"], 1);
+assert.ok(counts["/surface"] > 1);  // in parts
 const report = JSON.parse(await readFile(`${run}/report.json`, "utf8"));
 assert.equal(counts["/tactile"], report.frames.total);
 assert.equal(Number(reader.statistics.messageCount), Object.values(counts).reduce((a, b) => a + b));
