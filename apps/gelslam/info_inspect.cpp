@@ -63,7 +63,7 @@ SensorProfile add_config(InfoReport& report, const Config& config) {
 
 void add_model(InfoReport& report, const fs::path& file) {
   const GradientModel model = read_gradient_model(file);
-  const std::size_t weights = model.maker ? model.maker->numbers.size() : model.numbers.size();
+  const std::size_t weights = model.wide ? model.wide->numbers.size() : model.numbers.size();
   report.facts.emplace_back("model", fmt::format("network of {} weights, {}", weights, file.string()));
   if (model.optics) report.facts.emplace_back("optics", optics_text(*model.optics));
 }
