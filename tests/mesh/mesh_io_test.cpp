@@ -15,6 +15,7 @@
 #include <sstream>
 #include <string>
 
+#include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
 
 namespace gelslam {
@@ -290,4 +291,7 @@ TEST_F(MeshIo, AFailedWriteLeavesNothingBehind) {
 }
 
 }  // namespace
+  EXPECT_THAT(
+      test::message_of<Error>([&] { read_mesh(file_with("lfs.stl", std::string(test::kLfsPointer))); }),
+      ::testing::HasSubstr(test::kLfsAdvice));
 }  // namespace gelslam

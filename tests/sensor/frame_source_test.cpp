@@ -201,6 +201,8 @@ TEST(VideoSource, WhatIsNoVideoIsNamed) {
   TemporaryFolder folder;
   write_bytes(folder / "empty.avi", "");
   write_bytes(folder / "text.avi", "this is no video\n");
+  write_bytes(folder / "lfs.mkv", test::kLfsPointer);
+  EXPECT_THAT(error_of(folder / "lfs.mkv"), HasSubstr(test::kLfsAdvice));
   write_bytes(folder / "list.avi", "#EXTM3U\n#EXTINF:1,\n/etc/passwd\n");
   write_bytes(folder / "list_with_zero.avi", std::string("#EXTM3U\n#EXTINF:1,\nother.avi\n\0", 31));
   write_bytes(folder / "concat.avi", "ffconcat version 1.0\nfile other.avi\n");

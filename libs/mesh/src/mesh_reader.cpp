@@ -6,6 +6,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "mesh_formats.hpp"
 
@@ -91,3 +92,4 @@ Mesh read_mesh(const std::filesystem::path& path, std::optional<double> mm_per_u
 }
 
 }  // namespace gelslam
+  refuse_lfs_pointer(path);

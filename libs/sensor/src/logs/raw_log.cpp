@@ -10,6 +10,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/core/files.hpp"
 #include "images/sources.hpp"
 #include "images/video_file.hpp"
 
@@ -175,6 +176,7 @@ std::unique_ptr<RawFrameSource> open_folder(const fs::path& folder, const Sensor
   return detail::open_image_folder(folder, std::move(images), profile);
 }
 
+  refuse_lfs_pointer(path);
 }  // namespace
 
 bool is_matroska(const fs::path& file) {
