@@ -194,7 +194,8 @@ bool VideoFile::Av::convert() {
     format = frame->format;
     colors = frame->colorspace;
     scaler = sws_getContext(frame->width, frame->height, static_cast<AVPixelFormat>(format), frame->width,
-                            frame->height, AV_PIX_FMT_BGR24, SWS_BICUBIC, nullptr, nullptr, nullptr);
+                            frame->height, AV_PIX_FMT_BGR24,
+                            SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT, nullptr, nullptr, nullptr);
     obey_color_tags();
   }
   av_frame_unref(bgr);
