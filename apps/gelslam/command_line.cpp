@@ -63,6 +63,8 @@ std::optional<double> MeshUnit::mm(const std::filesystem::path& file) const {
 
 void MeshUnit::say(const std::filesystem::path& file) const {
   if (!std::filesystem::is_regular_file(file)) return;
+  if (const auto bytes = static_cast<std::int64_t>(bytes_behind_mesh(file)); bytes > 0)
+    std::cerr << file.string() << ": ignored " << counted(bytes, "byte") << " behind the last triangle\n";
   const bool noted = noted_unit(file).has_value();
   if (noted && name.empty()) return;
   const std::string unit = noted || name.empty() ? short_name(unit_of(file)) : name;
