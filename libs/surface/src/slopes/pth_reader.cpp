@@ -25,8 +25,7 @@ constexpr ZipLimits kLimits = {
 class TorchArchive {
  public:
   explicit TorchArchive(std::span<const unsigned char> file)
-      : entries_(
-            parse_zip({reinterpret_cast<const char*>(file.data()), file.size()}, "the archive", kLimits)) {
+      : entries_(parse_zip({reinterpret_cast<const char*>(file.data()), file.size()}, "the file", kLimits)) {
     const std::string_view suffix = "/data.pkl";
     for (const ZipEntry& entry : entries_) {
       if (!entry.name.ends_with(suffix)) continue;
