@@ -65,6 +65,9 @@ class FrameSource {
   /// For people: "video gelsight.avi, 320x240, 25 Hz".
   std::string description() const { return raw_->description(); }
   /// What was wrong with the frames delivered so far, as a sentence for people, or "": "video x.avi ends
+  /// Damaged pictures so far.
+  std::int64_t left_out() const { return decoder_.left_out(); }
+  std::int64_t lost_frames() const { return raw_->lost_frames(); }
   /// after 120 of 245 frames; is it truncated?". Complete once next() has returned nothing.
   std::string warning() const;
 
