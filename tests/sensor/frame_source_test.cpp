@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <bit>
+#include <cstdint>
 #include <cstring>
 #include <opencv2/imgcodecs.hpp>
 #include <set>
@@ -195,6 +197,71 @@ TEST(VideoSource, TruncatedFileGivesWhatIsThere) {
       EXPECT_EQ(played.numbers[i], static_cast<int>(i)) << "no half frames";
     EXPECT_THAT(played.warning, HasSubstr("ends after " + std::to_string(played.numbers.size()))) << name;
   }
+}
+
+std::uint32_t& word_at(std::string& bytes, std::size_t at) {
+  return *reinterpret_cast<std::uint32_t*>(bytes.data() + at);
+}
+
+std::uint32_t swapped(std::uint32_t word) { return __builtin_bswap32(word); }
+
+// The header counts what a reader does not get: dropped frames of an AVI, and those before an edit list's
+// begin in an MP4.
+TEST(VideoSource, FramesThatAreLeftOutOnPurposeAreNotMissing) {
+  TemporaryFolder folder;
+  write_video(folder / "a.avi", "MJPG", 16, 64, 48);
+  std::string bytes = test::read_bytes(folder / "a.avi");
+  std::size_t chunk = bytes.find("movi"), entry = bytes.find("idx1");
+  for (int frame = 0; frame <= 6; ++frame) {
+    chunk = bytes.find("00dc", chunk + 4);
+    entry = bytes.find("00dc", entry + 4);
+  }
+  bytes.replace(chunk, 4, "JUNK");
+  word_at(bytes, entry + 12) = 0;
+  write_bytes(folder / "a.avi", bytes);
+  EXPECT_EQ(open_frame_source(folder / "a.avi", small_sensor())->frame_count().value_or(-1), 15);
+  EXPECT_EQ(play(folder / "a.avi").warning, "");
+
+  write_video(folder / "a.mp4", "mp4v", 16, 64, 48);
+  bytes = test::read_bytes(folder / "a.mp4");
+  const std::size_t edit = bytes.find("elst"), media = bytes.find("mdhd");
+  ASSERT_NE(edit, std::string::npos);
+  std::uint32_t& begin = word_at(bytes, edit + 16);
+  begin = swapped(swapped(begin) + 3 * swapped(word_at(bytes, media + 16)) / 25);
+  write_bytes(folder / "a.mp4", bytes);
+  const Played played = play(folder / "a.mp4");
+  EXPECT_EQ(played.numbers.size(), 13u);
+  EXPECT_EQ(played.numbers.front(), 3);
+  EXPECT_EQ(played.warning, "");
+}
+
+// The duration of a Matroska file counts from zero, not from its first frame.
+TEST(VideoSource, ALogThatStartsLateHasNoMoreFrames) {
+  TemporaryFolder folder;
+  write_video(folder / "a.mkv", "MJPG", 16, 64, 48);
+  std::string bytes = test::read_bytes(folder / "a.mkv");
+  constexpr std::uint64_t late_ms = 240;
+  const auto number = [&](std::size_t at, std::size_t size) {
+    std::uint64_t value = 0;
+    for (std::size_t k = 0; k < size; ++k) value = value << 8 | static_cast<unsigned char>(bytes[at + k]);
+    return value;
+  };
+  const auto write = [&](std::size_t at, std::size_t size, std::uint64_t value) {
+    for (std::size_t k = size; k-- > 0; value >>= 8) bytes[at + k] = static_cast<char>(value);
+  };
+  for (std::size_t at = bytes.find("\x1f\x43\xb6\x75"); at != std::string::npos;
+       at = bytes.find("\x1f\x43\xb6\x75", at + 1)) {
+    const std::size_t time = bytes.find('\xe7', at + 4),
+                      size = static_cast<unsigned char>(bytes[time + 1]) & 0x7fU;
+    write(time + 2, size, number(time + 2, size) + late_ms);
+  }
+  const std::size_t duration = bytes.find("\x44\x89\x88") + 3;
+  write(duration, 8, std::bit_cast<std::uint64_t>(std::bit_cast<double>(number(duration, 8)) + late_ms));
+  write_bytes(folder / "a.mkv", bytes);
+  EXPECT_EQ(open_frame_source(folder / "a.mkv", small_sensor())->frame_count().value_or(-1), 16);
+  const Played played = play(folder / "a.mkv");
+  EXPECT_EQ(played.numbers.size(), 16u);
+  EXPECT_EQ(played.warning, "");
 }
 
 TEST(VideoSource, WhatIsNoVideoIsNamed) {
