@@ -68,6 +68,19 @@ TEST(Info, ImagesOfTheWrongSize) {
   EXPECT_THAT(json.at("problems").at(0).get<std::string>(), HasSubstr("is 162x121 pixels"));
 }
 
+TEST(Info, DamagedPicturesAreProblems) {
+  const TemporaryFolder folder;
+  for (int i = 0; i < 5; ++i)
+    cv::imwrite((folder / (std::to_string(i) + ".png")).string(), test::numbered_picture(i, 320, 240));
+  EXPECT_EQ(info(folder.path()).exit_code, 0);
+  for (const char* name : {"2.png", "4.png"})
+    test::write_bytes(folder / name, test::read_bytes(folder / name).substr(0, 500));
+  const ProgramResult result = info(folder.path());
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.out, HasSubstr("readable   3 frames"));
+  EXPECT_THAT(result.out, HasSubstr("problem    left out 2 damaged pictures (the first: "));
+}
+
 TEST(Info, ARunFolder) {
   const TemporaryFolder folder;
   RunReport report;

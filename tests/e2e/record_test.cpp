@@ -112,7 +112,8 @@ TEST(Record, InfoSaysWhatIsInALog) {
   const auto json = nlohmann::json::parse(gelslam({"info", (folder / "cut.mkv").string(), "--json"}).out);
   const auto readable = json.at("readable").get<std::string>();
   EXPECT_THAT(readable, testing::StartsWith(std::to_string(read_all(folder / "cut.mkv").size()) + " frames"));
-  EXPECT_THAT(readable, HasSubstr("of 30 frames"));
+  EXPECT_THAT(json.at("problems").at(0).get<std::string>(), HasSubstr("of 30 frames"));
+  EXPECT_EQ(gelslam({"info", (folder / "cut.mkv").string()}).exit_code, 1);
   const std::string shown = GELSLAM_PROGRAM " info " + (folder / "a.mkv").string();
   EXPECT_THAT(test::on_terminal(shown), HasSubstr("100%  30/30"));
   EXPECT_THAT(test::on_terminal(shown + " -q"), testing::Not(HasSubstr("30/30")));
