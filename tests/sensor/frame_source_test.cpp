@@ -326,6 +326,45 @@ TEST(ImageFolderSource, UnusableFoldersAreNamed) {
   EXPECT_THAT(error_of(folder.path()), HasSubstr("2.png: the file is empty"));
 }
 
+TEST(ImageFolderSource, SeveralLogsInOneFolderAreRefused) {
+  TemporaryFolder folder;
+  const auto write = [&](const std::string& name) {
+    cv::imwrite((folder / name).string(), numbered_picture(1, 64, 48));
+  };
+  for (const char* name : {"left_1.png", "left_2.png", "right_1.png"}) write(name);
+  EXPECT_EQ(play(folder.path()).numbers.size(), 3u) << "a single name is no series";
+  write("right_2.png");
+  EXPECT_THAT(
+      error_of(folder.path()),
+      HasSubstr("several series of pictures (left_1.png, right_1.png); give each a folder of its own"));
+  for (const char* name : {"right_1.png", "right_2.png"}) std::filesystem::remove(folder / name);
+  write("left_2.jpg");
+  EXPECT_THAT(error_of(folder.path()), HasSubstr("in another format, too; keep one of them"));
+}
+
+TEST(EveryInput, CopiesAndStallsAreSaid) {
+  TemporaryFolder folder;
+  const auto write = [&](int from, int to, int number) {
+    for (int i = from; i < to; ++i)
+      cv::imwrite((folder / (std::to_string(i) + ".png")).string(),
+                  numbered_picture((number + i) % 16, 64, 48));
+  };
+  write(0, 40, 0);
+  EXPECT_EQ(play(folder.path()).warning, "");
+  for (int i = 1; i < 40; i += 2)
+    std::filesystem::copy_file(folder / (std::to_string(i - 1) + ".png"),
+                               folder / (std::to_string(i) + ".png"),
+                               std::filesystem::copy_options::overwrite_existing);
+  EXPECT_THAT(play(folder.path()).warning, HasSubstr("20 of 40 pictures are copies of the one before"));
+  write(0, 160, 0);
+  for (int i = 81; i < 135; ++i)
+    std::filesystem::copy_file(folder / "80.png", folder / (std::to_string(i) + ".png"),
+                               std::filesystem::copy_options::overwrite_existing);
+  EXPECT_THAT(play(folder.path()).warning,
+              HasSubstr("nothing new was seen for 1.1 s before " + (folder / "135.png").string() +
+                        "; motion in that time is missing"));
+}
+
 // As a camera gives that has just been switched on, or was nudged.
 TEST(VideoSource, BlackPicturesAreLeftOutAndTheRestKeepTheirTimes) {
   TemporaryFolder folder;
