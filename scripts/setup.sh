@@ -34,6 +34,7 @@ test_packages=(
   xvfb xauth                       # windows without a display
   python3-numpy python3-matplotlib # charts
   python3-venv                     # the wheel, installed
+  jupyter-nbconvert python3-ipykernel # the notebook
 )
 python_packages=(python3-dev python3-numpy python3-pybind11 pybind11-dev)
 package_packages=("${python_packages[@]}" dpkg-dev)
