@@ -5,12 +5,13 @@ set -euo pipefail
 
 usage() {
   cat <<END
-usage: scripts/setup.sh [--tests] [--python] [--packages] [--checks] [--no-install]
+usage: scripts/setup.sh [--tests] [--python] [--packages] [--reference] [--checks] [--no-install]
 
 Installs what building and running the program needs, where it is missing, without questions.
   --tests        also what the tests, the laboratory, the charts and the Python module need
   --python       also what the Python module needs
   --packages     also what scripts/package.sh needs
+  --reference    also what scripts/api_reference.sh needs
   --checks       also clang-format, clang-tidy and ROS 2's linters
   --no-install   only say what is missing; exit code 1 if something is
 END
@@ -33,9 +34,11 @@ test_packages=(
   xvfb xauth                       # windows without a display
   python3-numpy python3-matplotlib # charts
   python3-venv                     # the wheel, installed
+  jupyter-nbconvert python3-ipykernel # the notebook
 )
 python_packages=(python3-dev python3-numpy python3-pybind11 pybind11-dev)
 package_packages=("${python_packages[@]}" dpkg-dev)
+reference_packages=(doxygen)
 check_packages=(clang-format clang-tidy python3-ament-flake8 python3-ament-pep257)
 
 install=true
@@ -44,6 +47,7 @@ for argument in "$@"; do
     --tests) packages+=("${test_packages[@]}" "${package_packages[@]}") ;;
     --python) packages+=("${python_packages[@]}") ;;
     --packages) packages+=("${package_packages[@]}") ;;
+    --reference) packages+=("${reference_packages[@]}") ;;
     --checks) packages+=("${check_packages[@]}") ;;
     --no-install) install=false ;;
     -h | --help) usage; exit 0 ;;

@@ -49,7 +49,10 @@ std::optional<FrameRange> LogOptions::named_frames() const {
 }
 
 void say_mesh_unit(const std::filesystem::path& file) {
-  if (std::filesystem::is_regular_file(file) && !noted_unit(file))
+  if (!std::filesystem::is_regular_file(file)) return;
+  if (const auto bytes = static_cast<std::int64_t>(bytes_behind_mesh(file)); bytes > 0)
+    std::cerr << file.string() << ": ignored " << counted(bytes, "byte") << " behind the last triangle\n";
+  if (!noted_unit(file))
     std::cerr << "unit of " << file.string() << ": " << short_name(usual_unit(file)) << "\n";
 }
 

@@ -40,7 +40,9 @@ void name_users(InfoReport& report, const std::vector<std::string>& commands) {
   report.commands.insert(report.commands.end(), commands.begin(), commands.end());
 }
 
-void add_log(InfoReport& report, const fs::path& log, const SensorProfile& profile) {
+/// Read to the end: a log that was never closed does not know its length, one that was cut off does not have
+/// it, and any picture may be damaged.
+void add_log(InfoReport& report, const fs::path& log, const SensorProfile& profile, ProgressSink& progress) {
   const auto source = open_frame_source(log, profile);
   std::string words = source->description();
   if (const auto frames = source->frame_count())
@@ -48,8 +50,20 @@ void add_log(InfoReport& report, const fs::path& log, const SensorProfile& profi
                          short_number(static_cast<double>(*frames) / source->rate_hz()));
   report.facts.emplace_back("log", words);
   attempt(report, [&] {
-    source->next();
-    name_users(report, kTakeLogs);
+    progress.begin("reading", source->frame_count());
+    std::int64_t frames = 0;
+    double duration_s = 0;
+    while (const std::optional<TactileImage> image = source->next()) {
+      progress.update(++frames);
+      duration_s = image->time_s;
+    }
+    progress.end();
+    const std::string warning = source->warning();
+    report.facts.emplace_back("readable", fmt::format("{} frames over {} s, {} lost by the camera{}", frames,
+                                                      short_number(duration_s), source->lost_frames(),
+                                                      warning.empty() ? "; whole" : ""));
+    if (!warning.empty()) report.problems.push_back(warning);
+    if (frames > 0) name_users(report, kTakeLogs);
   });
 }
 
@@ -64,7 +78,7 @@ SensorProfile add_config(InfoReport& report, const Config& config) {
 
 void add_model(InfoReport& report, const fs::path& file) {
   const GradientModel model = read_gradient_model(file);
-  const std::size_t weights = model.maker ? model.maker->numbers.size() : model.numbers.size();
+  const std::size_t weights = model.wide ? model.wide->numbers.size() : model.numbers.size();
   report.facts.emplace_back("model", fmt::format("network of {} weights, {}", weights, file.string()));
   if (model.optics) report.facts.emplace_back("optics", optics_text(*model.optics));
 }
@@ -155,7 +169,7 @@ InfoReport inspect_presses(const fs::path& folder) {
 }
 
 /// A data folder, a folder of images, or a video.
-InfoReport inspect_log(const fs::path& log) {
+InfoReport inspect_log(const fs::path& log, ProgressSink& progress) {
   std::error_code code;
   const bool is_folder = fs::is_directory(log, code);
   const fs::path folder = is_folder ? log : log.parent_path(), config = folder / "config.yaml",
@@ -168,7 +182,7 @@ InfoReport inspect_log(const fs::path& log) {
       profile =
           add_config(report, find_config({.log = log, .config = config, .model = {}, .background = {}}));
     });
-  const auto add = [&] { add_log(report, log, profile); };
+  const auto add = [&] { add_log(report, log, profile, progress); };
   is_data ? attempt(report, add) : add();
   if (!profile.calibration_model_path.empty())
     attempt(report, [&] { add_model(report, profile.calibration_model_path); });
@@ -180,24 +194,6 @@ InfoReport inspect_log(const fs::path& log) {
   return report;
 }
 
-/// A log that was never closed does not know its length; one that was cut off does not have it. Read to the
-/// end.
-void add_readable(InfoReport& report, const fs::path& file, const SensorProfile& profile,
-                  ProgressSink& progress) {
-  const auto log = open_raw_log(file, profile);
-  progress.begin("reading", log->frame_count());
-  std::int64_t frames = 0;
-  double duration_s = 0;
-  while (const std::optional<RawFrame> frame = log->next()) {
-    progress.update(++frames);
-    duration_s = frame->time_s;
-  }
-  progress.end();
-  report.facts.emplace_back("readable", fmt::format("{} frames over {} s, {} lost by the camera; {}", frames,
-                                                    short_number(duration_s), log->lost_frames(),
-                                                    log->warning().empty() ? "whole" : log->warning()));
-}
-
 InfoReport inspect_recorded_log(const fs::path& file, ProgressSink& progress) {
   InfoReport report{file, "a recorded log"};
   LogInput input;
@@ -205,8 +201,7 @@ InfoReport inspect_recorded_log(const fs::path& file, ProgressSink& progress) {
   SensorProfile profile;
   attempt(report, [&] { profile = add_config(report, find_config(input)); });
   if (!read_log_attachments(file).model.empty()) attempt(report, [&] { add_model(report, file); });
-  add_log(report, file, profile);
-  add_readable(report, file, profile, progress);
+  add_log(report, file, profile, progress);
   return report;
 }
 
@@ -235,7 +230,7 @@ InfoReport inspect_file(const fs::path& file, ProgressSink& progress) {
     add_mesh(report, file, read_mesh(file));
     report.commands = {"view", "export", "map", "evaluate --mesh", "simulate scan --object"};
   } else {
-    return is_matroska(file) ? inspect_recorded_log(file, progress) : inspect_log(file);
+    return is_matroska(file) ? inspect_recorded_log(file, progress) : inspect_log(file, progress);
   }
   return report;
 }
@@ -253,7 +248,7 @@ InfoReport inspect(const fs::path& path, ProgressSink& progress) {
   if (fs::exists(path / "session.db", code)) return inspect_session(path / "session.db");
   if (fs::exists(path / "height_mm.npy", code)) return inspect_surface(path);
   if (fs::exists(path / "catalog.csv", code)) return inspect_presses(path);
-  return inspect_log(path);
+  return inspect_log(path, progress);
 }
 
 }  // namespace gelslam

@@ -115,9 +115,11 @@ TEST(FrozenNetwork, DerivativesOfTheMakersNetworkAreThoseOfFiniteDifferences) {
   std::mt19937 random(9);
   std::uniform_real_distribution<float> number(-0.12F, 0.12F);
   GradientModel network;
-  for (float& value : network.maker.emplace().numbers) value = number(random);
-  network.maker->bias(3)[0] = 0.5F;
-  network.maker->bias(3)[1] = -0.4F;
+  std::vector<float>& numbers = network.wide.emplace().numbers;
+  network.wide->shape = {{5, 64, 64, 64, 2}};
+  network.wide->gives_normals = true;
+  for (std::size_t k = 0; k < 8832; ++k) numbers.push_back(number(random));
+  numbers.insert(numbers.end(), {0.5F, -0.4F});
   for (int level = 1; level <= instruction_level(); ++level) {
     const FrozenNetwork frozen(network, level);
     const NetworkTile tile = random_tile(random);

@@ -110,6 +110,7 @@ TEST(Npy, EveryTruncationIsAnError) {
     EXPECT_THAT(error_for(whole.substr(0, length)), HasSubstr("a.npy: not a usable .npy file")) << length;
   }
   EXPECT_THAT(error_for(whole + "x"), HasSubstr("longer than its header says"));
+  EXPECT_THAT(error_for(std::string(test::kLfsPointer)), HasSubstr(test::kLfsAdvice));
 }
 
 TEST(Npy, ForeignArraysAreRefusedWithTheReason) {

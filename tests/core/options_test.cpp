@@ -156,6 +156,14 @@ TEST(ReadOptions, RelativePathsCountFromTheFile) {
   EXPECT_TRUE(options.model.empty());
 }
 
+TEST(ReadOptions, ATildeIsTheHomeFolder) {
+  test::TemporaryFolder folder;
+  test::write_bytes(folder / "c.yaml", "device_config:\n  model: ~/m/n.pth\n");
+  Options options;
+  read_options(folder / "c.yaml", list(options));
+  EXPECT_EQ(options.model, std::filesystem::path(std::getenv("HOME")) / "m/n.pth");
+}
+
 TEST(ReadOptions, BackslashesOfWindowsAreUnderstoodOrNamed) {
   test::TemporaryFolder folder;
   const auto read = [&](const std::string& model) {

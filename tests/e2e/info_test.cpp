@@ -68,6 +68,19 @@ TEST(Info, ImagesOfTheWrongSize) {
   EXPECT_THAT(json.at("problems").at(0).get<std::string>(), HasSubstr("is 162x121 pixels"));
 }
 
+TEST(Info, DamagedPicturesAreProblems) {
+  const TemporaryFolder folder;
+  for (int i = 0; i < 5; ++i)
+    cv::imwrite((folder / (std::to_string(i) + ".png")).string(), test::numbered_picture(i, 320, 240));
+  EXPECT_EQ(info(folder.path()).exit_code, 0);
+  for (const char* name : {"2.png", "4.png"})
+    test::write_bytes(folder / name, test::read_bytes(folder / name).substr(0, 500));
+  const ProgramResult result = info(folder.path());
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.out, HasSubstr("readable   3 frames"));
+  EXPECT_THAT(result.out, HasSubstr("problem    left out 2 damaged pictures (the first: "));
+}
+
 TEST(Info, ARunFolder) {
   const TemporaryFolder folder;
   RunReport report;
@@ -177,6 +190,18 @@ TEST(Evaluate, HostileGeometryIsOneLineAndNoLongWait) {
   EXPECT_EQ(evaluate("truth.stl", "truth.stl").exit_code, 0);
   test::expect_mistake(evaluate("far.stl", "truth.stl"), "is its unit right?");
   test::expect_mistake(evaluate("truth.stl", "far.stl"), "is its unit right?");
+  test::write_bytes(folder / "mm.ply",
+                    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                    "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+                    "end_header\n0 0 0\n21 0 0\n0 28 0\n3 0 1 2\n");
+  test::expect_mistake(evaluate("truth.stl", "mm.ply"), "the true mesh is 35000 mm large; check its unit");
+  test::expect_mistake(evaluate("mm.ply", "truth.stl"), "the mesh is 35000 mm large; check its unit");
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"map"}, {"simulate", "scan", "--object"}}) {
+    std::vector<std::string> arguments = command;
+    arguments.insert(arguments.end(), {(folder / "mm.ply").string(), "-o", (folder / "out").string()});
+    test::expect_mistake(test::run_program(GELSLAM_PROGRAM, arguments), "is 35000 mm large; check its unit");
+  }
   test::expect_mistake(evaluate("crowd.ply", "truth.stl"), "thousands of its triangles");
   test::expect_mistake(evaluate("truth.stl", "crowd.ply"), "thousands of its triangles");
 }

@@ -15,6 +15,7 @@
 #include <sstream>
 #include <string>
 
+#include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
 
 namespace gelslam {
@@ -152,6 +153,24 @@ TEST_F(MeshIo, ProgramsThatReadStlAndObjExpectMillimeters) {
   EXPECT_STREQ(short_name(usual_unit("a.stl")), "mm");
 }
 
+TEST_F(MeshIo, StlsWithATailOrInCapitalsAreRead) {
+  write_mesh(file("good.stl"), tetrahedron());
+  const std::string whole = bytes_of(file("good.stl"));
+  EXPECT_EQ(bytes_behind_mesh(file("good.stl")), 0u);
+  for (const char* header : {"", "solid of another program"}) {
+    const std::string headed = header + whole.substr(std::strlen(header)) + std::string(7, 'x');
+    const fs::path tail = file_with("tail.stl", headed);
+    EXPECT_EQ(bytes_behind_mesh(tail), 7u);
+    EXPECT_EQ(read_mesh(tail, 1000.0).vertices_mm, read_mesh(file("good.stl")).vertices_mm);
+  }
+  const fs::path capitals = file_with(
+      "capitals.stl",
+      "  SOLID X\nFACET NORMAL 0 0 1\nOUTER LOOP\nVERTEX 0 0 0\nVERTEX 1.5E1 0 0\nVERTEX 0 1 0\nENDLOOP\n"
+      "ENDFACET\nENDSOLID X\n");
+  EXPECT_EQ(bytes_behind_mesh(capitals), 0u);
+  EXPECT_EQ(read_mesh(capitals).vertices_mm[1], Eigen::Vector3f(15, 0, 0));
+}
+
 TEST_F(MeshIo, SameMeshGivesSameBytesAndLeavesNoOtherFile) {
   for (const char* name : {"a.ply", "b.ply", "a.stl", "b.stl", "a.obj", "b.obj", "a.glb", "b.glb"})
     write_mesh(file(name), tetrahedron());
@@ -272,6 +291,9 @@ TEST_F(MeshIo, DamagedBytesNeverCrash) {
 TEST_F(MeshIo, MistakesAreNamed) {
   EXPECT_THROW(read_mesh(file("absent.ply")), Error);
   EXPECT_THROW(read_mesh(folder_), Error);
+  EXPECT_THAT(
+      test::message_of<Error>([&] { read_mesh(file_with("lfs.stl", std::string(test::kLfsPointer))); }),
+      ::testing::HasSubstr(test::kLfsAdvice));
   EXPECT_THROW(read_mesh(file_with("mesh.txt", "hello")), Error);
   EXPECT_THROW(read_mesh(file_with("text.obj", "hello\n")), Error);
   EXPECT_THROW(read_mesh(file_with("text.stl", "hello\n")), Error);

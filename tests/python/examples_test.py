@@ -2,6 +2,7 @@
 import json
 import os
 import pathlib
+import shutil
 import socket
 import subprocess
 import sys
@@ -41,6 +42,18 @@ class Examples(unittest.TestCase):
         out = self.example("reconstruct_video.py", simulated.SCAN, "--model", simulated.MODEL, "-o", "mesh.ply")
         self.assertIn("vertices", out)
         self.assertTrue((self.folder / "mesh.ply").read_bytes().startswith(b"ply"))
+
+    @unittest.skipUnless(shutil.which("jupyter-nbconvert"), "no jupyter-nbconvert (scripts/setup.sh --tests)")
+    def test_first_touch(self):
+        environment = {name: value for name, value in os.environ.items() if name != "MPLBACKEND"}  # the notebook's own
+        done = subprocess.run(["jupyter-nbconvert", "--to", "notebook", "--execute", "--output-dir", self.folder,
+                               EXAMPLES / "first_touch.ipynb"], capture_output=True, text=True, env=environment)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        cells = json.loads((self.folder / "first_touch.ipynb").read_text())["cells"]
+        outputs = [output for cell in cells for output in cell.get("outputs", [])]
+        self.assertEqual(sum("image/png" in output.get("data", {}) for output in outputs), 4)
+        text = "".join("".join(output.get("text", [])) for output in outputs)
+        self.assertLess(float(text.split("mean pose error ")[1].split()[0]), 0.1)
 
     def test_live(self):
         out = self.example("live.py", "--model", simulated.MODEL, "--log", simulated.SCAN, "-o", "run")

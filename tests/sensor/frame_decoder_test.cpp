@@ -229,6 +229,21 @@ TEST_F(Damage, EveryTruncationIsSaid) {
   EXPECT_EQ(decoder.damage(), "");
 }
 
+TEST_F(Damage, AMissingEndMarkIsNone) {
+  const cv::Mat3b whole = decode_or_fail(decoder, good);
+  RawFrame cut = good;
+  for (const int padding : {0, 300}) {
+    cut.bytes.resize(good.bytes.size() - 2);
+    cut.bytes.resize(cut.bytes.size() + static_cast<std::size_t>(padding));
+    EXPECT_EQ(cv::norm(decode_or_fail(decoder, cut), whole), 0) << padding;
+  }
+  cut.bytes.resize(good.bytes.size() - 4);
+  EXPECT_EQ(of(cut), "JPEG ends early") << "a piece of the last line is missing";
+  cv::imencode(".jpg", numbered_picture(2, 1280, 960), cut.bytes, {cv::IMWRITE_JPEG_PROGRESSIVE, 1});
+  cut.bytes.resize(cut.bytes.size() - 2);
+  EXPECT_EQ(of(cut), "JPEG ends early") << "detail may be missing";
+}
+
 TEST_F(Damage, AnyChangedByteIsAPictureOrWords) {
   std::mt19937 random(3);
   int refused = 0;

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <bit>
+#include <cstdint>
 #include <cstring>
 #include <opencv2/imgcodecs.hpp>
 #include <set>
@@ -197,10 +199,77 @@ TEST(VideoSource, TruncatedFileGivesWhatIsThere) {
   }
 }
 
+std::uint32_t& word_at(std::string& bytes, std::size_t at) {
+  return *reinterpret_cast<std::uint32_t*>(bytes.data() + at);
+}
+
+std::uint32_t swapped(std::uint32_t word) { return __builtin_bswap32(word); }
+
+// The header counts what a reader does not get: dropped frames of an AVI, and those before an edit list's
+// begin in an MP4.
+TEST(VideoSource, FramesThatAreLeftOutOnPurposeAreNotMissing) {
+  TemporaryFolder folder;
+  write_video(folder / "a.avi", "MJPG", 16, 64, 48);
+  std::string bytes = test::read_bytes(folder / "a.avi");
+  std::size_t chunk = bytes.find("movi"), entry = bytes.find("idx1");
+  for (int frame = 0; frame <= 6; ++frame) {
+    chunk = bytes.find("00dc", chunk + 4);
+    entry = bytes.find("00dc", entry + 4);
+  }
+  bytes.replace(chunk, 4, "JUNK");
+  word_at(bytes, entry + 12) = 0;
+  write_bytes(folder / "a.avi", bytes);
+  EXPECT_EQ(open_frame_source(folder / "a.avi", small_sensor())->frame_count().value_or(-1), 15);
+  EXPECT_EQ(play(folder / "a.avi").warning, "");
+
+  write_video(folder / "a.mp4", "mp4v", 16, 64, 48);
+  bytes = test::read_bytes(folder / "a.mp4");
+  const std::size_t edit = bytes.find("elst"), media = bytes.find("mdhd");
+  ASSERT_NE(edit, std::string::npos);
+  std::uint32_t& begin = word_at(bytes, edit + 16);
+  begin = swapped(swapped(begin) + 3 * swapped(word_at(bytes, media + 16)) / 25);
+  write_bytes(folder / "a.mp4", bytes);
+  const Played played = play(folder / "a.mp4");
+  EXPECT_EQ(played.numbers.size(), 13u);
+  EXPECT_EQ(played.numbers.front(), 3);
+  EXPECT_EQ(played.warning, "");
+}
+
+// The duration of a Matroska file counts from zero, not from its first frame.
+TEST(VideoSource, ALogThatStartsLateHasNoMoreFrames) {
+  TemporaryFolder folder;
+  write_video(folder / "a.mkv", "MJPG", 16, 64, 48);
+  std::string bytes = test::read_bytes(folder / "a.mkv");
+  constexpr std::uint64_t late_ms = 240;
+  const auto number = [&](std::size_t at, std::size_t size) {
+    std::uint64_t value = 0;
+    for (std::size_t k = 0; k < size; ++k) value = value << 8 | static_cast<unsigned char>(bytes[at + k]);
+    return value;
+  };
+  const auto write = [&](std::size_t at, std::size_t size, std::uint64_t value) {
+    for (std::size_t k = size; k-- > 0; value >>= 8) bytes[at + k] = static_cast<char>(value);
+  };
+  for (std::size_t at = bytes.find("\x1f\x43\xb6\x75"); at != std::string::npos;
+       at = bytes.find("\x1f\x43\xb6\x75", at + 1)) {
+    const std::size_t time = bytes.find('\xe7', at + 4),
+                      size = static_cast<unsigned char>(bytes[time + 1]) & 0x7fU;
+    write(time + 2, size, number(time + 2, size) + late_ms);
+  }
+  const std::size_t duration = bytes.find("\x44\x89\x88") + 3;
+  write(duration, 8, std::bit_cast<std::uint64_t>(std::bit_cast<double>(number(duration, 8)) + late_ms));
+  write_bytes(folder / "a.mkv", bytes);
+  EXPECT_EQ(open_frame_source(folder / "a.mkv", small_sensor())->frame_count().value_or(-1), 16);
+  const Played played = play(folder / "a.mkv");
+  EXPECT_EQ(played.numbers.size(), 16u);
+  EXPECT_EQ(played.warning, "");
+}
+
 TEST(VideoSource, WhatIsNoVideoIsNamed) {
   TemporaryFolder folder;
   write_bytes(folder / "empty.avi", "");
   write_bytes(folder / "text.avi", "this is no video\n");
+  write_bytes(folder / "lfs.mkv", test::kLfsPointer);
+  EXPECT_THAT(error_of(folder / "lfs.mkv"), HasSubstr(test::kLfsAdvice));
   write_bytes(folder / "list.avi", "#EXTM3U\n#EXTINF:1,\n/etc/passwd\n");
   write_bytes(folder / "list_with_zero.avi", std::string("#EXTM3U\n#EXTINF:1,\nother.avi\n\0", 31));
   write_bytes(folder / "concat.avi", "ffconcat version 1.0\nfile other.avi\n");
@@ -255,6 +324,45 @@ TEST(ImageFolderSource, UnusableFoldersAreNamed) {
   EXPECT_THAT(error_of(folder.path()), HasSubstr("2.png: is 65x48 pixels"));
   write_bytes(folder / "2.png", "");
   EXPECT_THAT(error_of(folder.path()), HasSubstr("2.png: the file is empty"));
+}
+
+TEST(ImageFolderSource, SeveralLogsInOneFolderAreRefused) {
+  TemporaryFolder folder;
+  const auto write = [&](const std::string& name) {
+    cv::imwrite((folder / name).string(), numbered_picture(1, 64, 48));
+  };
+  for (const char* name : {"left_1.png", "left_2.png", "right_1.png"}) write(name);
+  EXPECT_EQ(play(folder.path()).numbers.size(), 3u) << "a single name is no series";
+  write("right_2.png");
+  EXPECT_THAT(
+      error_of(folder.path()),
+      HasSubstr("several series of pictures (left_1.png, right_1.png); give each a folder of its own"));
+  for (const char* name : {"right_1.png", "right_2.png"}) std::filesystem::remove(folder / name);
+  write("left_2.jpg");
+  EXPECT_THAT(error_of(folder.path()), HasSubstr("in another format, too; keep one of them"));
+}
+
+TEST(EveryInput, CopiesAndStallsAreSaid) {
+  TemporaryFolder folder;
+  const auto write = [&](int from, int to, int number) {
+    for (int i = from; i < to; ++i)
+      cv::imwrite((folder / (std::to_string(i) + ".png")).string(),
+                  numbered_picture((number + i) % 16, 64, 48));
+  };
+  write(0, 40, 0);
+  EXPECT_EQ(play(folder.path()).warning, "");
+  for (int i = 1; i < 40; i += 2)
+    std::filesystem::copy_file(folder / (std::to_string(i - 1) + ".png"),
+                               folder / (std::to_string(i) + ".png"),
+                               std::filesystem::copy_options::overwrite_existing);
+  EXPECT_THAT(play(folder.path()).warning, HasSubstr("20 of 40 pictures are copies of the one before"));
+  write(0, 160, 0);
+  for (int i = 81; i < 135; ++i)
+    std::filesystem::copy_file(folder / "80.png", folder / (std::to_string(i) + ".png"),
+                               std::filesystem::copy_options::overwrite_existing);
+  EXPECT_THAT(play(folder.path()).warning,
+              HasSubstr("nothing new was seen for 1.1 s before " + (folder / "135.png").string() +
+                        "; motion in that time is missing"));
 }
 
 // As a camera gives that has just been switched on, or was nudged.

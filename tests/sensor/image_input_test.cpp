@@ -118,6 +118,8 @@ TEST(ReadImage, UnusableImagesAreNamed) {
   EXPECT_THAT(message("gray3.png"), HasSubstr("gray3.png: a gray picture"));
   EXPECT_THAT(message("deep.png"), HasSubstr("8 bits per channel"));
   EXPECT_THAT(message("text.png"), HasSubstr("not a readable image (png, jpg or bmp)"));
+  test::write_bytes(folder / "lfs.png", test::kLfsPointer);
+  EXPECT_THAT(message("lfs.png"), HasSubstr(test::kLfsAdvice));
   EXPECT_THAT(message("empty.png"), HasSubstr("the file is empty"));
   EXPECT_THAT(message("none.png"), HasSubstr("none.png: cannot be read: No such file"));
 }

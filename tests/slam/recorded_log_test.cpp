@@ -117,7 +117,7 @@ TEST_F(RecordedLog, HostileAttachmentsAreNamed) {
   EXPECT_THAT(message_of<Error>([&] { resolve_config(input); }),
               HasSubstr("a.mkv[config.yaml]:2: device_config.framerat"));
   EXPECT_THAT(message_of<Error>([&] { read_gradient_model(input.log); }),
-              HasSubstr("a.mkv': not a zip archive"));
+              HasSubstr("a.mkv': the file is no zip archive"));
   Config config;
   config.sensor.calibration_model_path = input.log;
   EXPECT_THROW(attachments_of(config), Error);

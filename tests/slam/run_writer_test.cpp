@@ -153,6 +153,13 @@ TEST(Report, SaysWhatIsNotInTheMesh) {
                                    "that you touched before"));
 }
 
+TEST(Report, CountsDamagedPicturesWhereverTheyAre) {
+  SlamMap map = map_of_two_pieces();
+  EXPECT_EQ(finished(map).report.frames.left_out, 0);
+  for (FrameRecord& frame : map.frames) ++frame.frame;  // the log's first picture is damaged
+  EXPECT_EQ(finished(map).report.frames.left_out, 1);
+}
+
 TEST(Report, SaysHowFarPosesMayBeOff) {
   const TemporaryFolder folder;
   SlamMap map = map_with_a_false_loop();

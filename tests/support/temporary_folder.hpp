@@ -57,6 +57,11 @@ inline std::string read_bytes(const std::filesystem::path& path) {
   return bytes.str();
 }
 
+/// What Git LFS leaves in place of a file that it did not fetch.
+inline constexpr std::string_view kLfsPointer =
+    "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a214614ab2935c943f9e0ff69d22e\nsize 12160\n";
+inline constexpr const char* kLfsAdvice = "only a Git LFS pointer to the file; run git lfs pull";
+
 /// The message of the gelslam::Error (or other exception type) that `action` throws, or "nothing was thrown".
 template <class Exception, class Action>
 std::string message_of(Action&& action) {

@@ -146,7 +146,9 @@ TEST(JudgeBackground, ExposureAndColor) {
 
 TEST(JudgeBackground, TheMakersModelIsNamedOnceWithItsAccuracy) {
   GradientModel model;
-  model.maker.emplace().bias(3)[0] = 0.4F;  // reads a slope everywhere, as it does on real gels
+  WideNetwork& makers = model.wide.emplace();
+  makers = {{{5, 64, 64, 64, 2}}, true, std::vector<float>(8834)};
+  makers.numbers[8832] = 0.4F;  // reads a slope everywhere, as it does on real gels
   EXPECT_THAT(judge_background(bare_gel(), "GelSight Mini", &model),
               ElementsAre(AllOf(HasSubstr("the maker's"), HasSubstr("gelslam calibrate"))));
 }

@@ -20,7 +20,7 @@ inline constexpr double kBareLevel = 110.0;
 inline GradientModel linear_gel_model() {
   GradientModel model;
   const auto weight = [&](std::size_t layer, int out, int in) -> float& {
-    return model.weight(layer)[static_cast<std::size_t>(out * GradientModel::kSizes[layer] + in)];
+    return model.weight(layer)[static_cast<std::size_t>(out * GradientModel::kShape.sizes[layer] + in)];
   };
   for (int axis = 0; axis < 2; ++axis) {
     for (int part = 0; part < 2; ++part) {

@@ -100,6 +100,7 @@ TEST(ModelFile, SaysWhatIsWrong) {
   const std::string good = good_text();
   EXPECT_THAT(refusal(""), HasSubstr("is neither an nnmodel.pth"));
   EXPECT_THAT(refusal("# a picture"), HasSubstr("is neither an nnmodel.pth"));
+  EXPECT_THAT(refusal(std::string(kLfsPointer)), HasSubstr(kLfsAdvice));
   EXPECT_THAT(refusal(good.substr(0, good.size() / 2)), HasSubstr("damaged"));
   EXPECT_THAT(refusal("{}"), HasSubstr("'format' is missing"));
   EXPECT_THAT(refusal(replaced(good, "gelslam gradient", "another gradient")),

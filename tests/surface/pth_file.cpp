@@ -2,8 +2,8 @@
 
 #include <zip.h>
 
+#include <Eigen/Core>
 #include <algorithm>
-#include <cstring>
 #include <random>
 #include <stdexcept>
 #include <string_view>
@@ -23,9 +23,32 @@ std::string join(std::initializer_list<std::string_view> parts) {
   return text;
 }
 
-std::string unicode(const std::string& text) {
-  return join({"X", little_endian(static_cast<std::uint32_t>(text.size()), 4), text});
-}
+/// Protocol 2 has long texts and globals by name; 4 and 5 short ones, and globals by the two texts before
+/// them. Every text is remembered, as Python does it.
+class Writer {
+ public:
+  explicit Writer(int protocol) : protocol_(protocol) {
+    text = {'\x80', static_cast<char>(protocol)};
+    if (protocol >= 4) text += join({"\x95", std::string(8, '\x11')});
+  }
+  std::string unicode(const std::string& word) const {
+    if (protocol_ >= 4)
+      return join({"\x8c", little_endian(static_cast<std::uint32_t>(word.size()), 1), word, "\x94"});
+    return join({"X", little_endian(static_cast<std::uint32_t>(word.size()), 4), word});
+  }
+  std::string global(const std::string& module_and_name) const {
+    const std::size_t blank = module_and_name.find(' ');
+    const std::string module = module_and_name.substr(0, blank), name = module_and_name.substr(blank + 1);
+    if (protocol_ >= 4) return join({unicode(module), unicode(name), "\x93\x94"});
+    return join({"c", module, "\n", name, "\n"});
+  }
+  std::string ordered_dict() const { return join({global("collections OrderedDict"), ")R"}); }
+
+  std::string text;
+
+ private:
+  int protocol_;
+};
 
 std::string integer(int value) {
   const auto bits = static_cast<std::uint32_t>(value);
@@ -34,49 +57,64 @@ std::string integer(int value) {
   return join({"J", little_endian(bits, 4)});
 }
 
-std::string global(std::string module_and_name) {
-  module_and_name.replace(module_and_name.find(' '), 1, "\n");
-  return join({"c", module_and_name, "\n"});
-}
-
 std::string tuple_of(const std::vector<int>& values) {
   std::string text;
-  if (values.empty()) return ")";
   for (const int value : values) text += integer(value);
-  text += values.size() == 1 ? '\x85' : '\x86';
-  return text;
+  if (values.size() > 3) return join({"(", text, "t"});
+  return text + (values.empty() ? ')' : static_cast<char>(0x84 + values.size()));
 }
 
-std::string float_bytes(const std::vector<float>& values) {
-  std::string bytes(values.size() * sizeof(float), '\0');
-  std::memcpy(bytes.data(), values.data(), bytes.size());
-  return bytes;
+template <class Number>
+std::string bytes_of(const std::vector<float>& values) {
+  const std::vector<Number> numbers(values.begin(), values.end());
+  return {reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(Number)};
 }
 
-const std::string kOrderedDict = "ccollections\nOrderedDict\n)R";
+struct Tensor {
+  std::string name;
+  std::vector<int> shape;
+  std::vector<float> values;
+  std::string storage_class;
+};
+
+std::vector<Tensor> tensors_of(const PthFile& file) {
+  std::vector<Tensor> tensors;
+  for (std::size_t i = 0; i < file.layers.size(); ++i) {
+    const PthLayer& layer = file.layers[i];
+    const std::string number = std::to_string(i + 1), name = file.prefix + file.layer_name + number,
+                      norm = file.prefix + "bn" + number;
+    std::vector<int> shape = {layer.outputs, layer.inputs};
+    if (file.layer_name == "conv") shape.insert(shape.end(), {1, 1});
+    tensors.push_back({name + ".weight", shape, layer.weight, file.storage_class});
+    tensors.push_back({name + ".bias", {layer.outputs}, layer.bias, file.storage_class});
+    if (i >= file.norms.size()) continue;
+    const PthNorm& n = file.norms[i];
+    for (const auto& [part, values] : {std::pair{".weight", &n.gain},
+                                       {".bias", &n.shift},
+                                       {".running_mean", &n.mean},
+                                       {".running_var", &n.variance}})
+      tensors.push_back({norm + part, {layer.outputs}, *values, file.storage_class});
+    tensors.push_back({norm + ".num_batches_tracked", {}, {7}, "torch LongStorage"});
+  }
+  return tensors;
+}
 
 }  // namespace
 
 std::string PthFile::pickle() const {
-  std::string text = "\x80\x02";
+  Writer writer(protocol);
+  std::string& text = writer.text;
+  const auto unicode = [&](const std::string& word) { return writer.unicode(word); };
   if (checkpoint) text += join({"}(", unicode("epoch"), integer(31), unicode(entry)});
-  text += join({kOrderedDict, "q", std::string(1, '\0'), "("});
+  text += join({writer.ordered_dict(), protocol < 4 ? std::string("q\0", 2) : "\x94", "("});
   int key = 0;
-  const auto add_tensor = [&](const std::string& name, const std::vector<int>& shape,
-                              const std::vector<int>& stride, std::size_t count, const std::string& storage) {
-    text += join({unicode(name), global(rebuild_function), "((", unicode("storage"), global(storage),
-                  unicode(std::to_string(key++)), unicode("cpu"), integer(static_cast<int>(count)), "tQ",
-                  integer(storage_offset), tuple_of(shape), tuple_of(stride), "\x89", kOrderedDict, "tR"});
-  };
-  for (std::size_t i = 0; i < layers.size(); ++i) {
-    const std::string name = join({"fc", std::to_string(i + 1)});
-    add_tensor(join({name, ".weight"}), {layers[i].outputs, layers[i].inputs}, {layers[i].inputs, 1},
-               layers[i].weight.size(), storage_class);
-    add_tensor(join({name, ".bias"}), {layers[i].outputs}, {1}, layers[i].bias.size(), storage_class);
-    if (!batch_norm || i + 1 == layers.size()) continue;
-    const std::string norm = join({"bn", std::to_string(i + 1)});
-    add_tensor(join({norm, ".running_mean"}), {layers[i].outputs}, {1}, layers[i].bias.size(), storage_class);
-    add_tensor(join({norm, ".num_batches_tracked"}), {}, {}, 1, "torch LongStorage");
+  for (const Tensor& tensor : tensors_of(*this)) {
+    std::vector<int> stride(tensor.shape.size(), 1);
+    for (std::size_t i = stride.size(); i-- > 1;) stride[i - 1] = stride[i] * tensor.shape[i];
+    text += join({unicode(tensor.name), writer.global(rebuild_function), "((", unicode("storage"),
+                  writer.global(tensor.storage_class), unicode(std::to_string(key++)), unicode("cpu"),
+                  integer(static_cast<int>(tensor.values.size())), "tQ", integer(storage_offset),
+                  tuple_of(tensor.shape), tuple_of(stride), "\x89", writer.ordered_dict(), "tR"});
   }
   text += "u";
   // The state is {'_metadata': {'version': 1}}.
@@ -95,10 +133,12 @@ std::map<std::string, std::string> PthFile::entries() const {
   std::map<std::string, std::string> result;
   result[join({root, "/data.pkl"})] = pickle();
   int key = 0;
-  for (const PthLayer& layer : layers) {
-    result[join({root, "/data/", std::to_string(key++)})] = float_bytes(layer.weight);
-    result[join({root, "/data/", std::to_string(key++)})] = float_bytes(layer.bias);
-  }
+  for (const Tensor& tensor : tensors_of(*this))
+    result[join({root, "/data/", std::to_string(key++)})] =
+        tensor.storage_class == "torch DoubleStorage" ? bytes_of<double>(tensor.values)
+        : tensor.storage_class == "torch LongStorage" ? bytes_of<std::int64_t>(tensor.values)
+        : tensor.storage_class == "torch HalfStorage" ? bytes_of<Eigen::half>(tensor.values)
+                                                      : bytes_of<float>(tensor.values);
   for (const auto& [name, contents] : more_entries) result[join({root, "/", name})] = contents;
   return result;
 }
@@ -142,6 +182,22 @@ std::vector<PthLayer> random_layers(std::uint64_t seed, const std::vector<int>& 
   return layers;
 }
 
+std::vector<PthNorm> random_norms(std::uint64_t seed, const std::vector<PthLayer>& layers) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<float> any(-0.5F, 0.5F), positive(0.1F, 2.0F);
+  std::vector<PthNorm> norms;
+  for (std::size_t i = 0; i + 1 < layers.size(); ++i) {
+    PthNorm& norm = norms.emplace_back();
+    for (int k = 0; k < layers[i].outputs; ++k) {
+      norm.gain.push_back(positive(random));
+      norm.shift.push_back(any(random));
+      norm.mean.push_back(any(random));
+      norm.variance.push_back(positive(random));
+    }
+  }
+  return norms;
+}
+
 GradientModel random_model(std::uint64_t seed) {
   GradientModel model;
   const std::vector<PthLayer> layers = random_layers(seed);
@@ -163,8 +219,8 @@ std::vector<PthLayer> layers_of(const GradientModel& model) {
   std::vector<PthLayer> layers;
   for (std::size_t l = 0; l < GradientModel::kLayers; ++l) {
     const auto weight = model.weight(l), bias = model.bias(l);
-    layers.push_back({GradientModel::kSizes[l],
-                      GradientModel::kSizes[l + 1],
+    layers.push_back({GradientModel::kShape.sizes[l],
+                      GradientModel::kShape.sizes[l + 1],
                       {weight.begin(), weight.end()},
                       {bias.begin(), bias.end()}});
   }

@@ -15,18 +15,25 @@ struct PthLayer {
   std::vector<float> weight, bias;
 };
 
+/// A batch normalization.
+struct PthNorm {
+  std::vector<float> gain, shift, mean, variance;
+};
+
 /// What an `nnmodel.pth` is made of, written independently of the reader, with places to make it wrong.
 struct PthFile {
   std::vector<PthLayer> layers;
+  std::vector<PthNorm> norms;  ///< behind the first layers
+  std::string layer_name = "fc", prefix;
+  int protocol = 2;  ///< of pickle
   std::string storage_class = "torch FloatStorage";
   std::string rebuild_function = "torch._utils _rebuild_tensor_v2";
   std::map<std::string, std::string> more_entries = {{"byteorder", "little"}, {"version", "3\n"}};
   std::string root = "nnmodel";
-  int storage_offset = 0;            ///< of every tensor, in floats
+  int storage_offset = 0;            ///< of every tensor, in numbers
   bool checkpoint = false;           ///< the state_dict as an entry beside `epoch` and `optimizer`
   std::string entry = "state_dict";  ///< of a checkpoint
-  bool batch_norm = false;    ///< every layer but the last is followed by one, with its count of batches
-  bool with_metadata = true;  ///< the attribute torch sets on a state_dict
+  bool with_metadata = true;         ///< the attribute torch sets on a state_dict
 
   std::string pickle() const;                          ///< data.pkl
   std::map<std::string, std::string> entries() const;  ///< names and contents
@@ -37,6 +44,8 @@ std::string zip_archive(const std::map<std::string, std::string>& entries);
 
 /// A 5-32-32-32-2 network (or other sizes) with numbers from a seed, uniform in +-0.3.
 std::vector<PthLayer> random_layers(std::uint64_t seed, const std::vector<int>& sizes = {5, 32, 32, 32, 2});
+/// For all layers but the last.
+std::vector<PthNorm> random_norms(std::uint64_t seed, const std::vector<PthLayer>& layers);
 GradientModel random_model(std::uint64_t seed);
 /// The maker's network with such numbers, small enough that its outputs are parts of unit normals.
 std::vector<PthLayer> random_maker_layers(std::uint64_t seed);

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string_view>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/surface/model_file.hpp"
@@ -14,9 +15,10 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const std::span<const unsigned char> bytes(data + 1, size - 1);
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   try {
     if (data[0] == 0) {
-      gelslam::surface::detail::read_state_dict_pickle(bytes);
+      gelslam::surface::detail::read_state_dict_pickle(text);
     } else {
       gelslam::parse_pth_model(bytes, "fuzz");
     }

@@ -98,10 +98,12 @@ TEST(PthMutation, DamagedPicklesInSoundArchivesAreErrors) {
 TEST(PthMutation, DamagedPicklesAreErrors) {
   PthFile checkpoint = original();
   checkpoint.checkpoint = true;
-  const std::array<std::string, 2> pickles = {original().pickle(), checkpoint.pickle()};
+  PthFile newer = original();
+  newer.protocol = 4;
+  const std::array pickles = {original().pickle(), checkpoint.pickle(), newer.pickle()};
   const Outcome outcome = attack(30000, 13, [&](std::mt19937_64& random) {
-    const std::string mutant = mutate(pickles[random() % 2], random);
-    surface::detail::read_state_dict_pickle(as_bytes(mutant));
+    const std::string mutant = mutate(pickles[random() % pickles.size()], random);
+    surface::detail::read_state_dict_pickle(mutant);
   });
   EXPECT_GT(outcome.refused, 15000);
 }

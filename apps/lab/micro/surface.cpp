@@ -65,7 +65,7 @@ void gradient(benchmark::State& state) {
 cv::Vec2d slopes_in_double(const GradientModel& model, std::vector<double> values) {
   for (std::size_t layer = 0; layer < GradientModel::kLayers; ++layer) {
     std::vector<double> next;
-    for (std::size_t o = 0; o < GradientModel::outputs(layer); ++o) {
+    for (std::size_t o = 0; o < GradientModel::kShape.outputs(layer); ++o) {
       double sum = static_cast<double>(model.bias(layer)[o]);
       for (std::size_t i = 0; i < values.size(); ++i)
         sum += static_cast<double>(model.weight(layer)[o * values.size() + i]) * values[i];

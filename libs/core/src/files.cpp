@@ -127,6 +127,15 @@ std::string read_file(const std::filesystem::path& path) {
   throw Error(path.string() + ": cannot be read: " + errno_text());
 }
 
+void refuse_lfs_pointer(const std::filesystem::path& path) {
+  constexpr std::string_view kBeginning = "version https://git-lfs.github.com/";
+  std::string beginning(kBeginning.size(), '\0');
+  std::ifstream(path, std::ios::binary)
+      .read(beginning.data(), static_cast<std::streamsize>(beginning.size()));
+  if (beginning == kBeginning)
+    throw Error(path.string() + ": only a Git LFS pointer to the file; run git lfs pull in its repository");
+}
+
 std::string name_of(const fs::path& path) {
   const fs::path clean = path.lexically_normal();
   return (clean.has_filename() ? clean : clean.parent_path()).filename().string();

@@ -30,28 +30,49 @@ struct Kernels {
   // Sums at once, of the 32 registers of AVX-512 or the 16 of others: they hide the latency of multiply-add,
   // and each input and weight that is loaded serves several.
   static constexpr int kSums = kLanes == 16 ? 16 : 8;
+  static constexpr int kBlock = kSums / 2;  // outputs of hidden layers at once
 
-  // out[o][p] = sum_i weight(o, i) in[i][p] + bias[o]; weight(o, i) = weight[o * OutStride + i * InStride].
-  template <int Outputs, int Inputs, int OutStride, int InStride, bool Rectify>
-  [[gnu::always_inline]] static void multiply(const float* weight, const float* bias, const float* in,
+  // out[o][p] = sum_i weight(o, i) in[i][p] + bias[o]; weight(o, i) = weight[o * out_stride + i * in_stride].
+  // `Block` outputs at once, of which `outputs` is a multiple.
+  template <int Block, bool Rectify>
+  [[gnu::always_inline]] static void multiply(int outputs, int inputs, int out_stride, int in_stride,
+                                              const float* weight, const float* bias, const float* in,
                                               float* out) {
-    constexpr int block = Outputs % 8 == 0 ? kSums / 2 : Outputs % 2 == 0 ? 2 : 1;
-    constexpr int columns = std::min(kSums / block, kTile / kLanes);
-    for (int o = 0; o < Outputs; o += block)
+    constexpr int columns = std::min(kSums / Block, kTile / kLanes);
+    for (int o = 0; o < outputs; o += Block)
       for (int p = 0; p < kTile; p += columns * kLanes) {
-        Vector sum[block][columns];
-        for (int k = 0; k < block; ++k)
+        Vector sum[Block][columns];
+        for (int k = 0; k < Block; ++k)
           for (int c = 0; c < columns; ++c) sum[k][c] = Vector{} + (bias != nullptr ? bias[o + k] : 0.0F);
-        for (int i = 0; i < Inputs; ++i) {
+        for (int i = 0; i < inputs; ++i) {
           const Vector* const x = reinterpret_cast<const Vector*>(in + i * kTile + p);
-          for (int k = 0; k < block; ++k)
-            for (int c = 0; c < columns; ++c) sum[k][c] += weight[(o + k) * OutStride + i * InStride] * x[c];
+          for (int k = 0; k < Block; ++k)
+            for (int c = 0; c < columns; ++c)
+              sum[k][c] += weight[(o + k) * out_stride + i * in_stride] * x[c];
         }
-        for (int k = 0; k < block; ++k)
+        for (int k = 0; k < Block; ++k)
           for (int c = 0; c < columns; ++c)
             reinterpret_cast<Vector*>(out + (o + k) * kTile + p)[c] =
                 Rectify ? (sum[k][c] > 0.0F ? sum[k][c] : Vector{}) : sum[k][c];
       }
+  }
+
+  template <int Block, bool Rectify>
+  [[gnu::always_inline]] static void run_layer(const NetworkShape& shape, const float* numbers,
+                                               std::size_t layer, const float* in, float* out) {
+    const float* const weight = numbers + shape.start(layer);
+    const int inputs = shape.sizes[layer];
+    multiply<Block, Rectify>(shape.sizes[layer + 1], inputs, inputs, 1, weight, weight + shape.weights(layer),
+                             in, out);
+  }
+
+  /// Derivatives by a layer's inputs of what has the derivatives `delta` by its outputs.
+  template <int Block>
+  [[gnu::always_inline]] static void run_back(const NetworkShape& shape, const float* numbers,
+                                              std::size_t layer, const float* delta, float* out) {
+    const int inputs = shape.sizes[layer];
+    multiply<Block, false>(inputs, shape.sizes[layer + 1], 1, inputs, numbers + shape.start(layer), nullptr,
+                           delta, out);
   }
 
   // gradient[o][i] += sum_p delta[o][p] in[i][p]
@@ -83,33 +104,34 @@ struct Kernels {
     }
   }
 
-  template <int Neurons>
-  [[gnu::always_inline]] static void rectify_derivative(const float* output, float* delta) {
-    for (int k = 0; k < Neurons * kTile; ++k) delta[k] = output[k] > 0.0F ? delta[k] : 0.0F;
+  [[gnu::always_inline]] static void rectify_derivative(int neurons, const float* output, float* delta) {
+    for (int k = 0; k < neurons * kTile; ++k) delta[k] = output[k] > 0.0F ? delta[k] : 0.0F;
   }
 
-  template <int H>
-  [[gnu::always_inline]] static void forward(const PixelNetwork<H>& n, PixelNetworkTile<H>& t) {
-    multiply<H, 5, 5, 1, true>(n.weight(0).data(), n.bias(0).data(), t.input.data(), t.hidden[0].data());
-    multiply<H, H, H, 1, true>(n.weight(1).data(), n.bias(1).data(), t.hidden[0].data(), t.hidden[1].data());
-    multiply<H, H, H, 1, true>(n.weight(2).data(), n.bias(2).data(), t.hidden[1].data(), t.hidden[2].data());
-    multiply<2, H, H, 1, false>(n.weight(3).data(), n.bias(3).data(), t.hidden[2].data(), t.output.data());
+  template <class Tile>
+  [[gnu::always_inline]] static void forward(const NetworkShape& shape, const float* numbers, Tile& t) {
+    run_layer<kBlock, true>(shape, numbers, 0, t.input.data(), t.hidden[0].data());
+    run_layer<kBlock, true>(shape, numbers, 1, t.hidden[0].data(), t.hidden[1].data());
+    run_layer<kBlock, true>(shape, numbers, 2, t.hidden[1].data(), t.hidden[2].data());
+    run_layer<2, false>(shape, numbers, 3, t.hidden[2].data(), t.output.data());
   }
 
-  template <int H>
-  [[gnu::always_inline]] static void jacobian(const PixelNetwork<H>& n, const PixelNetworkTile<H>& t,
+  template <class Tile>
+  [[gnu::always_inline]] static void jacobian(const NetworkShape& shape, const float* numbers, const Tile& t,
                                               NetworkJacobian& result) {
-    alignas(64) float upper[H * kTile];
-    alignas(64) float lower[H * kTile];
-    for (std::size_t o = 0; o < 2; ++o) {
-      for (std::size_t k = 0; k < H; ++k)
-        for (int p = 0; p < kTile; ++p) upper[static_cast<int>(k) * kTile + p] = n.weight(3)[o * H + k];
-      rectify_derivative<H>(t.hidden[2].data(), upper);
-      multiply<H, H, 1, H, false>(n.weight(2).data(), nullptr, upper, lower);
-      rectify_derivative<H>(t.hidden[1].data(), lower);
-      multiply<H, H, 1, H, false>(n.weight(1).data(), nullptr, lower, upper);
-      rectify_derivative<H>(t.hidden[0].data(), upper);
-      multiply<5, H, 1, 5, false>(n.weight(0).data(), nullptr, upper, result.of_output[o].data());
+    alignas(64) float upper[sizeof t.hidden[0] / sizeof(float)];
+    alignas(64) float lower[sizeof t.hidden[0] / sizeof(float)];
+    const int last = shape.sizes[3];
+    for (int o = 0; o < 2; ++o) {
+      const float* const weight = numbers + shape.start(3) + o * last;
+      for (int k = 0; k < last; ++k)
+        for (int p = 0; p < kTile; ++p) upper[k * kTile + p] = weight[k];
+      rectify_derivative(last, t.hidden[2].data(), upper);
+      run_back<kBlock>(shape, numbers, 2, upper, lower);
+      rectify_derivative(shape.sizes[2], t.hidden[1].data(), lower);
+      run_back<kBlock>(shape, numbers, 1, lower, upper);
+      rectify_derivative(shape.sizes[1], t.hidden[0].data(), upper);
+      run_back<1>(shape, numbers, 0, upper, result.of_output[static_cast<std::size_t>(o)].data());
     }
   }
 
@@ -118,19 +140,20 @@ struct Kernels {
     alignas(64) float upper[32 * kTile];
     alignas(64) float lower[32 * kTile];
     alignas(64) float output[2 * kTile];
+    const float* const numbers = n.numbers.data();
     for (int k = 0; k < 2 * kTile; ++k) output[k] = d_output[static_cast<std::size_t>(k)];
     add_products<2, 32>(output, t.hidden[2].data(), g.weight(3).data());
     add_sums<2>(output, g.bias(3).data());
-    multiply<32, 2, 1, 32, false>(n.weight(3).data(), nullptr, output, upper);
-    rectify_derivative<32>(t.hidden[2].data(), upper);
+    run_back<kBlock>(n.kShape, numbers, 3, output, upper);
+    rectify_derivative(32, t.hidden[2].data(), upper);
     add_products<32, 32>(upper, t.hidden[1].data(), g.weight(2).data());
     add_sums<32>(upper, g.bias(2).data());
-    multiply<32, 32, 1, 32, false>(n.weight(2).data(), nullptr, upper, lower);
-    rectify_derivative<32>(t.hidden[1].data(), lower);
+    run_back<kBlock>(n.kShape, numbers, 2, upper, lower);
+    rectify_derivative(32, t.hidden[1].data(), lower);
     add_products<32, 32>(lower, t.hidden[0].data(), g.weight(1).data());
     add_sums<32>(lower, g.bias(1).data());
-    multiply<32, 32, 1, 32, false>(n.weight(1).data(), nullptr, lower, upper);
-    rectify_derivative<32>(t.hidden[0].data(), upper);
+    run_back<kBlock>(n.kShape, numbers, 1, lower, upper);
+    rectify_derivative(32, t.hidden[0].data(), upper);
     add_products<32, 5>(upper, t.input.data(), g.weight(0).data());
     add_sums<32>(upper, g.bias(0).data());
   }
@@ -158,13 +181,18 @@ void run(int level, const Function& function) {
     function(Kernels<Register128>{});
 }
 
-using MakerTile = PixelNetworkTile<64>;
+/// Not cleared: a narrower network uses a part of it.
+struct alignas(64) WideTile {
+  NetworkTile::Values<5> input;
+  std::array<NetworkTile::Values<WideNetwork::kWidest>, 3> hidden;
+  NetworkTile::Values<2> output;
+};
 
-MakerTile run_maker(const MakerNetwork& network, const NetworkTile& tile, int level) {
-  MakerTile wide;
+void run_wide(const WideNetwork& network, const NetworkTile& tile, int level, WideTile& wide) {
   wide.input = tile.input;
-  run(level, [&] [[gnu::always_inline]] (auto kernels) { kernels.forward(network, wide); });
-  return wide;
+  run(level, [&] [[gnu::always_inline]] (auto kernels) {
+    kernels.forward(network.shape, network.numbers.data(), wide);
+  });
 }
 
 // Two components of a normal and the third. What is no part of a unit normal is nearly upright: 1.5 rad.
@@ -172,7 +200,7 @@ struct Normal {
   float x, y, z;
 };
 
-Normal normal_of(const MakerTile& tile, std::size_t sample) {
+Normal normal_of(const WideTile& tile, std::size_t sample) {
   const float x = tile.output[sample], y = tile.output[kTile + sample];
   return {x, y, std::sqrt(std::max(0.005F, 1.0F - x * x - y * y))};
 }
@@ -188,31 +216,34 @@ int instruction_level() {
 }
 
 void network_forward(const GradientModel& n, NetworkTile& t, int level) {
-  run(level, [&] [[gnu::always_inline]] (auto kernels) { kernels.forward(n, t); });
+  run(level, [&] [[gnu::always_inline]] (auto kernels) { kernels.forward(n.kShape, n.numbers.data(), t); });
 }
 
 void FrozenNetwork::forward(NetworkTile& tile) const {
-  if (network_.maker) {
-    const MakerTile wide = run_maker(*network_.maker, tile, level_);
-    for (std::size_t p = 0; p < kTile; ++p) {
-      const Normal n = normal_of(wide, p);
-      tile.output[p] = std::atan(n.x / n.z);
-      tile.output[kTile + p] = std::atan(n.y / n.z);
-    }
-    return;
+  if (!network_.wide) return network_forward(network_, tile, level_);
+  WideTile wide;
+  run_wide(*network_.wide, tile, level_, wide);
+  tile.output = wide.output;
+  if (!network_.wide->gives_normals) return;
+  for (std::size_t p = 0; p < kTile; ++p) {
+    const Normal n = normal_of(wide, p);
+    tile.output[p] = std::atan(n.x / n.z);
+    tile.output[kTile + p] = std::atan(n.y / n.z);
   }
-  network_forward(network_, tile, level_);
 }
 
 void FrozenNetwork::jacobian(const NetworkTile& tile, NetworkJacobian& result) const {
-  if (network_.maker) return maker_jacobian(tile, result);
-  run(level_, [&] [[gnu::always_inline]] (auto kernels) { kernels.jacobian(network_, tile, result); });
-}
-
-// d atan(x/z) = ((x² + z²) dx + x y dy) / (z (x² + z²)), and with x and y exchanged.
-void FrozenNetwork::maker_jacobian(const NetworkTile& tile, NetworkJacobian& result) const {
-  const MakerTile wide = run_maker(*network_.maker, tile, level_);
-  run(level_, [&] [[gnu::always_inline]] (auto kernels) { kernels.jacobian(*network_.maker, wide, result); });
+  const auto of = [&](const NetworkShape& shape, const auto& numbers, const auto& evaluated) {
+    run(level_, [&] [[gnu::always_inline]] (auto kernels) {
+      kernels.jacobian(shape, numbers.data(), evaluated, result);
+    });
+  };
+  if (!network_.wide) return of(GradientModel::kShape, network_.numbers, tile);
+  WideTile wide;
+  run_wide(*network_.wide, tile, level_, wide);
+  of(network_.wide->shape, network_.wide->numbers, wide);
+  if (!network_.wide->gives_normals) return;
+  // d atan(x/z) = ((x² + z²) dx + x y dy) / (z (x² + z²)), and with x and y exchanged.
   for (std::size_t p = 0; p < kTile; ++p) {
     const Normal n = normal_of(wide, p);
     const float cross_x = n.x * n.y / (n.x * n.x + n.z * n.z), cross_y = n.x * n.y / (n.y * n.y + n.z * n.z);

@@ -108,6 +108,7 @@ std::ifstream open_file(const std::filesystem::path& path) {
   if (!std::filesystem::is_regular_file(path, code)) throw Error(path.string() + ": no such file");
   std::ifstream file(path, std::ios::binary);
   if (!file) throw Error(path.string() + ": cannot be opened; check its permissions");
+  refuse_lfs_pointer(path);
   return file;
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <vector>
 
 #include "gelslam/core/error.hpp"
@@ -76,6 +77,8 @@ class OptionReader final : public OptionVisitor {
     std::string given = scalar(node, key, "a path");
     if (std::any_of(given.begin(), given.end(), [](char c) { return c >= 0 && c < ' '; }))
       fail_value(node, key, std::string("must be a path") + kEscapeHint);
+    const char* const home = std::getenv("HOME");
+    if (home != nullptr && given.starts_with("~/")) given.replace(0, 1, home);
     const std::filesystem::path folder = file_.parent_path();
     std::error_code code;
     if (!std::filesystem::exists(folder / given, code)) std::replace(given.begin(), given.end(), '\\', '/');

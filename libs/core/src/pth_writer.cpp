@@ -80,7 +80,7 @@ void write_pth_model(const std::filesystem::path& path, const GradientModel& mod
   std::vector<NamedTensor> tensors;
   for (std::size_t l = 0; l < GradientModel::kLayers; ++l) {
     const std::string name = "fc" + std::to_string(l + 1);
-    const int inputs = GradientModel::kSizes[l], outputs = GradientModel::kSizes[l + 1];
+    const int inputs = GradientModel::kShape.sizes[l], outputs = GradientModel::kShape.sizes[l + 1];
     tensors.push_back({name + ".weight", {outputs, inputs}, model.weight(l)});
     tensors.push_back({name + ".bias", {outputs}, model.bias(l)});
   }

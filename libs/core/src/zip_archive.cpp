@@ -6,6 +6,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
+#include "gelslam/core/text.hpp"
 
 namespace gelslam {
 namespace {
@@ -15,6 +16,16 @@ struct Discard {
   void operator()(zip_file_t* entry) const { zip_fclose(entry); }
 };
 using Archive = std::unique_ptr<zip_t, Discard>;
+
+Archive open_archive(std::string_view bytes) {
+  zip_error_t error;
+  zip_error_init(&error);
+  zip_source_t* source = zip_source_buffer_create(bytes.data(), bytes.size(), 0, &error);
+  zip_t* archive = source == nullptr ? nullptr : zip_open_from_source(source, ZIP_RDONLY, &error);
+  if (archive == nullptr) zip_source_free(source);
+  zip_error_fini(&error);
+  return Archive(archive);
+}
 
 std::string read_entry(zip_t* archive, zip_uint64_t index, std::size_t max_bytes, const std::string& where) {
   zip_stat_t info;
@@ -54,19 +65,18 @@ void add_entry(zip_t* archive, const ZipEntry& entry, const std::filesystem::pat
 
 }  // namespace
 
-std::vector<ZipEntry> read_zip(const std::filesystem::path& path, const ZipLimits& limits) {
-  int error = 0;
-  const Archive archive(zip_open(path.c_str(), ZIP_RDONLY, &error));
-  if (!archive) throw Error("'" + path.string() + "' cannot be read, or is no zip archive");
+std::vector<ZipEntry> parse_zip(std::string_view bytes, const std::string& name, const ZipLimits& limits) {
+  const Archive archive = open_archive(bytes);
+  if (!archive) throw Error(name + " is no zip archive, or truncated");
   const zip_int64_t count = zip_get_num_entries(archive.get(), 0);
   if (count < 0 || static_cast<std::size_t>(count) > limits.entries)
-    throw Error("'" + path.string() + "' holds " + std::to_string(count) + " files, more than expected");
+    throw Error(name + " holds " + std::to_string(count) + " files, more than expected");
   std::vector<ZipEntry> entries;
   for (zip_uint64_t i = 0; i < static_cast<zip_uint64_t>(count); ++i) {
-    const char* name = zip_get_name(archive.get(), i, ZIP_FL_ENC_RAW);
-    if (name == nullptr) throw Error("'" + path.string() + "' is damaged");
-    const std::string where = "'" + path.string() + "': '" + name + "'";
-    entries.push_back({name, read_entry(archive.get(), i, limits.entry_bytes, where)});
+    const char* entry = zip_get_name(archive.get(), i, ZIP_FL_ENC_RAW);
+    if (entry == nullptr) throw Error(name + " is damaged");
+    const std::string where = name + ": '" + one_line(entry) + "'";
+    entries.push_back({entry, read_entry(archive.get(), i, limits.entry_bytes, where)});
   }
   return entries;
 }

@@ -52,6 +52,9 @@ std::vector<IndexedPose> match_frames(const GroundTruth& truth, const RunResult&
 
 MeshEvaluation evaluate_meshes(const PlacedMeshes& meshes, const std::vector<Eigen::Vector3d>& touched_mm,
                                ProgressSink* progress) {
+  for (const auto& [name, mesh] : {std::pair{"mesh", &meshes.estimate}, {"true mesh", &meshes.truth}})
+    if (const std::string doubt = size_doubt(*mesh); !doubt.empty())
+      throw Error(std::string("the ") + name + " " + doubt);
   NoProgress silent;
   ProgressSink& steps = progress != nullptr ? *progress : silent;
   steps.begin("measuring the mesh", 3);  // steps of about the same length

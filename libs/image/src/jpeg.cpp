@@ -15,14 +15,26 @@
 namespace gelslam {
 namespace {
 
+constexpr const char* kEndsEarly = "JPEG ends early";
+constexpr std::array<std::uint8_t, 2> kEndMark{0xff, 0xd9};
+
+/// With the end mark that some cameras and tools leave out: what is then missing are lines. A progressive
+/// picture that ends early may lack no line, but detail.
+std::vector<std::uint8_t> with_end_mark(std::span<const std::uint8_t> bytes) {
+  constexpr std::array<std::uint8_t, 2> progressive{0xff, 0xc2};
+  std::vector<std::uint8_t> ended(bytes.begin(), bytes.end());
+  if (std::ranges::search(bytes, progressive).empty())
+    ended.insert(ended.end(), kEndMark.begin(), kEndMark.end());
+  return ended;
+}
+
 /// Bytes between the last line and the end mark: some cameras fill up with zeros there. The picture is whole.
 /// Other bytes are what is left of lines that were damaged.
 bool is_padding(const std::string& message, std::span<const std::uint8_t> bytes) {
   unsigned count = 0;
   if (std::sscanf(message.c_str(), "Corrupt JPEG data: %u extraneous bytes before marker 0xd9", &count) != 1)
     return false;
-  const std::array<std::uint8_t, 2> end_mark{0xff, 0xd9};
-  const auto end = std::find_end(bytes.begin(), bytes.end(), end_mark.begin(), end_mark.end());
+  const auto end = std::find_end(bytes.begin(), bytes.end(), kEndMark.begin(), kEndMark.end());
   return end - bytes.begin() >= static_cast<std::ptrdiff_t>(count) &&
          std::all_of(end - static_cast<std::ptrdiff_t>(count), end,
                      [](std::uint8_t byte) { return byte == 0; });
@@ -30,8 +42,7 @@ bool is_padding(const std::string& message, std::span<const std::uint8_t> bytes)
 
 std::string in_words(const std::string& message) {
   const auto says = [&](std::string_view part) { return message.find(part) != std::string::npos; };
-  if (says("remature end") || says("starting image data") || says("nput file is empty"))
-    return "JPEG ends early";
+  if (says("remature end") || says("starting image data") || says("nput file is empty")) return kEndsEarly;
   if (says("Not a JPEG")) return "the bytes are no JPEG";
   return "JPEG is corrupt (" + one_line(message) + ")";
 }
@@ -110,6 +121,12 @@ bool JpegDecoder::decode(std::span<const std::uint8_t> bytes, const JpegInfo& in
   picture.create(TJSCALED(info.height_px, scale), TJSCALED(info.width_px, scale));
   const int strict = TJFLAG_LIMITSCANS | TJFLAG_STOPONWARNING;
   if (decompress(bytes, picture, strict)) return true;
+  std::vector<std::uint8_t> ended;
+  if (in_words(tjGetErrorStr2(handle_)) == std::string_view(kEndsEarly)) {
+    ended = with_end_mark(bytes);
+    bytes = ended;
+    if (decompress(bytes, picture, strict)) return true;
+  }
   // As the first complaint it says that everything before it was in order.
   if (is_padding(tjGetErrorStr2(handle_), bytes)) return decompress(bytes, picture, TJFLAG_LIMITSCANS);
   damage_ = in_words(tjGetErrorStr2(handle_));

@@ -83,15 +83,6 @@ Mesh facing_outward(Mesh mesh) {
   return mesh;
 }
 
-/// Smaller things are felt as a point: the unit is wrong.
-void check_size(const Mesh& mesh) {
-  constexpr double kMinMm = 1;
-  Eigen::AlignedBox3f box;
-  for (const Eigen::Vector3f& vertex : mesh.vertices_mm) box.extend(vertex);
-  if (!(box.diagonal().norm() >= kMinMm))
-    throw Error("the mesh is " + short_number(box.diagonal().norm()) + " mm large; check its unit");
-}
-
 /// In random order, so that touches spread evenly.
 std::vector<SurfacePlace> places_on(const TriangleScene& scene) {
   const double wanted = area_mm2(scene.mesh()) / (kSampleSpacingMm * kSampleSpacingMm);
@@ -180,7 +171,7 @@ class MeshToucher {
       : options_(options),
         gel_(options.camera),
         scene_(mesh),
-        shape_((check_size(mesh), make_mesh_shape(mesh))),
+        shape_(make_mesh_shape(mesh)),
         places_(places_on(scene_)),
         grid_(places_, kNormalRadiusMm) {}
 
@@ -259,6 +250,7 @@ MeshMap make_mesh_map(const Mesh& mesh, const MeshMapOptions& options, ProgressS
   if (!(options.indentation_mm >= 0.05 && options.indentation_mm <= 1.5))
     throw Error("indentation must be between 0.05 and 1.5 mm");
   if (options.max_touches < 1) throw Error("a map takes at least one touch");
+  if (const std::string doubt = size_doubt(mesh); !doubt.empty()) throw Error("the mesh " + doubt);
   const TriangleScene checked(mesh);  // throws for indices out of range
   return MeshToucher(facing_outward(checked.mesh()), options).run(progress);
 }

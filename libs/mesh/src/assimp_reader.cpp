@@ -6,6 +6,8 @@
 #include <map>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
+#include "gelslam/core/text.hpp"
 #include "mesh_formats.hpp"
 
 namespace gelslam::mesh::detail {
@@ -48,13 +50,25 @@ class OneMesh {
   std::map<std::array<float, 3>, int> index_;
 };
 
+/// As Assimp takes an STL: text in small letters, and nothing behind the last triangle.
+std::string plain_stl(const std::filesystem::path& path) {
+  std::string bytes = read_file(path);
+  if (is_text_stl(bytes)) return lower_case(std::move(bytes));
+  bytes.resize(bytes.size() - bytes_behind_mesh(path));
+  return bytes;
+}
+
 }  // namespace
 
 Mesh read_with_assimp(const std::filesystem::path& path, const std::string& extension, double mm_per_unit) {
   Assimp::Importer importer;
-  const aiScene* scene = importer.ReadFile(path.string(), aiProcess_Triangulate);
+  const bool is_stl = extension == ".stl";
+  const std::string stl = is_stl ? plain_stl(path) : "";
+  const aiScene* scene =
+      is_stl ? importer.ReadFileFromMemory(stl.data(), stl.size(), aiProcess_Triangulate, "stl")
+             : importer.ReadFile(path.string(), aiProcess_Triangulate);
   if (scene == nullptr) throw Error("it is damaged, or not a mesh of the kind its name says");
-  bool with_normals = extension != ".stl";
+  bool with_normals = !is_stl;
   for (unsigned i = 0; i < scene->mNumMeshes; ++i)
     with_normals = with_normals && scene->mMeshes[i]->HasNormals();
   Mesh mesh;

@@ -8,6 +8,7 @@
 
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/median.hpp"
+#include "gelslam/core/text.hpp"
 
 namespace gelslam {
 namespace {
@@ -34,6 +35,14 @@ double volume_mm3(const Mesh& mesh) {
   for (const Eigen::Vector3i& t : mesh.triangles)
     sum += corner_mm(mesh, t, 0).dot(corner_mm(mesh, t, 1).cross(corner_mm(mesh, t, 2))) / 6.0;
   return sum;
+}
+
+std::string size_doubt(const Mesh& mesh) {
+  Eigen::AlignedBox3f box;
+  for (const Eigen::Vector3f& vertex : mesh.vertices_mm) box.extend(vertex);
+  const double size_mm = static_cast<double>(box.diagonal().norm());
+  if (size_mm >= 1 && size_mm <= 2000) return "";
+  return "is " + short_number(size_mm) + " mm large; check its unit";
 }
 
 double typical_edge_mm(const Mesh& mesh) {

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
@@ -11,6 +12,9 @@ namespace gelslam::mesh::detail {
 /// A vertex as a file gives it, in mm. Throws Error when it is not finite or more than 1 km away: floats do
 /// not resolve what a sensor feels there.
 Eigen::Vector3f vertex_mm(const Eigen::Vector3d& vertex, double mm_per_unit);
+
+/// Whether an STL is text, by its beginning: binary ones may begin with "solid", too.
+bool is_text_stl(std::string_view bytes);
 
 /// Reads any PLY (ASCII, little or big endian) whose `vertex` element has x y z and whose `face` element has
 /// a list vertex_indices (or vertex_index); nx ny nz and confidence are taken when present, other properties

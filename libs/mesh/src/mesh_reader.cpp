@@ -1,15 +1,22 @@
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <map>
 #include <string>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "mesh_formats.hpp"
 
 namespace gelslam {
+namespace {
+
+constexpr std::size_t kBeginningBytes = 512;
+
+}  // namespace
 
 Eigen::Vector3f mesh::detail::vertex_mm(const Eigen::Vector3d& vertex, double mm_per_unit) {
   constexpr double kMaxMm = 1e6;
@@ -20,7 +27,19 @@ Eigen::Vector3f mesh::detail::vertex_mm(const Eigen::Vector3d& vertex, double mm
   return mm.cast<float>();
 }
 
+bool mesh::detail::is_text_stl(std::string_view bytes) {
+  const std::string beginning = lower_case(std::string(bytes.substr(0, kBeginningBytes)));
+  return beginning.find("solid") == beginning.find_first_not_of(" \t\r\n") &&
+         beginning.find("facet") != std::string::npos;
+}
+
 namespace {
+
+std::string beginning_of(const std::filesystem::path& path) {
+  std::string beginning(kBeginningBytes, '\0');
+  std::ifstream(path, std::ios::binary).read(beginning.data(), kBeginningBytes);
+  return beginning;
+}
 
 /// Vertices have passed vertex_mm().
 void check_readable(const Mesh& mesh) {
@@ -53,9 +72,7 @@ LengthUnit usual_unit(const std::filesystem::path& path) {
 }
 
 std::optional<LengthUnit> noted_unit(const std::filesystem::path& path) {
-  constexpr std::size_t kBeginningBytes = 512;
-  std::string beginning(kBeginningBytes, '\0');
-  std::ifstream(path, std::ios::binary).read(beginning.data(), kBeginningBytes);
+  const std::string beginning = beginning_of(path);
   if (beginning.find("unit millimetre") != std::string::npos) return LengthUnit::millimeter;
   if (beginning.find("unit metre") != std::string::npos) return LengthUnit::meter;
   return std::nullopt;
@@ -72,11 +89,24 @@ std::optional<double> named_unit_mm(const std::filesystem::path& path, const std
   return found->second;
 }
 
+std::uintmax_t bytes_behind_mesh(const std::filesystem::path& path) {
+  constexpr std::uintmax_t header_bytes = 84, triangle_bytes = 50;
+  std::error_code code;
+  const std::uintmax_t size = std::filesystem::file_size(path, code);
+  const std::string beginning = beginning_of(path);
+  if (code || lower_extension(path) != ".stl" || mesh::detail::is_text_stl(beginning)) return 0;
+  std::uint32_t triangles = 0;
+  std::memcpy(&triangles, beginning.data() + 80, sizeof triangles);
+  const std::uintmax_t whole = header_bytes + triangle_bytes * triangles;
+  return triangles > 0 && size > whole ? size - whole : 0;
+}
+
 Mesh read_mesh(const std::filesystem::path& path, std::optional<double> mm_per_unit) {
   const std::string extension = lower_extension(path);
   if (extension != ".ply" && extension != ".obj" && extension != ".stl") {
     throw Error("cannot read mesh '" + path.string() + "': the name has to end in .ply, .obj or .stl");
   }
+  refuse_lfs_pointer(path);
   try {
     if (!std::filesystem::exists(path)) throw Error("there is no such file");
     if (!std::filesystem::is_regular_file(path)) throw Error("it is not a regular file");

@@ -36,6 +36,7 @@ bool is_mesh_name(const std::string& name) {
 
 ShapePtr make_from_file(const ShapeSpec& spec) {
   Mesh mesh = read_mesh(spec.name);
+  if (const std::string doubt = size_doubt(mesh); !doubt.empty()) throw Error(spec.name + " " + doubt);
   for (Eigen::Vector3f& vertex : mesh.vertices_mm) vertex *= static_cast<float>(spec.size);
   return make_mesh_shape(mesh);
 }

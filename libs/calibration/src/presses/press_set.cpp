@@ -8,6 +8,7 @@
 #include <set>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/core/npy.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/core/zip_archive.hpp"
@@ -142,7 +143,7 @@ void read_press(const PressSet& set, CalibrationPress& press) {
 }  // namespace
 
 ContactCircle read_label(const fs::path& path) {
-  const std::vector<ZipEntry> entries = read_zip(path);
+  const std::vector<ZipEntry> entries = parse_zip(read_file(path), quoted(path));
   const std::vector<double> center = numbers_in(entries, "center.npy", 2, path);
   const std::vector<double> radius = numbers_in(entries, "radius.npy", 1, path);
   const ContactCircle circle{center[0], center[1], radius[0]};

@@ -58,7 +58,7 @@ struct InputScaling {
   float scaled(std::size_t input, float value) const { return (value - middle[input]) * factor[input]; }
 
   void fold_into(GradientModel& network) const {
-    for (std::size_t neuron = 0; neuron < GradientModel::outputs(0); ++neuron)
+    for (std::size_t neuron = 0; neuron < GradientModel::kShape.outputs(0); ++neuron)
       for (std::size_t k = 0; k < 5; ++k) {
         float& weight = network.weight(0)[neuron * 5 + k];
         weight *= factor[k];

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cstring>
 #include <opencv2/imgproc.hpp>
 
 #include "gelslam/core/error.hpp"
@@ -31,12 +32,17 @@ struct FrameDecoder::Impl {
   void refuse_wrong_size(const RawFrame& frame, std::int64_t width_px, std::int64_t height_px) const;
   int denominator_of(cv::Size raw) const;
   cv::Mat3b fit(const cv::Mat3b& picture, cv::Size raw, int denominator) const;
+  void compare_with_last(const cv::Mat3b& picture, const RawFrame& frame);
 
   std::optional<SensorProfile> profile;  ///< none: pictures keep their size
   JpegDecoder jpeg;
   cv::Mat3b decoded;  // kept, so that no frame allocates
   std::string damage, first_damage;
   std::int64_t good = 0, left_out = 0;
+  cv::Mat3b last;                             // good one
+  double changed_s = 0, longest_still_s = 0;  // when pictures last changed; how long they did not
+  std::string first_moving;                   // after the longest time without change
+  std::int64_t copies = 0;
 };
 
 /// What is announced and what the header says must agree: a broken header may claim any size.
@@ -157,10 +163,25 @@ cv::Mat3b FrameDecoder::Impl::decode_bytes(const RawFrame& frame) {
   return {};
 }
 
+/// Counts copies to the bit, which no camera makes, and finds the longest time in which nothing new was seen.
+void FrameDecoder::Impl::compare_with_last(const cv::Mat3b& picture, const RawFrame& frame) {
+  const bool is_copy = last.size() == picture.size() &&
+                       std::memcmp(last.data, picture.data, picture.total() * picture.elemSize()) == 0;
+  copies += is_copy;
+  if (is_copy) return;
+  picture.copyTo(last);
+  const double still_s = good > 0 ? frame.time_s - changed_s : 0;
+  changed_s = frame.time_s;
+  if (still_s <= longest_still_s) return;
+  longest_still_s = still_s;
+  first_moving = name_of(frame);
+}
+
 cv::Mat3b FrameDecoder::Impl::decode(const RawFrame& frame) {
   cv::Mat3b picture = decode_bytes(frame);
   if (damage.empty() && is_gray(picture)) damage = kGrayPicture;
   if (damage.empty()) {
+    compare_with_last(picture, frame);
     ++good;
     return picture;
   }
@@ -187,8 +208,21 @@ std::int64_t FrameDecoder::left_out() const { return impl_->left_out; }
 const std::string& FrameDecoder::first_damage() const { return impl_->first_damage; }
 
 std::string FrameDecoder::warning() const {
-  if (left_out() == 0) return "";
-  return "left out " + counted(left_out(), "damaged picture") + " (the first: " + first_damage() + ")";
+  const Impl& i = *impl_;
+  std::string text;
+  if (i.left_out > 0)
+    text = "left out " + counted(i.left_out, "damaged picture") + " (the first: " + i.first_damage + ")";
+  constexpr std::int64_t fewest_copies = 10;
+  if (i.copies >= fewest_copies && 2 * i.copies >= i.good)
+    append_sentence(text,
+                    std::to_string(i.copies) + " of " + std::to_string(i.good) +
+                        " pictures are copies of the one before; did the recording program repeat them?");
+  // A log of few pictures a second has such steps everywhere.
+  const double usual_s = i.good > 1 ? i.changed_s / static_cast<double>(i.good - 1) : 0;
+  if (i.longest_still_s >= std::max(1.0, 5 * usual_s))
+    append_sentence(text, "nothing new was seen for " + short_number(i.longest_still_s, 2) + " s before " +
+                              i.first_moving + "; motion in that time is missing");
+  return text;
 }
 
 bool is_gray(const cv::Mat3b& image, int tolerance) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/image/codecs.hpp"
 #include "gelslam/sensor/frame_source.hpp"
@@ -27,6 +28,7 @@ std::vector<unsigned char> read_bytes(const std::filesystem::path& path) {
   if (code) throw Error(path.string() + ": cannot be read: " + code.message());
   if (size == 0) throw Error(path.string() + ": the file is empty");
   if (size > kLargestImageFileBytes) throw Error(path.string() + ": larger than any image of a touch sensor");
+  refuse_lfs_pointer(path);
   std::ifstream file(path, std::ios::binary);
   std::vector<unsigned char> bytes(static_cast<std::size_t>(size));
   file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));

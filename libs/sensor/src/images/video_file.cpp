@@ -116,6 +116,7 @@ struct VideoFile::Av {
   bool is_whole();
   bool convert();
   void obey_color_tags();
+  std::int64_t indexed_frames() const;
   std::optional<std::int64_t> microseconds(std::int64_t ticks) const;
 };
 
@@ -194,7 +195,8 @@ bool VideoFile::Av::convert() {
     format = frame->format;
     colors = frame->colorspace;
     scaler = sws_getContext(frame->width, frame->height, static_cast<AVPixelFormat>(format), frame->width,
-                            frame->height, AV_PIX_FMT_BGR24, SWS_BICUBIC, nullptr, nullptr, nullptr);
+                            frame->height, AV_PIX_FMT_BGR24,
+                            SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT, nullptr, nullptr, nullptr);
     obey_color_tags();
   }
   av_frame_unref(bgr);
@@ -222,13 +224,29 @@ std::optional<std::int64_t> VideoFile::Av::microseconds(std::int64_t ticks) cons
   return av_rescale_q(ticks, stream->time_base, AVRational{1, 1'000'000});
 }
 
+/// Pictures that a complete index leads to, before any is read: an AVI lists none for a dropped frame, and
+/// the edit list of an MP4 may leave some out. 0: there is no index.
+std::int64_t VideoFile::Av::indexed_frames() const {
+  std::int64_t frames = 0;
+  for (AVStream* video : std::span(file->streams, file->nb_streams)) {
+    if (video->codecpar->codec_type != AVMEDIA_TYPE_VIDEO) continue;
+    for (int i = 0; i < avformat_index_get_entries_count(video); ++i)
+      frames += (avformat_index_get_entry(video, i)->flags & AVINDEX_DISCARD_FRAME) == 0;
+    break;
+  }
+  return frames;
+}
+
 VideoFile::VideoFile(const std::filesystem::path& path, const char* format)
     : path_(path), av_(std::make_unique<Av>()) {
   const Error unreadable(path.string() + ": not a video that can be read (or damaged from the start)");
   const bool matroska = is_matroska(path);
   if (!av_->open(path, matroska ? "matroska" : format)) throw unreadable;
+  const std::int64_t indexed = matroska ? 0 : av_->indexed_frames();
   if (!matroska && avformat_find_stream_info(av_->file, nullptr) < 0) throw unreadable;
   find_video(path, matroska);
+  if (indexed > 0 && properties_.frames_are_counted && properties_.frames)
+    properties_.frames = std::min(*properties_.frames, indexed);
   check_picture_size(path, properties_.width_px, properties_.height_px);
   const bool decodes = properties_.encoding == FrameEncoding::bgr;
   if (matroska && !decodes) av_->file->flags |= AVFMT_FLAG_NOPARSE | AVFMT_FLAG_NOFILLIN;  // as they are

@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <deque>
 #include <fstream>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/core/text.hpp"
 #include "images/sources.hpp"
 #include "images/video_file.hpp"
@@ -42,16 +44,19 @@ class VideoLog final : public RawFrameSource {
       : path_(path),
         file_(path),
         video_(file_.properties()),
-        rate_hz_(video_.rate_hz > 0 ? video_.rate_hz : profile_rate_hz) {}
+        rate_hz_(video_.rate_hz > 0 ? video_.rate_hz : profile_rate_hz),
+        frames_(video_.frames) {
+    read_ahead();
+    // The duration of a Matroska file is the time at which it ends.
+    const bool is_late =
+        !video_.frames_are_counted && is_matroska(path) && !ahead_.empty() && ahead_.front().time_us;
+    if (frames_ && is_late)
+      *frames_ -= std::llround(static_cast<double>(*ahead_.front().time_us) * 1e-6 * video_.rate_hz);
+  }
 
   std::optional<RawFrame> next() override {
     if (stopped_ || ended_) return std::nullopt;
-    while (ahead_.size() <= kSuccessors && !file_ended_) {
-      if (std::optional<VideoFile::Packet> packet = file_.next())
-        ahead_.push_back(std::move(*packet));
-      else
-        file_ended_ = true;
-    }
+    read_ahead();
     if (ahead_.empty()) {
       end();
       return std::nullopt;
@@ -71,7 +76,7 @@ class VideoLog final : public RawFrameSource {
 
   void stop() override { stopped_ = true; }
   double rate_hz() const override { return rate_hz_; }
-  std::optional<std::int64_t> frame_count() const override { return video_.frames; }
+  std::optional<std::int64_t> frame_count() const override { return frames_; }
   std::int64_t lost_frames() const override { return lost_; }
   std::string warning() const override {
     std::string words = warning_;
@@ -89,6 +94,15 @@ class VideoLog final : public RawFrameSource {
   }
 
  private:
+  void read_ahead() {
+    while (ahead_.size() <= kSuccessors && !file_ended_) {
+      if (std::optional<VideoFile::Packet> packet = file_.next())
+        ahead_.push_back(std::move(*packet));
+      else
+        file_ended_ = true;
+    }
+  }
+
   void count_gap(std::int64_t frames) {
     constexpr std::int64_t most = 1'000'000'000;  // damage may claim anything
     if (frames > 0) lost_ = std::min(lost_ + std::min(frames, most), most);
@@ -125,10 +139,10 @@ class VideoLog final : public RawFrameSource {
   void end() {
     ended_ = true;
     if (index_ == 0) throw Error(path_.string() + ": the log holds no readable frame");
-    if (video_.frames && ends_early()) {
+    if (frames_ && ends_early()) {
       warning_ = path_.string() + " ends after " + std::to_string(index_) + " of " +
-                 std::to_string(*video_.frames) + " frames; is it truncated or damaged?";
-    } else if (video_.ours && !video_.frames) {
+                 std::to_string(*frames_) + " frames; is it truncated or damaged?";
+    } else if (video_.ours && !frames_) {
       warning_ = fmt::format(
           "{} was never closed (its program was killed, or is still writing); readable: {} frames, {} s",
           path_.string(), index_, std::to_string(last_s_).substr(0, 8));
@@ -137,7 +151,7 @@ class VideoLog final : public RawFrameSource {
 
   /// Where only a duration is noted, frames that the camera lost are missing.
   bool ends_early() const {
-    if (video_.frames_are_counted) return index_ < *video_.frames;
+    if (video_.frames_are_counted) return index_ < *frames_;
     return first_us_.value_or(0) * 1e-6 + last_s_ + 2.5 / rate_hz_ < video_.duration_s;
   }
 
@@ -145,6 +159,7 @@ class VideoLog final : public RawFrameSource {
   VideoFile file_;
   const VideoFile::Properties& video_;
   double rate_hz_;
+  std::optional<std::int64_t> frames_;
   std::deque<VideoFile::Packet> ahead_;  ///< the next ones: they judge the time before them
   bool file_ended_ = false;
   std::int64_t index_ = 0, last_sequence_ = 0, lost_ = 0, newest_us_ = 0, wrong_times_ = 0;
@@ -161,6 +176,7 @@ std::unique_ptr<RawFrameSource> open_video(const fs::path& path, const SensorPro
   if (code) throw Error(path.string() + ": cannot be read: " + code.message());
   if (size == 0) throw Error(path.string() + ": the file is empty");
   if (!std::ifstream(path)) throw Error(path.string() + ": cannot be opened; check its permissions");
+  refuse_lfs_pointer(path);
   return std::make_unique<VideoLog>(path, profile.frame_rate_hz);
 }
 

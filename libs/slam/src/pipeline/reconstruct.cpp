@@ -100,6 +100,7 @@ Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progr
   report.log_description = stream.description();
   report.partial = stopped || stop_requested();
   report.warnings = warnings_of(stream);
+  report.frames.left_out = stream.left_out();
   return finish_scan(config, std::move(map), std::move(report), timer, start, &progress);
 }
 

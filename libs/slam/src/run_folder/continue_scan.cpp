@@ -18,10 +18,9 @@ namespace {
 namespace fs = std::filesystem;
 
 std::uint32_t crc32_of_numbers(const GradientModel& model) {
-  const auto crc = [](const auto& numbers) {
-    return crc32_of({reinterpret_cast<const char*>(numbers.data()), sizeof numbers});
-  };
-  return model.maker ? crc(model.maker->numbers) : crc(model.numbers);
+  const std::span<const float> numbers =
+      model.wide ? std::span<const float>(model.wide->numbers) : model.numbers;
+  return crc32_of({reinterpret_cast<const char*>(numbers.data()), numbers.size_bytes()});
 }
 
 }  // namespace

@@ -44,8 +44,7 @@ RunReport::Frames frame_counts(const SlamMap& map) {
   frames.in_map = std::count_if(map.frames.begin(), map.frames.end(),
                                 [&](const FrameRecord& frame) { return map.has_pose(frame); });
   frames.not_in_mesh = frames.tracked - frames.in_map;
-  if (!map.frames.empty())
-    frames.left_out = map.frames.back().frame - map.frames.front().frame + 1 - frames.total;
+  if (!map.frames.empty()) frames.left_out = map.frames.back().frame + 1 - frames.total;
   return frames;
 }
 
@@ -99,7 +98,9 @@ void count(const Run& run, RunReport& report) {
   report.parts = describe_parts(map);
   if (!report.parts.empty()) report.logs = part_logs(map);
   report.anchor_frame = map.anchor_frame;
+  const std::int64_t damaged = report.frames.left_out;  // also behind the last good one
   report.frames = frame_counts(map);
+  report.frames.left_out = std::max(report.frames.left_out, damaged);
   report.uncertainty = uncertainty_fields(map.uncertainty);
   report.keyframes = static_cast<int>(map.keyframes.size());
   report.trials = map.trials;

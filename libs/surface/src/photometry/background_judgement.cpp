@@ -182,7 +182,7 @@ std::vector<std::string> judge_background(const cv::Mat3b& picture, const std::s
   }
   const std::string lamps = judge_lamps(mean, device_name);
   if (!lamps.empty()) doubts.push_back(lamps);
-  if (model != nullptr && model->maker) {
+  if (model != nullptr && model->wide && model->wide->gives_normals) {
     doubts.emplace_back(kMakerModelDoubt);
   } else if (model != nullptr && lamps.empty()) {
     const double slope = median_slope(mean, *model);

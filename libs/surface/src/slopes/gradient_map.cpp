@@ -23,7 +23,7 @@ constexpr int kBlockArea = kBlockPx * kBlockPx;
 /// channel; `column`, `row`: of its first pixel; `angle`: one output after the other, kNetworkTile apart.
 GELSLAM_CLONES void extend_block(const NetworkTile& tile, const NetworkJacobian& jacobian, std::size_t i,
                                  const float* color, const float* column, const float* row, float* angle) {
-  constexpr std::size_t kInputs = GradientModel::kSizes.front();
+  constexpr std::size_t kInputs = GradientModel::kShape.sizes.front();
   static_assert(kInputs == 5 && kLanes == 2 * kBlockPx);
   for (std::size_t first = 0; first < kBlockArea; first += kLanes, row += 2) {
     Lanes step[kInputs];

@@ -163,6 +163,7 @@ ModelFile read_model_file(const std::filesystem::path& path) {
     throw Error("gradient model '" + path.string() +
                 "' does not exist or is no file (give an nnmodel.pth or nnmini.pt, or a model that gelslam "
                 "calibrate wrote)");
+  refuse_lfs_pointer(path);
   std::ifstream stream(path, std::ios::binary);
   std::vector<unsigned char> bytes(kMaxModelBytes + 1);
   stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <span>
 #include <string_view>
 #include <unordered_map>
 
@@ -16,10 +17,11 @@ namespace {
 struct PickleToken {
   unsigned char opcode;  // 'K' for integers of any length
   std::int64_t integer = 0;
-  std::string_view text;  // of a global: module, line feed, name
+  std::string_view text;  // of a global: its name without the module
 };
 using PickleTokens = std::vector<PickleToken>;
 
+constexpr std::string_view kRebuildTensor = "_rebuild_tensor_v2";
 constexpr unsigned char kText = 'X', kGlobal = 'c', kInteger = 'K', kMark = '(';
 // Without operands: empty tuple, tuples, dict, list; reduce, build, persistent id; none, true, false; appends
 // and items of dictionaries.
@@ -29,10 +31,10 @@ constexpr std::string_view kPlain =
 
 class PickleTokenizer {
  public:
-  explicit PickleTokenizer(std::span<const unsigned char> bytes) : bytes_(bytes) {}
+  explicit PickleTokenizer(std::string_view bytes) : bytes_(bytes) {}
 
   PickleTokens run() {
-    if (bytes_.size() > kMaxEntryBytes)
+    if (bytes_.size() > kMaxPickleBytes)
       throw Error("data.pkl is larger than 64 KiB, this is no gradient model");
     for (unsigned char opcode = read_byte(); opcode != '.'; opcode = read_byte()) read(opcode);
     return std::move(tokens_);
@@ -42,7 +44,11 @@ class PickleTokenizer {
   void read(unsigned char opcode) {
     switch (opcode) {
       case 0x80:
-        if (read_byte() != 2) throw Error("pickle protocol is not 2");
+        if (const int protocol = read_byte(); protocol < 2 || protocol > 5)
+          throw Error("pickle protocol is none of 2 to 5");
+        break;
+      case 0x95:  // a frame, which only helps those who read from a stream
+        read_text(8);
         break;
       case 'K':
         tokens_.push_back({kInteger, read_byte(), {}});
@@ -60,8 +66,21 @@ class PickleTokenizer {
       case kText:
         tokens_.push_back({kText, 0, read_text(read_little_endian(4))});
         break;
-      case kGlobal:
-        tokens_.push_back({kGlobal, 0, read_global()});
+      case 0x8c:
+        tokens_.push_back({kText, 0, read_text(read_byte())});
+        break;
+      case kGlobal: {
+        const std::string_view module = read_line();
+        add_global(module, read_line());
+        break;
+      }
+      case 0x93: {  // a global, by the last two texts
+        const std::string_view name = take_text();
+        add_global(take_text(), name);
+        break;
+      }
+      case 0x94:
+        remember(static_cast<std::uint32_t>(memo_.size()));
         break;
       case 'q':
         remember(read_byte());
@@ -97,25 +116,32 @@ class PickleTokenizer {
     tokens_.push_back(repeats ? found->second : PickleToken{'h', 0, {}});
   }
 
-  std::string_view read_global() {
+  void add_global(std::string_view module, std::string_view name) {
+    if (!(module == "collections" && name == "OrderedDict") &&
+        !(module == "torch._utils" && name == kRebuildTensor) &&
+        !(module == "torch" && name.ends_with("Storage")))
+      throw Error("it asks to load '" + printable(std::string(module) + "." + std::string(name)) +
+                  "', which a gradient model does not need; refused");
+    tokens_.push_back({kGlobal, 0, name});
+  }
+
+  std::string_view take_text() {
+    if (tokens_.empty() || tokens_.back().opcode != kText) throw Error("data.pkl is damaged (global)");
+    const std::string_view text = tokens_.back().text;
+    tokens_.pop_back();
+    return text;
+  }
+
+  std::string_view read_line() {
     const std::size_t start = position_;
-    for (int line = 0; line < 2; ++line)
-      while (read_byte() != '\n') {
-      }
-    const std::string_view global(reinterpret_cast<const char*>(bytes_.data()) + start,
-                                  position_ - start - 1);
-    if (global != "collections\nOrderedDict" && global != "torch._utils\n_rebuild_tensor_v2" &&
-        !(global.starts_with("torch\n") && global.ends_with("Storage"))) {
-      std::string name(global);
-      std::ranges::replace(name, '\n', '.');
-      throw Error("it asks to load '" + printable(name) + "', which a gradient model does not need; refused");
+    while (read_byte() != '\n') {
     }
-    return global;
+    return bytes_.substr(start, position_ - start - 1);
   }
 
   unsigned char read_byte() {
     if (position_ >= bytes_.size()) throw Error("data.pkl is truncated");
-    return bytes_[position_++];
+    return static_cast<unsigned char>(bytes_[position_++]);
   }
 
   std::uint32_t read_little_endian(int count) {
@@ -126,12 +152,12 @@ class PickleTokenizer {
 
   std::string_view read_text(std::size_t length) {
     if (length > bytes_.size() - position_) throw Error("data.pkl is truncated");
-    const std::string_view text(reinterpret_cast<const char*>(bytes_.data()) + position_, length);
+    const std::string_view text = bytes_.substr(position_, length);
     position_ += length;
     return text;
   }
 
-  std::span<const unsigned char> bytes_;
+  std::string_view bytes_;
   std::size_t position_ = 0;
   PickleTokens tokens_;
   std::unordered_map<std::uint32_t, PickleToken> memo_;
@@ -149,8 +175,7 @@ class TensorCall {
     take(kMark);
     take(kMark);
     if (take(kText).text != "storage") refuse();
-    const std::string_view storage = take(kGlobal).text;
-    entry.storage_class = storage.substr(storage.find('\n') + 1);
+    entry.storage_class = take(kGlobal).text;
     entry.storage_key = take(kText).text;
     take(kText);
     entry.storage_elements = take(kInteger).integer;
@@ -217,13 +242,12 @@ std::string printable(const std::string& text) {
   return result;
 }
 
-std::vector<TensorEntry> read_state_dict_pickle(std::span<const unsigned char> pickle) {
+std::vector<TensorEntry> read_state_dict_pickle(std::string_view pickle) {
   const PickleTokens all = PickleTokenizer(pickle).run();
   const std::span<const PickleToken> tokens = state_dict_of(all);
   std::vector<TensorEntry> tensors;
   for (std::size_t i = 1; i < tokens.size(); ++i)
-    if (tokens[i].opcode == kGlobal && tokens[i].text.starts_with("torch._utils") &&
-        tokens[i - 1].opcode == kText)
+    if (tokens[i].opcode == kGlobal && tokens[i].text == kRebuildTensor && tokens[i - 1].opcode == kText)
       tensors.push_back(TensorCall(tokens.subspan(i + 1)).read(tokens[i - 1].text));
   return tensors;
 }

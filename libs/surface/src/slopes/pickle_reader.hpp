@@ -2,14 +2,14 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace gelslam::surface::detail {
 
-/// Largest part of a model file that is read: a layer has at most 64 KiB, real pickles have one.
-inline constexpr std::size_t kMaxEntryBytes = 64 * 1024;
+/// Largest pickle that is read; real ones have 1 KiB.
+inline constexpr std::size_t kMaxPickleBytes = 64 * 1024;
 
 /// One tensor named by a pickled state_dict: where its numbers lie, not the numbers themselves.
 struct TensorEntry {
@@ -23,10 +23,10 @@ struct TensorEntry {
 };
 
 /// The named tensors in the `data.pkl` of a PyTorch state_dict, or of a checkpoint's dictionary with an entry
-/// `state_dict` or `model_state_dict` (pickle protocol 2), laid out as torch.save does. Runs no code: it
-/// knows the opcodes and globals such a file needs and throws Error on anything else, naming it. At most
-/// kMaxEntryBytes.
-std::vector<TensorEntry> read_state_dict_pickle(std::span<const unsigned char> pickle);
+/// `state_dict` or `model_state_dict` (pickle protocols 2 to 5), laid out as torch.save does. Runs no code:
+/// it knows the opcodes and globals such a file needs and throws Error on anything else, naming it. At most
+/// kMaxPickleBytes.
+std::vector<TensorEntry> read_state_dict_pickle(std::string_view pickle);
 
 /// What a message may show of hostile bytes.
 std::string printable(const std::string& text);

@@ -1,13 +1,12 @@
-#include <zip.h>
-
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
-#include <cstring>
-#include <memory>
 #include <string_view>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/npy.hpp"
+#include "gelslam/core/zip_archive.hpp"
 #include "gelslam/surface/model_file.hpp"
 #include "slopes/pickle_reader.hpp"
 
@@ -17,83 +16,67 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "the weights in the file are little-endian");
 
-using Bytes = std::vector<unsigned char>;
+/// What torch.save writes has two entries per layer; a checkpoint's optimizer has as many again, twice.
+constexpr ZipLimits kLimits = {
+    .entries = 256,
+    .entry_bytes = sizeof(double) * static_cast<std::size_t>(WideNetwork::kWidest * WideNetwork::kWidest)};
 
-struct ArchiveCloser {
-  void operator()(zip_t* archive) const { zip_discard(archive); }
+/// The entries of the archive's one folder that holds data.pkl, by their names in it.
+class TorchArchive {
+ public:
+  explicit TorchArchive(std::span<const unsigned char> file)
+      : entries_(parse_zip({reinterpret_cast<const char*>(file.data()), file.size()}, "the file", kLimits)) {
+    const std::string_view suffix = "/data.pkl";
+    for (const ZipEntry& entry : entries_) {
+      if (!entry.name.ends_with(suffix)) continue;
+      if (!root_.empty()) throw Error("more than one data.pkl in the archive");
+      root_ = entry.name.substr(0, entry.name.size() - suffix.size() + 1);
+    }
+    if (root_.empty()) throw Error("no data.pkl in the archive: this is not a PyTorch model");
+  }
+
+  const std::string* find(const std::string& name) const {
+    const auto found = std::ranges::find(entries_, root_ + name, &ZipEntry::name);
+    return found == entries_.end() ? nullptr : &found->contents;
+  }
+  const std::string& at(const std::string& name) const {
+    const std::string* contents = find(name);
+    if (contents == nullptr) throw Error("'" + root_ + name + "' is missing in the archive");
+    return *contents;
+  }
+
+ private:
+  std::vector<ZipEntry> entries_;
+  std::string root_;  // with its slash
 };
-struct EntryCloser {
-  void operator()(zip_file_t* entry) const { zip_fclose(entry); }
+
+using Values = std::vector<double>;
+using Shape = std::vector<std::int64_t>;
+
+void check_finite(const Values& values, const std::string& name) {
+  if (!std::ranges::all_of(values, [](double value) { return std::isfinite(static_cast<float>(value)); }))
+    throw Error("'" + name + "' holds NaN or infinity");
+}
+
+struct NumberType {
+  std::string_view storage_class;
+  NpyType type;
+  std::size_t bytes;
 };
-using Archive = std::unique_ptr<zip_t, ArchiveCloser>;
+constexpr NumberType kNumberTypes[] = {{"HalfStorage", NpyType::float16, 2},
+                                       {"FloatStorage", NpyType::float32, 4},
+                                       {"DoubleStorage", NpyType::float64, 8}};
 
-Archive open_archive(std::span<const unsigned char> file) {
-  zip_error_t error;
-  zip_error_init(&error);
-  zip_source_t* source = zip_source_buffer_create(file.data(), file.size(), 0, &error);
-  zip_t* archive = source == nullptr ? nullptr : zip_open_from_source(source, ZIP_RDONLY, &error);
-  if (archive == nullptr) {
-    zip_source_free(source);
-    zip_error_fini(&error);
-    throw Error("not a zip archive, or truncated (PyTorch >= 1.6 saves zip archives)");
-  }
-  return Archive(archive);
-}
-
-Bytes read_entry(zip_t* archive, const std::string& name) {
-  zip_stat_t info;
-  if (zip_stat(archive, name.c_str(), 0, &info) != 0 || (info.valid & ZIP_STAT_SIZE) == 0) {
-    throw Error("'" + name + "' is missing in the archive");
-  }
-  if (info.size > kMaxEntryBytes) throw Error("'" + name + "' is too large for a gradient model");
-  const std::unique_ptr<zip_file_t, EntryCloser> entry(zip_fopen(archive, name.c_str(), 0));
-  if (entry == nullptr) throw Error("'" + name + "' cannot be read");
-  Bytes bytes(info.size + 1);  // one more: the end must be reached for libzip to check the CRC
-  std::size_t size = 0;
-  while (size < bytes.size()) {
-    const zip_int64_t count = zip_fread(entry.get(), bytes.data() + size, bytes.size() - size);
-    if (count < 0) throw Error("'" + name + "' is damaged");
-    if (count == 0) break;
-    size += static_cast<std::size_t>(count);
-  }
-  if (size != info.size) throw Error("'" + name + "' is damaged (length)");
-  bytes.resize(size);
-  return bytes;
-}
-
-// The archive's one folder that holds data.pkl.
-std::string find_root(zip_t* archive) {
-  const std::string_view suffix = "/data.pkl";
-  const zip_int64_t count = zip_get_num_entries(archive, 0);
-  std::string root;
-  for (zip_int64_t i = 0; i < count; ++i) {
-    const char* name = zip_get_name(archive, static_cast<zip_uint64_t>(i), ZIP_FL_ENC_RAW);
-    if (name == nullptr || !std::string_view(name).ends_with(suffix)) continue;
-    if (!root.empty()) throw Error("more than one data.pkl in the archive");
-    root = std::string(name, std::strlen(name) - suffix.size());
-  }
-  if (root.empty()) throw Error("no data.pkl in the archive: this is not a PyTorch model");
-  return root;
-}
-
-void check_byte_order(zip_t* archive, const std::string& root) {
-  const std::string name = root + "/byteorder";
-  if (zip_name_locate(archive, name.c_str(), 0) < 0) return;  // written by newer PyTorch only
-  const Bytes order = read_entry(archive, name);
-  if (std::string_view(reinterpret_cast<const char*>(order.data()), order.size()) != "little") {
-    throw Error("its numbers are not little-endian");
-  }
-}
-
-void read_tensor(zip_t* archive, const std::string& root, const std::vector<TensorEntry>& entries,
-                 const std::string& name, std::span<float> values) {
-  const TensorEntry& entry = *std::ranges::find(entries, name, &TensorEntry::name);
-  if (entry.storage_class != "FloatStorage")
+Values read_tensor(const TorchArchive& archive, const TensorEntry& entry) {
+  const auto* const known = std::ranges::find(kNumberTypes, entry.storage_class, &NumberType::storage_class);
+  if (known == std::end(kNumberTypes))
     throw Error("weights are torch." + printable(entry.storage_class) +
-                ", only float32 (torch.FloatStorage) is supported");
+                ", only float16, float32 and float64 are supported");
+  const std::string& name = entry.name;
   std::int64_t elements = 1;
   for (std::size_t i = entry.shape.size(); i-- > 0;) {
-    if (entry.stride[i] != elements) throw Error("'" + name + "' is not stored contiguously");
+    if (entry.shape[i] != 1 && entry.stride[i] != elements)
+      throw Error("'" + name + "' is not stored contiguously");
     elements *= entry.shape[i];
   }
   const std::string& key = entry.storage_key;
@@ -101,84 +84,149 @@ void read_tensor(zip_t* archive, const std::string& root, const std::vector<Tens
       !std::all_of(key.begin(), key.end(), [](char c) { return c >= '0' && c <= '9'; })) {
     throw Error("'" + name + "' has a bad storage key");
   }
-  const Bytes bytes = read_entry(archive, root + "/data/" + key);
-  const auto stored = static_cast<std::int64_t>(bytes.size() / sizeof(float));
-  if (entry.storage_elements != stored || bytes.size() % sizeof(float) != 0 || entry.storage_offset < 0 ||
+  const std::string& bytes = archive.at("data/" + key);
+  const auto stored = static_cast<std::int64_t>(bytes.size() / known->bytes);
+  if (entry.storage_elements != stored || bytes.size() % known->bytes != 0 || entry.storage_offset < 0 ||
       entry.storage_offset > stored - elements) {
     throw Error("'" + name + "' is truncated or damaged");
   }
-  std::memcpy(values.data(), bytes.data() + static_cast<std::size_t>(entry.storage_offset) * sizeof(float),
-              values.size_bytes());
-  if (!std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); })) {
-    throw Error("'" + name + "' holds NaN or infinity");
-  }
+  const auto first = static_cast<std::size_t>(entry.storage_offset),
+             count = static_cast<std::size_t>(elements);
+  const auto part = std::as_bytes(std::span(bytes)).subspan(first * known->bytes, count * known->bytes);
+  Values values = NpyArray{known->type, {count}, {part.begin(), part.end()}}.to_doubles();
+  check_finite(values, name);
+  return values;
 }
 
-using Sizes = std::array<int, 5>;
+/// The tensors of an archive. Names come without what wrappers put before them, and a convolution of single
+/// pixels has the shape of the layer that it is.
+class StateDict {
+ public:
+  explicit StateDict(const TorchArchive& archive)
+      : archive_(archive), entries_(read_state_dict_pickle(archive.at("data.pkl"))) {
+    for (TensorEntry& entry : entries_) {
+      for (const std::string_view prefix : {"module.", "model.", "module."})
+        if (entry.name.starts_with(prefix)) entry.name.erase(0, prefix.size());
+      if (entry.shape.size() != 4 || entry.shape[2] != 1 || entry.shape[3] != 1) continue;
+      entry.shape.resize(2);
+      entry.stride.resize(2);
+    }
+  }
 
-std::string sizes_text(const Sizes& sizes) {
-  std::string text;
-  for (const int size : sizes) text += (text.empty() ? "" : "-") + std::to_string(size);
-  return text;
+  /// How many rows the tensor of this name has; 0: there is none, or it is another kind.
+  std::int64_t rows(const std::string& name) const {
+    const auto found = std::ranges::find(entries_, name, &TensorEntry::name);
+    return found != entries_.end() && !found->shape.empty() ? found->shape[0] : 0;
+  }
+  /// The numbers of the one tensor of this name; refuses the network where it has another shape.
+  Values take(const std::string& name, const Shape& shape) {
+    const auto found = std::ranges::find(entries_, name, &TensorEntry::name);
+    if (found == entries_.end() || found->shape != shape) refuse();
+    ++taken_;
+    return read_tensor(archive_, *found);
+  }
+  /// Leaves out a tensor that says nothing.
+  void skip(const std::string& name) {
+    taken_ += static_cast<std::size_t>(std::ranges::count(entries_, name, &TensorEntry::name));
+  }
+  void check_all_taken() const {
+    if (taken_ != entries_.size()) refuse();
+  }
+
+ private:
+  /// "its layers are fc1.weight 64x5, fc1.bias 64 ...": what may be shown of hostile names.
+  [[noreturn]] void refuse() const {
+    constexpr std::size_t shown = 8;
+    std::string text;
+    for (std::size_t k = 0; k < std::min(entries_.size(), shown); ++k) {
+      text += (k == 0 ? "" : ", ") + printable(entries_[k].name);
+      for (std::size_t i = 0; i < entries_[k].shape.size(); ++i)
+        text += (i == 0 ? " " : "x") + std::to_string(entries_[k].shape[i]);
+    }
+    if (entries_.size() > shown) text += " and " + std::to_string(entries_.size() - shown) + " more";
+    throw Error("its layers are " + (text.empty() ? "none" : text) +
+                "; read are fc1 to fc4 or conv1 to conv4 with biases, 5 inputs, 2 outputs and at most 256 "
+                "neurons between, with or without batch normalizations bn1 to bn3");
+  }
+
+  const TorchArchive& archive_;
+  std::vector<TensorEntry> entries_;
+  std::size_t taken_ = 0;
+};
+
+/// Weights row-major [out][in].
+struct Layer {
+  std::int64_t inputs, outputs;
+  Values weight, bias;
+};
+
+/// What a batch normalization does to the layer's outputs, done to its numbers.
+void fold_normalization(StateDict& dict, const std::string& norm, Layer& layer) {
+  constexpr double epsilon = 1e-5;  // PyTorch's, which no file states
+  const Shape shape = {layer.outputs};
+  const Values gain = dict.take(norm + ".weight", shape), shift = dict.take(norm + ".bias", shape),
+               mean = dict.take(norm + ".running_mean", shape),
+               variance = dict.take(norm + ".running_var", shape);
+  dict.skip(norm + ".num_batches_tracked");
+  for (std::size_t o = 0, weight = 0; o < gain.size(); ++o) {
+    const double factor = gain[o] / std::sqrt(variance[o] + epsilon);
+    layer.bias[o] = (layer.bias[o] - mean[o]) * factor + shift[o];
+    for (std::int64_t i = 0; i < layer.inputs; ++i) layer.weight[weight++] *= factor;
+  }
+  check_finite(layer.weight, norm);
+  check_finite(layer.bias, norm);
 }
 
-/// "fc1.weight 64x5, fc1.bias 64": what may be shown of hostile names.
-std::string layers_text(const std::vector<TensorEntry>& entries) {
-  constexpr std::size_t shown = 8;
-  std::string text;
-  for (std::size_t k = 0; k < std::min(entries.size(), shown); ++k) {
-    text += (k == 0 ? "" : ", ") + printable(entries[k].name);
-    for (std::size_t i = 0; i < entries[k].shape.size(); ++i)
-      text += (i == 0 ? " " : "x") + std::to_string(entries[k].shape[i]);
-  }
-  if (entries.size() > shown) text += " and " + std::to_string(entries.size() - shown) + " more";
-  return text.empty() ? "none" : text;
-}
+using Layers = std::array<Layer, NetworkShape::kLayers>;
 
-/// Exactly one of each weight and bias, in any order, and nothing else.
-bool fits(const std::vector<TensorEntry>& entries, const Sizes& sizes) {
-  const auto count = [&](const std::string& name, const std::vector<std::int64_t>& shape) {
-    return std::ranges::count_if(
-        entries, [&](const TensorEntry& entry) { return entry.name == name && entry.shape == shape; });
-  };
-  bool all = entries.size() == 8;
-  for (std::size_t l = 0; l < 4; ++l) {
-    const std::string name = "fc" + std::to_string(l + 1);
-    all = all && count(name + ".weight", {sizes[l + 1], sizes[l]}) == 1 &&
-          count(name + ".bias", {sizes[l + 1]}) == 1;
+/// Filled up with neurons without effect, to the sizes that can be evaluated.
+GradientModel model_of(const Layers& layers, bool gives_normals) {
+  NetworkShape shape = GradientModel::kShape;
+  bool wide = false;
+  for (std::size_t l = 1; l < shape.kLayers; ++l) wide |= layers[l].inputs > shape.sizes[l];
+  for (std::size_t l = 1; wide && l < shape.kLayers; ++l)
+    shape.sizes[l] = static_cast<int>((layers[l].inputs + 7) / 8 * 8);
+  std::vector<float> numbers(shape.start(shape.kLayers));
+  for (std::size_t l = 0; l < layers.size(); ++l) {
+    const auto to_float = [](double value) { return static_cast<float>(value); };
+    auto row = numbers.begin() + static_cast<std::ptrdiff_t>(shape.start(l));
+    std::ranges::transform(layers[l].bias, row + static_cast<std::ptrdiff_t>(shape.weights(l)), to_float);
+    for (auto from = layers[l].weight.begin(); from != layers[l].weight.end();
+         from += layers[l].inputs, row += shape.sizes[l])
+      std::transform(from, from + layers[l].inputs, row, to_float);
   }
-  return all;
-}
-
-template <int Hidden>
-void read_layers(zip_t* archive, const std::string& root, const std::vector<TensorEntry>& entries,
-                 PixelNetwork<Hidden>& network) {
-  for (std::size_t l = 0; l < network.kLayers; ++l) {
-    const std::string name = "fc" + std::to_string(l + 1);
-    read_tensor(archive, root, entries, name + ".weight", network.weight(l));
-    read_tensor(archive, root, entries, name + ".bias", network.bias(l));
-  }
+  GradientModel model;
+  if (wide)
+    model.wide = {shape, gives_normals, std::move(numbers)};
+  else
+    std::ranges::copy(numbers, model.numbers.begin());
+  return model;
 }
 
 GradientModel read_archive(std::span<const unsigned char> file) {
-  const Archive archive = open_archive(file);
-  const std::string root = find_root(archive.get());
-  check_byte_order(archive.get(), root);
-  const std::vector<TensorEntry> entries =
-      read_state_dict_pickle(read_entry(archive.get(), root + "/data.pkl"));
-  GradientModel model;
-  if (fits(entries, MakerNetwork::kSizes)) {
-    read_layers(archive.get(), root, entries, model.maker.emplace());
-    for (std::size_t weight = 0; weight < model.maker->weight(0).size(); ++weight)
-      if (weight % 5 >= 3) model.maker->weight(0)[weight] = 0.0F;  // the positions, of which it sees zeros
-  } else if (fits(entries, GradientModel::kSizes)) {
-    read_layers(archive.get(), root, entries, static_cast<PixelNetwork<32>&>(model));
-  } else {
-    throw Error("its layers are " + layers_text(entries) + "; read are fc1 to fc4 with biases of " +
-                sizes_text(GradientModel::kSizes) + " (nnmodel.pth) and " + sizes_text(MakerNetwork::kSizes) +
-                " (nnmini.pt)");
+  const TorchArchive archive(file);
+  const std::string* order = archive.find("byteorder");  // written by newer PyTorch only
+  if (order != nullptr && *order != "little") throw Error("its numbers are not little-endian");
+  StateDict dict(archive);
+  const std::string kind = dict.rows("conv1.weight") > 0 ? "conv" : "fc";
+  Layers layers;
+  bool makers = kind == "fc";  // by its sizes
+  std::int64_t inputs = GradientModel::kShape.sizes.front();
+  for (std::size_t l = 0; l < layers.size(); inputs = layers[l++].outputs) {
+    const std::string number = std::to_string(l + 1), name = kind + number, norm = "bn" + number;
+    const bool last = l + 1 == layers.size();
+    const std::int64_t outputs =
+        last ? 2 : std::clamp<std::int64_t>(dict.rows(name + ".weight"), 1, WideNetwork::kWidest);
+    layers[l] = {inputs, outputs, dict.take(name + ".weight", {outputs, inputs}),
+                 dict.take(name + ".bias", {outputs})};
+    const bool normalized = dict.rows(norm + ".running_var") > 0;
+    if (normalized) fold_normalization(dict, norm, layers[l]);
+    makers = makers && !normalized && (last || outputs == 64);
   }
-  return model;
+  dict.check_all_taken();
+  for (std::size_t weight = 0; makers && weight < layers[0].weight.size(); ++weight)
+    if (weight % 5 >= 3) layers[0].weight[weight] = 0.0;  // the positions, of which it sees zeros
+  return model_of(layers, makers);
 }
 
 }  // namespace

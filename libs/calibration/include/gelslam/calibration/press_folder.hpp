@@ -29,7 +29,7 @@ class PressFolder {
   /// Throws Error when this background, of now, is not that of the earlier presses: another sensor, gel or
   /// light.
   void require_same_gel(const cv::Mat3b& now) const;
-  /// Writes <diameter>mm/<n>/, its circle as label, and the catalog's line; returns the press's name.
+  /// Writes `<diameter>mm/<n>/`, its circle as label, and the catalog's line; returns the press's name.
   std::string add(const CollectedPress& press);
 
  private:

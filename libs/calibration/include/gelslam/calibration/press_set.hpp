@@ -42,8 +42,8 @@ inline constexpr std::size_t kMaxPresses = 2'000;  ///< that a folder may hold
 inline constexpr const char *kLabelFile = "label.npz", *kLeftOutFile = "left_out.npz";
 
 /// A calibration folder of the public layout: catalog.csv (experiment_reldir,diameter(mm)), background.png,
-/// <experiment_reldir>/gelsight.png and, where labeled, <experiment_reldir>/label.npz (center, radius); our
-/// own left_out.npz takes the label's place where a press is not to be used, and optics.yaml says how the
+/// `<experiment_reldir>/gelsight.png` and, where labeled, `<experiment_reldir>/label.npz` (center, radius);
+/// our own left_out.npz takes the label's place where a press is not to be used, and optics.yaml says how the
 /// sensor's camera sees the gel.
 struct PressSet {
   std::filesystem::path folder;

@@ -35,6 +35,9 @@ void write_file_atomically(const std::filesystem::path& path, std::string_view c
 /// which the program never writes, are refused.
 std::string read_file(const std::filesystem::path& path);
 
+/// Throws Error, with what to do, where Git LFS has left a note in place of the file's contents.
+void refuse_lfs_pointer(const std::filesystem::path& path);
+
 /// The name of a folder or file; of "data/pebble/" it is "pebble".
 std::string name_of(const std::filesystem::path& path);
 

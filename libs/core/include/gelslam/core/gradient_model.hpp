@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <optional>
 #include <span>
-#include <tuple>
 #include <vector>
 
 #include "gelslam/core/sensor_optics.hpp"
@@ -18,60 +17,70 @@ namespace gelslam {
 /// causes in the slope along its own axis.
 inline constexpr double kCrossAxisShare = 0.3;
 
-/// Five inputs, three hidden layers of as many neurons each with ReLU, two outputs. A new one holds zeros.
-template <int Hidden>
-struct PixelNetwork {
+/// Where the numbers of a network lie: five inputs, three hidden layers with ReLU, two outputs; of each layer
+/// the weights, row-major [out][in], then the biases.
+struct NetworkShape {
   static constexpr std::size_t kLayers = 4;
-  static constexpr std::array<int, kLayers + 1> kSizes = {5, Hidden, Hidden, Hidden, 2};
+  std::array<int, kLayers + 1> sizes;
 
-  static constexpr std::size_t outputs(std::size_t layer) {
-    return static_cast<std::size_t>(kSizes[layer + 1]);
+  constexpr std::size_t outputs(std::size_t layer) const {
+    return static_cast<std::size_t>(sizes[layer + 1]);
   }
-  static constexpr std::size_t weights(std::size_t layer) {
-    return static_cast<std::size_t>(kSizes[layer]) * outputs(layer);
+  constexpr std::size_t weights(std::size_t layer) const {
+    return static_cast<std::size_t>(sizes[layer]) * outputs(layer);
   }
-  /// Where a layer's weights start; its biases follow them.
-  static constexpr std::size_t start(std::size_t layer) {
+  constexpr std::size_t start(std::size_t layer) const {
     return layer == 0 ? 0 : start(layer - 1) + weights(layer - 1) + outputs(layer - 1);
   }
-
-  std::array<float, 2 * Hidden * Hidden + 10 * Hidden + 2> numbers{};
-
-  std::span<float> weight(std::size_t layer) { return {numbers.data() + start(layer), weights(layer)}; }
-  std::span<const float> weight(std::size_t layer) const {  ///< row-major [out][in]
-    return {numbers.data() + start(layer), weights(layer)};
-  }
-  std::span<float> bias(std::size_t layer) {
-    return {numbers.data() + start(layer) + weights(layer), outputs(layer)};
-  }
-  std::span<const float> bias(std::size_t layer) const {
-    return {numbers.data() + start(layer) + weights(layer), outputs(layer)};
-  }
-  bool operator==(const PixelNetwork&) const = default;
+  bool operator==(const NetworkShape&) const = default;
 };
 
-/// The network that GelSight ships with its Python SDK (nnmini.pt): (B,G,R)/255 and two zeros -> the unit
-/// normal's n_x, n_y; the gel's slopes dh/dx, dh/dy are n_x / n_z and n_y / n_z. Order and signs are measured
-/// on recorded presses: the SDK's own texts name the outputs rows and columns, and its viewer converts the
-/// colors twice. Its positions are divided as integers, so that the network sees zeros.
-using MakerNetwork = PixelNetwork<64>;
+/// A network of other sizes, which only FrozenNetwork evaluates. Hidden sizes are multiples of 8 up to
+/// kWidest.
+struct WideNetwork {
+  static constexpr int kWidest = 256;
+  NetworkShape shape;
+  /// The outputs are the unit normal's n_x, n_y, as in the network that GelSight ships with its Python SDK
+  /// (nnmini.pt): the gel's slopes dh/dx, dh/dy are n_x / n_z and n_y / n_z. Order and signs are measured on
+  /// recorded presses: the SDK's own texts name the outputs rows and columns, and its viewer converts the
+  /// colors twice. Its positions are divided as integers, so that the network sees zeros.
+  bool gives_normals = false;
+  std::vector<float> numbers;
+
+  bool operator==(const WideNetwork&) const = default;
+};
 
 /// The pixel-wise network of the public systems: (B,G,R)/255, u/W, v/H -> two slope angles in radians
-/// (atan dh/dx, atan dh/dy). The same type holds derivatives by the network's numbers and Adam's moments.
-struct GradientModel : PixelNetwork<32> {
+/// (atan dh/dx, atan dh/dy). The same type holds derivatives by the network's numbers and Adam's moments. A
+/// new one holds zeros.
+struct GradientModel {
+  static constexpr std::size_t kLayers = NetworkShape::kLayers;
+  static constexpr NetworkShape kShape = {{5, 32, 32, 32, 2}};
+
+  std::array<float, kShape.start(kLayers)> numbers{};
   /// Standard deviation (rad) of both angles, of kSigmaColumns x kSigmaRows cells of the picture, row by row;
   /// empty: not stated.
   static constexpr int kSigmaColumns = 20, kSigmaRows = 15;
   std::vector<float> sigma_rad;
-  /// If present, it is used instead of `numbers`, which are zero. Only FrozenNetwork evaluates it.
-  std::optional<MakerNetwork> maker;
+  /// If present, it is used instead of `numbers`, which are zero.
+  std::optional<WideNetwork> wide;
   /// Of the sensor that it reads, if it is said.
   std::optional<SensorOptics> optics;
 
+  std::span<float> weight(std::size_t layer) {
+    return {numbers.data() + kShape.start(layer), kShape.weights(layer)};
+  }
+  std::span<const float> weight(std::size_t layer) const {
+    return {numbers.data() + kShape.start(layer), kShape.weights(layer)};
+  }
+  std::span<float> bias(std::size_t layer) {
+    return {weight(layer).data() + kShape.weights(layer), kShape.outputs(layer)};
+  }
+  std::span<const float> bias(std::size_t layer) const {
+    return {weight(layer).data() + kShape.weights(layer), kShape.outputs(layer)};
+  }
   bool operator==(const GradientModel&) const = default;
 };
-static_assert(GradientModel::start(GradientModel::kLayers) ==
-              std::tuple_size_v<decltype(GradientModel::numbers)>);
 
 /// Writes a PyTorch (>= 1.6) state_dict: a zip with pickle protocol 2 that torch.load reads, also with
 /// weights_only. The same model gives the same bytes. Throws Error when the disk does not take it.
@@ -79,15 +88,13 @@ void write_pth_model(const std::filesystem::path& path, const GradientModel& mod
 
 /// Samples that the network evaluates together. Buffers are [neuron][sample].
 inline constexpr int kNetworkTile = 64;
-template <int Hidden>
-struct alignas(64) PixelNetworkTile {
+struct alignas(64) NetworkTile {
   template <int Neurons>
   using Values = std::array<float, static_cast<std::size_t>(Neurons) * kNetworkTile>;
   Values<5> input{};
-  std::array<Values<Hidden>, 3> hidden{};
+  std::array<Values<32>, 3> hidden{};
   Values<2> output{};
 };
-using NetworkTile = PixelNetworkTile<32>;
 
 /// The level of this processor, numbered as the levels of x86-64: 4 has AVX-512, 3 AVX2. 1 elsewhere.
 int instruction_level();
@@ -107,8 +114,7 @@ struct alignas(64) NetworkJacobian {
   std::array<NetworkTile::Values<5>, 2> of_output{};
 };
 
-/// A network whose numbers no longer change, or the maker's network: also as angles, and `hidden` stays as it
-/// is.
+/// A network whose numbers no longer change. A wide one gives angles, too, and leaves `hidden` as it is.
 class FrozenNetwork {
  public:
   explicit FrozenNetwork(const GradientModel& network, int level = instruction_level())
@@ -119,8 +125,6 @@ class FrozenNetwork {
   void jacobian(const NetworkTile& tile, NetworkJacobian& result) const;
 
  private:
-  void maker_jacobian(const NetworkTile& tile, NetworkJacobian& result) const;
-
   GradientModel network_;
   int level_;
 };
@@ -142,7 +146,7 @@ GradientModel initial_network(Normal&& normal) {
   GradientModel network;
   for (std::size_t layer = 0; layer < GradientModel::kLayers; ++layer)
     for (float& weight : network.weight(layer))
-      weight = static_cast<float>(normal() * std::sqrt(2.0 / GradientModel::kSizes[layer]));
+      weight = static_cast<float>(normal() * std::sqrt(2.0 / GradientModel::kShape.sizes[layer]));
   return network;
 }
 

@@ -51,7 +51,7 @@ class RunFolder {
   const std::filesystem::path& path() const { return temporary_; }  ///< where to write, until commit()
   const std::filesystem::path& final_path() const { return final_; }
   /// Throws Error when something that may not be replaced has appeared meanwhile (another run into the same
-  /// folder) or the disk refuses; what was written is then kept in RUN.kept-<pid>, which the error names.
+  /// folder) or the disk refuses; what was written is then kept in `RUN.kept-<pid>`, which the error names.
   /// Returns the lock of RUN, for those who go on writing there.
   FolderLock commit();
 

@@ -25,7 +25,7 @@ struct RunReport {
     std::int64_t total = 0, background = 0, no_contact = 0, tracked = 0, lost = 0, undone = 0;
     std::int64_t in_map = 0;
     std::int64_t not_in_mesh = 0;  ///< tracked, but in another piece, or at a place that is not known
-    std::int64_t left_out = 0;     ///< damaged or dropped between the first and the last
+    std::int64_t left_out = 0;     ///< damaged or dropped
   };
   struct Drift {
     double amount = 0;  ///< two standard deviations

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace gelslam {
@@ -17,9 +18,10 @@ struct ZipLimits {
   std::size_t entry_bytes = 64 * 1024;
 };
 
-/// All entries of a zip archive, checksums verified. Throws Error when the file is missing, damaged, no zip
-/// archive, or larger than `limits`.
-std::vector<ZipEntry> read_zip(const std::filesystem::path& path, const ZipLimits& limits = {});
+/// All entries of a zip archive, checksums verified. `name` stands for it in errors. Throws Error when it is
+/// damaged, no zip archive, or larger than `limits`.
+std::vector<ZipEntry> parse_zip(std::string_view bytes, const std::string& name,
+                                const ZipLimits& limits = {});
 
 /// Entries stored, not compressed (as PyTorch wants them), with a fixed date: the same entries give the same
 /// bytes. The file appears when it is whole. Throws Error when the disk does not take it.

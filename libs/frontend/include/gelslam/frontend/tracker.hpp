@@ -68,8 +68,9 @@ struct TrackedFrame {
 ///  7. After a loss, a later frame continues the trial, or begins a new one together with the lost frame.
 ///  8. A keyframe is replaced when it shares too little of the frame's contact.
 ///  9. Turning points become keyframes.
-/// 10. A picture that was damaged on its way may look like a jump, or like more contact. What one frame alone
-///     shows makes no keyframe, and the frame after a searched step is expected where it was before, too.
+///  10. A picture that was damaged on its way may look like a jump, or like more contact. What one frame
+///  alone
+///      shows makes no keyframe, and the frame after a searched step is expected where it was before, too.
 /// Deterministic without limit_relocalization(); frames must come in order.
 class Tracker {
  public:

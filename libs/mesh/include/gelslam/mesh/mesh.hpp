@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 namespace gelslam {
@@ -19,6 +20,9 @@ struct Mesh {
 double area_mm2(const Mesh& mesh);
 /// Volume of a closed mesh, mm³; negative when its triangles are clockwise seen from outside.
 double volume_mm3(const Mesh& mesh);
+/// What is wrong with the size of a thing that a touch sensor should feel, and a wrong unit explains: "is
+/// 29400 mm large; check its unit". "" from 1 mm to 2 m.
+std::string size_doubt(const Mesh& mesh);
 /// Median length of the triangles' sides, mm, but at least half the side in an even mesh of the same area and
 /// as many vertices: the area in squares of this size is at most four times as many, however unlike the
 /// triangles are. 0 without triangles.

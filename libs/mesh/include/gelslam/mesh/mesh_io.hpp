@@ -33,6 +33,9 @@ LengthUnit unit_of(const std::filesystem::path& path);
 /// "m"). Nothing where the file notes one, is none, or `unit` is empty. Throws Error for another unit.
 std::optional<double> named_unit_mm(const std::filesystem::path& path, const std::string& unit);
 
+/// Bytes behind the last triangle of a binary STL, which are ignored; 0 for every other file.
+std::uintmax_t bytes_behind_mesh(const std::filesystem::path& path);
+
 /// Reads PLY, OBJ or STL (by extension, through Assimp; confidence only from our own PLY). Without
 /// `mm_per_unit` the numbers are in unit_of(path). Throws Error when the file is missing, truncated, empty or
 /// not a triangle mesh.

@@ -42,7 +42,8 @@ class FrameDecoder {
   std::int64_t left_out() const;  ///< frames that were none
   /// The first of them: "frame 120: JPEG ends early"; or "".
   const std::string& first_damage() const;
-  /// "left out 2 damaged pictures (the first: frame 120: JPEG ends early)", or "".
+  /// "left out 2 damaged pictures (the first: frame 120: JPEG ends early)", and whether pictures repeat or
+  /// stand still; or "".
   std::string warning() const;
 
  private:
@@ -64,6 +65,9 @@ class FrameSource {
   double rate_hz() const { return raw_->rate_hz(); }
   /// For people: "video gelsight.avi, 320x240, 25 Hz".
   std::string description() const { return raw_->description(); }
+  /// Damaged pictures so far.
+  std::int64_t left_out() const { return decoder_.left_out(); }
+  std::int64_t lost_frames() const { return raw_->lost_frames(); }
   /// What was wrong with the frames delivered so far, as a sentence for people, or "": "video x.avi ends
   /// after 120 of 245 frames; is it truncated?". Complete once next() has returned nothing.
   std::string warning() const;

@@ -84,6 +84,8 @@ class SurfaceStream {
   std::string description() const { return source_->description(); }
   /// FrameToSurface::doubts().
   const std::vector<std::string>& background_doubts() const { return frames_.doubts(); }
+  /// Damaged pictures so far.
+  std::int64_t left_out() const { return source_->left_out(); }
   /// What was wrong with the log, for the user, or "" (complete at the end).
   std::string warning() const { return source_->warning(); }
 

@@ -103,7 +103,7 @@ struct BareStretch {
 std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frames, std::size_t most,
                                              const GradientModel& model, const SurfaceOptions& options);
 
-/// Message for users of the maker's model (GradientModel::maker).
+/// Message for users of the maker's model (WideNetwork::gives_normals).
 inline constexpr const char* kMakerModelDoubt =
     "the maker's model reads heights about a third too small: press a ball for one of this sensor (gelslam "
     "calibrate)";

@@ -45,9 +45,9 @@ GradientModel read_model(const std::filesystem::path& path);
 /// The same from bytes in memory; `name` stands for the file in errors.
 ModelFile parse_model_file(std::span<const unsigned char> bytes, const std::string& name);
 
-/// Reads a PyTorch state_dict (`nnmodel.pth`, or the maker's `nnmini.pt`: zip + pickle protocol 2) without
-/// ever running code: only the opcodes and globals a state_dict of float32 tensors needs are known, all else
-/// is refused. Throws Error.
+/// Reads a PyTorch state_dict (`nnmodel.pth`, or the maker's `nnmini.pt`: zip + pickle) without ever running
+/// code: only the opcodes and globals a state_dict of tensors needs are known, all else is refused. Batch
+/// normalizations become part of the layers. Throws Error.
 GradientModel parse_pth_model(std::span<const unsigned char> file, const std::string& name);
 
 /// Writes our own format, whole or not at all; the same content gives the same bytes. Throws Error when the

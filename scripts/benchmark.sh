@@ -1,0 +1,79 @@
+#!/usr/bin/env bash
+# Compares the micro-benchmarks of two commits: see usage below.
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
+
+usage() {
+  cat <<END
+usage: scripts/benchmark.sh [--against COMMIT | --program BEFORE] [FILTER]
+
+Runs the micro-benchmarks of this commit and of an earlier one in turn, so that both see the same machine. Writes
+build/benchmarks/COMMIT.json (nanoseconds, ratios) and prints the ratios now / before.
+  --against COMMIT   default: the last commit with such a file, else the one before this
+  --program BEFORE   a gelslam-lab that is built already, instead of a commit
+  FILTER             regular expression, such as registration/
+END
+}
+
+against='' before='' now=$root/build/bin/gelslam-lab
+while [[ ${1:-} == -* ]]; do
+  case $1 in
+    --against) against=$(git -C "$root" rev-parse --short "${2:?--against needs a commit}"); shift ;;
+    --program) before=$(realpath "${2:?--program needs a program}"); shift ;;
+    -h | --help) usage; exit 0 ;;
+    *) usage >&2; exit 2 ;;
+  esac
+  shift
+done
+(($# <= 1)) || { usage >&2; exit 2; }
+folder=$root/build/benchmarks
+commit=$(git -C "$root" rev-parse --short HEAD)
+mkdir -p "$folder"
+
+if [[ -z $before ]]; then
+  if [[ -z $against ]]; then
+    last=$(find "$folder" -maxdepth 1 -name '*.json' ! -name "$commit.json" -printf '%T@ %f\n' | sort -n | tail -1)
+    last=${last##* }
+    last=${last%.json}
+    against=$(git -C "$root" rev-parse --short "${last:-HEAD~1}")
+  fi
+  source=$folder/src-$against before=$folder/$against/bin/gelslam-lab
+  [[ -d $source ]] || git -C "$root" worktree add --detach "$source" "$against" >/dev/null
+  [[ -x $before ]] || "$source/scripts/build.sh" --lab "$folder/$against"
+  "$root/scripts/build.sh" --lab "$root/build"
+fi
+
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+rounds=5
+for ((round = 0; round < rounds; ++round)); do
+  for program in now before; do
+    "${!program}" micro-benchmarks "${@}" --benchmark_format=json --benchmark_min_time=0.1 >"$work/$program-$round.json" 2>/dev/null
+  done
+done
+python3 - "$work" "$folder/$commit.json" "$commit" "${against:-$before}" <<'END'
+import glob, json, statistics, sys
+
+work, out, commit, against = sys.argv[1:]
+unit = {"ns": 1, "us": 1e3, "ms": 1e6, "s": 1e9}
+
+
+def medians(program):
+    times = {}
+    for path in glob.glob(f"{work}/{program}-*.json"):
+        for case in json.load(open(path))["benchmarks"]:
+            times.setdefault(case["name"], []).append(case["cpu_time"] * unit[case["time_unit"]])
+    return {name: statistics.median(values) for name, values in times.items()}
+
+
+now, before = medians("now"), medians("before")
+ratios = {name: round(now[name] / before[name], 3) for name in now if before.get(name)}
+context = json.load(open(f"{work}/now-0.json"))["context"]
+with open(out, "w") as file:
+    json.dump({"commit": commit, "against": against, "date": context["date"], "processor_mhz": context["mhz_per_cpu"],
+               "ns": now, "ratio": ratios}, file, indent=1)
+for name, ratio in ratios.items():
+    print(f"{ratio:6.2f}  {name}")
+print(f"written: {out}")
+END
