@@ -66,10 +66,10 @@ int choose_anchor(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
                   const std::vector<bool>& in_map) {
   std::vector<double> contact_pixels;
   for (std::size_t id = 0; id < keyframes.size(); ++id)
-    if (in_map[id]) contact_pixels.push_back(keyframes[id]->surface.contact_pixels());
+    if (in_map[id]) contact_pixels.push_back(keyframes[id]->surface.facts().contact_pixels);
   const double typical_pixels = median(std::move(contact_pixels));
   std::size_t id = 0;
-  while (!in_map[id] || 4 * keyframes[id]->surface.contact_pixels() < 3 * typical_pixels) ++id;
+  while (!in_map[id] || 4 * keyframes[id]->surface.facts().contact_pixels < 3 * typical_pixels) ++id;
   return static_cast<int>(id);
 }
 

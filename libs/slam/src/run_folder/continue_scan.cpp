@@ -34,12 +34,12 @@ void check_same_sensor(const fs::path& run, const ScanRecord& record, const Scan
   const auto last = std::find_if(record.keyframes.rbegin(), record.keyframes.rend(),
                                  [](const auto& keyframe) { return keyframe != nullptr; });
   if (last == record.keyframes.rend()) return;
-  const StoredSurface& surface = (*last)->surface;
-  if (surface.size() != cv::Size(sensor.width_px, sensor.height_px) ||
-      surface.pixel_pitch_mm() != sensor.pixel_pitch_mm)
+  const SurfaceFacts surface = (*last)->surface.facts();
+  if (surface.size != cv::Size(sensor.width_px, sensor.height_px) ||
+      surface.pixel_pitch_mm != sensor.pixel_pitch_mm)
     throw Error(fmt::format(
         "{}: was scanned at {} pixels of {} mm, not at {} pixels of {} mm{}", run.string(),
-        size_text(surface.size().width, surface.size().height), short_number(surface.pixel_pitch_mm()),
+        size_text(surface.size.width, surface.size.height), short_number(surface.pixel_pitch_mm),
         size_text(sensor.width_px, sensor.height_px), short_number(sensor.pixel_pitch_mm), result));
 }
 

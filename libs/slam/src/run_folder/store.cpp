@@ -64,7 +64,7 @@ void insert(Database& database, const std::vector<FrameRecord>& frames) {
 }
 
 void insert(Database& database, const Keyframe& keyframe) {
-  const std::string surface = keyframe.surface.packed()->bytes();
+  const std::string surface = keyframe.surface.packed().bytes();
   Statement(database, "INSERT INTO keyframes VALUES(?,?,?,?)")
       .run(keyframe.id, keyframe.frame, keyframe.trial, Blob{surface});
 }

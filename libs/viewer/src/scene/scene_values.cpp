@@ -14,7 +14,7 @@ using Eigen::Vector3f;
 /// The middle of what a keyframe touched, in the sensor's frame.
 Eigen::Vector3d contact_center(const MapSnapshot::Node& node) {
   if (!node.surface) return Eigen::Vector3d::Zero();
-  const Eigen::Vector2d center_mm = node.surface.contact_center_mm();
+  const Eigen::Vector2d center_mm = node.surface.facts().contact_center_mm;
   return {center_mm.x(), center_mm.y(), 0};
 }
 
