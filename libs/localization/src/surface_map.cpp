@@ -86,7 +86,7 @@ const MapPlace& SurfaceMap::Impl::place(int keyframe_id) const {
 
 std::vector<Pose> SurfaceMap::recognize(const Keyframe& touch) const {
   std::vector<Pose> poses;
-  for (const LoopConstraint& loop : impl_->recognition.recognize(touch))
+  for (const PoseGraphEdge& loop : impl_->recognition.recognize(touch))
     poses.emplace_back(impl_->place(loop.from).map_T_keyframe * loop.from_T_to);
   return poses;
 }

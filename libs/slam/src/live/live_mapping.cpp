@@ -12,6 +12,10 @@ constexpr std::chrono::milliseconds kMaxUpdateInterval{200};
 }  // namespace
 
 void MappingStage::restore(const ScanRecord& record, const Found& found) {
+  if (record.keyframes.empty()) {
+    mapper_.restore(record);
+    return;
+  }
   const auto scope = timer_.measure("loop closure");
   for (auto& [keyframe, loops] : mapper_.restore(record)) found(keyframe, loops);
   mapper_.optimize();

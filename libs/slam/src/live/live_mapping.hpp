@@ -19,7 +19,7 @@ class MappingStage {
   /// What was found of a keyframe that was searched for loops.
   using Found = std::function<void(int keyframe, std::vector<PoseGraphEdge> loops)>;
 
-  /// Before run(): continues a scan.
+  /// Before run(): the scan that goes on; of a new one its part.
   void restore(const ScanRecord& record, const Found& found);
 
   /// `publish` is called with every new map, `save` when a person asked for it; all from this thread.

@@ -56,10 +56,10 @@ struct LiveSlam::Impl {
       : options(live_options),
         source(std::move(frames)),
         board(source->description()),
+        so_far(options.continued ? options.continued->record : ScanRecord{}),
         surface(options, board, timer),
-        tracking(options.config.slam, relocalization_share(options),
-                 options.continued ? &*options.continued : nullptr, options.stream.get(), measured, board,
-                 timer),
+        tracking(options.config.slam, relocalization_share(options), so_far, options.stream.get(), measured,
+                 board, timer),
         mapping(options.config.slam, timer),
         fusion(options.config.slam.fusion, board, timer) {}
 
@@ -72,7 +72,6 @@ struct LiveSlam::Impl {
   void write_session();
   void save_for_now(const SaveSoFar& so_far);
   void finish();
-  std::vector<ScanPart> parts() const;
   Run save(SlamMap map, bool partial, ProgressSink* progress);
   bool failed();
   void join();
@@ -85,6 +84,7 @@ struct LiveSlam::Impl {
   StageTimer timer;
   SessionQueue measured{1};  // its limit is never asked for
   LiveBoard board;
+  ScanRecord so_far;  // of a new scan its part alone
   SurfaceStage surface;
   TrackingStage tracking;
   MappingStage mapping;
@@ -129,6 +129,8 @@ void LiveSlam::Impl::guarded(const Work& work) {
 void LiveSlam::Impl::start() {
   make_threads();
   run = run_of(options);
+  if (!so_far.parts.empty()) so_far.parts.pop_back();
+  if (run) so_far.parts.push_back(run->part());
   if (run && options.record) recorder = recorder_of(options, *source, run->log());
   ready.set_value();
 }
@@ -236,7 +238,7 @@ void LiveSlam::Impl::map_keyframes() {
     measured.push_beyond_limit(
         [keyframe, loops = std::move(loops)](Store& store) { store.add_loops(keyframe, loops); });
   };
-  if (options.continued) mapping.restore(options.continued->record, found);
+  mapping.restore(so_far, found);
   mapping.run(
       keyframes, aborted, found,
       [this](std::shared_ptr<const MapSnapshot> map) {
@@ -264,7 +266,6 @@ void LiveSlam::Impl::write_session() {
 void LiveSlam::Impl::save_for_now(const SaveSoFar& so_far) {
   try {
     SlamMap map = mapping.finish(so_far.records, [this] { return stopped.load(); });
-    map.measured.parts = parts();
     save(std::move(map), true, nullptr);
   } catch (const std::exception& error) {
     board.warn(error.what());
@@ -280,7 +281,6 @@ void LiveSlam::Impl::finish() {
     const auto scope = timer.measure("finish/poses");
     map = mapping.finish(
         tracking.records(), [this] { return aborted.load(); }, &progress);
-    map.measured.parts = parts();
   }
   fusion.stop();
   fusion_thread.join();  // what it drew must not come after what is saved
@@ -288,16 +288,6 @@ void LiveSlam::Impl::finish() {
   const Run saved = save(std::move(map), aborted || lost || failed(), &progress);
   if (options.show_mesh) board.show_saved(saved.map, saved.mesh);
   board.set_words(run ? "done: saved in " + run->folder().string() : "done", TrackStatus::background);
-}
-
-std::vector<ScanPart> LiveSlam::Impl::parts() const {
-  std::vector<ScanPart> parts;
-  if (options.continued) {
-    parts = options.continued->record.parts;
-    parts.pop_back();
-  }
-  if (run) parts.push_back(run->part());
-  return parts;
 }
 
 Run LiveSlam::Impl::save(SlamMap map, bool partial, ProgressSink* progress) {

@@ -5,29 +5,27 @@
 namespace gelslam::slam::detail {
 
 TrackingStage::TrackingStage(const SlamOptions& options, std::optional<double> relocalization_share,
-                             const ContinuedScan* continued, PoseStream* stream, SessionQueue& session,
+                             const ScanRecord& so_far, PoseStream* stream, SessionQueue& session,
                              LiveBoard& board, StageTimer& timer)
-    : relocalization_share_(relocalization_share),
-      continued_(continued),
+    : so_far_(so_far),
       tracker_(options.tracker, options.registration, options.verification),
       stream_(stream),
       board_(board),
       timer_(timer),
-      session_(session) {
+      session_(session),
+      first_frame_(so_far.next_frame()),
+      first_time_s_(so_far.next_time_s()),
+      records_(so_far.frames) {
   if (relocalization_share)
     tracker_.limit_relocalization(*relocalization_share, [] {
       return std::chrono::duration<double>(LiveClock::now().time_since_epoch()).count();
     });
-  if (!continued) return;
-  tracker_.continue_after(continued->last_keyframe(), continued->last_trial());
-  first_frame_ = continued->first_frame;
-  first_time_s_ = continued->first_time_s;
-  records_ = continued->record.frames;
+  tracker_.continue_after(so_far.last_keyframe(), so_far.last_trial());
 }
 
 void TrackingStage::run(TrackerQueue& in, MapperQueue& out) {
-  if (continued_ && stream_)
-    for (const auto& keyframe : continued_->record.keyframes)
+  if (stream_)
+    for (const auto& keyframe : so_far_.keyframes)
       if (keyframe) stream_->keep(*keyframe);
   while (const std::optional<TrackerMessage> message = in.pop())
     std::visit([&](const auto& content) { handle(content, out); }, *message);

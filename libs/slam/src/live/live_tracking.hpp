@@ -17,10 +17,10 @@ namespace gelslam::slam::detail {
 /// waits.
 class TrackingStage {
  public:
-  /// `relocalization_share`: Tracker::limit_relocalization(), or nothing. `continued`: null for a new scan.
-  /// `stream`: null for none.
+  /// `relocalization_share`: Tracker::limit_relocalization(), or nothing. `so_far`: the scan that
+  /// goes on. `stream`: null for none.
   TrackingStage(const SlamOptions& options, std::optional<double> relocalization_share,
-                const ContinuedScan* continued, PoseStream* stream, SessionQueue& session, LiveBoard& board,
+                const ScanRecord& so_far, PoseStream* stream, SessionQueue& session, LiveBoard& board,
                 StageTimer& timer);
 
   void run(TrackerQueue& in, MapperQueue& out);
@@ -36,16 +36,15 @@ class TrackingStage {
   void record(const FrameRecord& record);
   void stream(const TrackedFrame& tracked, const SurfacedFrame& frame);
 
-  const std::optional<double> relocalization_share_;
-  const ContinuedScan* const continued_;
+  const ScanRecord& so_far_;
   Tracker tracker_;
   PoseStream* stream_;
   HiddenMotions hidden_;
   LiveBoard& board_;
   StageTimer& timer_;
   SessionQueue& session_;
-  std::int64_t first_frame_ = 0;
-  double first_time_s_ = 0;
+  const std::int64_t first_frame_;
+  const double first_time_s_;
   mutable std::mutex mutex_;
   std::vector<FrameRecord> records_;
 };

@@ -27,12 +27,11 @@ struct GelSlam::Impl {
   std::vector<FrameRecord> frames;
 };
 
-GelSlam::GelSlam(const SlamOptions& options, const ContinuedScan* continued)
+GelSlam::GelSlam(const SlamOptions& options, const ScanRecord& so_far)
     : impl_(std::make_unique<Impl>(options)) {
-  if (!continued) return;
-  impl_->tracker.continue_after(continued->last_keyframe(), continued->last_trial());
-  impl_->mapper.restore(continued->record);
-  impl_->frames = continued->record.frames;
+  impl_->tracker.continue_after(so_far.last_keyframe(), so_far.last_trial());
+  impl_->mapper.restore(so_far);
+  impl_->frames = so_far.frames;
 }
 GelSlam::~GelSlam() = default;
 GelSlam::GelSlam(GelSlam&&) noexcept = default;

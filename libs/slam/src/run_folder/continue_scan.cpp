@@ -43,40 +43,25 @@ void check_same_sensor(const fs::path& run, const ScanRecord& record, const Scan
         size_text(sensor.width_px, sensor.height_px), short_number(sensor.pixel_pitch_mm), result));
 }
 
-int ContinuedScan::last_trial() const {
-  int trial = -1;
-  for (const FrameRecord& frame : record.frames) trial = std::max(trial, frame.trial);
-  for (const auto& keyframe : record.keyframes)
-    if (keyframe) trial = std::max(trial, keyframe->trial);
-  return trial;
-}
-
 ScanPart part_of(const Config& config, const fs::path& log) {
   const fs::path& model = config.sensor.calibration_model_path;
   return {0, config.sensor.device_name, model.empty() ? 0 : crc32_of_numbers(read_gradient_model(model)),
           log.empty() ? "" : fs::absolute(log).lexically_normal().string()};
 }
 
-ContinuedScan continue_scan(const fs::path& run, const Config& config, const fs::path& log) {
+ScanRecord continue_scan(const fs::path& run, const Config& config, const fs::path& log) {
   check_is_run(run, RunNeeds::record);
-  ContinuedScan scan;
-  scan.record = read_scan(run, config.slam.registration);
+  ScanRecord record = read_scan(run, config.slam.registration);
   ScanPart part = part_of(config, log);
-  check_same_sensor(run, scan.record, part, config.sensor);
-  if (!scan.record.frames.empty()) {
-    scan.first_frame = scan.record.frames.back().frame + 1;
-    scan.first_time_s = scan.record.frames.back().time_s + kBetweenPartsS;
-  }
-  part.first_frame = scan.first_frame;
-  scan.record.parts.push_back(std::move(part));
-  return scan;
+  check_same_sensor(run, record, part, config.sensor);
+  part.first_frame = record.next_frame();
+  record.parts.push_back(std::move(part));
+  return record;
 }
 
 ContinuedScan continue_in_place(const fs::path& run, const Config& config) {
   auto lock = std::make_shared<const FolderLock>(run);
-  ContinuedScan scan = continue_scan(run, config, "");
-  scan.lock = std::move(lock);
-  return scan;
+  return {continue_scan(run, config, ""), std::move(lock)};
 }
 
 }  // namespace gelslam

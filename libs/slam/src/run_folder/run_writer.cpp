@@ -1,7 +1,6 @@
 #include "run_folder/run_writer.hpp"
 
 #include <algorithm>
-#include <array>
 #include <map>
 
 #include "gelslam/backend/g2o.hpp"
@@ -15,7 +14,7 @@
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/mapper.hpp"
 #include "gelslam/slam/store.hpp"
-#include "gelslam/slam/trial_drift.hpp"
+#include "gelslam/slam/trajectory_uncertainty.hpp"
 
 namespace gelslam {
 namespace {
@@ -52,25 +51,13 @@ RunReport::Frames frame_counts(const SlamMap& map) {
 /// The log of each part, and the time at which it begins.
 std::vector<RunReport::Log> part_logs(const SlamMap& map) {
   std::vector<RunReport::Log> logs;
-  for (const ScanPart& part : map.measured.parts) {
+  for (const ScanPart& part : map.parts) {
     const auto next = std::find_if(map.frames.begin(), map.frames.end(),
                                    [&](const FrameRecord& frame) { return frame.frame >= part.first_frame; });
     const double first_time_s = next == map.frames.begin() ? 0.0 : std::prev(next)->time_s + kBetweenPartsS;
     logs.push_back({part.log, first_time_s});
   }
   return logs;
-}
-
-RunReport::Uncertainty uncertainty_fields(const TrajectoryUncertainty& uncertainty) {
-  constexpr std::array<const char*, 6> kMotions = {"x", "y", "z", "rx", "ry", "rz"};
-  const auto drift = [](const TrajectoryUncertainty::Drift& worst) {
-    return RunReport::Drift{worst.amount, worst.frame, worst.time_s};
-  };
-  RunReport::Uncertainty fields{drift(uncertainty.mm), drift(uncertainty.deg), {}};
-  for (const TrajectoryUncertainty::Hidden& hidden : uncertainty.hidden)
-    fields.not_observable.push_back(
-        {kMotions[hidden.motion], hidden.first_frame, hidden.first_time_s, hidden.frames});
-  return fields;
 }
 
 /// "1 piece not joined; 16 frames not in the mesh; next time cross places that you touched before", or "".
@@ -83,8 +70,8 @@ std::string not_in_mesh(int pieces, std::int64_t frames) {
 }
 
 /// What a user has to know beside the result.
-std::vector<std::string> reservations(const RunReport& report, const TrajectoryUncertainty& uncertainty) {
-  std::vector<std::string> sentences = describe(uncertainty);
+std::vector<std::string> reservations(const RunReport& report) {
+  std::vector<std::string> sentences = describe(report.uncertainty);
   if (!report.complete())
     sentences.insert(sentences.begin(),
                      not_in_mesh(std::max(report.components - 1, 0), report.frames.not_in_mesh));
@@ -100,14 +87,14 @@ void count(const Run& run, RunReport& report) {
   if (!report.parts.empty()) report.logs = part_logs(map);
   report.anchor_frame = map.anchor_frame;
   report.frames = frame_counts(map);
-  report.uncertainty = uncertainty_fields(map.uncertainty);
+  report.uncertainty = map.uncertainty;
   report.keyframes = static_cast<int>(map.keyframes.size());
   report.trials = map.trials;
   report.components = map.components;
   report.loops = map.loops;
   const std::vector<bool>& outlier = map.solution.edge_outlier;
   report.loop_outliers = static_cast<int>(std::count(outlier.begin(), outlier.end(), true));
-  report.reservations = reservations(report, map.uncertainty);
+  report.reservations = reservations(report);
   report.gradient_scale = {map.gradient_scale.x, map.gradient_scale.y};
   report.mesh = {run.mesh.vertices_mm.size(), run.mesh.triangles.size()};
 }
@@ -123,8 +110,8 @@ std::map<int, Pose> map_poses(const SlamMap& map) {
 std::vector<PoseGraphEdge> map_edges(const SlamMap& map, bool outliers) {
   const auto in_map = [&](int id) { return map.in_map[static_cast<std::size_t>(id)]; };
   std::vector<PoseGraphEdge> edges;
-  for (std::size_t i = 0; i < map.edges.size(); ++i) {
-    const PoseGraphEdge& edge = map.edges[i];
+  for (std::size_t i = 0; i < map.solved_edges.size(); ++i) {
+    const PoseGraphEdge& edge = map.solved_edges[i];
     if (in_map(edge.from) && in_map(edge.to) && map.solution.edge_outlier[i] == outliers)
       edges.push_back(edge);
   }
