@@ -10,18 +10,6 @@ struct GelSlam::Impl {
   explicit Impl(const SlamOptions& options)
       : tracker(options.tracker, options.registration, options.verification), mapper(options) {}
 
-  TrackedFrame track(std::int64_t frame, double time_s, SurfacePtr surface, StageTimer& timer) {
-    const auto scope = timer.measure("tracking");
-    return tracker.track(frame, time_s, std::move(surface));
-  }
-
-  void close_loops(const TrackedFrame& tracked, StageTimer& timer) {
-    for (const NewKeyframe& added : tracked.new_keyframes) {
-      const auto scope = timer.measure("loop closure");
-      mapper.add_keyframe(added);
-    }
-  }
-
   Tracker tracker;
   Mapper mapper;
   std::vector<FrameRecord> frames;
@@ -37,8 +25,15 @@ GelSlam::~GelSlam() = default;
 GelSlam::GelSlam(GelSlam&&) noexcept = default;
 
 TrackedFrame GelSlam::process(std::int64_t frame, double time_s, SurfacePtr surface, StageTimer& timer) {
-  TrackedFrame tracked = impl_->track(frame, time_s, std::move(surface), timer);
-  impl_->close_loops(tracked, timer);
+  TrackedFrame tracked;
+  {
+    const auto scope = timer.measure("tracking");
+    tracked = impl_->tracker.track(frame, time_s, std::move(surface));
+  }
+  for (const NewKeyframe& added : tracked.new_keyframes) {
+    const auto scope = timer.measure("loop closure");
+    impl_->mapper.add_keyframe(added);
+  }
   impl_->frames.push_back(record_of(tracked));
   return tracked;
 }
