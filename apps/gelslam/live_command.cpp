@@ -222,8 +222,7 @@ LiveEnd run_to_its_end(std::unique_ptr<RawFrameSource> source, LiveOptions optio
       2, options.log.empty() ? InterruptWatch::Ends::regularly : InterruptWatch::Ends::early);
   std::atomic<bool> shown{arguments.headless};
   options.begins = [&shown] { return shown.load(); };
-  const auto session =
-      usual_priority.run([&] { return std::make_unique<LiveSlam>(std::move(source), options); });
+  const auto session = usual_priority.run([&] { return begin_live_scan(std::move(source), options); });
   window.when_shown = [&] { shown = true; };
   const StopWatch stop_watch(*session, interrupt, arguments.seconds);
   if (!arguments.headless) {

@@ -18,11 +18,9 @@ namespace gelslam::python {
 namespace {
 
 /// A new scan, or the one in the run folder.
-ContinuedScan scan_of(const Sensor& sensor, const OptionalPath& run) {
+ScanRecord scan_of(const Sensor& sensor, const OptionalPath& run) {
   if (run) return continue_scan(*run, sensor.config(), "");
-  ContinuedScan scan;
-  scan.record.parts = {part_of(sensor.config(), "")};
-  return scan;
+  return {.parts = {part_of(sensor.config(), "")}};
 }
 
 /// Tracking and mapping, frame by frame. Calls from several threads wait for each other.
@@ -64,13 +62,13 @@ class Slam {
   }
 
  private:
-  Slam(std::shared_ptr<Sensor> sensor, const ContinuedScan& scan)
+  Slam(std::shared_ptr<Sensor> sensor, const ScanRecord& scan)
       : sensor_(std::move(sensor)),
-        slam_(sensor_->config().slam, &scan),
+        slam_(sensor_->config().slam, scan),
         drift_(sensor_->config().slam.gradient_scale.sigma),
-        first_time_s_(scan.first_time_s),
-        frames_(scan.first_frame) {
-    if (!scan.record.frames.empty()) times_.begin_after(scan.record.frames.back().time_s);
+        first_time_s_(scan.next_time_s()),
+        frames_(scan.next_frame()) {
+    if (!scan.frames.empty()) times_.begin_after(scan.frames.back().time_s);
   }
 
   const std::shared_ptr<Sensor> sensor_;

@@ -53,7 +53,7 @@ TEST(Tracker, FirstContactStartsATrialWithAKeyframe) {
   EXPECT_EQ(frame.new_keyframes.back().keyframe->id, 0);
   EXPECT_EQ(frame.new_keyframes.back().keyframe->frame, 1);
   EXPECT_EQ(frame.new_keyframes.back().keyframe->trial, 0);
-  EXPECT_TRUE(frame.new_keyframes.back().keyframe->surface.packed()->bytes() ==
+  EXPECT_TRUE(frame.new_keyframes.back().keyframe->surface.packed().bytes() ==
               PackedSurface(*surface).bytes());
   EXPECT_TRUE(static_cast<bool>(frame.new_keyframes.back().keyframe->reference));
   EXPECT_EQ(frame.new_keyframes.back().link.previous, nullptr);
@@ -138,7 +138,7 @@ void expect_loss_after(int before) {
   EXPECT_TRUE(lost.trial_T_frame.isApprox(Pose::Identity()));
   ASSERT_EQ(lost.new_keyframes.size(), before > 1 ? 2U : 1U)
       << "what the trial has shown last, beyond its keyframe";
-  EXPECT_TRUE(lost.new_keyframes.back().keyframe->surface.packed()->bytes() ==
+  EXPECT_TRUE(lost.new_keyframes.back().keyframe->surface.packed().bytes() ==
               PackedSurface(*elsewhere).bytes());
   EXPECT_EQ(lost.new_keyframes.back().keyframe->trial, 1);
   EXPECT_EQ(lost.new_keyframes.back().keyframe->id, before > 1 ? 2 : 1)
@@ -189,7 +189,7 @@ TEST(Tracker, TwoFramesThatAgreeElsewhereAreTheNextTrial) {
   EXPECT_EQ(next.trial, 1);
   ASSERT_THAT(next.new_keyframes, testing::Not(testing::IsEmpty()));
   EXPECT_EQ(next.keyframe, next.new_keyframes.back().keyframe);
-  EXPECT_TRUE(next.new_keyframes.back().keyframe->surface.packed()->bytes() ==
+  EXPECT_TRUE(next.new_keyframes.back().keyframe->surface.packed().bytes() ==
               PackedSurface(*elsewhere).bytes());
   EXPECT_EQ(next.new_keyframes.back().keyframe->frame, 4);
   EXPECT_EQ(next.new_keyframes.back().keyframe->trial, 1);

@@ -16,13 +16,6 @@ namespace {
 using namespace test;
 using testing::HasSubstr;
 
-ContinuedScan read_back(const std::filesystem::path& folder) {
-  ContinuedScan scan;
-  scan.record = read_scan(folder, NormalFlowOptions{});
-  scan.first_frame = scan.record.frames.back().frame + 1;
-  return scan;
-}
-
 /// With a gradient model in this folder.
 Config config_in(const TemporaryFolder& folder) {
   PthFile model;
@@ -55,8 +48,7 @@ TEST(ContinuedScan, EqualsAScanInOneGo) {
     scan->stroke(0.8, 0.6, 50);
   }
   write_store(folder.path(), first.finish());
-  const ContinuedScan continued = read_back(folder.path());
-  Strokes second(&continued);
+  Strokes second(read_scan(folder.path(), {}));
   for (Strokes* scan : {&whole, &second}) {
     scan->stroke(1.5, -0.5, -30);
     scan->stroke(2.5, 0.1, 10);
@@ -75,11 +67,10 @@ TEST(ContinuedScan, SearchesForLoopsThatAKillPrevented) {
   whole.stroke(1.5, -0.5, -30);
   const SlamMap map = whole.finish();
   ASSERT_EQ(map.components, 1);
-  ContinuedScan killed;
-  killed.record = map.measured;
-  for (std::size_t id = 1; id < killed.record.searched.size(); ++id) killed.record.searched[id] = false;
-  std::erase_if(killed.record.edges, [](const PoseGraphEdge& edge) { return edge.kind == EdgeKind::loop; });
-  expect_same_map(Strokes(&killed).finish(), map);
+  ScanRecord killed = map;
+  for (std::size_t id = 1; id < killed.searched.size(); ++id) killed.searched[id] = false;
+  std::erase_if(killed.edges, [](const PoseGraphEdge& edge) { return edge.kind == EdgeKind::loop; });
+  expect_same_map(Strokes(killed).finish(), map);
 }
 
 TEST(ContinuedScan, SaysWhichPartsJoined) {
@@ -89,8 +80,7 @@ TEST(ContinuedScan, SaysWhichPartsJoined) {
   scan.stroke(40, 0, 0);
   SlamMap map = scan.finish();
   EXPECT_TRUE(describe_parts(map).empty());
-  map.measured.parts = {
-      {0, "a", 1, "/a.mkv"}, {4, "b", 1, ""}, {8, "c", 1, "/c.mkv"}, {12, "d", 1, "/d.mkv"}};
+  map.parts = {{0, "a", 1, "/a.mkv"}, {4, "b", 1, ""}, {8, "c", 1, "/c.mkv"}, {12, "d", 1, "/d.mkv"}};
   EXPECT_THAT(
       describe_parts(map),
       testing::ElementsAre("part 1 of 4 (/a.mkv): joined, 3 frames", "part 2 of 4 (b): joined, 3 frames",
@@ -105,7 +95,7 @@ TEST(ContinuedScan, OfAnotherSensorIsRefused) {
   Config config = config_in(folder);
   std::filesystem::create_directory(folder / "run");
   write_store(folder / "run", scan.finish(part_of(config, "")));
-  EXPECT_EQ(continue_scan(folder / "run", config, "").first_frame, 4);
+  EXPECT_EQ(continue_scan(folder / "run", config, "").next_frame(), 4);
   config.sensor.pixel_pitch_mm = 0.05;
   EXPECT_THAT(message_of<Error>([&] { continue_scan(folder / "run", config, ""); }),
               HasSubstr("was scanned at 320x240 pixels of 0.0634 mm, not at 320x240 pixels of 0.05 mm; "
@@ -125,13 +115,13 @@ TEST(ContinuedScan, MayHoldNoKeyframeAnyMore) {
   scan.stroke(0, 0, 0);
   write_store(folder.path(), scan.finish());
   Store(folder.path()).forget_from_trial(0);
-  const ContinuedScan undone = read_back(folder.path());
-  const SlamMap map = Strokes(&undone).finish();
+  const ScanRecord undone = read_scan(folder.path(), {});
+  const SlamMap map = Strokes(undone).finish();
   EXPECT_EQ(map.components, 0);
   std::filesystem::create_directory(folder / "run");
   write_run(folder / "run", {Config{}, map, fuse_map(map, FusionOptions{}), {}});
   EXPECT_EQ(read_bytes(folder / "run/trajectory.tum"), "");
-  Strokes again(&undone);
+  Strokes again(undone);
   again.stroke(0, 0, 0);
   EXPECT_EQ(again.finish().components, 1);
 }

@@ -61,13 +61,13 @@ int wrong_loops(const Stroke& stroke, const Loops& loops) {
 TEST(FalseLoops, ARepeatedPatternDoesNotBendTheMap) {
   const Stroke scan = stroke(26);
   LoopCloser closer{LoopClosureOptions{}};
-  std::vector<LoopConstraint> recognized;
+  std::vector<PoseGraphEdge> recognized;
   for (const auto& keyframe : scan.map.keyframes)
-    for (const LoopConstraint& loop : closer.add(*keyframe)) recognized.push_back(loop);
+    for (const PoseGraphEdge& loop : closer.add(*keyframe)) recognized.push_back(loop);
   ASSERT_GE(wrong_loops(scan, recognized), 3);  // or there is nothing to withstand
 
   EXPECT_EQ(scan.map.components, 1);
-  EXPECT_EQ(wrong_loops(scan, scan.map.edges), 0);
+  EXPECT_EQ(wrong_loops(scan, scan.map.solved_edges), 0);
   for (std::size_t id = 0; id < scan.map.keyframes.size(); ++id) {
     const Pose pose = scan.map.solution.component_T_node.at(static_cast<int>(id));
     const PoseGap error = gap(pose, true_motion(scan, 0, static_cast<int>(id)));

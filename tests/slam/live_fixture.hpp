@@ -117,9 +117,9 @@ class Live : public testing::Test {
     options.run_folder = folder / "run";
   }
 
-  LiveSlam& start() {
+  LiveSession& start() {
     Pictures& pictures = *source;
-    session = std::make_unique<LiveSlam>(std::move(source), options);
+    session = begin_live_scan(std::move(source), options);
     pictures.open();
     return *session;
   }
@@ -139,7 +139,7 @@ class Live : public testing::Test {
   TemporaryFolder folder;
   LiveOptions options;
   std::unique_ptr<Pictures> source = std::make_unique<Pictures>(peanut_pictures());
-  std::unique_ptr<LiveSlam> session;
+  std::unique_ptr<LiveSession> session;
 };
 
 }  // namespace gelslam::test

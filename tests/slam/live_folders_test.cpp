@@ -89,7 +89,7 @@ TEST_F(Live, TheNextScanHasTheSameBackgroundAndALogThatStandsAlone) {
   options.run_folder = folder / "run-2";
   std::unique_ptr<Pictures> pictures = touching_pictures();
   pictures->open();
-  session = std::make_unique<LiveSlam>(after_background(background, std::move(pictures)), options);
+  session = begin_live_scan(after_background(background, std::move(pictures)), options);
   const RunReport summary = session->wait();
   EXPECT_EQ(summary.keyframes, keyframes) << "the same pictures";
   EXPECT_EQ(summary.frames.total, kBackgroundFrames + kScanFrames);

@@ -153,7 +153,7 @@ TEST_F(Live, ALogWaitsForTheEndOfAPause) {
     EXPECT_EQ(session->status().phase, LivePhase::paused);
   });
   Pictures& pictures = *source;
-  session = std::make_unique<LiveSlam>(pace(std::move(source), Pace::as_taken), options);
+  session = begin_live_scan(pace(std::move(source), Pace::as_taken), options);
   pictures.open();
   EXPECT_TRUE(comes_true([&] { return session->touch() && session->touch()->index == 29; }));
   EXPECT_EQ(session->status().frames, 30) << "frame 30 waits";

@@ -23,7 +23,7 @@ TEST_F(Live, WithoutEnoughThreadsItEndsBeforeItBegins) {
     const rlimit few{3, 3};
     if (::setrlimit(RLIMIT_NPROC, &few) != 0 || (::getuid() == 0 && ::setuid(65534) != 0)) ::_exit(3);
     try {
-      const LiveSlam session(std::move(source), options);
+      begin_live_scan(std::move(source), options);
     } catch (const std::system_error&) {
       ::_exit(0);
     }

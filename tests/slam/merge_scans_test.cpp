@@ -81,7 +81,7 @@ TEST_F(Merge, RefusesScansOfDifferentSensorsOrModels) {
   View small;
   small.width_px = 256;
   small.height_px = 192;
-  Strokes left, other_pictures(nullptr, small);
+  Strokes left, other_pictures({}, small);
   left.stroke(0, 0, 0);
   other_pictures.stroke(0.8, 0.6, 50);
   save("left", left);
@@ -190,7 +190,7 @@ class Fuse : public Merge {
     Store store(request.run);
     for (std::size_t i = before.frames.size(); i < after.frames.size(); ++i) store.add(after.frames[i]);
     for (std::size_t id = before.keyframes.size(); id < after.keyframes.size(); ++id)
-      store.add({after.measured.keyframes[id], {}});
+      store.add({after.keyframes[id], {}});
     store.flush();
   }
   void forget_map() const { sql(request.run / "session.db", "DELETE FROM map"); }

@@ -48,8 +48,8 @@ class Rejoin : public testing::Test {
     truth.push_back(object_T_sensor);
     keyframes.push_back(std::move(keyframe));
   }
-  std::vector<LoopConstraint> loops() const {
-    return rejoin_broken_trials(keyframes, frames, parts, options);
+  std::vector<PoseGraphEdge> loops() const {
+    return rejoin_broken_trials({.parts = parts, .keyframes = keyframes, .frames = frames}, options);
   }
 
   SlamOptions options;

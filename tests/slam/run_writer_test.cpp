@@ -36,14 +36,15 @@ SlamMap map_with_a_false_loop() {
     map.solution.component_T_node[id] = motion(0, 0, 0, id, 0);
     map.solution.component_of_node[id] = 0;
     map.in_map.push_back(true);
-    map.frames.push_back({.frame = id, .time_s = 0.04 * id, .status = TrackStatus::tracked, .keyframe = id});
+    map.frames.push_back(
+        {.frame = id, .time_s = 0.04 * id, .status = TrackStatus::tracked, .trial = 0, .keyframe = id});
   }
   const auto add = [&](int from, int to, EdgeKind kind, bool outlier) {
     PoseGraphEdge edge;
     edge.from = from;
     edge.to = to;
     edge.kind = kind;
-    map.edges.push_back(edge);
+    map.solved_edges.push_back(edge);
     map.solution.edge_outlier.push_back(outlier);
   };
   for (int id = 0; id < 3; ++id) add(id, id + 1, EdgeKind::odometry, false);
@@ -67,8 +68,7 @@ TEST(RunFolderFiles, LoopsThatAreContradictedAreNotInTheGraph) {
 
 /// Of a folder that holds a scan.
 std::shared_ptr<slam::detail::LiveRun> resume(const std::filesystem::path& folder) {
-  ContinuedScan scan;
-  scan.lock = std::make_shared<const FolderLock>(folder);
+  const ContinuedScan scan{{}, std::make_shared<const FolderLock>(folder)};
   return slam::detail::LiveRun::resume(folder, scan, "", false, Config{});
 }
 
@@ -76,13 +76,12 @@ std::shared_ptr<slam::detail::LiveRun> resume(const std::filesystem::path& folde
 TEST(LiveRunFolder, ASessionThatCannotBeWrittenAgainStays) {
   const TemporaryFolder folder;
   SlamMap map = map_with_a_false_loop();
-  map.measured.parts = {ScanPart{}};
-  map.measured.keyframes = map.keyframes;
-  for (int i = 0; i < 200; ++i) map.measured.frames.push_back({.frame = i, .time_s = 0.04 * i});
+  map.parts = {ScanPart{}};
+  for (int i = 4; i < 200; ++i) map.frames.push_back({.frame = i, .time_s = 0.04 * i});
   write_run(folder.path(), {Config{}, map, {}, {}});
   const std::string session = read_bytes(folder / "session.db");
   const auto run = resume(folder.path());
-  map.measured.frames.push_back({.frame = 200, .time_s = 8});
+  map.frames.push_back({.frame = 200, .time_s = 8});
   std::string message;
   {
     const FileSizeLimit limit(session.size() - 1);
@@ -163,8 +162,8 @@ TEST(Report, CountsDamagedPicturesWhereverTheyAre) {
 TEST(Report, SaysHowFarPosesMayBeOff) {
   const TemporaryFolder folder;
   SlamMap map = map_with_a_false_loop();
-  map.uncertainty.mm = {12.5, 3, 0.12};
-  map.uncertainty.hidden = {{.motion = 5, .first_frame = 1, .first_time_s = 0.04, .frames = 3}};
+  map.uncertainty.drift_mm = {12.5, 3, 0.12};
+  map.uncertainty.not_observable = {{.motion = "rz", .first_frame = 1, .first_time_s = 0.04, .frames = 3}};
   write_run(folder.path(), finished(map));
   const RunReport report = *find_report(folder.path());
   EXPECT_EQ(report.uncertainty.drift_mm.amount, 12.5);

@@ -34,19 +34,17 @@ inline SlamMap small_map() {
     map.solution.component_of_node[id] = id == 1 ? 1 : 0;
     map.in_map.push_back(id != 1);
   }
-  map.measured.parts = {{0, "a \"sensor\"", 0xFFFFFFFFu, "/a/log.mkv"}};
-  map.measured.keyframes = map.keyframes;
-  map.measured.searched = {true, true, false};
+  map.parts = {{0, "a \"sensor\"", 0xFFFFFFFFu, "/a/log.mkv"}};
+  map.searched = {true, true, false};
   Matrix6d information = Matrix6d::Identity();
   information(1, 4) = information(4, 1) = 1.0 / 3.0;
-  map.measured.edges = {
-      {0, 1, motion(1, 2, 3, 0.1, 0.2, 0.3), information, EdgeKind::loop, {1.0 / 7, 2, 3}, true},
-      {0, 2, motion(3, 2, 1, 0.3, 0.2, 0.1), information, EdgeKind::odometry, {0, 0, 0.1}}};
+  map.edges = {{0, 1, motion(1, 2, 3, 0.1, 0.2, 0.3), information, EdgeKind::loop, {1.0 / 7, 2, 3}, true},
+               {0, 2, motion(3, 2, 1, 0.3, 0.2, 0.1), information, EdgeKind::odometry, {0, 0, 0.1}}};
   for (int i = 0; i < 60; ++i) {
     const bool touches = i >= 10;
-    map.measured.frames.push_back({i, i / 25.0, touches ? TrackStatus::tracked : TrackStatus::background,
-                                   touches ? i / 30 : -1, touches ? i / 20 : -1,
-                                   touches ? motion(0.1 * i, 0, 0, 0, 0, 0.01) : Pose(Pose::Identity())});
+    map.frames.push_back({i, i / 25.0, touches ? TrackStatus::tracked : TrackStatus::background,
+                          touches ? i / 30 : -1, touches ? i / 20 : -1,
+                          touches ? motion(0.1 * i, 0, 0, 0, 0, 0.01) : Pose(Pose::Identity())});
   }
   return map;
 }

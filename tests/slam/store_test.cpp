@@ -47,7 +47,7 @@ using testing::HasSubstr;
 /// A map of what was measured, with its record.
 SlamMap map_of(const ScanRecord& record) {
   SlamMap map = small_map();
-  map.measured = record;
+  static_cast<ScanRecord&>(map) = record;
   return map;
 }
 
@@ -64,7 +64,7 @@ FrameRecord frame_of(int number) {
 
 TEST(Store, HoldsTheWholeRecord) {
   const TemporaryFolder folder;
-  ScanRecord before = small_map().measured;
+  ScanRecord before = small_map();
   for (FrameRecord& frame : before.frames)
     if (frame.keyframe >= 0) frame.observable[static_cast<std::size_t>(frame.frame % 6)] = false;
   write_store(folder.path(), map_of(before));
@@ -127,7 +127,7 @@ TEST(Store, HoldsTheMap) {
 TEST(Store, AMapWithoutKeyframesIsOneToo) {
   const TemporaryFolder folder;
   SlamMap map;
-  map.measured.parts = small_map().measured.parts;
+  map.parts = small_map().parts;
   write_store(folder.path(), map);
   EXPECT_TRUE(load_session(folder.path()).patches.empty());
   EXPECT_TRUE(read_scan(folder.path(), {}).keyframes.empty());
@@ -152,7 +152,7 @@ TEST(Store, ATrialTakenBackIsGone) {
 
 TEST(Store, AMapIsThatOfItsFrames) {
   const TemporaryFolder folder;
-  begin_store(folder.path(), small_map().measured.parts.front());
+  begin_store(folder.path(), small_map().parts.front());
   EXPECT_FALSE(find_session(folder.path()));
   EXPECT_THAT(refusal([&] { load_session(folder.path()); }), HasSubstr("the scan was not finished"));
   Store store(folder.path());
@@ -167,7 +167,7 @@ TEST(Store, AMapIsThatOfItsFrames) {
 TEST(Store, IsReadWhileItGrowsWithoutATrace) {
   const TemporaryFolder folder;
   const SlamMap map = small_map();
-  begin_store(folder.path(), map.measured.parts.front());
+  begin_store(folder.path(), map.parts.front());
   {
     Store store(folder.path());
     for (int id = 0; id < 3; ++id) {
@@ -188,7 +188,7 @@ TEST(Store, LiesInAFolderOfAnyName) {
   const fs::path run = folder / "100%25 mode=ro?immutable=1#\xe9";
   fs::create_directory(run);
   SlamMap map = small_map();
-  map.measured.parts[0].log = "/logs/co\xe9in.mkv";
+  map.parts[0].log = "/logs/co\xe9in.mkv";
   write_store(run, map);
   EXPECT_EQ(read_scan(run, {}).parts.at(0).log, "/logs/co\xe9in.mkv");
   EXPECT_THAT(folder.names(), testing::SizeIs(1));
@@ -201,7 +201,7 @@ TEST(Store, AKillTakesNoMoreThanOneKeyframe) {
   keyframe->surface.packed();
   for (int round = 0; round < 8; ++round) {
     const TemporaryFolder folder;
-    begin_store(folder.path(), small_map().measured.parts.front());
+    begin_store(folder.path(), small_map().parts.front());
     int written[2];
     ASSERT_EQ(::pipe(written), 0);
     const pid_t child = ::fork();
@@ -237,7 +237,7 @@ TEST(Store, AKillTakesNoMoreThanOneKeyframe) {
 TEST(Store, APowerLossTakesNoKeyframe) {
   const TemporaryFolder folder, after;
   const auto keyframe = small_map().keyframes[0];
-  begin_store(folder.path(), small_map().measured.parts.front());
+  begin_store(folder.path(), small_map().parts.front());
   Store store(folder.path());
   for (int id = 0; id < 3; ++id) {
     for (int i = 0; i < 30; ++i) store.add(frame_of(100 * id + i));
@@ -255,7 +255,7 @@ TEST(Store, APowerLossTakesNoKeyframe) {
 TEST(Store, AFullDiskIsAnErrorAndWhatWasWrittenIsRead) {
   const TemporaryFolder folder;
   const auto keyframe = small_map().keyframes[0];
-  begin_store(folder.path(), small_map().measured.parts.front());
+  begin_store(folder.path(), small_map().parts.front());
   std::string message;
   int added = 0;
   {
@@ -279,7 +279,7 @@ TEST(Store, AFullDiskIsAnErrorAndWhatWasWrittenIsRead) {
 TEST(Store, IsNotWrittenWhereAnotherHasItsName) {
   const TemporaryFolder folder;
   for (const char* name : {"run", "other"}) fs::create_directory(folder / name);
-  begin_store(folder / "run", small_map().measured.parts.front());
+  begin_store(folder / "run", small_map().parts.front());
   write_store(folder / "other", small_map());
   {
     Store store(folder / "run");

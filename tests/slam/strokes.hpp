@@ -30,8 +30,8 @@ inline SurfacePtr touched(double x_mm, double y_mm, double twist_deg, int step, 
 /// Strokes over a textured plane.
 class Strokes {
  public:
-  explicit Strokes(const ContinuedScan* continued = nullptr, const View& view = View())
-      : view_(view), slam_(SlamOptions{}, continued), next_(continued ? continued->first_frame : 0) {}
+  explicit Strokes(const ScanRecord& so_far = {}, const View& view = View())
+      : view_(view), slam_(SlamOptions{}, so_far), next_(so_far.next_frame()) {}
 
   void stroke(double x_mm, double y_mm, double twist_deg, bool lift = true) {
     for (int step = 0; step < 3; ++step) {
@@ -42,7 +42,7 @@ class Strokes {
   }
   SlamMap finish(const ScanPart& part = {0, "one", 5, ""}) const {
     SlamMap map = slam_.finish();
-    if (map.measured.parts.empty()) map.measured.parts = {part};
+    if (map.parts.empty()) map.parts = {part};
     return map;
   }
   const std::map<std::int64_t, Pose>& truth() const { return truth_; }

@@ -18,7 +18,7 @@ class Trajectory : public testing::Test {
   }
 
   /// Keyframe 0 is the anchor; the others are known to these standard deviations.
-  TrajectoryUncertainty uncertainty(double sigma_mm = 0, double sigma_rad = 0) const {
+  RunReport::Uncertainty uncertainty(double sigma_mm = 0, double sigma_rad = 0) const {
     Vector6d sigma;
     sigma << sigma_rad, 0, 0, 0, sigma_mm, 0;
     const Matrix6d known = sigma.cwiseAbs2().asDiagonal();
@@ -32,37 +32,37 @@ class Trajectory : public testing::Test {
 };
 
 TEST_F(Trajectory, IsQuietWhereAllWasObservableAndTheDriftIsSmall) {
-  EXPECT_THAT(describe(TrajectoryUncertainty()), testing::IsEmpty());
+  EXPECT_THAT(describe(RunReport::Uncertainty()), testing::IsEmpty());
   track(30, kAll);
   track(30, kAll, 1);
   EXPECT_THAT(describe(uncertainty(0.4, 0.04)), testing::IsEmpty());
-  EXPECT_NEAR(uncertainty(0.4, 0.04).mm.amount, 0.8, 1e-9);
+  EXPECT_NEAR(uncertainty(0.4, 0.04).drift_mm.amount, 0.8, 1e-9);
 }
 
 TEST_F(Trajectory, SaysTheLargestDriftAndWhereItIs) {
   track(30, kAll);
   track(30, kAll, 1);
-  const TrajectoryUncertainty found = uncertainty(1.0, 0.2);
-  EXPECT_NEAR(found.mm.amount, 2.0, 1e-9);
-  EXPECT_EQ(found.mm.frame, 30);
-  EXPECT_NEAR(found.deg.amount, 0.4 * kDegreesPerRadian, 1e-9);
+  const RunReport::Uncertainty found = uncertainty(1.0, 0.2);
+  EXPECT_NEAR(found.drift_mm.amount, 2.0, 1e-9);
+  EXPECT_EQ(found.drift_mm.frame, 30);
+  EXPECT_NEAR(found.drift_deg.amount, 0.4 * kDegreesPerRadian, 1e-9);
   EXPECT_THAT(describe(found),
               testing::ElementsAre("poses may be off by 2 mm and 23 degrees: return to where you began"));
-  EXPECT_EQ(uncertainty(0, 7).deg.amount, 180);
+  EXPECT_EQ(uncertainty(0, 7).drift_deg.amount, 180);
 }
 
 TEST_F(Trajectory, SaysWhatWasNotObservableOnceItHasLasted) {
   track(10, kAll);
   track(10, kNoSlideX);
   track(10, kAll);
-  EXPECT_TRUE(uncertainty().hidden.empty());
+  EXPECT_TRUE(uncertainty().not_observable.empty());
   track(40, kNoSlideX, 1);
   track(20, kAll, 1);
-  const TrajectoryUncertainty found = uncertainty();
-  ASSERT_EQ(found.hidden.size(), 1u);
-  EXPECT_EQ(found.hidden[0].motion, 0u);
-  EXPECT_EQ(found.hidden[0].first_frame, 30);
-  EXPECT_EQ(found.hidden[0].frames, 40);
+  const RunReport::Uncertainty found = uncertainty();
+  ASSERT_EQ(found.not_observable.size(), 1u);
+  EXPECT_EQ(found.not_observable[0].motion, "x");
+  EXPECT_EQ(found.not_observable[0].first_frame, 30);
+  EXPECT_EQ(found.not_observable[0].frames, 40);
   EXPECT_THAT(describe(found),
               testing::ElementsAre(
                   "sliding along x is not observable in 40 frames, from 1.2 s on: press on texture"));
@@ -73,18 +73,18 @@ TEST_F(Trajectory, SingleFramesChangeNothing) {
     track(5, kNoSlideX);
     track(1, kAll);
   }
-  EXPECT_TRUE(uncertainty().hidden.empty());
+  EXPECT_TRUE(uncertainty().not_observable.empty());
 }
 
 TEST_F(Trajectory, SaysItInALine) {
   track(400, {false, false, true, true, false, false});
-  TrajectoryUncertainty found = uncertainty();
+  RunReport::Uncertainty found = uncertainty();
   const auto words = [&] { return describe(found).at(0); };
   EXPECT_LE(words().size(), 130U) << words();
-  found.hidden.pop_back();
+  found.not_observable.pop_back();
   EXPECT_LE(words().size(), 120U) << words();
-  found.mm.amount = 12.3;
-  found.deg.amount = 89;
+  found.drift_mm.amount = 12.3;
+  found.drift_deg.amount = 89;
   EXPECT_LE(words().size(), 120U) << words();
 }
 
@@ -92,7 +92,7 @@ TEST_F(Trajectory, CountsTheMapAndEachTrialByItself) {
   track(10, kNoSlideX);
   track(10, kNoSlideX, 1, 1);
   track(40, kNoSlideX, 2, 2);  // not in the map
-  EXPECT_TRUE(uncertainty().hidden.empty());
+  EXPECT_TRUE(uncertainty().not_observable.empty());
 }
 
 }  // namespace

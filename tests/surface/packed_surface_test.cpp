@@ -93,10 +93,10 @@ TEST(PackedSurface, KeepsTheOpticsAndRefusesImpossibleOnes) {
 TEST(PackedSurface, KnowsItsContactWithoutUnpacking) {
   const SurfacePtr surface = textured();
   const PackedSurface packed(*surface);
-  EXPECT_EQ(packed.size(), surface->contact.size());
-  EXPECT_EQ(packed.contact_pixels(), surface->contact_pixels);
-  EXPECT_NEAR(packed.contact_center_mm().x(), 40 * surface->pixel_pitch_mm, surface->pixel_pitch_mm);
-  EXPECT_NEAR(packed.contact_center_mm().y(), -30 * surface->pixel_pitch_mm, surface->pixel_pitch_mm);
+  EXPECT_EQ(packed.facts().size, surface->contact.size());
+  EXPECT_EQ(packed.facts().contact_pixels, surface->contact_pixels);
+  EXPECT_NEAR(packed.facts().contact_center_mm.x(), 40 * surface->pixel_pitch_mm, surface->pixel_pitch_mm);
+  EXPECT_NEAR(packed.facts().contact_center_mm.y(), -30 * surface->pixel_pitch_mm, surface->pixel_pitch_mm);
 }
 
 TEST(PackedSurface, BareGelIsASurfaceToo) {
@@ -115,8 +115,8 @@ TEST(StoredSurface, IsTheSameWhetherPackedNowOrLater) {
   EXPECT_EQ(as_it_is.get(), surface);
   EXPECT_EQ(cv::norm(later.get()->normals.reshape(1), now.get()->normals.reshape(1), cv::NORM_INF), 0);
   EXPECT_EQ(later.get(), later.get()) << "unpacked once while it is in use";
-  EXPECT_TRUE(later.packed()->bytes() == now.packed()->bytes());
-  EXPECT_EQ(later.contact_pixels(), surface->contact_pixels);
+  EXPECT_TRUE(later.packed().bytes() == now.packed().bytes());
+  EXPECT_EQ(later.facts().contact_pixels, surface->contact_pixels);
   EXPECT_TRUE(StoredSurface(later) == later);
   EXPECT_FALSE(later == now);
   EXPECT_FALSE(StoredSurface());

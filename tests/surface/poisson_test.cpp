@@ -8,6 +8,8 @@
 #include <opencv2/core.hpp>
 #include <random>
 
+#include "heights/normals.hpp"
+
 namespace gelslam::test {
 namespace {
 

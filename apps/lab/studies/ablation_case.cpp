@@ -103,25 +103,17 @@ std::string live_key(Config config) {
   return write_config(config);
 }
 
-ContinuedScan new_scan(const AblationCase& measured, const Config& config) {
-  ContinuedScan scan;
-  scan.record.parts = {part_of(config, measured.input.log)};
-  return scan;
-}
-
 /// The whole chain of one variant, and its tracker alone (shared with variants that track alike).
 struct Chain {
   Chain(const AblationCase& measured, std::string variant_name, const Config& chain_config,
         std::shared_ptr<LiveTracking> live_tracking)
       : variant(std::move(variant_name)),
         config(chain_config),
-        scan(new_scan(measured, chain_config)),
-        slam(chain_config.slam, &scan),
+        slam(chain_config.slam, {.parts = {part_of(chain_config, measured.input.log)}}),
         live(std::move(live_tracking)) {}
 
   const std::string variant;
   const Config config;
-  const ContinuedScan scan;
   GelSlam slam;
   StageTimer timer;
   const std::shared_ptr<LiveTracking> live;

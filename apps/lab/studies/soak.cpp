@@ -137,7 +137,7 @@ Json row_of(double minute, const LiveStatus& s) {
 }
 
 /// Rows while the scan runs, six a minute.
-Json watch(LiveSlam& session, double for_minutes) {
+Json watch(LiveSession& session, double for_minutes) {
   const Clock::time_point start = Clock::now();
   const auto minutes = [&] { return std::chrono::duration<double>(Clock::now() - start).count() / 60; };
   Json rows = Json::array();
@@ -178,15 +178,16 @@ void run(const SoakArguments& arguments) {
   const SensorProfile& profile = options.config.sensor;
   std::cerr << "compressing pictures of " << profile.raw_width_px << "x" << profile.raw_height_px << "\n";
   std::vector<Jpeg> pictures = camera_pictures(arguments, options.config);
-  LiveSlam session(std::make_unique<EndlessCamera>(std::move(pictures), options.config.background_frames,
-                                                   profile, arguments.rate_hz),
-                   options);
-  const Json rows = watch(session, arguments.minutes);
+  const auto session =
+      begin_live_scan(std::make_unique<EndlessCamera>(std::move(pictures), options.config.background_frames,
+                                                      profile, arguments.rate_hz),
+                      options);
+  const Json rows = watch(*session, arguments.minutes);
   const Clock::time_point stop = Clock::now();
-  session.stop();
-  session.wait();
+  session->stop();
+  session->wait();
   print_table(rows);
-  Json json = account(rows, session.stage_times());
+  Json json = account(rows, session->stage_times());
   json["seconds_to_stop_and_save"] = std::chrono::duration<double>(Clock::now() - stop).count();
   std::cout << json.dump(2) << "\n";
 }

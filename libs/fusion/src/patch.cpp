@@ -47,7 +47,7 @@ void check_patch(const PosedSurface& posed) {
   if (!posed.surface.maps_agree()) {
     throw Error("cannot fuse " + name + ": its height, normal and contact maps differ in size");
   }
-  if (!(posed.surface.pixel_pitch_mm() > 0))
+  if (!(posed.surface.facts().pixel_pitch_mm > 0))
     throw Error("cannot fuse " + name + ": its pixel pitch is not positive");
 }
 

@@ -52,8 +52,8 @@ bool PatchPlaces::stale(const PlacedPatch& placed, const PosedSurface& wanted) c
   if ((to.translation() - from.translation()).norm() > options_.max_displacement_mm) return true;
   // |R - S| = 2 sqrt(2) sin(angle / 2): exact for small angles, where the arc cosine of the trace is not.
   const double chord = (to.linear() - from.linear()).norm();
-  const cv::Size size = wanted.surface.size();
-  const double corner_mm = 0.5 * wanted.surface.pixel_pitch_mm() * std::hypot(size.width, size.height);
+  const SurfaceFacts facts = wanted.surface.facts();
+  const double corner_mm = 0.5 * facts.pixel_pitch_mm * std::hypot(facts.size.width, facts.size.height);
   return corner_mm * chord / std::sqrt(2.0) > options_.max_displacement_mm;
 }
 

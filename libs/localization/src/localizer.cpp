@@ -164,7 +164,7 @@ void Localizer::correct(const Touch& touch) {
 }
 
 bool Localizer::shows_new_surface(const Touch& touch) const {
-  return touch.keyframe.surface.contact_pixels() > kSearchGrowth * searched_contact_px_;
+  return touch.keyframe.surface.facts().contact_pixels > kSearchGrowth * searched_contact_px_;
 }
 
 /// By place recognition; the places of the trial before are worth a try, too.

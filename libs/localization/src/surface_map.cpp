@@ -59,7 +59,7 @@ SurfaceMap::SurfaceMap(const std::vector<PosedSurface>& patches, const SlamOptio
   auto impl = std::make_unique<Impl>(options);
   std::vector<PosedSurface> touched;
   std::copy_if(patches.begin(), patches.end(), std::back_inserter(touched), [&](const PosedSurface& patch) {
-    return patch.surface.contact_pixels() >= options.tracker.contact_threshold_px;
+    return patch.surface.facts().contact_pixels >= options.tracker.contact_threshold_px;
   });
   if (touched.empty()) throw Error("the map is empty: none of its keyframes shows a contact");
   impl->places.resize(touched.size());
@@ -86,7 +86,7 @@ const MapPlace& SurfaceMap::Impl::place(int keyframe_id) const {
 
 std::vector<Pose> SurfaceMap::recognize(const Keyframe& touch) const {
   std::vector<Pose> poses;
-  for (const LoopConstraint& loop : impl_->recognition.recognize(touch))
+  for (const PoseGraphEdge& loop : impl_->recognition.recognize(touch))
     poses.emplace_back(impl_->place(loop.from).map_T_keyframe * loop.from_T_to);
   return poses;
 }

@@ -42,8 +42,8 @@ struct LoopCloser::Impl {
 
   std::size_t neighbors(const Keyframe& keyframe) const;
   std::vector<Candidate> compare(const PlaceFeatures& features, const std::vector<int>& with) const;
-  std::vector<LoopConstraint> search(const PlaceFeatures& features, const Keyframe& newer,
-                                     const std::vector<int>& among, int wanted) const;
+  std::vector<PoseGraphEdge> search(const PlaceFeatures& features, const Keyframe& newer,
+                                    const std::vector<int>& among, int wanted) const;
   void keep(const Keyframe& keyframe, PlaceFeatures features);
 };
 
@@ -77,20 +77,17 @@ std::vector<Candidate> LoopCloser::Impl::compare(const PlaceFeatures& features,
   return result;
 }
 
-std::vector<LoopConstraint> LoopCloser::Impl::search(const PlaceFeatures& features, const Keyframe& newer,
-                                                     const std::vector<int>& among, int wanted) const {
-  std::vector<LoopConstraint> loops;
+std::vector<PoseGraphEdge> LoopCloser::Impl::search(const PlaceFeatures& features, const Keyframe& newer,
+                                                    const std::vector<int>& among, int wanted) const {
+  std::vector<PoseGraphEdge> loops;
   for (const Candidate& candidate : compare(features, among)) {
     if (static_cast<int>(loops.size()) >= wanted) break;
     const Keyframe& older = candidate.place->keyframe;
     const std::optional<Pose> pose = lift(*older.surface.get(), *newer.surface.get(),
                                           candidate.place->features, features, candidate.inliers);
-    std::optional<LoopConstraint> loop =
-        pose ? verify_loop(older, newer, {*pose, PlacePrior::suspected}, registration, verification)
-             : std::nullopt;
-    if (!loop) continue;
-    loop->sift_inliers = static_cast<int>(candidate.inliers.size());
-    loops.push_back(*loop);
+    if (!pose) continue;
+    const auto loop = verify_loop(older, newer, {*pose, PlacePrior::suspected}, registration, verification);
+    if (loop) loops.push_back(*loop);
   }
   return loops;
 }
@@ -104,27 +101,21 @@ void LoopCloser::Impl::keep(const Keyframe& keyframe, PlaceFeatures features) {
 }
 
 // The newer keyframe is the reference of the registration: its result is then older_T_newer with the
-// information in the newer keyframe's axes, as in a constraint.
-std::optional<LoopConstraint> verify_loop(const Keyframe& older, const Keyframe& newer,
-                                          const PlaceCandidate& candidate,
-                                          const NormalFlowOptions& registration,
-                                          const VerificationOptions& verification) {
+// information in the newer keyframe's axes, as in an edge.
+std::optional<PoseGraphEdge> verify_loop(const Keyframe& older, const Keyframe& newer,
+                                         const PlaceCandidate& candidate,
+                                         const NormalFlowOptions& registration,
+                                         const VerificationOptions& verification) {
   const RegistrationResult result =
       verify(*newer.reference.get(), *older.reference.get(), candidate, registration, verification);
   if (!result.ok()) return std::nullopt;
-  LoopConstraint loop;
-  loop.from = older.id;
-  loop.to = newer.id;
-  loop.from_T_to = result.target_T_reference;
-  loop.information = symmetric(result.information);
-  loop.kind = EdgeKind::loop;
-  loop.shared_center_mm = result.shared_center_mm;
-  loop.scr = result.scr;
-  loop.ccs = result.ccs;
-  loop.texture_correlation = result.texture_correlation;
-  loop.height_rmse_mm = result.height_rmse_mm;
-  loop.tentative = result.texture_correlation < verification.sure_texture_correlation;
-  return loop;
+  return PoseGraphEdge{older.id,
+                       newer.id,
+                       result.target_T_reference,
+                       symmetric(result.information),
+                       EdgeKind::loop,
+                       result.shared_center_mm,
+                       result.texture_correlation < verification.sure_texture_correlation};
 }
 
 LoopCloser::LoopCloser(const LoopClosureOptions& options, const NormalFlowOptions& registration,
@@ -139,18 +130,18 @@ LoopCloser::LoopCloser(const LoopClosureOptions& options, const NormalFlowOption
 
 LoopCloser::~LoopCloser() = default;
 
-std::vector<LoopConstraint> LoopCloser::add(const Keyframe& keyframe, int linked) {
+std::vector<PoseGraphEdge> LoopCloser::add(const Keyframe& keyframe, int linked) {
   PlaceFeatures features = extract_features(*keyframe.surface.get(), impl_->options);
   const std::size_t neighbors = impl_->neighbors(keyframe), elsewhere = impl_->places.size() - neighbors;
 
-  std::vector<LoopConstraint> loops = impl_->search(
+  std::vector<PoseGraphEdge> loops = impl_->search(
       features, keyframe,
       impl_->index.most_alike(features, static_cast<int>(elsewhere), impl_->options.max_candidates),
       impl_->options.max_constraints);
   std::vector<int> unlinked(neighbors);
   std::iota(unlinked.begin(), unlinked.end(), static_cast<int>(elsewhere));
   std::erase_if(unlinked, [&](int i) { return impl_->places[index(i)].keyframe.id == linked; });
-  const std::vector<LoopConstraint> near =
+  const std::vector<PoseGraphEdge> near =
       impl_->search(features, keyframe, unlinked, impl_->options.max_constraints / 3);
   loops.insert(loops.end(), near.begin(), near.end());
 
@@ -166,7 +157,7 @@ void LoopCloser::keep(const std::vector<Keyframe>& keyframes) {
   for (std::size_t i = 0; i < keyframes.size(); ++i) impl_->keep(keyframes[i], std::move(features[i]));
 }
 
-std::vector<LoopConstraint> LoopCloser::recognize(const Keyframe& keyframe) const {
+std::vector<PoseGraphEdge> LoopCloser::recognize(const Keyframe& keyframe) const {
   const PlaceFeatures features = extract_features(*keyframe.surface.get(), impl_->options);
   const int count = static_cast<int>(impl_->places.size()), most = impl_->options.max_candidates;
   return impl_->search(features, keyframe, impl_->index.most_alike(features, count, most), most);

@@ -5,7 +5,7 @@
 #include <functional>
 #include <opencv2/imgproc.hpp>
 
-#include "gelslam/registration/verification.hpp"
+#include "gelslam/core/remade.hpp"
 #include "gelslam/surface/slopes.hpp"
 
 namespace gelslam {
@@ -128,6 +128,34 @@ double NormalFlowReference::self_similarity() const {
   SelfSimilarity& of_surface = *impl_->self_similarity;
   std::call_once(of_surface.once, [&] { of_surface.value = gelslam::self_similarity(*impl_->surface); });
   return of_surface.value;
+}
+
+struct StoredReference::Entry {
+  std::shared_ptr<const NormalFlowReference> ready;  ///< kept as it is; else what follows counts
+  StoredSurface surface;
+  NormalFlowOptions options;
+  SelfSimilarityPtr self_similarity = make_self_similarity();  ///< survives the reference: it is costly
+  Remade<NormalFlowReference> made;                            ///< 0.5 MB each, and the surface
+};
+
+StoredReference::StoredReference(std::shared_ptr<const NormalFlowReference> ready) {
+  if (!ready) return;
+  entry_ = std::make_shared<Entry>();
+  entry_->ready = std::move(ready);
+}
+
+StoredReference::StoredReference(StoredSurface surface, const NormalFlowOptions& options)
+    : entry_(std::make_shared<Entry>()) {
+  entry_->surface = std::move(surface);
+  entry_->options = options;
+}
+
+std::shared_ptr<const NormalFlowReference> StoredReference::get() const {
+  if (entry_->ready) return entry_->ready;
+  return entry_->made.get([this] {
+    return std::make_shared<const NormalFlowReference>(entry_->surface.get(), entry_->options,
+                                                       entry_->self_similarity);
+  });
 }
 
 }  // namespace gelslam

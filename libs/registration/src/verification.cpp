@@ -98,23 +98,4 @@ double free_space_violation(const Surface& reference, const Surface& target, con
   return all > 0 ? static_cast<double>(there.in_bare_gel + back.in_bare_gel) / all : 0.0;
 }
 
-double self_similarity(const Surface& surface) {
-  constexpr double kMinShared = 0.5;  // numerics: fewer pixels correlate by chance
-  if (surface.contact_pixels == 0) return 0.0;
-  CoarseTexture texture(surface);
-  if (texture.pixels < 1) return 0.0;
-  texture.crop();
-  const TextureSpectrum spectrum(texture);
-  const auto [similarity, shared] = spectrum.laid_on(spectrum);
-  const double min_shift_px = kMinPeriodMm / texture.pixel_pitch_mm;
-  double largest = 0.0;
-  for (int y = 0; y < similarity.rows; ++y)
-    for (int x = 0; x < similarity.cols; ++x) {
-      const double sx = std::min(x, similarity.cols - x), sy = std::min(y, similarity.rows - y);
-      if (std::hypot(sx, sy) >= min_shift_px && shared(y, x) >= kMinShared * texture.pixels)
-        largest = std::max(largest, static_cast<double>(similarity(y, x)));
-    }
-  return largest;
-}
-
 }  // namespace gelslam

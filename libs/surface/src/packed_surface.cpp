@@ -37,11 +37,19 @@ constexpr std::size_t kHeaderAt = kMagic.size() + sizeof(std::uint32_t);
 constexpr std::size_t kHeaderEnd = kHeaderAt + sizeof(PackedHeader);
 static_assert(sizeof(SensorOptics) == 7 * sizeof(double));
 
-/// Of bytes, or of their beginning.
 PackedHeader header_of(const std::string& bytes) {
   PackedHeader header;
   std::memcpy(&header, bytes.data() + kHeaderAt, sizeof header);
   return header;
+}
+
+SurfaceFacts facts_in(const std::string& bytes) {
+  const PackedHeader header = header_of(bytes);
+  return {{header.width, header.height},
+          header.pixel_pitch_mm,
+          static_cast<double>(header.model_sigma),
+          static_cast<int>(header.contact_pixels),
+          {header.center_x_mm, header.center_y_mm}};
 }
 
 std::size_t stream_at(const PackedHeader& header) {
@@ -285,7 +293,7 @@ std::string packed(const Surface& surface) {
   header.contact_pixels = static_cast<std::uint32_t>(surface.contact_pixels);
   header.pixel_pitch_mm = surface.pixel_pitch_mm;
   header.model_sigma = static_cast<float>(surface.model_sigma);
-  const Eigen::Vector2d center_mm = gelslam::contact_center_mm(surface);
+  const Eigen::Vector2d center_mm = contact_center_mm(surface);
   header.center_x_mm = static_cast<float>(center_mm.x());
   header.center_y_mm = static_cast<float>(center_mm.y());
 
@@ -303,8 +311,12 @@ std::string packed(const Surface& surface) {
 
 }  // namespace
 
-PackedSurface::PackedSurface(std::string bytes)
-    : header_(bytes.substr(0, stream_at(header_of(bytes)))), bytes_(std::move(bytes)) {}
+SurfaceFacts facts_of(const Surface& surface) {
+  return {surface.contact.size(), surface.pixel_pitch_mm, surface.model_sigma, surface.contact_pixels,
+          contact_center_mm(surface)};
+}
+
+PackedSurface::PackedSurface(std::string bytes) : facts_(facts_in(bytes)), bytes_(std::move(bytes)) {}
 
 PackedSurface::PackedSurface(const Surface& surface) : PackedSurface(packed(surface)) {}
 
@@ -322,37 +334,26 @@ PackedSurface PackedSurface::from_bytes(std::string bytes) {
 std::int16_t PackedSurface::height_steps(float height_mm) { return steps(height_mm, kHeightStepMm); }
 
 SurfacePtr PackedSurface::unpack() const {
-  const PackedHeader header = header_of(header_);
+  const std::string bytes = this->bytes();
+  const PackedHeader header = header_of(bytes);
   const cv::Size size(header.width, header.height);
   const cv::Rect box = box_of(header);
   auto surface = std::make_shared<Surface>();
   surface->pixel_pitch_mm = header.pixel_pitch_mm;
-  surface->optics = optics_of(header_);
-  surface->model_sigma = model_sigma();
+  surface->optics = optics_of(bytes);
+  surface->model_sigma = facts_.model_sigma;
   surface->zero_is_bare_gel = header.zero_is_bare_gel != 0;
   surface->height_mm = cv::Mat1f::zeros(size);
   surface->normals = cv::Mat3f(size, cv::Vec3f(0, 0, 1));
   surface->contact = cv::Mat1b::zeros(size);
   surface->curvature = cv::Mat1f::zeros(size);
   if (header.has_confidence) surface->confidence = cv::Mat1b::zeros(size);
-  const std::string planes = inflated(bytes_.read(), stream_at(header), planes_size(header));
+  const std::string planes = inflated(bytes, stream_at(header), planes_size(header));
   unpack_coarse(planes, box, *surface);
   if (!box.empty()) unpack_box(planes, coarse_size(header), box, *surface);
   surface->contact_pixels = cv::countNonZero(surface->contact);
-  if (surface->contact_pixels != contact_pixels()) throw Error("holds numbers that no surface has");
+  if (surface->contact_pixels != facts_.contact_pixels) throw Error("holds numbers that no surface has");
   return surface;
 }
-
-cv::Size PackedSurface::size() const {
-  const PackedHeader header = header_of(header_);
-  return {header.width, header.height};
-}
-double PackedSurface::pixel_pitch_mm() const { return header_of(header_).pixel_pitch_mm; }
-double PackedSurface::model_sigma() const { return static_cast<double>(header_of(header_).model_sigma); }
-Eigen::Vector2d PackedSurface::contact_center_mm() const {
-  const PackedHeader header = header_of(header_);
-  return {header.center_x_mm, header.center_y_mm};
-}
-int PackedSurface::contact_pixels() const { return static_cast<int>(header_of(header_).contact_pixels); }
 
 }  // namespace gelslam

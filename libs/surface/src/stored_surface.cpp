@@ -1,34 +1,20 @@
 #include "gelslam/surface/stored_surface.hpp"
 
 #include <mutex>
+#include <optional>
 #include <utility>
 
-#include "gelslam/core/recently_used.hpp"
-#include "gelslam/surface/surface.hpp"
+#include "gelslam/core/remade.hpp"
 
 namespace gelslam {
-namespace {
-
-/// 1.7 MB each at 320x240. Loop closure and refinement come back to the same few dozen keyframes.
-RecentlyUsed<SurfacePtr>& unpacked_surfaces() {
-  static RecentlyUsed<SurfacePtr> surfaces;
-  return surfaces;
-}
-
-}  // namespace
 
 struct StoredSurface::Entry {
   std::mutex mutex;
   SurfacePtr as_it_is;  ///< never packed, or not yet
   bool to_be_packed = false;
-  std::shared_ptr<const PackedSurface> packed;
-  std::weak_ptr<const Surface> unpacked;
-
-  /// Under the mutex.
-  void pack() {
-    if (!packed) packed = std::make_shared<const PackedSurface>(*as_it_is);
-    if (std::exchange(to_be_packed, false)) as_it_is.reset();
-  }
+  std::optional<PackedSurface> packed;
+  /// 1.7 MB each at 320x240. Loop closure and refinement come back to the same few dozen keyframes.
+  Remade<Surface> unpacked;
 };
 
 StoredSurface::StoredSurface(SurfacePtr surface) {
@@ -38,7 +24,7 @@ StoredSurface::StoredSurface(SurfacePtr surface) {
 }
 
 StoredSurface::StoredSurface(PackedSurface packed) : entry_(std::make_shared<Entry>()) {
-  entry_->packed = std::make_shared<const PackedSurface>(std::move(packed));
+  entry_->packed = std::move(packed);
 }
 
 StoredSurface StoredSurface::packed_later(SurfacePtr surface) {
@@ -48,50 +34,23 @@ StoredSurface StoredSurface::packed_later(SurfacePtr surface) {
 }
 
 SurfacePtr StoredSurface::get() const {
-  SurfacePtr surface;
   {
     const std::lock_guard lock(entry_->mutex);
     if (entry_->as_it_is && !entry_->to_be_packed) return entry_->as_it_is;
-    surface = entry_->unpacked.lock();
-    if (!surface) {
-      entry_->pack();
-      entry_->unpacked = surface = entry_->packed->unpack();
-    }
   }
-  unpacked_surfaces().use(surface);
-  return surface;
+  return entry_->unpacked.get([this] { return packed().unpack(); });
 }
 
-std::shared_ptr<const PackedSurface> StoredSurface::packed() const {
+PackedSurface StoredSurface::packed() const {
   const std::lock_guard lock(entry_->mutex);
-  entry_->pack();
-  return entry_->packed;
+  if (!entry_->packed) entry_->packed.emplace(*entry_->as_it_is);
+  if (std::exchange(entry_->to_be_packed, false)) entry_->as_it_is.reset();
+  return *entry_->packed;
 }
 
-int StoredSurface::contact_pixels() const {
+SurfaceFacts StoredSurface::facts() const {
   const std::lock_guard lock(entry_->mutex);
-  return entry_->as_it_is ? entry_->as_it_is->contact_pixels : entry_->packed->contact_pixels();
-}
-
-Eigen::Vector2d StoredSurface::contact_center_mm() const {
-  const std::lock_guard lock(entry_->mutex);
-  return entry_->as_it_is ? gelslam::contact_center_mm(*entry_->as_it_is)
-                          : entry_->packed->contact_center_mm();
-}
-
-cv::Size StoredSurface::size() const {
-  const std::lock_guard lock(entry_->mutex);
-  return entry_->as_it_is ? entry_->as_it_is->contact.size() : entry_->packed->size();
-}
-
-double StoredSurface::pixel_pitch_mm() const {
-  const std::lock_guard lock(entry_->mutex);
-  return entry_->as_it_is ? entry_->as_it_is->pixel_pitch_mm : entry_->packed->pixel_pitch_mm();
-}
-
-double StoredSurface::model_sigma() const {
-  const std::lock_guard lock(entry_->mutex);
-  return entry_->as_it_is ? entry_->as_it_is->model_sigma : entry_->packed->model_sigma();
+  return entry_->as_it_is ? facts_of(*entry_->as_it_is) : entry_->packed->facts();
 }
 
 bool StoredSurface::maps_agree() const {

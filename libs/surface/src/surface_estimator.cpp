@@ -11,6 +11,7 @@
 #include "heights/bare_gel.hpp"
 #include "heights/contact_mask.hpp"
 #include "heights/height_integrator.hpp"
+#include "heights/normals.hpp"
 #include "heights/rest_grid.hpp"
 #include "photometry/blocks.hpp"
 #include "photometry/light.hpp"

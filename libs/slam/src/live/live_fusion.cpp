@@ -1,7 +1,5 @@
-#include "live/live_fusion.hpp"
-
 #include "gelslam/core/error.hpp"
-#include "gelslam/slam/slam_map.hpp"
+#include "live/live_stages.hpp"
 
 namespace gelslam::slam::detail {
 
@@ -38,20 +36,20 @@ void FusionStage::run() {
 
 /// A patch that cannot be fused is reported; fusion goes on without it.
 bool FusionStage::work() {
-  const auto scope = timer_.measure("fusion");
+  const auto scope = context_.timer.measure("fusion");
   try {
     const bool work_left = fusion_->work();
-    board_.add_blocks(std::exchange(cleared_, false), fusion_->take_changed_blocks());
+    context_.board.add_blocks(std::exchange(cleared_, false), fusion_->take_changed_blocks());
     return work_left;
   } catch (const Error& error) {
-    board_.warn(error.what());
+    context_.board.warn(error.what());
     return false;
   }
 }
 
 void FusionStage::follow(const MapSnapshot& map) {
   if (!fusion_ || map.shown_component != component_) {
-    fusion_ = std::make_unique<IncrementalFusion>(options_, IncrementalOptions{});
+    fusion_ = std::make_unique<IncrementalFusion>(context_.options.config.slam.fusion, IncrementalOptions{});
     component_ = map.shown_component;
     cleared_ = true;
   }

@@ -1,8 +1,9 @@
-#include "live/live_mapping.hpp"
-
 #include <algorithm>
 #include <memory>
 #include <utility>
+
+#include "gelslam/slam/pose_stream.hpp"
+#include "live/live_stages.hpp"
 
 namespace gelslam::slam::detail {
 namespace {
@@ -11,44 +12,62 @@ constexpr std::chrono::milliseconds kMaxUpdateInterval{200};
 
 }  // namespace
 
-void MappingStage::restore(const ScanRecord& record, const Found& found) {
-  const auto scope = timer_.measure("loop closure");
-  for (auto& [keyframe, loops] : mapper_.restore(record)) found(keyframe, loops);
+void MappingStage::restore() {
+  if (context_.so_far.keyframes.empty()) {
+    mapper_.restore(context_.so_far);
+    return;
+  }
+  const auto scope = context_.timer.measure("loop closure");
+  for (const auto& [keyframe, loops] : mapper_.restore(context_.so_far)) keep_loops(keyframe, loops);
   mapper_.optimize();
 }
 
-void MappingStage::run(MapperQueue& in, const std::atomic<bool>& aborted, const Found& found,
-                       const std::function<void(std::shared_ptr<const MapSnapshot>)>& publish,
-                       const std::function<void(const SaveSoFar&)>& save) {
+void MappingStage::run(const std::function<void(const SaveSoFar&)>& save) {
   const auto handle = [&](const MapperMessage& message) {
-    if (const auto* added = std::get_if<NewKeyframe>(&message)) {
-      const auto scope = timer_.measure("loop closure");
-      const bool search_loops = !aborted;
-      std::vector<PoseGraphEdge> loops = mapper_.add_keyframe(*added, search_loops);
-      if (search_loops) found(added->keyframe->id, std::move(loops));
-    } else if (const auto* forget = std::get_if<ForgetFromTrial>(&message)) {
+    if (const auto* added = std::get_if<NewKeyframe>(&message))
+      this->handle(*added);
+    else if (const auto* forget = std::get_if<ForgetFromTrial>(&message))
       mapper_.forget_from_trial(forget->trial);
-    } else {
+    else
       save(std::get<SaveSoFar>(message));
-    }
   };
-  publish(std::make_shared<const MapSnapshot>(mapper_.snapshot()));
-  while (in.wait_until(next_work())) {
+  restore();
+  publish();
+  while (context_.keyframes.wait_until(next_work())) {
     // What has arrived is handled before the graph is solved once for all of it. A time limit keeps the
     // displayed map current.
     const LiveClock::time_point start = LiveClock::now();
     bool changed = false;
     while (LiveClock::now() - start < kMaxUpdateInterval) {
-      const std::optional<MapperMessage> message = in.try_pop();
+      const std::optional<MapperMessage> message = context_.keyframes.try_pop();
       if (!message) break;
       handle(*message);
       changed = true;
     }
-    if (in.size() == 0 && optimize_if_due()) changed = true;
+    if (context_.keyframes.size() == 0 && optimize_if_due()) changed = true;
     if (!changed) continue;
-    if (in.size() == 0) assess_if_due();
-    publish(std::make_shared<const MapSnapshot>(mapper_.snapshot()));
+    if (context_.keyframes.size() == 0) assess_if_due();
+    publish();
   }
+}
+
+void MappingStage::handle(const NewKeyframe& added) {
+  const auto scope = context_.timer.measure("loop closure");
+  const bool search_loops = !context_.aborted;
+  const std::vector<PoseGraphEdge> loops = mapper_.add_keyframe(added, search_loops);
+  if (search_loops) keep_loops(added.keyframe->id, loops);
+}
+
+/// Of a keyframe that was searched for them, in the session.
+void MappingStage::keep_loops(int keyframe, const std::vector<PoseGraphEdge>& loops) {
+  context_.measured.push_beyond_limit([=](Store& store) { store.add_loops(keyframe, loops); });
+}
+
+void MappingStage::publish() {
+  auto map = std::make_shared<const MapSnapshot>(mapper_.snapshot());
+  if (context_.options.stream) context_.options.stream->write_map(*map);
+  if (context_.options.show_mesh) fusion_.set_map(map);
+  context_.board.set_map(std::move(map));
 }
 
 /// Without a message.
@@ -61,7 +80,7 @@ void MappingStage::assess_if_due() {
   const LiveClock::time_point start = LiveClock::now();
   if (start < next_assessment_) return;
   {
-    const auto scope = timer_.measure("uncertainty");
+    const auto scope = context_.timer.measure("uncertainty");
     mapper_.assess();
   }
   const LiveClock::time_point end = LiveClock::now();
@@ -74,7 +93,7 @@ bool MappingStage::optimize_if_due() {
   const LiveClock::time_point start = LiveClock::now();
   if (!mapper_.has_new_loops() || start < next_optimization_) return false;
   {
-    const auto scope = timer_.measure("pose graph");
+    const auto scope = context_.timer.measure("pose graph");
     mapper_.optimize();
   }
   const LiveClock::time_point end = LiveClock::now();

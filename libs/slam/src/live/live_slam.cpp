@@ -10,10 +10,7 @@
 #include "gelslam/core/process.hpp"
 #include "gelslam/sensor/log_recorder.hpp"
 #include "gelslam/slam/pose_stream.hpp"
-#include "live/live_fusion.hpp"
-#include "live/live_mapping.hpp"
-#include "live/live_surface.hpp"
-#include "live/live_tracking.hpp"
+#include "live/live_stages.hpp"
 #include "run_folder/live_run.hpp"
 
 namespace gelslam {
@@ -21,16 +18,6 @@ namespace gelslam {
 using namespace slam::detail;
 
 namespace {
-
-// What is older than this is not worth its latency.
-constexpr std::size_t kQueuedFrames = 2;
-
-/// Half of the time is left for tracking. Without drops searches may take any time, and the result is that of
-/// the offline program.
-std::optional<double> relocalization_share(const LiveOptions& options) {
-  if (!options.drop_when_behind) return std::nullopt;
-  return 0.5;
-}
 
 /// Null: nothing is kept.
 std::shared_ptr<LiveRun> run_of(const LiveOptions& options) {
@@ -48,56 +35,59 @@ std::unique_ptr<LogRecorder> recorder_of(const LiveOptions& options, const RawFr
                                        recorder);
 }
 
-}  // namespace
+/// The stages, their threads, and what happens between them.
+class LiveSlam final : public LiveSession, private LiveContext {
+ public:
+  LiveSlam(std::unique_ptr<RawFrameSource> frames, const LiveOptions& live_options)
+      : LiveContext(live_options, frames->description()), source(std::move(frames)) {
+    start();
+  }
+  ~LiveSlam() override {
+    abort();
+    join();
+  }
 
-struct LiveSlam::Impl {
-  Impl(std::unique_ptr<RawFrameSource> frames, const LiveOptions& live_options)
-      : options(live_options),
-        source(std::move(frames)),
-        board(source->description()),
-        surface(options, board, timer),
-        tracking(options.config.slam, relocalization_share(options),
-                 options.continued ? &*options.continued : nullptr, options.stream.get(), measured, board,
-                 timer),
-        mapping(options.config.slam, timer),
-        fusion(options.config.slam.fusion, board, timer) {}
+  LiveStatus status() const override;
+  std::shared_ptr<const LiveTouch> touch() const override { return board.touch(); }
+  std::shared_ptr<const MapSnapshot> map() const override { return board.map(); }
+  MeshChanges take_mesh_changes() override { return board.take_mesh_changes(); }
+  std::vector<StageStatistics> stage_times() const override { return timer.statistics(); }
 
+  void set_paused(bool pause) override;
+  void undo_last_trial() override { surfaced.push_beyond_limit(UndoTrial{}); }
+  void save_now() override;
+  void stop() override;
+  void abort() override;
+  RunReport wait() override;
+  BackgroundFrames background_frames() const override { return surface.background_frames(); }
+
+ private:
   void start();
   void make_threads();
   void capture();
   void take_frames();
   void report_log();
-  void map_keyframes();
   void write_session();
   void save_for_now(const SaveSoFar& so_far);
   void finish();
-  std::vector<ScanPart> parts() const;
   Run save(SlamMap map, bool partial, ProgressSink* progress);
   bool failed();
   void join();
   template <typename Work>
   void guarded(const Work& work);
 
-  const LiveOptions options;
   const LiveClock::time_point begin = LiveClock::now();
   std::unique_ptr<RawFrameSource> source;
-  StageTimer timer;
-  SessionQueue measured{1};  // its limit is never asked for
-  LiveBoard board;
-  SurfaceStage surface;
-  TrackingStage tracking;
-  MappingStage mapping;
-  FusionStage fusion;
+  SurfaceStage surface{*this};
+  TrackingStage tracking{*this};
+  FusionStage fusion{*this};
+  MappingStage mapping{*this, fusion};
   std::shared_ptr<LiveRun> run;
   std::unique_ptr<LogRecorder> recorder;  // null: nothing is recorded
+  std::atomic<bool> paused{false}, leaves_out{false}, stopped{false}, lost{false}, saving{false},
+      session_is_whole{true};
 
-  RawQueue raw{kQueuedFrames};
-  TrackerQueue surfaced{kQueuedFrames};
-  MapperQueue keyframes{1};  // its limit is never asked for: the tracker goes beyond it
-  std::atomic<bool> paused{false}, leaves_out{false}, aborted{false}, stopped{false}, lost{false},
-      saving{false}, session_is_whole{true};
-
-  std::mutex mutex;  // for what follows
+  mutable std::mutex mutex;  // for what follows
   RunReport report;
   std::exception_ptr failure;
   std::string failure_in_words;
@@ -112,7 +102,7 @@ struct LiveSlam::Impl {
 
 /// Whatever goes wrong in a stage ends the scan, and the stages behind it save what they have.
 template <typename Work>
-void LiveSlam::Impl::guarded(const Work& work) {
+void LiveSlam::guarded(const Work& work) {
   try {
     work();
   } catch (const std::exception& error) {
@@ -125,14 +115,16 @@ void LiveSlam::Impl::guarded(const Work& work) {
 }
 
 /// Stages and threads that cannot begin leave no folder.
-void LiveSlam::Impl::start() {
+void LiveSlam::start() {
   make_threads();
   run = run_of(options);
+  if (!so_far.parts.empty()) so_far.parts.pop_back();
+  if (run) so_far.parts.push_back(run->part());
   if (run && options.record) recorder = recorder_of(options, *source, run->log());
   ready.set_value();
 }
 
-void LiveSlam::Impl::make_threads() {
+void LiveSlam::make_threads() {
   const auto thread = [begin = ready.get_future().share()](auto work) {
     return std::jthread([begin, work] {
       try {
@@ -160,13 +152,13 @@ void LiveSlam::Impl::make_threads() {
     written.count_down();
   }));
   threads.push_back(thread([this] {
-    guarded([this] { surface.run(raw, surfaced); });
+    guarded([this] { surface.run(); });
     source->stop();
     raw.close();
     surfaced.close();
   }));
   threads.push_back(thread([this] {
-    guarded([this] { tracking.run(surfaced, keyframes); });
+    guarded([this] { tracking.run(); });
     surfaced.close();
     keyframes.close();
     mapped.wait();
@@ -183,7 +175,7 @@ void LiveSlam::Impl::make_threads() {
   });
   threads.push_back(thread([this] {
     lower_thread_priority();
-    guarded([this] { map_keyframes(); });
+    guarded([this] { mapping.run([this](const SaveSoFar& asked) { save_for_now(asked); }); });
     source->stop();  // if that failed early: nothing would be made of further frames,
     keyframes.close();
     while (keyframes.try_pop()) {  // and nobody may wait for an answer
@@ -193,7 +185,7 @@ void LiveSlam::Impl::make_threads() {
 }
 
 /// A source that is lost ends the scan like a person would: with all that was seen.
-void LiveSlam::Impl::capture() {
+void LiveSlam::capture() {
   try {
     take_frames();
   } catch (const Error& error) {
@@ -202,7 +194,7 @@ void LiveSlam::Impl::capture() {
   }
 }
 
-void LiveSlam::Impl::take_frames() {
+void LiveSlam::take_frames() {
   const auto has_begun = [this] { return stopped || !options.begins || options.begins(); };
   while (!options.log.empty() && !has_begun()) std::this_thread::sleep_for(std::chrono::milliseconds(10));
   while (std::optional<RawFrame> next = source->next()) {
@@ -224,30 +216,14 @@ void LiveSlam::Impl::take_frames() {
 }
 
 /// A full disk ends the log, not the scan.
-void LiveSlam::Impl::report_log() {
+void LiveSlam::report_log() {
   const LogRecorderStatus status = recorder->status();
   board.set_log_bytes(status.bytes);
   board.warn_about("the log", status.warning);
 }
 
-void LiveSlam::Impl::map_keyframes() {
-  const auto found = [this](int keyframe, std::vector<PoseGraphEdge> loops) {
-    measured.push_beyond_limit(
-        [keyframe, loops = std::move(loops)](Store& store) { store.add_loops(keyframe, loops); });
-  };
-  if (options.continued) mapping.restore(options.continued->record, found);
-  mapping.run(
-      keyframes, aborted, found,
-      [this](std::shared_ptr<const MapSnapshot> map) {
-        if (options.stream) options.stream->write_map(*map);
-        if (options.show_mesh) fusion.set_map(map);
-        board.set_map(std::move(map));
-      },
-      [this](const SaveSoFar& so_far) { save_for_now(so_far); });
-}
-
 /// A full disk ends the session, not the scan.
-void LiveSlam::Impl::write_session() {
+void LiveSlam::write_session() {
   try {
     Store store(run->folder());
     if (options.continued) store.add(run->part());
@@ -260,10 +236,9 @@ void LiveSlam::Impl::write_session() {
 }
 
 /// Not being able to save is no reason to end a scan.
-void LiveSlam::Impl::save_for_now(const SaveSoFar& so_far) {
+void LiveSlam::save_for_now(const SaveSoFar& so_far) {
   try {
     SlamMap map = mapping.finish(so_far.records, [this] { return stopped.load(); });
-    map.measured.parts = parts();
     save(std::move(map), true, nullptr);
   } catch (const std::exception& error) {
     board.warn(error.what());
@@ -271,7 +246,7 @@ void LiveSlam::Impl::save_for_now(const SaveSoFar& so_far) {
   saving = false;
 }
 
-void LiveSlam::Impl::finish() {
+void LiveSlam::finish() {
   board.set_phase(LivePhase::finishing);
   BoardProgress progress(board);
   SlamMap map;
@@ -279,7 +254,6 @@ void LiveSlam::Impl::finish() {
     const auto scope = timer.measure("finish/poses");
     map = mapping.finish(
         tracking.records(), [this] { return aborted.load(); }, &progress);
-    map.measured.parts = parts();
   }
   fusion.stop();
   fusion_thread.join();  // what it drew must not come after what is saved
@@ -289,17 +263,7 @@ void LiveSlam::Impl::finish() {
   board.set_words(run ? "done: saved in " + run->folder().string() : "done", TrackStatus::background);
 }
 
-std::vector<ScanPart> LiveSlam::Impl::parts() const {
-  std::vector<ScanPart> parts;
-  if (options.continued) {
-    parts = options.continued->record.parts;
-    parts.pop_back();
-  }
-  if (run) parts.push_back(run->part());
-  return parts;
-}
-
-Run LiveSlam::Impl::save(SlamMap map, bool partial, ProgressSink* progress) {
+Run LiveSlam::save(SlamMap map, bool partial, ProgressSink* progress) {
   const LiveStatus status = board.status();
   RunReport known;
   if (const auto& log = options.record && run ? run->log() : options.log; !log.empty())
@@ -318,83 +282,73 @@ Run LiveSlam::Impl::save(SlamMap map, bool partial, ProgressSink* progress) {
   return finished;
 }
 
-bool LiveSlam::Impl::failed() {
+bool LiveSlam::failed() {
   const std::lock_guard lock(mutex);
   return failure != nullptr;
 }
 
-void LiveSlam::Impl::join() {
+void LiveSlam::join() {
   for (std::jthread& thread : threads)
     if (thread.joinable()) thread.join();
 }
+
+LiveStatus LiveSlam::status() const {
+  LiveStatus status = board.status();
+  if ((status.phase == LivePhase::background || status.phase == LivePhase::scanning) && paused) {
+    status.phase = LivePhase::paused;
+    status.words = "paused";
+  }
+  status.saving = saving;
+  if (run) status.run_folder = run->folder().string();
+  const std::lock_guard lock(mutex);
+  status.failure = failure_in_words;
+  status.drift_mm = report.uncertainty.drift_mm.amount;
+  status.drift_deg = report.uncertainty.drift_deg.amount;
+  status.reservations = report.reservations;
+  return status;
+}
+
+void LiveSlam::set_paused(bool pause) {
+  paused = pause;
+  if (source->hold(pause)) return;
+  // A camera goes on, and the object may be elsewhere when the scan does. What was on its way to the tracker
+  // when it was paused still belongs to the trial.
+  if (leaves_out.exchange(pause) && !pause) surfaced.push_beyond_limit(BreakTrial{});
+}
+
+void LiveSlam::save_now() {
+  if (!run) return;
+  saving = true;
+  surfaced.push_beyond_limit(SaveNow{});
+}
+
+void LiveSlam::stop() {
+  stopped = true;
+  source->stop();
+}
+
+void LiveSlam::abort() {
+  aborted = true;
+  stop();
+}
+
+RunReport LiveSlam::wait() {
+  join();
+  const std::lock_guard lock(mutex);
+  if (failure) std::rethrow_exception(failure);
+  return report;
+}
+
+}  // namespace
 
 void check_run_folder(const LiveOptions& options) {
   if (!options.run_folder.empty() && !options.continued)
     LiveRun::check(options.run_folder, options.overwrite, options.log);
 }
 
-LiveSlam::LiveSlam(std::unique_ptr<RawFrameSource> source, const LiveOptions& options)
-    : impl_(std::make_unique<Impl>(std::move(source), options)) {
-  impl_->start();
+std::unique_ptr<LiveSession> begin_live_scan(std::unique_ptr<RawFrameSource> source,
+                                             const LiveOptions& options) {
+  return std::make_unique<LiveSlam>(std::move(source), options);
 }
-
-LiveSlam::~LiveSlam() {
-  abort();
-  impl_->join();
-}
-
-LiveStatus LiveSlam::status() const {
-  LiveStatus status = impl_->board.status();
-  if ((status.phase == LivePhase::background || status.phase == LivePhase::scanning) && impl_->paused) {
-    status.phase = LivePhase::paused;
-    status.words = "paused";
-  }
-  status.saving = impl_->saving;
-  if (impl_->run) status.run_folder = impl_->run->folder().string();
-  const std::lock_guard lock(impl_->mutex);
-  status.failure = impl_->failure_in_words;
-  status.drift_mm = impl_->report.uncertainty.drift_mm.amount;
-  status.drift_deg = impl_->report.uncertainty.drift_deg.amount;
-  status.reservations = impl_->report.reservations;
-  return status;
-}
-
-std::shared_ptr<const LiveTouch> LiveSlam::touch() const { return impl_->board.touch(); }
-std::shared_ptr<const MapSnapshot> LiveSlam::map() const { return impl_->board.map(); }
-MeshChanges LiveSlam::take_mesh_changes() { return impl_->board.take_mesh_changes(); }
-std::vector<StageStatistics> LiveSlam::stage_times() const { return impl_->timer.statistics(); }
-
-void LiveSlam::set_paused(bool paused) {
-  impl_->paused = paused;
-  if (impl_->source->hold(paused)) return;
-  // A camera goes on, and the object may be elsewhere when the scan does. What was on its way to the tracker
-  // when it was paused still belongs to the trial.
-  if (impl_->leaves_out.exchange(paused) && !paused) impl_->surfaced.push_beyond_limit(BreakTrial{});
-}
-void LiveSlam::undo_last_trial() { impl_->surfaced.push_beyond_limit(UndoTrial{}); }
-void LiveSlam::save_now() {
-  if (!impl_->run) return;
-  impl_->saving = true;
-  impl_->surfaced.push_beyond_limit(SaveNow{});
-}
-
-void LiveSlam::stop() {
-  impl_->stopped = true;
-  impl_->source->stop();
-}
-
-void LiveSlam::abort() {
-  impl_->aborted = true;
-  stop();
-}
-
-RunReport LiveSlam::wait() {
-  impl_->join();
-  const std::lock_guard lock(impl_->mutex);
-  if (impl_->failure) std::rethrow_exception(impl_->failure);
-  return impl_->report;
-}
-
-BackgroundFrames LiveSlam::background_frames() const { return impl_->surface.background_frames(); }
 
 }  // namespace gelslam

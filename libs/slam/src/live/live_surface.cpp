@@ -1,37 +1,38 @@
-#include "live/live_surface.hpp"
+#include "live/live_stages.hpp"
 
 namespace gelslam::slam::detail {
 
-SurfaceStage::SurfaceStage(const LiveOptions& options, LiveBoard& board, StageTimer& timer)
-    : board_(board),
-      timer_(timer),
-      decoder_(options.config.sensor),
-      frames_(options.config, options.background, options.force, timer, options.background_frames),
-      most_background_frames_(static_cast<std::size_t>(options.config.background_frames)) {
+SurfaceStage::SurfaceStage(LiveContext& context)
+    : context_(context),
+      decoder_(context.options.config.sensor),
+      frames_(context.options.config, context.options.background, context.options.force, context.timer,
+              context.options.background_frames) {
   if (frames_.has_background()) report_background();
 }
 
-void SurfaceStage::run(RawQueue& in, TrackerQueue& out) {
-  while (const std::optional<RawFramePtr> frame = in.pop()) {
+void SurfaceStage::run() {
+  const auto most_background_frames = static_cast<std::size_t>(context_.options.config.background_frames);
+  while (const std::optional<RawFramePtr> frame = context_.raw.pop()) {
     std::optional<TactileImage> image = decode(**frame);
     if (!image) continue;
     const bool had_background = frames_.has_background();
     SurfacePtr surface = frames_.push(image->bgr, image->index);
     if (!had_background) {
       background_frames_.push_back(*frame);
-      if (background_frames_.size() > most_background_frames_) background_frames_.pop_front();
+      if (background_frames_.size() > most_background_frames) background_frames_.pop_front();
       report_background();
     }
-    if (!out.push(SurfacedFrame{std::move(*image), std::move(surface), (*frame)->arrived})) return;
+    if (!context_.surfaced.push(SurfacedFrame{std::move(*image), std::move(surface), (*frame)->arrived}))
+      return;
   }
 }
 
 std::optional<TactileImage> SurfaceStage::decode(const RawFrame& frame) {
-  const auto scope = timer_.measure("decode");
+  const auto scope = context_.timer.measure("decode");
   std::optional<TactileImage> image = decoder_.decode(frame);
   if (!image) {
-    board_.frame_damaged();
-    board_.warn_about("the pictures", decoder_.warning());
+    context_.board.frame_damaged();
+    context_.board.warn_about("the pictures", decoder_.warning());
   }
   return image;
 }
@@ -43,15 +44,15 @@ BackgroundFrames SurfaceStage::background_frames() const {
 
 void SurfaceStage::report_background() {
   if (frames_.has_background()) {
-    for (const std::string& doubt : frames_.doubts()) board_.warn(doubt);
-    board_.set_phase(LivePhase::scanning);
+    for (const std::string& doubt : frames_.doubts()) context_.board.warn(doubt);
+    context_.board.set_phase(LivePhase::scanning);
     return;
   }
   const BackgroundCheck& refusal = frames_.refusal();
   const std::string words = refusal.contact   ? refusal.request()
                             : refusal.markers ? refusal.reason
                                               : std::string("taking the background: do not touch the gel");
-  board_.set_words(words, TrackStatus::background);
+  context_.board.set_words(words, TrackStatus::background);
 }
 
 }  // namespace gelslam::slam::detail

@@ -1,39 +1,34 @@
-#include "live/live_tracking.hpp"
-
 #include <algorithm>
+
+#include "gelslam/slam/pose_stream.hpp"
+#include "live/live_stages.hpp"
 
 namespace gelslam::slam::detail {
 
-TrackingStage::TrackingStage(const SlamOptions& options, std::optional<double> relocalization_share,
-                             const ContinuedScan* continued, PoseStream* stream, SessionQueue& session,
-                             LiveBoard& board, StageTimer& timer)
-    : relocalization_share_(relocalization_share),
-      continued_(continued),
-      tracker_(options.tracker, options.registration, options.verification),
-      stream_(stream),
-      board_(board),
-      timer_(timer),
-      session_(session) {
-  if (relocalization_share)
-    tracker_.limit_relocalization(*relocalization_share, [] {
-      return std::chrono::duration<double>(LiveClock::now().time_since_epoch()).count();
-    });
-  if (!continued) return;
-  tracker_.continue_after(continued->last_keyframe(), continued->last_trial());
-  first_frame_ = continued->first_frame;
-  first_time_s_ = continued->first_time_s;
-  records_ = continued->record.frames;
+TrackingStage::TrackingStage(LiveContext& context)
+    : context_(context),
+      tracker_(context.options.config.slam.tracker, context.options.config.slam.registration,
+               context.options.config.slam.verification),
+      first_frame_(context.so_far.next_frame()),
+      first_time_s_(context.so_far.next_time_s()),
+      records_(context.so_far.frames) {
+  // Half of the time is left for tracking. Without drops searches may take any time, and the result is that
+  // of the offline program.
+  if (context.options.drop_when_behind)
+    tracker_.limit_relocalization(
+        0.5, [] { return std::chrono::duration<double>(LiveClock::now().time_since_epoch()).count(); });
+  tracker_.continue_after(context.so_far.last_keyframe(), context.so_far.last_trial());
 }
 
-void TrackingStage::run(TrackerQueue& in, MapperQueue& out) {
-  if (continued_ && stream_)
-    for (const auto& keyframe : continued_->record.keyframes)
-      if (keyframe) stream_->keep(*keyframe);
-  while (const std::optional<TrackerMessage> message = in.pop())
-    std::visit([&](const auto& content) { handle(content, out); }, *message);
+void TrackingStage::run() {
+  if (context_.options.stream)
+    for (const auto& keyframe : context_.so_far.keyframes)
+      if (keyframe) context_.options.stream->keep(*keyframe);
+  while (const std::optional<TrackerMessage> message = context_.surfaced.pop())
+    std::visit([this](const auto& content) { handle(content); }, *message);
 }
 
-void TrackingStage::handle(const SurfacedFrame& frame, MapperQueue& out) {
+void TrackingStage::handle(const SurfacedFrame& frame) {
   const std::int64_t index = first_frame_ + frame.image.index;
   const double time_s = first_time_s_ + frame.image.time_s;
   if (!frame.surface) {
@@ -47,20 +42,20 @@ void TrackingStage::handle(const SurfacedFrame& frame, MapperQueue& out) {
     bare.time_s = time_s;
     bare.image = frame.image.bgr;
     bare.status = TrackStatus::background;
-    board_.set_touch(std::move(bare), "", frame.arrived);
+    context_.board.set_touch(std::move(bare), "", frame.arrived);
     return stream(background, frame);
   }
   TrackedFrame tracked;
   {
-    const auto scope = timer_.measure("tracking");
+    const auto scope = context_.timer.measure("tracking");
     tracked = tracker_.track(index, time_s, frame.surface);
   }
-  timer_.add("arrival to pose",
-             std::chrono::duration<double, std::milli>(LiveClock::now() - frame.arrived).count());
+  context_.timer.add("arrival to pose",
+                     std::chrono::duration<double, std::milli>(LiveClock::now() - frame.arrived).count());
   stream(tracked, frame);
   record(record_of(tracked));
   for (const NewKeyframe& added : tracked.new_keyframes)
-    session_.push_beyond_limit([added](Store& store) { store.add(added); });
+    context_.measured.push_beyond_limit([added](Store& store) { store.add(added); });
   if (tracked.status == TrackStatus::tracked) hidden_.pass(tracked.trial, tracked.registration.observable);
   LiveTouch touch{tracked.frame,
                   tracked.time_s,
@@ -75,20 +70,20 @@ void TrackingStage::handle(const SurfacedFrame& frame, MapperQueue& out) {
   const std::string why_lost = tracked.status == TrackStatus::lost
                                    ? std::string(describe(tracked.registration.status))
                                    : std::string();
-  board_.set_touch(std::move(touch), why_lost, frame.arrived);
-  for (const NewKeyframe& added : tracked.new_keyframes) out.push_beyond_limit(added);
+  context_.board.set_touch(std::move(touch), why_lost, frame.arrived);
+  for (const NewKeyframe& added : tracked.new_keyframes) context_.keyframes.push_beyond_limit(added);
 }
 
 void TrackingStage::stream(const TrackedFrame& tracked, const SurfacedFrame& frame) {
-  if (stream_ == nullptr) return;
+  if (!context_.options.stream) return;
   const auto arrived =
       std::chrono::system_clock::now().time_since_epoch() - (LiveClock::now() - frame.arrived);
   FrameReport report{tracked, frame.surface.get(), std::chrono::duration<double>(arrived).count()};
   report.picture = frame.image.bgr;
-  stream_->write(std::move(report), *board_.map());
+  context_.options.stream->write(std::move(report), *context_.board.map());
 }
 
-void TrackingStage::handle(UndoTrial, MapperQueue& out) {
+void TrackingStage::handle(UndoTrial) {
   int trial = -1;
   {
     const std::lock_guard lock(mutex_);
@@ -102,12 +97,12 @@ void TrackingStage::handle(UndoTrial, MapperQueue& out) {
   }
   tracker_.break_trial();
   if (trial < 0) return;
-  session_.push_beyond_limit([trial](Store& store) { store.forget_from_trial(trial); });
-  out.push_beyond_limit(ForgetFromTrial{trial});
+  context_.measured.push_beyond_limit([trial](Store& store) { store.forget_from_trial(trial); });
+  context_.keyframes.push_beyond_limit(ForgetFromTrial{trial});
 }
 
 void TrackingStage::record(const FrameRecord& record) {
-  session_.push_beyond_limit([record](Store& store) { store.add(record); });
+  context_.measured.push_beyond_limit([record](Store& store) { store.add(record); });
   const std::lock_guard lock(mutex_);
   records_.push_back(record);
 }

@@ -10,36 +10,30 @@ struct GelSlam::Impl {
   explicit Impl(const SlamOptions& options)
       : tracker(options.tracker, options.registration, options.verification), mapper(options) {}
 
-  TrackedFrame track(std::int64_t frame, double time_s, SurfacePtr surface, StageTimer& timer) {
-    const auto scope = timer.measure("tracking");
-    return tracker.track(frame, time_s, std::move(surface));
-  }
-
-  void close_loops(const TrackedFrame& tracked, StageTimer& timer) {
-    for (const NewKeyframe& added : tracked.new_keyframes) {
-      const auto scope = timer.measure("loop closure");
-      mapper.add_keyframe(added);
-    }
-  }
-
   Tracker tracker;
   Mapper mapper;
   std::vector<FrameRecord> frames;
 };
 
-GelSlam::GelSlam(const SlamOptions& options, const ContinuedScan* continued)
+GelSlam::GelSlam(const SlamOptions& options, const ScanRecord& so_far)
     : impl_(std::make_unique<Impl>(options)) {
-  if (!continued) return;
-  impl_->tracker.continue_after(continued->last_keyframe(), continued->last_trial());
-  impl_->mapper.restore(continued->record);
-  impl_->frames = continued->record.frames;
+  impl_->tracker.continue_after(so_far.last_keyframe(), so_far.last_trial());
+  impl_->mapper.restore(so_far);
+  impl_->frames = so_far.frames;
 }
 GelSlam::~GelSlam() = default;
 GelSlam::GelSlam(GelSlam&&) noexcept = default;
 
 TrackedFrame GelSlam::process(std::int64_t frame, double time_s, SurfacePtr surface, StageTimer& timer) {
-  TrackedFrame tracked = impl_->track(frame, time_s, std::move(surface), timer);
-  impl_->close_loops(tracked, timer);
+  TrackedFrame tracked;
+  {
+    const auto scope = timer.measure("tracking");
+    tracked = impl_->tracker.track(frame, time_s, std::move(surface));
+  }
+  for (const NewKeyframe& added : tracked.new_keyframes) {
+    const auto scope = timer.measure("loop closure");
+    impl_->mapper.add_keyframe(added);
+  }
   impl_->frames.push_back(record_of(tracked));
   return tracked;
 }

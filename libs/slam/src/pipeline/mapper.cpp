@@ -10,6 +10,7 @@
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/progress.hpp"
 #include "gelslam/slam/refinement.hpp"
+#include "gelslam/slam/trajectory_uncertainty.hpp"
 #include "gelslam/slam/trial_drift.hpp"
 
 namespace gelslam {
@@ -66,21 +67,21 @@ int choose_anchor(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
                   const std::vector<bool>& in_map) {
   std::vector<double> contact_pixels;
   for (std::size_t id = 0; id < keyframes.size(); ++id)
-    if (in_map[id]) contact_pixels.push_back(keyframes[id]->surface.contact_pixels());
+    if (in_map[id]) contact_pixels.push_back(keyframes[id]->surface.facts().contact_pixels);
   const double typical_pixels = median(std::move(contact_pixels));
   std::size_t id = 0;
-  while (!in_map[id] || 4 * keyframes[id]->surface.contact_pixels() < 3 * typical_pixels) ++id;
+  while (!in_map[id] || 4 * keyframes[id]->surface.facts().contact_pixels < 3 * typical_pixels) ++id;
   return static_cast<int>(id);
 }
 
 /// Loops to trials that were lost in touch, where place recognition has found none.
-void add_rejoining_loops(SlamMap& map, const std::vector<ScanPart>& parts, const SlamOptions& options) {
-  const std::size_t known = map.edges.size();
-  for (const LoopConstraint& loop : rejoin_broken_trials(map.keyframes, map.frames, parts, options)) {
-    const auto end = map.edges.begin() + static_cast<std::ptrdiff_t>(known);
-    if (std::none_of(map.edges.begin(), end,
+void add_rejoining_loops(SlamMap& map, const SlamOptions& options) {
+  const std::size_t known = map.solved_edges.size();
+  for (const PoseGraphEdge& loop : rejoin_broken_trials(map, options)) {
+    const auto end = map.solved_edges.begin() + static_cast<std::ptrdiff_t>(known);
+    if (std::none_of(map.solved_edges.begin(), end,
                      [&](const PoseGraphEdge& edge) { return edge.from == loop.from && edge.to == loop.to; }))
-      map.edges.push_back(loop);
+      map.solved_edges.push_back(loop);
   }
 }
 
@@ -111,8 +112,8 @@ GradientScale gradient_scale_of(const PoseGraphSolution& solution) {
 /// Leaves out what contradicts the other edges, and solves for all poses.
 void solve_map(SlamMap& map, const std::map<int, Pose>& initial, double scale_sigma,
                const SlamOptions& options) {
-  map.edges = chosen(map.edges, consistent_edges(map.edges, scale_sigma));
-  map.solution = solve_poses(initial, map.edges, scale_sigma, options);
+  map.solved_edges = chosen(map.solved_edges, consistent_edges(map.solved_edges, scale_sigma));
+  map.solution = solve_poses(initial, map.solved_edges, scale_sigma, options);
 }
 
 /// Registers keyframes that should overlap, and solves again; in rounds.
@@ -120,19 +121,21 @@ void add_overlap_edges(SlamMap& map, double scale_sigma, const SlamOptions& opti
                        const std::function<bool()>& stop_requested, ParallelProgress& progress) {
   for (int round = 0; round < kOverlapRounds; ++round) {
     const std::vector<PoseGraphEdge> found =
-        find_overlap_edges(map.keyframes, map.solution, map.edges, options, stop_requested, &progress);
+        find_overlap_edges(map.keyframes, map.solution, map.solved_edges, options, stop_requested, &progress);
     if (found.empty() || stop_requested()) return;
-    map.edges.insert(map.edges.end(), found.begin(), found.end());
+    map.solved_edges.insert(map.solved_edges.end(), found.begin(), found.end());
     solve_map(map, map.solution.component_T_node, scale_sigma, options);
   }
 }
 
 /// The map is what is placed, in the frame of its anchor. Returns that keyframe's id.
 int choose_map_and_anchor(SlamMap& map) {
-  map.loops = static_cast<int>(std::count_if(
-      map.edges.begin(), map.edges.end(), [](const PoseGraphEdge& e) { return e.kind == EdgeKind::loop; }));
+  map.loops =
+      static_cast<int>(std::count_if(map.solved_edges.begin(), map.solved_edges.end(),
+                                     [](const PoseGraphEdge& e) { return e.kind == EdgeKind::loop; }));
   map.components = static_cast<int>(keyframes_per_component(map.solution).size());
-  map.in_map = placed_keyframes(map.edges, map.solution, tracked_frames(map.frames, map.keyframes.size()));
+  map.in_map =
+      placed_keyframes(map.solved_edges, map.solution, tracked_frames(map.frames, map.keyframes.size()));
   const int anchor = choose_anchor(map.keyframes, map.in_map);
   map.anchor_frame = map.keyframes[index(anchor)]->frame;
   map.component_T_anchor = map.solution.component_T_node.at(anchor);
@@ -147,14 +150,14 @@ Mapper::Mapper(const SlamOptions& options)
 std::vector<PoseGraphEdge> Mapper::add_keyframe(const NewKeyframe& added, bool search_loops) {
   const auto& [keyframe, link] = added;
   const int id = keyframe->id;
-  keyframes_.resize(static_cast<std::size_t>(id) + 1);
-  keyframes_.back() = keyframe;
+  measured_.keyframes.resize(static_cast<std::size_t>(id) + 1);
+  measured_.keyframes.back() = keyframe;
   chain(id, link);
-  searched_.resize(keyframes_.size());
-  searched_.back() = search_loops;
+  measured_.searched.resize(measured_.keyframes.size());
+  measured_.searched.back() = search_loops;
   if (!search_loops) return {};
   std::vector<PoseGraphEdge> loops = this->search_loops(*keyframe, link.previous ? link.previous->id : -1);
-  edges_.insert(edges_.end(), loops.begin(), loops.end());
+  measured_.edges.insert(measured_.edges.end(), loops.begin(), loops.end());
   return loops;
 }
 
@@ -165,7 +168,7 @@ void Mapper::chain(int id, const KeyframeLink& link) {
   ++version_;
   if (!link.previous) return;
   const PoseGraphEdge edge = odometry_edge(link, id);
-  edges_.push_back(edge);
+  measured_.edges.push_back(edge);
   live_edges_.push_back(edge);
   live_.edge_residual.push_back(0);
   live_.edge_outlier.push_back(false);
@@ -176,90 +179,84 @@ void Mapper::chain(int id, const KeyframeLink& link) {
 
 std::vector<PoseGraphEdge> Mapper::search_loops(const Keyframe& keyframe, int previous) {
   loop_closer_.keep(std::exchange(restored_, {}));
-  const std::vector<LoopConstraint> found = loop_closer_.add(keyframe, previous);
-  std::vector<PoseGraphEdge> loops(found.begin(), found.end());
+  std::vector<PoseGraphEdge> loops = loop_closer_.add(keyframe, previous);
   new_loops_ += static_cast<int>(loops.size());
   return loops;
 }
 
 std::map<int, std::vector<PoseGraphEdge>> Mapper::restore(const ScanRecord& record) {
-  parts_ = record.parts;
-  keyframes_ = record.keyframes;
-  searched_ = record.searched;
-  std::vector<PoseGraphEdge> edges = record.edges;
-  new_loops_ = static_cast<int>(edges.size());
-  std::map<int, const PoseGraphEdge*> links;
+  measured_ = record;
+  measured_.frames.clear();
+  new_loops_ = static_cast<int>(record.edges.size());
+  std::map<int, int> linked;
   for (const PoseGraphEdge& edge : record.edges)
-    if (edge.kind == EdgeKind::odometry) links[edge.to] = &edge;
-  for (const auto& keyframe : keyframes_) {
-    if (!keyframe) continue;
-    if (searched_[index(keyframe->id)]) restored_.push_back(*keyframe);
-  }
+    if (edge.kind == EdgeKind::odometry) linked[edge.to] = edge.from;
+  for (const auto& keyframe : record.keyframes)
+    if (keyframe && record.searched[index(keyframe->id)]) restored_.push_back(*keyframe);
   const int newest_searched = restored_.empty() ? -1 : restored_.back().id;
   std::map<int, std::vector<PoseGraphEdge>> found;
-  for (const auto& keyframe : keyframes_) {
-    if (!keyframe || searched_[index(keyframe->id)]) continue;
+  for (const auto& keyframe : record.keyframes) {
+    if (!keyframe || record.searched[index(keyframe->id)]) continue;
     if (keyframe->id < newest_searched) continue;  // damaged record: it stays without
-    const auto link = links.find(keyframe->id);
-    found[keyframe->id] = search_loops(*keyframe, link == links.end() ? -1 : link->second->from);
-    edges.insert(edges.end(), found[keyframe->id].begin(), found[keyframe->id].end());
-    searched_[index(keyframe->id)] = true;
+    const auto link = linked.find(keyframe->id);
+    const auto& loops = found[keyframe->id] =
+        search_loops(*keyframe, link == linked.end() ? -1 : link->second);
+    measured_.edges.insert(measured_.edges.end(), loops.begin(), loops.end());
+    measured_.searched[index(keyframe->id)] = true;
   }
   // As if all had been found in one go.
-  std::stable_sort(edges.begin(), edges.end(), [](const auto& a, const auto& b) { return a.to < b.to; });
-  edges_.insert(edges_.end(), edges.begin(), edges.end());
+  std::stable_sort(measured_.edges.begin(), measured_.edges.end(),
+                   [](const auto& a, const auto& b) { return a.to < b.to; });
   live_.component_T_node = chained_links();
   for (const auto& [id, pose] : live_.component_T_node) live_.component_of_node[id] = id;
   return found;
 }
 
-bool Mapper::has_keyframe(int id) const {
-  return id >= 0 && id < static_cast<int>(keyframes_.size()) && keyframes_[index(id)];
-}
-
 /// Where a solve of all poses starts: every keyframe where its links put it.
 std::map<int, Pose> Mapper::chained_links() const {
   std::map<int, Pose> poses;
-  for (const auto& keyframe : keyframes_)
+  for (const auto& keyframe : measured_.keyframes)
     if (keyframe) poses[keyframe->id] = Pose::Identity();
-  for (const PoseGraphEdge& edge : edges_)
+  for (const PoseGraphEdge& edge : measured_.edges)
     if (edge.kind == EdgeKind::odometry) poses.at(edge.to) = poses.at(edge.from) * edge.from_T_to;
   return poses;
 }
 
-/// Which of edges_ are consistent.
+/// Which of measured_.edges are consistent.
 const std::vector<bool>& Mapper::judge_edges() {
-  return consistency_.judge(edges_, gradient_scale_sigma(keyframes_, options_.gradient_scale));
+  return consistency_.judge(measured_.edges,
+                            gradient_scale_sigma(measured_.keyframes, options_.gradient_scale));
 }
 
 void Mapper::forget_from_trial(int trial) {
-  const auto first = std::find_if(keyframes_.begin(), keyframes_.end(),
+  const auto first = std::find_if(measured_.keyframes.begin(), measured_.keyframes.end(),
                                   [&](const auto& keyframe) { return keyframe && keyframe->trial >= trial; });
-  if (first == keyframes_.end()) return;
+  if (first == measured_.keyframes.end()) return;
   const int id = (*first)->id;
-  keyframes_.erase(first, keyframes_.end());
+  measured_.keyframes.erase(first, measured_.keyframes.end());
   sigma_mm_.erase(sigma_mm_.lower_bound(id), sigma_mm_.end());
-  searched_.resize(keyframes_.size());
+  measured_.searched.resize(measured_.keyframes.size());
   loop_closer_.keep(std::exchange(restored_, {}));
   loop_closer_.forget_from(id);
   live_.component_T_node.erase(live_.component_T_node.lower_bound(id), live_.component_T_node.end());
-  std::erase_if(edges_, [&](const PoseGraphEdge& edge) { return edge.from >= id || edge.to >= id; });
+  std::erase_if(measured_.edges, [&](const PoseGraphEdge& edge) { return edge.from >= id || edge.to >= id; });
   consistency_.forget();
   optimize();
 }
 
 void Mapper::optimize() {
-  live_edges_ = chosen(edges_, judge_edges());
+  live_edges_ = chosen(measured_.edges, judge_edges());
   live_ = solve_poses(live_.component_T_node, live_edges_,
-                      gradient_scale_sigma(keyframes_, options_.gradient_scale), options_);
+                      gradient_scale_sigma(measured_.keyframes, options_.gradient_scale), options_);
   new_loops_ = 0;
   ++version_;
 }
 
 std::map<int, Matrix6d> Mapper::covariances(const std::vector<PoseGraphEdge>& edges,
                                             const PoseGraphSolution& solution, int gauge) const {
-  const double scale_sigma =
-      options_.gradient_scale.estimate ? gradient_scale_sigma(keyframes_, options_.gradient_scale) : 0.0;
+  const double scale_sigma = options_.gradient_scale.estimate
+                                 ? gradient_scale_sigma(measured_.keyframes, options_.gradient_scale)
+                                 : 0.0;
   return pose_covariances(edges, solution, gauge, options_.pose_graph, scale_sigma);
 }
 
@@ -276,7 +273,7 @@ MapSnapshot Mapper::snapshot() const {
   snapshot.version = version_;
   snapshot.gradient_scale = gradient_scale_of(live_);
   for (const auto& [id, component] : live_.component_of_node) {
-    const Keyframe& keyframe = *keyframes_[static_cast<std::size_t>(id)];
+    const Keyframe& keyframe = *measured_.keyframes[static_cast<std::size_t>(id)];
     const auto sigma = sigma_mm_.find(id);
     snapshot.nodes.push_back({id, keyframe.frame, keyframe.trial, component, live_.component_T_node.at(id),
                               keyframe.surface, keyframe.trial_T_keyframe,
@@ -287,7 +284,7 @@ MapSnapshot Mapper::snapshot() const {
         {live_edges_[i].from, live_edges_[i].to, live_edges_[i].kind, live_.edge_outlier[i]});
   if (snapshot.nodes.empty()) return snapshot;
   const std::vector<bool> placed =
-      placed_keyframes(live_edges_, live_, std::vector<int>(keyframes_.size(), 1));
+      placed_keyframes(live_edges_, live_, std::vector<int>(measured_.keyframes.size(), 1));
   for (MapSnapshot::Node& node : snapshot.nodes) {
     node.placed = placed[index(node.keyframe)];
     if (node.placed) snapshot.shown_component = node.component;
@@ -298,13 +295,12 @@ MapSnapshot Mapper::snapshot() const {
 /// What was measured, and nothing concluded from it.
 SlamMap Mapper::measured_map(const std::vector<FrameRecord>& frames) const {
   SlamMap map;
-  map.measured = {parts_, keyframes_, edges_, searched_, frames};
-  map.keyframes = keyframes_;
-  map.edges = edges_;
-  map.in_map.resize(keyframes_.size());
+  static_cast<ScanRecord&>(map) = measured_;
+  map.solved_edges = map.edges;
+  map.in_map.resize(map.keyframes.size());
   map.frames = frames;
   for (FrameRecord& frame : map.frames) {
-    if (!has_keyframe(frame.keyframe)) frame.keyframe = -1;  // it has not reached the mapper yet
+    if (!map.has_keyframe(frame.keyframe)) frame.keyframe = -1;  // it has not reached the mapper yet
     map.trials = std::max(map.trials, frame.trial + 1);
   }
   return map;
@@ -312,15 +308,15 @@ SlamMap Mapper::measured_map(const std::vector<FrameRecord>& frames) const {
 
 SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
                        const std::function<bool()>& stop_requested, ProgressSink* progress) const {
-  ParallelProgress closing(progress, "closing loops", kOverlapRounds * keyframes_.size());
+  ParallelProgress closing(progress, "closing loops", kOverlapRounds * measured_.keyframes.size());
   SlamMap map = measured_map(frames);
   const std::map<int, Pose> initial = chained_links();
   if (initial.empty()) {
     closing.end();
     return map;
   }
-  const double scale_sigma = gradient_scale_sigma(keyframes_, options_.gradient_scale);
-  add_rejoining_loops(map, parts_, options_);
+  const double scale_sigma = gradient_scale_sigma(measured_.keyframes, options_.gradient_scale);
+  add_rejoining_loops(map, options_);
   solve_map(map, initial, scale_sigma, options_);
   if (refine && options_.refinement.max_pairs_per_keyframe > 0)
     add_overlap_edges(map, scale_sigma, options_, stop_requested, closing);
@@ -328,7 +324,7 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
   map.gradient_scale = gradient_scale_of(map.solution);
   const int anchor = choose_map_and_anchor(map);
   map.uncertainty =
-      trajectory_uncertainty(map.frames, map.in_map, covariances(map.edges, map.solution, anchor));
+      trajectory_uncertainty(map.frames, map.in_map, covariances(map.solved_edges, map.solution, anchor));
   return map;
 }
 

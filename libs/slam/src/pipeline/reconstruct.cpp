@@ -48,15 +48,15 @@ class SurfacesAhead {
 };
 
 /// Feeds the whole log to `slam`; true when stopped before its end.
-bool track_log(SurfaceStream& stream, GelSlam& slam, const ContinuedScan& scan, StageTimer& timer,
+bool track_log(SurfaceStream& stream, GelSlam& slam, const ScanRecord& so_far, StageTimer& timer,
                ProgressSink& progress, const std::function<bool()>& stop_requested) {
   progress.begin("tracking", stream.frame_count());
   SurfacesAhead surfaces(stream);
   bool stopped = false;
   std::int64_t done = 0;
   while (const std::optional<SurfaceStream::Item> item = surfaces.next()) {
-    const std::int64_t frame = scan.first_frame + item->frame;
-    const double time_s = scan.first_time_s + item->time_s;
+    const std::int64_t frame = so_far.next_frame() + item->frame;
+    const double time_s = so_far.next_time_s() + item->time_s;
     if (item->surface)
       slam.process(frame, time_s, item->surface, timer);
     else
@@ -83,12 +83,12 @@ Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progr
                 const std::function<bool()>& stop_requested, const std::filesystem::path& continued_run) {
   const auto start = std::chrono::steady_clock::now();
   StageTimer timer;
-  ContinuedScan scan;
-  if (!continued_run.empty()) scan = continue_scan(continued_run, config, input.log);
+  ScanRecord so_far;
+  if (!continued_run.empty()) so_far = continue_scan(continued_run, config, input.log);
   SurfaceStream stream(input, config, timer);
-  if (continued_run.empty()) scan.record.parts = {part_of(config, input.log)};
-  GelSlam slam(config.slam, &scan);
-  const bool stopped = track_log(stream, slam, scan, timer, progress, stop_requested);
+  if (continued_run.empty()) so_far.parts = {part_of(config, input.log)};
+  GelSlam slam(config.slam, so_far);
+  const bool stopped = track_log(stream, slam, so_far, timer, progress, stop_requested);
   SlamMap map;
   {
     const auto scope = timer.measure("finish/poses");

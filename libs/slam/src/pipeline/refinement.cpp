@@ -89,7 +89,7 @@ double gradient_scale_sigma(const std::vector<std::shared_ptr<const Keyframe>>& 
                             const GradientScaleOptions& options) {
   double model_sigma = 0;
   for (const auto& keyframe : keyframes)
-    if (keyframe) model_sigma = std::max(model_sigma, keyframe->surface.model_sigma());
+    if (keyframe) model_sigma = std::max(model_sigma, keyframe->surface.facts().model_sigma);
   return options.sigma * model_sigma;
 }
 

@@ -1,3 +1,4 @@
+#include "gelslam/loop_closure/loop_closer.hpp"
 #include "gelslam/registration/relocalization.hpp"
 #include "gelslam/slam/refinement.hpp"
 #include "gelslam/slam/slam_options.hpp"
@@ -13,13 +14,15 @@ struct Break {
   const FrameRecord *before, *after;
 };
 
-std::vector<Break> lost_in_touch(const std::vector<FrameRecord>& frames, const std::vector<ScanPart>& parts) {
+std::vector<Break> lost_in_touch(const ScanRecord& scan) {
   std::vector<Break> breaks;
   const FrameRecord* before = nullptr;
+  const std::vector<FrameRecord>& frames = scan.frames;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const FrameRecord& frame = frames[i];
-    const bool follows = i > 0 && frame.frame == frames[i - 1].frame + 1 &&
-                         part_of_frame(parts, frame.frame) == part_of_frame(parts, frames[i - 1].frame);
+    const bool follows =
+        i > 0 && frame.frame == frames[i - 1].frame + 1 &&
+        part_of_frame(scan.parts, frame.frame) == part_of_frame(scan.parts, frames[i - 1].frame);
     if (!follows) before = nullptr;
     if (unplaced(frame)) continue;
     if (before && frame.keyframe > before->keyframe && frame.trial == before->trial + 1)
@@ -44,20 +47,17 @@ std::optional<Pose> candidate_pose(const Keyframe& older, const Keyframe& newer,
 
 }  // namespace
 
-std::vector<LoopConstraint> rejoin_broken_trials(
-    const std::vector<std::shared_ptr<const Keyframe>>& keyframes, const std::vector<FrameRecord>& frames,
-    const std::vector<ScanPart>& parts, const SlamOptions& options) {
-  std::vector<LoopConstraint> found;
-  for (const auto& [before, after] : lost_in_touch(frames, parts)) {
-    const auto& older = keyframes[static_cast<std::size_t>(before->keyframe)];
-    const auto& newer = keyframes[static_cast<std::size_t>(after->keyframe)];
+std::vector<PoseGraphEdge> rejoin_broken_trials(const ScanRecord& scan, const SlamOptions& options) {
+  std::vector<PoseGraphEdge> found;
+  for (const auto& [before, after] : lost_in_touch(scan)) {
+    const auto& older = scan.keyframes[static_cast<std::size_t>(before->keyframe)];
+    const auto& newer = scan.keyframes[static_cast<std::size_t>(after->keyframe)];
     if (!older || !newer) continue;
     const std::optional<Pose> pose =
         candidate_pose(*older, *newer, before->keyframe_T_frame * after->keyframe_T_frame.inverse(), options);
-    const std::optional<LoopConstraint> loop =
-        pose ? verify_loop(*older, *newer, {*pose, PlacePrior::suspected}, options.registration,
-                           options.verification)
-             : std::nullopt;
+    if (!pose) continue;
+    const auto loop = verify_loop(*older, *newer, {*pose, PlacePrior::suspected}, options.registration,
+                                  options.verification);
     if (loop) found.push_back(*loop);
   }
   return found;

@@ -63,9 +63,10 @@ MapSnapshot snapshot_of(const SlamMap& map) {
                               keyframe.surface, keyframe.trial_T_keyframe});
     snapshot.nodes.back().placed = map.in_map[static_cast<std::size_t>(id)];
   }
-  for (std::size_t i = 0; i < map.edges.size(); ++i)
-    snapshot.edges.push_back(
-        {map.edges[i].from, map.edges[i].to, map.edges[i].kind, map.solution.edge_outlier[i]});
+  for (std::size_t i = 0; i < map.solved_edges.size(); ++i) {
+    const PoseGraphEdge& edge = map.solved_edges[i];
+    snapshot.edges.push_back({edge.from, edge.to, edge.kind, map.solution.edge_outlier[i]});
+  }
   return snapshot;
 }
 

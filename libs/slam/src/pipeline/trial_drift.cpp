@@ -52,7 +52,7 @@ std::optional<Matrix6d> TrialDrift::add(const TrackedFrame& frame) {
   if (frame.keyframe->frame != frame.frame)
     motion = compose(motion, uncertain_motion(link_to(frame.keyframe, frame.registration)));
   return translation_first(with_second_order(
-      motion.total_covariance(gradient_scale_sigma_ * frame.keyframe->surface.model_sigma())));
+      motion.total_covariance(gradient_scale_sigma_ * frame.keyframe->surface.facts().model_sigma)));
 }
 
 Matrix6d translation_first(const Matrix6d& rotation_first) {

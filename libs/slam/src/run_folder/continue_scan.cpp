@@ -33,21 +33,13 @@ void check_same_sensor(const fs::path& run, const ScanRecord& record, const Scan
   const auto last = std::find_if(record.keyframes.rbegin(), record.keyframes.rend(),
                                  [](const auto& keyframe) { return keyframe != nullptr; });
   if (last == record.keyframes.rend()) return;
-  const StoredSurface& surface = (*last)->surface;
-  if (surface.size() != cv::Size(sensor.width_px, sensor.height_px) ||
-      surface.pixel_pitch_mm() != sensor.pixel_pitch_mm)
+  const SurfaceFacts surface = (*last)->surface.facts();
+  if (surface.size != cv::Size(sensor.width_px, sensor.height_px) ||
+      surface.pixel_pitch_mm != sensor.pixel_pitch_mm)
     throw Error(fmt::format(
         "{}: was scanned at {} pixels of {} mm, not at {} pixels of {} mm{}", run.string(),
-        size_text(surface.size().width, surface.size().height), short_number(surface.pixel_pitch_mm()),
+        size_text(surface.size.width, surface.size.height), short_number(surface.pixel_pitch_mm),
         size_text(sensor.width_px, sensor.height_px), short_number(sensor.pixel_pitch_mm), result));
-}
-
-int ContinuedScan::last_trial() const {
-  int trial = -1;
-  for (const FrameRecord& frame : record.frames) trial = std::max(trial, frame.trial);
-  for (const auto& keyframe : record.keyframes)
-    if (keyframe) trial = std::max(trial, keyframe->trial);
-  return trial;
 }
 
 ScanPart part_of(const Config& config, const fs::path& log) {
@@ -56,26 +48,19 @@ ScanPart part_of(const Config& config, const fs::path& log) {
           log.empty() ? "" : fs::absolute(log).lexically_normal().string()};
 }
 
-ContinuedScan continue_scan(const fs::path& run, const Config& config, const fs::path& log) {
+ScanRecord continue_scan(const fs::path& run, const Config& config, const fs::path& log) {
   check_is_run(run, RunNeeds::record);
-  ContinuedScan scan;
-  scan.record = read_scan(run, config.slam.registration);
+  ScanRecord record = read_scan(run, config.slam.registration);
   ScanPart part = part_of(config, log);
-  check_same_sensor(run, scan.record, part, config.sensor);
-  if (!scan.record.frames.empty()) {
-    scan.first_frame = scan.record.frames.back().frame + 1;
-    scan.first_time_s = scan.record.frames.back().time_s + kBetweenPartsS;
-  }
-  part.first_frame = scan.first_frame;
-  scan.record.parts.push_back(std::move(part));
-  return scan;
+  check_same_sensor(run, record, part, config.sensor);
+  part.first_frame = record.next_frame();
+  record.parts.push_back(std::move(part));
+  return record;
 }
 
 ContinuedScan continue_in_place(const fs::path& run, const Config& config) {
   auto lock = std::make_shared<const FolderLock>(run);
-  ContinuedScan scan = continue_scan(run, config, "");
-  scan.lock = std::move(lock);
-  return scan;
+  return {continue_scan(run, config, ""), std::move(lock)};
 }
 
 }  // namespace gelslam

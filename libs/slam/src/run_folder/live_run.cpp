@@ -54,7 +54,7 @@ std::shared_ptr<LiveRun> LiveRun::resume(const fs::path& folder, const Continued
   fs::path log = path / "log.mkv";
   for (int part = 2; fs::exists(log, code); ++part) log = path / ("log-" + std::to_string(part) + ".mkv");
   ScanPart part = part_of(config, records ? log : input);
-  part.first_frame = scan.first_frame;
+  part.first_frame = scan.record.next_frame();
   return std::shared_ptr<LiveRun>(new LiveRun(path, log, std::move(part), scan.lock));
 }
 

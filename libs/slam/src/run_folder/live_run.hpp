@@ -3,8 +3,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "gelslam/core/files.hpp"
-#include "gelslam/slam/scan_record.hpp"
+#include "gelslam/slam/continue_scan.hpp"
 #include "run_folder/run_writer.hpp"
 
 namespace gelslam::slam::detail {

@@ -1,7 +1,5 @@
 #include "run_folder/run_writer.hpp"
 
-#include <algorithm>
-#include <array>
 #include <map>
 
 #include "gelslam/backend/g2o.hpp"
@@ -9,13 +7,9 @@
 #include "gelslam/core/file_descriptor.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/run_folder.hpp"
-#include "gelslam/core/text.hpp"
 #include "gelslam/core/trajectory.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
-#include "gelslam/slam/continue_scan.hpp"
-#include "gelslam/slam/mapper.hpp"
 #include "gelslam/slam/store.hpp"
-#include "gelslam/slam/trial_drift.hpp"
 
 namespace gelslam {
 namespace {
@@ -32,87 +26,6 @@ std::string keyframe_trajectory(const SlamMap& map) {
   return text;
 }
 
-RunReport::Frames frame_counts(const SlamMap& map) {
-  std::map<TrackStatus, std::int64_t> count;
-  for (const FrameRecord& frame : map.frames) ++count[frame.status];
-  RunReport::Frames frames{.total = std::ssize(map.frames),
-                           .background = count[TrackStatus::background],
-                           .no_contact = count[TrackStatus::no_contact],
-                           .tracked = count[TrackStatus::tracked],
-                           .lost = count[TrackStatus::lost],
-                           .undone = count[TrackStatus::undone]};
-  frames.in_map = std::count_if(map.frames.begin(), map.frames.end(),
-                                [&](const FrameRecord& frame) { return map.has_pose(frame); });
-  frames.not_in_mesh = frames.tracked - frames.in_map;
-  if (!map.frames.empty()) frames.left_out = map.frames.back().frame + 1 - frames.total;
-  return frames;
-}
-
-/// The log of each part, and the time at which it begins.
-std::vector<RunReport::Log> part_logs(const SlamMap& map) {
-  std::vector<RunReport::Log> logs;
-  for (const ScanPart& part : map.measured.parts) {
-    const auto next = std::find_if(map.frames.begin(), map.frames.end(),
-                                   [&](const FrameRecord& frame) { return frame.frame >= part.first_frame; });
-    const double first_time_s = next == map.frames.begin() ? 0.0 : std::prev(next)->time_s + kBetweenPartsS;
-    logs.push_back({part.log, first_time_s});
-  }
-  return logs;
-}
-
-RunReport::Uncertainty uncertainty_fields(const TrajectoryUncertainty& uncertainty) {
-  constexpr std::array<const char*, 6> kMotions = {"x", "y", "z", "rx", "ry", "rz"};
-  const auto drift = [](const TrajectoryUncertainty::Drift& worst) {
-    return RunReport::Drift{worst.amount, worst.frame, worst.time_s};
-  };
-  RunReport::Uncertainty fields{drift(uncertainty.mm), drift(uncertainty.deg), {}};
-  for (const TrajectoryUncertainty::Hidden& hidden : uncertainty.hidden)
-    fields.not_observable.push_back(
-        {kMotions[hidden.motion], hidden.first_frame, hidden.first_time_s, hidden.frames});
-  return fields;
-}
-
-/// "1 piece not joined; 16 frames not in the mesh; next time cross places that you touched before", or "".
-std::string not_in_mesh(int pieces, std::int64_t frames) {
-  std::string text;
-  if (pieces > 0) text = counted(pieces, "piece") + " not joined";
-  if (frames > 0) append_sentence(text, counted(frames, "frame") + " not in the mesh");
-  if (pieces > 0) append_sentence(text, "next time cross places that you touched before");
-  return text;
-}
-
-/// What a user has to know beside the result.
-std::vector<std::string> reservations(const RunReport& report, const TrajectoryUncertainty& uncertainty) {
-  std::vector<std::string> sentences = describe(uncertainty);
-  if (!report.complete())
-    sentences.insert(sentences.begin(),
-                     not_in_mesh(std::max(report.components - 1, 0), report.frames.not_in_mesh));
-  return sentences;
-}
-
-void count(const Run& run, RunReport& report) {
-  const SlamMap& map = run.map;
-  report.program = "gelslam " GELSLAM_VERSION;
-  report.model = run.config.sensor.calibration_model_path.string();
-  report.optics = {run.config.surface.optics, run.config.optics_from};
-  report.parts = describe_parts(map);
-  if (!report.parts.empty()) report.logs = part_logs(map);
-  report.anchor_frame = map.anchor_frame;
-  const std::int64_t damaged = report.frames.left_out;  // also behind the last good one
-  report.frames = frame_counts(map);
-  report.frames.left_out = std::max(report.frames.left_out, damaged);
-  report.uncertainty = uncertainty_fields(map.uncertainty);
-  report.keyframes = static_cast<int>(map.keyframes.size());
-  report.trials = map.trials;
-  report.components = map.components;
-  report.loops = map.loops;
-  const std::vector<bool>& outlier = map.solution.edge_outlier;
-  report.loop_outliers = static_cast<int>(std::count(outlier.begin(), outlier.end(), true));
-  report.reservations = reservations(report, map.uncertainty);
-  report.gradient_scale = {map.gradient_scale.x, map.gradient_scale.y};
-  report.mesh = {run.mesh.vertices_mm.size(), run.mesh.triangles.size()};
-}
-
 std::map<int, Pose> map_poses(const SlamMap& map) {
   std::map<int, Pose> poses;
   for (std::size_t id = 0; id < map.keyframes.size(); ++id)
@@ -124,8 +37,8 @@ std::map<int, Pose> map_poses(const SlamMap& map) {
 std::vector<PoseGraphEdge> map_edges(const SlamMap& map, bool outliers) {
   const auto in_map = [&](int id) { return map.in_map[static_cast<std::size_t>(id)]; };
   std::vector<PoseGraphEdge> edges;
-  for (std::size_t i = 0; i < map.edges.size(); ++i) {
-    const PoseGraphEdge& edge = map.edges[i];
+  for (std::size_t i = 0; i < map.solved_edges.size(); ++i) {
+    const PoseGraphEdge& edge = map.solved_edges[i];
     if (in_map(edge.from) && in_map(edge.to) && map.solution.edge_outlier[i] == outliers)
       edges.push_back(edge);
   }
@@ -153,42 +66,6 @@ std::string in_run(std::string message) {
 }
 
 }  // namespace
-
-Mesh fuse_map(const SlamMap& map, const FusionOptions& options, ProgressSink* progress) {
-  FusionOptions fusion = options;
-  fusion.gradient_scale = map.gradient_scale.mean();
-  return fuse(posed_surfaces(map), fusion, progress);
-}
-
-Run finish_scan(const Config& config, SlamMap map, RunReport report, StageTimer& timer,
-                std::chrono::steady_clock::time_point start, ProgressSink* progress) {
-  Run run{config, std::move(map), {}, std::move(report)};
-  {
-    const auto scope = timer.measure("finish/fusion");
-    run.mesh = fuse_map(run.map, config.slam.fusion, progress);
-  }
-  count(run, run.report);
-  for (const StageStatistics& stage : timer.statistics()) run.report.stages[stage.stage] = stage;
-  run.report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  return run;
-}
-
-Run finish_scan(const Config& config, const ScanRecord& record, const std::string& log_description,
-                StageTimer& timer, std::chrono::steady_clock::time_point start, ProgressSink& progress,
-                const std::function<bool()>& stop_requested) {
-  SlamMap map;
-  {
-    const auto scope = timer.measure("finish/poses");
-    Mapper mapper(config.slam);
-    mapper.restore(record);
-    map = mapper.finish(record.frames, true, stop_requested, &progress);
-  }
-  RunReport report;
-  report.log_description = log_description;
-  if (record.parts.size() == 1) report.log = record.parts.front().log;
-  report.partial = stop_requested();
-  return finish_scan(config, std::move(map), std::move(report), timer, start, &progress);
-}
 
 void write_run(const fs::path& folder, const Run& run) {
   write_results(folder, run);

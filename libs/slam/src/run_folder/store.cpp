@@ -64,7 +64,7 @@ void insert(Database& database, const std::vector<FrameRecord>& frames) {
 }
 
 void insert(Database& database, const Keyframe& keyframe) {
-  const std::string surface = keyframe.surface.packed()->bytes();
+  const std::string surface = keyframe.surface.packed().bytes();
   Statement(database, "INSERT INTO keyframes VALUES(?,?,?,?)")
       .run(keyframe.id, keyframe.frame, keyframe.trial, Blob{surface});
 }
@@ -87,9 +87,7 @@ void insert_searched(Database& database, int keyframe) {
 void insert(Database& database, const SlamMap& map) {
   for (const char* table : {"DELETE FROM map", "DELETE FROM poses", "DELETE FROM map_edges"})
     database.execute(table);
-  const std::vector<FrameRecord>& frames = map.measured.frames;
-  Statement(database, "INSERT INTO map VALUES(?,?)")
-      .run(map.gradient_scale.mean(), frames.empty() ? -1 : frames.back().frame);
+  Statement(database, "INSERT INTO map VALUES(?,?)").run(map.gradient_scale.mean(), map.next_frame() - 1);
   Statement pose(database, "INSERT INTO poses VALUES(?,?,?,?)");
   for (const auto& [id, component] : map.solution.component_of_node) {
     const bool in_map = map.in_map[static_cast<std::size_t>(id)];
@@ -98,8 +96,10 @@ void insert(Database& database, const SlamMap& map) {
     pose.run(id, component, int{in_map}, blob_of(values));
   }
   Statement edge(database, "INSERT INTO map_edges VALUES(NULL,?,?,?,?)");
-  for (std::size_t i = 0; i < map.edges.size(); ++i)
-    edge.run(map.edges[i].from, map.edges[i].to, word(map.edges[i].kind), int{map.solution.edge_outlier[i]});
+  for (std::size_t i = 0; i < map.solved_edges.size(); ++i) {
+    const PoseGraphEdge& solved = map.solved_edges[i];
+    edge.run(solved.from, solved.to, word(solved.kind), int{map.solution.edge_outlier[i]});
+  }
 }
 
 }  // namespace
@@ -172,17 +172,15 @@ void begin_store(const fs::path& run, const ScanPart& part) {
 }
 
 void write_store(const fs::path& run, const SlamMap& map) {
-  const ScanRecord& record = map.measured;
   Database database(run / "session.db", Access::create);
   Transaction transaction(database);
-  for (const ScanPart& part : record.parts) insert(database, part);
-  insert(database, record.frames);
-  // A map that no scan has measured has keyframes alone.
-  for (const auto& keyframe : record.keyframes.empty() ? map.keyframes : record.keyframes)
+  for (const ScanPart& part : map.parts) insert(database, part);
+  insert(database, map.frames);
+  for (const auto& keyframe : map.keyframes)
     if (keyframe) insert(database, *keyframe);
-  insert(database, record.edges);
-  for (std::size_t id = 0; id < record.searched.size(); ++id)
-    if (record.searched[id]) insert_searched(database, static_cast<int>(id));
+  insert(database, map.edges);
+  for (std::size_t id = 0; id < map.searched.size(); ++id)
+    if (map.searched[id]) insert_searched(database, static_cast<int>(id));
   insert(database, map);
   transaction.commit();
 }

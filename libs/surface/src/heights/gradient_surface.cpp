@@ -3,6 +3,7 @@
 #include "gelslam/surface/slopes.hpp"
 #include "heights/bare_gel.hpp"
 #include "heights/height_integrator.hpp"
+#include "heights/normals.hpp"
 #include "photometry/blocks.hpp"
 
 namespace gelslam {

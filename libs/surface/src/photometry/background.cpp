@@ -11,6 +11,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/text.hpp"
+#include "heights/normals.hpp"
 #include "heights/poisson.hpp"
 #include "photometry/blocks.hpp"
 #include "photometry/light.hpp"

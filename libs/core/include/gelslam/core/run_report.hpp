@@ -27,16 +27,18 @@ struct RunReport {
     std::int64_t not_in_mesh = 0;  ///< tracked, but in another piece, or at a place that is not known
     std::int64_t left_out = 0;     ///< damaged or dropped
   };
+  /// Of the pose in the map that is known worst, in its worst direction.
   struct Drift {
-    double amount = 0;  ///< two standard deviations
+    double amount = 0;  ///< two standard deviations, mm or degrees (at most 180)
     std::int64_t frame = -1;
     double time_s = 0;
   };
+  /// A motion of the sensor that was not observable for a while.
   struct Hidden {
-    std::string motion;  ///< x, y, z, rx, ry, rz
-    std::int64_t first_frame = 0;
+    std::string motion;            ///< x, y, z, rx, ry, rz
+    std::int64_t first_frame = 0;  ///< in which it was not
     double first_time_s = 0;
-    std::int64_t frames = 0;
+    std::int64_t frames = 0;  ///< in which it was not
   };
   struct Uncertainty {
     Drift drift_mm, drift_deg;

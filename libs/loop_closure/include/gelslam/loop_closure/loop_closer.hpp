@@ -18,18 +18,12 @@ struct LoopClosureOptions {
   int max_constraints = 6;  // speed: more loops to one place add little
 };
 
-/// A keyframe seen again, as an edge from the older one, and what speaks for it.
-struct LoopConstraint : PoseGraphEdge {
-  int sift_inliers = 0;  ///< 0 when the candidate did not come from place recognition
-  double scr = 0, ccs = 0;
-  double texture_correlation = 0, height_rmse_mm = 0;  ///< as in RegistrationResult
-};
-
-/// verify() between two keyframes, as a constraint. Nothing when they do not show the same surface.
-std::optional<LoopConstraint> verify_loop(const Keyframe& older, const Keyframe& newer,
-                                          const PlaceCandidate& candidate,
-                                          const NormalFlowOptions& registration,
-                                          const VerificationOptions& verification);
+/// verify() between two keyframes, as an edge from the older one. Nothing when they do not show the same
+/// surface.
+std::optional<PoseGraphEdge> verify_loop(const Keyframe& older, const Keyframe& newer,
+                                         const PlaceCandidate& candidate,
+                                         const NormalFlowOptions& registration,
+                                         const VerificationOptions& verification);
 
 /// Recognizes places by SIFT on curvature maps and verifies each candidate (Huang et al., T-RO 2026, §V;
 /// voting and the lift to 3-D are our own). Deterministic. Not thread-safe.
@@ -42,13 +36,13 @@ class LoopCloser {
   /// Compares `keyframe` with all kept keyframes, then keeps it for later ones. `linked` is left out: the id
   /// of the keyframe that odometry links it to, from the same pixels; a loop would count them twice. Every
   /// keyframe added is searched for. Ids must grow.
-  std::vector<LoopConstraint> add(const Keyframe& keyframe, int linked = -1);
+  std::vector<PoseGraphEdge> add(const Keyframe& keyframe, int linked = -1);
 
   /// Keeps the keyframes of a map that is known already, without a search. Ids must grow.
   void keep(const std::vector<Keyframe>& keyframes);
 
   /// Compares `keyframe` with all kept keyframes and keeps nothing: all places of a known map that it shows.
-  std::vector<LoopConstraint> recognize(const Keyframe& keyframe) const;
+  std::vector<PoseGraphEdge> recognize(const Keyframe& keyframe) const;
 
   /// Forgets the keyframes with this id and later ones, as if they had never been added.
   void forget_from(int keyframe_id);

@@ -66,10 +66,4 @@ RegistrationResult verify_registered(const NormalFlowReference& reference, const
 /// bare gel of the other: an object there would have been felt.
 double free_space_violation(const Surface& reference, const Surface& target, const Pose& target_T_reference);
 
-/// How much a surface looks like itself after a shift of at least a millimeter, -1..1: the largest normalized
-/// cross-correlation of its curvature (mean removed) with itself over shifts that keep half of the contact
-/// shared. Near 1 for a knurl, a cloth or a straight ridge: registration then succeeds at several places.
-/// Source: own; masked correlation after Padfield, IEEE TIP 2012.
-double self_similarity(const Surface& surface);
-
 }  // namespace gelslam

@@ -2,17 +2,16 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "gelslam/core/files.hpp"
 #include "gelslam/slam/config.hpp"
 #include "gelslam/slam/scan_record.hpp"
 #include "gelslam/slam/slam_map.hpp"
 
 namespace gelslam {
-
-/// Times go on from part to part: a new one begins this long after the last frame.
-inline constexpr double kBetweenPartsS = 1.0;  // layout
 
 /// The part that a log or a camera with this configuration makes. `log` may be empty. Throws Error when the
 /// model cannot be read.
@@ -23,10 +22,16 @@ ScanPart part_of(const Config& config, const std::filesystem::path& log);
 void check_same_sensor(const std::filesystem::path& run, const ScanRecord& record, const ScanPart& part,
                        const SensorProfile& sensor);
 
-/// Reads the session of a run folder to continue it with this configuration. Throws Error when there is none,
-/// and as check_same_sensor().
-ContinuedScan continue_scan(const std::filesystem::path& run, const Config& config,
-                            const std::filesystem::path& log);
+/// Reads the session of a run folder to continue it with this configuration: `parts` includes the new one.
+/// Throws Error when there is none, and as check_same_sensor().
+ScanRecord continue_scan(const std::filesystem::path& run, const Config& config,
+                         const std::filesystem::path& log);
+
+/// A scan that goes on in its run folder.
+struct ContinuedScan {
+  ScanRecord record;
+  std::shared_ptr<const FolderLock> lock;
+};
 /// The same to go on in the run folder itself, which is locked before it is read: throws Error while another
 /// program writes to it.
 ContinuedScan continue_in_place(const std::filesystem::path& run, const Config& config);

@@ -24,8 +24,8 @@ namespace gelslam {
 /// (as reconstruct() does). Only keyframes are kept. Deterministic.
 class GelSlam {
  public:
-  /// `continued`: null for a new scan.
-  explicit GelSlam(const SlamOptions& options, const ContinuedScan* continued = nullptr);
+  /// `so_far`: the scan that goes on; of a new one nothing but its part, if it has one.
+  explicit GelSlam(const SlamOptions& options, const ScanRecord& so_far = {});
   ~GelSlam();
   GelSlam(GelSlam&&) noexcept;
 

@@ -37,37 +37,16 @@ struct LiveOptions {
   bool show_mesh = true;  ///< false: nobody calls take_mesh_changes(), no mesh grows for it
 };
 
-/// Throws Error when LiveSlam would refuse the run folder: to be asked before a camera is disturbed. Makes
-/// nothing.
+/// Throws Error when begin_live_scan() would refuse the run folder: to be asked before a camera is disturbed.
+/// Makes nothing.
 void check_run_folder(const LiveOptions& options);
 
 /// The live chain: capture, surface, tracking, mapping (loops and pose graph) and fusion, each on its own
 /// thread with queues between them. Tracking never waits for what comes behind it; every keyframe is searched
 /// for loops, however late. Without dropped frames its map at the end is the one that reconstruct() makes of
-/// the same log.
-class LiveSlam final : public LiveSession {
- public:
-  /// Starts at once. Throws Error when the model cannot be read or the run folder may not be written.
-  LiveSlam(std::unique_ptr<RawFrameSource> source, const LiveOptions& options);
-  ~LiveSlam() override;  ///< aborts if wait() was not called
-
-  LiveStatus status() const override;
-  std::shared_ptr<const LiveTouch> touch() const override;
-  std::shared_ptr<const MapSnapshot> map() const override;
-  MeshChanges take_mesh_changes() override;
-  std::vector<StageStatistics> stage_times() const;
-
-  void set_paused(bool paused) override;
-  void undo_last_trial() override;
-  void save_now() override;
-  void stop() override;
-  void abort() override;
-  RunReport wait() override;
-  BackgroundFrames background_frames() const override;
-
- private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
-};
+/// the same log. Starts at once; a session that goes before wait() has returned aborts. Throws Error when the
+/// model cannot be read or the run folder may not be written.
+std::unique_ptr<LiveSession> begin_live_scan(std::unique_ptr<RawFrameSource> source,
+                                             const LiveOptions& options);
 
 }  // namespace gelslam

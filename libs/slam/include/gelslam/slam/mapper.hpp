@@ -46,8 +46,8 @@ class Mapper {
   MapSnapshot snapshot() const;
 
   /// Solves for all poses, with refinement (slow; `refine` false: with the edges that are known). May be
-  /// called at any time; keyframes may follow. SlamMap::measured has the parts of restore(). `stop_requested`
-  /// leaves out the rest of the refinement. `progress` (may be null) receives the task "closing loops".
+  /// called at any time; keyframes may follow. The map has the parts of restore(). `stop_requested` leaves
+  /// out the rest of the refinement. `progress` (may be null) receives the task "closing loops".
   SlamMap finish(const std::vector<FrameRecord>& frames, bool refine,
                  const std::function<bool()>& stop_requested, ProgressSink* progress = nullptr) const;
 
@@ -55,7 +55,6 @@ class Mapper {
   const std::vector<bool>& judge_edges();
   void chain(int id, const KeyframeLink& link);
   std::vector<PoseGraphEdge> search_loops(const Keyframe& keyframe, int previous);
-  bool has_keyframe(int id) const;
   std::map<int, Pose> chained_links() const;
   std::map<int, Matrix6d> covariances(const std::vector<PoseGraphEdge>& edges,
                                       const PoseGraphSolution& solution, int gauge) const;
@@ -63,13 +62,10 @@ class Mapper {
 
   SlamOptions options_;
   LoopCloser loop_closer_;
-  std::vector<ScanPart> parts_;     // of what was restored
-  std::vector<Keyframe> restored_;  // not in loop_closer_ yet: it is slow, and not always needed
-  std::vector<std::shared_ptr<const Keyframe>> keyframes_;  // by id; null where taken back
-  std::vector<bool> searched_;                              // by id: for loops
-  std::vector<PoseGraphEdge> edges_;                        // all that were measured
-  GrowingConsistency consistency_;                          // of edges_
-  std::vector<PoseGraphEdge> live_edges_;                   // those of them that shape live_
+  std::vector<Keyframe> restored_;         // not in loop_closer_ yet: it is slow, and not always needed
+  ScanRecord measured_;                    // without frames
+  GrowingConsistency consistency_;         // of measured_.edges
+  std::vector<PoseGraphEdge> live_edges_;  // those of them that shape live_
   PoseGraphSolution live_;
   std::map<int, double> sigma_mm_;  // of assess(), by keyframe
   int new_loops_ = 0;               // since optimize()

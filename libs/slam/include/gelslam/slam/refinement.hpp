@@ -7,8 +7,7 @@
 #include "gelslam/backend/pose_graph.hpp"
 #include "gelslam/core/progress.hpp"
 #include "gelslam/frontend/keyframe.hpp"
-#include "gelslam/loop_closure/loop_closer.hpp"
-#include "gelslam/slam/slam_map.hpp"
+#include "gelslam/slam/scan_record.hpp"
 #include "gelslam/slam/slam_options.hpp"
 
 namespace gelslam {
@@ -34,8 +33,6 @@ std::vector<PoseGraphEdge> find_overlap_edges(
 /// than between two frames: the new trial's first keyframe is verified as a loop to the keyframe before it,
 /// from there. This joins fragments that are too small for place recognition. From part to part anything may
 /// have moved. Null keyframes are left out.
-std::vector<LoopConstraint> rejoin_broken_trials(
-    const std::vector<std::shared_ptr<const Keyframe>>& keyframes, const std::vector<FrameRecord>& frames,
-    const std::vector<ScanPart>& parts, const SlamOptions& options);
+std::vector<PoseGraphEdge> rejoin_broken_trials(const ScanRecord& scan, const SlamOptions& options);
 
 }  // namespace gelslam

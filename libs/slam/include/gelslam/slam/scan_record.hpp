@@ -12,10 +12,11 @@
 
 namespace gelslam {
 
-class FolderLock;
-
 /// What a record can hold, in either direction: later times are milliseconds.
 inline constexpr double kMaxTimeS = 1e12;
+
+/// Times go on from part to part: a new one begins this long after the last frame.
+inline constexpr double kBetweenPartsS = 1.0;  // layout
 
 /// The result of tracking one frame: small enough to keep one per frame of a long log.
 struct FrameRecord {
@@ -47,28 +48,22 @@ std::size_t part_of_frame(const std::vector<ScanPart>& parts, std::int64_t frame
 /// All that a scan has measured, and so all that is needed to continue it: what tracking and loop closure
 /// found, before the pose graph draws conclusions.
 struct ScanRecord {
-  std::vector<ScanPart> parts;  ///< by first_frame
+  std::vector<ScanPart> parts = {};  ///< by first_frame
   /// By id, as many as ids were given; null where taken back.
-  std::vector<std::shared_ptr<const Keyframe>> keyframes;
+  std::vector<std::shared_ptr<const Keyframe>> keyframes = {};
   /// Keyframe by keyframe: the link to the keyframe it was tracked from, then its loops.
-  std::vector<PoseGraphEdge> edges;
-  std::vector<bool> searched;  ///< by id: loops were looked for
-  std::vector<FrameRecord> frames;
+  std::vector<PoseGraphEdge> edges = {};
+  std::vector<bool> searched = {};  ///< by id: loops were looked for
+  std::vector<FrameRecord> frames = {};
 
   bool has_keyframe(int id) const {
     return id >= 0 && id < static_cast<int>(keyframes.size()) && keyframes[static_cast<std::size_t>(id)];
   }
-};
-
-/// A scan that is to be continued, and the part that follows.
-struct ContinuedScan {
-  ScanRecord record;  ///< `parts` includes the new one
-  std::int64_t first_frame = 0;
-  double first_time_s = 0;                 ///< a second after the last frame
-  std::shared_ptr<const FolderLock> lock;  ///< of the run folder, if the scan goes on in it
-
-  int last_keyframe() const { return static_cast<int>(record.keyframes.size()) - 1; }
+  int last_keyframe() const { return static_cast<int>(keyframes.size()) - 1; }
   int last_trial() const;
+  // Of the first frame of a part that follows.
+  std::int64_t next_frame() const { return frames.empty() ? 0 : frames.back().frame + 1; }
+  double next_time_s() const { return frames.empty() ? 0 : frames.back().time_s + kBetweenPartsS; }
 };
 
 }  // namespace gelslam

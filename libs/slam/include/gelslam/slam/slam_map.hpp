@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "gelslam/backend/pose_graph.hpp"
+#include "gelslam/core/run_report.hpp"
 #include "gelslam/core/trajectory.hpp"
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/fusion/fusion.hpp"
 #include "gelslam/slam/scan_record.hpp"
-#include "gelslam/slam/trajectory_uncertainty.hpp"
 #include "gelslam/surface/gradient_scale.hpp"
 
 namespace gelslam {
@@ -18,25 +18,21 @@ namespace gelslam {
 /// The edge that a link to an earlier keyframe gives the node `to`.
 PoseGraphEdge odometry_edge(const KeyframeLink& link, int to);
 
-/// The map when a scan has ended. Everything is in the sensor frame of `anchor_frame`: the first keyframe of
-/// the largest trial component that shows a full contact.
-struct SlamMap {
-  std::int64_t anchor_frame = -1;   ///< index in the log; -1 when nothing ever touched
-  std::vector<FrameRecord> frames;  ///< every frame of the log, in order
-  /// By id; null where a person took them back.
-  std::vector<std::shared_ptr<const Keyframe>> keyframes;
-  std::vector<PoseGraphEdge> edges;
-  PoseGraphSolution solution;
-  GradientScale gradient_scale;  ///< of the surfaces, as estimated
-  std::vector<bool> in_map;      ///< by keyframe id: of those whose places are known, the largest group
+/// The map when a scan has ended: what was measured, and what follows. Everything is in the sensor frame of
+/// `anchor_frame`: the first keyframe of the largest trial component that shows a full contact. A map that no
+/// scan has measured has keyframes alone.
+struct SlamMap : ScanRecord {
+  std::int64_t anchor_frame = -1;           ///< index in the log; -1 when nothing ever touched
+  std::vector<PoseGraphEdge> solved_edges;  ///< consistent ones of `edges`, and those found at the end
+  PoseGraphSolution solution;               ///< of solved_edges
+  GradientScale gradient_scale;             ///< of the surfaces, as estimated
+  std::vector<bool> in_map;  ///< by keyframe id: of those whose places are known, the largest group
   int trials = 0;
   int components = 0;
   int loops = 0;  ///< edges between keyframes found by loop closure and refinement
-  TrajectoryUncertainty uncertainty;
+  RunReport::Uncertainty uncertainty;
 
   Pose component_T_anchor = Pose::Identity();
-
-  ScanRecord measured;  ///< the measurements that the map was made from
 
   Pose anchor_T_keyframe(int id) const {
     return component_T_anchor.inverse() * solution.component_T_node.at(id);

@@ -10,6 +10,16 @@
 
 namespace gelslam {
 
+/// What is known of a surface without its maps.
+struct SurfaceFacts {
+  cv::Size size;
+  double pixel_pitch_mm = 0;
+  double model_sigma = 1;
+  int contact_pixels = 0;
+  Eigen::Vector2d contact_center_mm = Eigen::Vector2d::Zero();
+};
+SurfaceFacts facts_of(const Surface& surface);
+
 /// A surface as maps keep it, on disk (SwappedBytes) and in files: every pixel of the contact's bounding box,
 /// means over 4x4 pixels beyond, where the gel is smooth; quantized and compressed without further loss, with
 /// a checksum. About 25 times smaller than a Surface. Normals are rounded to kNormalStep, a hundredth of
@@ -34,16 +44,12 @@ class PackedSurface {
   /// Deterministic; takes some milliseconds. Throws Error for contents that no surface has.
   SurfacePtr unpack() const;
 
-  cv::Size size() const;
-  double pixel_pitch_mm() const;
-  double model_sigma() const;
-  int contact_pixels() const;
-  Eigen::Vector2d contact_center_mm() const;
+  const SurfaceFacts& facts() const { return facts_; }
 
  private:
   explicit PackedSurface(std::string bytes);
 
-  std::string header_;  ///< what bytes() begin with
+  SurfaceFacts facts_;
   SwappedBytes bytes_;
 };
 

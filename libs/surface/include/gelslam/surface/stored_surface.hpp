@@ -22,15 +22,9 @@ class StoredSurface {
   /// *stored.get();` would dangle.
   SurfacePtr get() const;
   SurfacePtr operator->() const { return get(); }
-  /// If the surface is not packed, its packed form is made.
-  std::shared_ptr<const PackedSurface> packed() const;
-  // Without unpacking:
-  int contact_pixels() const;
-  Eigen::Vector2d contact_center_mm() const;  ///< gelslam::contact_center_mm()
-  cv::Size size() const;
-  double pixel_pitch_mm() const;
-  double model_sigma() const;
-  bool maps_agree() const;  ///< heights, normals and contact are of one size: always so of a packed one
+  PackedSurface packed() const;  ///< made if it is not packed
+  SurfaceFacts facts() const;    ///< without unpacking
+  bool maps_agree() const;       ///< heights, normals and contact are of one size: always so of a packed one
 
   /// The same stored surface, not an equal one.
   friend bool operator==(const StoredSurface& a, const StoredSurface& b) { return a.entry_ == b.entry_; }

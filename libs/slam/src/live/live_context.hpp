@@ -1,15 +1,17 @@
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <variant>
 #include <vector>
 
 #include "gelslam/core/bounded_queue.hpp"
+#include "gelslam/core/stage_timer.hpp"
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/raw_frame.hpp"
-#include "gelslam/slam/slam_map.hpp"
+#include "gelslam/slam/live_slam.hpp"
 #include "gelslam/slam/store.hpp"
 #include "gelslam/surface/surface.hpp"
 #include "live/live_board.hpp"
@@ -46,9 +48,24 @@ using MapperMessage = std::variant<NewKeyframe, ForgetFromTrial, SaveSoFar>;
 /// What is to be written into the session, in this order.
 using SessionWork = std::function<void(Store&)>;
 
-using RawQueue = BoundedQueue<RawFramePtr>;
-using TrackerQueue = BoundedQueue<TrackerMessage>;
-using MapperQueue = BoundedQueue<MapperMessage>;
-using SessionQueue = BoundedQueue<SessionWork>;
+/// What the stages of a live scan share.
+struct LiveContext {
+  LiveContext(const LiveOptions& live_options, const std::string& source)
+      : options(live_options),
+        so_far(options.continued ? options.continued->record : ScanRecord{}),
+        board(source) {}
+
+  const LiveOptions options;
+  ScanRecord so_far;  ///< the scan that goes on; of a new one its part alone
+  StageTimer timer;
+  LiveBoard board;
+  std::atomic<bool> aborted{false};
+
+  static constexpr std::size_t kQueuedFrames = 2;  ///< what is older is not worth its latency
+  BoundedQueue<RawFramePtr> raw{kQueuedFrames};
+  BoundedQueue<TrackerMessage> surfaced{kQueuedFrames};
+  BoundedQueue<MapperMessage> keyframes{1};  ///< its limit is never asked for: the tracker goes beyond it
+  BoundedQueue<SessionWork> measured{1};     ///< the same
+};
 
 }  // namespace gelslam::slam::detail

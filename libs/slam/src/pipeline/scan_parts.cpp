@@ -14,6 +14,14 @@ std::size_t part_of_frame(const std::vector<ScanPart>& parts, std::int64_t frame
   return next == parts.begin() ? 0 : static_cast<std::size_t>(next - parts.begin()) - 1;
 }
 
+int ScanRecord::last_trial() const {
+  int trial = -1;
+  for (const FrameRecord& frame : frames) trial = std::max(trial, frame.trial);
+  for (const auto& keyframe : keyframes)
+    if (keyframe) trial = std::max(trial, keyframe->trial);
+  return trial;
+}
+
 namespace {
 
 struct Joined {
@@ -24,7 +32,7 @@ struct Joined {
 }  // namespace
 
 std::vector<std::string> describe_parts(const SlamMap& map) {
-  const std::vector<ScanPart>& parts = map.measured.parts;
+  const std::vector<ScanPart>& parts = map.parts;
   if (parts.size() < 2) return {};
   std::vector<Joined> joined(parts.size());
   for (const FrameRecord& frame : map.frames) {

@@ -19,47 +19,34 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Appends `next` to `all`, whose numbers go on.
-struct Offsets {
-  int keyframe = 0, trial = 0;
-  std::int64_t frame = 0;
-  double time_s = 0;
-};
-
-Offsets offsets_after(const ScanRecord& all) {
-  Offsets next;
-  next.keyframe = static_cast<int>(all.keyframes.size());
-  for (const FrameRecord& frame : all.frames) next.trial = std::max(next.trial, frame.trial + 1);
-  if (all.frames.empty()) return next;
-  next.frame = all.frames.back().frame + 1;
-  next.time_s = all.frames.back().time_s + kBetweenPartsS;
-  return next;
-}
-
-void append(ScanRecord& all, const ScanRecord& next, const Offsets& by) {
+void append(ScanRecord& all, const ScanRecord& next) {
+  const int keyframes = all.last_keyframe() + 1, trials = all.last_trial() + 1;
+  const std::int64_t frames = all.next_frame();
+  const double time_s = all.next_time_s();
   for (ScanPart part : next.parts) {
-    part.first_frame += by.frame;
+    part.first_frame += frames;
     all.parts.push_back(std::move(part));
   }
   for (const auto& keyframe : next.keyframes) {
     auto renamed = keyframe ? std::make_shared<Keyframe>(*keyframe) : nullptr;
     if (renamed) {
-      renamed->id += by.keyframe;
-      renamed->frame += by.frame;
-      renamed->trial += by.trial;
+      renamed->id += keyframes;
+      renamed->frame += frames;
+      renamed->trial += trials;
     }
     all.keyframes.push_back(std::move(renamed));
     all.searched.push_back(true);
   }
   for (PoseGraphEdge edge : next.edges) {
-    edge.from += by.keyframe;
-    edge.to += by.keyframe;
+    edge.from += keyframes;
+    edge.to += keyframes;
     all.edges.push_back(edge);
   }
   for (FrameRecord frame : next.frames) {
-    frame.frame += by.frame;
-    frame.time_s += by.time_s;
-    if (frame.trial >= 0) frame.trial += by.trial;
-    if (frame.keyframe >= 0) frame.keyframe += by.keyframe;
+    frame.frame += frames;
+    frame.time_s += time_s;
+    if (frame.trial >= 0) frame.trial += trials;
+    if (frame.keyframe >= 0) frame.keyframe += keyframes;
     all.frames.push_back(frame);
   }
 }
@@ -77,11 +64,11 @@ ScanRecord joined(const std::vector<ScanRecord>& records, const SlamOptions& opt
   LoopCloser closer(options.loop_closure, options.registration, options.verification);
   ScanRecord all;
   for (const ScanRecord& record : records) {
-    const Offsets offsets = offsets_after(all);
-    append(all, record, offsets);
-    const std::vector<Keyframe> added = present(all, offsets.keyframe);
-    if (offsets.keyframe > 0) {
-      std::vector<std::vector<LoopConstraint>> loops(added.size());
+    const int known = all.last_keyframe() + 1;
+    append(all, record);
+    const std::vector<Keyframe> added = present(all, known);
+    if (known > 0) {
+      std::vector<std::vector<PoseGraphEdge>> loops(added.size());
       std::int64_t done = 0;
       progress.begin("looking for common places", static_cast<std::int64_t>(added.size()));
       for (std::size_t i = 0; i < added.size() && !stop_requested(); ++i) {

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <utility>
+
+namespace gelslam {
+
+/// A large object that is made when it is asked for, and kept for as long as somebody uses it or it is one of
+/// the 32 of its type that were used last. Thread-safe.
+template <typename T>
+class Remade {
+ public:
+  template <typename Make>
+  std::shared_ptr<const T> get(const Make& make) {
+    std::shared_ptr<const T> object;
+    {
+      const std::lock_guard lock(mutex_);
+      object = made_.lock();
+      if (!object) made_ = object = make();
+    }
+    recently_used().keep(object);
+    return object;
+  }
+
+ private:
+  class RecentlyUsed {
+   public:
+    void keep(const std::shared_ptr<const T>& object) {
+      std::shared_ptr<const T> dropped;  // destroyed outside the lock
+      const std::lock_guard lock(mutex_);
+      const auto found = std::find(kept_.begin(), kept_.end(), object);
+      if (found != kept_.end()) {
+        std::rotate(found, found + 1, kept_.end());
+        return;
+      }
+      kept_.push_back(object);
+      if (kept_.size() <= kCapacity) return;
+      dropped = std::move(kept_.front());
+      kept_.pop_front();
+    }
+
+   private:
+    static constexpr std::size_t kCapacity = 32;
+    std::mutex mutex_;
+    std::deque<std::shared_ptr<const T>> kept_;  // the last used at the end
+  };
+
+  static RecentlyUsed& recently_used() {
+    static RecentlyUsed objects;
+    return objects;
+  }
+
+  std::mutex mutex_;
+  std::weak_ptr<const T> made_;
+};
+
+}  // namespace gelslam

@@ -1,0 +1,121 @@
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "gelslam/fusion/incremental_fusion.hpp"
+#include "gelslam/slam/mapper.hpp"
+#include "gelslam/slam/surface_stream.hpp"
+#include "gelslam/slam/trial_drift.hpp"
+#include "live/live_context.hpp"
+
+// Each stage runs on a thread of its own until its queue is closed and empty.
+namespace gelslam::slam::detail {
+
+/// Raw frames to surfaces. While the first frames show contact, the user is told to take the object away.
+class SurfaceStage {
+ public:
+  /// Throws Error when the model or the background image cannot be read.
+  explicit SurfaceStage(LiveContext& context);
+
+  void run();
+  /// LiveSession::background_frames(); after run().
+  BackgroundFrames background_frames() const;
+
+ private:
+  std::optional<TactileImage> decode(const RawFrame& frame);
+  void report_background();
+
+  LiveContext& context_;
+  FrameDecoder decoder_;
+  FrameToSurface frames_;
+  std::deque<RawFramePtr> background_frames_;  // the newest ones, until they are accepted
+};
+
+/// Surfaces to poses; keyframes go on to the mapper, whose queue has no limit, so that this stage never
+/// waits.
+class TrackingStage {
+ public:
+  explicit TrackingStage(LiveContext& context);
+
+  void run();
+  /// What became of every frame so far. Thread-safe.
+  std::vector<FrameRecord> records() const;
+
+ private:
+  void handle(const SurfacedFrame& frame);
+  void handle(BreakTrial) { tracker_.break_trial(); }
+  void handle(UndoTrial);
+  void handle(SaveNow) { context_.keyframes.push_beyond_limit(SaveSoFar{records()}); }
+  void record(const FrameRecord& record);
+  void stream(const TrackedFrame& tracked, const SurfacedFrame& frame);
+
+  LiveContext& context_;
+  Tracker tracker_;
+  HiddenMotions hidden_;
+  const std::int64_t first_frame_;
+  const double first_time_s_;
+  mutable std::mutex mutex_;
+  std::vector<FrameRecord> records_;
+};
+
+/// Updates the displayed mesh to the newest map in short steps and skips maps that arrive faster.
+class FusionStage {
+ public:
+  explicit FusionStage(LiveContext& context) : context_(context) {}
+
+  void run();
+  void set_map(std::shared_ptr<const MapSnapshot> map);  ///< from another thread; returns at once
+  void stop();                                           ///< run() returns after the present piece of work
+
+ private:
+  std::shared_ptr<const MapSnapshot> wait_for_map(bool work_left);
+  void follow(const MapSnapshot& map);
+  bool work();  ///< true while there is more to do
+
+  LiveContext& context_;
+  std::unique_ptr<IncrementalFusion> fusion_;
+  int component_ = -1;    // what fusion_ holds
+  bool cleared_ = false;  // not told to the board yet
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::shared_ptr<const MapSnapshot> newest_;
+  bool stopped_ = false;
+};
+
+/// Searches loops for every keyframe, places the newest by its link at once, and solves for all poses when
+/// the queue is empty.
+class MappingStage {
+ public:
+  MappingStage(LiveContext& context, FusionStage& fusion)
+      : context_(context), fusion_(fusion), mapper_(context.options.config.slam) {}
+
+  /// `save` is called when a person asked for it.
+  void run(const std::function<void(const SaveSoFar&)>& save);
+  /// The final map; `stop_requested` leaves out the rest of the refinement. From the thread of run() or after
+  /// it.
+  SlamMap finish(const std::vector<FrameRecord>& records, const std::function<bool()>& stop_requested,
+                 ProgressSink* progress = nullptr) const;
+
+ private:
+  void restore();
+  void handle(const NewKeyframe& added);
+  void keep_loops(int keyframe, const std::vector<PoseGraphEdge>& loops);
+  void publish();
+  LiveClock::time_point next_work() const;
+  bool optimize_if_due();
+  void assess_if_due();
+
+  LiveContext& context_;
+  FusionStage& fusion_;
+  Mapper mapper_;
+  LiveClock::time_point next_optimization_ = LiveClock::now(), next_assessment_ = next_optimization_;
+};
+
+}  // namespace gelslam::slam::detail
