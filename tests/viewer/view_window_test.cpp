@@ -48,13 +48,6 @@ TEST_F(ViewWindowPicture, ARunHasASlider) {
   EXPECT_GT(loop.track().width, 500);
 }
 
-TEST_F(ViewWindowPicture, AMeshHasNone) {
-  ViewWindow loop(load_view(folder / "RUN" / "mesh.ply"), std::nullopt, options);
-  loop.turn(1);
-  EXPECT_THAT(words(loop), Not(Contains("Play")));
-  EXPECT_EQ(loop.track().width, 0);
-}
-
 TEST_F(ViewWindowPicture, PressingTheSliderSetsTheTimeAndTheTouchFollows) {
   ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
   loop.turn(1);
@@ -111,16 +104,6 @@ TEST_F(ViewWindowPicture, TwoSurfacesTheirNamesAndTheDistance) {
   for (int i = 1; i < 10; ++i) loop.turn(0.03 * i);
   EXPECT_THAT(words(loop), testing::IsSupersetOf({"RUN", "truth", "distance", "mean 0.000 mm"}));
   EXPECT_THAT(words(loop), Contains(HasSubstr("90 % below")));
-}
-
-TEST_F(ViewWindowPicture, LettersGrowWithTheAskedScale) {
-  options.ui_scale = 1.5;
-  ViewWindow large(load_view(folder / "RUN"), std::nullopt, options);
-  options.ui_scale = 1;
-  ViewWindow usual(load_view(folder / "RUN"), std::nullopt, options);
-  large.turn(1);
-  usual.turn(1);
-  EXPECT_NEAR(large.host().ui_scale(), 1.5F * usual.host().ui_scale(), 0.07);
 }
 
 TEST_F(ViewWindowPicture, TinyWindowsAndHelpDoNoHarm) {
