@@ -57,10 +57,9 @@ say "accuracy"
 "$root/scripts/check_sequences.py" "${accurate[@]}" --out "$out/runs" --json "$out/accuracy.json" || (($? == 1))
 draw accuracy accuracy.png "$out/accuracy.json"
 
-say "speed against accuracy: all methods, then NormalFlow again for steadier times"
+say "speed against accuracy"
 "$lab" speed-accuracy "${few[@]}" --slow-every 12 -o "$out/speed_accuracy"
-"$lab" speed-accuracy "${few[@]}" --methods normalflow -o "$out/speed_accuracy_again"
-draw speed_accuracy speed_accuracy.png "$out/speed_accuracy" "$out/speed_accuracy_again"
+draw speed_accuracy speed_accuracy.png "$out/speed_accuracy"
 
 say "stability"
 "$lab" stability "${sequences[@]}" "${quick[@]}" -o "$out/stability"
@@ -75,7 +74,7 @@ say "a long scan"
 draw long_scan long_scan.png "$out/long_scan"
 
 table localization "$lab" localize --trials "$trials" -o "$out/localize"
-table speed "$lab" micro-benchmarks 'network_everywhere|frame_from_picture_to_pose'
+table speed "$lab" micro-benchmarks frame_from_picture_to_pose
 table pose_graph "$lab" micro-benchmarks backend/solve
 table soak "$lab" soak "$data/sequences/track_coin" --minutes "$minutes"
 

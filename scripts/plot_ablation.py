@@ -29,7 +29,7 @@ def draw_ratios(plot, rows, mechanisms, sets):
     plot.axvline(1, color="dimgray", linewidth=0.8)
     plot.axvline(PAYS, color="dimgray", linewidth=0.8, linestyle=":")
     for line, mechanism in enumerate(mechanisms):
-        mine = [(float(r["error"]), r) for r in rows if r["without"] == mechanism and r["error"] != "null"]
+        mine = [(r["error"], r) for r in rows if r["without"] == mechanism and r["error"] is not None]
         if not mine:
             continue
         for ratio, r in mine:
@@ -52,8 +52,8 @@ def draw_ratios(plot, rows, mechanisms, sets):
 def draw_silent(plot, rows, mechanisms):
     most = 1
     for line, mechanism in enumerate(mechanisms):
-        mine = [r for r in rows if r["without"] == mechanism and r["silent_with"] != "null"]
-        counts = [sum(int(r["silent_" + which]) for r in mine) for which in ("with", "without")]
+        mine = [r for r in rows if r["without"] == mechanism and r["silent_with"] is not None]
+        counts = [sum(r["silent_" + which] for r in mine) for which in ("with", "without")]
         most = max(most, *counts)
         plot.plot(counts, (line, line), "-", color="silver", linewidth=1.5, zorder=1)
         plot.plot(counts[0], line, "o", color=PALETTE[0], markersize=5)
@@ -90,7 +90,7 @@ def draw(rows, path):
 
 def main():
     arguments = study_arguments(__doc__, "ablation")
-    draw(read_table(arguments.study / "ablation_ratios.csv", "gelslam-lab ablation -o"), arguments.output)
+    draw(read_table(arguments.study / "ablation_ratios.json", "gelslam-lab ablation -o"), arguments.output)
 
 
 if __name__ == "__main__":

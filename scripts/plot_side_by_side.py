@@ -5,10 +5,11 @@ of the public Python system and of gelslam, medians over repetitions, and the ra
 Example: scripts/plot_side_by_side.py OUT
 """
 
+import csv
 import json
 import statistics
 
-from plotting import in_order, plt, read_table, save, study_arguments
+from plotting import in_order, plt, save, study_arguments
 
 # Stages that both systems have, by their own names. The network runs inside of the public one's surface.
 STAGES = {"surface": (("surface_info_total", "laplacian", "mask_erosion", "normals"), ("surface",)),
@@ -38,7 +39,7 @@ def medians(study, rows, system, log):
 def main():
     arguments = study_arguments(__doc__, "side_by_side")
     study = arguments.study
-    rows = read_table(study / "runs.csv", "scripts/side_by_side.sh")
+    rows = list(csv.DictReader((study / "runs.csv").read_text().splitlines()))
     logs = in_order(r["log"] for r in rows)
     print("| log | stage | public, s | gelslam, s | ratio |\n|---|---|---|---|---|")
     figure, axis = plt.subplots(figsize=(7, 0.9 + 0.7 * len(logs)), dpi=120)

@@ -1,27 +1,22 @@
 #!/usr/bin/python3
 """Draws what gelslam-lab speed-accuracy wrote: processor time against error of every method and setting.
 
-Of several studies, a method is taken from the last that has it.
-
 Example: gelslam-lab speed-accuracy -o STUDY && scripts/plot_speed_accuracy.py STUDY -o docs/benchmarks/speed_accuracy.png
 """
 
 from matplotlib.ticker import LogLocator, MultipleLocator, NullFormatter
-from plotting import NAMES, color, plt, read_studies, save, study_arguments
+from plotting import NAMES, color, plt, read_table, save, study_arguments
 
-MARKS = {"default": "*", "tuned": "P", "samples": "o", "points": "o", "iterations": "^", "least iterations": "v", "resolution": "s",
-         "robust scale": "D", "tolerance": "x"}
-KNOB_LABELS = {"o": "samples or points", "^": "most iterations", "v": "least iterations", "s": "resolution", "D": "robust scale",
-               "x": "tolerance", "d": "other", "*": "default", "P": "best baseline settings found"}
-LABELLED = ("samples", "points", "resolution")
+MARKS = {"default": "*", "tuned": "P", "samples": "o", "points": "o", "iterations": "^", "least iterations": "v", "robust scale": "D"}
+KNOB_LABELS = {"o": "samples or points", "^": "most iterations", "v": "least iterations", "D": "robust scale",
+               "d": "other", "*": "default", "P": "best baseline settings found"}
+LABELLED = ("samples", "points")
 
 
-def read_rows(folders):
-    rows = read_studies(folders, "speed_accuracy.csv", "gelslam-lab speed-accuracy -o")
+def read_rows(folder):
+    rows = read_table(folder / "speed_accuracy.json", "gelslam-lab speed-accuracy -o")
     for row in rows:
-        row["ms"] = float(row["median_ms"])
-        row["error"], row["low"], row["high"] = (float(row[k]) for k in ("relative", "relative_low", "relative_high"))
-        row["front"] = row["on_front"] == "true"
+        row["ms"], row["error"], row["low"], row["high"] = (row[k] for k in ("median_ms", "relative", "relative_low", "relative_high"))
     return rows
 
 
@@ -29,15 +24,15 @@ def draw_setting(axes, row):
     mark = MARKS.get(row["knob"], "d")
     big = row["knob"] in ("default", "tuned")
     of_method = color(row["method"])
-    style = {"color": of_method} if mark == "x" else {"color": of_method, "edgecolors": "black" if big else "white", "linewidths": 0.6}
     axes.vlines(row["ms"], row["low"], row["high"], color=of_method, linewidth=1.0, alpha=0.6, zorder=2)
-    axes.scatter(row["ms"], row["error"], s=220 if mark == "*" else 110 if big else 30, marker=mark, zorder=4 if big else 3, **style)
+    axes.scatter(row["ms"], row["error"], s=220 if mark == "*" else 110 if big else 30, marker=mark, zorder=4 if big else 3,
+                 color=of_method, edgecolors="black" if big else "white", linewidths=0.6)
     if row["knob"] in LABELLED:
         axes.annotate(row["value"], (row["ms"], row["error"]), fontsize=6.5, color=of_method, xytext=(4, 3), textcoords="offset points")
 
 
 def draw_front(axes, rows):
-    front = sorted((r["ms"], r["error"]) for r in rows if r["front"])
+    front = sorted((r["ms"], r["error"]) for r in rows if r["on_front"])
     axes.step(*zip(*front), where="post", color="black", linewidth=1.0, linestyle="--", zorder=2)
 
 
@@ -53,7 +48,7 @@ def legend_handles(rows):
 
 
 def pairs_of(rows, method):
-    return max(int(r["problems"]) for r in rows if r["method"] == method)
+    return max(r["problems"] for r in rows if r["method"] == method)
 
 
 def draw(rows, path):
@@ -75,7 +70,7 @@ def draw(rows, path):
     all_axes.legend(handles=legend_handles(rows), fontsize=8, loc="upper left")
     all_axes.set_ylim(top=3 * max(r["error"] for r in rows))  # room for the legend
     all_axes.set_title("%d pairs of frames, each method from the pose of the frame before; our default: %.4f mm"
-                       % (pairs_of(rows, default["method"]), float(default["error_mm"])), fontsize=9)
+                       % (pairs_of(rows, default["method"]), default["error_mm"]), fontsize=9)
     near.set_xlim(default["ms"] / 4, default["ms"] * 4)
     near.set_ylim(default["error"] * 0.75, default["error"] * 1.6)
     near.yaxis.set_major_locator(MultipleLocator(0.1))
@@ -84,7 +79,7 @@ def draw(rows, path):
 
 
 def main():
-    arguments = study_arguments(__doc__, "speed_accuracy", several=True)
+    arguments = study_arguments(__doc__, "speed_accuracy")
     draw(read_rows(arguments.study), arguments.output)
 
 

@@ -2,12 +2,10 @@
 """Draws what gelslam-lab stability wrote: the share of cases in which each method finds the truth, and in which it is wrong but
 called right, against what makes it hard.
 
-Of several studies, a method is taken from the last that has it: after a change to one method, only that one need be measured again.
-
 Example: gelslam-lab stability -o STUDY && scripts/plot_stability.py STUDY -o docs/benchmarks/stability.png
 """
 
-from plotting import NAMES, color, in_order, plt, read_studies, save, study_arguments
+from plotting import NAMES, color, in_order, plt, read_table, save, study_arguments
 
 LABELS = {
     "start x": "start off along x (mm)", "start y": "start off along y (mm)", "start z": "start off along z (mm)",
@@ -21,7 +19,7 @@ COLUMNS = 4
 
 
 def curve(rows, chart, method, column):
-    points = sorted((float(r["level"]), float(r[column])) for r in rows if r["chart"] == chart and r["method"] == method)
+    points = sorted((r["level"], r[column]) for r in rows if r["chart"] == chart and r["method"] == method)
     return [p[0] for p in points], [p[1] for p in points]
 
 
@@ -46,7 +44,7 @@ def draw_chart(plot, rows, chart, methods):
     if chart in REVERSED:
         plot.invert_xaxis()
     plot.set_ylim(-0.04, 1.04)
-    cases = max(int(r["cases"]) for r in rows if r["chart"] == chart)
+    cases = max(r["cases"] for r in rows if r["chart"] == chart)
     plot.set_title("%s: %d cases each" % (LABELS.get(chart, chart), cases), fontsize=8)
     plot.tick_params(labelsize=7)
     plot.grid(True, alpha=0.25)
@@ -72,8 +70,8 @@ def draw(rows, path):
 
 
 def main():
-    arguments = study_arguments(__doc__, "stability", several=True)
-    draw(read_studies(arguments.study, "stability.csv", "gelslam-lab stability -o"), arguments.output)
+    arguments = study_arguments(__doc__, "stability")
+    draw(read_table(arguments.study / "stability.json", "gelslam-lab stability -o"), arguments.output)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """What the scripts that draw studies share: colors and names of methods, reading tables, saving pictures."""
 
 import argparse
-import csv
+import json
 import pathlib
 import sys
 
@@ -25,10 +25,9 @@ def program():
 
 
 def read_table(path, writer):
-    """Rows of a CSV file as dictionaries. `writer`: the command that writes it, for who has not run it."""
+    """Rows of a study as dictionaries. `writer`: the command that writes it, for who has not run it."""
     try:
-        with open(path, newline="") as file:
-            rows = list(csv.DictReader(file))
+        rows = json.loads(path.read_text())
     except OSError as error:
         sys.exit("%s: %s: %s (write it with %s)" % (program(), path, error.strerror, writer))
     if not rows:
@@ -36,24 +35,13 @@ def read_table(path, writer):
     return rows
 
 
-def read_studies(folders, table, writer):
-    """Rows of several studies; a method is taken from the last that has it."""
-    rows = []
-    for folder in folders:
-        more = read_table(folder / table, writer)
-        again = {r["method"] for r in more}
-        rows = [r for r in rows if r["method"] not in again] + more
-    return rows
-
-
-def study_arguments(description, name, several=False):
+def study_arguments(description, name):
     """The command line of a script that draws what the program `name` wrote: `study` and `output`, which is set."""
     parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("study", type=pathlib.Path, nargs="+" if several else None, help="folder that %s wrote" % name)
+    parser.add_argument("study", type=pathlib.Path, help="folder that %s wrote" % name)
     parser.add_argument("-o", "--output", type=pathlib.Path, help="picture (default: STUDY/%s.png)" % name)
     arguments = parser.parse_args()
-    first = arguments.study[0] if several else arguments.study
-    arguments.output = arguments.output or first / (name + ".png")
+    arguments.output = arguments.output or arguments.study / (name + ".png")
     return arguments
 
 

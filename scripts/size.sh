@@ -6,7 +6,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 
 usage() {
   cat <<END
-usage: scripts/size.sh [--build] [DIR]
+usage: scripts/size.sh [DIR]
 
 Prints yardsticks of the checkout in DIR (default: this one), so that two states can be compared:
   lines        .cpp and .hpp of libs and apps/gelslam
@@ -17,15 +17,9 @@ Prints yardsticks of the checkout in DIR (default: this one), so that two states
                numerics (iterations, kernel radii, sampling), layout, bound (of input), speed, message
   short files  .cpp and .hpp files of less than 40 lines, everywhere
   words        in README.md and docs/*.md, docs/*/*.md
-  --build      also the processor time of a fresh clone to the demo's picture, without the compiler cache
 END
 }
 
-build=false
-if [[ ${1:-} == --build ]]; then
-  build=true
-  shift
-fi
 case ${1:-} in
   -h | --help) usage; exit 0 ;;
   -*) usage >&2; exit 2 ;;
@@ -84,17 +78,3 @@ row "  constants" "$constants"
 row "  option fields" "$fields"
 row "files of less than 40 lines" "$(find libs apps tests \( -name '*.cpp' -o -name '*.hpp' \) -exec awk 'END { if (NR < 40) print FILENAME }' {} \; | wc -l)"
 row "words in README.md and docs" "$(find README.md docs -name '*.md' -print0 | xargs -0 cat | wc -w)"
-
-if $build; then
-  work=$(mktemp -d)
-  trap 'rm -rf "$work"' EXIT
-  git clone -q . "$work/clone"
-  TIMEFORMAT='%R %U %S'
-  times=$({ time CCACHE_DISABLE=1 "$work/clone/scripts/demo.sh" >"$work/log" 2>&1 </dev/null; } 2>&1) || {
-    tail -20 "$work/log" >&2
-    exit 1
-  }
-  read -r real user system <<<"$times"
-  row "fresh clone to demo, minutes" "$(awk "BEGIN { printf \"%.1f\", $real / 60 }")"
-  row "fresh clone to demo, minutes of processor time" "$(awk "BEGIN { printf \"%.1f\", ($user + $system) / 60 }")"
-fi

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "../support/run_program.hpp"
-#include "ablation_table.hpp"
+#include "ablation_case.hpp"
 #include "ablation_variants.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/evaluation/evaluation.hpp"

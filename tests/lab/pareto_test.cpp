@@ -56,17 +56,10 @@ TEST(Pareto, TheFrontIsWhatNothingIsFasterAndBetterThan) {
       {constant(2, 1), constant(1, 3), constant(3, 0.9), constant(4, 0.95), constant(1.5, 1), constant(3, 2)},
       0);
   const bool on_front[] = {false, true, true, false, true, false};
-  const int beaten_by[] = {-1, -1, -1, 2, -1, 4};  // alike is not beaten
-  for (std::size_t k = 0; k < 6; ++k) {
-    EXPECT_EQ(standings[k].on_front, on_front[k]) << k;
-    if (k != 5) {
-      EXPECT_EQ(standings[k].beaten_by, beaten_by[k]) << k;
-    }
-  }
-  EXPECT_TRUE(standings[5].beaten_by == 0 || standings[5].beaten_by == 4);  // both are as good
+  for (std::size_t k = 0; k < 6; ++k) EXPECT_EQ(standings[k].on_front, on_front[k]) << k;
 }
 
-TEST(Pareto, ChanceDoesNotBeatAnybody) {
+TEST(Pareto, TheDrawsSayHowSureADifferenceIs) {
   std::mt19937_64 random(7);
   const auto noisy = [&](double mean) {
     return [&random, mean](int, int) { return mean * (0.5 + static_cast<double>(random() % 1000) / 1000); };
@@ -81,8 +74,6 @@ TEST(Pareto, ChanceDoesNotBeatAnybody) {
   EXPECT_LT(standings[1].relative_low, 1);
   EXPECT_GT(standings[1].relative_high, 1);
   EXPECT_LT(standings[2].relative_high, 1);
-  EXPECT_EQ(pareto_standings({constant(2, 1), alike}, 0)[0].beaten_by, -1);
-  EXPECT_EQ(standings[0].beaten_by, 2);
 }
 
 TEST(Pareto, ExactAnswersAndMissingOnesLeaveNumbers) {

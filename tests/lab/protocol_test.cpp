@@ -121,32 +121,6 @@ TEST(Keyframes, AfterALossTrackingGoesOnFromTheLastEstimate) {
   EXPECT_LT(gap(step, place(4).inverse() * place(5)).mm, 0.02);
 }
 
-TEST(RunBenchmark, RunsEveryMethodOverEveryTrialAndStopsWhenAsked) {
-  const TemporaryFolder data;
-  write_public_trial(data / "bead1", 4);
-  write_public_trial(data / "bead2", 4);
-  BenchmarkRequest request;
-  request.trials = find_trials({data.path()});
-  request.methods = {"a", "b"};
-  request.make = [](const std::string&, const NormalFlowOptions&) {
-    return std::make_shared<const Scripted>(std::make_shared<Script>());
-  };
-  NoProgress progress;
-  const BenchmarkResult whole = run_benchmark(request, progress, [] { return false; });
-  EXPECT_FALSE(whole.partial);
-  ASSERT_EQ(whole.records.size(), 4U);
-  EXPECT_EQ(whole.records[1].method, "b");
-  EXPECT_EQ(whole.records[1].trial, "bead1");
-  EXPECT_EQ(whole.records[3].frames.size(), 4U);
-
-  int asked = 0;
-  const BenchmarkResult part = run_benchmark(request, progress, [&] { return ++asked > 6; });
-  EXPECT_TRUE(part.partial);
-  ASSERT_EQ(part.records.size(), 4U);
-  EXPECT_EQ(part.records[0].frames.size(), 4U);
-  EXPECT_EQ(part.records[2].frames.size(), 2U) << "what was done of the second trial is kept";
-}
-
 TEST(RunBenchmark, LeavesFramesOutWhereAsked) {
   const TemporaryFolder data;
   write_public_trial(data / "bead1", 6);
@@ -158,11 +132,10 @@ TEST(RunBenchmark, LeavesFramesOutWhereAsked) {
     return std::make_shared<const Scripted>(script);
   };
   request.every = 3;
-  NoProgress progress;
-  const BenchmarkResult result = run_benchmark(request, progress, [] { return false; });
-  ASSERT_EQ(result.records.size(), 1U);
-  ASSERT_EQ(result.records[0].frames.size(), 2U);
-  EXPECT_EQ(result.records[0].frames[1].frame - result.records[0].frames[0].frame, 3);
+  const BenchmarkResult result = run_benchmark(request);
+  ASSERT_EQ(result.size(), 1U);
+  ASSERT_EQ(result[0].frames.size(), 2U);
+  EXPECT_EQ(result[0].frames[1].frame - result[0].frames[0].frame, 3);
   EXPECT_EQ(script->starts.size(), 1U) << "what is left out costs nothing";
 }
 

@@ -1,10 +1,9 @@
-#include "protocols/report.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "../support/analytic_surface.hpp"
+#include "protocols/benchmark.hpp"
 
 namespace gelslam {
 namespace {
@@ -23,13 +22,10 @@ FrameEstimate off_by(int frame, double x_mm, double twist_deg, double ms, bool t
 }
 
 BenchmarkResult two_methods() {
-  BenchmarkResult result;
-  result.records = {
-      {"a", "bead", "bead1", {off_by(5, 0, 0, 9), off_by(6, 0.2, 1, 1), off_by(7, -0.4, -2, 2)}},
-      {"b", "bead", "bead1", {off_by(5, 0, 0, 9), off_by(6, 1, 0, 30, false), off_by(7, 1, 0, 50)}},
-      {"a", "bead", "bead2", {off_by(3, 0, 0, 9), off_by(4, 0.6, 3, 4)}},
-      {"a", "key, brass", "key1", {off_by(0, 0, 0, 9), off_by(1, 0, 350, 8)}}};
-  return result;
+  return {{"a", "bead", "bead1", {off_by(5, 0, 0, 9), off_by(6, 0.2, 1, 1), off_by(7, -0.4, -2, 2)}},
+          {"b", "bead", "bead1", {off_by(5, 0, 0, 9), off_by(6, 1, 0, 30, false), off_by(7, 1, 0, 50)}},
+          {"a", "bead", "bead2", {off_by(3, 0, 0, 9), off_by(4, 0.6, 3, 4)}},
+          {"a", "key, brass", "key1", {off_by(0, 0, 0, 9), off_by(1, 0, 350, 8)}}};
 }
 
 TEST(Accuracy, IsTheMeanAbsoluteErrorOverAllFramesOfAnObject) {
@@ -59,9 +55,7 @@ TEST(Accuracy, GeometricMeanCountsADegreeAs87Micrometers) {
   frame.first_T_frame = motion(0, 0, 2, 0.1, 0.2, 0.3);
   frame.first_T_frame.linear() =  // Ry Rx Rz
       so3_exp({0, 1 * kDegree, 0}) * so3_exp({1 * kDegree, 0, 0}) * so3_exp({0, 0, 2 * kDegree});
-  BenchmarkResult result;
-  result.records.push_back({"a", "o", "t", {frame}});
-  EXPECT_NEAR(accuracy_by_object(result).at(0).geometric_mean_mm,
+  EXPECT_NEAR(accuracy_by_object({{"a", "o", "t", {frame}}}).at(0).geometric_mean_mm,
               std::pow(0.1 * 0.2 * 0.3 * 1 * 1 * 2 * std::pow(0.087, 3), 1.0 / 6), 1e-9);
 }
 

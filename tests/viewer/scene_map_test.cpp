@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "../support/round_touch.hpp"
+#include "scene/touch_mesh.hpp"
 #include "scene_fixture.hpp"
 
 namespace gelslam::test {
@@ -190,13 +191,26 @@ TEST_F(SceneMap, KeyframesOfOtherComponentsAreNotShown) {
   EXPECT_EQ(cv::countNonZero(mask_of(draw(scene))), 0);
 }
 
-TEST_F(SceneMap, LinesBehindTheEyeDoNoHarm) {
-  Scene scene;
-  style.trajectory = true;
-  scene.set_trajectory({{at(0, 0, -20), at(0, 0, 20)}});
-  camera.look_along(Vector3f(0, 0.1F, 1), -Vector3f::UnitY());
-  camera.set_distance_mm(5);  // half of the line is behind
-  EXPECT_GT(cv::countNonZero(mask_of(draw(scene))), 20);
+TEST(TouchMesh, AContactOfBlocksEndsInARoundLine) {
+  constexpr int side = 80, first = 20, last = 59;  // of a square of pixels
+  auto surface = std::make_shared<Surface>();
+  surface->pixel_pitch_mm = 1;
+  surface->height_mm = cv::Mat1f(side, side, 0.0F);
+  surface->normals = cv::Mat3f(side, side, cv::Vec3f(0, 0, 1));
+  surface->contact = cv::Mat1b(side, side, uchar{0});
+  surface->contact(cv::Range(first, last + 1), cv::Range(first, last + 1)) = 255;
+  surface->contact_pixels = cv::countNonZero(surface->contact);
+  cv::Mat1f inside(side, side, -1.0F);
+  for (const viewer::detail::TouchMesh::Vertex& v :
+       viewer::detail::make_touch_mesh({surface, Pose::Identity(), 1.0}).vertices)
+    inside(cvRound(v.position_mm.y() + 0.5F * side - 0.5F), cvRound(v.position_mm.x() + 0.5F * side - 0.5F)) =
+        v.inside;
+  for (const int corner : {first, last}) {
+    EXPECT_LT(inside(corner, corner), 0);
+    EXPECT_GT(inside(corner, side / 2), 0) << "sides stay where they are";
+  }
+  EXPECT_LT(inside(first - 2, side / 2), 0);
+  EXPECT_NEAR(inside(side / 2, side / 2), 1, 1e-3);
 }
 
 }  // namespace

@@ -3,9 +3,9 @@
 
 #include <cmath>
 #include <set>
-#include <sstream>
 
 #include "browse/view_window.hpp"
+#include "window_pictures.hpp"
 
 namespace gelslam::viewer::detail {
 namespace {
@@ -95,15 +95,7 @@ TEST(ViewControls, ColorsAreThoseThatMeanSomething) {
 
 TEST(ViewControls, NoKeyMeansTwoThings) {
   const RunHistory run = history();
-  const ViewControls controls(&run, true, {}, {});
-  std::set<std::string> keys;
-  for (const ActionRow& row : controls.rows()) {
-    std::istringstream names(row.keys);
-    for (std::string name; names >> name;) {
-      EXPECT_TRUE(key_of_name(name)) << name;
-      EXPECT_TRUE(keys.insert(name).second) << name;
-    }
-  }
+  test::expect_keys_of_one_meaning(ViewControls(&run, true, {}, {}).rows());
 }
 
 }  // namespace

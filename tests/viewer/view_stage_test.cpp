@@ -42,18 +42,6 @@ TEST_F(ViewStagePicture, TheTouchOfATimeShowsUntilTheEnd) {
   EXPECT_EQ(orange_at(3), 0);
 }
 
-TEST_F(ViewStagePicture, FirstViewShowsAllFromOutside) {
-  const TemporaryFolder folder;
-  write_run(folder / "RUN", 4);
-  ViewStage stage(load_view(folder / "RUN"), std::nullopt);
-  const OrbitCamera view = stage.first_view(kWhole);
-  EXPECT_GT((view.map_R_camera() * Eigen::Vector3f::UnitZ()).dot(-Eigen::Vector3f::UnitZ()), 0.8F);
-  const cv::Rect box = cv::boundingRect(mask_of(picture_of(stage, view, style)).rowRange(60, kHeight - 60));
-  EXPECT_GT(box.width, kWidth / 2) << "its long side lies";
-  EXPECT_GT(box.x, 0);
-  EXPECT_LT(box.br().x, kWidth);
-}
-
 TEST_F(ViewStagePicture, BesideEachOtherUnderOneCameraWithDistances) {
   ViewStage stage(ball(5), ball(4.9));
   ASSERT_TRUE(stage.has_second());
@@ -103,20 +91,6 @@ TEST_F(ViewStagePicture, DistancesAreThoseThatEvaluateSays) {
   EXPECT_THAT(stage.legend(style)->notes,
               testing::ElementsAre(fmt::format("mean {:.3f} mm", said.mean_mm),
                                    fmt::format("90 % below {:.3f} mm", said.p90_mm)));
-}
-
-TEST_F(ViewStagePicture, TimeMeansNothingToAMesh) {
-  ViewStage stage(ball(5), std::nullopt);
-  EXPECT_EQ(stage.history(), nullptr);
-  const OrbitCamera view = stage.first_view(kWhole);
-  const cv::Mat3b before = picture_of(stage, view, style);
-  stage.set_time(1);
-  EXPECT_EQ(largest_difference(picture_of(stage, view, style), before), 0);
-}
-
-TEST_F(ViewStagePicture, NothingToShowIsStillAPicture) {
-  ViewStage stage(ViewContent{"empty", Mesh(), std::nullopt}, std::nullopt);
-  EXPECT_EQ(picture_of(stage, stage.first_view(kWhole), style, 64, 48).rows, 48);
 }
 
 }  // namespace

@@ -48,13 +48,6 @@ TEST_F(ViewWindowPicture, ARunHasASlider) {
   EXPECT_GT(loop.track().width, 500);
 }
 
-TEST_F(ViewWindowPicture, AMeshHasNone) {
-  ViewWindow loop(load_view(folder / "RUN" / "mesh.ply"), std::nullopt, options);
-  loop.turn(1);
-  EXPECT_THAT(words(loop), Not(Contains("Play")));
-  EXPECT_EQ(loop.track().width, 0);
-}
-
 TEST_F(ViewWindowPicture, PressingTheSliderSetsTheTimeAndTheTouchFollows) {
   ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
   loop.turn(1);

@@ -2,11 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <set>
-#include <sstream>
-
 #include "fake_session.hpp"
 #include "live/live_controls.hpp"
+#include "window_pictures.hpp"
 
 namespace gelslam::test {
 namespace {
@@ -154,16 +152,7 @@ TEST_F(Controls, HelpGoesWithAnyKeyWhichThenActs) {
       << "Esc closes the help, and does not ask to stop";
 }
 
-TEST_F(Controls, NoKeyMeansTwoThings) {
-  std::set<int> codes;
-  for (const ActionRow& row : controls_.rows()) {
-    std::istringstream names(row.keys);
-    for (std::string name; names >> name;) {
-      ASSERT_TRUE(key_of_name(name)) << name;
-      EXPECT_TRUE(codes.insert(*key_of_name(name)).second) << name;
-    }
-  }
-}
+TEST_F(Controls, NoKeyMeansTwoThings) { expect_keys_of_one_meaning(controls_.rows()); }
 
 TEST_F(Controls, ToastsAreFewAndGoByThemselves) {
   for (int i = 0; i < 9; ++i) controls_.say("done " + std::to_string(i), i);

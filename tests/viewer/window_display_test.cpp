@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <cstdlib>
 #include <opencv2/imgcodecs.hpp>
 #include <thread>
 
@@ -88,17 +87,6 @@ TEST(WindowOnADisplay, AMapIsShownUntilSomebodyEndsIt) {
   options.asks_to_end = [asked = 0]() mutable { return ++asked > 20; };
   run_map_window({}, touches, options);
   EXPECT_EQ(cv::imread((folder / "end.png").string()).size(), cv::Size(640, 420));
-}
-
-TEST(WindowOnADisplay, SaysWhatToDoWithoutOne) {
-  const TemporaryFolder folder;
-  const std::string display = has_display() ? std::getenv("DISPLAY") : "";
-  ::unsetenv("DISPLAY");
-  ::unsetenv("WAYLAND_DISPLAY");
-  FakeSession session(1);
-  EXPECT_THAT(message_of<Error>([&] { run_live_window(session, small_window(folder)); }),
-              testing::HasSubstr("--headless"));
-  if (!display.empty()) ::setenv("DISPLAY", display.c_str(), 1);
 }
 
 }  // namespace

@@ -24,24 +24,6 @@ TEST_F(Window, FinishedSaysHowGoodItIs) {
   expect_text(picture("end_with_pieces"), "2 of 3 pieces", theme::kAmber);
 }
 
-TEST_F(Window, FinishedShowsTheObjectBesideTheSummary) {
-  options_.width_px = WindowOptions().width_px;
-  options_.height_px = WindowOptions().height_px;
-  window_ = std::make_unique<LiveWindow>(session_, options_);
-  scan(24);
-  session_.stop();
-  session_.say(LivePhase::finished, "");
-  for (int i = 0; i < 50; ++i) window_->turn(now_s_ += 0.1, true);
-  const cv::Mat3b shown = picture("end_wide");
-  cv::Mat1b gray;
-  cv::cvtColor(shown, gray, cv::COLOR_BGR2GRAY);
-  const auto bright = [&](int left, int right) {
-    return cv::countNonZero(gray(cv::Range(330, 640), cv::Range(left, right)) > 100);
-  };
-  EXPECT_EQ(bright(0, 390), 0);
-  EXPECT_GT(bright(390, cvFloor(view().right())), 20000);
-}
-
 TEST_F(Window, FinishedSaysWhereEverythingIs) {
   scan(8);
   session_.stop();

@@ -1,11 +1,17 @@
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <array>
 #include <opencv2/core.hpp>
+#include <set>
+#include <sstream>
+#include <string>
 #include <vector>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/viewer/controls.hpp"
 #include "gelslam/viewer/gl_context.hpp"
 #include "gelslam/viewer/ui.hpp"
 
@@ -27,6 +33,20 @@ inline bool can_draw() {
 inline cv::Vec3d bgr(Color color) {
   return {static_cast<double>(color >> 16U & 0xFFU), static_cast<double>(color >> 8U & 0xFFU),
           static_cast<double>(color >> 0U & 0xFFU)};
+}
+
+/// Every key is known, and none means two things.
+template <class Rows>
+void expect_keys_of_one_meaning(const Rows& rows) {
+  std::set<int> codes;
+  for (const auto& row : rows) {
+    std::istringstream names(row.keys);
+    for (std::string name; names >> name;) {
+      const std::optional<int> code = viewer::key_of_name(name);
+      ASSERT_TRUE(code) << name;
+      EXPECT_TRUE(codes.insert(*code).second) << name;
+    }
+  }
 }
 
 /// Share of pixels in `box` that are within 60 gray levels of `color`.

@@ -269,15 +269,6 @@ TEST_F(Window, MouseTurnsMovesAndZoomsTheView) {
   EXPECT_GT(change(moved, picture("zoomed"), view()), 0.03);
 }
 
-TEST_F(Window, AllButtonsHaveRoomAtTheUsualSize) {
-  options_.next_run_folder = "RUN-2";
-  options_.width_px = WindowOptions().width_px;
-  window_ = std::make_unique<LiveWindow>(session_, options_);
-  picture("usual_size");
-  for (const char* label : {"New scan", "Trajectory", "Curvature", "Help"})
-    EXPECT_NE(find(label), nullptr) << label;
-}
-
 TEST_F(Window, EverySizeIsDrawnWhole) {
   scan(6);
   for (const auto& [width, height] : {std::pair{400, 300}, {120, 100}, {1920, 1080}, {300, 900}}) {

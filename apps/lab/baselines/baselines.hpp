@@ -20,7 +20,6 @@ struct IcpOptions {
   double max_distance_mm = 100.0;  ///< of a point and its partner: anything on the sensor
   int max_iterations = 30;
   double relative_tolerance = 1e-6;  ///< of fitness and of the root mean square distance in mm
-  NormalFlowOptions judged_by;
 };
 
 /// Fast point feature histograms (Rusu 2009), matched by RANSAC without any start, then ICP; Open3D's.
@@ -45,12 +44,13 @@ struct FilterRegOptions {
   double tolerance_mm2 = 1e-5;  ///< stop when the mean squared distance changes by less
   int max_iterations = 50;
   double outlier_share = 0.0;  ///< of the reference's points that have no partner, 0 to below 1
-  NormalFlowOptions judged_by;
 };
 
-std::shared_ptr<const Registrar> make_icp(const IcpOptions& options);
-std::shared_ptr<const Registrar> make_fpfh(const FpfhOptions& options);
-std::shared_ptr<const Registrar> make_filter_reg(const FilterRegOptions& options);
+std::shared_ptr<const Registrar> make_icp(const IcpOptions& options, const NormalFlowOptions& judged_by = {});
+std::shared_ptr<const Registrar> make_fpfh(const FpfhOptions& options,
+                                           const NormalFlowOptions& judged_by = {});
+std::shared_ptr<const Registrar> make_filter_reg(const FilterRegOptions& options,
+                                                 const NormalFlowOptions& judged_by = {});
 
 /// The best settings we found for each (docs/results.md).
 IcpOptions tuned_icp();
@@ -67,9 +67,9 @@ std::shared_ptr<const Registrar> make_registrar(std::string_view name, const Nor
 
 namespace baselines::detail {
 
-/// While it lives, OpenMP on this thread runs every parallel region with one thread, even those that ask for
-/// as many as the machine has, as Open3D does: times are compared with methods of one thread, sums come in
-/// the same order every time, and RANSAC draws the same numbers.
+/// While it lives, Open3D says nothing, and OpenMP on this thread runs every parallel region with one thread,
+/// even those that ask for as many as the machine has, as Open3D does: times are compared with methods of one
+/// thread, sums come in the same order every time, and RANSAC draws the same numbers.
 class SingleThread {
  public:
   SingleThread();
@@ -78,7 +78,7 @@ class SingleThread {
   SingleThread& operator=(const SingleThread&) = delete;
 
  private:
-  int levels_before_;
+  int levels_before_, verbosity_before_;
 };
 
 }  // namespace baselines::detail

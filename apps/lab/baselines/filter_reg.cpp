@@ -55,64 +55,40 @@ Vector6d maximise(const PlaneEquations& equations) {
   return -damped.ldlt().solve(equations.gradient);
 }
 
-class PreparedFilterReg final : public PreparedReference {
+class FilterReg {
  public:
-  PreparedFilterReg(std::shared_ptr<const NormalFlowReference> samples, const FilterRegOptions& options)
-      : PreparedReference(std::move(samples)),
-        options_(options),
-        points_(contact_points(this->samples()->surface(), options.max_points)) {}
+  FilterReg(const Surface& reference, const FilterRegOptions& options)
+      : options_(options), points_(contact_points(reference, options.max_points)) {}
 
-  RegistrationResult register_to(const Surface& target, const PosePrior& prior) const override {
+  Pose align(const Surface& target, Pose target_T_reference) const {
     const ContactPoints target_points = contact_points(target, options_.max_points);
-    Pose found = prior.target_T_reference;
-    int iterations = 0;
-    if (points_.size() >= kMinPoints && target_points.size() >= kMinPoints) {
-      const GaussianGrid grid(target_points, std::sqrt(std::max(options_.variance_mm2, kMinVarianceMm2)));
-      const double ratio = static_cast<double>(target_points.size()) / static_cast<double>(points_.size());
-      iterations = converge(grid, ratio * options_.outlier_share / (1.0 - options_.outlier_share), found);
-    }
-    RegistrationResult result = judge_pose(*samples(), target, found, options_.judged_by);
-    result.iterations = iterations;
-    return result;
-  }
-
- private:
-  int converge(const GaussianGrid& target, double outlier_weight, Pose& target_T_reference) const {
+    if (std::min(points_.size(), target_points.size()) < kMinPoints) return target_T_reference;
+    const GaussianGrid grid(target_points, std::sqrt(std::max(options_.variance_mm2, kMinVarianceMm2)));
+    const double ratio = static_cast<double>(target_points.size()) / static_cast<double>(points_.size());
+    const double outlier_weight = ratio * options_.outlier_share / (1.0 - options_.outlier_share);
     double before_mm2 = -1;
-    int iterations = 0;
-    while (iterations < options_.max_iterations) {
-      const PlaneEquations equations = expect(points_, target, target_T_reference, outlier_weight);
+    for (int i = 0; i < options_.max_iterations; ++i) {
+      const PlaneEquations equations = expect(points_, grid, target_T_reference, outlier_weight);
       if (equations.partners < kMinPoints) break;
       const double now_mm2 = equations.mean_squared_mm2();
       if (before_mm2 >= 0 && std::abs(before_mm2 - now_mm2) < options_.tolerance_mm2) break;
       before_mm2 = now_mm2;
       target_T_reference = normalized(se3_exp(maximise(equations)) * target_T_reference);
-      ++iterations;
     }
-    return iterations;
-  }
-
-  FilterRegOptions options_;
-  ContactPoints points_;
-};
-
-class FilterRegRegistrar final : public Registrar {
- public:
-  explicit FilterRegRegistrar(const FilterRegOptions& options) : options_(options) {}
-  std::string_view name() const override { return "filterreg"; }
-  std::shared_ptr<const PreparedReference> prepare(SurfacePtr reference) const override {
-    auto samples = std::make_shared<const NormalFlowReference>(std::move(reference), options_.judged_by);
-    return std::make_shared<const PreparedFilterReg>(std::move(samples), options_);
+    return target_T_reference;
   }
 
  private:
   FilterRegOptions options_;
+  ContactPoints points_;
 };
 
 }  // namespace
 
-std::shared_ptr<const Registrar> make_filter_reg(const FilterRegOptions& options) {
-  return std::make_shared<const FilterRegRegistrar>(options);
+std::shared_ptr<const Registrar> make_filter_reg(const FilterRegOptions& options,
+                                                 const NormalFlowOptions& judged_by) {
+  return std::make_shared<const BaselineRegistrar<FilterReg, FilterRegOptions>>("filterreg", options,
+                                                                                judged_by);
 }
 
 }  // namespace gelslam

@@ -21,7 +21,7 @@ struct DescribedCloud {
 DescribedCloud describe_cloud(const Surface& surface, const FpfhOptions& options) {
   DescribedCloud described{to_cloud(contact_points(surface, options.max_points)), nullptr};
   if (described.cloud.points_.size() < kMinPoints) return described;
-  const QuietSingleThread guard;
+  const SingleThread guard;
   described.features = o3d::ComputeFPFHFeature(
       described.cloud,
       open3d::geometry::KDTreeSearchParamHybrid(options.feature_radius_mm, options.feature_neighbors));
@@ -30,7 +30,7 @@ DescribedCloud describe_cloud(const Surface& surface, const FpfhOptions& options
 
 Pose align_by_features(const DescribedCloud& reference, const DescribedCloud& target, const Pose& initial,
                        const FpfhOptions& options) {
-  const QuietSingleThread guard;
+  const SingleThread guard;
   open3d::utility::random::Seed(options.seed);
   const o3d::CorrespondenceCheckerBasedOnEdgeLength edge_lengths(options.edge_length_ratio);
   const o3d::CorrespondenceCheckerBasedOnDistance distances(options.max_distance_mm);
@@ -42,20 +42,16 @@ Pose align_by_features(const DescribedCloud& reference, const DescribedCloud& ta
                       options.refinement);
 }
 
-class PreparedFpfh final : public PreparedReference {
+class Fpfh {
  public:
-  PreparedFpfh(std::shared_ptr<const NormalFlowReference> samples, const FpfhOptions& options)
-      : PreparedReference(std::move(samples)),
-        options_(options),
-        cloud_(describe_cloud(this->samples()->surface(), options)) {}
+  Fpfh(const Surface& reference, const FpfhOptions& options)
+      : options_(options), cloud_(describe_cloud(reference, options)) {}
 
-  RegistrationResult register_to(const Surface& target, const PosePrior& prior) const override {
-    const Pose& initial = prior.target_T_reference;
+  Pose align(const Surface& target, const Pose& initial) const {
     const DescribedCloud target_cloud = describe_cloud(target, options_);
-    const Pose found = cloud_.features && target_cloud.features
-                           ? align_by_features(cloud_, target_cloud, initial, options_)
-                           : initial;
-    return judge_pose(*samples(), target, found, options_.refinement.judged_by);
+    return cloud_.features && target_cloud.features
+               ? align_by_features(cloud_, target_cloud, initial, options_)
+               : initial;
   }
 
  private:
@@ -63,24 +59,10 @@ class PreparedFpfh final : public PreparedReference {
   DescribedCloud cloud_;
 };
 
-class FpfhRegistrar final : public Registrar {
- public:
-  explicit FpfhRegistrar(const FpfhOptions& options) : options_(options) {}
-  std::string_view name() const override { return "fpfh"; }
-  std::shared_ptr<const PreparedReference> prepare(SurfacePtr reference) const override {
-    auto samples =
-        std::make_shared<const NormalFlowReference>(std::move(reference), options_.refinement.judged_by);
-    return std::make_shared<const PreparedFpfh>(std::move(samples), options_);
-  }
-
- private:
-  FpfhOptions options_;
-};
-
 }  // namespace
 
-std::shared_ptr<const Registrar> make_fpfh(const FpfhOptions& options) {
-  return std::make_shared<const FpfhRegistrar>(options);
+std::shared_ptr<const Registrar> make_fpfh(const FpfhOptions& options, const NormalFlowOptions& judged_by) {
+  return std::make_shared<const BaselineRegistrar<Fpfh, FpfhOptions>>("fpfh", options, judged_by);
 }
 
 }  // namespace gelslam

@@ -1,27 +1,70 @@
+#include <omp.h>
+#include <open3d/pipelines/registration/Registration.h>
+#include <open3d/utility/Logging.h>
+
+#include <algorithm>
 #include <utility>
 
 #include "open3d_icp.hpp"
+
+namespace gelslam::baselines::detail {
+
+namespace o3d = open3d::pipelines::registration;
+
+// omp_set_num_threads() would not do: a num_threads clause overrules it.
+SingleThread::SingleThread()
+    : levels_before_(omp_get_max_active_levels()),
+      verbosity_before_(static_cast<int>(open3d::utility::GetVerbosityLevel())) {
+  omp_set_max_active_levels(0);
+  open3d::utility::SetVerbosityLevel(open3d::utility::VerbosityLevel::Error);
+}
+
+SingleThread::~SingleThread() {
+  omp_set_max_active_levels(levels_before_);
+  open3d::utility::SetVerbosityLevel(static_cast<open3d::utility::VerbosityLevel>(verbosity_before_));
+}
+
+open3d::geometry::PointCloud to_cloud(ContactPoints points) {
+  open3d::geometry::PointCloud cloud;
+  cloud.points_ = std::move(points.position_mm);
+  cloud.normals_ = std::move(points.normal);
+  return cloud;
+}
+
+Pose to_pose(const Eigen::Matrix4d& matrix, const Pose& fallback) {
+  if (!matrix.allFinite()) return fallback;
+  Pose pose;
+  pose.matrix() = matrix;
+  return normalized(pose);
+}
+
+Pose align_by_icp(const open3d::geometry::PointCloud& reference, const open3d::geometry::PointCloud& target,
+                  const Pose& initial, const IcpOptions& options) {
+  const o3d::RegistrationResult found =
+      o3d::RegistrationICP(reference, target, options.max_distance_mm, initial.matrix(),
+                           o3d::TransformationEstimationPointToPlane(),
+                           o3d::ICPConvergenceCriteria(options.relative_tolerance, options.relative_tolerance,
+                                                       options.max_iterations));
+  return to_pose(found.transformation_, initial);
+}
+
+}  // namespace gelslam::baselines::detail
 
 namespace gelslam {
 namespace {
 
 using namespace baselines::detail;
 
-class PreparedIcp final : public PreparedReference {
+class Icp {
  public:
-  PreparedIcp(std::shared_ptr<const NormalFlowReference> samples, const IcpOptions& options)
-      : PreparedReference(std::move(samples)),
-        options_(options),
-        cloud_(to_cloud(contact_points(this->samples()->surface(), options.max_points))) {}
+  Icp(const Surface& reference, const IcpOptions& options)
+      : options_(options), cloud_(to_cloud(contact_points(reference, options.max_points))) {}
 
-  RegistrationResult register_to(const Surface& target, const PosePrior& prior) const override {
+  Pose align(const Surface& target, const Pose& initial) const {
     const open3d::geometry::PointCloud target_cloud = to_cloud(contact_points(target, options_.max_points));
-    Pose found = prior.target_T_reference;
-    if (cloud_.points_.size() >= kMinPoints && target_cloud.points_.size() >= kMinPoints) {
-      const QuietSingleThread guard;
-      found = align_by_icp(cloud_, target_cloud, prior.target_T_reference, options_);
-    }
-    return judge_pose(*samples(), target, found, options_.judged_by);
+    if (std::min(cloud_.points_.size(), target_cloud.points_.size()) < kMinPoints) return initial;
+    const SingleThread guard;
+    return align_by_icp(cloud_, target_cloud, initial, options_);
   }
 
  private:
@@ -29,23 +72,10 @@ class PreparedIcp final : public PreparedReference {
   open3d::geometry::PointCloud cloud_;
 };
 
-class IcpRegistrar final : public Registrar {
- public:
-  explicit IcpRegistrar(const IcpOptions& options) : options_(options) {}
-  std::string_view name() const override { return "icp"; }
-  std::shared_ptr<const PreparedReference> prepare(SurfacePtr reference) const override {
-    auto samples = std::make_shared<const NormalFlowReference>(std::move(reference), options_.judged_by);
-    return std::make_shared<const PreparedIcp>(std::move(samples), options_);
-  }
-
- private:
-  IcpOptions options_;
-};
-
 }  // namespace
 
-std::shared_ptr<const Registrar> make_icp(const IcpOptions& options) {
-  return std::make_shared<const IcpRegistrar>(options);
+std::shared_ptr<const Registrar> make_icp(const IcpOptions& options, const NormalFlowOptions& judged_by) {
+  return std::make_shared<const BaselineRegistrar<Icp, IcpOptions>>("icp", options, judged_by);
 }
 
 }  // namespace gelslam

@@ -3,21 +3,6 @@
 #include "gelslam/core/text.hpp"
 
 namespace gelslam {
-namespace {
-
-template <class Options>
-Options judged_by(Options options, const NormalFlowOptions& limits) {
-  options.judged_by = limits;
-  return options;
-}
-
-FpfhOptions judged_by(FpfhOptions options, const NormalFlowOptions& limits) {
-  options.refinement.judged_by = limits;
-  return options;
-}
-
-}  // namespace
-
 const std::vector<std::string>& registrar_names() {
   static const std::vector<std::string> names = {"normalflow", "icp",       "icp-tuned",      "fpfh",
                                                  "fpfh-tuned", "filterreg", "filterreg-tuned"};
@@ -26,12 +11,12 @@ const std::vector<std::string>& registrar_names() {
 
 std::shared_ptr<const Registrar> make_registrar(std::string_view name, const NormalFlowOptions& options) {
   if (name == "normalflow") return make_normal_flow(options);
-  if (name == "icp") return make_icp(judged_by(IcpOptions{}, options));
-  if (name == "icp-tuned") return make_icp(judged_by(tuned_icp(), options));
-  if (name == "fpfh") return make_fpfh(judged_by(FpfhOptions{}, options));
-  if (name == "fpfh-tuned") return make_fpfh(judged_by(tuned_fpfh(), options));
-  if (name == "filterreg") return make_filter_reg(judged_by(FilterRegOptions{}, options));
-  if (name == "filterreg-tuned") return make_filter_reg(judged_by(tuned_filter_reg(), options));
+  if (name == "icp") return make_icp(IcpOptions{}, options);
+  if (name == "icp-tuned") return make_icp(tuned_icp(), options);
+  if (name == "fpfh") return make_fpfh(FpfhOptions{}, options);
+  if (name == "fpfh-tuned") return make_fpfh(tuned_fpfh(), options);
+  if (name == "filterreg") return make_filter_reg(FilterRegOptions{}, options);
+  if (name == "filterreg-tuned") return make_filter_reg(tuned_filter_reg(), options);
   const std::string near = nearest_name(std::string(name), registrar_names());
   std::string known;
   for (const std::string& one : registrar_names()) known += (known.empty() ? "" : ", ") + one;

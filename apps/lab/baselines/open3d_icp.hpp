@@ -7,19 +7,6 @@
 
 namespace gelslam::baselines::detail {
 
-/// While it lives, Open3D runs on one thread and says nothing.
-class QuietSingleThread {
- public:
-  QuietSingleThread();
-  ~QuietSingleThread();
-  QuietSingleThread(const QuietSingleThread&) = delete;
-  QuietSingleThread& operator=(const QuietSingleThread&) = delete;
-
- private:
-  SingleThread single_thread_;
-  int verbosity_before_;
-};
-
 open3d::geometry::PointCloud to_cloud(ContactPoints points);
 
 /// Both clouds have at least kMinPoints points; `initial` and the answer are target_T_reference.

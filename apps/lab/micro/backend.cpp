@@ -21,12 +21,9 @@ struct Scan {
 };
 
 Vector6d noise(std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
   Vector6d xi;
-  for (int i = 0; i < 6; ++i) {
-    double sum = 0;  // of 12 uniforms: near enough to a normal here
-    for (int k = 0; k < 12; ++k) sum += static_cast<double>(random() >> 11) * 0x1p-53;
-    xi[i] = (sum - 6.0) * (i < 3 ? kSigmaRad : kSigmaMm);
-  }
+  for (int i = 0; i < 6; ++i) xi[i] = normal(random) * (i < 3 ? kSigmaRad : kSigmaMm);
   return xi;
 }
 

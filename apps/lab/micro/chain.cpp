@@ -56,28 +56,13 @@ void frame_from_picture_to_pose(benchmark::State& state) {
   SurfaceEstimator estimator(frames.model, frames.background, SurfaceOptions{});
   Tracker tracker(TrackerOptions{});
   ToAndFro order(frames.pictures.size());
-  SurfaceTimings sum;
   std::int64_t frame = 0;
   for (auto _ : state) {
     const TrackedFrame tracked = tracker.track(frame, 0.04 * static_cast<double>(frame),
                                                estimator.estimate(frames.pictures[order.next()]));
     benchmark::DoNotOptimize(&tracked);
-    const SurfaceTimings& timings = estimator.timings();
-    sum.gradient_ms += timings.gradient_ms;
-    sum.poisson_ms += timings.poisson_ms;
-    sum.contact_ms += timings.contact_ms;
-    sum.normals_ms += timings.normals_ms;
     ++frame;
   }
-  const auto mean = benchmark::Counter::kAvgIterations;
-  state.counters["gradient_ms"] = benchmark::Counter(sum.gradient_ms, mean);
-  state.counters["poisson_ms"] = benchmark::Counter(sum.poisson_ms, mean);
-  state.counters["contact_ms"] = benchmark::Counter(sum.contact_ms, mean);
-  state.counters["normals_ms"] = benchmark::Counter(sum.normals_ms, mean);
-  // Four DIGITs at 60 Hz: the share of two cores that they need; decoding is not included.
-  constexpr double kFramesPerCoreSecond = 4 * 60 / 2.0;
-  state.counters["four_digits_share_of_two_cores"] = benchmark::Counter(
-      1 / kFramesPerCoreSecond, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
 BENCHMARK(surface_estimate)->Name("chain/surface_estimate")->Unit(benchmark::kMillisecond);

@@ -4,25 +4,21 @@
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/se3.hpp"
 #include "gelslam/evaluation/trajectory_metrics.hpp"
-#include "protocols/report.hpp"
+#include "protocols/benchmark.hpp"
 
 namespace gelslam {
 namespace {
 
+SixAxes six_axes(const Pose& pose) {
+  const Eigen::Vector3d t = pose.translation(), r = euler_zxy_deg(pose.linear());
+  return {t.x(), t.y(), t.z(), r.x(), r.y(), r.z()};
+}
+
 /// In the order in which they came, each once.
-void add_once(std::vector<std::string>& names, const std::string& name) {
-  if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
-}
-
-std::vector<std::string> methods_of(const BenchmarkResult& result) {
+std::vector<std::string> names_of(const BenchmarkResult& result, std::string BenchmarkRecord::*name) {
   std::vector<std::string> names;
-  for (const BenchmarkRecord& record : result.records) add_once(names, record.method);
-  return names;
-}
-
-std::vector<std::string> objects_of(const BenchmarkResult& result) {
-  std::vector<std::string> names;
-  for (const BenchmarkRecord& record : result.records) add_once(names, record.object);
+  for (const BenchmarkRecord& record : result)
+    if (std::find(names.begin(), names.end(), record.*name) == names.end()) names.push_back(record.*name);
   return names;
 }
 
@@ -31,7 +27,7 @@ using Records = std::vector<const BenchmarkRecord*>;
 /// `object` empty: of every object.
 Records select_records(const BenchmarkResult& result, const std::string& method, const std::string& object) {
   Records records;
-  for (const BenchmarkRecord& record : result.records)
+  for (const BenchmarkRecord& record : result)
     if (record.method == method && (object.empty() || record.object == object)) records.push_back(&record);
   return records;
 }
@@ -78,11 +74,6 @@ AccuracyRow accuracy(const Records& records) {
 
 }  // namespace
 
-SixAxes six_axes(const Pose& pose) {
-  const Eigen::Vector3d t = pose.translation(), r = euler_zxy_deg(pose.linear());
-  return {t.x(), t.y(), t.z(), r.x(), r.y(), r.z()};
-}
-
 SixAxes axis_error(const FrameEstimate& estimate) {
   SixAxes error = six_axes(estimate.first_T_frame);
   const SixAxes truth = six_axes(estimate.true_first_T_frame);
@@ -95,10 +86,10 @@ SixAxes axis_error(const FrameEstimate& estimate) {
 
 std::vector<AccuracyRow> accuracy_by_object(const BenchmarkResult& result) {
   std::vector<AccuracyRow> rows;
-  std::vector<std::string> objects = objects_of(result);
+  std::vector<std::string> objects = names_of(result, &BenchmarkRecord::object);
   if (objects.size() > 1) objects.push_back("");
   for (const std::string& object : objects) {
-    for (const std::string& method : methods_of(result)) {
+    for (const std::string& method : names_of(result, &BenchmarkRecord::method)) {
       const Records records = select_records(result, method, object);
       if (records.empty()) continue;
       rows.push_back(accuracy(records));

@@ -1,6 +1,4 @@
 #include <algorithm>
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "gelslam/core/error.hpp"
@@ -32,12 +30,7 @@ void collect(const fs::path& folder, int depth, std::vector<fs::path>& trials) {
   for (const fs::path& one : inside) collect(one, depth + 1, trials);
 }
 
-/// meta.json's object; a damaged meta.json is reported by read_ground_truth.
-std::string object_of(const fs::path& folder, const std::string& name) {
-  std::ifstream file(folder / "meta.json");
-  const nlohmann::json meta = nlohmann::json::parse(file, nullptr, false);
-  if (meta.is_object() && meta.contains("object") && meta["object"].is_string() && !meta["object"].empty())
-    return one_line(meta["object"].get<std::string>());
+std::string object_of(const std::string& name) {
   const std::size_t end = name.find_last_not_of("0123456789");
   return end == std::string::npos ? name : name.substr(0, end + 1);
 }
@@ -59,9 +52,8 @@ std::vector<BenchmarkTrial> find_trials(const std::vector<fs::path>& folders) {
     for (const fs::path& path : found) {
       const fs::path canonical = fs::canonical(path);
       if (!seen.insert(canonical).second) continue;
-      const GroundTruth truth = read_ground_truth(path);
       const std::string name = canonical.filename().string();
-      trials.push_back({path, name, object_of(path, name), static_cast<int>(truth.start_T_currs.size())});
+      trials.push_back({path, name, object_of(name)});
     }
   }
   return trials;

@@ -21,8 +21,8 @@ void MethodRun::add(const TrialFrame& frame) {
   }
   const Answer answer = protocol_ == Protocol::frame0 ? against_first(frame) : with_tracker(frame);
   if (!frame.start_T_frame) return;
-  estimates_.push_back({frame.frame, frame.time_s, answer.tracked, first_T_last_,
-                        *first_T_start_ * *frame.start_T_frame, answer.cpu_ms});
+  estimates_.push_back(
+      {frame.frame, answer.tracked, first_T_last_, *first_T_start_ * *frame.start_T_frame, answer.cpu_ms});
 }
 
 MethodRun::Answer MethodRun::against_first(const TrialFrame& frame) {

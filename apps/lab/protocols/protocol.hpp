@@ -20,7 +20,6 @@ enum class Protocol {
 /// What a method said about one frame. Poses are relative to the first frame in contact whose truth is known.
 struct FrameEstimate {
   std::int64_t frame = 0;
-  double time_s = 0;
   /// False where the method found no pose or calls it no match. What it found is judged all the same under
   /// frame0; a frame without any pose keeps the last one. Under keyframes, a lost frame keeps the last one,
   /// and tracking goes on from there.

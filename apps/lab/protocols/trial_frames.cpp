@@ -14,15 +14,6 @@ namespace gelslam {
 
 namespace fs = std::filesystem;
 
-struct TrialFrames::Source {
-  explicit Source(const fs::path& folder) : truth(read_ground_truth(folder)) {}
-  virtual ~Source() = default;
-  virtual std::optional<TrialFrame> next() = 0;
-
-  GroundTruth truth;
-  Config config;
-};
-
 namespace {
 
 constexpr std::size_t kMinSide = 16, kMaxSide = 4096;
@@ -35,22 +26,22 @@ NpyArray slice(const NpyArray& array, std::size_t index) {
 }
 
 /// The public data's own gradients and masks.
-class ArraySource final : public TrialFrames::Source {
+class ArraySource final : public TrialFrames {
  public:
-  ArraySource(const fs::path& folder, const TrialSources& sources)
-      : Source(folder),
+  explicit ArraySource(const fs::path& folder)
+      : truth_(read_ground_truth(folder)),
         gradients_(read_npy(folder / "gradient_maps.npy")),
         masks_(read_npy(folder / "contact_masks.npy")) {
-    const fs::path file = sources.config.empty() ? folder / "config.yaml" : sources.config;
-    if (!sources.config.empty() || fs::is_regular_file(file)) config = read_config(file);
+    const fs::path file = folder / "config.yaml";
+    if (fs::is_regular_file(file)) config_ = read_config(file);
     check_shapes(folder);
     const cv::Size size(static_cast<int>(gradients_.shape[2]), static_cast<int>(gradients_.shape[1]));
-    surfaces_.emplace(CameraModel{size, config.sensor.pixel_pitch_mm});
+    surfaces_.emplace(CameraModel{size, config_.sensor.pixel_pitch_mm});
     size_ = size;
   }
 
   std::optional<TrialFrame> next() override {
-    if (index_ == truth.start_T_currs.size()) return std::nullopt;
+    if (index_ == truth_.start_T_currs.size()) return std::nullopt;
     const std::vector<double> slopes = slice(gradients_, index_).to_doubles(),
                               mask = slice(masks_, index_).to_doubles();
     cv::Mat1f gx(size_), gy(size_);
@@ -64,8 +55,8 @@ class ArraySource final : public TrialFrames::Source {
       touched(pixel) = finite && mask[i] != 0 ? 255 : 0;
     }
     const auto frame = static_cast<std::int64_t>(index_);
-    return TrialFrame{frame, static_cast<double>(frame) / truth.fps, surfaces_->make(gx, gy, touched),
-                      truth.start_T_currs[index_++]};
+    return TrialFrame{frame, static_cast<double>(frame) / truth_.fps, surfaces_->make(gx, gy, touched),
+                      truth_.start_T_currs[index_++]};
   }
 
  private:
@@ -77,54 +68,50 @@ class ArraySource final : public TrialFrames::Source {
     if (!maps || m != std::vector<std::size_t>(g.begin(), g.begin() + 3))
       throw Error(folder.string() +
                   ": gradient_maps.npy should be N x H x W x 2, and contact_masks.npy N x H x W");
-    if (g[0] != truth.start_T_currs.size())
+    if (g[0] != truth_.start_T_currs.size())
       throw Error(folder.string() + ": gradient_maps.npy has " + std::to_string(g[0]) +
-                  " frames, but the truth has " + std::to_string(truth.start_T_currs.size()) +
+                  " frames, but the truth has " + std::to_string(truth_.start_T_currs.size()) +
                   " poses: they do not belong together");
   }
 
+  const GroundTruth truth_;
   NpyArray gradients_, masks_;
   std::optional<GradientSurfaces> surfaces_;
   cv::Size size_;
   std::size_t index_ = 0;
 };
 
-class VideoSource final : public TrialFrames::Source {
+class VideoSource final : public TrialFrames {
  public:
-  VideoSource(const fs::path& folder, const TrialSources& sources) : Source(folder) {
-    const LogInput input{folder, sources.config, sources.model, {}, sources.force};
-    config = resolve_config(input);
-    stream_.emplace(input, config, timer_);
+  explicit VideoSource(const fs::path& folder) : truth_(read_ground_truth(folder)) {
+    const LogInput input{folder, {}, {}, {}, false};
+    config_ = resolve_config(input);
+    stream_.emplace(input, config_, timer_);
   }
 
   std::optional<TrialFrame> next() override {
     while (std::optional<SurfaceStream::Item> item = stream_->next()) {
-      const std::int64_t index = item->frame - truth.background_frames;
+      const std::int64_t index = item->frame - truth_.background_frames;
       if (index < 0 || !item->surface) continue;
-      if (index >= static_cast<std::int64_t>(truth.start_T_currs.size())) return std::nullopt;
+      if (index >= static_cast<std::int64_t>(truth_.start_T_currs.size())) return std::nullopt;
       return TrialFrame{item->frame, item->time_s, std::move(item->surface),
-                        truth.start_T_currs[static_cast<std::size_t>(index)]};
+                        truth_.start_T_currs[static_cast<std::size_t>(index)]};
     }
     return std::nullopt;
   }
 
  private:
+  const GroundTruth truth_;
   StageTimer timer_;
   std::optional<SurfaceStream> stream_;
 };
 
-std::unique_ptr<TrialFrames::Source> open_source(const fs::path& folder, const TrialSources& sources) {
-  const bool arrays = fs::exists(folder / "gradient_maps.npy") && fs::exists(folder / "contact_masks.npy");
-  if (arrays) return std::make_unique<ArraySource>(folder, sources);
-  return std::make_unique<VideoSource>(folder, sources);
-}
-
 }  // namespace
 
-TrialFrames::TrialFrames(const BenchmarkTrial& trial, const TrialSources& sources)
-    : source_(open_source(trial.folder, sources)) {}
-TrialFrames::~TrialFrames() = default;
-std::optional<TrialFrame> TrialFrames::next() { return source_->next(); }
-const Config& TrialFrames::config() const { return source_->config; }
+std::unique_ptr<TrialFrames> open_trial(const fs::path& folder) {
+  if (fs::exists(folder / "gradient_maps.npy") && fs::exists(folder / "contact_masks.npy"))
+    return std::make_unique<ArraySource>(folder);
+  return std::make_unique<VideoSource>(folder);
+}
 
 }  // namespace gelslam

@@ -17,19 +17,12 @@ namespace gelslam {
 struct BenchmarkTrial {
   std::filesystem::path folder;
   std::string name;    ///< the folder's: "avocado1"
-  std::string object;  ///< as meta.json says, else the name without the digits at its end: "avocado"
-  int frames = 0;      ///< with or without contact, background not counted
+  std::string object;  ///< the name without the digits at its end: "avocado"
 };
 
 /// Every trial in the given folders and, where such a folder is none itself, in its sub-folders (three
-/// levels), in natural order. Throws Error when a folder is missing or holds none, or a truth is damaged.
+/// levels), in natural order. Throws Error when a folder is missing or holds none.
 std::vector<BenchmarkTrial> find_trials(const std::vector<std::filesystem::path>& folders);
-
-/// Where a trial's configuration and model come from, as in LogInput; empty: the folder's own.
-struct TrialSources {
-  std::filesystem::path config, model;
-  bool force = false;
-};
 
 /// One frame as a method sees it, and where the sensor truly was.
 struct TrialFrame {
@@ -43,17 +36,16 @@ struct TrialFrame {
 /// TactileTracking data: one per true pose, no background), else from its video.
 class TrialFrames {
  public:
-  /// Throws Error when the trial cannot be read or its parts do not belong together.
-  TrialFrames(const BenchmarkTrial& trial, const TrialSources& sources);
-  ~TrialFrames();
+  virtual ~TrialFrames() = default;
   /// Background frames are left out. Nothing at the end.
-  std::optional<TrialFrame> next();
-  const Config& config() const;
+  virtual std::optional<TrialFrame> next() = 0;
+  const Config& config() const { return config_; }
 
-  struct Source;  ///< what the surfaces are read from
-
- private:
-  std::unique_ptr<Source> source_;
+ protected:
+  Config config_;
 };
+
+/// Throws Error when the trial cannot be read or its parts do not belong together.
+std::unique_ptr<TrialFrames> open_trial(const std::filesystem::path& folder);
 
 }  // namespace gelslam

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "ablation_case.hpp"
-#include "ablation_table.hpp"
 #include "ablation_variants.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
@@ -191,7 +190,7 @@ void add_ablation(CLI::App& lab) {
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
   command->add_option("-o,--output", arguments->out,
-                      "Folder for ablation, ablation_ratios and ablation_table (CSV and JSON)");
+                      "Folder for ablation.json, ablation_ratios.json and ablation_table.json");
   command->footer(
       "Example: gelslam-lab ablation DATA/sequences DATA/ablation --only \"gradient scale\" -o STUDY && "
       "scripts/plot_ablation.py STUDY");

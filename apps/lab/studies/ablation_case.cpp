@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <memory>
 
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/se3.hpp"
@@ -17,6 +15,7 @@
 #include "gelslam/slam/reconstruct.hpp"
 #include "gelslam/slam/surface_stream.hpp"
 #include "gelslam/slam/trial_drift.hpp"
+#include "judgement.hpp"
 
 namespace gelslam::lab {
 namespace {
@@ -26,17 +25,14 @@ using OptionalPose = std::optional<Pose>;
 
 constexpr double kWrongMm = 1.0, kWrongDeg = 5.0;
 
-/// The tracker alone, as `gelslam track` runs it: what its poses are worth the moment they are said. A frame
-/// fails silently when along an axis that it calls observable it is more than 1 mm or 5 degrees off and
-/// further than two of its own standard deviations.
+/// What the tracker's poses are worth the moment they are said. A frame fails silently when along an axis
+/// that it calls observable it is more than 1 mm or 5 degrees off and further than two of its own standard
+/// deviations.
 class LiveTracking {
  public:
-  explicit LiveTracking(const SlamOptions& options)
-      : tracker_(options.tracker, options.registration, options.verification),
-        drift_(options.gradient_scale.sigma) {}
+  explicit LiveTracking(const SlamOptions& options) : drift_(options.gradient_scale.sigma) {}
 
-  void process(const SurfaceStream::Item& item, const OptionalPose& start_T_frame) {
-    const TrackedFrame tracked = tracker_.track(item.frame, item.time_s, item.surface);
+  void judge(const TrackedFrame& tracked, const OptionalPose& start_T_frame) {
     const std::optional<Matrix6d> covariance = drift_.add(tracked);
     if (tracked.status != TrackStatus::tracked) return;
     ++tracked_;
@@ -79,44 +75,10 @@ class LiveTracking {
     if (axes > 0) errors_over_sigma_.push_back(std::sqrt(squares / axes));
   }
 
-  Tracker tracker_;
   TrialDrift drift_;
   int trial_ = -1, tracked_ = 0, silent_ = 0;
   First first_;
   std::vector<double> errors_over_sigma_;
-};
-
-/// Of what surfaces depend on.
-std::string surface_key(Config config) {
-  config.slam = {};
-  return write_config(config);
-}
-
-/// Of what LiveTracking depends on, for the same surfaces.
-std::string live_key(Config config) {
-  const SlamOptions slam = config.slam;
-  config.slam = {};
-  config.slam.tracker = slam.tracker;
-  config.slam.registration = slam.registration;
-  config.slam.verification = slam.verification;
-  config.slam.gradient_scale.sigma = slam.gradient_scale.sigma;
-  return write_config(config);
-}
-
-/// The whole chain of one variant, and its tracker alone (shared with variants that track alike).
-struct Chain {
-  Chain(const AblationCase& measured, std::string variant_name, const Config& chain_config,
-        std::shared_ptr<LiveTracking> live_tracking)
-      : variant(std::move(variant_name)),
-        config(chain_config),
-        slam(chain_config.slam, {.parts = {part_of(chain_config, measured.input.log)}}),
-        live(std::move(live_tracking)) {}
-
-  const std::string variant;
-  const Config config;
-  GelSlam slam;
-  StageTimer timer;
-  const std::shared_ptr<LiveTracking> live;
 };
 
 double total_ms(const StageTimer& timer, const std::vector<std::string>& stages) {
@@ -124,15 +86,6 @@ double total_ms(const StageTimer& timer, const std::vector<std::string>& stages)
   for (const StageStatistics& stage : timer.statistics())
     if (std::find(stages.begin(), stages.end(), stage.stage) != stages.end()) sum += stage.total_ms;
   return sum;
-}
-
-std::vector<IndexedPose> poses_of(const SlamMap& map, int background_frames) {
-  std::vector<IndexedPose> poses;
-  for (const FrameRecord& frame : map.frames)
-    if (map.has_pose(frame) && frame.frame >= background_frames)
-      poses.push_back({static_cast<int>(frame.frame) - background_frames,
-                       map.anchor_T_keyframe(frame.keyframe) * frame.keyframe_T_frame});
-  return poses;
 }
 
 /// The map's mesh against the true one, at the known pose.
@@ -168,19 +121,37 @@ void add_map_errors(Json& row, const SlamMap& map, const Config& config, const G
           *truth.start_T_currs[static_cast<std::size_t>(reference)] * pose.map_T_sensor.inverse());
 }
 
-Json row_of(const AblationCase& measured, const Chain& chain, const std::optional<GroundTruth>& truth,
-            int frames, double surface_ms) {
+/// The whole chain of one variant.
+Json measure(const AblationCase& measured, const std::string& variant, const Config& config) {
+  std::optional<GroundTruth> truth;
+  if (std::filesystem::exists(truth_file(measured.input.log))) truth = read_ground_truth(measured.input.log);
+  GelSlam slam(config.slam, {.parts = {part_of(config, measured.input.log)}});
+  LiveTracking live(config.slam);
+  StageTimer timer;
+  SurfaceStream stream(measured.input, config, timer);
+  int frames = 0;
+  while (const std::optional<SurfaceStream::Item> item = stream.next()) {
+    if (!item->surface) {
+      slam.skip(item->frame, item->time_s);
+      continue;
+    }
+    ++frames;
+    OptionalPose pose;
+    if (truth)
+      pose = truth->start_T_currs.at(static_cast<std::size_t>(item->frame - truth->background_frames));
+    live.judge(slam.process(item->frame, item->time_s, item->surface, timer), pose);
+  }
   const Clock::time_point start = Clock::now();
-  const SlamMap map = chain.slam.finish(/*refine=*/true);
+  const SlamMap map = slam.finish();
   const double finish_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
   const auto in_map = std::count_if(map.frames.begin(), map.frames.end(),
                                     [&](const FrameRecord& frame) { return map.has_pose(frame); });
   Json row = {{"set", measured.set},
               {"sequence", measured.sequence},
               {"model", measured.model},
-              {"variant", chain.variant},
+              {"variant", variant},
               {"frames", frames},
-              {"tracked", chain.live->tracked()},
+              {"tracked", live.tracked()},
               {"in_map", in_map},
               {"share", static_cast<double>(in_map) / std::max(1, frames)},
               {"trials", map.trials},
@@ -192,79 +163,22 @@ Json row_of(const AblationCase& measured, const Chain& chain, const std::optiona
               {"silent", nullptr},
               {"error_over_sigma", nullptr}};
   if (truth) {
-    add_map_errors(row, map, chain.config, *truth);
-    row["silent"] = chain.live->silent();
-    row["error_over_sigma"] = chain.live->error_over_sigma();
+    add_map_errors(row, map, config, *truth);
+    row["silent"] = live.silent();
+    row["error_over_sigma"] = live.error_over_sigma();
   }
-  row["frame_ms"] = (surface_ms + total_ms(chain.timer, {"tracking", "loop closure"})) / std::max(1, frames);
+  row["frame_ms"] = total_ms(timer, {"surface", "tracking", "loop closure"}) / std::max(1, frames);
   row["finish_ms"] = finish_ms / std::max(1, frames);
   return row;
 }
 
-/// Variants that have the same surfaces.
-class Group {
- public:
-  void add(const AblationCase& measured, const std::string& variant, const Config& config) {
-    std::shared_ptr<LiveTracking>& live = live_[live_key(config)];
-    if (!live) live = std::make_shared<LiveTracking>(config.slam);
-    chains_.push_back(std::make_unique<Chain>(measured, variant, config, live));
-  }
-
-  /// Rows by variant.
-  std::map<std::string, Json> measure(const AblationCase& measured) {
-    const Config& config = chains_.front()->config;
-    std::optional<GroundTruth> truth;
-    if (std::filesystem::exists(truth_file(measured.input.log)))
-      truth = read_ground_truth(measured.input.log);
-    StageTimer timer;
-    SurfaceStream stream(measured.input, config, timer);
-    int frames = 0;
-    while (const std::optional<SurfaceStream::Item> item = stream.next()) {
-      frames += item->surface ? 1 : 0;
-      push(*item, truth);
-    }
-    std::map<std::string, Json> rows;
-    for (const auto& chain : chains_)
-      rows[chain->variant] = row_of(measured, *chain, truth, frames, total_ms(timer, {"surface"}));
-    return rows;
-  }
-
- private:
-  void push(const SurfaceStream::Item& item, const std::optional<GroundTruth>& truth) {
-    for (const auto& chain : chains_) {
-      if (item.surface)
-        chain->slam.process(item.frame, item.time_s, item.surface, chain->timer);
-      else
-        chain->slam.skip(item.frame, item.time_s);
-    }
-    if (!item.surface) return;
-    OptionalPose pose;
-    if (truth)
-      pose = truth->start_T_currs.at(static_cast<std::size_t>(item.frame - truth->background_frames));
-    for (const auto& [key, live] : live_) live->process(item, pose);
-  }
-
-  std::map<std::string, std::shared_ptr<LiveTracking>> live_;
-  std::vector<std::unique_ptr<Chain>> chains_;
-};
-
 }  // namespace
 
 Json measure_case(const AblationCase& measured, const std::vector<Variant>& variants) {
-  std::map<std::string, std::vector<std::pair<std::string, Config>>> by_surfaces;
-  for (const Variant& variant : variants) {
-    const Config config = with_settings(measured.config, variant);
-    by_surfaces[surface_key(config)].emplace_back(variant.name, config);
-  }
-  std::map<std::string, Json> rows;
-  for (const auto& [key, members] : by_surfaces) {
-    Group group;
-    for (const auto& [variant, config] : members) group.add(measured, variant, config);
-    rows.merge(group.measure(measured));
-  }
-  Json in_order = Json::array();
-  for (const Variant& variant : variants) in_order.push_back(rows.at(variant.name));
-  return in_order;
+  Json rows = Json::array();
+  for (const Variant& variant : variants)
+    rows.push_back(measure(measured, variant.name, with_settings(measured.config, variant)));
+  return rows;
 }
 
 }  // namespace gelslam::lab

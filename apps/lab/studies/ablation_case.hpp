@@ -18,9 +18,16 @@ struct AblationCase {
   Config config;  ///< of resolve_config(input)
 };
 
-/// One row per variant, with the same keys. Surfaces are computed once for all variants that do not change
-/// them, and each frame goes through all chains before the next one, so that no more than one surface and the
-/// chains' keyframes are held. Errors and silent frames are null where the log has no truth. Throws Error.
+/// One row per variant, with the same keys. Errors and silent frames are null where the log has no truth.
+/// Throws Error.
 Json measure_case(const AblationCase& measured, const std::vector<Variant>& variants);
+
+/// Each row of the study beside the first of the same log and model: what the variant does without is
+/// worth `error` (error without it over error with it; below 1 it harms), and so on. `baseline` is the name
+/// of the variant with everything on.
+Json ablation_ratios(const Json& rows, const std::string& baseline);
+
+/// The same summed up per variant, set and model; "all" is every set. Error: geometric mean of the ratios.
+Json ablation_table(const Json& ratios);
 
 }  // namespace gelslam::lab

@@ -1,10 +1,11 @@
-#include "ablation_table.hpp"
-
 #include <fmt/core.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
+
+#include "ablation_case.hpp"
 
 namespace gelslam::lab {
 namespace {
@@ -39,70 +40,64 @@ Json compared(const Json& with, const Json& without) {
   return row;
 }
 
+using Rows = std::vector<const Json*>;
+
 /// Of the rows that have a number.
-struct Ratios {
-  explicit Ratios(const std::vector<const Json*>& rows, const char* quantity) {
-    for (const Json* row : rows)
-      if ((*row)[quantity].is_number())
-        sorted.emplace_back((*row)[quantity].get<double>(), (*row)["sequence"].get<std::string>());
-    std::sort(sorted.begin(), sorted.end());
-  }
-
-  Json geometric_mean() const {
-    if (sorted.empty()) return nullptr;
-    double sum = 0;
-    for (const auto& [value, sequence] : sorted) sum += std::log(std::max(value, 1e-9));
-    return std::exp(sum / static_cast<double>(sorted.size()));
-  }
-  std::string worst() const { return sorted.empty() ? "-" : text(sorted.front()); }
-  std::string best() const { return sorted.empty() ? "-" : text(sorted.back()); }
-
-  std::vector<std::pair<double, std::string>> sorted;
-
- private:
-  static std::string text(const std::pair<double, std::string>& one) {
-    return fmt::format("{:.2f} {}", one.first, one.second);
-  }
-};
-
-Json sum(const std::vector<const Json*>& rows, const char* column) {
-  Json sum;
+std::vector<double> numbers(const Rows& rows, const std::string& column) {
+  std::vector<double> numbers;
   for (const Json* row : rows)
-    if ((*row)[column].is_number())
-      sum = (sum.is_null() ? 0 : sum.get<std::int64_t>()) + (*row)[column].get<std::int64_t>();
-  return sum;
+    if ((*row)[column].is_number()) numbers.push_back((*row)[column].get<double>());
+  return numbers;
 }
 
-Json mean(const std::vector<const Json*>& rows, const char* column) {
-  double sum = 0, count = 0;
-  for (const Json* row : rows)
-    if ((*row)[column].is_number()) {
-      sum += (*row)[column].get<double>();
-      ++count;
-    }
-  return count > 0 ? Json(sum / count) : Json();
+Json sum(const Rows& rows, const char* column) {
+  const std::vector<double> all = numbers(rows, column);
+  return all.empty() ? Json() : Json(std::llround(std::accumulate(all.begin(), all.end(), 0.0)));
 }
 
-Json summary(const Key& key, const std::vector<const Json*>& rows) {
-  const Ratios errors(rows, "error");
+Json mean(const Rows& rows, const char* column) {
+  const std::vector<double> all = numbers(rows, column);
+  return all.empty() ? Json()
+                     : Json(std::accumulate(all.begin(), all.end(), 0.0) / static_cast<double>(all.size()));
+}
+
+Json geometric_mean(const Rows& rows, const char* column) {
+  const std::vector<double> all = numbers(rows, column);
+  double sum = 0;
+  for (const double value : all) sum += std::log(std::max(value, 1e-9));
+  return all.empty() ? Json() : Json(std::exp(sum / static_cast<double>(all.size())));
+}
+
+/// The smallest or largest error ratio and whose it is.
+std::string extreme(const Rows& rows, bool largest) {
+  std::vector<std::pair<double, std::string>> errors;
+  for (const Json* row : rows)
+    if ((*row)["error"].is_number()) errors.emplace_back((*row)["error"], (*row)["sequence"]);
+  if (errors.empty()) return "-";
+  const auto& [value, sequence] = largest ? *std::max_element(errors.begin(), errors.end())
+                                          : *std::min_element(errors.begin(), errors.end());
+  return fmt::format("{:.2f} {}", value, sequence);
+}
+
+Json summary(const Key& key, const Rows& rows) {
   return {{"without", key[0]},
           {"set", key[1]},
           {"model", key[2]},
           {"logs", rows.size()},
-          {"error", errors.geometric_mean()},
-          {"worst", errors.worst()},
-          {"best", errors.best()},
+          {"error", geometric_mean(rows, "error")},
+          {"worst", extreme(rows, false)},
+          {"best", extreme(rows, true)},
           {"share_with", mean(rows, "share_with")},
           {"share_without", mean(rows, "share_without")},
           {"silent_with", sum(rows, "silent_with")},
           {"silent_without", sum(rows, "silent_without")},
-          {"mesh", Ratios(rows, "mesh").geometric_mean()},
-          {"sigma_with", Ratios(rows, "error_over_sigma_with").geometric_mean()},
-          {"sigma_without", Ratios(rows, "error_over_sigma_without").geometric_mean()},
+          {"mesh", geometric_mean(rows, "mesh")},
+          {"sigma_with", geometric_mean(rows, "error_over_sigma_with")},
+          {"sigma_without", geometric_mean(rows, "error_over_sigma_without")},
           {"loops_with", sum(rows, "loops_with")},
           {"loops_without", sum(rows, "loops_without")},
-          {"frame_time", Ratios(rows, "frame_time").geometric_mean()},
-          {"finish_time", Ratios(rows, "finish_time").geometric_mean()}};
+          {"frame_time", geometric_mean(rows, "frame_time")},
+          {"finish_time", geometric_mean(rows, "finish_time")}};
 }
 
 }  // namespace
@@ -121,7 +116,7 @@ Json ablation_ratios(const Json& rows, const std::string& baseline) {
 
 Json ablation_table(const Json& ratios) {
   std::vector<Key> keys;  // in the order in which they come, "all" of a variant after its sets
-  std::map<Key, std::vector<const Json*>> rows;
+  std::map<Key, Rows> rows;
   const auto add = [&](const Key& key, const Json& row) {
     if (rows.find(key) == rows.end()) keys.push_back(key);
     rows[key].push_back(&row);

@@ -1,4 +1,4 @@
-#include <fmt/core.h>
+#include "protocols/benchmark.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,11 +9,7 @@
 #include <vector>
 
 #include "baselines/baselines.hpp"
-#include "gelslam/core/files.hpp"
-#include "gelslam/core/process.hpp"
-#include "protocols/report.hpp"
 #include "study.hpp"
-#include "terminal_progress.hpp"
 
 namespace gelslam::lab {
 namespace {
@@ -25,23 +21,18 @@ struct BenchmarkArguments {
   std::vector<std::string> methods = {"normalflow", "icp", "fpfh", "filterreg"};
   std::string protocol = "frame0";
   int every = 1;
-  TrialSources sources;
   std::filesystem::path out;
-  bool quiet = false;
 };
 
 BenchmarkRequest request_of(const BenchmarkArguments& arguments) {
   BenchmarkRequest request;
   check_methods(arguments.methods);
-  for (const std::string& method : arguments.methods)
-    if (std::find(request.methods.begin(), request.methods.end(), method) == request.methods.end())
-      request.methods.push_back(method);
+  request.methods = arguments.methods;
   request.make = [](const std::string& method, const NormalFlowOptions& limits) {
     return make_registrar(method, limits);
   };
   request.protocol = arguments.protocol == "frame0" ? Protocol::frame0 : Protocol::keyframes;
   request.every = arguments.every;
-  request.sources = arguments.sources;
   request.trials = find_trials(arguments.data);
   return request;
 }
@@ -64,39 +55,13 @@ Json accuracy_table(const BenchmarkResult& result) {
   return rows;
 }
 
-/// Every frame of every method: too many for a table in memory.
-std::string frames_csv(const BenchmarkResult& result) {
-  std::string text = "method,object,trial,frame,time_s,tracked,cpu_ms";
-  for (const std::string prefix : {"", "true_"})
-    for (const char* axis : kAxes) text += "," + prefix + axis;
-  text += "\n";
-  for (const BenchmarkRecord& record : result.records) {
-    const std::string names =
-        csv_cell(record.method) + "," + csv_cell(record.object) + "," + csv_cell(record.trial);
-    for (const FrameEstimate& frame : record.frames) {
-      text += names + fmt::format(",{},{:.6f},{},{:.6g}", frame.frame, frame.time_s, frame.tracked ? 1 : 0,
-                                  frame.cpu_ms);
-      for (const Pose& pose : {frame.first_T_frame, frame.true_first_T_frame})
-        for (const double value : six_axes(pose)) text += fmt::format(",{:.6g}", value);
-      text += "\n";
-    }
-  }
-  return text;
-}
-
 void run(const BenchmarkArguments& arguments) {
   const BenchmarkRequest request = request_of(arguments);
-  const InterruptWatch interrupt;
-  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
-  const BenchmarkResult result = run_benchmark(request, *progress, [&] { return interrupt.requested(); });
+  const BenchmarkResult result = run_benchmark(request);
   const Json table = accuracy_table(result);
-  if (!arguments.out.empty()) {
-    write_study(arguments.out, "accuracy", table);
-    write_file_atomically(arguments.out / "frames.csv", frames_csv(result));
-  }
+  write_study(arguments.out, "accuracy", table);
   print_table(table);
-  if (result.partial) std::cerr << "stopped early: this is what was done so far\n";
-  if (result.records.empty()) {
+  if (result.empty()) {
     std::cerr << "nothing ever touched the sensor: there is nothing to compare\n";
     throw CLI::RuntimeError(1);
   }
@@ -123,13 +88,7 @@ void add_benchmark(CLI::App& lab) {
   command->add_option("--every", arguments->every, "Only every Nth frame, where a method is slow")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  command->add_option("--config", arguments->sources.config,
-                      "Configuration (default: config.yaml of each trial)");
-  command->add_option("--model", arguments->sources.model,
-                      "Gradient model nnmodel.pth (default: the configuration's)");
-  command->add_flag("--force", arguments->sources.force, "Go on although first frames seem to show contact");
-  command->add_option("-o,--output", arguments->out, "Folder for accuracy (CSV and JSON) and frames.csv");
-  add_quiet_flag(*command, arguments->quiet);
+  command->add_option("-o,--output", arguments->out, "Folder for accuracy.json");
   command->footer(
       "Example: gelslam-lab benchmark data/TactileTracking --methods normalflow,icp -o BENCH\n"
       "Pictures: scripts/plot_benchmark.py BENCH");

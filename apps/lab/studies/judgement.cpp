@@ -40,4 +40,13 @@ Judgement judge_result(const RegistrationProblem& problem, const RegistrationRes
   return judge_pose_error(result.target_T_reference, problem.truth, result.observable, result.ok());
 }
 
+std::vector<IndexedPose> poses_of(const SlamMap& map, int background_frames) {
+  std::vector<IndexedPose> poses;
+  for (const FrameRecord& frame : map.frames)
+    if (map.has_pose(frame) && frame.frame >= background_frames)
+      poses.push_back({static_cast<int>(frame.frame) - background_frames,
+                       map.anchor_T_keyframe(frame.keyframe) * frame.keyframe_T_frame});
+  return poses;
+}
+
 }  // namespace gelslam::lab

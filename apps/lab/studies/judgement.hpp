@@ -1,6 +1,8 @@
 #pragma once
 
+#include "gelslam/evaluation/trajectory_metrics.hpp"
 #include "gelslam/registration/registration.hpp"
+#include "gelslam/slam/slam_map.hpp"
 #include "registration_problems.hpp"
 
 namespace gelslam::lab {
@@ -37,5 +39,8 @@ Judgement judge_pose_error(const Pose& estimate, const Pose& truth, const std::a
                            bool tracked);
 
 Judgement judge_result(const RegistrationProblem& problem, const RegistrationResult& result);
+
+/// Of the frames in the map, counted from the end of the background.
+std::vector<IndexedPose> poses_of(const SlamMap& map, int background_frames);
 
 }  // namespace gelslam::lab

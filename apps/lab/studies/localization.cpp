@@ -254,7 +254,7 @@ void add_localize(CLI::App& lab) {
   add_list(*command, "--objects", arguments->objects,
            "Objects (see gelslam simulate --list), NAME or NAME:SEED");
   command->add_option("--trials", arguments->trials, "Touches per object")->capture_default_str();
-  command->add_option("-o,--output", arguments->out, "Folder for localize.csv and localize.json");
+  command->add_option("-o,--output", arguments->out, "Folder for localize.json");
   command->footer("Example: gelslam-lab localize --objects coin,peanut --trials 20");
 }
 

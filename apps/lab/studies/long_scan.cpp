@@ -22,6 +22,7 @@
 #include "gelslam/slam/gel_slam.hpp"
 #include "gelslam/surface/model_file.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
+#include "judgement.hpp"
 #include "simulated_frames.hpp"
 #include "study.hpp"
 #include "terminal_progress.hpp"
@@ -145,15 +146,6 @@ Scan run_scan(const Simulator& simulator, const std::filesystem::path& out, GelS
   return scan;
 }
 
-std::vector<IndexedPose> estimated_poses(const SlamMap& map) {
-  std::vector<IndexedPose> poses;
-  for (const FrameRecord& frame : map.frames)
-    if (map.has_pose(frame))
-      poses.push_back(
-          {static_cast<int>(frame.frame), map.anchor_T_keyframe(frame.keyframe) * frame.keyframe_T_frame});
-  return poses;
-}
-
 /// The reconstruction's distance to the object, at the pose of the anchor.
 Json mesh_errors(const Mesh& mesh, const Simulator& simulator, const Pose& object_T_map) {
   if (mesh.triangles.empty()) return {{"mesh_mm", nullptr}};
@@ -178,7 +170,7 @@ Json summary(const Simulator& simulator, const Scan& scan, const SlamOptions& op
                  {"trials", map.trials},
                  {"components", map.components},
                  {"loops", map.loops}});
-  const std::vector<IndexedPose> poses = estimated_poses(map);
+  const std::vector<IndexedPose> poses = poses_of(map, 0);
   const int reference = choose_reference_index(poses, scan.truth, static_cast<int>(map.anchor_frame));
   const TrajectoryMetrics errors =
       evaluate_trajectory(poses, scan.truth, reference, simulator.spec().motion.frame_rate_hz);

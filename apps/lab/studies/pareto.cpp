@@ -10,7 +10,6 @@ namespace gelslam::lab {
 namespace {
 
 constexpr int kDraws = 400;
-constexpr double kSure = 0.95;
 constexpr double kSameTime = 0.98, kSameError = 0.998;  // beyond these two are no longer alike
 constexpr double kMinError = 1e-9;                      // of an exact answer: its logarithm must be a number
 
@@ -78,12 +77,6 @@ double error_of(const GroupedErrors& errors) {
       errors.size(), [&](std::size_t k) { return log_error(errors[k], errors[k], all[k]); }));
 }
 
-bool better_in_most(const std::vector<double>& one, const std::vector<double>& other) {
-  int better = 0;
-  for (std::size_t k = 0; k < one.size(); ++k) better += one[k] < other[k] ? 1 : 0;
-  return better >= kSure * static_cast<double>(one.size());
-}
-
 }  // namespace
 
 std::vector<ParetoStanding> pareto_standings(const std::vector<ParetoCandidate>& candidates,
@@ -92,14 +85,13 @@ std::vector<ParetoStanding> pareto_standings(const std::vector<ParetoCandidate>&
   const Draw all = every_reference_once(base_errors);
   const std::vector<Draw> draws = draws_of(base_errors);
   std::vector<ParetoStanding> standings(candidates.size());
-  std::vector<std::vector<double>> drawn(candidates.size());
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    for (const Draw& draw : draws)
-      drawn[i].push_back(relative_error(candidates[i].errors, base_errors, draw));
+    std::vector<double> drawn;
+    for (const Draw& draw : draws) drawn.push_back(relative_error(candidates[i].errors, base_errors, draw));
     standings[i].error_mm = error_of(candidates[i].errors);
     standings[i].relative = relative_error(candidates[i].errors, base_errors, all);
-    standings[i].relative_low = quantile(drawn[i], 0.05);
-    standings[i].relative_high = quantile(drawn[i], 0.95);
+    standings[i].relative_low = quantile(drawn, 0.05);
+    standings[i].relative_high = quantile(drawn, 0.95);
   }
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     standings[i].on_front = true;
@@ -109,10 +101,6 @@ std::vector<ParetoStanding> pareto_standings(const std::vector<ParetoCandidate>&
       if (other_ms <= ms && other_error <= error &&
           (other_ms < kSameTime * ms || other_error < kSameError * error))
         standings[i].on_front = false;
-      const int best = standings[i].beaten_by;
-      if (other_ms < ms && better_in_most(drawn[k], drawn[i]) &&
-          (best < 0 || other_error < standings[static_cast<std::size_t>(best)].relative))
-        standings[i].beaten_by = static_cast<int>(k);
     }
   }
   return standings;

@@ -2,15 +2,10 @@
 
 #include <algorithm>
 #include <map>
-#include <opencv2/imgproc.hpp>
 #include <set>
 
 #include "gelslam/evaluation/run_and_truth.hpp"
-#include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/slam/surface_stream.hpp"
-#include "gelslam/surface/background.hpp"
-#include "gelslam/surface/model_file.hpp"
-#include "gelslam/surface/surface_estimator.hpp"
 
 namespace gelslam::lab {
 namespace {
@@ -32,50 +27,30 @@ std::vector<Pair> choose_pairs(const GroundTruth& truth, const ProblemChoice& ch
   return pairs;
 }
 
-cv::Mat3b resized(const cv::Mat3b& picture, cv::Size size) {
-  if (picture.size() == size) return picture;
-  cv::Mat3b result;
-  cv::resize(picture, result, size, 0, 0, size.width < picture.cols ? cv::INTER_AREA : cv::INTER_CUBIC);
-  return result;
-}
-
-/// Surfaces of the frames at the given indices of the truth; all frames are looked at, as light is followed
-/// from one to the next.
-std::map<int, SurfacePtr> surfaces_of(const std::filesystem::path& folder, cv::Size size,
-                                      const GroundTruth& truth, const std::set<int>& wanted) {
-  const Config config = resolve_config({folder, {}, {}, {}, false});
-  const auto source = open_frame_source(folder, config.sensor);
-  std::vector<cv::Mat3b> background;
-  std::optional<SurfaceEstimator> estimator;
+/// Surfaces of the frames at the given indices of the truth.
+std::map<int, SurfacePtr> surfaces_of(const std::filesystem::path& folder, const GroundTruth& truth,
+                                      const std::set<int>& wanted) {
+  const LogInput input{folder, {}, {}, {}, false};
+  StageTimer timer;
+  SurfaceStream stream(input, resolve_config(input), timer);
   std::map<int, SurfacePtr> surfaces;
-  for (int index = -truth.background_frames; !wanted.empty() && index <= *wanted.rbegin(); ++index) {
-    const std::optional<TactileImage> image = source->next();
-    if (!image) break;
-    const cv::Mat3b picture = resized(image->bgr, size);
-    if (index < 0) {
-      background.push_back(picture.clone());
-      continue;
-    }
-    if (!estimator) {
-      SurfaceOptions options = config.surface;
-      options.pixel_pitch_mm = config.sensor.pixel_pitch_mm * config.sensor.width_px / size.width;
-      estimator.emplace(read_model(config.sensor.calibration_model_path), mean_image(background), options);
-    }
-    SurfacePtr surface = estimator->estimate(picture);
-    if (wanted.contains(index)) surfaces[index] = std::move(surface);
+  while (std::optional<SurfaceStream::Item> item = stream.next()) {
+    const int index = static_cast<int>(item->frame) - truth.background_frames;
+    if (wanted.empty() || index > *wanted.rbegin()) break;
+    if (item->surface && wanted.contains(index)) surfaces[index] = std::move(item->surface);
   }
   return surfaces;
 }
 
 }  // namespace
 
-ProblemSet load_problems(const std::filesystem::path& folder, cv::Size size, const ProblemChoice& choice) {
+ProblemSet load_problems(const std::filesystem::path& folder, const ProblemChoice& choice) {
   const GroundTruth truth = read_ground_truth(folder);
   const std::vector<Pair> pairs = choose_pairs(truth, choice);
   std::set<int> wanted;
   for (const Pair& pair : pairs) wanted.insert({pair.reference, pair.target});
   ProblemSet set;
-  const std::map<int, SurfacePtr> surfaces = surfaces_of(folder, size, truth, wanted);
+  const std::map<int, SurfacePtr> surfaces = surfaces_of(folder, truth, wanted);
   const auto pose = [&](int index) { return *truth.start_T_currs[static_cast<std::size_t>(index)]; };
   int reference = -1;
   for (const Pair& pair : pairs) {

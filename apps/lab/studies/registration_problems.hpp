@@ -1,7 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <opencv2/core/types.hpp>
 #include <string>
 #include <vector>
 
@@ -31,13 +30,13 @@ struct RegistrationProblem {
   int start_number = 0;           ///< counts the starts that one pair of surfaces is tried from
 };
 
-/// The problems of one data folder at one resolution.
+/// The problems of one data folder.
 struct ProblemSet {
   std::vector<SurfacePtr> references;
   std::vector<RegistrationProblem> problems;
 };
 
-/// Pictures are resized to `size` before anything looks at them, background included. Throws Error.
-ProblemSet load_problems(const std::filesystem::path& folder, cv::Size size, const ProblemChoice& choice);
+/// Throws Error.
+ProblemSet load_problems(const std::filesystem::path& folder, const ProblemChoice& choice);
 
 }  // namespace gelslam::lab

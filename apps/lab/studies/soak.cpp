@@ -5,10 +5,8 @@
 #include <turbojpeg.h>
 
 #include <algorithm>
-#include <condition_variable>
 #include <iostream>
 #include <memory>
-#include <mutex>
 #include <opencv2/imgproc.hpp>
 #include <thread>
 
@@ -77,7 +75,7 @@ std::vector<Jpeg> camera_pictures(const SoakArguments& arguments, const Config& 
   return pictures;
 }
 
-/// A camera that never comes late.
+/// The pictures to and fro, without an end.
 class EndlessCamera : public RawFrameSource {
  public:
   EndlessCamera(std::vector<Jpeg> pictures, int background_frames, const SensorProfile& profile,
@@ -88,25 +86,15 @@ class EndlessCamera : public RawFrameSource {
         rate_hz_(rate_hz) {}
 
   std::optional<RawFrame> next() override {
-    std::unique_lock lock(mutex_);
-    const Clock::time_point due =
-        start_ + std::chrono::duration_cast<Clock::duration>(
-                     std::chrono::duration<double>(static_cast<double>(index_) / rate_hz_));
-    if (wake_.wait_until(lock, due, [this] { return stopped_; })) return std::nullopt;
     RawFrame frame;
     frame.bytes = pictures_[picture_of(static_cast<std::size_t>(index_))];
     frame.width_px = profile_.raw_width_px;
     frame.height_px = profile_.raw_height_px;
     frame.time_s = static_cast<double>(index_) / rate_hz_;
     frame.index = frame.sequence = index_++;
-    frame.arrived = Clock::now();
     return frame;
   }
-  void stop() override {
-    const std::lock_guard lock(mutex_);
-    stopped_ = true;
-    wake_.notify_all();
-  }
+  void stop() override {}
   double rate_hz() const override { return rate_hz_; }
   std::string description() const override { return "a log played to and fro as full-size JPEG"; }
 
@@ -122,11 +110,7 @@ class EndlessCamera : public RawFrameSource {
   const std::size_t background_;
   const SensorProfile profile_;
   const double rate_hz_;
-  const Clock::time_point start_ = Clock::now();
-  std::mutex mutex_;
-  std::condition_variable wake_;
   std::int64_t index_ = 0;
-  bool stopped_ = false;
 };
 
 /// What the scan's state is now, in a row of the table.
@@ -178,10 +162,9 @@ void run(const SoakArguments& arguments) {
   const SensorProfile& profile = options.config.sensor;
   std::cerr << "compressing pictures of " << profile.raw_width_px << "x" << profile.raw_height_px << "\n";
   std::vector<Jpeg> pictures = camera_pictures(arguments, options.config);
-  const auto session =
-      begin_live_scan(std::make_unique<EndlessCamera>(std::move(pictures), options.config.background_frames,
-                                                      profile, arguments.rate_hz),
-                      options);
+  auto camera = std::make_unique<EndlessCamera>(std::move(pictures), options.config.background_frames,
+                                                profile, arguments.rate_hz);
+  const auto session = begin_live_scan(pace(std::move(camera)), options);
   const Json rows = watch(*session, arguments.minutes);
   const Clock::time_point stop = Clock::now();
   session->stop();

@@ -5,7 +5,6 @@
 #include "speed_accuracy.hpp"
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <iterator>
 #include <map>
@@ -41,7 +40,6 @@ struct Measured {
   int every = 1;  ///< reference that it sees
   std::vector<double> register_ms, prepare_ms;
   GroupedErrors errors;
-  SixAxes error_sum{};
   int problems = 0, tracked = 0, right = 0;
 
   double share(int count) const { return problems == 0 ? 0 : static_cast<double>(count) / problems; }
@@ -52,10 +50,7 @@ void judge(const RegistrationProblem& problem, const RegistrationResult& result,
   estimate.first_T_frame = result.target_T_reference.inverse();
   estimate.true_first_T_frame = problem.truth.inverse();
   SixAxes error = axis_error(estimate);
-  for (std::size_t axis = 0; axis < 6; ++axis) {
-    error[axis] = std::abs(error[axis]);
-    measured.error_sum[axis] += error[axis];
-  }
+  for (double& axis : error) axis = std::abs(axis);
   measured.errors.back()[problem.reference].push_back(error);
   ++measured.problems;
   measured.tracked += result.ok() ? 1 : 0;
@@ -99,27 +94,19 @@ void measure(const ProblemSet& set, std::vector<Measured>& all) {
   }
 }
 
-/// By resolution and folder, so that only one set of surfaces is held at once; the sensor's own resolution
-/// first. `done` is told after each resolution what is known by then.
+/// Folder by folder, so that only one set of surfaces is held at once; `done` is told after each what is
+/// known.
 template <class Done>
 std::vector<Measured> measure_all(const SpeedAccuracyArguments& arguments, const Done& done) {
-  std::map<std::pair<int, int>, std::vector<Measured>> by_size;
-  std::vector<std::pair<int, int>> sizes;
-  for (SpeedSetting& setting : speed_settings(arguments.methods)) {
-    const std::pair<int, int> size{setting.size.width, setting.size.height};
-    if (!by_size.contains(size)) sizes.push_back(size);
-    const int every = setting.method == "normalflow" ? 1 : arguments.slow_every;
-    by_size[size].push_back({std::move(setting), every, {}, {}, {}});
-  }
   std::vector<Measured> all;
-  StudyCases cases(sizes.size() * arguments.data.size());
-  for (const auto& [width, height] : sizes) {
-    std::vector<Measured>& settings = by_size[{width, height}];
-    for (const fs::path& folder : arguments.data) {
-      cases.begin(size_text(width, height) + " " + name_of(folder));
-      measure(load_problems(folder, {width, height}, arguments.choice), settings);
-    }
-    std::move(settings.begin(), settings.end(), std::back_inserter(all));
+  for (SpeedSetting& setting : speed_settings(arguments.methods)) {
+    const int every = setting.method == "normalflow" ? 1 : arguments.slow_every;
+    all.push_back({std::move(setting), every, {}, {}, {}});
+  }
+  StudyCases cases(arguments.data.size());
+  for (const fs::path& folder : arguments.data) {
+    cases.begin(name_of(folder));
+    measure(load_problems(folder, arguments.choice), all);
     done(all);
   }
   return all;
@@ -131,10 +118,6 @@ std::vector<ParetoStanding> standings_of(const std::vector<Measured>& all) {
   return pareto_standings(candidates, 0);  // the first is the first method's default
 }
 
-std::string label(const SpeedSetting& setting) {
-  return setting.method + " " + setting.knob + (setting.value.empty() ? "" : " " + setting.value);
-}
-
 Json to_json(const std::vector<Measured>& all) {
   Json rows = Json::array();
   const std::vector<ParetoStanding> standings = standings_of(all);
@@ -144,8 +127,6 @@ Json to_json(const std::vector<Measured>& all) {
     Json row = {{"method", one.setting.method},
                 {"knob", one.setting.knob},
                 {"value", one.setting.value},
-                {"width_px", one.setting.size.width},
-                {"height_px", one.setting.size.height},
                 {"problems", one.problems},
                 {"median_ms", median(one.register_ms)},
                 {"prepare_ms", median(one.prepare_ms)},
@@ -153,14 +134,9 @@ Json to_json(const std::vector<Measured>& all) {
                 {"relative", standing.relative},
                 {"relative_low", standing.relative_low},
                 {"relative_high", standing.relative_high}};
-    constexpr std::array<const char*, 6> axes = {"x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg"};
-    for (std::size_t axis = 0; axis < 6; ++axis)
-      row[axes[axis]] = one.error_sum[axis] / std::max(1, one.problems);
     row["right_share"] = one.share(one.right);
     row["tracked_share"] = one.share(one.tracked);
     row["on_front"] = standing.on_front;
-    row["beaten_by"] =
-        standing.beaten_by < 0 ? "" : label(all[static_cast<std::size_t>(standing.beaten_by)].setting);
     rows.push_back(row);
   }
   return rows;
@@ -194,7 +170,7 @@ void add_speed_accuracy(CLI::App& lab) {
                    "Methods other than normalflow see every Nth reference")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  command->add_option("-o,--output", arguments->out, "Folder for speed_accuracy.csv and .json");
+  command->add_option("-o,--output", arguments->out, "Folder for speed_accuracy.json");
   command->footer(
       "Example: gelslam-lab speed-accuracy DATA/sequences/track_* --slow-every 12 -o STUDY && "
       "scripts/plot_speed_accuracy.py STUDY");

@@ -2,12 +2,11 @@
 
 #include <cstddef>
 #include <memory>
-#include <opencv2/core/types.hpp>
 #include <string>
 #include <vector>
 
 #include "gelslam/registration/registrar.hpp"
-#include "protocols/report.hpp"
+#include "protocols/benchmark.hpp"
 
 namespace gelslam::lab {
 
@@ -28,7 +27,6 @@ struct ParetoStanding {
   double relative_low = 1, relative_high = 1;  ///< 5 % and 95 % of bootstrap draws over references
   /// no other is at least as good in both and better in one (by 2 % of time, 0.2 % of error)
   bool on_front = false;
-  int beaten_by = -1;  ///< a faster one that is better in 95 % of the draws, the best such; -1: none
 };
 
 /// Compares by time and error. The same references are drawn for all, so that what is hard for all does not
@@ -42,7 +40,6 @@ struct SpeedSetting {
   std::string method;
   std::string knob;   ///< what is turned: "samples"; "default" for the settings everything else starts from
   std::string value;  ///< "500"
-  cv::Size size{320, 240};
   std::shared_ptr<const Registrar> registrar;
 };
 

@@ -16,23 +16,22 @@ std::string text(double value) { return value >= kAll ? "all" : fmt::format("{:g
 template <class Options, class Make>
 class Knobs {
  public:
-  Knobs(std::vector<SpeedSetting>& settings, std::string method, Make make, const Options& defaults = {})
+  Knobs(std::vector<SpeedSetting>& settings, std::string method, Make make, const Options& defaults)
       : settings_(settings), method_(std::move(method)), make_(make), defaults_(defaults) {
-    settings_.push_back({method_, "default", "", {320, 240}, make_(defaults_)});
+    settings_.push_back({method_, "default", "", make_(defaults_)});
   }
 
   template <class Field>
-  void turn(const std::string& knob, Field& (*field)(Options&), const std::vector<Field>& values) {
+  void turn(const std::string& knob, Field Options::*field, const std::vector<Field>& values) {
     for (const Field& value : values) {
       Options options = defaults_;
-      if (field(options) == value) continue;
-      field(options) = value;
-      settings_.push_back({method_, knob, text(static_cast<double>(value)), {320, 240}, make_(options)});
+      if (options.*field == value) continue;
+      options.*field = value;
+      settings_.push_back({method_, knob, text(static_cast<double>(value)), make_(options)});
     }
   }
-  void add(const std::string& knob, const std::string& value, const Options& options,
-           cv::Size size = {320, 240}) {
-    settings_.push_back({method_, knob, value, size, make_(options)});
+  void add(const std::string& knob, const std::string& value, const Options& options) {
+    settings_.push_back({method_, knob, value, make_(options)});
   }
 
  private:
@@ -44,8 +43,9 @@ class Knobs {
 
 void normal_flow_settings(std::vector<SpeedSetting>& settings) {
   using Options = NormalFlowOptions;
-  Knobs<Options, decltype(&make_normal_flow)> knobs(settings, "normalflow", &make_normal_flow);
-  knobs.turn<int>("samples", [](Options& o) -> int& { return o.max_samples; },
+  Knobs knobs(
+      settings, "normalflow", [](const Options& o) { return make_normal_flow(o); }, Options{});
+  knobs.turn<int>("samples", &Options::max_samples,
                   {50, 100, 200, 500, 1000, 1500, 2000, 3000, 5000, 10000, kAll});
   for (const int iterations : {1, 2, 3, 4, 5, 6, 8, 12}) {
     Options options;
@@ -53,58 +53,39 @@ void normal_flow_settings(std::vector<SpeedSetting>& settings) {
     options.min_iterations = std::min(options.min_iterations, iterations);
     knobs.add("iterations", text(iterations), options);
   }
-  knobs.turn<int>("least iterations", [](Options& o) -> int& { return o.min_iterations; }, {1, 2, 3, 4, 6});
-  knobs.turn<double>("robust scale", [](Options& o) -> double& { return o.robust_scale_rad; },
-                     {0.02, 0.03, 0.05, 0.1, 0.2, 0.5, 10.0});
-  for (const cv::Size size : {cv::Size{80, 60}, {160, 120}, {240, 180}, {480, 360}, {640, 480}})
-    knobs.add("resolution", std::to_string(size.width) + "x" + std::to_string(size.height), {}, size);
+  knobs.turn<int>("least iterations", &Options::min_iterations, {1, 2, 3, 4, 6});
+  knobs.turn<double>("robust scale", &Options::robust_scale_rad, {0.02, 0.03, 0.05, 0.1, 0.2, 0.5, 10.0});
 }
 
 void icp_settings(std::vector<SpeedSetting>& settings) {
   using Options = IcpOptions;
-  Knobs<Options, decltype(&make_icp)> knobs(settings, "icp", &make_icp);
-  knobs.turn<int>("points", [](Options& o) -> int& { return o.max_points; },
-                  {250, 500, 1000, 2000, 5000, 10000, kAll});
-  knobs.turn<double>("distance mm", [](Options& o) -> double& { return o.max_distance_mm; },
-                     {0.1, 0.2, 0.5, 1.0, 100.0});
-  knobs.turn<int>("iterations", [](Options& o) -> int& { return o.max_iterations; }, {3, 10, 30, 100});
-  for (const int points : {2000, kAll}) {
-    Options options;
-    options.max_points = points;
-    options.max_distance_mm = 0.2;
-    knobs.add("points; distance 0.2 mm", text(points), options);
-  }
+  Knobs knobs(
+      settings, "icp", [](const Options& o) { return make_icp(o); }, Options{});
+  knobs.turn<int>("points", &Options::max_points, {250, 500, 1000, 2000, 5000, 10000, kAll});
+  knobs.turn<double>("distance mm", &Options::max_distance_mm, {0.1, 0.2, 0.5, 1.0, 100.0});
+  knobs.turn<int>("iterations", &Options::max_iterations, {3, 10, 30, 100});
   knobs.add("tuned", "", tuned_icp());
 }
 
 void fpfh_settings(std::vector<SpeedSetting>& settings) {
   using Options = FpfhOptions;
-  Knobs<Options, decltype(&make_fpfh)> knobs(settings, "fpfh", &make_fpfh);
-  knobs.turn<int>("points", [](Options& o) -> int& { return o.max_points; }, {1000, 5000});
-  knobs.turn<int>("ransac iterations", [](Options& o) -> int& { return o.ransac_iterations; }, {1000, 10000});
-  knobs.turn<double>("feature radius mm", [](Options& o) -> double& { return o.feature_radius_mm; },
-                     {0.5, 1.0});
-  knobs.turn<double>("ransac distance mm", [](Options& o) -> double& { return o.max_distance_mm; },
-                     {0.2, 0.4, 1.0});
+  Knobs knobs(
+      settings, "fpfh", [](const Options& o) { return make_fpfh(o); }, Options{});
+  knobs.turn<int>("points", &Options::max_points, {1000, 5000});
+  knobs.turn<int>("ransac iterations", &Options::ransac_iterations, {1000, 10000});
+  knobs.turn<double>("feature radius mm", &Options::feature_radius_mm, {0.5, 1.0});
+  knobs.turn<double>("ransac distance mm", &Options::max_distance_mm, {0.2, 0.4, 1.0});
   knobs.add("tuned", "", tuned_fpfh());
 }
 
 void filter_reg_settings(std::vector<SpeedSetting>& settings) {
   using Options = FilterRegOptions;
-  Knobs<Options, decltype(&make_filter_reg)> knobs(settings, "filterreg", &make_filter_reg);
-  knobs.turn<int>("points", [](Options& o) -> int& { return o.max_points; },
-                  {250, 500, 1000, 2000, 5000, 10000, kAll});
-  knobs.turn<double>("variance mm2", [](Options& o) -> double& { return o.variance_mm2; },
-                     {0.0025, 0.005, 0.01, 0.02, 0.04, 0.09});
-  knobs.turn<double>("tolerance mm2", [](Options& o) -> double& { return o.tolerance_mm2; },
-                     {1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9});
-  knobs.turn<double>("outliers", [](Options& o) -> double& { return o.outlier_share; }, {0.0, 0.1, 0.3});
-  for (const double variance_mm2 : {0.0025, 0.01}) {
-    Options options;
-    options.variance_mm2 = variance_mm2;
-    options.outlier_share = 0.3;
-    knobs.add("variance mm2; outliers 0.3", text(variance_mm2), options);
-  }
+  Knobs knobs(
+      settings, "filterreg", [](const Options& o) { return make_filter_reg(o); }, Options{});
+  knobs.turn<int>("points", &Options::max_points, {250, 500, 1000, 2000, 5000, 10000, kAll});
+  knobs.turn<double>("variance mm2", &Options::variance_mm2, {0.0025, 0.005, 0.01, 0.02, 0.04, 0.09});
+  knobs.turn<double>("tolerance mm2", &Options::tolerance_mm2, {1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9});
+  knobs.turn<double>("outliers", &Options::outlier_share, {0.0, 0.1, 0.3});
   knobs.add("tuned", "", tuned_filter_reg());
 }
 

@@ -86,15 +86,13 @@ class Study {
 void run(const StabilityArguments& arguments) {
   check_methods(arguments.methods);
   Study study(arguments.methods);
-  StabilityChoice choice;
-  if (arguments.quick) choice = {1, 1, false};
   TouchStudio studio(flat_sensor_model());
   const auto sink = [&](const StabilityLevel& level) {
     study.add(level);
     write_study(arguments.out, "stability", study.rows());
   };
-  simulated_levels(studio, choice, sink);
-  missing_frame_levels(arguments.data, choice, sink);
+  simulated_levels(studio, arguments.quick ? 1 : TouchSpec::kPlaces, sink);
+  missing_frame_levels(arguments.data, sink);
   print_table(study.rows());
 }
 
@@ -108,8 +106,8 @@ void add_stability(CLI::App& lab) {
   command->add_option("DATA", arguments->data, "Data folders with truth, for the chart of missing frames");
   add_list(*command, "--methods", arguments->methods,
            "normalflow, icp, fpfh, filterreg; -tuned for their best settings");
-  command->add_flag("--quick", arguments->quick, "One place of each object, every second level");
-  command->add_option("-o,--output", arguments->out, "Folder for stability.csv and .json");
+  command->add_flag("--quick", arguments->quick, "One place of each object");
+  command->add_option("-o,--output", arguments->out, "Folder for stability.json");
   command->footer(
       "Example: gelslam-lab stability DATA/sequences/track_* -o STUDY && scripts/plot_stability.py STUDY");
 }

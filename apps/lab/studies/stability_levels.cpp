@@ -14,25 +14,10 @@ using Names = std::vector<std::string>;
 const Names kObjects = {"pebble", "peanut", "coin", "plank", "golf", "knurl"};
 const Names kRoundObjects = {"pebble", "peanut", "golf", "knurl"};
 constexpr std::array<const char*, 6> kAxes = {"x", "y", "z", "rx", "ry", "rz"};
+constexpr int kStarts = 2;  // that each pair of surfaces is tried from
 constexpr double kOrdinaryMm = 0.5, kOrdinaryDeg = 4.0;
 constexpr double kDegreesPerMm = 10;  // in "start": both grow together
 constexpr double kRadiansPerDegree = M_PI / 180;
-
-/// The same numbers on every machine (the library's distributions are not).
-class Directions {
- public:
-  explicit Directions(std::uint64_t seed) : random_(seed) {}
-  Eigen::Vector3d unit() {
-    for (;;) {  // from a ball, so that no direction is more likely
-      const Eigen::Vector3d v(uniform(), uniform(), uniform());
-      if (v.norm() < 1 && v.norm() > 0.1) return v.normalized();
-    }
-  }
-
- private:
-  double uniform() { return 2 * static_cast<double>(random_() >> 11) * 0x1p-53 - 1; }
-  std::mt19937_64 random_;
-};
 
 Pose displaced(const Pose& truth, const Eigen::Vector3d& by_mm, const Eigen::Vector3d& by_deg) {
   Pose gap = Pose::Identity();
@@ -46,8 +31,12 @@ using Displacement = std::function<Pose(const Pose& truth, std::size_t pair, int
 
 Displacement somewhere(double mm, double deg) {
   return [=](const Pose& truth, std::size_t pair, int start) {
-    Directions random(1000 * pair + static_cast<std::uint64_t>(start));
-    const Eigen::Vector3d along = random.unit(), about = random.unit();
+    std::mt19937_64 random(1000 * pair + static_cast<std::uint64_t>(start));
+    std::normal_distribution<double> number;
+    const auto direction = [&] {
+      return Eigen::Vector3d(number(random), number(random), number(random)).normalized();
+    };
+    const Eigen::Vector3d along = direction(), about = direction();
     return displaced(truth, mm * along, deg * about);
   };
 }
@@ -63,14 +52,14 @@ Displacement along_axis(std::size_t axis, double size) {
 
 class LevelMaker {
  public:
-  LevelMaker(TouchStudio& studio, const StabilityChoice& choice, const LevelSink& sink)
-      : studio_(studio), choice_(choice), sink_(sink) {}
+  LevelMaker(TouchStudio& studio, int places, const LevelSink& sink)
+      : studio_(studio), places_(places), sink_(sink) {}
 
   template <class Set>
   std::vector<TouchPair> pairs(const Names& objects, const Set& set) {
     std::vector<TouchPair> made;
     for (const std::string& object : objects)
-      for (int place = 0; place < choice_.places; ++place) {
+      for (int place = 0; place < places_; ++place) {
         TouchSpec spec;
         spec.object = object;
         spec.place = place;
@@ -85,7 +74,7 @@ class LevelMaker {
     StabilityLevel out{chart, level, {}};
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       out.set.references.push_back(pairs[k].reference);
-      for (int start = 0; start < choice_.starts; ++start) {
+      for (int start = 0; start < kStarts; ++start) {
         RegistrationProblem problem;
         problem.reference = k;
         problem.target = pairs[k].target;
@@ -102,7 +91,7 @@ class LevelMaker {
   template <class Set>
   void chart(const std::string& name, const std::vector<double>& values, const Names& objects,
              const Set& set) {
-    for (const double value : chosen(values))
+    for (const double value : values)
       deliver(name, value, pairs(objects, [&](TouchSpec& spec) { set(spec, value); }),
               somewhere(kOrdinaryMm, kOrdinaryDeg));
   }
@@ -112,7 +101,7 @@ class LevelMaker {
     const std::vector<TouchPair> ordinary = pairs(kObjects, [](TouchSpec&) {});  // the same for all
     const auto basin = [&](const std::string& name, const std::vector<double>& sizes,
                            const auto& displacement) {
-      for (const double size : chosen(sizes)) deliver(name, size, ordinary, displacement(size));
+      for (const double size : sizes) deliver(name, size, ordinary, displacement(size));
     };
     for (std::size_t axis = 0; axis < kAxes.size(); ++axis)
       basin(std::string("start ") + kAxes[axis], axis < 3 ? mm : deg,
@@ -121,15 +110,8 @@ class LevelMaker {
   }
 
  private:
-  std::vector<double> chosen(const std::vector<double>& values) const {
-    if (choice_.every_level) return values;
-    std::vector<double> half;
-    for (std::size_t k = 0; k < values.size(); k += 2) half.push_back(values[k]);
-    return half;
-  }
-
   TouchStudio& studio_;
-  const StabilityChoice& choice_;
+  const int places_;
   const LevelSink& sink_;
 };
 
@@ -137,8 +119,8 @@ class LevelMaker {
 
 bool is_basin(const std::string& chart) { return chart.starts_with("start"); }
 
-void simulated_levels(TouchStudio& studio, const StabilityChoice& choice, const LevelSink& sink) {
-  LevelMaker maker(studio, choice, sink);
+void simulated_levels(TouchStudio& studio, int places, const LevelSink& sink) {
+  LevelMaker maker(studio, places, sink);
   maker.basins();
   maker.chart("overlap", {1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1}, kObjects,
               [](TouchSpec& spec, double value) { spec.overlap = value; });
@@ -158,14 +140,13 @@ void simulated_levels(TouchStudio& studio, const StabilityChoice& choice, const 
               [](TouchSpec& spec, double value) { spec.grains = static_cast<int>(value); });
 }
 
-void missing_frame_levels(const std::vector<std::filesystem::path>& folders, const StabilityChoice& choice,
-                          const LevelSink& sink) {
+void missing_frame_levels(const std::vector<std::filesystem::path>& folders, const LevelSink& sink) {
   ProblemChoice frames;
-  frames.stride = choice.every_level ? 40 : 120;
-  frames.gaps = choice.every_level ? std::vector<int>{1, 2, 3, 4, 6, 8, 10, 12} : std::vector<int>{1, 4, 12};
+  frames.stride = 40;
+  frames.gaps = {1, 2, 3, 4, 6, 8, 10, 12};
   frames.frames_missing = true;
   for (const std::filesystem::path& folder : folders) {
-    const ProblemSet all = load_problems(folder, {320, 240}, frames);
+    const ProblemSet all = load_problems(folder, frames);
     std::map<int, StabilityLevel> by_gap;
     for (const RegistrationProblem& problem : all.problems) {
       StabilityLevel& level =

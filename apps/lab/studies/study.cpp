@@ -14,21 +14,6 @@
 namespace gelslam::lab {
 namespace {
 
-std::string to_csv(const Json& rows) {
-  std::string text;
-  if (rows.empty()) return text;
-  for (const auto& [key, value] : rows.front().items()) text += (text.empty() ? "" : ",") + key;
-  for (const Json& row : rows) {
-    text += "\n";
-    bool first = true;
-    for (const auto& [key, value] : row.items()) {
-      text += (first ? "" : ",") + csv_cell(value);
-      first = false;
-    }
-  }
-  return text + "\n";
-}
-
 std::string table_cell(const Json& value) {
   if (value.is_string()) return value.get<std::string>();
   if (value.is_number_float()) return fmt::format("{:.4g}", value.get<double>());
@@ -56,20 +41,12 @@ void StudyCases::begin(const std::string& name) {
   std::cerr << std::endl;
 }
 
-std::string csv_cell(const Json& value) {
-  if (!value.is_string()) return value.dump();
-  std::string field = "\"";
-  for (const char c : value.get<std::string>()) field += c == '"' ? "\"\"" : std::string(1, c);
-  return field + "\"";
-}
-
 void write_study(const std::filesystem::path& folder, const std::string& name, const Json& rows) {
   if (folder.empty()) return;
   std::error_code failure;
   std::filesystem::create_directories(folder, failure);
   if (failure) throw Error("cannot make folder " + folder.string() + ": " + failure.message());
   write_file_atomically(folder / (name + ".json"), rows.dump(1) + "\n");
-  write_file_atomically(folder / (name + ".csv"), to_csv(rows));
 }
 
 void print_table(const Json& rows) {

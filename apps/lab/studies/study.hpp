@@ -56,11 +56,8 @@ class StudyCases {
   Clock::time_point start_ = Clock::now();
 };
 
-/// A value as a CSV file holds it.
-std::string csv_cell(const Json& value);
-
-/// Writes a table (an array of objects with the same keys) as folder/name.json and folder/name.csv and makes
-/// the folder; does nothing if `folder` is empty. Long studies call it after each step. Throws Error.
+/// Writes a table (an array of objects with the same keys) as folder/name.json and makes the folder; does
+/// nothing if `folder` is empty. Long studies call it after each step. Throws Error.
 void write_study(const std::filesystem::path& folder, const std::string& name, const Json& rows);
 
 /// Prints the same table with aligned columns, numbers with four significant digits.

@@ -72,10 +72,7 @@ Pose held(int place, ShapeKind kind) {
   return tilt;
 }
 
-}  // namespace
-
-double ordinary_indentation_mm(ShapeKind kind) { return kind == ShapeKind::flat ? 0.35 : 0.7; }
-
+/// Share of the reference's contact that lies on the target's contact when laid upon it.
 double contact_overlap(const GelShape& reference, const GelShape& target, const Pose& target_T_reference,
                        const SensorGeometry& geometry) {
   int all = 0, shared = 0;
@@ -94,6 +91,10 @@ double contact_overlap(const GelShape& reference, const GelShape& target, const 
     }
   return all == 0 ? 0.0 : static_cast<double>(shared) / all;
 }
+
+}  // namespace
+
+double ordinary_indentation_mm(ShapeKind kind) { return kind == ShapeKind::flat ? 0.35 : 0.7; }
 
 struct TouchStudio::Object {
   ShapePtr shape;

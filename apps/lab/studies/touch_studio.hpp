@@ -46,10 +46,6 @@ struct TouchPair {
 /// untouched to read the zero of heights and the light from.
 double ordinary_indentation_mm(ShapeKind kind);
 
-/// Share of the reference's contact that lies on the target's contact when laid upon it.
-double contact_overlap(const GelShape& reference, const GelShape& target, const Pose& target_T_reference,
-                       const SensorGeometry& geometry);
-
 /// Presses objects on the simulated sensor, takes pictures and reads them as the program would: everything
 /// about a pair can be chosen, and its truth is known. Objects roll and slide as a hand moves them (the
 /// simulator's "allover"). Deterministic; not thread-safe: it keeps what it has pressed. Throws Error.
