@@ -126,6 +126,22 @@ TEST(LoopConsistency, ADrawJoinsNothing) {
   EXPECT_EQ(flags(graph, first), (std::vector<bool>{false, true, true}));
 }
 
+// What agrees with both places tells neither.
+TEST(LoopConsistency, AVagueLoopDoesNotDecideADraw) {
+  Noise noise(10);
+  Graph graph = trials(2, 15, 5, noise);
+  const std::size_t first = graph.edges.size();
+  const Vector6d shift = away(0.1, 0, 0.3, 3, 0, 0);
+  graph.join(5, 19, EdgeKind::loop, 0.5 * shift, 0.3, 3.0);
+  graph.join(2, 17, EdgeKind::loop, shift);
+  graph.join(3, 18, EdgeKind::loop, shift);
+  graph.join(8, 20, EdgeKind::loop);
+  graph.join(9, 22, EdgeKind::loop);
+  EXPECT_EQ(accepted(flags(graph, first)), 0);
+  graph.join(10, 23, EdgeKind::loop);
+  EXPECT_TRUE(flags(graph, first).back());
+}
+
 TEST(LoopConsistency, ATentativeLoopWaitsForAnother) {
   Noise noise(7);
   Graph graph = trials(2, 15, 5, noise);

@@ -151,6 +151,20 @@ TEST(PoseGraph, AFalseLoopAmongTrueOnesIsFoundAndDoesNotBendTheMap) {
   EXPECT_EQ(std::count(solution.edge_outlier.begin(), solution.edge_outlier.end(), true), 1);
 }
 
+// Ten standard deviations off, and fifty: the map is that of the other loops.
+TEST(PoseGraph, ALoopThatIsLeftOutHasNoWeight) {
+  for (const double sigmas : {10.0, 50.0}) {
+    Graph graph = ring(60, 6);
+    Noise noise(12);
+    for (int i = 0; i < 10; ++i) graph.join(i, i + 49, EdgeKind::loop, noise.tangent(kSigmaRad, kSigmaMm));
+    const PoseGraphSolution without = solve_pose_graph(graph.chained(), graph.edges, {});
+    graph.join(20, 24, EdgeKind::loop, (Vector6d() << 0, 0, 0, 2 * sigmas * kSigmaMm, 0, 0).finished());
+    const PoseGraphSolution with = solve_pose_graph(graph.chained(), graph.edges, {});
+    EXPECT_TRUE(with.edge_outlier.back()) << sigmas;
+    EXPECT_LT(worst_error(with.component_T_node, without.component_T_node).mm, 0.02 * kSigmaMm) << sigmas;
+  }
+}
+
 // A plane slid along x: no edge knows x. The estimate must keep what tracking said there, and be solved
 // elsewhere.
 TEST(PoseGraph, InformationMayBeSingular) {

@@ -1,6 +1,7 @@
 #include "loop_layers.hpp"
 
 #include <algorithm>
+#include <bitset>
 #include <cmath>
 #include <map>
 #include <unordered_map>
@@ -26,9 +27,30 @@ struct Link {
   bool loop = false, tentative = false;
 };
 
+using LoopSet = std::bitset<kMaxCompared>;
+using Agreements = std::vector<LoopSet>;  // of each loop with all of them, itself included
+
+/// The largest of `candidates` that all agree with each other; of equal ones, that with the earliest loops.
+/// (Branch and bound after Carraghan & Pardalos 1990.)
+LoopSet largest_clique(const Agreements& agreed, LoopSet candidates, std::size_t more_than = 0) {
+  LoopSet best;
+  for (std::size_t i = 0; i < agreed.size(); ++i) {
+    if (candidates.count() <= more_than) break;
+    if (!candidates[i]) continue;
+    candidates.reset(i);
+    const LoopSet rest =
+        largest_clique(agreed, candidates & agreed[i], std::max<std::size_t>(more_than, 1) - 1);
+    if (rest.count() + 1 <= more_than) continue;
+    best = rest;
+    best.set(i);
+    more_than = best.count();
+  }
+  return best;
+}
+
 /// The largest set of loops between two pieces that agree.
 struct Agreement {
-  int seed = 0;  // the link that most others agree with
+  int seed = 0;  // the link of it that most others agree with
   int loops = 0, rival_loops = 0;
   bool enough = false;
 };
@@ -145,28 +167,26 @@ class Consistency {
     return result;
   }
 
+  /// The largest set of loops that all agree with each other, and how many agree on another place: with one
+  /// that contradicts most of the set.
   Agreement largest_agreement(const MotionForest& forest, const std::vector<int>& loops) const {
     const std::size_t n = loops.size();
-    std::vector<std::vector<bool>> agreed(n, std::vector<bool>(n, true));
+    LoopSet all;
+    for (std::size_t i = 0; i < n; ++i) all.set(i);
+    Agreements agreed(n, all);
     for (std::size_t i = 0; i < n; ++i)
       for (std::size_t j = 0; j < i; ++j) agreed[i][j] = agreed[j][i] = agree(forest, loops[i], loops[j]);
-
-    // The largest set around one of the loops that none of `taken` belongs to.
-    const auto largest = [&](const std::vector<bool>& taken) {
-      std::pair<std::size_t, int> best{0, 0};
-      for (std::size_t i = 0; i < n; ++i) {
-        if (taken[i]) continue;
-        int size = 0;
-        for (std::size_t j = 0; j < n; ++j) size += !taken[j] && agreed[i][j];
-        if (size > best.second) best = {i, size};
-      }
-      return best;
-    };
-    const auto [seed, size] = largest(std::vector<bool>(n, false));
-    return {loops[seed], size, largest(agreed[seed]).second, enough(loops, agreed[seed])};
+    const LoopSet best = largest_clique(agreed, all);
+    std::size_t seed = 0, rival_loops = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      if (best[i] && (!best[seed] || agreed[i].count() > agreed[seed].count())) seed = i;
+      if (2 * (agreed[i] & best).count() < best.count())
+        rival_loops = std::max(rival_loops, largest_clique(agreed, agreed[i]).count());
+    }
+    return {loops[seed], static_cast<int>(best.count()), static_cast<int>(rival_loops), enough(loops, best)};
   }
 
-  bool enough(const std::vector<int>& loops, const std::vector<bool>& chosen) const {
+  bool enough(const std::vector<int>& loops, const LoopSet& chosen) const {
     for (std::size_t i = 0; i < loops.size(); ++i) {
       if (!chosen[i]) continue;
       const Link& a = link(loops[i]);
@@ -230,6 +250,30 @@ Pose motion_onto(const WhitenedEdge& link, bool moves_to, const std::vector<Node
                   : map_T_to * from_T_to.inverse() * map_T_from.inverse();
 }
 
+/// Moves the nodes of a piece, ascending, onto one of its links to other pieces, if more of them hold there
+/// than where it is.
+void move_to_best_place(const std::vector<const WhitenedEdge*>& links, const std::vector<int>& piece,
+                        std::vector<NodeState>& nodes) {
+  const auto moves = [&](int node) { return std::binary_search(piece.begin(), piece.end(), node); };
+  const auto links_that_hold = [&](const Pose& motion) {
+    const auto moved = [&](int node) {
+      return moves(node) ? to_state(motion * to_pose(nodes[index(node)])) : nodes[index(node)];
+    };
+    return std::count_if(links.begin(), links.end(), [&](const WhitenedEdge* link) {
+      return residual_norm(*link, moved(link->from), moved(link->to)) <= kMaxMismatch;
+    });
+  };
+  Pose best = Pose::Identity();
+  auto most = links_that_hold(best);
+  const std::size_t step = (links.size() + kMaxCompared - 1) / kMaxCompared;
+  for (std::size_t i = 0; i < links.size(); i += step) {
+    const Pose motion = motion_onto(*links[i], moves(links[i]->to), nodes);
+    const auto holding = links_that_hold(motion);
+    if (holding > most) most = holding, best = motion;
+  }
+  for (const int node : piece) nodes[index(node)] = to_state(best * to_pose(nodes[index(node)]));
+}
+
 }  // namespace
 
 void backend::detail::place_pieces(const std::vector<WhitenedEdge>& edges, std::vector<NodeState>& nodes) {
@@ -253,32 +297,33 @@ void backend::detail::place_pieces(const std::vector<WhitenedEdge>& edges, std::
   }
   for (std::size_t next = 0; next < reached.size(); ++next)
     for (const WhitenedEdge* link : links[index(reached[next])]) {
-      const bool moves_to = !placed[index(pieces.root(link->to))];
-      const int piece = pieces.root(moves_to ? link->to : link->from);
+      const int piece = pieces.root(placed[index(pieces.root(link->to))] ? link->from : link->to);
       if (placed[index(piece)]) continue;
+      std::vector<const WhitenedEdge*> to_placed;
+      for (const WhitenedEdge* other : links[index(piece)])
+        if (placed[index(pieces.root(other->from))] || placed[index(pieces.root(other->to))])
+          to_placed.push_back(other);
+      move_to_best_place(to_placed, members[index(piece)], nodes);
       placed[index(piece)] = true;
       reached.push_back(piece);
-      if (residual_norm(*link, nodes[index(link->from)], nodes[index(link->to)]) <= kMaxMismatch) continue;
-      const Pose motion = motion_onto(*link, moves_to, nodes);
-      for (const int node : members[index(piece)])
-        nodes[index(node)] = to_state(motion * to_pose(nodes[index(node)]));
     }
 }
 
 double robust_cost(double residual, double scale) {
-  return scale * scale * std::log1p(residual * residual / (scale * scale));
+  const double kept = std::min(residual, kMaxMismatch);
+  return scale * scale * std::log1p(kept * kept / (scale * scale));
 }
 
 double robust_weight(double residual, double scale) {
-  return 1.0 / (1.0 + residual * residual / (scale * scale));
+  return residual > kMaxMismatch ? 0.0 : 1.0 / (1.0 + residual * residual / (scale * scale));
 }
 
-std::vector<double> backend::detail::kernel_widths(double worst_loop, double loop_loss_scale) {
+std::vector<double> backend::detail::kernel_widenings(double widest) {
   constexpr double kNarrowing = 4.0;  // numerics
-  std::vector<double> widths;
-  for (double width = worst_loop; width > loop_loss_scale; width /= kNarrowing) widths.push_back(width);
-  widths.push_back(loop_loss_scale);
-  return widths;
+  std::vector<double> widenings;
+  for (double widening = widest; widening > 1; widening /= kNarrowing) widenings.push_back(widening);
+  widenings.push_back(1);
+  return widenings;
 }
 
 bool backend::detail::is_outlier(EdgeKind kind, double residual) {

@@ -79,6 +79,22 @@ void add_shared_unknowns(const SharedUnknowns& shared, Graph& graph) {
   }
 }
 
+/// robust_cost() of a loop. The kernel, `widening` times as wide, ends where a loop is an outlier.
+class LoopLoss : public ceres::LossFunction {
+ public:
+  LoopLoss(double scale, double widening)
+      : cauchy_(widening * scale), limit_(widening * kMaxMismatch * widening * kMaxMismatch) {}
+
+  void Evaluate(double squared_norm, double rho[3]) const override {
+    cauchy_.Evaluate(std::min(squared_norm, limit_), rho);
+    if (squared_norm > limit_) rho[1] = rho[2] = 0;
+  }
+
+ private:
+  const ceres::CauchyLoss cauchy_;
+  const double limit_;
+};
+
 /// An edge's residual: of its nodes, and shifted by the shared unknowns where there are any.
 class EdgeCost : public ceres::CostFunction {
  public:
@@ -159,15 +175,19 @@ struct Estimate {
 /// The graph as a Ceres problem over its own copy of the state, with one loss shared by all loops.
 class Solver {
  public:
-  explicit Solver(const Graph& graph)
-      : graph_(graph), loop_loss_(nullptr, ceres::TAKE_OWNERSHIP), problem_(problem_options()) {}
+  Solver(const Graph& graph, const PoseGraphOptions& options)
+      : graph_(graph),
+        options_(options),
+        loop_loss_(nullptr, ceres::TAKE_OWNERSHIP),
+        problem_(problem_options()) {}
 
-  /// Minimizes from the estimate's state with the loops' kernel `scale` wide; the state is updated in place.
-  ceres::Solver::Summary solve(Estimate& estimate, double scale) {
+  /// Minimizes from the estimate's state with the loops' kernel `widening` times as wide as asked; the state
+  /// is updated in place.
+  ceres::Solver::Summary solve(Estimate& estimate, double widening = 1) {
     if (nodes_.empty()) build(estimate);
     nodes_ = estimate.nodes;
     unknowns_ = estimate.unknowns;
-    loop_loss_.Reset(new ceres::CauchyLoss(scale), ceres::TAKE_OWNERSHIP);
+    loop_loss_.Reset(new LoopLoss(options_.loop_loss_scale, widening), ceres::TAKE_OWNERSHIP);
 
     ceres::Solver::Options solver;
     solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
@@ -227,6 +247,7 @@ class Solver {
   }
 
   const Graph& graph_;
+  const PoseGraphOptions& options_;
   std::vector<NodeState> nodes_;
   Eigen::VectorXd unknowns_;
   ceres::LossFunctionWrapper loop_loss_;
@@ -252,8 +273,9 @@ void evaluate(const Graph& graph, const PoseGraphOptions& options, Estimate& est
 /// Solves with one kernel after the other.
 Estimate solve_from_wide_kernel(Solver& solver, const Graph& graph, const PoseGraphOptions& options,
                                 Estimate estimate, int& iterations) {
-  for (const double scale : kernel_widths(estimate.worst_loop, options.loop_loss_scale))
-    iterations += static_cast<int>(solver.solve(estimate, scale).iterations.size());
+  const double widest = estimate.worst_loop / std::min(options.loop_loss_scale, kMaxMismatch);
+  for (const double widening : kernel_widenings(widest))
+    iterations += static_cast<int>(solver.solve(estimate, widening).iterations.size());
   evaluate(graph, options, estimate);
   return estimate;
 }
@@ -285,8 +307,8 @@ PoseGraphSolution solve(const Graph& graph, const PoseGraphOptions& options) {
     return solution;
   }
 
-  Solver solver(graph);
-  const ceres::Solver::Summary first = solver.solve(estimate, options.loop_loss_scale);
+  Solver solver(graph, options);
+  const ceres::Solver::Summary first = solver.solve(estimate);
   evaluate(graph, options, estimate);
   int iterations = static_cast<int>(first.iterations.size());
   if (estimate.worst_loop > kMaxMismatch) {

@@ -37,16 +37,16 @@ inline Matrix6d symmetric(const Matrix6d& information) {
 }
 
 /// Two measurements of one motion contradict each other when they differ by more than this many standard
-/// deviations of their combined covariance. A loop with a larger residual at the end is an outlier. The limit
-/// is wide because registrations share errors that their information does not contain.
+/// deviations of their combined covariance. A loop with a larger residual is an outlier and has no weight.
+/// The limit is wide because registrations share errors that their information does not contain.
 inline constexpr double kMaxMismatch = 9.0;
 
 struct PoseGraphOptions {
   double loop_loss_scale = 3.0;  ///< Cauchy kernel on whitened loop residuals, in standard deviations
 };
 
-/// Cauchy kernel: twice the cost of a loop with this whitened residual, and the share of its information that
-/// remains. `scale`: loop_loss_scale, in standard deviations.
+/// Cauchy kernel, cut off at kMaxMismatch: twice the cost of a loop with this whitened residual, and the
+/// share of its information that remains. `scale`: loop_loss_scale, in standard deviations.
 double robust_cost(double residual, double scale);
 double robust_weight(double residual, double scale);
 
