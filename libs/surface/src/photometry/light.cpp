@@ -34,25 +34,20 @@ constexpr double kMinGain = 0.25;
 double unit_place(int index, int count) { return count < 2 ? 0.0 : 2.0 * index / (count - 1) - 1.0; }
 
 using LightOrder = std::span<const std::size_t>;  // indices of kLightTerms, most plausible first
-constexpr std::size_t kEven[] = {0, 1}, kLampOrder[] = {0, 2, 3, 4, 5, 6, 1},
-                      kStrayOrder[] = {1, 7, 8, 9, 10, 11, 0};
-
-double power(double base, std::size_t exponent) {
-  return exponent == 0 ? 1.0 : exponent == 1 ? base : base * base;
-}
+constexpr std::size_t kEven[] = {0, 1}, kLampOrder[] = {0, 2, 3, 1}, kStrayOrder[] = {1, 4, 5, 0};
 
 /// A channel's light within a row: polynomials in x.
 struct RowLight {
-  float gain[3] = {}, offset[3] = {};
+  float gain[2] = {}, offset[2] = {};
 
   RowLight(const Light::Coefficients& k, double y) {
     for (std::size_t i = 0; i < k.size(); ++i) {
       const LightTerm& term = kLightTerms[i];
-      (term.background == 1 ? gain : offset)[term.x] += static_cast<float>(k[i] * power(y, term.y));
+      (term.background == 1 ? gain : offset)[term.x] += static_cast<float>(term.y == 0 ? k[i] : k[i] * y);
     }
   }
-  float gain_at(float x) const { return gain[0] + x * (gain[1] + x * gain[2]); }
-  float offset_at(float x) const { return offset[0] + x * (offset[1] + x * offset[2]); }
+  float gain_at(float x) const { return gain[0] + x * gain[1]; }
+  float offset_at(float x) const { return offset[0] + x * offset[1]; }
 };
 using RowLights = std::array<RowLight, 3>;
 
@@ -110,7 +105,7 @@ GELSLAM_CLONES int weigh_row(const cv::Vec3f* now, const cv::Vec3f* background, 
 
 /// Weighted sums over the blocks of background^p x^i y^j, and of the change times these.
 struct Moments {
-  double powers[3][5][5] = {}, changes[2][3][3] = {};
+  double powers[3][3][3] = {}, changes[2][2][2] = {};
 };
 
 /// Adds a row of blocks. `degree`: of the field.
@@ -246,7 +241,7 @@ bool LightTracker::regress(Light& light, std::span<const std::size_t> order) con
   for (int row = 0; row < blocks_.rows; ++row) {
     const double inverse = light.row_gain.empty() ? 1.0 : 1 / light.row_gain[static_cast<std::size_t>(row)];
     for (int c = 0; c < 3; ++c)
-      (order.size() == 2 ? add_row_moments<0> : add_row_moments<2>)(blocks_[row], background_[row],
+      (order.size() == 2 ? add_row_moments<0> : add_row_moments<1>)(blocks_[row], background_[row],
                                                                     weights_[row], x_.data(), x_.size(), c,
                                                                     inverse, unit_place(row, blocks_.rows),
                                                                     moments[static_cast<std::size_t>(c)]);

@@ -12,7 +12,7 @@ namespace gelslam::surface::detail {
 /// to 1 over the picture. A lamp that changes on one side or stray light gives the terms of x and y, a lamp
 /// that flickers dims some rows of a rolling shutter.
 struct Light {
-  using Coefficients = std::array<double, 12>;
+  using Coefficients = std::array<double, 6>;
 
   /// Gain, offset, then a field that multiplies and one that adds.
   std::array<Coefficients, 3> channels{{{1.0}, {1.0}, {1.0}}};
@@ -26,18 +26,8 @@ struct Light {
 struct LightTerm {
   std::size_t background, x, y;
 };
-inline constexpr std::array<LightTerm, 12> kLightTerms{{{1, 0, 0},
-                                                        {0, 0, 0},
-                                                        {1, 1, 0},
-                                                        {1, 0, 1},
-                                                        {1, 2, 0},
-                                                        {1, 1, 1},
-                                                        {1, 0, 2},
-                                                        {0, 1, 0},
-                                                        {0, 0, 1},
-                                                        {0, 2, 0},
-                                                        {0, 1, 1},
-                                                        {0, 0, 2}}};
+inline constexpr std::array<LightTerm, 6> kLightTerms{
+    {{1, 0, 0}, {0, 0, 0}, {1, 1, 0}, {1, 0, 1}, {0, 1, 0}, {0, 0, 1}}};
 
 /// For each channel and 8-bit value the gray level it would have had in the background's light.
 using ColorTable = std::array<std::array<float, 256>, 3>;
