@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <opencv2/imgproc.hpp>
 #include <thread>
@@ -136,7 +137,7 @@ Json watch(LiveSession& session, double for_minutes) {
 }
 
 /// First against last third.
-Json account(const Json& rows, const std::vector<StageStatistics>& stages) {
+Json account(const Json& rows, const std::map<std::string, StageStatistics>& stages) {
   const std::size_t third = std::max<std::size_t>(1, rows.size() / 3);
   const auto thirds = [&](const char* column) -> Json {
     double first = 0, last = 0;
@@ -147,8 +148,8 @@ Json account(const Json& rows, const std::vector<StageStatistics>& stages) {
     return {{"first_third", first}, {"last_third", last}};
   };
   Json json = {{"latency_ms", thirds("latency_ms")}, {"memory_mb", thirds("memory_mb")}};
-  for (const StageStatistics& stage : stages)
-    json["stages"][stage.stage] = {
+  for (const auto& [name, stage] : stages)
+    json["stages"][name] = {
         {"median_ms", stage.median_ms}, {"p95_ms", stage.p95_ms}, {"max_ms", stage.max_ms}};
   return json;
 }
@@ -168,9 +169,9 @@ void run(const SoakArguments& arguments) {
   const Json rows = watch(*session, arguments.minutes);
   const Clock::time_point stop = Clock::now();
   session->stop();
-  session->wait();
+  const RunReport report = session->wait();
   print_table(rows);
-  Json json = account(rows, session->stage_times());
+  Json json = account(rows, report.stages);
   json["seconds_to_stop_and_save"] = std::chrono::duration<double>(Clock::now() - stop).count();
   std::cout << json.dump(2) << "\n";
 }

@@ -51,7 +51,6 @@ class LiveSlam final : public LiveSession, private LiveContext {
   std::shared_ptr<const LiveTouch> touch() const override { return board.touch(); }
   std::shared_ptr<const MapSnapshot> map() const override { return board.map(); }
   MeshChanges take_mesh_changes() override { return board.take_mesh_changes(); }
-  std::vector<StageStatistics> stage_times() const override { return timer.statistics(); }
 
   void set_paused(bool pause) override;
   void undo_last_trial() override { surfaced.push_beyond_limit(UndoTrial{}); }
