@@ -159,6 +159,7 @@ TEST_F(Merge, FusesAgainWithOtherSettings) {
   EXPECT_TRUE(read_bytes(folder / "same/mesh.ply") == read_bytes(folder / "run/mesh.ply"));
   EXPECT_FALSE(load_session(folder / "run").patches.empty());
   request.voxel_size_mm = 0.6;
+  request.truncation_mm = 1.0;
   EXPECT_THAT(message_of<Error>([&] { fuse_run(request, progress, [] { return false; }); }),
               HasSubstr("at least twice the voxel size"));
 }

@@ -28,7 +28,7 @@ inline SurfacePtr flat_touch() {
 }
 
 inline void join(SlamMap& map, int from, int to, EdgeKind kind, bool outlier = false) {
-  map.edges.push_back({.from = from, .to = to, .kind = kind});
+  map.solved_edges.push_back({.from = from, .to = to, .kind = kind});
   map.solution.edge_outlier.push_back(outlier);
 }
 

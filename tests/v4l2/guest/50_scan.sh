@@ -28,7 +28,7 @@ sleep "0.$((RANDOM % 10))"
 kill -9 $scanner
 wait $scanner
 stop_feeding
-runs_with 0 "$gelslam" info --json "$tmp/run/log.mkv"
+runs_with 1 "$gelslam" info --json "$tmp/run/log.mkv"
 python3 -c 'import json, sys; from readable import readable; log = readable(json.load(sys.stdin)); print("  killed after", log["frames"], "recorded frames"); sys.exit(log["frames"] < 3)' \
   <"$tmp/out" || fail "the log was lost"
 
@@ -39,7 +39,8 @@ cut -c-200 "$tmp/err" | tr '\r' '\n' | tail -8
 has "no frame for 5 s" "$tmp/err"
 
 [[ -s $tmp/run/mesh.ply ]] || { ls -R "$tmp/run"; fail "no mesh"; }
-runs_with 0 "$gelslam" info --json "$tmp/run/log-2.mkv"
+# The emulated camera may stand still for seconds, which info calls a problem.
+"$gelslam" info --json "$tmp/run/log-2.mkv" >"$tmp/out"
 python3 - "$tmp/run" "$frames" "$tmp/out" <<'P' || fail "the run is not as expected"
 import json, pathlib, sys
 from readable import readable
