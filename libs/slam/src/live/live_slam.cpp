@@ -39,7 +39,7 @@ std::unique_ptr<LogRecorder> recorder_of(const LiveOptions& options, const RawFr
 class LiveSlam final : public LiveSession, private LiveContext {
  public:
   LiveSlam(std::unique_ptr<RawFrameSource> frames, const LiveOptions& live_options)
-      : LiveContext(live_options, frames->description()), source(std::move(frames)) {
+      : LiveContext(live_options, frames->description()), source_(std::move(frames)) {
     start();
   }
   ~LiveSlam() override {
@@ -58,7 +58,7 @@ class LiveSlam final : public LiveSession, private LiveContext {
   void stop() override;
   void abort() override;
   RunReport wait() override;
-  BackgroundFrames background_frames() const override { return surface.background_frames(); }
+  BackgroundFrames background_frames() const override { return surface_.background_frames(); }
 
  private:
   void start();
@@ -75,28 +75,28 @@ class LiveSlam final : public LiveSession, private LiveContext {
   template <typename Work>
   void guarded(const Work& work);
 
-  const LiveClock::time_point begin = LiveClock::now();
-  std::unique_ptr<RawFrameSource> source;
-  SurfaceStage surface{*this};
-  TrackingStage tracking{*this};
-  FusionStage fusion{*this};
-  MappingStage mapping{*this, fusion};
-  std::shared_ptr<LiveRun> run;
-  std::unique_ptr<LogRecorder> recorder;  // null: nothing is recorded
-  std::atomic<bool> paused{false}, leaves_out{false}, stopped{false}, lost{false}, saving{false},
-      session_is_whole{true};
+  const LiveClock::time_point begin_ = LiveClock::now();
+  std::unique_ptr<RawFrameSource> source_;
+  SurfaceStage surface_{*this};
+  TrackingStage tracking_{*this};
+  FusionStage fusion_{*this};
+  MappingStage mapping_{*this, fusion_};
+  std::shared_ptr<LiveRun> run_;
+  std::unique_ptr<LogRecorder> recorder_;  // null: nothing is recorded
+  std::atomic<bool> paused_{false}, leaves_out_{false}, stopped_{false}, lost_{false}, saving_{false},
+      session_is_whole_{true};
 
-  mutable std::mutex mutex;  // for what follows
-  RunReport report;
-  std::exception_ptr failure;
-  std::string failure_in_words;
+  mutable std::mutex mutex_;  // for what follows
+  RunReport report_;
+  std::exception_ptr failure_;
+  std::string failure_in_words_;
 
-  std::latch captured{1};  // nothing more comes, and the log is whole
-  std::latch mapped{1};    // the mapper has seen every keyframe
-  std::latch written{1};   // the session holds all that was measured
-  std::jthread fusion_thread;
-  std::vector<std::jthread> threads;
-  std::promise<void> ready;  // when it goes without having been kept, threads that wait for it end
+  std::latch captured_{1};  // nothing more comes, and the log is whole
+  std::latch mapped_{1};    // the mapper has seen every keyframe
+  std::latch written_{1};   // the session holds all that was measured
+  std::jthread fusion_thread_;
+  std::vector<std::jthread> threads_;
+  std::promise<void> ready_;  // when it goes without having been kept, threads that wait for it end
 };
 
 /// Whatever goes wrong in a stage ends the scan, and the stages behind it save what they have.
@@ -106,25 +106,25 @@ void LiveSlam::guarded(const Work& work) {
     work();
   } catch (const std::exception& error) {
     board.warn(error.what());
-    const std::lock_guard lock(mutex);
-    if (failure) return;
-    failure = std::current_exception();
-    failure_in_words = error.what();
+    const std::lock_guard lock(mutex_);
+    if (failure_) return;
+    failure_ = std::current_exception();
+    failure_in_words_ = error.what();
   }
 }
 
 /// Stages and threads that cannot begin leave no folder.
 void LiveSlam::start() {
   make_threads();
-  run = run_of(options);
+  run_ = run_of(options);
   if (!so_far.parts.empty()) so_far.parts.pop_back();
-  if (run) so_far.parts.push_back(run->part());
-  if (run && options.record) recorder = recorder_of(options, *source, run->log());
-  ready.set_value();
+  if (run_) so_far.parts.push_back(run_->part());
+  if (run_ && options.record) recorder_ = recorder_of(options, *source_, run_->log());
+  ready_.set_value();
 }
 
 void LiveSlam::make_threads() {
-  const auto thread = [begin = ready.get_future().share()](auto work) {
+  const auto thread = [begin = ready_.get_future().share()](auto work) {
     return std::jthread([begin, work] {
       try {
         begin.get();
@@ -134,52 +134,52 @@ void LiveSlam::make_threads() {
       work();
     });
   };
-  threads.push_back(thread([this] {
+  threads_.push_back(thread([this] {
     guarded([this] { capture(); });
     board.source_ended();
     raw.close();
-    if (recorder) {
-      recorder->finish();
+    if (recorder_) {
+      recorder_->finish();
       report_log();  // what went wrong with the last frames, too
     }
-    captured.count_down();
+    captured_.count_down();
   }));
-  threads.push_back(thread([this] {
+  threads_.push_back(thread([this] {
     lower_thread_priority();
-    if (run) write_session();
+    if (run_) write_session();
     measured.close();  // nobody reads it
-    written.count_down();
+    written_.count_down();
   }));
-  threads.push_back(thread([this] {
-    guarded([this] { surface.run(); });
-    source->stop();
+  threads_.push_back(thread([this] {
+    guarded([this] { surface_.run(); });
+    source_->stop();
     raw.close();
     surfaced.close();
   }));
-  threads.push_back(thread([this] {
-    guarded([this] { tracking.run(); });
+  threads_.push_back(thread([this] {
+    guarded([this] { tracking_.run(); });
     surfaced.close();
     keyframes.close();
-    mapped.wait();
+    mapped_.wait();
     measured.close();
-    written.wait();
+    written_.wait();
     // Here and not in the mapper's thread, whose priority is low: now a person waits.
     guarded([this] { finish(); });
-    fusion.stop();
+    fusion_.stop();
     board.set_phase(LivePhase::finished);
   }));
-  fusion_thread = thread([this] {
+  fusion_thread_ = thread([this] {
     lower_thread_priority();
-    guarded([this] { fusion.run(); });
+    guarded([this] { fusion_.run(); });
   });
-  threads.push_back(thread([this] {
+  threads_.push_back(thread([this] {
     lower_thread_priority();
-    guarded([this] { mapping.run([this](const SaveSoFar& asked) { save_for_now(asked); }); });
-    source->stop();  // if that failed early: nothing would be made of further frames,
+    guarded([this] { mapping_.run([this](const SaveSoFar& asked) { save_for_now(asked); }); });
+    source_->stop();  // if that failed early: nothing would be made of further frames,
     keyframes.close();
     while (keyframes.try_pop()) {  // and nobody may wait for an answer
     }
-    mapped.count_down();
+    mapped_.count_down();
   }));
 }
 
@@ -189,34 +189,34 @@ void LiveSlam::capture() {
     take_frames();
   } catch (const Error& error) {
     board.warn(error.what());
-    lost = true;
+    lost_ = true;
   }
 }
 
 void LiveSlam::take_frames() {
-  const auto has_begun = [this] { return stopped || !options.begins || options.begins(); };
+  const auto has_begun = [this] { return stopped_ || !options.begins || options.begins(); };
   while (!options.log.empty() && !has_begun()) std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  while (std::optional<RawFrame> next = source->next()) {
+  while (std::optional<RawFrame> next = source_->next()) {
     const auto frame = std::make_shared<const RawFrame>(std::move(*next));
-    board.frame_arrived(frame->arrived, source->lost_frames());
-    board.warn_about("the source", source->warning());
-    if (recorder) {
-      recorder->push(frame);
+    board.frame_arrived(frame->arrived, source_->lost_frames());
+    board.warn_about("the source", source_->warning());
+    if (recorder_) {
+      recorder_->push(frame);
       report_log();
     }
-    if (leaves_out || !has_begun()) continue;
+    if (leaves_out_ || !has_begun()) continue;
     // What the background needs is waited for, however fast frames come.
     if (options.drop_when_behind && board.phase() != LivePhase::background)
       board.frames_dropped(static_cast<std::int64_t>(raw.push_newest(frame)));
     else
       raw.push(frame);
   }
-  board.warn_about("the source", source->warning());
+  board.warn_about("the source", source_->warning());
 }
 
 /// A full disk ends the log, not the scan.
 void LiveSlam::report_log() {
-  const LogRecorderStatus status = recorder->status();
+  const LogRecorderStatus status = recorder_->status();
   board.set_log_bytes(status.bytes);
   board.warn_about("the log", status.warning);
 }
@@ -224,25 +224,25 @@ void LiveSlam::report_log() {
 /// A full disk ends the session, not the scan.
 void LiveSlam::write_session() {
   try {
-    Store store(run->folder());
-    if (options.continued) store.add(run->part());
+    Store store(run_->folder());
+    if (options.continued) store.add(run_->part());
     while (const std::optional<SessionWork> work = measured.pop()) (*work)(store);
     store.flush();
   } catch (const std::exception& error) {  // whatever it is, the scan goes on
     board.warn(error.what());
-    session_is_whole = false;
+    session_is_whole_ = false;
   }
 }
 
 /// Not being able to save is no reason to end a scan.
 void LiveSlam::save_for_now(const SaveSoFar& so_far) {
   try {
-    SlamMap map = mapping.finish(so_far.records, [this] { return stopped.load(); });
+    SlamMap map = mapping_.finish(so_far.records, [this] { return stopped_.load(); });
     save(std::move(map), true, nullptr);
   } catch (const std::exception& error) {
     board.warn(error.what());
   }
-  saving = false;
+  saving_ = false;
 }
 
 void LiveSlam::finish() {
@@ -251,79 +251,79 @@ void LiveSlam::finish() {
   SlamMap map;
   {
     const auto scope = timer.measure("finish/poses");
-    map = mapping.finish(
-        tracking.records(), [this] { return aborted.load(); }, &progress);
+    map = mapping_.finish(
+        tracking_.records(), [this] { return aborted.load(); }, &progress);
   }
-  fusion.stop();
-  fusion_thread.join();  // what it drew must not come after what is saved
-  captured.wait();
-  const Run saved = save(std::move(map), aborted || lost || failed(), &progress);
+  fusion_.stop();
+  fusion_thread_.join();  // what it drew must not come after what is saved
+  captured_.wait();
+  const Run saved = save(std::move(map), aborted || lost_ || failed(), &progress);
   if (options.show_mesh) board.show_saved(saved.map, saved.mesh);
-  board.set_words(run ? "done: saved in " + run->folder().string() : "done", TrackStatus::background);
+  board.set_words(run_ ? "done: saved in " + run_->folder().string() : "done", TrackStatus::background);
 }
 
 Run LiveSlam::save(SlamMap map, bool partial, ProgressSink* progress) {
   const LiveStatus status = board.status();
   RunReport known;
-  if (const auto& log = options.record && run ? run->log() : options.log; !log.empty())
+  if (const auto& log = options.record && run_ ? run_->log() : options.log; !log.empty())
     known.log = std::filesystem::absolute(log).lexically_normal().string();
   known.log_description = status.source;
   known.warnings = status.warnings;
   known.partial = partial;
   known.live = {status.rate_hz, status.frames, status.lost_by_camera, status.dropped, status.damaged};
-  Run finished = finish_scan(options.config, std::move(map), std::move(known), timer, begin, progress);
+  Run finished = finish_scan(options.config, std::move(map), std::move(known), timer, begin_, progress);
   {
-    const std::lock_guard lock(mutex);
-    report = finished.report;
+    const std::lock_guard lock(mutex_);
+    report_ = finished.report;
   }
   if (progress) board.set_words("saving", TrackStatus::background);
-  if (run) run->save(finished, session_is_whole);
+  if (run_) run_->save(finished, session_is_whole_);
   return finished;
 }
 
 bool LiveSlam::failed() {
-  const std::lock_guard lock(mutex);
-  return failure != nullptr;
+  const std::lock_guard lock(mutex_);
+  return failure_ != nullptr;
 }
 
 void LiveSlam::join() {
-  for (std::jthread& thread : threads)
+  for (std::jthread& thread : threads_)
     if (thread.joinable()) thread.join();
 }
 
 LiveStatus LiveSlam::status() const {
   LiveStatus status = board.status();
-  if ((status.phase == LivePhase::background || status.phase == LivePhase::scanning) && paused) {
+  if ((status.phase == LivePhase::background || status.phase == LivePhase::scanning) && paused_) {
     status.phase = LivePhase::paused;
     status.words = "paused";
   }
-  status.saving = saving;
-  if (run) status.run_folder = run->folder().string();
-  const std::lock_guard lock(mutex);
-  status.failure = failure_in_words;
-  status.drift_mm = report.uncertainty.drift_mm.amount;
-  status.drift_deg = report.uncertainty.drift_deg.amount;
-  status.reservations = report.reservations;
+  status.saving = saving_;
+  if (run_) status.run_folder = run_->folder().string();
+  const std::lock_guard lock(mutex_);
+  status.failure = failure_in_words_;
+  status.drift_mm = report_.uncertainty.drift_mm.amount;
+  status.drift_deg = report_.uncertainty.drift_deg.amount;
+  status.reservations = report_.reservations;
   return status;
 }
 
 void LiveSlam::set_paused(bool pause) {
-  paused = pause;
-  if (source->hold(pause)) return;
+  paused_ = pause;
+  if (source_->hold(pause)) return;
   // A camera goes on, and the object may be elsewhere when the scan does. What was on its way to the tracker
   // when it was paused still belongs to the trial.
-  if (leaves_out.exchange(pause) && !pause) surfaced.push_beyond_limit(BreakTrial{});
+  if (leaves_out_.exchange(pause) && !pause) surfaced.push_beyond_limit(BreakTrial{});
 }
 
 void LiveSlam::save_now() {
-  if (!run) return;
-  saving = true;
+  if (!run_) return;
+  saving_ = true;
   surfaced.push_beyond_limit(SaveNow{});
 }
 
 void LiveSlam::stop() {
-  stopped = true;
-  source->stop();
+  stopped_ = true;
+  source_->stop();
 }
 
 void LiveSlam::abort() {
@@ -333,9 +333,9 @@ void LiveSlam::abort() {
 
 RunReport LiveSlam::wait() {
   join();
-  const std::lock_guard lock(mutex);
-  if (failure) std::rethrow_exception(failure);
-  return report;
+  const std::lock_guard lock(mutex_);
+  if (failure_) std::rethrow_exception(failure_);
+  return report_;
 }
 
 }  // namespace
