@@ -225,9 +225,9 @@ TEST(StreamServer, ASocketFileIsMadeAndTakenAway) {
   const std::string path = (folder / "poses").string();
   {
     StreamServer server("unix:" + path, notice);
-    EXPECT_THAT(refusal("unix:" + path), HasSubstr("in use by another program"));
     Client client(path);
     wait_for_readers(server, 1);
+    EXPECT_THAT(refusal("unix:" + path), HasSubstr("in use by another program"));
     server.write("hello\n");
     EXPECT_EQ(client.line(), "hello");
   }
