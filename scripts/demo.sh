@@ -9,7 +9,7 @@ usage() {
 usage: scripts/demo.sh [--no-install] [DIR]
 
 Installs what is missing, builds into DIR (as scripts/build.sh; default: build in the repository), simulates
-a pebble of 21 mm rolled over a touch sensor, reconstructs it from the sensor's video alone, and says how far
+a pebble of 10 mm rolled over a touch sensor, reconstructs it from the sensor's video alone, and says how far
 trajectory and mesh are from the truth. Safe to run again: it replaces what an earlier run left.
 --no-install does not install packages and stops if some are missing.
 
@@ -47,7 +47,8 @@ mkdir -p "$demo"
 rm -f "$demo"/{mesh.ply,trajectory.tum,picture.png,evaluation.json}
 
 say "simulating a sensor and a pebble rolled over it (16 s of video)"
-"$gelslam" simulate scan --object pebble --motion allover --frames 400 -o "$demo/log" --overwrite
+"$gelslam" simulate scan --object pebble --size 0.5 --indentation 0.8 --motion allover \
+  --frames 400 -o "$demo/log" --overwrite
 
 say "reconstructing it from the video"
 "$gelslam" reconstruct "$demo/log" -o "$demo/run" --overwrite

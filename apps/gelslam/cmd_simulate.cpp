@@ -128,7 +128,7 @@ void add_scan(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& argu
       ->expected(0, 1)
       ->default_str("2");
   add_common_options(*scan, a);
-  scan->footer("Example: gelslam simulate scan --object pebble --motion allover --frames 600 -o pebble");
+  scan->footer("Example: gelslam simulate scan --object pebble --motion allover --frames 1500 -o pebble");
   scan->callback([arguments, &exit_code] {
     run_scan(*arguments);
     exit_code = kExitDone;

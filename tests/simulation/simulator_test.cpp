@@ -124,17 +124,33 @@ std::vector<std::string> motions() {
 INSTANTIATE_TEST_SUITE_P(Catalog, EveryMotion, testing::ValuesIn(motions()),
                          [](const auto& info) { return info.param; });
 
-TEST(Simulator, AllOverTurnsMoreThanOnceAndComesBack) {
-  const Simulator simulator(scan("pebble", "allover", 200));
-  Eigen::Matrix3d before = simulator.frame(10).sensor_T_object.linear();
-  double turned = 0;
-  for (int index = 11; index < simulator.frame_count(); ++index) {
-    if (index % 10 != 0) continue;
-    const Eigen::Matrix3d now = simulator.frame(index).sensor_T_object.linear();
-    turned += so3_log(now * before.transpose()).norm();
-    before = now;
+TEST(Simulator, AllOverTouchesEverySideAndComesBack) {
+  ScanSpec spec = scan("pebble", "allover", 400);
+  spec.object.size = 0.5;
+  spec.motion.indentation_mm = 0.8;
+  const Simulator simulator(spec);
+  const SensorGeometry& sensor = simulator.spec().geometry;
+  std::vector<Eigen::Vector3d> touched;  // directions from the object's center
+  for (int index = 14; index < simulator.frame_count(); index += 10) {
+    const SimulatedFrame frame = simulator.frame(index);
+    for (int v = 0; v < sensor.height_px; v += 12)
+      for (int u = 0; u < sensor.width_px; u += 12)
+        if (frame.contact(v, u))
+          touched.push_back((frame.sensor_T_object.inverse() *
+                             Eigen::Vector3d(sensor.x_mm(u), sensor.y_mm(v), frame.height_mm(v, u)))
+                                .normalized());
   }
-  EXPECT_GT(turned, 2 * std::numbers::pi * 400 / 360);
+  constexpr int kDirections = 200;
+  for (int k = 0; k < kDirections; ++k) {  // a spiral of directions that lie evenly
+    const double z = 1 - (2 * k + 1.0) / kDirections, turn = std::numbers::phi * 2 * std::numbers::pi * k;
+    const Eigen::Vector3d direction(std::sqrt(1 - z * z) * std::cos(turn),
+                                    std::sqrt(1 - z * z) * std::sin(turn), z);
+    double nearest = 0;
+    for (const Eigen::Vector3d& other : touched) nearest = std::max(nearest, direction.dot(other));
+    EXPECT_GT(nearest, std::cos(0.25)) << direction.transpose();
+  }
+  const auto rotation = [&](int index) { return simulator.frame(index).sensor_T_object.linear(); };
+  EXPECT_LT(so3_log(rotation(10) * rotation(simulator.frame_count() - 1).transpose()).norm(), 0.3);
 }
 
 TEST(Simulator, EveryObjectIsTouchedWell) {

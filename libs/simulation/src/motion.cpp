@@ -24,7 +24,7 @@ constexpr double kSupportSoftnessMm =
     0.5;  // heights within this of the lowest count for where the object rests
 constexpr double kViewMarginMm = 0.3;
 
-double radians(double degrees) { return degrees * kPi / 180; }
+constexpr double radians(double degrees) { return degrees * kPi / 180; }
 
 /// A smooth curve through 0 at time 0, amplitude about 1, made of a few slow waves.
 class SmoothRandom {
@@ -101,13 +101,23 @@ Grip all_over(const Clock& clock, int k) {
                                      reach.y() * std::sin(2 * kPi * 3 * progress));
     return grip;
   }
-  grip.roll += radians(430) * progress;  // the last 70 degrees see the first again
-  if (clock.kind == ShapeKind::body) {
-    grip.pitch += radians(16) * std::sin(2 * kPi * 2.3 * progress);
-    grip.twist += radians(8) * std::sin(2 * kPi * 1.4 * progress);
-  } else {
+  if (clock.kind == ShapeKind::rod) {
+    grip.roll += radians(430) * progress;  // the last 70 degrees see the first again
     grip.shift_mm.x() += 3.0 * std::sin(2 * kPi * 2.3 * progress);
+    return grip;
   }
+  // A spiral from one end to the other, at a constant speed over a ball, and straight back, from the middle
+  // of the way back on. Turns are closer than a contact is wide, so that each sees the one before again, and
+  // the way back sees them all.
+  constexpr double kFarthest = radians(75), kThere = 0.9;
+  const double radius_mm = clock.half_size_mm.y(),
+               contact_mm = std::sqrt(2 * radius_mm * clock.spec.indentation_mm),
+               turns = std::ceil(2 * kFarthest * radius_mm / (0.85 * contact_mm)),
+               along = std::fmod(progress + (1 + kThere) / 2, 1.0);
+  const double there = std::min(along / kThere, 1.0), back = std::max(along - kThere, 0.0) / (1 - kThere);
+  const double latitude = std::asin(std::sin(kFarthest) * (2 * there - 1));
+  grip.roll += kPi * turns * latitude / kFarthest;
+  grip.pitch += latitude - 2 * kFarthest * back;
   return grip;
 }
 
@@ -151,7 +161,7 @@ struct MotionEntry {
 constexpr std::array<MotionEntry, 4> kMotions = {{
     {"wobble", "smooth random slide, roll and twist about one place", wobble},
     {"allover",
-     "rolled 430 degrees with sway (flat objects: a curve over the face); the end sees the start again",
+     "over all of it and back to the start: bodies in a spiral, rods rolled with sway, flat ones on a curve",
      all_over},
     {"breaks", "place 1, lifted, place 2, lifted, place 2 rolling back to place 1", breaks},
     {"tour", "over all of the object again and again, lifted every 8 s: for long scans", tour},
