@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 #include "../support/temporary_folder.hpp"
@@ -104,12 +103,8 @@ TEST(Npy, WritingRefusesWhatDoesNotFit) {
   EXPECT_THROW(write_npy_boolean("unused.npy", {1}, std::vector<std::uint8_t>{2}), std::invalid_argument);
 }
 
-TEST(Npy, EveryTruncationIsAnError) {
-  const std::string whole = numpy_sample();
-  for (std::size_t length = 0; length < whole.size(); ++length) {
-    EXPECT_THAT(error_for(whole.substr(0, length)), HasSubstr("a.npy: not a usable .npy file")) << length;
-  }
-  EXPECT_THAT(error_for(whole + "x"), HasSubstr("longer than its header says"));
+TEST(Npy, WhatIsLongerOrElsewhereIsSaid) {
+  EXPECT_THAT(error_for(numpy_sample() + "x"), HasSubstr("longer than its header says"));
   EXPECT_THAT(error_for(std::string(test::kLfsPointer)), HasSubstr(test::kLfsAdvice));
 }
 

@@ -34,17 +34,6 @@ TEST(InterruptWatch, SecondSignalEndsTheProgram) {
       testing::KilledBySignal(SIGTERM), "");
 }
 
-TEST(InterruptWatch, AsksAsOftenAsToldThenEndsTheProgram) {
-  EXPECT_EXIT(
-      {
-        const InterruptWatch watch(2);
-        std::raise(SIGINT);
-        std::raise(SIGTERM);
-        if (watch.requests() == 2) std::raise(SIGINT);
-      },
-      testing::KilledBySignal(SIGINT), "");
-}
-
 TEST(InterruptWatch, EvenTheFirstSignalEndsWhatCannotBeStopped) {
   const InterruptWatch outer;
   EXPECT_EXIT(

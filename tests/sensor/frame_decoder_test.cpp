@@ -1,12 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <random>
 
-#include "../support/data_folder.hpp"
 #include "../support/pictures.hpp"
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
@@ -73,28 +70,17 @@ cv::Mat3b as_raw(const cv::Mat3b& picture, cv::Size raw) {
   return large;
 }
 
-std::vector<std::filesystem::path> real_pictures() {
-  const std::filesystem::path data = test::data_folder();
-  std::vector<std::filesystem::path> pictures;
-  for (const char* name : {"frames/bead.png", "frames/key.png", "frames/seed.png"}) {
-    if (std::filesystem::exists(data / name)) pictures.push_back(data / name);
-  }
-  return pictures;
-}
-
 TEST(FrameDecoder, ScaledDecodingGivesTheFullyDecodedPicture) {
-  const auto pictures = real_pictures();
-  if (pictures.empty()) GTEST_SKIP() << "no data; set GELSLAM_DATA";
-  for (const auto& path : pictures) {
+  for (const int number : {0, 7, 13}) {
     // 1/4, 1/2 and full scale, and sizes that no block of a JPEG divides.
     for (const cv::Size raw : {cv::Size(3280, 2464), cv::Size(1602, 1199), cv::Size(640, 480)}) {
       FrameDecoder decoder(mini_of(raw));
-      const RawFrame frame = jpeg_of(as_raw(read_image(path), raw));
+      const RawFrame frame = jpeg_of(as_raw(numbered_picture(number, 320, 240), raw));
       const cv::Mat3b expected =
           fit_to_profile(cv::imdecode(frame.bytes, cv::IMREAD_COLOR), mini_of(raw), "x");
       const cv::Mat3b got = decode_or_fail(decoder, frame);
       ASSERT_EQ(got.size(), expected.size());
-      EXPECT_LT(mean_difference(got, expected), 0.5) << path << " " << raw;
+      EXPECT_LT(mean_difference(got, expected), 0.5) << number << " " << raw;
       EXPECT_LT(std::abs(cv::mean(got)[0] - cv::mean(expected)[0]), 0.2) << "no shift of brightness";
     }
   }
@@ -242,26 +228,6 @@ TEST_F(Damage, AMissingEndMarkIsNone) {
   cv::imencode(".jpg", numbered_picture(2, 1280, 960), cut.bytes, {cv::IMWRITE_JPEG_PROGRESSIVE, 1});
   cut.bytes.resize(cut.bytes.size() - 2);
   EXPECT_EQ(of(cut), "JPEG ends early") << "detail may be missing";
-}
-
-TEST_F(Damage, AnyChangedByteIsAPictureOrWords) {
-  std::mt19937 random(3);
-  int refused = 0;
-  for (int i = 0; i < 150; ++i) {
-    RawFrame changed = good;
-    for (int k = 0; k < 20; ++k)
-      changed.bytes[random() % changed.bytes.size()] = static_cast<std::uint8_t>(random());
-    testing::internal::CaptureStderr();
-    try {
-      const auto image = decoder.decode(changed);
-      EXPECT_EQ(image.has_value(), decoder.damage().empty());
-      if (!image) ++refused;
-    } catch (const Error&) {
-      ++refused;  // a size that does not fit
-    }
-    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
-  }
-  EXPECT_GT(refused, 75) << "most damage shows";
 }
 
 TEST_F(Damage, WhatIsNoPictureIsSaid) {

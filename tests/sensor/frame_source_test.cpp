@@ -288,15 +288,6 @@ TEST(VideoSource, WhatIsNoVideoIsNamed) {
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
-TEST(VideoSource, GrayAndWrongSizesAreRefused) {
-  TemporaryFolder folder;
-  write_video(folder / "gray.avi", "MJPG", 2, 64, 48, 25.0, true);
-  write_video(folder / "small.avi", "MJPG", 2, 48, 32);
-  EXPECT_THAT(error_of(folder / "gray.avi"), HasSubstr("gray.avi, frame 0: a gray picture"));
-  EXPECT_THAT(error_of(folder / "small.avi"),
-              HasSubstr("small.avi, frame 0: is 48x32 pixels; GelSight Mini needs 64x48"));
-}
-
 TEST(ImageFolderSource, NaturalOrderAndTheProfilesRate) {
   TemporaryFolder folder;
   for (const char* name : {"f10.png", "f9.bmp", "f1.png", "f2.png"}) {

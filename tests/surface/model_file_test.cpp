@@ -120,12 +120,5 @@ TEST(ModelFile, SaysWhatIsWrong) {
   EXPECT_THAT(refusal("{" + std::string(5 << 20, ' ') + "}"), HasSubstr("larger than 4 MiB"));
 }
 
-TEST(ModelFile, ReplacesAFileOnlyWhenWhole) {
-  const TemporaryFolder folder;
-  fs::create_directory(folder / "model.json");
-  EXPECT_THROW(write_model_file(folder / "model.json", some_file()), Error);
-  EXPECT_EQ(folder.names(), std::vector<std::string>{"model.json"});
-}
-
 }  // namespace
 }  // namespace gelslam::test
