@@ -5,15 +5,12 @@
 #include <opencv2/imgproc.hpp>
 
 #include "../support/pictures.hpp"
-#include "../support/temporary_folder.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/image_input.hpp"
 
 namespace gelslam {
 namespace {
 
-using test::message_of;
 using test::numbered_picture;
 using ::testing::HasSubstr;
 
@@ -147,15 +144,6 @@ TEST(FrameDecoder, LosslessEncodingsAreExact) {
   EXPECT_EQ(cv::norm(from_bgr, from_png), 0);
 }
 
-TEST(FrameDecoder, AJpegOfTheCalibratedSizeIsKept) {
-  FrameDecoder decoder((SensorProfile()));
-  const RawFrame frame = jpeg_of(numbered_picture(9, 320, 240));
-  EXPECT_EQ(cv::norm(decode_or_fail(decoder, frame), cv::imdecode(frame.bytes, cv::IMREAD_COLOR)), 0);
-  const auto image = decoder.decode(frame);
-  EXPECT_EQ(image->time_s, 1.25);
-  EXPECT_EQ(image->index, 7);
-}
-
 TEST(FrameDecoder, YuyvHasTheColorsOfBt601) {
   // Written from the standard's figures (ITU-R BT.601, 8 bits), not by a library: yellow, green, red, blue.
   struct Color {
@@ -192,14 +180,6 @@ TEST_F(Damage, BytesAfterTheJpegAreIgnored) {
   RawFrame stuffed = good;  // zeros between the last line and the end mark, as some cameras send
   stuffed.bytes.insert(stuffed.bytes.end() - 2, 300, 0);
   EXPECT_EQ(cv::norm(decode_or_fail(decoder, stuffed), clean), 0);
-}
-
-TEST_F(Damage, WhatIsLeftBeforeTheEndMarkIsNoPadding) {
-  for (const int left : {0x01, 0x41, 0x7f}) {
-    RawFrame damaged = good;
-    damaged.bytes.insert(damaged.bytes.end() - 2, 300, static_cast<std::uint8_t>(left));
-    EXPECT_THAT(of(damaged), HasSubstr("JPEG is corrupt")) << left;
-  }
 }
 
 TEST_F(Damage, EveryTruncationIsSaid) {
@@ -250,31 +230,6 @@ TEST_F(Damage, WhatIsNoPictureIsSaid) {
       HasSubstr("pixels are more than any touch sensor has"));
   EXPECT_THAT(of(frame_of(FrameEncoding::bgr, std::vector<std::uint8_t>(100), cv::Size(-4, 3))),
               HasSubstr("pixels are more than any touch sensor has"));
-}
-
-TEST_F(Damage, PngsAreChecked) {
-  const cv::Mat3b picture = numbered_picture(1, 320, 240);
-  const RawFrame whole = frame_of(FrameEncoding::png, encoded(picture, ".png"), picture.size());
-  RawFrame frame = whole;
-  frame.bytes.resize(frame.bytes.size() / 2);
-  EXPECT_EQ(of(frame), "PNG ends early");
-  frame = whole;
-  frame.bytes[frame.bytes.size() / 2] ^= 1;
-  EXPECT_EQ(of(frame), "PNG is corrupt (wrong checksum)");
-  frame = whole;
-  frame.encoding = FrameEncoding::jpeg;
-  EXPECT_EQ(of(frame), "the bytes are no JPEG");
-  frame = frame_of(FrameEncoding::png, encoded(cv::Mat1b(240, 320, uchar{3}), ".png"), picture.size());
-  EXPECT_THAT(of(frame), HasSubstr("a gray picture"));
-  frame = whole;
-  frame.bytes.insert(frame.bytes.end(), 99, 7);
-  EXPECT_TRUE(decoder.decode(frame).has_value()) << "bytes after the end";
-}
-
-TEST_F(Damage, ASizeThatNeverFitsIsAnError) {
-  const std::string message =
-      message_of<Error>([&] { decoder.decode(jpeg_of(numbered_picture(1, 1920, 1080))); });
-  EXPECT_THAT(message, HasSubstr("frame 7: is 1920x1080 pixels; GelSight Mini needs 320x240"));
 }
 
 TEST_F(Damage, GoodAndDamagedPicturesAreCounted) {

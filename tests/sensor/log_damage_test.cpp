@@ -148,27 +148,6 @@ TEST(DamagedLog, HugeSizesCostNothing) {
   EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 200 * 1024) << "KiB";
 }
 
-TEST(DamagedLog, PicturesLargerThanAnySensorsAreRefused) {
-  TemporaryFolder folder;
-  RawFrame frame = jpeg_frame(0);
-  frame.width_px = 60000;
-  frame.height_px = 50000;
-  LogWriter(folder / "a.mkv", {}, 25).write(frame);
-  EXPECT_THAT(read_log(folder / "a.mkv").error,
-              HasSubstr("60000x50000 pixels are more than any touch sensor has"));
-}
-
-TEST(DamagedLog, AttachmentsThatAreTooLargeAreRefused) {
-  TemporaryFolder folder;
-  LogAttachments attachments = kSomeAttachments;
-  attachments.model = std::string(2u << 20, 'm');
-  LogWriter(folder / "a.mkv", attachments, 25).write(jpeg_frame(0));
-  std::string bytes = test::read_bytes(folder / "a.mkv");
-  bytes.replace(bytes.find("nnmodel.pth"), 11, "config.yaml");
-  test::write_bytes(folder / "b.mkv", bytes);
-  EXPECT_THAT(read_log(folder / "b.mkv").error, HasSubstr("its attachment config.yaml is too large"));
-}
-
 TEST(FullDisk, StopsInWordsAndLeavesWhatWasWrittenReadable) {
   TemporaryFolder folder;
   const Recorded whole = record(folder / "whole.mkv", 10, true);
