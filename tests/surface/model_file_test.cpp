@@ -12,7 +12,6 @@
 namespace gelslam::test {
 namespace {
 
-namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
 ModelFile some_file() {
@@ -87,13 +86,6 @@ TEST(ModelFile, ReadsBothKindsByContentNotByName) {
   EXPECT_EQ(read_model(folder / "a.json"), written.model);
   EXPECT_EQ(read_model(folder / "b.pth"), written.model);
   EXPECT_FALSE(read_model_file(folder / "a.json").record);
-}
-
-TEST(ModelFile, GivesTheSameBytesForTheSameModel) {
-  EXPECT_EQ(good_text(), good_text());
-  const TemporaryFolder folder;
-  for (const char* name : {"a", "b"}) write_pth_model(folder / name, some_file().model);
-  EXPECT_EQ(read_bytes(folder / "a"), read_bytes(folder / "b"));
 }
 
 TEST(ModelFile, SaysWhatIsWrong) {

@@ -87,24 +87,6 @@ TEST(PackedSurface, KeepsTheOpticsAndRefusesImpossibleOnes) {
   EXPECT_THROW(PackedSurface::from_bytes(forged), Error);
 }
 
-TEST(PackedSurface, KnowsItsContactWithoutUnpacking) {
-  const SurfacePtr surface = textured();
-  const PackedSurface packed(*surface);
-  EXPECT_EQ(packed.facts().size, surface->contact.size());
-  EXPECT_EQ(packed.facts().contact_pixels, surface->contact_pixels);
-  EXPECT_NEAR(packed.facts().contact_center_mm.x(), 40 * surface->pixel_pitch_mm, surface->pixel_pitch_mm);
-  EXPECT_NEAR(packed.facts().contact_center_mm.y(), -30 * surface->pixel_pitch_mm, surface->pixel_pitch_mm);
-}
-
-TEST(PackedSurface, BareGelIsASurfaceToo) {
-  Surface bare = *textured();
-  bare.contact.setTo(0);
-  bare.contact_pixels = 0;
-  const SurfacePtr after = PackedSurface(bare).unpack();
-  EXPECT_EQ(after->contact_pixels, 0);
-  EXPECT_NEAR(cv::mean(after->height_mm)[0], cv::mean(bare.height_mm)[0], PackedSurface::kCoarseHeightStepMm);
-}
-
 TEST(StoredSurface, IsTheSameWhetherPackedNowOrLater) {
   const SurfacePtr surface = textured();
   const StoredSurface as_it_is(surface), later = StoredSurface::packed_later(surface),

@@ -44,13 +44,6 @@ class RealData : public ::testing::Test {
   }
 };
 
-TEST_F(RealData, EveryModelIsRead) {
-  for (const char* path : {"frames/nnmodel.pth", "calibration/model/nnmodel.pth",
-                           "calibration_b/model/nnmodel.pth", "calibration_sim/model/nnmodel.pth"}) {
-    EXPECT_NO_THROW(read_model(data_folder() / path)) << path;
-  }
-}
-
 // A network errs on what it was not trained on as it errs on bare gel.
 TEST_F(RealData, ABorrowedModelIsTrustedLess) {
   const auto sigma = [](const char* model, const std::string& sensor) {
