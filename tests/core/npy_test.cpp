@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <limits>
 
 #include "../support/temporary_folder.hpp"
@@ -82,16 +81,6 @@ TEST(Npy, HalfPrecisionIsRead) {
               ElementsAre(0.0, 1.0, -2.0, 65504.0, std::ldexp(1.0, -24), 0.0999755859375,
                           std::numeric_limits<double>::infinity()));
   EXPECT_TRUE(std::isnan(values[7]));
-}
-
-TEST(Npy, ScalarsAndEmptyArrays) {
-  TemporaryFolder folder;
-  write_npy(folder / "s.npy", {}, std::span<const double>(std::vector<double>{7.0}));
-  EXPECT_TRUE(read_npy(folder / "s.npy").shape.empty());
-  EXPECT_THAT(read_npy(folder / "s.npy").to_doubles(), ElementsAre(7.0));
-  write_npy(folder / "e.npy", {0, 4, 4}, std::span<const double>());
-  EXPECT_THAT(read_npy(folder / "e.npy").shape, ElementsAre(0u, 4u, 4u));
-  EXPECT_EQ(read_npy(folder / "e.npy").size(), 0u);
 }
 
 TEST(Npy, WritingRefusesWhatDoesNotFit) {
