@@ -1,20 +1,16 @@
 #!/usr/bin/env bash
-# Compares the micro-benchmarks of two commits: see usage below.
+# usage: scripts/benchmark.sh [--against COMMIT | --program BEFORE] [FILTER]
+#
+# Runs the micro-benchmarks of this commit and of an earlier one in turn, so that both see the same machine. Writes
+# build/benchmarks/COMMIT.json (nanoseconds, ratios) and prints the ratios now / before.
+#   --against COMMIT   default: the last commit with such a file, else the one before this
+#   --program BEFORE   a gelslam-lab that is built already, instead of a commit
+#   FILTER             regular expression, such as registration/
 set -euo pipefail
 
+usage() { sed -n '2,/^set /s/^# \?//p' "$0"; }
+
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
-
-usage() {
-  cat <<END
-usage: scripts/benchmark.sh [--against COMMIT | --program BEFORE] [FILTER]
-
-Runs the micro-benchmarks of this commit and of an earlier one in turn, so that both see the same machine. Writes
-build/benchmarks/COMMIT.json (nanoseconds, ratios) and prints the ratios now / before.
-  --against COMMIT   default: the last commit with such a file, else the one before this
-  --program BEFORE   a gelslam-lab that is built already, instead of a commit
-  FILTER             regular expression, such as registration/
-END
-}
 
 against='' before='' now=$root/build/bin/gelslam-lab
 while [[ ${1:-} == -* ]]; do

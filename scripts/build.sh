@@ -1,22 +1,18 @@
 #!/usr/bin/env bash
-# Builds the program: see usage below.
+# usage: scripts/build.sh [--no-install] [--lab] [--python] [--tests] [DIR [TARGET]]
+#
+# Installs what is missing (scripts/setup.sh) and builds into DIR, default: build in the repository; a relative DIR counts
+# from the current folder. The program is then DIR/bin/gelslam.
+#   --no-install   do not install packages; stop if some are missing
+#   --lab          build gelslam-lab, too
+#   --python       build the Python module, too: PYTHONPATH=DIR/python
+#   --tests        build the tests and, where pybind11 is installed, the Python module, too
+# GELSLAM_WERROR=ON makes warnings errors.
 set -euo pipefail
 
+usage() { sed -n '2,/^set /s/^# \?//p' "$0"; }
+
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
-
-usage() {
-  cat <<END
-usage: scripts/build.sh [--no-install] [--lab] [--python] [--tests] [DIR [TARGET]]
-
-Installs what is missing (scripts/setup.sh) and builds into DIR, default: build in the repository; a relative DIR counts
-from the current folder. The program is then DIR/bin/gelslam.
-  --no-install   do not install packages; stop if some are missing
-  --lab          build gelslam-lab, too
-  --python       build the Python module, too: PYTHONPATH=DIR/python
-  --tests        build the tests and, where pybind11 is installed, the Python module, too
-GELSLAM_WERROR=ON makes warnings errors.
-END
-}
 
 setup=() tests=false python=false
 options=() targets=(gelslam_app)
@@ -31,12 +27,8 @@ while [[ ${1:-} == -* ]]; do
   esac
   shift
 done
-if (($# > 2)); then
-  usage >&2
-  exit 2
-fi
-dir=${1:-$root/build}
-[[ $dir == /* ]] || dir=$PWD/$dir
+(($# <= 2)) || { usage >&2; exit 2; }
+dir=$(realpath -m "${1:-$root/build}")
 ((${#options[@]} == 0)) || setup+=(--tests)
 ! $python || setup+=(--python)
 

@@ -1,19 +1,15 @@
 #!/usr/bin/env bash
-# Makes a wheel of the Python module: see usage below.
+# usage: scripts/build_wheel.sh [--build DIR] [OUT]
+#
+# Makes a wheel of the Python module in OUT (default: packages in the repository), for the system's Python and with its
+# shared libraries. Install it with: pip install OUT/gelslam-*.whl
+#
+#   --build DIR   take what was built in DIR, instead of building first in build/wheel
 set -euo pipefail
 
+usage() { sed -n '2,/^set /s/^# \?//p' "$0"; }
+
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
-
-usage() {
-  cat <<END
-usage: scripts/build_wheel.sh [--build DIR] [OUT]
-
-Makes a wheel of the Python module in OUT (default: packages in the repository), for the system's Python and with its
-shared libraries. Install it with: pip install OUT/gelslam-*.whl
-
-  --build DIR   take what was built in DIR, instead of building first in build/wheel
-END
-}
 
 build=
 while [[ ${1:-} == -* ]]; do

@@ -1,27 +1,20 @@
 #!/usr/bin/env bash
-# Makes the charts and tables of docs that have a command: see usage below.
+# usage: scripts/charts.sh [--quick] DATA [OUT]
+#
+# Builds gelslam and gelslam-lab, runs the studies on the sequences in DATA/sequences and draws them. Takes hours; --quick
+# takes fewer cases and is good for a first look. The tables stay in OUT/STUDY (default OUT: charts in the repository), the
+# charts are:
+#   accuracy.png speed_accuracy.png stability.png long_scan.png ablation.png
+#   frame0/ and keyframes/: tables and pictures of the two protocols; protocols.txt: both tables
+#   localization.txt, speed.txt, pose_graph.txt, soak.txt: the other tables
 set -euo pipefail
+
+usage() { sed -n '2,/^set /s/^# \?//p' "$0"; }
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 
-usage() {
-  cat <<END
-usage: scripts/charts.sh [--quick] DATA [OUT]
-
-Builds gelslam and gelslam-lab, runs the studies on the sequences in DATA/sequences and draws them. Takes hours; --quick
-takes fewer cases and is good for a first look. The tables stay in OUT/STUDY (default OUT: charts in the repository), the
-charts are:
-  accuracy.png speed_accuracy.png stability.png long_scan.png ablation.png
-  frame0/ and keyframes/: tables and pictures of the two protocols; protocols.txt: both tables
-  localization.txt, speed.txt, pose_graph.txt, soak.txt: the other tables
-END
-}
-
 quick=()
-if [[ ${1:-} == --quick ]]; then
-  quick=(--quick)
-  shift
-fi
+[[ ${1:-} != --quick ]] || { quick=(--quick); shift; }
 case ${1:-} in
   -h | --help) usage; exit 0 ;;
   "" | -*) usage >&2; exit 2 ;;

@@ -1,41 +1,30 @@
 #!/usr/bin/env bash
-# Shows the whole chain on an object whose shape is known: see usage below.
+# usage: scripts/demo.sh [--no-install] [DIR]
+#
+# Installs what is missing, builds into DIR (as scripts/build.sh; default: build in the repository), simulates
+# a pebble of 10 mm rolled over a touch sensor, reconstructs it from the sensor's video alone, and says how far
+# trajectory and mesh are from the truth. Safe to run again: it replaces what an earlier run left.
+# --no-install does not install packages and stops if some are missing.
+#
+# Leaves in demo/ in the repository:
+#   picture.png      the reconstruction beside the true shape
+#   mesh.ply         the reconstructed surface, meters
+#   trajectory.tum   the sensor's pose against the pebble, frame by frame, meters
+#   log/             the simulated log with its ground truth and model, as a public data folder
+#   run/             all that gelslam reconstruct wrote
 set -euo pipefail
+
+usage() { sed -n '2,/^set /s/^# \?//p' "$0"; }
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 
-usage() {
-  cat <<END
-usage: scripts/demo.sh [--no-install] [DIR]
-
-Installs what is missing, builds into DIR (as scripts/build.sh; default: build in the repository), simulates
-a pebble of 10 mm rolled over a touch sensor, reconstructs it from the sensor's video alone, and says how far
-trajectory and mesh are from the truth. Safe to run again: it replaces what an earlier run left.
---no-install does not install packages and stops if some are missing.
-
-Leaves in demo/ in the repository:
-  picture.png      the reconstruction beside the true shape
-  mesh.ply         the reconstructed surface, meters
-  trajectory.tum   the sensor's pose against the pebble, frame by frame, meters
-  log/             the simulated log with its ground truth and model, as a public data folder
-  run/             all that gelslam reconstruct wrote
-END
-}
-
+options=()
 case ${1:-} in
   -h | --help) usage; exit 0 ;;
+  --no-install) options+=(--no-install); shift ;;
 esac
-options=()
-if [[ ${1:-} == --no-install ]]; then
-  options+=(--no-install)
-  shift
-fi
-if [[ ${1:-} == -* || $# -gt 1 ]]; then
-  usage >&2
-  exit 2
-fi
-build=${1:-$root/build}
-[[ $build == /* ]] || build=$PWD/$build
+[[ ${1:-} != -* && $# -le 1 ]] || { usage >&2; exit 2; }
+build=$(realpath -m "${1:-$root/build}")
 demo=$root/demo
 gelslam=$build/bin/gelslam
 

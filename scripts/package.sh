@@ -1,25 +1,21 @@
 #!/usr/bin/env bash
-# Makes Debian packages: see usage below.
+# usage: scripts/package.sh [--build DIR] [--check] [OUT]
+#
+# Makes Debian packages for this system (Debian 12 or 13, Ubuntu 24.04) in OUT (default: packages in the repository):
+#   gelslam           the program, its manual page, shell completion, udev rule, desktop entry, documentation,
+#                     examples
+#   libgelslam-dev    the C++ library: headers, static libraries, CMake package
+#   python3-gelslam   the Python module
+# Install them with: apt install ./gelslam_*.deb
+#
+#   --build DIR   take what was built in DIR, instead of building first
+#   --check       also run lintian, and install and remove the packages in a fresh Debian root (needs lintian,
+#                 mmdebstrap and a package mirror)
 set -euo pipefail
 
+usage() { sed -n '2,/^set /s/^# \?//p' "$0"; }
+
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
-
-usage() {
-  cat <<END
-usage: scripts/package.sh [--build DIR] [--check] [OUT]
-
-Makes Debian packages for this system (Debian 12 or 13, Ubuntu 24.04) in OUT (default: packages in the repository):
-  gelslam           the program, its manual page, shell completion, udev rule, desktop entry, documentation,
-                    examples
-  libgelslam-dev    the C++ library: headers, static libraries, CMake package
-  python3-gelslam   the Python module
-Install them with: apt install ./gelslam_*.deb
-
-  --build DIR   take what was built in DIR, instead of building first
-  --check       also run lintian, and install and remove the packages in a fresh Debian root (needs lintian,
-                mmdebstrap and a package mirror)
-END
-}
 
 build= check=false
 while [[ ${1:-} == -* ]]; do

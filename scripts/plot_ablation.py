@@ -7,7 +7,7 @@ Example: gelslam-lab ablation DATA/sequences -o STUDY && scripts/plot_ablation.p
 import math
 
 from matplotlib.ticker import FixedLocator, NullLocator
-from plotting import COLORS, in_order, plt, read_table, save, study_arguments
+from plotting import COLORS, draw_study, in_order, plt, save
 
 MOST = 8.0  # ratios beyond are drawn at the border
 TICKS = (0.125, 0.25, 0.5, 0.8, 1, 1.25, 2, 4, 8)
@@ -88,10 +88,5 @@ def draw(rows, path):
     save(figure, path, (0, (0.1 + 0.2 * math.ceil(len(handles) / columns)) / figure.get_figheight(), 1, 1))
 
 
-def main():
-    arguments = study_arguments(__doc__, "ablation")
-    draw(read_table(arguments.study / "ablation_ratios.json", "gelslam-lab ablation -o"), arguments.output)
-
-
 if __name__ == "__main__":
-    main()
+    draw_study(__doc__, "ablation", "ablation_ratios.json", draw)

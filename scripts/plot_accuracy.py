@@ -5,25 +5,16 @@ Example: scripts/check_sequences.py --json results.json; scripts/plot_accuracy.p
 """
 
 import argparse
-import json
 import os
 import pathlib
-import sys
 
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from check_sequences import ROOT, SETS, geometric_mean, public_error
-from plotting import COLORS, plt, save
+from plotting import COLORS, plt, read_table, save
 
 ORDER = ("track_", "scan_", "hard_", "ablate_")
 OURS, PUBLIC = COLORS["normalflow"], COLORS["icp"]
-
-
-def read_json(path):
-    try:
-        return json.loads(path.read_text())
-    except (OSError, ValueError) as error:
-        sys.exit("plot_accuracy: %s: %s" % (path, error))
 
 
 def draw(axis, names, ours, public, label):
@@ -49,8 +40,8 @@ def main():
     data = pathlib.Path(os.environ.get("GELSLAM_DATA", ROOT.parent / "shared/data"))
     reference = {}
     for name in SETS:
-        reference.update(read_json(data / name / "reference.json"))
-    results = {n: r for n, r in read_json(arguments.results).items() if isinstance(r, dict)}
+        reference.update(read_table(data / name / "reference.json", "nothing: set GELSLAM_DATA"))
+    results = {n: r for n, r in read_table(arguments.results, "scripts/check_sequences.py --json").items() if isinstance(r, dict)}
     names = [n for start in ORDER for n in sorted(results) if n.startswith(start) and reference[n]]
     meshes = [n for n in names if results[n]["mesh"] and reference[n]["mesh"]]
     heights = [len(names), max(1, len(meshes))]

@@ -6,7 +6,7 @@ Example: gelslam-lab benchmark data/TactileTracking -o BENCH && scripts/plot_ben
 
 import numpy as np
 
-from plotting import NAMES, color, in_order, plt, read_table, save, study_arguments
+from plotting import NAMES, color, draw_study, in_order, plt, save
 
 AXES = ("x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg")
 TITLES = ("x (mm)", "y (mm)", "z (mm)", "rotation about x (°)", "rotation about y (°)", "rotation about z (°)")
@@ -35,10 +35,5 @@ def draw(rows, path):
     save(figure, path, (0, 0.05, 1, 1))
 
 
-def main():
-    arguments = study_arguments(__doc__, "benchmark")
-    draw(read_table(arguments.study / "accuracy.json", "gelslam-lab benchmark -o"), arguments.output)
-
-
 if __name__ == "__main__":
-    main()
+    draw_study(__doc__, "benchmark", "accuracy.json", draw)

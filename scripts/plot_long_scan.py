@@ -4,7 +4,7 @@
 Example: gelslam-lab long-scan --frames 45000 -o STUDY && scripts/plot_long_scan.py STUDY -o docs/benchmarks/long_scan.png
 """
 
-from plotting import COLORS, plt, read_table, save, study_arguments
+from plotting import COLORS, draw_study, plt, save
 
 CURVES = (("keyframes", "keyframes"), ("memory_mb", "memory of the scan (MB, resident)"),
           ("frame_ms", "processor time per frame (ms)"))
@@ -22,10 +22,5 @@ def draw(rows, path):
     save(figure, path)
 
 
-def main():
-    arguments = study_arguments(__doc__, "long_scan")
-    draw(read_table(arguments.study / "long_scan.json", "gelslam-lab long-scan -o"), arguments.output)
-
-
 if __name__ == "__main__":
-    main()
+    draw_study(__doc__, "long-scan", "long_scan.json", draw)

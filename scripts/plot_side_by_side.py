@@ -32,8 +32,7 @@ def medians(study, rows, system, log):
     runs = [r for r in rows if r["system"] == system and r["log"] == log]
     stages = [stages_of(study, system, log, r["repetition"]) for r in runs]
     result = {stage: statistics.median(s[stage] for s in stages) for stage in STAGES}
-    whole = statistics.median(float(r["processor_s"]) for r in runs)
-    return {**result, "whole": whole}
+    return {**result, "whole": statistics.median(float(r["processor_s"]) for r in runs)}
 
 
 def main():

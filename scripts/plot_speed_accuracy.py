@@ -5,7 +5,7 @@ Example: gelslam-lab speed-accuracy -o STUDY && scripts/plot_speed_accuracy.py S
 """
 
 from matplotlib.ticker import LogLocator, MultipleLocator, NullFormatter
-from plotting import NAMES, color, plt, read_table, save, study_arguments
+from plotting import NAMES, color, draw_study, plt, save
 
 MARKS = {"default": "*", "tuned": "P", "samples": "o", "points": "o", "iterations": "^", "least iterations": "v", "robust scale": "D"}
 KNOB_LABELS = {"o": "samples or points", "^": "most iterations", "v": "least iterations", "D": "robust scale",
@@ -13,26 +13,19 @@ KNOB_LABELS = {"o": "samples or points", "^": "most iterations", "v": "least ite
 LABELLED = ("samples", "points")
 
 
-def read_rows(folder):
-    rows = read_table(folder / "speed_accuracy.json", "gelslam-lab speed-accuracy -o")
-    for row in rows:
-        row["ms"], row["error"], row["low"], row["high"] = (row[k] for k in ("median_ms", "relative", "relative_low", "relative_high"))
-    return rows
-
-
 def draw_setting(axes, row):
     mark = MARKS.get(row["knob"], "d")
     big = row["knob"] in ("default", "tuned")
     of_method = color(row["method"])
-    axes.vlines(row["ms"], row["low"], row["high"], color=of_method, linewidth=1.0, alpha=0.6, zorder=2)
-    axes.scatter(row["ms"], row["error"], s=220 if mark == "*" else 110 if big else 30, marker=mark, zorder=4 if big else 3,
+    axes.vlines(row["median_ms"], row["relative_low"], row["relative_high"], color=of_method, linewidth=1.0, alpha=0.6, zorder=2)
+    axes.scatter(row["median_ms"], row["relative"], s=220 if mark == "*" else 110 if big else 30, marker=mark, zorder=4 if big else 3,
                  color=of_method, edgecolors="black" if big else "white", linewidths=0.6)
     if row["knob"] in LABELLED:
-        axes.annotate(row["value"], (row["ms"], row["error"]), fontsize=6.5, color=of_method, xytext=(4, 3), textcoords="offset points")
+        axes.annotate(row["value"], (row["median_ms"], row["relative"]), fontsize=6.5, color=of_method, xytext=(4, 3), textcoords="offset points")
 
 
 def draw_front(axes, rows):
-    front = sorted((r["ms"], r["error"]) for r in rows if r["on_front"])
+    front = sorted((r["median_ms"], r["relative"]) for r in rows if r["on_front"])
     axes.step(*zip(*front), where="post", color="black", linewidth=1.0, linestyle="--", zorder=2)
 
 
@@ -68,20 +61,15 @@ def draw(rows, path):
         axes.grid(True, which="both", alpha=0.25)
     all_axes.set_ylabel("error, relative to our default on the same pairs")
     all_axes.legend(handles=legend_handles(rows), fontsize=8, loc="upper left")
-    all_axes.set_ylim(top=3 * max(r["error"] for r in rows))  # room for the legend
+    all_axes.set_ylim(top=3 * max(r["relative"] for r in rows))  # room for the legend
     all_axes.set_title("%d pairs of frames, each method from the pose of the frame before; our default: %.4f mm"
                        % (pairs_of(rows, default["method"]), default["error_mm"]), fontsize=9)
-    near.set_xlim(default["ms"] / 4, default["ms"] * 4)
-    near.set_ylim(default["error"] * 0.75, default["error"] * 1.6)
+    near.set_xlim(default["median_ms"] / 4, default["median_ms"] * 4)
+    near.set_ylim(default["relative"] * 0.75, default["relative"] * 1.6)
     near.yaxis.set_major_locator(MultipleLocator(0.1))
     near.set_title("the same, near our default", fontsize=9)
     save(figure, path)
 
 
-def main():
-    arguments = study_arguments(__doc__, "speed_accuracy")
-    draw(read_rows(arguments.study), arguments.output)
-
-
 if __name__ == "__main__":
-    main()
+    draw_study(__doc__, "speed-accuracy", "speed_accuracy.json", draw)

@@ -5,7 +5,7 @@ called right, against what makes it hard.
 Example: gelslam-lab stability -o STUDY && scripts/plot_stability.py STUDY -o docs/benchmarks/stability.png
 """
 
-from plotting import NAMES, color, in_order, plt, read_table, save, study_arguments
+from plotting import NAMES, color, draw_study, in_order, plt, save
 
 LABELS = {
     "start x": "start off along x (mm)", "start y": "start off along y (mm)", "start z": "start off along z (mm)",
@@ -69,10 +69,5 @@ def draw(rows, path):
     save(figure, path)
 
 
-def main():
-    arguments = study_arguments(__doc__, "stability")
-    draw(read_table(arguments.study / "stability.json", "gelslam-lab stability -o"), arguments.output)
-
-
 if __name__ == "__main__":
-    main()
+    draw_study(__doc__, "stability", "stability.json", draw)

@@ -45,6 +45,12 @@ def study_arguments(description, name):
     return arguments
 
 
+def draw_study(description, name, table, draw):
+    """The whole of a script that draws a table of what `gelslam-lab NAME` wrote."""
+    arguments = study_arguments(description, name.replace("-", "_"))
+    draw(read_table(arguments.study / table, "gelslam-lab %s -o" % name), arguments.output)
+
+
 def in_order(values):
     """Each value once, as they come."""
     return list(dict.fromkeys(values))

@@ -1,27 +1,23 @@
 #!/usr/bin/env bash
-# Runs the published experiments on the public data: see usage below.
+# usage: scripts/reproduce_paper.sh [--methods LIST] [-o OUT] TACTILETRACKING_DIR [GELSLAM_DIR]
+#
+# Repeats the tracking experiment of the NormalFlow paper (RA-L 2024, Fig. 5) on the TactileTracking data: every frame is
+# registered to the first one, by NormalFlow, ICP, FPFH and FilterReg. Prints mean absolute errors per object and method,
+# and their mean over the objects beside the published one. With GELSLAM_DIR it also reconstructs every log in there,
+# evaluates those that have a ground truth, and tracks these by all methods, too, each with keyframes.
+#
+# TACTILETRACKING_DIR holds one folder per trial (avocado0, avocado1, ...) with gradient_maps.npy, contact_masks.npy and
+# true_start_T_currs.npy or true_transforms.npy. Both data sets are at huggingface.co/datasets/joehjhuang.
+#
+#   --methods LIST   default normalflow,icp,fpfh,filterreg; all 84 trials take hours, most of them for FPFH
+#   -o OUT           folder for tables, pictures and runs (default: paper in the repository)
+#
+# The program is built if GELSLAM_BIN does not name a folder with gelslam and gelslam-lab.
 set -euo pipefail
 
+usage() { sed -n '2,/^set /s/^# \?//p' "$0"; }
+
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
-
-usage() {
-  cat <<END
-usage: scripts/reproduce_paper.sh [--methods LIST] [-o OUT] TACTILETRACKING_DIR [GELSLAM_DIR]
-
-Repeats the tracking experiment of the NormalFlow paper (RA-L 2024, Fig. 5) on the TactileTracking data: every frame is
-registered to the first one, by NormalFlow, ICP, FPFH and FilterReg. Prints mean absolute errors per object and method,
-and their mean over the objects beside the published one. With GELSLAM_DIR it also reconstructs every log in there,
-evaluates those that have a ground truth, and tracks these by all methods, too, each with keyframes.
-
-TACTILETRACKING_DIR holds one folder per trial (avocado0, avocado1, ...) with gradient_maps.npy, contact_masks.npy and
-true_start_T_currs.npy or true_transforms.npy. Both data sets are at huggingface.co/datasets/joehjhuang.
-
-  --methods LIST   default normalflow,icp,fpfh,filterreg; all 84 trials take hours, most of them for FPFH
-  -o OUT           folder for tables, pictures and runs (default: paper in the repository)
-
-The program is built if GELSLAM_BIN does not name a folder with gelslam and gelslam-lab.
-END
-}
 
 methods=normalflow,icp,fpfh,filterreg
 out=$root/paper
@@ -29,11 +25,8 @@ folders=()
 while (($# > 0)); do
   case $1 in
     -h | --help) usage; exit 0 ;;
-    --methods | -o)
-      if (($# < 2)); then usage >&2; exit 2; fi
-      if [[ $1 == -o ]]; then out=$2; else methods=$2; fi
-      shift
-      ;;
+    --methods) methods=${2:?--methods needs a list}; shift ;;
+    -o) out=${2:?-o needs a folder}; shift ;;
     -*) usage >&2; exit 2 ;;
     *) folders+=("$1") ;;
   esac

@@ -1,22 +1,18 @@
 #!/usr/bin/env bash
-# Installs the Debian packages that are missing: see usage below. Their names are the same in Debian 12, Debian 13 and
-# Ubuntu 24.04.
+# usage: scripts/setup.sh [--tests] [--python] [--packages] [--reference] [--checks] [--no-install]
+#
+# Installs what building and running the program needs, where it is missing, without questions.
+#   --tests        also what the tests, the laboratory, the charts and the Python module need
+#   --python       also what the Python module needs
+#   --packages     also what scripts/package.sh needs
+#   --reference    also what scripts/api_reference.sh needs
+#   --checks       also clang-format, clang-tidy and ROS 2's linters
+#   --no-install   only say what is missing; exit code 1 if something is
 set -euo pipefail
 
-usage() {
-  cat <<END
-usage: scripts/setup.sh [--tests] [--python] [--packages] [--reference] [--checks] [--no-install]
+usage() { sed -n '2,/^set /s/^# \?//p' "$0"; }
 
-Installs what building and running the program needs, where it is missing, without questions.
-  --tests        also what the tests, the laboratory, the charts and the Python module need
-  --python       also what the Python module needs
-  --packages     also what scripts/package.sh needs
-  --reference    also what scripts/api_reference.sh needs
-  --checks       also clang-format, clang-tidy and ROS 2's linters
-  --no-install   only say what is missing; exit code 1 if something is
-END
-}
-
+# Their names are the same in Debian 12, Debian 13 and Ubuntu 24.04.
 packages=(
   g++ cmake ninja-build ccache pkg-config # build
   libeigen3-dev libopencv-dev libceres-dev libassimp-dev libembree-dev libmeshoptimizer-dev

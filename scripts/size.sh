@@ -1,24 +1,20 @@
 #!/usr/bin/env bash
-# Counts the size of the project: see usage below.
+# usage: scripts/size.sh [DIR]
+#
+# Prints yardsticks of the checkout in DIR (default: this one), so that two states can be compared:
+#   lines        .cpp and .hpp of libs and apps/gelslam
+#   settings     what changes a result, in the chain from surface to fusion and slam: constants (constexpr at any scope, or
+#                const with a k name) and fields of structs named *Options and *Limits. Not counted: what follows from
+#                other constants, text, file formats and their bounds, what judges a background in words, queues and
+#                intervals of live scans, structs within structs, and what a comment marks, by its first word:
+#                numerics (iterations, kernel radii, sampling), layout, bound (of input), speed, message
+#   short files  .cpp and .hpp files of less than 40 lines, everywhere
+#   words        in README.md and docs/*.md, docs/*/*.md
 set -euo pipefail
 
+usage() { sed -n '2,/^set /s/^# \?//p' "$0"; }
+
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
-
-usage() {
-  cat <<END
-usage: scripts/size.sh [DIR]
-
-Prints yardsticks of the checkout in DIR (default: this one), so that two states can be compared:
-  lines        .cpp and .hpp of libs and apps/gelslam
-  settings     what changes a result, in the chain from surface to fusion and slam: constants (constexpr at any scope, or
-               const with a k name) and fields of structs named *Options and *Limits. Not counted: what follows from
-               other constants, text, file formats and their bounds, what judges a background in words, queues and
-               intervals of live scans, structs within structs, and what a comment marks, by its first word:
-               numerics (iterations, kernel radii, sampling), layout, bound (of input), speed, message
-  short files  .cpp and .hpp files of less than 40 lines, everywhere
-  words        in README.md and docs/*.md, docs/*/*.md
-END
-}
 
 case ${1:-} in
   -h | --help) usage; exit 0 ;;

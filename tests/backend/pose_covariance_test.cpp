@@ -110,13 +110,5 @@ TEST(MotionCertainty, OfATreeIsWhatTheSolvedGraphKnows) {
   EXPECT_EQ(MotionCertainty(tree.edges, 0.0).sigma_mm(0, 77), std::numeric_limits<double>::infinity());
 }
 
-// Once round a ball: a loop tells where the round ends.
-TEST(MotionCertainty, TakesAShortWay) {
-  Graph roll = roll_of_400_degrees({1, 1}, false);
-  const double long_way = MotionCertainty(roll.edges, 0.1).sigma_mm(0, 89);
-  roll.join(0, 90, EdgeKind::loop);
-  EXPECT_LT(MotionCertainty(roll.edges, 0.1).sigma_mm(0, 89), 0.2 * long_way);
-}
-
 }  // namespace
 }  // namespace gelslam

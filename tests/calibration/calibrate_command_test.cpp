@@ -7,7 +7,6 @@
 
 #include "../support/run_program.hpp"
 #include "../support/temporary_folder.hpp"
-#include "gelslam/core/files.hpp"
 #include "gelslam/surface/model_file.hpp"
 #include "simulated_presses.hpp"
 
@@ -16,7 +15,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
-using ::testing::Not;
 
 ProgramResult calibrate(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), "calibrate");
@@ -48,64 +46,6 @@ TEST(CalibrateCommand, FindsTheOpticsOfAPictureOfDots) {
   EXPECT_NEAR(read_optics(optics).pixel_aspect, 1, 0.003);
   EXPECT_NEAR(read_optics(optics).lens_k1, 0, 0.004) << "the simulator's camera has no lens";
   expect_mistake(calibrate({"optics", dots, "-o", optics}), "already there");
-}
-
-TEST(CalibrateCommand, TrainsThroughTheOpticsBesideThePresses) {
-  const TemporaryFolder folder;
-  const std::string presses = (folder / "presses").string(), model = (folder / "model.json").string();
-  write_folder(presses, few_presses().set);
-  const SensorOptics optics = {0.02, {1, 0}, 1.01, 25, {0.001, 0.002}};
-  write_optics(folder / "presses/optics.yaml", optics);
-  const ProgramResult trained = calibrate({"train", presses, "-o", model, "--automatic", "--steps", "100"});
-  ASSERT_LE(trained.exit_code, 1) << trained.err;
-  EXPECT_EQ(read_model(model).optics, optics);
-  SensorOptics near = optics;
-  near.camera_distance_mm = 2;
-  write_optics(folder / "presses/optics.yaml", near);
-  expect_mistake(calibrate({"train", presses, "-o", model, "--overwrite"}),
-                 "camera_distance_mm must be at least 5");
-}
-
-TEST(CalibrateCommand, LabelsTrainsAndChecks) {
-  const TemporaryFolder folder;
-  const std::string presses = (folder / "presses").string(), model = (folder / "model.json").string(),
-                    pth = (folder / "nnmodel.pth").string();
-  write_folder(presses, few_presses().set);
-  expect_mistake(calibrate({"train", presses, "-o", model}), "16 of 16 presses have no label");
-  EXPECT_FALSE(fs::exists(model));
-
-  write_label(folder / "presses/press/1/label.npz", {50.0, 60.0, 20.0});  // a person's: is kept
-  calibrate({"collect", presses, "--headless"});
-  EXPECT_NEAR(read_label(folder / "presses/press/0/label.npz").u_px, few_presses().truth[0].center_px.x, 4.0);
-  EXPECT_EQ(read_label(folder / "presses/press/1/label.npz").u_px, 50.0);
-  fs::remove(folder / "presses/press/1/label.npz");
-
-  const ProgramResult trained =
-      calibrate({"train", presses, "-o", model, "--pth", pth, "--automatic", "--steps", "800"});
-  ASSERT_LE(trained.exit_code, 1) << trained.err;
-  EXPECT_THAT(trained.out, HasSubstr("trained on"));
-  const ModelFile file = read_model_file(model);
-  ASSERT_TRUE(file.record);
-  EXPECT_EQ(file.record->diameters_mm, (std::vector<double>{6.31, 9.5}));
-  EXPECT_EQ(read_model(pth).numbers, file.model.numbers);
-  EXPECT_EQ(file.model.sigma_rad.size(), 300U);
-  const std::string before = read_bytes(model);
-  expect_mistake(calibrate({"train", presses, "-o", model}), "is already there");
-  EXPECT_EQ(read_bytes(model), before);
-
-  const ProgramResult checked = calibrate({"check", model, presses});
-  EXPECT_LE(checked.exit_code, 1);
-  EXPECT_THAT(checked.out, testing::ContainsRegex("slope error [0-3][.][0-9]+ degrees on [0-9]+ presses"));
-
-  PressSet dark = few_presses().set;
-  dark.background *= 0.7;
-  for (CalibrationPress& press : dark.presses) press.bgr *= 0.7;
-  write_folder(folder / "dark", dark);
-  const std::string words = calibrate({"check", model, (folder / "dark").string()}).out;
-  EXPECT_THAT(words, HasSubstr("the light has changed by")) << "and the slopes may be right all the same";
-  EXPECT_THAT(checked.out, HasSubstr("gel and light are as they were"));
-  EXPECT_THAT(calibrate({"check", pth, presses}).out, Not(HasSubstr("gel and light")))
-      << "that model does not say how its gel looked";
 }
 
 /// All pictures with red and blue in each other's place.
@@ -143,30 +83,39 @@ TEST(CalibrateCommand, RefusesGelsWithTooManyMarkersAndSwappedColors) {
                  "use a gel with fewer markers or none");
 }
 
-TEST(CalibrateCommand, ABadPictureIsLeftOutAndNamed) {
+TEST(CalibrateCommand, LabelsAndTrainsThroughTheOpticsOnWhatCanBeUsed) {
   const TemporaryFolder folder;
   const std::string presses = (folder / "presses").string(), model = (folder / "model.json").string();
+  const auto train = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"train", presses, "-o", model, "--steps", "100"});
+    return calibrate(more);
+  };
   write_folder(presses, few_presses().set);
+  expect_mistake(train({}), "16 of 16 presses have no label");
+  EXPECT_FALSE(fs::exists(model));
+  write_label(folder / "presses/press/1/label.npz", {50.0, 60.0, 20.0});  // a person's: is kept
   write_bytes(folder / "presses/press/3/gelsight.png", "no picture");
   const ProgramResult labelled = calibrate({"collect", presses, "--headless"});
   EXPECT_EQ(labelled.exit_code, 1);
   EXPECT_THAT(labelled.err, HasSubstr("press/3/gelsight.png"));
+  EXPECT_NEAR(read_label(folder / "presses/press/0/label.npz").u_px, few_presses().truth[0].center_px.x, 4.0);
+  EXPECT_EQ(read_label(folder / "presses/press/1/label.npz").u_px, 50.0);
   EXPECT_FALSE(fs::exists(folder / "presses/press/3/label.npz"));
-  const ProgramResult trained = calibrate({"train", presses, "-o", model, "--automatic", "--steps", "100"});
-  EXPECT_LE(trained.exit_code, 1);
-  EXPECT_THAT(trained.err, HasSubstr("left out: press/3: "));
-  EXPECT_TRUE(fs::exists(model));
-}
 
-TEST(CalibrateCommand, LabelsAreNotWrittenWhileAnotherProgramHasTheFolder) {
-  const TemporaryFolder folder;
-  const std::string presses = (folder / "presses").string();
-  PressSet set = few_presses().set;
-  set.presses.resize(2);
-  write_folder(presses, set);
-  const FolderLock lock(presses);
-  expect_mistake(calibrate({"collect", presses, "--headless"}), "is writing to");
-  EXPECT_FALSE(fs::exists(folder / "presses/press/0/label.npz"));
+  fs::remove(folder / "presses/press/1/label.npz");
+  const SensorOptics optics = {0.02, {1, 0}, 1.01, 25, {0.001, 0.002}};
+  write_optics(folder / "presses/optics.yaml", optics);
+  const ProgramResult trained = train({"--automatic"});
+  ASSERT_LE(trained.exit_code, 1) << trained.err;
+  EXPECT_THAT(trained.err, HasSubstr("left out: press/3: "));
+  EXPECT_EQ(read_model(model).optics, optics);
+  const std::string before = read_bytes(model);
+  expect_mistake(train({"--automatic"}), "is already there");
+  EXPECT_EQ(read_bytes(model), before);
+  SensorOptics near = optics;
+  near.camera_distance_mm = 2;
+  write_optics(folder / "presses/optics.yaml", near);
+  expect_mistake(train({"--overwrite"}), "camera_distance_mm must be at least 5");
 }
 
 TEST(CalibrateCommand, NamesFilesOfTheWrongKind) {

@@ -146,38 +146,6 @@ TEST_F(EndOfACollection, SaysWhenAllPressesAreOfOneDepth) {
   EXPECT_THAT(summary_with(40.0, 8), Not(HasSubstr("less deep"))) << "too few to tell";
 }
 
-TEST_F(EndOfACollection, CtrlCClosesTheWindowToo) {
-  try {
-    GlContext::offscreen();
-  } catch (const Error& error) {
-    GTEST_SKIP() << error.what();
-  }
-  WaitingCamera camera(until_the_third_is_held(), press_ctrl_c);
-  CollectSession collecting = session(camera);
-  const InterruptStopper stopper(InterruptWatch::Ends::regularly, [&] {
-    collecting.stop();
-    collecting.close();
-  });
-  {
-    const std::jthread thread([&] { collecting.run(); });
-    LabelSession labels(PressFolder(place_ / "none", kDiameterMm).earlier(), {});
-    PressWindowOptions window;
-    window.visible = false;
-    run_press_window(labels, &collecting, window);
-    EXPECT_GE(labels.counts().accepted, 2U) << "the third one is taken when the session ends";
-  }
-  expect_whole(3);
-}
-
-TEST_F(EndOfACollection, CtrlCBeforeTheBareGelWasSeenWritesNothing) {
-  WaitingCamera camera({hand().pictures.front()}, press_ctrl_c);
-  CollectSession collecting = session(camera);
-  const InterruptStopper stopper(InterruptWatch::Ends::regularly, [&] { collecting.stop(); });
-  EXPECT_EQ(message_of<Error>([&] { collecting.run(); }),
-            "stopped before the bare gel was seen; nothing was written");
-  EXPECT_FALSE(fs::exists(folder()));
-}
-
 TEST_F(EndOfACollection, ACameraThatIsPulledOutLosesNoPress) {
   WaitingCamera camera(until_the_third_is_held(),
                        [] { throw Error("the camera is gone; is it unplugged?"); });

@@ -190,26 +190,6 @@ TEST_F(PressWindow, QThatCannotSaveStaysOpenUntilItCan) {
   EXPECT_TRUE(std::filesystem::exists(folder / "p0/label.npz"));
 }
 
-TEST_F(PressWindow, ASecondQLeavesAndSaysWhatIsLost) {
-  session.accept_rest();
-  std::filesystem::remove_all(folder / "p0");
-  Loop loop(session, nullptr, options);
-  loop.host().push({InputEvent::Kind::key, GLFW_KEY_Q, true});
-  loop.host().push({InputEvent::Kind::key, GLFW_KEY_Q, true});
-  EXPECT_THAT(message_of<Error>([&] { loop.run_and_save(); }),
-              testing::AllOf(HasSubstr("could not be saved"), HasSubstr("p0")));
-  EXPECT_TRUE(std::filesystem::exists(folder / "p2/label.npz"));
-}
-
-TEST_F(PressWindow, CtrlCSavesAndCloses) {
-  session.accept_rest();
-  int asked = 0;
-  options.asks_to_end = [&] { return ++asked > 2; };
-  run_press_window(session, nullptr, options);
-  EXPECT_EQ(session.counts().accepted, 3U);
-  EXPECT_TRUE(std::filesystem::exists(folder / "p0/label.npz"));
-}
-
 /// A camera that shows a picture, and hands out presses.
 class FakeCamera final : public CollectWatch {
  public:

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #include "../support/data_folder.hpp"
 #include "../support/temporary_folder.hpp"
@@ -104,24 +103,6 @@ TEST_F(RealPresses, AModelThatDoesNotFitIsCheckedInSilence) {
       check_model(read_model(data_ / "calibration/model/nnmodel.pth"), set, zones.zones, 0.0474);
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
   EXPECT_EQ(check.verdict, Verdict::recalibrate);
-}
-
-TEST_F(RealPresses, AModelReadsBallsItHasNotSeenBetterThanTheSensorsOwn) {
-  const PressSet set = read_press_set(data_ / "calibration");
-  const BallZones zones = find_ball_zones(set, kPitchMm, true);
-  EXPECT_EQ(zones.zones.size(), set.presses.size());
-  std::vector<BallZone> seen, unseen;
-  for (std::size_t k = 0; k < zones.zones.size(); ++k) (k % 5 == 2 ? unseen : seen).push_back(zones.zones[k]);
-  const ModelTraining training{kPitchMm, 1, 2000};
-  NoProgress quiet;
-  const ModelCheck ours =
-      check_model(train_model(set, seen, training, quiet, [] { return false; }), set, unseen, kPitchMm);
-  const ModelCheck shipped =
-      check_model(read_model(data_ / "calibration/model/nnmodel.pth"), set, unseen, kPitchMm);
-  EXPECT_LT(ours.slopes.all.mean_abs_error_deg(), shipped.slopes.all.mean_abs_error_deg());
-  EXPECT_NEAR(ours.slopes.all.scale(), 1.0, 0.05);
-  for (const DiameterCheck& ball : ours.diameters)
-    EXPECT_NEAR(ball.radius_error(), 0.0, 0.05) << ball.diameter_mm;
 }
 
 }  // namespace

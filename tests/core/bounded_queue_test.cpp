@@ -1,6 +1,5 @@
 #include "gelslam/core/bounded_queue.hpp"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -11,16 +10,6 @@
 
 namespace gelslam {
 namespace {
-
-TEST(BoundedQueue, HandsOnInOrderAndEndsWhenClosed) {
-  BoundedQueue<int> queue(3);
-  for (const int i : {1, 2, 3}) EXPECT_TRUE(queue.push(i));
-  queue.close();
-  EXPECT_FALSE(queue.push(4));
-  EXPECT_FALSE(queue.push_beyond_limit(4));
-  for (const int i : {1, 2, 3}) EXPECT_EQ(queue.pop(), i);
-  EXPECT_EQ(queue.pop(), std::nullopt);
-}
 
 TEST(BoundedQueue, PushNewestThrowsAwayTheOldest) {
   BoundedQueue<int> queue(2);

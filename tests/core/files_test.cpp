@@ -52,13 +52,6 @@ TEST(WriteFileAtomically, FailedWriteKeepsTheOldFile) {
   EXPECT_THAT(folder.names(), ElementsAre("f"));
 }
 
-TEST(WriteFileAtomically, FullDeviceIsAnErrorAndStaysADevice) {
-  EXPECT_THAT(message_of<Error>([] { write_file_atomically("/dev/full", "x"); }),
-              HasSubstr("/dev/full: cannot be written: No space left"));
-  write_file_atomically("/dev/null", "x");
-  EXPECT_TRUE(fs::is_character_file("/dev/null"));
-}
-
 TEST(WriteFileAtomically, WrongPlacesAreNamed) {
   TemporaryFolder folder;
   write_bytes(folder / "file", "x");
@@ -83,42 +76,6 @@ TEST(WriteFileAtomically, FollowsALink) {
   EXPECT_TRUE(fs::is_symlink(folder / "link"));
 }
 
-TEST(TemporaryFile, VanishesUnlessCommittedAndKeepsTheEnding) {
-  TemporaryFolder folder;
-  {
-    const TemporaryFile file(folder / "video.avi");
-    EXPECT_EQ(file.path().extension(), ".avi");
-    EXPECT_EQ(file.path().parent_path(), folder.path());
-    write_bytes(file.path(), "half");
-  }
-  EXPECT_THAT(folder.names(), IsEmpty());
-  TemporaryFile first(folder / "v"), second(folder / "v");
-  EXPECT_NE(first.path(), second.path());
-  write_bytes(first.path(), "1");
-  first.commit();
-  EXPECT_EQ(read_bytes(folder / "v"), "1");
-}
-
-TEST(ReadFile, GivesAllBytesOrSaysWhyNot) {
-  const TemporaryFolder folder;
-  const std::string bytes = std::string(200'000, 'x') + '\0' + "\r\n\xE9";
-  write_bytes(folder / "file", bytes);
-  write_bytes(folder / "empty", "");
-  EXPECT_TRUE(read_file(folder / "file") == bytes);
-  EXPECT_EQ(read_file(folder / "empty"), "");
-  EXPECT_THAT(message_of<Error>([&] { read_file(folder / "none"); }),
-              HasSubstr("none: cannot be read: No such file"));
-  EXPECT_THAT(message_of<Error>([&] { read_file(folder.path()); }),
-              HasSubstr("cannot be read: Is a directory"));
-}
-
-TEST(NameOf, IsTheLastFolderOrFileWithOrWithoutASlash) {
-  for (const char* path :
-       {"pebble", "data/pebble", "data/pebble/", "/data/pebble//", "data/pebble/.", "data/x/../pebble/"})
-    EXPECT_EQ(name_of(path), "pebble") << path;
-  EXPECT_EQ(name_of("data/log.mkv"), "log.mkv");
-}
-
 TEST(RunFolder, AppearsWholeOrNotAtAll) {
   TemporaryFolder folder;
   {
@@ -134,15 +91,6 @@ TEST(RunFolder, AppearsWholeOrNotAtAll) {
   }
   EXPECT_EQ(read_bytes(folder / "a/RUN/report.json"), "{}");
   EXPECT_THAT(folder.names(), ElementsAre("a"));
-}
-
-TEST(RunFolder, TakesAnEmptyFolder) {
-  TemporaryFolder folder;
-  fs::create_directory(folder / "RUN");
-  RunFolder run(folder / "RUN", {});
-  write_bytes(run.path() / "x", "1");
-  run.commit();
-  EXPECT_TRUE(fs::exists(folder / "RUN/x"));
 }
 
 TEST(RunFolder, OverwritesOnlyWhatIsARunAndOnlyWhenAsked) {
@@ -236,11 +184,6 @@ TEST(RunFolder, EverythingThatASaveWritesOrLeavesMayBeReplaced) {
   check_run_folder(folder / "RUN", {.overwrite = true});
 }
 
-TEST(RunFolder, AMountPointIsSaidAtOnce) {
-  EXPECT_THAT(message_of<Error>([&] { check_run_folder("/dev/shm", {.overwrite = true}); }),
-              HasSubstr("/dev/shm: a disk is mounted there"));
-}
-
 TEST(RunFolder, KeepsAllOthersOutOfTheFolderThatItReplaces) {
   const TemporaryFolder folder;
   fs::create_directory(folder / "RUN");
@@ -308,26 +251,6 @@ TEST(RunFolder, RemovesNothingThatIsNotOfARun) {
   write_bytes(temporary, "a file");
   EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", {}); }), HasSubstr("cannot be created"));
   EXPECT_EQ(read_bytes(temporary), "a file");
-}
-
-TEST(RunFolder, CanBeAskedForWithoutMakingAnything) {
-  const TemporaryFolder folder;
-  check_run_folder(folder / "a/RUN", {});
-  EXPECT_THAT(folder.names(), IsEmpty());
-  write_bytes(folder / "file", "x");
-  EXPECT_THAT(message_of<Error>([&] { check_run_folder(folder.path(), {}); }), HasSubstr("exists already"));
-  EXPECT_THAT(message_of<Error>([&] { check_run_folder(folder / "file", {}); }), HasSubstr("is a file"));
-}
-
-TEST(RunFolder, WrongPlacesAreNamedAtOnce) {
-  TemporaryFolder folder;
-  write_bytes(folder / "file", "x");
-  EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "file", {}); }), HasSubstr("file: is a file"));
-  EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "file/RUN", {}); }), HasSubstr("cannot be created"));
-  EXPECT_THAT(message_of<Error>([&] { RunFolder("/proc/RUN", {}); }), HasSubstr("cannot be created"));
-  EXPECT_THROW(RunFolder("", {}), Error);
-  EXPECT_THROW(RunFolder("/", {}), Error);
-  EXPECT_THAT(folder.names(), ElementsAre("file"));
 }
 
 TEST(CheckIsRun, RefusesLinksAndPipesInThePlaceOfFiles) {

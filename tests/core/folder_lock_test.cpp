@@ -1,8 +1,5 @@
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 #include <unistd.h>
-
-#include <csignal>
 
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
@@ -30,26 +27,6 @@ TEST(FolderLock, KeepsASecondOneOutUntilTheFirstIsGone) {
   }
   EXPECT_EQ(second_locker(folder.path()), "nothing was thrown");
   EXPECT_TRUE(folder.names().empty());
-}
-
-TEST(FolderLock, EndsWithAProgramThatIsKilled) {
-  const test::TemporaryFolder folder;
-  int ready[2];
-  ASSERT_EQ(::pipe(ready), 0);
-  const pid_t other = ::fork();
-  if (other == 0) {
-    const FolderLock lock(folder.path());
-    if (::write(ready[1], "x", 1) == 1) ::pause();
-    ::_exit(1);
-  }
-  char byte = 0;
-  ASSERT_EQ(::read(ready[0], &byte, 1), 1);
-  EXPECT_NE(second_locker(folder.path()), "nothing was thrown");
-  ::kill(other, SIGKILL);
-  ::waitpid(other, nullptr, 0);
-  EXPECT_EQ(second_locker(folder.path()), "nothing was thrown");
-  ::close(ready[0]);
-  ::close(ready[1]);
 }
 
 TEST(FolderLock, NamesWhatIsNoFolder) {

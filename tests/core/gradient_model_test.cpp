@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <fstream>
@@ -33,16 +32,6 @@ double loss(const GradientModel& network, NetworkTile tile) {
   double sum = 0.0;
   for (const float value : tile.output) sum += static_cast<double>(value) * static_cast<double>(value);
   return sum;
-}
-
-TEST(GradientModel, HasItsLayersOneAfterTheOther) {
-  GradientModel model;
-  float number = 0.0F;
-  for (std::size_t layer = 0; layer < GradientModel::kLayers; ++layer) {
-    for (float& value : model.weight(layer)) value = number++;
-    for (float& value : model.bias(layer)) value = number++;
-  }
-  for (std::size_t k = 0; k < model.numbers.size(); ++k) ASSERT_EQ(model.numbers[k], static_cast<float>(k));
 }
 
 TEST(NetworkForward, AgreesWithTheGoldenFile) {
@@ -179,18 +168,6 @@ TEST(NetworkBackward, DerivativesAreThoseOfFiniteDifferences) {
   EXPECT_LT(std::sqrt(difference / size), 0.01);  // kinks of the ReLU
 }
 
-TEST(NetworkBackward, AddsToWhatIsThere) {
-  std::mt19937 random(6);
-  const GradientModel network = random_network(random);
-  NetworkTile tile = random_tile(random);
-  network_forward(network, tile);
-  GradientModel once, twice;
-  network_backward(network, tile, tile.output, once);
-  for (int k = 0; k < 2; ++k) network_backward(network, tile, tile.output, twice);
-  for (std::size_t k = 0; k < once.numbers.size(); ++k)
-    ASSERT_FLOAT_EQ(twice.numbers[k], 2.0F * once.numbers[k]);
-}
-
 // The first step of Adam goes by the learning rate against the sign of each derivative, whatever its size;
 // with a constant gradient every later step does the same.
 TEST(Adam, StepsByTheLearningRate) {
@@ -205,13 +182,6 @@ TEST(Adam, StepsByTheLearningRate) {
     EXPECT_NEAR(network.numbers[1], -way, 1e-5F);
     EXPECT_NEAR(network.numbers[2], way, 1e-5F);
   }
-}
-
-TEST(InitialNetwork, ScalesItsWeightsByTheInputs) {
-  const GradientModel network = initial_network([] { return 1.0; });
-  EXPECT_FLOAT_EQ(network.weight(0)[7], std::sqrt(2.0F / 5.0F));
-  EXPECT_FLOAT_EQ(network.weight(3)[7], 0.25F);
-  EXPECT_EQ(network.bias(1)[7], 0.0F);
 }
 
 }  // namespace

@@ -64,20 +64,6 @@ TEST(ReadOptions, TakesGivenValuesAndKeepsDefaults) {
   EXPECT_EQ(options.ratio, 0.3);
 }
 
-TEST(ReadOptions, EmptyFileAndEmptySectionsKeepDefaults) {
-  EXPECT_EQ(parse("").pixels, 500);
-  EXPECT_EQ(parse("slam_config:\ndevice_config: {}\n").pixels, 500);
-}
-
-TEST(ReadOptions, BoundsAreInclusive) {
-  EXPECT_EQ(parse(track("ratio: 1")).ratio, 1.0);
-  EXPECT_EQ(parse(track("ratio: 0")).ratio, 0.0);
-  EXPECT_THAT(error_in(track("ratio: 1.0001")),
-              HasSubstr("dir/c.yaml:3: slam_config.track_config.ratio is 1.0001, must be from 0 to 1"));
-  EXPECT_THAT(error_in(track("pixels: 0")), HasSubstr("must be from 1 to 100000"));
-  EXPECT_THAT(error_in(track("pixels: 1e300")), HasSubstr("must be from 1 to 100000"));
-}
-
 TEST(ReadOptions, WrongTypesAreNamedWithTheirLine) {
   for (const char* bad : {"abc", "0.3abc", ".nan", ".inf", "nan", "inf", "[1]", "{a: 1}", "''", "~", "0x10 ",
                           "1e999", "--1", "+-1"}) {
@@ -105,11 +91,6 @@ TEST(ReadOptions, UnknownKeyNamesTheNearestOne) {
   EXPECT_THAT(error_in("zebra: 1\n"), HasSubstr("c.yaml:1: zebra is an unknown key"));
   EXPECT_THAT(error_in("zebra: 1\n"), Not(HasSubstr("did you mean")));
   EXPECT_THAT(error_in("ratio: 1\n"), HasSubstr("belongs into slam_config.track_config"));
-}
-
-TEST(ReadOptions, KeyGivenTwiceIsRefused) {
-  EXPECT_THAT(error_in("slam_config:\n  deep: 1\n  deep: 2\n"),
-              HasSubstr("c.yaml:3: slam_config.deep is given twice"));
 }
 
 TEST(ReadOptions, HostileInputIsAnErrorOfOneLine) {
@@ -156,14 +137,6 @@ TEST(ReadOptions, RelativePathsCountFromTheFile) {
   EXPECT_TRUE(options.model.empty());
 }
 
-TEST(ReadOptions, ATildeIsTheHomeFolder) {
-  test::TemporaryFolder folder;
-  test::write_bytes(folder / "c.yaml", "device_config:\n  model: ~/m/n.pth\n");
-  Options options;
-  read_options(folder / "c.yaml", list(options));
-  EXPECT_EQ(options.model, std::filesystem::path(std::getenv("HOME")) / "m/n.pth");
-}
-
 TEST(ReadOptions, BackslashesOfWindowsAreUnderstoodOrNamed) {
   test::TemporaryFolder folder;
   const auto read = [&](const std::string& model) {
@@ -178,18 +151,6 @@ TEST(ReadOptions, BackslashesOfWindowsAreUnderstoodOrNamed) {
   EXPECT_EQ(read("m\\n.pth"), folder / "m\\n.pth");
   for (const char* quoted : {"\"m\\nnmodel.pth\"", "\"C:\\Users\\n.pth\"", "\"C:\\models\\n.pth\""})
     EXPECT_THAT(message_of<Error>([&] { read(quoted); }), HasSubstr("write / instead")) << quoted;
-}
-
-TEST(ReadOptions, FileThatIsNotThereOrNoFile) {
-  test::TemporaryFolder folder;
-  Options options;
-  EXPECT_THAT(message_of<Error>([&] { read_options(folder / "none.yaml", list(options)); }),
-              HasSubstr("no such file"));
-  EXPECT_THAT(message_of<Error>([&] { read_options(folder.path(), list(options)); }),
-              HasSubstr("not a configuration file"));
-  test::write_bytes(folder / "big.yaml", std::string(2u << 20, ' '));
-  EXPECT_THAT(message_of<Error>([&] { read_options(folder / "big.yaml", list(options)); }),
-              HasSubstr("too large"));
 }
 
 TEST(WriteOptions, ReadsBackExactly) {

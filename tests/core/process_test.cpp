@@ -1,9 +1,6 @@
 #include "gelslam/core/process.hpp"
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
-
-#include <thread>
 
 namespace gelslam {
 namespace {
@@ -34,17 +31,6 @@ TEST(InterruptWatch, SecondSignalEndsTheProgram) {
       testing::KilledBySignal(SIGTERM), "");
 }
 
-TEST(InterruptWatch, AsksAsOftenAsToldThenEndsTheProgram) {
-  EXPECT_EXIT(
-      {
-        const InterruptWatch watch(2);
-        std::raise(SIGINT);
-        std::raise(SIGTERM);
-        if (watch.requests() == 2) std::raise(SIGINT);
-      },
-      testing::KilledBySignal(SIGINT), "");
-}
-
 TEST(InterruptWatch, EvenTheFirstSignalEndsWhatCannotBeStopped) {
   const InterruptWatch outer;
   EXPECT_EXIT(
@@ -72,45 +58,6 @@ TEST(InterruptWatch, AClosedTerminalAsksOnceUnlessItIsToBeOutlived) {
     EXPECT_FALSE(watch.requested());
   }
   std::signal(SIGHUP, previous);
-}
-
-TEST(InterruptWatch, GivesBackWhatWasThere) {
-  const auto previous = std::signal(SIGINT, SIG_IGN);
-  { const InterruptWatch watch; }
-  std::raise(SIGINT);  // ignored again, else the test ends here
-  EXPECT_EQ(std::signal(SIGINT, previous), SIG_IGN);
-}
-
-TEST(InterruptWatch, SaysBySignalWhatEndedTheWorkEarly) {
-  {
-    const InterruptWatch watch;
-    EXPECT_EQ(InterruptWatch::ended_early_by(), 0);
-    std::raise(SIGTERM);
-  }
-  EXPECT_EQ(InterruptWatch::ended_early_by(), SIGTERM);
-  const InterruptWatch camera(1, InterruptWatch::Ends::regularly);
-  { const InterruptWatch while_it_is_opened; }
-  std::raise(SIGINT);
-  EXPECT_TRUE(camera.requested());
-  EXPECT_EQ(InterruptWatch::ended_early_by(), 0);
-}
-
-TEST(LowerThreadPriority, IsRelativeToWhatTheThreadHas) {
-  const auto lowered_from = [](int nice_value) {
-    int lowered = 0;
-    std::thread([&] {
-      ::setpriority(PRIO_PROCESS, 0, nice_value);
-      lower_thread_priority();
-      lowered = ::getpriority(PRIO_PROCESS, 0);
-    }).join();
-    return lowered;
-  };
-  const int now = ::getpriority(PRIO_PROCESS, 0);
-  if (now > 5) GTEST_SKIP() << "this test runs at nice " << now << " already";
-  EXPECT_EQ(lowered_from(now), now + 10);
-  EXPECT_EQ(lowered_from(7), 17);
-  EXPECT_EQ(lowered_from(15), 19);
-  EXPECT_EQ(::getpriority(PRIO_PROCESS, 0), now) << "only the thread that asks";
 }
 
 }  // namespace

@@ -63,24 +63,5 @@ TEST(Se3, NormalizedIsARotationAgain) {
   EXPECT_LT(rotation_angle_rad(pose.inverse() * se3_exp(Vector6d::Constant(0.3))), 1e-3);
 }
 
-TEST(Decompositions, EigenvaluesAscendAndMakeTheMatrixAgain) {
-  const Matrix6d factor = Matrix6d::NullaryExpr([](int i, int j) { return std::sin(1.0 + i + 7.0 * j); });
-  const Matrix6d symmetric = factor + factor.transpose();
-  const SymmetricEigen eigen = symmetric_eigen(symmetric);
-  EXPECT_TRUE(std::is_sorted(eigen.values.begin(), eigen.values.end()));
-  EXPECT_TRUE(
-      (eigen.vectors * eigen.values.asDiagonal() * eigen.vectors.transpose()).isApprox(symmetric, 1e-12));
-}
-
-TEST(Decompositions, ZTurnsToTheDirectionByTheSmallestAngle) {
-  for (const Eigen::Vector3d& direction :
-       {Eigen::Vector3d(0.3, -2, 1), Eigen::Vector3d(0, 0, 4), Eigen::Vector3d(0, 0, -1)}) {
-    const Eigen::Matrix3d rotation = rotation_of_z_to(direction);
-    EXPECT_TRUE(rotation.col(2).isApprox(direction.normalized(), 1e-12));
-    EXPECT_NEAR(rotation.determinant(), 1, 1e-12);
-    EXPECT_NEAR(so3_log(rotation).norm(), std::acos(direction.normalized().z()), 1e-7);
-  }
-}
-
 }  // namespace
 }  // namespace gelslam

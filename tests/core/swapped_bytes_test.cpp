@@ -60,20 +60,5 @@ TEST(SwappedBytes, SurviveAFork) {
   EXPECT_EQ(after.read(), block('q'));
 }
 
-TEST(SwappedBytes, StayInMemoryWithoutADisk) {
-  const int status = [] {
-    const pid_t child = ::fork();  // begins a file of its own, in a folder that is not there
-    if (child == 0) {
-      ::setenv("TMPDIR", "/nowhere", 1);
-      const SwappedBytes bytes(block('m'));
-      std::_Exit(bytes.read() == block('m') ? 0 : 1);
-    }
-    int result = -1;
-    ::waitpid(child, &result, 0);
-    return result;
-  }();
-  EXPECT_EQ(status, 0);
-}
-
 }  // namespace
 }  // namespace gelslam

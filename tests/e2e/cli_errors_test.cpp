@@ -2,17 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <map>
-#include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
-#include "../support/data_folder.hpp"
 #include "../support/pictures.hpp"
 #include "../support/run_program.hpp"
 
 namespace gelslam {
 namespace {
 
-namespace fs = std::filesystem;
 using test::expect_mistake;
 using test::ProgramResult;
 using test::TemporaryFolder;
@@ -190,105 +187,21 @@ TEST(Cli, NoOutputReplacesWhatIsThereUnasked) {
     EXPECT_EQ(test::read_bytes(folder / file), "precious");
 }
 
-TEST(InfoErrors, EveryUnusableInputIsOneLine) {
+TEST(Cli, WhatReconstructCannotUseIsOneLineAndNothingIsLeft) {
   const TemporaryFolder folder;
-  test::write_bytes(folder / "text.avi", "no video\n");
-  test::write_bytes(folder / "text.pt", "no model\n");
-  test::write_bytes(folder / "empty.avi", "");
-  test::write_bytes(folder / "noise.avi", std::string("\0\1\2\3", 4) + std::string(3000, '\xa7'));
-  std::filesystem::create_directory(folder / "empty");
-  expect_mistake(gelslam({"info"}), "PATH is required");
-  expect_mistake(gelslam({"info", (folder / "none").string()}), "none: no such file or folder");
-  expect_mistake(gelslam({"info", (folder / "two\nlines").string()}), "two lines: no such file or folder");
-  expect_mistake(gelslam({"info", (folder / "text.avi").string()}), "text.avi: not a video");
-  expect_mistake(gelslam({"info", (folder / "text.pt").string()}),
-                 "neither an nnmodel.pth or nnmini.pt (zip");
-  expect_mistake(gelslam({"info", (folder / "empty.avi").string()}), "empty.avi: the file is empty");
-  expect_mistake(gelslam({"info", (folder / "noise.avi").string()}), "noise.avi: not a video");
-  expect_mistake(gelslam({"info", (folder / "empty").string()}), "the folder holds neither");
-}
-
-fs::path real_model() { return test::data_folder() / "calibration/model/nnmodel.pth"; }
-
-/// Mistakes in what `gelslam reconstruct` is given; whichever it is, no output may be left behind.
-class ReconstructErrors : public testing::Test {
- protected:
-  ProgramResult reconstruct(const std::string& log, const std::vector<std::string>& more) {
-    std::vector<std::string> arguments{"reconstruct", (folder / log).string(), "-o",
-                                       (folder / "out/RUN").string()};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    const ProgramResult result = gelslam(arguments);
-    EXPECT_FALSE(fs::exists(folder / "out"));
-    return result;
-  }
-
-  TemporaryFolder folder;
-};
-
-TEST_F(ReconstructErrors, LogsAndConfigurationsThatCannotBeUsed) {
   test::write_video(folder / "log.avi", "MJPG", 3, 320, 240);
-  test::write_bytes(folder / "text.avi", "no video\n");
-  test::write_bytes(folder / "text.pt", "no model\n");
-  test::write_bytes(folder / "model.pth", "no model");
   test::write_bytes(folder / "typo.yaml", "gelslam_config:\n  track_config:\n    scr_treshold: 0.3\n");
-  test::write_bytes(folder / "range.yaml", "gelslam_config:\n  track_config:\n    scr_threshold: 3\n");
-  test::write_bytes(folder / "broken.yaml", "device_config: [\n");
-  const std::string model = (folder / "model.pth").string();
-  expect_mistake(gelslam({"reconstruct"}), "(see gelslam reconstruct --help)");
-  expect_mistake(gelslam({"reconstruct", (folder / "log.avi").string()}), "--output is required");
-  expect_mistake(reconstruct("none.avi", {"--model", model}), "none.avi: no such file or folder");
-  if (fs::exists(real_model()))
-    expect_mistake(reconstruct("text.avi", {"--model", real_model().string()}), "text.avi: not a video");
-  expect_mistake(reconstruct(std::string(300, 'a'), {"--model", model}), "name too long");
-  expect_mistake(reconstruct("log.avi", {}), "no gradient model");
-  expect_mistake(reconstruct("log.avi", {"--model", (folder / "none.pth").string()}), "none.pth");
-  expect_mistake(reconstruct("log.avi", {"--model", model}), "model.pth");
-  expect_mistake(reconstruct("log.avi", {"--config", (folder / "none.yaml").string()}),
-                 "none.yaml: no such file");
-  expect_mistake(
-      reconstruct("log.avi", {"--config", (folder / "typo.yaml").string()}),
-      "typo.yaml:3: gelslam_config.track_config.scr_treshold is an unknown key, did you mean scr_threshold?");
-  expect_mistake(reconstruct("log.avi", {"--config", (folder / "range.yaml").string()}), "range.yaml:3: ");
-  expect_mistake(reconstruct("log.avi", {"--config", (folder / "broken.yaml").string()}), "broken.yaml:");
-}
-
-TEST_F(ReconstructErrors, PicturesThatCannotBeUsed) {
-  if (!fs::exists(real_model())) GTEST_SKIP() << "no model at " << real_model() << "; set GELSLAM_DATA";
-  const std::vector<std::string> model{"--model", real_model().string()};
-  test::write_video(folder / "gray.avi", "MJPG", 12, 320, 240, 25.0, /*gray=*/true);
-  test::write_video(folder / "small.avi", "MJPG", 12, 160, 120);
-  test::write_video(folder / "short.avi", "MJPG", 3, 320, 240);
-  fs::create_directory(folder / "images");
-  for (int i = 0; i < 12; ++i) {
-    cv::imwrite((folder / ("images/" + std::to_string(i) + ".png")).string(),
-                cv::Mat1b(240, 320, static_cast<uchar>(i)));
-  }
-  expect_mistake(reconstruct("gray.avi", model), "gray.avi, frame 0: a gray picture");
-  expect_mistake(reconstruct("small.avi", model), "small.avi, frame 0: is 160x120 pixels");
-  expect_mistake(reconstruct("short.avi", model), "3");
-  expect_mistake(reconstruct("images", model), "0.png: a gray picture");
-  expect_mistake(reconstruct("images/0.png", model), "a single image");
-}
-
-TEST_F(ReconstructErrors, OutputsThatMayNotBeReplaced) {
-  if (!fs::exists(real_model())) GTEST_SKIP() << "no model at " << real_model() << "; set GELSLAM_DATA";
-  test::write_video(folder / "log.avi", "MJPG", 12, 320, 240);
-  fs::create_directory(folder / "full");
-  test::write_bytes(folder / "full/precious.txt", "1");
-  test::write_bytes(folder / "file", "1");
-  const auto run = [&](const fs::path& output, bool overwrite) {
-    std::vector<std::string> arguments{"reconstruct", (folder / "log.avi").string(),
-                                       "--model",     real_model().string(),
-                                       "-o",          output.string()};
-    if (overwrite) arguments.push_back("--overwrite");
-    return gelslam(arguments);
+  const auto reconstruct = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"reconstruct", folder / "log.avi", "-o", folder / "out/RUN"});
+    return gelslam(more);
   };
-  expect_mistake(run(folder / "full", false), "full: exists already");
-  expect_mistake(run(folder / "full", true), "full: will not be overwritten");
-  expect_mistake(run(folder / "file", true), "file: is a file");
-  expect_mistake(run(folder / "file/RUN", false), "cannot be created");
-  EXPECT_EQ(test::read_bytes(folder / "full/precious.txt"), "1");
-  EXPECT_THAT(folder.names(), testing::ElementsAre("file", "full", "log.avi"));
+  expect_mistake(gelslam({"reconstruct", folder / "log.avi"}), "--output is required");
+  expect_mistake(reconstruct({}), "no gradient model");
+  expect_mistake(reconstruct({"--model", folder / "none.pth"}), "none.pth");
+  expect_mistake(
+      reconstruct({"--config", folder / "typo.yaml"}),
+      "typo.yaml:3: gelslam_config.track_config.scr_treshold is an unknown key, did you mean scr_threshold?");
+  EXPECT_FALSE(std::filesystem::exists(folder / "out"));
 }
 
 }  // namespace

@@ -26,23 +26,6 @@ ProgramResult info(const fs::path& path, bool json = false) {
   return test::run_program(GELSLAM_PROGRAM, arguments);
 }
 
-TEST(Info, ARealDataFolder) {
-  const fs::path folder = data_folder() / "sequences/track_coin";
-  if (!fs::exists(folder)) GTEST_SKIP() << "no data at " << folder << "; set GELSLAM_DATA";
-  const ProgramResult words = info(folder);
-  EXPECT_EQ(words.exit_code, 0) << words.err;
-  for (const char* part :
-       {"a data folder", "GelSight Mini", "320x240, 25 Hz, 245 frames, 9.8 s", "network of 2370 weights",
-        "use        gelslam reconstruct, scan, track, record --from, evaluate\n"}) {
-    EXPECT_THAT(words.out, HasSubstr(part));
-  }
-  const ProgramResult result = info(folder, true);
-  const auto json = nlohmann::json::parse(result.out);
-  EXPECT_THAT(json.at("log").get<std::string>(), HasSubstr("245 frames"));
-  EXPECT_EQ(json.at("use").at(0), "reconstruct");
-  EXPECT_TRUE(json.at("problems").empty());
-}
-
 TEST(Info, AFolderWithProblemsStillSaysWhatIsGood) {
   const TemporaryFolder folder;
   test::write_video(folder / "gelsight.avi", "MJPG", 3, 320, 240, 25.0, /*gray=*/true);

@@ -117,15 +117,6 @@ TEST(Map, OfAMeshIsAFolderThatTrackAndViewRead) {
   expect_mistake(gelslam({"map", in_meters, "-o", map, "--overwrite"}), "unit");
 }
 
-TEST(TrackInAMap, WithoutADisplayNothingBegins) {
-  const TemporaryFolder folder;
-  ::unsetenv("DISPLAY");
-  ::unsetenv("WAYLAND_DISPLAY");
-  const std::string mesh = (scan().log() / "gt_mesh.ply").string(), map = (folder / "map").string();
-  gelslam({"map", mesh, "-o", map, "--touches", "2", "-q"});
-  expect_mistake(gelslam({"track", scan().log().string(), "--map", map, "--window"}), "no display");
-}
-
 TEST(TrackInAMap, WhatIsNoMapIsSaidInOneLine) {
   const TemporaryFolder folder;
   const std::string log = scan().log().string();

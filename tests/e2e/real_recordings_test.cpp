@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 #include <set>
 #include <sstream>
 
@@ -52,6 +50,13 @@ class RealRecordings : public testing::Test {
             "--config", (folder / "dots.yaml").string()};
   }
 
+  /// Of a video, one part in so many: what comes later is more of the same.
+  fs::path beginning_of(const fs::path& video, std::size_t parts) const {
+    const std::string bytes = test::read_bytes(video);
+    test::write_bytes(folder / "short.avi", bytes.substr(0, bytes.size() / parts));
+    return folder / "short.avi";
+  }
+
   static double most_contact_px(const std::vector<nlohmann::json>& frames, int first, double pitch_mm) {
     double most = 0;
     for (const nlohmann::json& frame : frames)
@@ -89,18 +94,16 @@ TEST_F(RealRecordings, BareGelBesideASmallTouchIsNoContact) {
   }
 }
 
-/// The first eighth of six logs of two fingers each: about 56 frames.
+/// About 56 frames of three logs of two fingers each.
 TEST_F(RealRecordings, WhatTwoFingersHoldIsTrackedAndBareGelIsNot) {
   test::write_bytes(folder / "long.yaml", "device_config:\n  ppmm: 0.0634\n");
-  for (const char* name : {"cellotape_7", "screw_driver_blue_gray_1", "screw_driver_blue_gray_4",
-                           "screw_driver_blue_gray_5", "screw_driver_blue_gray_6", "walnut_1"}) {
+  for (const char* name : {"cellotape_7", "screw_driver_blue_gray_1", "walnut_1"}) {
     for (const std::string side : {"left", "right"}) {
-      const fs::path pair = real / "pairs" / name, log = folder / "short.avi";
-      const std::string video = test::read_bytes(pair / (side + ".avi"));
-      test::write_bytes(log, video.substr(0, video.size() / 8));
-      const auto frames = track(log, {"--model", (real / "nnmini.pt").string(), "--background",
-                                      (pair / ("background_" + side + ".png")).string(), "--config",
-                                      (folder / "long.yaml").string()});
+      const fs::path pair = real / "pairs" / name;
+      const auto frames = track(
+          beginning_of(pair / (side + ".avi"), 8),
+          {"--model", (real / "nnmini.pt").string(), "--background",
+           (pair / ("background_" + side + ".png")).string(), "--config", (folder / "long.yaml").string()});
       EXPECT_GT(frames.size(), 40U) << name << " " << side;
       const auto in_first_trial = std::ranges::count_if(
           frames, [](const auto& f) { return f.at("status") == "tracked" && f.at("trial") == 0; });
@@ -111,80 +114,9 @@ TEST_F(RealRecordings, WhatTwoFingersHoldIsTrackedAndBareGelIsNot) {
   }
 }
 
-/// By how much the middle of an edge between two points of a picture lies beside its ends, in pixels: the
-/// strongest gradient of each of 40 lines across, fitted by a parabola.
-double bow_px(const cv::Mat& bgr, const cv::Point2d& from, const cv::Point2d& to) {
-  constexpr int kLines = 40, kReach = 5;
-  const bool upright = std::abs(to.y - from.y) > std::abs(to.x - from.x);
-  cv::Mat3d smooth;
-  bgr.convertTo(smooth, CV_64F);
-  cv::GaussianBlur(smooth, smooth, {}, 1.0);
-  const auto gradient = [&](int u, int v) {
-    return upright ? cv::norm(smooth(v, u + 1) - smooth(v, u - 1))
-                   : cv::norm(smooth(v + 1, u) - smooth(v - 1, u));
-  };
-  cv::Mat1d terms(kLines, 3), places(kLines, 1);
-  for (int k = 0; k < kLines; ++k) {
-    const double along = 0.08 + 0.84 * k / (kLines - 1);
-    const cv::Point2d middle = from + along * (to - from);
-    const int u = cvRound(middle.x), v = cvRound(middle.y);
-    std::vector<double> across;
-    for (int d = -kReach; d <= kReach; ++d)
-      across.push_back(upright ? gradient(u + d, v) : gradient(u, v + d));
-    const auto best = std::max_element(across.begin() + 1, across.end() - 1);
-    const double before = best[-1], after = best[1];
-    places(k, 0) = (upright ? u : v) + static_cast<double>(best - across.begin()) - kReach +
-                   0.5 * (before - after) / (before - 2.0 * *best + after);
-    const double x = 2.0 * along - 1.0;
-    terms(k, 0) = 1.0;
-    terms(k, 1) = x;
-    terms(k, 2) = x * x;
-  }
-  cv::Mat1d parabola;
-  cv::solve(terms, places, parabola, cv::DECOMP_QR);
-  return std::abs(parabola(2, 0));
-}
-
-/// A Mini's lens bends them outside in; nothing here says the sensor's optics.
-TEST_F(RealRecordings, EdgesOfABlockAreStraight) {
-  test::write_bytes(folder / "flat.yaml", "device_config:\n  optics: {camera_distance_mm: 0}\n");
-  const auto bows = [&](const std::vector<std::string>& options) {
-    std::vector<std::string> words{
-        "surface",      (real / "square_block/img_21.png").string(),
-        "--background", (real / "square_block/background_approximate.png").string(),
-        "--model",      (real / "nnmini.pt").string(),
-        "--force",      "--overwrite",
-        "-o",           (folder / "BLOCK").string()};
-    words.insert(words.end(), options.begin(), options.end());
-    EXPECT_LE(run(words).exit_code, 1);
-    const cv::Mat normals = cv::imread((folder / "BLOCK/normals.png").string());
-    const std::vector<cv::Point2d> corners{{105, 20}, {265, 31}, {253, 190}, {94, 180}, {105, 20}};
-    std::vector<double> px;
-    for (std::size_t k = 0; k + 1 < corners.size(); ++k)
-      px.push_back(bow_px(normals, corners[k], corners[k + 1]));
-    return px;
-  };
-  const std::vector<double> bent = bows({"--config", (folder / "flat.yaml").string()}), straight = bows({});
-  for (std::size_t k = 0; k < bent.size(); ++k) {
-    EXPECT_GT(bent[k], 0.25) << k;
-    EXPECT_LT(straight[k], 0.5 * bent[k]) << k;
-  }
-}
-
-/// A DIGIT's gel is strongly curved, which nothing here says.
-TEST_F(RealRecordings, PressesOfADigitAreFoundAndTrainAModel) {
-  const test::ProgramResult result = run({"calibrate", "train", (real / "digit_balls").string(), "--config",
-                                          (real / "digit_balls/config.yaml").string(), "--automatic",
-                                          "--steps", "1500", "-o", (folder / "digit.json").string()});
-  EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.out, testing::HasSubstr("trained on 42 presses"));
-  EXPECT_THAT(result.err, testing::HasSubstr("trained for orthographic camera, no lens, flat gel"));
-  EXPECT_THAT(result.err, testing::HasSubstr("the sensor's optics are not those of these presses"));
-}
-
 /// They are shaken by up to 0.7 mm per frame.
 TEST_F(RealRecordings, AHeldObjectStaysInOneTrial) {
-  for (const char* name : {"tin_box_2", "tin_box_3", "wooden_statue_1", "wooden_statue_2"}) {
+  for (const char* name : {"tin_box_2", "wooden_statue_1"}) {
     const fs::path pair = real / "pairs" / name;
     const auto facts = nlohmann::json::parse(test::read_bytes(pair / "pair.json"));
     const int start = facts.at("start"), end = facts.at("end");
@@ -220,7 +152,7 @@ TEST_F(RealRecordings, NoBareGelIsTrackedAfterABadStart) {
     const auto frames =
         track(real / "bad_starts" / (name + "_camera_0.avi"),
               {"--model", (real / "nnmini.pt").string(), "--config", (folder / "dots.yaml").string()});
-    EXPECT_GT(frames.size(), 70U) << name;
+    EXPECT_GT(frames.size(), static_cast<std::size_t>(touch)) << name;
     for (const nlohmann::json& frame : frames) {
       if (frame.at("frame") >= touch) break;
       EXPECT_NE(frame.at("status"), "tracked") << name << " " << frame.at("frame");
@@ -271,6 +203,20 @@ TEST_F(RealRecordings, ABackgroundCanBeNamed) {
   ASSERT_GT(frames.size(), 100U);
   EXPECT_EQ(frames[9].at("status"), "background");
   EXPECT_EQ(frames[10].at("status"), "no_contact");
+}
+
+/// Of a hand that rolls a peanut: dithered, 15 Hz, several degrees per frame.
+TEST_F(RealRecordings, APeanutIsOneMapWithNearlyEveryFrameInIt) {
+  const test::ProgramResult result =
+      run({"reconstruct", (data / "clips/peanut").string(), "-o", (folder / "run").string(), "--config",
+           GELSLAM_CLIP_CONFIG, "--background", (data / "clips/background.png").string(), "--model",
+           (data / "calibration/model/nnmodel.pth").string()});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const auto report = nlohmann::json::parse(test::read_bytes(folder / "run/report.json"));
+  EXPECT_LE(report.at("frames").at("not_in_mesh"), 1)
+      << "contact nearly fades at frame 61, and is recognized again";
+  EXPECT_GE(report.at("frames").at("in_map"), 100) << "of 109, one without contact; five or six jumps of the "
+                                                      "sped up clip fit nowhere, or at several places";
 }
 
 }  // namespace

@@ -13,7 +13,6 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 #include <sstream>
-#include <thread>
 
 #include "simulated_scan.hpp"
 
@@ -96,6 +95,18 @@ TEST(Reconstruct, TheSameLogGivesTheSameBytesOnOneCoreAndOnAll) {
     EXPECT_TRUE(read_bytes(all / file) == read_bytes(one / file)) << file;
 }
 
+TEST(Info, SaysWhatADataFolderIsGoodFor) {
+  const ProgramResult words = gelslam({"info", scan().log().string()});
+  EXPECT_EQ(words.exit_code, 0) << words.err;
+  for (const char* part :
+       {"a data folder", "GelSight Mini", "320x240, 25 Hz, 90 frames, 3.6 s", "network of 2370 weights",
+        "use        gelslam reconstruct, scan, track, record --from, evaluate\n"})
+    EXPECT_THAT(words.out, testing::HasSubstr(part));
+  const json object = json::parse(gelslam({"info", scan().log().string(), "--json"}).out);
+  EXPECT_EQ(object.at("use").at(0), "reconstruct");
+  EXPECT_TRUE(object.at("problems").empty());
+}
+
 TEST(Reconstruct, WarnsOfATruncatedLogAlsoWhenQuiet) {
   const TemporaryFolder folder;
   const std::string whole = read_bytes(scan().log() / "gelsight.avi"), torn = (folder / "torn.avi").string();
@@ -134,20 +145,6 @@ TEST(Reconstruct, StoppedInTheMiddleItKeepsWhatItHas) {
   EXPECT_LT(report.at("frames").at("total").get<int>(), kFrames);
   expect_complete(folder / "run");
   EXPECT_THAT(folder.names(), testing::ElementsAre("log", "run")) << "nothing temporary left";
-}
-
-TEST(Track, StoppedInTheMiddleItSaysBySignal) {
-  const TemporaryFolder folder;
-  write_long_log(folder / "log", 1500);
-  const std::vector<std::string> words = {"track", (folder / "log").string(), "--model",
-                                          scan().model().string()};
-  for (const int signal : {SIGINT, SIGTERM}) {
-    const pid_t child = start_program(words, folder / std::to_string(signal));
-    while (read_bytes(folder / std::to_string(signal)).empty())
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    ::kill(child, signal);
-    EXPECT_EQ(exit_code_of(child), 128 + signal);
-  }
 }
 
 /// Digits of a number as written, without leading zeros, point and exponent.

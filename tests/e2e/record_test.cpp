@@ -117,20 +117,5 @@ TEST(Record, InfoSaysWhatIsInALog) {
   EXPECT_THAT(test::on_terminal(shown + " -q"), testing::Not(HasSubstr("30/30")));
 }
 
-TEST(Record, APublicLogReconstructsTheSameOnceConverted) {
-  const fs::path data = data_folder() / "sequences/track_coin";
-  if (!fs::exists(data)) GTEST_SKIP() << "no data at " << data << "; set GELSLAM_DATA";
-  const TemporaryFolder folder;
-  const std::string log = (folder / "coin.mkv").string();
-  const ProgramResult result = gelslam({"record", "--from", data.string(), "-o", log});
-  EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.err, Not(HasSubstr("doubt")));
-  EXPECT_THAT(result.err, Not(HasSubstr("slow"))) << "a log can wait for its pictures to be written";
-  EXPECT_FALSE(read_log_attachments(log).model.empty());
-  const ProgramResult before = gelslam({"track", data.string()}), after = gelslam({"track", log});
-  EXPECT_EQ(after.exit_code, 0) << after.err;
-  EXPECT_EQ(before.out, after.out) << "the same poses at the same times, from the model in the log";
-}
-
 }  // namespace
 }  // namespace gelslam

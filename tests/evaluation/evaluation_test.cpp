@@ -278,19 +278,6 @@ TEST(Evaluate, DamagedMetaAndPointsAreNoticed) {
   EXPECT_THAT(scene.error(), HasSubstr("JSON"));
 }
 
-TEST(Evaluate, DamagedReportsAreNoticed) {
-  Scene scene;
-  scene.write_truth();
-  scene.write_run(0);
-  scene.write_report(Scene::report_of(5000, kFrames + kBackground));
-  EXPECT_THAT(scene.error(), HasSubstr("anchor_frame"));
-  for (const std::string& damaged : {std::string("[1, 2]"), std::string(100'000, '['), std::string("{}")}) {
-    write_bytes(scene.run / "report.json", damaged);
-    EXPECT_THAT(scene.error(), HasSubstr("report.json: is damaged"));
-  }
-  EXPECT_THAT(message_of<Error>([&] { read_run(scene.run / "none"); }), HasSubstr("none"));
-}
-
 TEST(Evaluate, InterruptedRunsAndEmptyMeshesAreJudgedAsFarAsTheyGo) {
   Scene scene;
   scene.write_truth();
@@ -342,25 +329,6 @@ TEST(Report, JsonAndTableHoldTheFigures) {
   EXPECT_THAT(to_table(evaluation), HasSubstr("touched points"));
   const json bare = json::parse(to_json(Evaluation{}));
   EXPECT_TRUE(bare["trajectory"].is_null() && bare["mesh"].is_null() && bare["components"].is_null());
-}
-
-TEST(RealData, TheSequencesTruthsAreReadable) {
-  const std::filesystem::path sequences = test::data_folder() / "sequences";
-  if (!std::filesystem::is_directory(sequences))
-    GTEST_SKIP() << "no data at " << sequences << " (set GELSLAM_DATA)";
-  for (const auto& entry : std::filesystem::directory_iterator(sequences)) {
-    if (!entry.is_directory()) continue;
-    const GroundTruth truth = read_ground_truth(entry.path());
-    ASSERT_TRUE(truth.start_T_currs.front().has_value()) << entry.path();
-    EXPECT_TRUE(truth.start_T_currs.front()->isApprox(Pose::Identity(), 1e-9))
-        << entry.path();  // start is first touch
-    if (truth.touched_mm.empty()) continue;
-    // Touched points lie on the true mesh, in its frame.
-    const TriangleScene mesh(read_mesh(truth.mesh_path));
-    const std::vector<Eigen::Vector3d> some(truth.touched_mm.begin(), truth.touched_mm.begin() + 500);
-    for (const ClosestPoint& closest : mesh.closest(some))
-      ASSERT_LT(closest.distance_mm, 0.1) << entry.path();
-  }
 }
 
 }  // namespace

@@ -96,15 +96,6 @@ TEST(EvaluateMesh, FineTrianglesDoNotCountMore) {
   EXPECT_NEAR(metrics_of(joined(coarse_near, fine_far), plane(0.0)).accuracy.mean_mm, 0.2, 1e-5);
 }
 
-TEST(EvaluateMesh, GivesTheSameNumbersAgain) {
-  const Mesh estimate =
-      height_field(-5, 5, -5, 5, 50, [](double x, double y) { return bumps(x, y) + 0.05 * x; });
-  const Mesh truth = height_field(-5, 5, -5, 5, 60, &bumps);
-  const MeshMetrics a = metrics_of(estimate, truth), b = metrics_of(estimate, truth);
-  EXPECT_EQ(a.accuracy.mean_mm, b.accuracy.mean_mm);
-  EXPECT_EQ(a.completeness.p90_mm, b.completeness.p90_mm);
-}
-
 TEST(Transformed, MovesPointsAndTurnsNormals) {
   Mesh mesh = plane(0.0);
   mesh.normals.assign(mesh.vertices_mm.size(), Eigen::Vector3f::UnitZ());

@@ -121,16 +121,6 @@ TEST(Tracker, AfterALongGapAPatternMayHaveMovedOn) {
   EXPECT_EQ(slide_at_once(textured_plane(3), kSlideMm, true, 0.5).status, TrackStatus::tracked);
 }
 
-TEST(Tracker, LookingFarItDoesNotTakeAnotherObjectForThisOne) {
-  for (std::uint64_t seed = 20; seed < 28; ++seed) {
-    Tracker tracker(TrackerOptions{});
-    tracker.track(0, 0, touch(textured_plane(seed), motion(0, 0, 0, 0, 0, 0.4)));
-    const TrackedFrame frame =
-        tracker.track(1, 0.04, touch(textured_plane(seed + 100), motion(0, 0, 0, -2, 3, 0.4)));
-    EXPECT_EQ(frame.status, TrackStatus::lost) << seed;
-  }
-}
-
 /// A camera of 25 Hz whose frames are dropped while the tracker is busy. Only searches take time. The object
 /// jerks to and fro until kErraticFrames, then rests.
 struct LiveRun {

@@ -3,8 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstring>
-
 #include "slides.hpp"
 
 namespace gelslam {
@@ -229,33 +227,6 @@ TEST(Tracker, LiftingEndsATrialAndTouchingAgainStartsTheNext) {
   const TrackedFrame next = tracker.track(6, 0.24, slide(4));
   EXPECT_EQ(next.trial, 1);
   expect_pose(next.trial_T_frame, true_motion(3, 4), 1);  // from the new trial's first frame
-}
-
-/// After a lift nothing of the old motion may be carried on: the same frames give the same poses as for a
-/// fresh tracker.
-TEST(Tracker, ANewTrialRemembersNothing) {
-  Tracker tired(TrackerOptions{}), fresh(TrackerOptions{});
-  for (int i = 0; i < 4; ++i) tired.track(i, 0, slide(i));
-  tired.track(4, 0, nothing());
-  for (int i = 0; i < 3; ++i) {
-    const TrackedFrame a = tired.track(5 + i, 0, slide(i)), b = fresh.track(5 + i, 0, slide(i));
-    EXPECT_EQ(std::memcmp(a.trial_T_frame.data(), b.trial_T_frame.data(), 16 * sizeof(double)), 0) << i;
-  }
-}
-
-TEST(Tracker, TheSameFramesGiveTheSameBits) {
-  Tracker one(TrackerOptions{}), two(TrackerOptions{});
-  for (int i = 0; i < 14; ++i) {
-    const SurfacePtr surface = with_noise(*slide(i), 0.02, static_cast<std::uint64_t>(i));
-    const TrackedFrame a = one.track(i, 0.04 * i, surface), b = two.track(i, 0.04 * i, surface);
-    EXPECT_EQ(a.status, b.status);
-    EXPECT_EQ(a.keyframe->id, b.keyframe->id);
-    EXPECT_EQ(std::memcmp(a.trial_T_frame.data(), b.trial_T_frame.data(), 16 * sizeof(double)), 0) << i;
-    EXPECT_EQ(std::memcmp(a.registration.information.data(), b.registration.information.data(),
-                          36 * sizeof(double)),
-              0)
-        << i;
-  }
 }
 
 /// NormalFlow that answers with the start it was given.

@@ -98,14 +98,6 @@ TEST(TurningPoints, WhatWasTouchedLastIsKeptWhenContactEnds) {
   EXPECT_TRUE(log.lift().new_keyframes.empty());
 }
 
-TEST(TurningPoints, ATrialThatIsTakenBackLeavesNone) {
-  Tracked log(TrackerOptions{});
-  log.go(0, 1.2);
-  log.tracker.break_trial();
-  log.see(5);
-  EXPECT_TRUE(log.turning_points.empty());
-}
-
 // An edge that is the same all along: sliding across it is followed, but where along it lies is not known.
 TEST(TurningPoints, AFrameWhosePlaceIsOnlyHalfKnownIsNone) {
   const auto slid = [](double y_mm) {
@@ -118,29 +110,6 @@ TEST(TurningPoints, AFrameWhosePlaceIsOnlyHalfKnownIsNone) {
   ASSERT_GT(farthest.trial_T_frame.translation().y(), 0.8);
   log.lift();
   EXPECT_TRUE(log.turning_points.empty());
-}
-
-TEST(TurningPoints, NoneWhereAllWouldHaveToBeNew) {
-  TrackerOptions options;
-  options.keyframe_min_unseen = 1;
-  Tracked log(options);
-  log.go(0, 1.2);
-  log.go(0.9, -1.2);
-  log.lift();
-  EXPECT_TRUE(log.turning_points.empty());
-}
-
-TEST(TurningPoints, IdsGrowWithTime) {
-  Tracked log(TrackerOptions{});
-  log.go(0, 1.2);
-  log.go(0.9, -4);
-  log.go(-3.7, 4);
-  log.lift();
-  ASSERT_GT(log.turning_points.size(), 1U);
-  for (std::size_t i = 0; i < log.keyframes.size(); ++i) {
-    EXPECT_EQ(log.keyframes[i]->id, static_cast<int>(i));
-    EXPECT_GT(log.keyframes[i]->frame, i == 0 ? -1 : log.keyframes[i - 1]->frame);
-  }
 }
 
 /// How far the nearest keyframe was from a place.

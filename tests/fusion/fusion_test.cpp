@@ -182,17 +182,6 @@ TEST(Fusion, ARolledBallClosesWithoutADoubleSheet) {
   EXPECT_LT(accuracy(mesh, ball).mean_mm, 0.15);  // 0.2 mm drift, 0.08 mm and 3 % of 1 mm of noise
 }
 
-TEST(Fusion, ABumpyRollIsOneManifoldSheet) {
-  const Shape peanut = bumpy_ellipsoid(10, 5, 0.2);
-  const Mesh mesh = fuse(roll(peanut, 30, 0.6, 0.8, kUsualErrors, 3), {});
-  const MeshTopology t = topology(mesh);
-  EXPECT_EQ(t.over_used_edges, 0);
-  EXPECT_EQ(t.inconsistent_edges, 0);
-  EXPECT_LT(stacked_share(mesh, 0.5), 0.001);
-  EXPECT_LT(flipped_share(mesh), 0.001);
-  EXPECT_LT(accuracy(mesh, peanut).mean_mm, 0.1);
-}
-
 class ThinSlab : public ::testing::TestWithParam<double> {};
 
 TEST_P(ThinSlab, KeepsBothSides) {
@@ -259,40 +248,6 @@ TEST(Fusion, IsOpenWhereNothingTouched) {
   EXPECT_EQ(covered_share(mesh, inner, 0.15), 1.0);
 }
 
-TEST(Fusion, MorePatchesAverageTheNoiseOfOne) {
-  const Shape ball = sphere(kRadiusMm);
-  const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.2);
-  Gaussian noise(11);
-  std::vector<PosedSurface> patches;
-  for (int i = 0; i < 16; ++i) patches.push_back(with_errors(i, ball, pose, {0, 0, 0, 0.03}, noise));
-  const auto error = [&](int n) {
-    return accuracy(fuse({patches.begin(), patches.begin() + n}, {}), ball).mean_mm;
-  };
-  const double one = error(1), four = error(4), sixteen = error(16);
-  EXPECT_LT(four, 0.6 * one);      // independent noise: 1/2
-  EXPECT_LT(sixteen, 0.35 * one);  // 1/4
-}
-
-TEST(Fusion, OneLostPatchHardlyMovesTheOthers) {
-  const Shape ball = sphere(kRadiusMm);
-  const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.2);
-  const PosedSurface patch{0, pose, touch(ball, pose)};
-  const Mesh mesh = fuse({patch, patch, patch, patch, patch, shifted_along_sensor(patch, 0.9)}, {});
-  // The plain mean would be 0.15 mm off; at 0.9 of the truncation a patch has 4 % of its weight left.
-  EXPECT_LT(accuracy(mesh, ball).mean_mm, 0.02);
-}
-
-TEST(Fusion, CoarseVoxelsKeepTheSurfaceWhereItIs) {
-  const Shape ball = sphere(kRadiusMm);
-  const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.2);
-  FusionOptions options;
-  options.voxel_size_mm = 0.4;
-  const Mesh mesh = fuse({{0, pose, touch(ball, pose)}}, options);
-  ASSERT_GT(mesh.vertices_mm.size(), 100u);
-  // Chords of 0.4 mm leave the arc by 0.4^2 / (8 * 6) = 0.0033 mm; vertices lie on it all the same.
-  EXPECT_LT(accuracy(mesh, ball).mean_mm, 0.001);
-}
-
 TEST(Fusion, GradientScaleIsTakenOut) {
   const Shape ball = sphere(kRadiusMm);
   std::vector<PosedSurface> patches;
@@ -338,14 +293,6 @@ TEST(Fusion, MovesWithTheMap) {
   EXPECT_NEAR(area_mm2(there), area_mm2(here), 0.01 * area_mm2(here));
   const Shape moved = [&](const Eigen::Vector3d& p) { return ball(se3_exp(motion).inverse() * p); };
   EXPECT_LT(accuracy(there, moved).mean_mm, 0.002);
-}
-
-TEST(Fusion, NothingTouchedGivesAnEmptyMesh) {
-  EXPECT_TRUE(fuse({}, {}).vertices_mm.empty());
-  const Shape ball = sphere(kRadiusMm);
-  Pose away = press(ball, {0, 0, 1}, 1.0, 0.0);
-  away.translation() -= 3.0 * away.linear().col(2);
-  EXPECT_TRUE(fuse({{0, away, touch(ball, away)}}, {}).triangles.empty());
 }
 
 TEST(Fusion, DamagedInputIsNamedOrIgnored) {

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <limits>
 #include <map>
 #include <random>
@@ -52,19 +51,6 @@ PosedSurface disturbed(PosedSurface patch, std::mt19937& random, double rotation
   for (int i = 0; i < 6; ++i) motion[i] = amount(random) * (i < 3 ? rotation_rad : translation_mm);
   patch.map_T_keyframe = patch.map_T_keyframe * se3_exp(motion);
   return patch;
-}
-
-TEST(IncrementalFusion, PatchAfterPatchEndsWhereFuseDoes) {
-  const auto& patches = peanut_patches();
-  IncrementalFusion fusion({}, exact());
-  Shown shown;
-  for (std::size_t n = 1; n <= patches.size(); ++n) {
-    fusion.set_patches({patches.begin(), patches.begin() + static_cast<std::ptrdiff_t>(n)}, 1.0);
-    shown.finish(fusion);
-    if (n == 3 || n == patches.size())
-      expect_same_as_fuse(shown, {patches.begin(), patches.begin() + static_cast<std::ptrdiff_t>(n)}, 1.0);
-  }
-  ASSERT_GT(shown.blocks().size(), 100u);
 }
 
 class AnyHistory : public ::testing::TestWithParam<int> {};
@@ -211,26 +197,6 @@ TEST(IncrementalFusion, APatchChangesOnlyWhatIsAroundIt) {
   }
 }
 
-TEST(IncrementalFusion, NewPatchesComeBeforeOldCorrections) {
-  const auto& patches = peanut_patches();
-  IncrementalOptions options = exact();
-  options.budget_ms = 0;
-  IncrementalFusion fusion({}, options);
-  Shown shown;
-  std::vector<PosedSurface> known(patches.begin(), patches.end() - 1);
-  fusion.set_patches(known, 1.0);
-  shown.finish(fusion);
-  for (PosedSurface& patch : known) patch.map_T_keyframe.translation().y() += 0.05;
-  known.push_back(patches.back());
-  fusion.set_patches(known, 1.0);
-  std::vector<MeshBlock> first;
-  while (first.empty() && fusion.work()) first = fusion.take_changed_blocks();
-  const auto of_the_newest = std::count_if(first.begin(), first.end(), [&](const MeshBlock& block) {
-    return std::find(block.keyframe.begin(), block.keyframe.end(), patches.back().id) != block.keyframe.end();
-  });
-  EXPECT_GT(2 * of_the_newest, static_cast<std::ptrdiff_t>(first.size()));
-}
-
 TEST(IncrementalFusion, SmallChangesAreLeftUntilTheyAddUp) {
   const Shape ball = sphere(6.0);
   const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.0);
@@ -286,19 +252,6 @@ TEST(IncrementalFusion, VerticesNameTheKeyframeThatSeesThemBest) {
     }
   }
   EXPECT_GT(seen, 3000);
-}
-
-TEST(IncrementalFusion, NothingTouchedIsNothing) {
-  IncrementalFusion fusion({}, {});
-  EXPECT_FALSE(fusion.work());
-  EXPECT_TRUE(fusion.take_changed_blocks().empty());
-  const Shape ball = sphere(6.0);
-  Pose away = press(ball, {0, 0, 1}, 1.0, 0.0);
-  away.translation() -= 3.0 * away.linear().col(2);
-  fusion.set_patches({{0, away, touch(ball, away)}}, 1.0);
-  Shown shown;
-  shown.finish(fusion);
-  EXPECT_TRUE(shown.blocks().empty());
 }
 
 TEST(IncrementalFusion, DamagedInputChangesNothing) {

@@ -32,6 +32,16 @@ double first_hit(const Shape& shape, const Pose& object_T_sensor, double x, doub
   return limit;
 }
 
+Eigen::Vector3d gradient_at(const Shape& shape, const Eigen::Vector3d& p) {
+  constexpr double step = 1e-4;
+  Eigen::Vector3d gradient;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d offset = step * Eigen::Vector3d::Unit(axis);
+    gradient[axis] = (shape(p + offset) - shape(p - offset)) / (2 * step);
+  }
+  return gradient;
+}
+
 }  // namespace
 
 Shape sphere(double radius_mm) {
@@ -56,23 +66,11 @@ Shape bumpy_ellipsoid(double half_length_mm, double radius_mm, double bump_mm) {
 }
 
 Eigen::Vector3d outward_normal(const Shape& shape, const Eigen::Vector3d& p) {
-  constexpr double step = 1e-4;
-  Eigen::Vector3d gradient;
-  for (int axis = 0; axis < 3; ++axis) {
-    const Eigen::Vector3d offset = step * Eigen::Vector3d::Unit(axis);
-    gradient[axis] = shape(p + offset) - shape(p - offset);
-  }
-  return gradient.normalized();
+  return gradient_at(shape, p).normalized();
 }
 
 double surface_distance(const Shape& shape, const Eigen::Vector3d& p) {
-  constexpr double step = 1e-4;
-  Eigen::Vector3d gradient;
-  for (int axis = 0; axis < 3; ++axis) {
-    const Eigen::Vector3d offset = step * Eigen::Vector3d::Unit(axis);
-    gradient[axis] = (shape(p + offset) - shape(p - offset)) / (2 * step);
-  }
-  return shape(p) / std::max(gradient.norm(), 1e-9);
+  return shape(p) / std::max(gradient_at(shape, p).norm(), 1e-9);
 }
 
 double Gaussian::operator()() {

@@ -23,12 +23,6 @@ Eigen::Vector3d outward_normal(const Shape& shape, const Eigen::Vector3d& point_
 /// Distance to the surface to first order: value over gradient (exact distance for exact shapes).
 double surface_distance(const Shape& shape, const Eigen::Vector3d& point_mm);
 
-struct Touch {
-  int id = 0;
-  Pose true_pose = Pose::Identity();      ///< object_T_sensor at which the picture is taken
-  Pose believed_pose = Pose::Identity();  ///< and the one that fusion is told
-};
-
 /// Standard deviations of what goes wrong in a keyframe.
 struct Errors {
   double rotation_rad = 0, translation_mm = 0;  ///< of the pose, per axis

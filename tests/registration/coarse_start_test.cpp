@@ -84,15 +84,5 @@ TEST(CoarseStart, APatternThatRepeatsItselfHasManyPlaces) {
   EXPECT_GE(untwisted, 2);
 }
 
-TEST(CoarseStart, NothingToSeeIsNoStart) {
-  const SurfacePtr texture = touch(textured_plane(10), kAtRest),
-                   bare = touch(textured_plane(10), motion(0, 0, 0, 0, 0, -3));
-  const SurfacePtr polished = touch(plane(), kAtRest);
-  ASSERT_EQ(bare->contact_pixels, 0);
-  EXPECT_TRUE(coarse_starts(*texture, *bare, Pose::Identity()).empty());
-  EXPECT_TRUE(coarse_starts(*bare, *texture, Pose::Identity()).empty());
-  EXPECT_TRUE(coarse_starts(*polished, *polished, Pose::Identity()).empty());
-}
-
 }  // namespace
 }  // namespace gelslam

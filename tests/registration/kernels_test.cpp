@@ -90,20 +90,6 @@ TEST(Kernels, NormalEquationsAreTheSumsTheyStandFor) {
   }
 }
 
-TEST(Kernels, RobustWeightsAreCauchys) {
-  for (const std::size_t count : kCounts) {
-    Residuals residuals = random_residuals(count, 3);
-    const Residuals before = residuals;
-    apply_robust_weights(residuals, 0.1f);
-    for (std::size_t i = 0; i < count; ++i) {
-      const double r2 = std::pow(static_cast<double>(before.rx[i]), 2) +
-                        std::pow(static_cast<double>(before.ry[i]), 2) +
-                        std::pow(static_cast<double>(before.rz[i]), 2);
-      EXPECT_NEAR(residuals.weight[i], static_cast<double>(before.weight[i]) / (1 + r2 / 0.01), 1e-6);
-    }
-  }
-}
-
 TEST(Kernels, ResidualSumsAreTheSumsTheyStandFor) {
   for (const std::size_t count : kCounts) {
     const Residuals residuals = random_residuals(count, 3);

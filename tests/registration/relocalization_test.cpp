@@ -106,11 +106,6 @@ TEST(Relocalization, WhereTheObjectWouldHaveBeenFeltItIsNot) {
   EXPECT_FALSE(s.place.ok());
 }
 
-TEST(Relocalization, NothingToSeeIsNoPlace) {
-  const Search s = search(textured_plane(7), motion(0, 0, 0, 0, 0, -3));
-  EXPECT_FALSE(s.place.ok());
-}
-
 TEST(Relocalization, AnotherObjectIsNoPlace) {
   const NormalFlowOptions options;
   for (std::uint64_t seed = 20; seed < 26; ++seed) {

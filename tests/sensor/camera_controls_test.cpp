@@ -77,14 +77,6 @@ TEST_F(CameraControls, AutomaticsLookAtFramesBeforeTheyAreHeld) {
   EXPECT_EQ(source->next()->index, 0);
 }
 
-TEST_F(CameraControls, WhereNothingIsAutomaticNoFrameIsWasted) {
-  camera.controls.clear();
-  camera.frames.push_back({});
-  const auto source = open();
-  EXPECT_EQ(camera.frames.size(), 1u);
-  EXPECT_TRUE(source->settings().empty());
-}
-
 TEST_F(CameraControls, WhatTheDriverDoesNotLetGoStaysAutomaticAndIsSaid) {
   camera.controls[V4L2_CID_EXPOSURE_AUTO].refuses = EACCES;
   const auto source = open();
@@ -120,11 +112,6 @@ TEST_F(CameraControls, WantedControlsThatCannotBeAreNamed) {
   camera.controls.clear();
   EXPECT_THAT(open_error(), HasSubstr("no control \"gain\", nor any other"));
   EXPECT_EQ(camera.open_count, 0);
-}
-
-TEST_F(CameraControls, AListThatDoesNotEndIsCutOff) {
-  camera.endless_lists = true;
-  EXPECT_LE(open()->settings().size(), 256u);
 }
 
 TEST(CameraOptions, AreReadFromTheProfile) {

@@ -77,28 +77,9 @@ TEST_F(CameraList, AutoTakesTheSensorOfTheConfiguration) {
   EXPECT_EQ(find("auto", "a gel of our own"), "/dev/video10") << "any known sensor";
 }
 
-TEST_F(CameraList, AutoDoesNotChooseBetweenTwo) {
-  EXPECT_EQ(find_error("auto", "a gel of our own"),
-            "more than one camera of a known touch sensor: there is /dev/video2 (GelSight Mini R0B 28KX), "
-            "/dev/video10 (DIGIT: DIGIT); name the camera or set device_config.camera");
-}
-
 TEST_F(CameraList, ANameWithinAWordIsNoSensor) {
   webcam.card = "DIGITAL MICROSCOPE";
   EXPECT_EQ(find("auto", "DIGIT"), "/dev/video10");
-}
-
-TEST_F(CameraList, WithoutThatSensorAutoSaysWhatThereIs) {
-  cameras = {&webcam, &metadata, &digit};
-  EXPECT_EQ(find_error("auto"),
-            "no GelSight Mini found: there is /dev/video0 (HD Webcam), /dev/video10 (DIGIT: DIGIT); name the "
-            "camera or set device_config.camera");
-  cameras = {&webcam};
-  EXPECT_THAT(find_error("auto", "my gel"), HasSubstr("no camera of a known touch sensor found"));
-  webcam.open_fails = EACCES;
-  EXPECT_THAT(find_error("auto"), HasSubstr("there is /dev/video0 (permission denied"));
-  cameras = {};
-  EXPECT_THAT(find_error("auto"), testing::Eq("no GelSight Mini found: no camera is connected; plug it in"));
 }
 
 TEST_F(CameraList, CamerasAreFoundByPathNumberAndName) {
@@ -127,28 +108,6 @@ TEST_F(CameraList, HostileNamesAndListsDoNoHarm) {
   for (const CameraMode& mode : list[0].modes) {
     for (const double rate : mode.rates_hz) EXPECT_GT(rate, 0);
   }
-}
-
-TEST_F(CameraList, EveryFailureOfANodeIsAProblemOfThatNode) {
-  for (const int code : {ENOENT, EBUSY, ENODEV, EIO, ENOTTY, EMFILE}) {
-    webcam.fails = {{VIDIOC_QUERYCAP, code}};
-    const auto list = detail::list_cameras(test::fake_system(cameras));
-    EXPECT_FALSE(list[0].problem.empty());
-    EXPECT_THAT(list[0].problem, testing::Not(HasSubstr("/dev/video0")));
-    EXPECT_EQ(list[2].problem, "");
-  }
-}
-
-/// The real calls, on what every system has.
-TEST(LinuxVideoSystem, WhatIsNoCameraIsSaid) {
-  CameraOptions options;
-  options.patience_s = 0;
-  options.device = "/dev/null";
-  EXPECT_EQ(message_of<Error>([&] { open_camera(options); }), "/dev/null: not a camera");
-  options.device = "/dev/video987";
-  EXPECT_EQ(message_of<Error>([&] { open_camera(options); }),
-            "/dev/video987: there is no such device; see gelslam devices");
-  EXPECT_NO_THROW(list_cameras());
 }
 
 }  // namespace

@@ -120,29 +120,6 @@ TEST_F(Camera, DamagedAndEmptyFramesAreNotDelivered) {
   EXPECT_EQ(camera->warning(), "/dev/video0: 2 frames came damaged from the driver; check cable and port");
 }
 
-TEST_F(Camera, WithoutADriversClockTimesAreThoseOfArrival) {
-  for (std::uint32_t i = 0; i < 4; ++i) send(i, 1000.0 - i);  // a clock that goes back
-  mini.frames[2].flags = V4L2_BUF_FLAG_TIMESTAMP_UNKNOWN;
-  const auto camera = open();
-  const auto start = std::chrono::steady_clock::now();
-  double last_s = -1;
-  for (int i = 0; i < 4; ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(3));
-    const double time_s = camera->next()->time_s;
-    EXPECT_GT(time_s, last_s);
-    last_s = time_s;
-  }
-  EXPECT_GE(last_s, 0.009 - 1e-4);
-  EXPECT_LE(last_s, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-}
-
-TEST_F(Camera, InterruptedCallsAreMadeAgain) {
-  send(0, 0);
-  mini.frames.push_front({.code = EINTR});
-  mini.frames.push_front({.code = EAGAIN});
-  EXPECT_EQ(open()->next()->sequence, 0);
-}
-
 TEST_F(Camera, AnotherFormatThanAskedIsSaid) {
   mini.modes = {{V4L2_PIX_FMT_YUYV, 640, 480, {15, 30}}, {V4L2_PIX_FMT_YUYV, 1280, 720, {}}};
   EXPECT_EQ(open_error(),
@@ -155,13 +132,6 @@ TEST_F(Camera, AnotherFormatThanAskedIsSaid) {
     mini.modes = {{V4L2_PIX_FMT_MJPEG, width, height, {}}};
     EXPECT_THAT(open_error(), HasSubstr("the driver gave MJPG " + std::to_string(width)));
   }
-}
-
-TEST_F(Camera, ARefusedFormatIsSaid) {
-  mini.fails[VIDIOC_S_FMT] = EINVAL;
-  EXPECT_EQ(open_error(),
-            "/dev/video0: the driver refuses MJPG 3280x2464; the camera offers MJPG 3280x2464 at 25 Hz: see "
-            "camera_format, raw_imgw and raw_imgh in device_config");
 }
 
 TEST_F(Camera, AnotherRateThanAskedIsAWarning) {
@@ -248,19 +218,6 @@ TEST_F(Camera, GivesUpWhenAskedHoweverPatientItIs) {
   EXPECT_EQ(asked, asked_until_open) << "not once it is open";
 }
 
-TEST_F(Camera, AskedAtTheVeryLastMomentItIsNotOpenEither) {
-  options.gives_up = [&] {
-    return mini.streaming;
-  };  // nothing is automatic: no wait, and one look at the end
-  EXPECT_EQ(open_error(), "stopped while the camera was being opened; nothing was written");
-}
-
-TEST_F(Camera, AVirtualCameraThatNobodyFeedsIsNamed) {
-  mini.device_caps = V4L2_CAP_VIDEO_OUTPUT | V4L2_CAP_STREAMING;
-  options.device = "/dev/video0";
-  EXPECT_EQ(open_error(), "/dev/video0: gives no pictures (GelSight Mini R0B 28KX is no camera now)");
-}
-
 TEST_F(Camera, EveryFailureHasItsWords) {
   const std::map<int, const char*> words{
       {EACCES,
@@ -312,13 +269,6 @@ TEST_F(Camera, ACameraThatStallsIsSaid) {
             "/dev/video0: no frame for 0.05 s; unplug the camera and plug it in again, directly and into "
             "another port if "
             "this comes back");
-}
-
-TEST_F(Camera, ACameraThatSendsOnlyDamageIsSaid) {
-  options.timeout_s = 0;
-  send(0, 0);
-  mini.frames.back().flags |= V4L2_BUF_FLAG_ERROR;
-  EXPECT_THAT(reading_error(), HasSubstr("no whole frame for 0 s (1 damaged ones)"));
 }
 
 TEST_F(Camera, StopEndsTheWaitFromAnotherThread) {

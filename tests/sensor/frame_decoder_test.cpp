@@ -1,22 +1,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <random>
 
-#include "../support/data_folder.hpp"
 #include "../support/pictures.hpp"
-#include "../support/temporary_folder.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/image_input.hpp"
 
 namespace gelslam {
 namespace {
 
-using test::message_of;
 using test::numbered_picture;
 using ::testing::HasSubstr;
 
@@ -73,28 +67,17 @@ cv::Mat3b as_raw(const cv::Mat3b& picture, cv::Size raw) {
   return large;
 }
 
-std::vector<std::filesystem::path> real_pictures() {
-  const std::filesystem::path data = test::data_folder();
-  std::vector<std::filesystem::path> pictures;
-  for (const char* name : {"frames/bead.png", "frames/key.png", "frames/seed.png"}) {
-    if (std::filesystem::exists(data / name)) pictures.push_back(data / name);
-  }
-  return pictures;
-}
-
 TEST(FrameDecoder, ScaledDecodingGivesTheFullyDecodedPicture) {
-  const auto pictures = real_pictures();
-  if (pictures.empty()) GTEST_SKIP() << "no data; set GELSLAM_DATA";
-  for (const auto& path : pictures) {
+  for (const int number : {0, 7, 13}) {
     // 1/4, 1/2 and full scale, and sizes that no block of a JPEG divides.
     for (const cv::Size raw : {cv::Size(3280, 2464), cv::Size(1602, 1199), cv::Size(640, 480)}) {
       FrameDecoder decoder(mini_of(raw));
-      const RawFrame frame = jpeg_of(as_raw(read_image(path), raw));
+      const RawFrame frame = jpeg_of(as_raw(numbered_picture(number, 320, 240), raw));
       const cv::Mat3b expected =
           fit_to_profile(cv::imdecode(frame.bytes, cv::IMREAD_COLOR), mini_of(raw), "x");
       const cv::Mat3b got = decode_or_fail(decoder, frame);
       ASSERT_EQ(got.size(), expected.size());
-      EXPECT_LT(mean_difference(got, expected), 0.5) << path << " " << raw;
+      EXPECT_LT(mean_difference(got, expected), 0.5) << number << " " << raw;
       EXPECT_LT(std::abs(cv::mean(got)[0] - cv::mean(expected)[0]), 0.2) << "no shift of brightness";
     }
   }
@@ -161,15 +144,6 @@ TEST(FrameDecoder, LosslessEncodingsAreExact) {
   EXPECT_EQ(cv::norm(from_bgr, from_png), 0);
 }
 
-TEST(FrameDecoder, AJpegOfTheCalibratedSizeIsKept) {
-  FrameDecoder decoder((SensorProfile()));
-  const RawFrame frame = jpeg_of(numbered_picture(9, 320, 240));
-  EXPECT_EQ(cv::norm(decode_or_fail(decoder, frame), cv::imdecode(frame.bytes, cv::IMREAD_COLOR)), 0);
-  const auto image = decoder.decode(frame);
-  EXPECT_EQ(image->time_s, 1.25);
-  EXPECT_EQ(image->index, 7);
-}
-
 TEST(FrameDecoder, YuyvHasTheColorsOfBt601) {
   // Written from the standard's figures (ITU-R BT.601, 8 bits), not by a library: yellow, green, red, blue.
   struct Color {
@@ -208,14 +182,6 @@ TEST_F(Damage, BytesAfterTheJpegAreIgnored) {
   EXPECT_EQ(cv::norm(decode_or_fail(decoder, stuffed), clean), 0);
 }
 
-TEST_F(Damage, WhatIsLeftBeforeTheEndMarkIsNoPadding) {
-  for (const int left : {0x01, 0x41, 0x7f}) {
-    RawFrame damaged = good;
-    damaged.bytes.insert(damaged.bytes.end() - 2, 300, static_cast<std::uint8_t>(left));
-    EXPECT_THAT(of(damaged), HasSubstr("JPEG is corrupt")) << left;
-  }
-}
-
 TEST_F(Damage, EveryTruncationIsSaid) {
   for (std::size_t length = 1; length < good.bytes.size(); length += good.bytes.size() / 40 + 1) {
     RawFrame cut = good;
@@ -244,26 +210,6 @@ TEST_F(Damage, AMissingEndMarkIsNone) {
   EXPECT_EQ(of(cut), "JPEG ends early") << "detail may be missing";
 }
 
-TEST_F(Damage, AnyChangedByteIsAPictureOrWords) {
-  std::mt19937 random(3);
-  int refused = 0;
-  for (int i = 0; i < 150; ++i) {
-    RawFrame changed = good;
-    for (int k = 0; k < 20; ++k)
-      changed.bytes[random() % changed.bytes.size()] = static_cast<std::uint8_t>(random());
-    testing::internal::CaptureStderr();
-    try {
-      const auto image = decoder.decode(changed);
-      EXPECT_EQ(image.has_value(), decoder.damage().empty());
-      if (!image) ++refused;
-    } catch (const Error&) {
-      ++refused;  // a size that does not fit
-    }
-    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
-  }
-  EXPECT_GT(refused, 75) << "most damage shows";
-}
-
 TEST_F(Damage, WhatIsNoPictureIsSaid) {
   RawFrame frame = good;
   frame.bytes.clear();
@@ -284,31 +230,6 @@ TEST_F(Damage, WhatIsNoPictureIsSaid) {
       HasSubstr("pixels are more than any touch sensor has"));
   EXPECT_THAT(of(frame_of(FrameEncoding::bgr, std::vector<std::uint8_t>(100), cv::Size(-4, 3))),
               HasSubstr("pixels are more than any touch sensor has"));
-}
-
-TEST_F(Damage, PngsAreChecked) {
-  const cv::Mat3b picture = numbered_picture(1, 320, 240);
-  const RawFrame whole = frame_of(FrameEncoding::png, encoded(picture, ".png"), picture.size());
-  RawFrame frame = whole;
-  frame.bytes.resize(frame.bytes.size() / 2);
-  EXPECT_EQ(of(frame), "PNG ends early");
-  frame = whole;
-  frame.bytes[frame.bytes.size() / 2] ^= 1;
-  EXPECT_EQ(of(frame), "PNG is corrupt (wrong checksum)");
-  frame = whole;
-  frame.encoding = FrameEncoding::jpeg;
-  EXPECT_EQ(of(frame), "the bytes are no JPEG");
-  frame = frame_of(FrameEncoding::png, encoded(cv::Mat1b(240, 320, uchar{3}), ".png"), picture.size());
-  EXPECT_THAT(of(frame), HasSubstr("a gray picture"));
-  frame = whole;
-  frame.bytes.insert(frame.bytes.end(), 99, 7);
-  EXPECT_TRUE(decoder.decode(frame).has_value()) << "bytes after the end";
-}
-
-TEST_F(Damage, ASizeThatNeverFitsIsAnError) {
-  const std::string message =
-      message_of<Error>([&] { decoder.decode(jpeg_of(numbered_picture(1, 1920, 1080))); });
-  EXPECT_THAT(message, HasSubstr("frame 7: is 1920x1080 pixels; GelSight Mini needs 320x240"));
 }
 
 TEST_F(Damage, GoodAndDamagedPicturesAreCounted) {

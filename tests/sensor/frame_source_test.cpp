@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <bit>
 #include <cstdint>
 #include <cstring>
 #include <opencv2/imgcodecs.hpp>
@@ -85,22 +84,6 @@ TEST(VideoSource, EveryFrameInOrderWithItsTime) {
     EXPECT_EQ(source->frame_count().value_or(-1), 12);
     EXPECT_THAT(source->description(), HasSubstr(std::string(kind.name) + ", 64x48, 25 Hz"));
   }
-}
-
-TEST(VideoSource, DataFolderHoldsTheVideo) {
-  TemporaryFolder folder;
-  write_video(folder / "gelsight.avi", "MJPG", 3, 64, 48);
-  cv::imwrite((folder / "picture.png").string(), numbered_picture(9, 64, 48));
-  EXPECT_THAT(play(folder.path()).numbers, ElementsAre(0, 1, 2));
-}
-
-TEST(VideoSource, RawFramesAreCropped) {
-  TemporaryFolder folder;
-  write_video(folder / "raw.avi", "MJPG", 2, 320, 240);
-  SensorProfile sensor = small_sensor();
-  sensor.raw_width_px = 320;
-  sensor.raw_height_px = 240;
-  EXPECT_THAT(play(folder / "raw.avi", sensor).numbers, ElementsAre(0, 1));
 }
 
 /// What every good picture of a log shows, and which frames are missing.
@@ -199,71 +182,6 @@ TEST(VideoSource, TruncatedFileGivesWhatIsThere) {
   }
 }
 
-std::uint32_t& word_at(std::string& bytes, std::size_t at) {
-  return *reinterpret_cast<std::uint32_t*>(bytes.data() + at);
-}
-
-std::uint32_t swapped(std::uint32_t word) { return __builtin_bswap32(word); }
-
-// The header counts what a reader does not get: dropped frames of an AVI, and those before an edit list's
-// begin in an MP4.
-TEST(VideoSource, FramesThatAreLeftOutOnPurposeAreNotMissing) {
-  TemporaryFolder folder;
-  write_video(folder / "a.avi", "MJPG", 16, 64, 48);
-  std::string bytes = test::read_bytes(folder / "a.avi");
-  std::size_t chunk = bytes.find("movi"), entry = bytes.find("idx1");
-  for (int frame = 0; frame <= 6; ++frame) {
-    chunk = bytes.find("00dc", chunk + 4);
-    entry = bytes.find("00dc", entry + 4);
-  }
-  bytes.replace(chunk, 4, "JUNK");
-  word_at(bytes, entry + 12) = 0;
-  write_bytes(folder / "a.avi", bytes);
-  EXPECT_EQ(open_frame_source(folder / "a.avi", small_sensor())->frame_count().value_or(-1), 15);
-  EXPECT_EQ(play(folder / "a.avi").warning, "");
-
-  write_video(folder / "a.mp4", "mp4v", 16, 64, 48);
-  bytes = test::read_bytes(folder / "a.mp4");
-  const std::size_t edit = bytes.find("elst"), media = bytes.find("mdhd");
-  ASSERT_NE(edit, std::string::npos);
-  std::uint32_t& begin = word_at(bytes, edit + 16);
-  begin = swapped(swapped(begin) + 3 * swapped(word_at(bytes, media + 16)) / 25);
-  write_bytes(folder / "a.mp4", bytes);
-  const Played played = play(folder / "a.mp4");
-  EXPECT_EQ(played.numbers.size(), 13u);
-  EXPECT_EQ(played.numbers.front(), 3);
-  EXPECT_EQ(played.warning, "");
-}
-
-// The duration of a Matroska file counts from zero, not from its first frame.
-TEST(VideoSource, ALogThatStartsLateHasNoMoreFrames) {
-  TemporaryFolder folder;
-  write_video(folder / "a.mkv", "MJPG", 16, 64, 48);
-  std::string bytes = test::read_bytes(folder / "a.mkv");
-  constexpr std::uint64_t late_ms = 240;
-  const auto number = [&](std::size_t at, std::size_t size) {
-    std::uint64_t value = 0;
-    for (std::size_t k = 0; k < size; ++k) value = value << 8 | static_cast<unsigned char>(bytes[at + k]);
-    return value;
-  };
-  const auto write = [&](std::size_t at, std::size_t size, std::uint64_t value) {
-    for (std::size_t k = size; k-- > 0; value >>= 8) bytes[at + k] = static_cast<char>(value);
-  };
-  for (std::size_t at = bytes.find("\x1f\x43\xb6\x75"); at != std::string::npos;
-       at = bytes.find("\x1f\x43\xb6\x75", at + 1)) {
-    const std::size_t time = bytes.find('\xe7', at + 4),
-                      size = static_cast<unsigned char>(bytes[time + 1]) & 0x7fU;
-    write(time + 2, size, number(time + 2, size) + late_ms);
-  }
-  const std::size_t duration = bytes.find("\x44\x89\x88") + 3;
-  write(duration, 8, std::bit_cast<std::uint64_t>(std::bit_cast<double>(number(duration, 8)) + late_ms));
-  write_bytes(folder / "a.mkv", bytes);
-  EXPECT_EQ(open_frame_source(folder / "a.mkv", small_sensor())->frame_count().value_or(-1), 16);
-  const Played played = play(folder / "a.mkv");
-  EXPECT_EQ(played.numbers.size(), 16u);
-  EXPECT_EQ(played.warning, "");
-}
-
 TEST(VideoSource, WhatIsNoVideoIsNamed) {
   TemporaryFolder folder;
   write_bytes(folder / "empty.avi", "");
@@ -286,15 +204,6 @@ TEST(VideoSource, WhatIsNoVideoIsNamed) {
   EXPECT_THAT(error_of(folder / "one.png"), HasSubstr("a single image; give the folder"));
   EXPECT_THAT(error_of("/dev/null"), HasSubstr("neither a file nor a folder"));
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
-}
-
-TEST(VideoSource, GrayAndWrongSizesAreRefused) {
-  TemporaryFolder folder;
-  write_video(folder / "gray.avi", "MJPG", 2, 64, 48, 25.0, true);
-  write_video(folder / "small.avi", "MJPG", 2, 48, 32);
-  EXPECT_THAT(error_of(folder / "gray.avi"), HasSubstr("gray.avi, frame 0: a gray picture"));
-  EXPECT_THAT(error_of(folder / "small.avi"),
-              HasSubstr("small.avi, frame 0: is 48x32 pixels; GelSight Mini needs 64x48"));
 }
 
 TEST(ImageFolderSource, NaturalOrderAndTheProfilesRate) {
@@ -363,27 +272,6 @@ TEST(EveryInput, CopiesAndStallsAreSaid) {
   EXPECT_THAT(play(folder.path()).warning,
               HasSubstr("nothing new was seen for 1.1 s before " + (folder / "135.png").string() +
                         "; motion in that time is missing"));
-}
-
-// As a camera gives that has just been switched on, or was nudged.
-TEST(VideoSource, BlackPicturesAreLeftOutAndTheRestKeepTheirTimes) {
-  TemporaryFolder folder;
-  {
-    cv::VideoWriter writer((folder / "a.avi").string(), cv::CAP_FFMPEG,
-                           cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 50, {64, 48});
-    for (int i = 0; i < 7; ++i)
-      writer.write(i == 0 || i == 4 ? cv::Mat3b(48, 64, cv::Vec3b(0, 0, 0)) : numbered_picture(i, 64, 48));
-  }
-  const auto source = open_frame_source(folder / "a.avi", small_sensor());
-  std::vector<int> numbers;
-  while (const auto image = source->next()) {
-    numbers.push_back(number_in(image->bgr));
-    EXPECT_EQ(image->index, numbers.back());
-    EXPECT_NEAR(image->time_s, 0.02 * numbers.back(), 1e-6);
-  }
-  EXPECT_THAT(numbers, ElementsAre(1, 2, 3, 5, 6));
-  EXPECT_THAT(source->warning(), HasSubstr("left out 2 damaged pictures (the first: "));
-  EXPECT_THAT(source->warning(), HasSubstr("a.avi, frame 0: a gray picture"));
 }
 
 }  // namespace

@@ -43,13 +43,6 @@ TEST(FitToProfile, AveragesInsteadOfAliasing) {
   EXPECT_LT(deviation[0], 1);
 }
 
-TEST(FitToProfile, SizesThatFit) {
-  const SensorProfile mini;
-  const cv::Mat3b exact = numbered_picture(3, 320, 240);
-  EXPECT_EQ(fit_to_profile(exact, mini, "x").data, exact.data) << "not copied, not touched";
-  EXPECT_EQ(fit_to_profile(numbered_picture(3, 3280, 2464), mini, "x").size(), cv::Size(320, 240));
-}
-
 /// Their size does not tell whether they were cropped, and a wrong guess gives wrong depths.
 TEST(FitToProfile, LargerPicturesOfUnknownCropAreRefusedUnlessTheProfileSaysWhatTheyAre) {
   SensorProfile mini;
@@ -67,27 +60,6 @@ TEST(FitToProfile, LargerPicturesOfUnknownCropAreRefusedUnlessTheProfileSaysWhat
   EXPECT_EQ(cv::norm(fit_to_profile(large, mini, "f.png"), exact, cv::NORM_INF), 0) << "nothing is cut";
   EXPECT_EQ(fit_to_profile(numbered_picture(3, 3280, 2464), mini, "x").size(), cv::Size(320, 240));
   EXPECT_THROW(fit_to_profile(numbered_picture(3, 1920, 1080), mini, "x"), Error);
-}
-
-TEST(FitToProfile, SizesThatDoNotFitAreNamed) {
-  const SensorProfile mini;
-  for (const cv::Size size : {cv::Size(319, 240), cv::Size(162, 121), cv::Size(330, 250),
-                              cv::Size(2464, 3280), cv::Size(1920, 1080), cv::Size(1, 1)}) {
-    const std::string message = message_of<Error>(
-        [&] { fit_to_profile(numbered_picture(0, size.width, size.height), mini, "f.png"); });
-    EXPECT_THAT(message, HasSubstr("f.png: is " + std::to_string(size.width) + "x" +
-                                   std::to_string(size.height) + " pixels"));
-    EXPECT_THAT(message, HasSubstr("GelSight Mini needs 320x240"));
-  }
-}
-
-TEST(IsGray, ColorInOnePixelIsColor) {
-  cv::Mat3b image(20, 30, cv::Vec3b(100, 100, 100));
-  EXPECT_TRUE(is_gray(image));
-  image(19, 29) = cv::Vec3b(100, 102, 101);
-  EXPECT_TRUE(is_gray(image)) << "compression noise";
-  image(19, 29) = cv::Vec3b(100, 103, 101);
-  EXPECT_FALSE(is_gray(image));
 }
 
 TEST(ReadImage, EveryFormatAndAlpha) {
@@ -124,21 +96,6 @@ TEST(ReadImage, UnusableImagesAreNamed) {
   EXPECT_THAT(message("none.png"), HasSubstr("none.png: cannot be read: No such file"));
 }
 
-TEST(ReadImage, DamagedImagesAreErrorsAndSilent) {
-  TemporaryFolder folder;
-  for (const char* ending : {".png", ".jpg", ".bmp"}) {
-    const auto whole = folder / (std::string("whole") + ending), cut = folder / (std::string("cut") + ending);
-    cv::imwrite(whole.string(), numbered_picture(5, 64, 48));
-    const std::string bytes = test::read_bytes(whole);
-    testing::internal::CaptureStderr();
-    for (std::size_t length = 1; length < bytes.size(); length += 1 + bytes.size() / 40) {
-      test::write_bytes(cut, bytes.substr(0, length));
-      EXPECT_THROW(read_image(cut), Error) << ending << " cut at " << length << " of " << bytes.size();
-    }
-    EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << ending;
-  }
-}
-
 TEST(ReadImage, AHugeHeaderCostsNothing) {
   TemporaryFolder folder;
   struct Kind {
@@ -163,18 +120,6 @@ TEST(ReadImage, AHugeHeaderCostsNothing) {
   test::write_bytes(folder / "a.jpg", bytes);
   EXPECT_THAT(message_of<Error>([&] { read_image(folder / "a.jpg"); }),
               HasSubstr("28000x28000 pixels are more"));
-}
-
-TEST(ReadImage, ProgressiveAndRestartedJpegsAreWhole) {
-  TemporaryFolder folder;
-  const cv::Mat3b picture = numbered_picture(5, 64, 48);
-  cv::imwrite(
-      (folder / "a.jpg").string(), picture,
-      {cv::IMWRITE_JPEG_PROGRESSIVE, 1, cv::IMWRITE_JPEG_RST_INTERVAL, 2, cv::IMWRITE_JPEG_OPTIMIZE, 1});
-  EXPECT_EQ(read_image(folder / "a.jpg").size(), picture.size());
-  // Cameras pad behind the end.
-  test::write_bytes(folder / "padded.jpg", test::read_bytes(folder / "a.jpg") + std::string(100, '\0'));
-  EXPECT_EQ(read_image(folder / "padded.jpg").size(), picture.size());
 }
 
 }  // namespace

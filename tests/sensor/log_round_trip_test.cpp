@@ -1,11 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <opencv2/videoio.hpp>
 
 #include "../support/temporary_folder.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "logs/matroska_header.hpp"
 #include "raw_frames.hpp"
@@ -15,7 +13,6 @@ namespace {
 
 using test::bgr_frame;
 using test::jpeg_frame;
-using test::message_of;
 using test::TemporaryFolder;
 using ::testing::HasSubstr;
 
@@ -62,22 +59,6 @@ TEST(Log, BytesTimesAndSequencesComeBackAsTheyWere) {
   EXPECT_EQ(log->lost_frames(), 15) << "five gaps of three";
   EXPECT_EQ(log->warning(), "");
   EXPECT_FALSE(log->next()) << "the end stays the end";
-}
-
-TEST(Log, AHundredHoursInTimesAreStillExact) {
-  TemporaryFolder folder;
-  LogWriter writer(folder / "a.mkv", {}, 25);
-  for (const double time_s : {0.0, 32.768, 3600.000001, 360000.123457}) {
-    RawFrame frame = jpeg_frame(0);
-    frame.time_s = time_s;
-    writer.write(frame);
-  }
-  writer.close();
-  const std::vector<RawFrame> got = read_all(*open_raw_log(folder / "a.mkv"));
-  ASSERT_EQ(got.size(), 4u);
-  EXPECT_NEAR(got[1].time_s, 32.768, 1e-7);
-  EXPECT_NEAR(got[2].time_s, 3600.000001, 1e-7);
-  EXPECT_NEAR(got[3].time_s, 360000.123457, 1e-7);
 }
 
 TEST(Log, TimesThatDoNotGoForwardAreMended) {
@@ -168,13 +149,6 @@ TEST(Log, AttachmentsComeBackAndAreThereBeforeTheEnd) {
   check("closed");
 }
 
-TEST(Log, WithoutAttachmentsThereAreNone) {
-  TemporaryFolder folder;
-  LogWriter(folder / "a.mkv", {}, 25).write(jpeg_frame(0));
-  const LogAttachments got = read_log_attachments(folder / "a.mkv");
-  EXPECT_EQ(got.sensor + got.camera_settings + got.config_yaml + got.model, "");
-}
-
 TEST(Log, BgrBecomesPngWithoutLoss) {
   TemporaryFolder folder;
   cv::Mat3b noise(48, 64);
@@ -195,17 +169,6 @@ TEST(Log, BgrBecomesPngWithoutLoss) {
   torn.bytes.pop_back();
   LogWriter other(folder / "b.mkv", {}, 25);
   EXPECT_THROW(other.write(torn), std::invalid_argument);
-}
-
-TEST(Log, YuyvIsKeptAsItCame) {
-  TemporaryFolder folder;
-  std::vector<std::uint8_t> bytes(64 * 48 * 2);
-  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i * 7);
-  LogWriter(folder / "a.mkv", {}, 30).write(test::raw_frame(FrameEncoding::yuyv, bytes, 64, 48, 0));
-  const std::vector<RawFrame> got = read_all(*open_raw_log(folder / "a.mkv"));
-  ASSERT_EQ(got.size(), 1u);
-  EXPECT_EQ(got[0].encoding, FrameEncoding::yuyv);
-  EXPECT_EQ(got[0].bytes, bytes);
 }
 
 /// What a person gets who opens the log with another program; cv2.VideoCapture in Python is the same code.
@@ -243,63 +206,6 @@ TEST(Log, OtherProgramsReadItClosedOrNot) {
       EXPECT_NEAR(capture.get(cv::CAP_PROP_FPS), 25, 1e-3);
     }
   }
-}
-
-/// Of the format of earlier versions: FNV-1a of all bytes but for the date.
-TEST(Log, IsByteForByteWhatItWas) {
-  const TemporaryFolder folder;
-  LogWriter writer(folder / "one.mkv", {"Mini A", "gain 1\n", "a: 1\n", std::string(9000, 'a')}, 25);
-  for (int i = 0; i < 3; ++i)
-    writer.write(test::raw_frame(FrameEncoding::jpeg, std::vector<std::uint8_t>(200, 0xd8), 64, 48, 2 * i));
-  writer.close();
-  std::string bytes = test::read_bytes(folder / "one.mkv");
-  bytes.replace(bytes.find("\x44\x61\x88") + 3, 8, "");
-  std::uint64_t hash = 0xcbf29ce484222325;
-  for (const char byte : bytes) hash = (hash ^ static_cast<std::uint8_t>(byte)) * 0x100000001b3;
-  EXPECT_EQ(bytes.size(), 10198u);
-  EXPECT_EQ(hash, 980996884802699953u);
-}
-
-/// As earlier versions made it: a second track, whose number and identity are 2.
-TEST(Log, OneOfTwoSensorsIsRefusedInWords) {
-  const TemporaryFolder folder;
-  LogWriter writer(folder / "a.mkv", {}, 25);
-  ASSERT_TRUE(writer.write(jpeg_frame(0)));
-  std::string bytes = test::read_bytes(folder / "a.mkv");
-  constexpr std::size_t kHead = 5;  // id, and a length of one byte
-  const std::size_t at = bytes.find("\x16\x54\xae\x6b");
-  const std::size_t size = static_cast<unsigned char>(bytes.at(at + kHead - 1)) & 0x7fU;
-  const std::string first = bytes.substr(at + kHead, size);
-  std::string second = first;
-  for (const char* number : {"\xd7\x88", "\x73\xc5\x88"})
-    second[second.find(number) + std::strlen(number) + 7] = 2;
-  bytes.replace(at, kHead + size, detail::ebml_element(0x1654ae6b, first + second));
-  test::write_bytes(folder / "both.mkv", bytes);
-  for (const auto& read : {+[](const std::filesystem::path& log) { open_raw_log(log); },
-                           +[](const std::filesystem::path& log) { read_log_attachments(log); }})
-    EXPECT_THAT(message_of<Error>([&] { read(folder / "both.mkv"); }),
-                testing::AllOf(HasSubstr("both.mkv: a log of two sensors"), HasSubstr("-map 0:v:0 -c copy")));
-}
-
-TEST(Log, WhatCannotBeWrittenIsSaidAtOnce) {
-  TemporaryFolder folder;
-  test::write_bytes(folder / "there.mkv", "precious");
-  EXPECT_THAT(message_of<Error>([&] { LogWriter(folder / "there.mkv", {}, 25); }),
-              HasSubstr("there.mkv: exists already"));
-  EXPECT_EQ(test::read_bytes(folder / "there.mkv"), "precious");
-  EXPECT_THAT(message_of<Error>([&] { LogWriter(folder / "no/a.mkv", {}, 25); }),
-              HasSubstr("a.mkv: cannot be created"));
-  LogAttachments large;
-  large.model = std::string(5u << 20, 'x');
-  EXPECT_THAT(message_of<Error>([&] { LogWriter(folder / "a.mkv", large, 25); }),
-              HasSubstr("gradient model: larger than"));
-  EXPECT_EQ(folder.names(), std::vector<std::string>{"there.mkv"});
-}
-
-TEST(Log, WithoutAFrameThereIsNoFile) {
-  TemporaryFolder folder;
-  { LogWriter writer(folder / "a.mkv", {}, 25); }
-  EXPECT_TRUE(folder.names().empty());
 }
 
 TEST(Log, FramesOfAnotherKindEndIt) {

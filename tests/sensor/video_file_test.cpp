@@ -3,11 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
-#include <random>
 
-#include "../support/data_folder.hpp"
 #include "../support/pictures.hpp"
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
@@ -18,7 +15,6 @@ namespace gelslam {
 namespace {
 
 using detail::VideoFile;
-using test::numbered_picture;
 using test::TemporaryFolder;
 
 /// cv::VideoCapture is the independent computation: its pictures, times, rate and count. It rounds colors
@@ -88,12 +84,6 @@ TEST(VideoFile, PicturesTimesAndCountsAreThoseOfOpenCV) {
   EXPECT_GE(written, 20);
 }
 
-TEST(VideoFile, RecordedVideosAreReadAsByOpenCV) {
-  const std::filesystem::path video = test::data_folder() / "sequences/track_golf/gelsight.avi";
-  if (!std::filesystem::exists(video)) GTEST_SKIP() << "no data; set GELSLAM_DATA";
-  expect_as_opencv(video, 40);
-}
-
 std::string mp4_of(const cv::Mat3b& picture, const std::filesystem::path& path) {
   cv::VideoWriter writer(path.string(), cv::CAP_FFMPEG, cv::VideoWriter::fourcc('m', 'p', '4', 'v'), 25,
                          picture.size());
@@ -135,36 +125,6 @@ TEST(VideoFile, RotationTagsAreObeyedAndMirrorsNamed) {
   EXPECT_THAT(test::message_of<Error>([&] { VideoFile(folder / "b.mp4"); }), testing::HasSubstr("mirrored"));
 }
 
-/// The same numbers mean other colors where the file says BT.709: computed here from the definitions.
-TEST(VideoFile, TheTagOfBt709IsObeyed) {
-  const TemporaryFolder folder;
-  std::string bytes = mp4_of(cv::Mat3b(48, 64, cv::Vec3b(60, 170, 110)), folder / "a.mp4");
-  const std::string tag(
-      "\0\0\0\x13"
-      "colrnclx\0\1\0\1\0\1\0",
-      19);
-  std::size_t end = 0;
-  for (const char* box : {"moov", "trak", "mdia", "minf", "stbl", "stsd", "mp4v"}) {
-    const std::size_t at = bytes.find(box, bytes.find("moov")) - 4;
-    std::uint32_t size = 0;
-    for (std::size_t k = 0; k < 4; ++k) size = size << 8 | static_cast<unsigned char>(bytes[at + k]);
-    end = at + size;
-    size += static_cast<std::uint32_t>(tag.size());
-    for (std::size_t k = 0; k < 4; ++k) bytes[at + k] = static_cast<char>(size >> (24 - 8 * k));
-  }
-  ASSERT_GT(bytes.find("moov"), bytes.find("mdat")) << "else places of pictures would change";
-  bytes.insert(end, tag);
-  test::write_bytes(folder / "b.mp4", bytes);
-  const cv::Vec3b as_601 = first_picture(folder / "a.mp4")(24, 32),
-                  as_709 = first_picture(folder / "b.mp4")(24, 32);
-  const double b = as_601[0], g = as_601[1], r = as_601[2], luma = 0.299 * r + 0.587 * g + 0.114 * b;
-  const double blue = (b - luma) / 1.772, red = (r - luma) / 1.402;
-  EXPECT_NEAR(as_709[2], luma + 1.5748 * red, 2.5);
-  EXPECT_NEAR(as_709[1], luma - 0.1873 * blue - 0.4681 * red, 2.5);
-  EXPECT_NEAR(as_709[0], luma + 1.8556 * blue, 2.5);
-  EXPECT_GT(cv::norm(as_601, as_709), 8.0) << "it makes a difference";
-}
-
 /// Without loss (YUV4MPEG), so that the definition of BT.601 says what each picture is.
 TEST(VideoFile, ColorsOfHalfResolutionHaveNoBias) {
   const TemporaryFolder folder;
@@ -197,68 +157,6 @@ TEST(VideoFile, ColorsOfHalfResolutionHaveNoBias) {
     for (int c = 0; c < 3; ++c)
       EXPECT_LT(std::abs(sum[c]) / (64 * 48 * static_cast<double>(colors.size())), 0.3) << sampling << c;
   }
-}
-
-TEST(VideoFile, DamageIsFramesOrAnErrorAndSilent) {
-  TemporaryFolder folder;
-  std::minstd_rand random(3);
-  testing::internal::CaptureStderr();
-  for (const auto& [name, codec] : {std::pair{"a.avi", "MJPG"}, {"a.mp4", "mp4v"}, {"a.mkv", "H264"}}) {
-    test::write_video(folder / name, codec, 6, 64, 48);
-    const std::string good = test::read_bytes(folder / name);
-    for (int i = 0; i < 60; ++i) {
-      std::string bytes = good;
-      for (int flips = 0; flips < 20; ++flips) {
-        const std::size_t at = random() % bytes.size();
-        bytes[random() % 2 == 0 ? at : at % 300] = static_cast<char>(random());
-      }
-      test::write_bytes(folder / name, bytes);
-      try {
-        VideoFile video(folder / name);
-        for (int frames = 0; frames < 100 && video.next(); ++frames) {
-        }
-      } catch (const Error& error) {
-        EXPECT_THAT(error.what(), testing::HasSubstr(name));
-      }
-    }
-  }
-  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
-}
-
-TEST(VideoFile, PicturesThatChangeTheirSizeAreDamaged) {
-  TemporaryFolder folder;
-  // A stream of JPEG pictures, one after the other.
-  std::string bytes;
-  for (const cv::Size size : {cv::Size(64, 48), {64, 48}, {98, 62}, {32, 80}, {64, 48}}) {
-    std::vector<uchar> jpeg;
-    cv::imencode(".jpg", numbered_picture(4, size.width, size.height), jpeg);
-    bytes.append(jpeg.begin(), jpeg.end());
-  }
-  test::write_bytes(folder / "a.mjpeg", bytes);
-  VideoFile video(folder / "a.mjpeg");
-  FrameDecoder decoder;
-  while (const auto packet = video.next()) {
-    const auto image = decoder.decode(packet->frame);
-    EXPECT_TRUE(!image || test::number_in(image->bgr) == 4);
-  }
-  EXPECT_EQ(decoder.good(), 3);
-  EXPECT_THAT(decoder.first_damage(), testing::HasSubstr("98x62 pixels, announced were 64x48"));
-}
-
-TEST(ReadImage, BmpIsReadAsByOpenCV) {
-  TemporaryFolder folder;
-  const std::filesystem::path file = folder / "a.bmp";
-  for (const cv::Size size : {cv::Size(320, 240), cv::Size(75, 53), cv::Size(2, 1)}) {
-    const cv::Mat3b picture = numbered_picture(7, size.width, size.height);
-    cv::imwrite(file.string(), picture);
-    EXPECT_EQ(cv::norm(read_image(file), picture, cv::NORM_INF), 0.0) << size;
-    cv::Mat with_alpha;
-    cv::cvtColor(picture, with_alpha, cv::COLOR_BGR2BGRA);
-    cv::imwrite(file.string(), with_alpha);
-    EXPECT_EQ(cv::norm(read_image(file), picture, cv::NORM_INF), 0.0) << size;
-  }
-  cv::imwrite(file.string(), cv::Mat1b(48, 64, uchar{90}));
-  EXPECT_THAT(test::message_of<Error>([&] { read_image(file); }), testing::HasSubstr("a gray picture"));
 }
 
 }  // namespace

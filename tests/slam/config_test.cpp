@@ -122,25 +122,6 @@ gelslam_config:
   EXPECT_EQ(config.slam.verification.curvature.min_ccs, 0.8);
 }
 
-TEST_F(ConfigFile, AnUnknownKeyNamesTheNearest) {
-  EXPECT_THAT(error("device_config:\n  framerat: 25\n"),
-              HasSubstr("config.yaml:2: device_config.framerat is an unknown key, did you mean framerate?"));
-  EXPECT_THAT(error("gelslam_config:\n  track_config:\n    max_sample: 25\n"),
-              HasSubstr("did you mean max_samples?"));
-  EXPECT_THAT(error("contact_mask_confg:\n  height_threshold: 1\n"),
-              HasSubstr("did you mean contact_mask_config?"));
-}
-
-TEST_F(ConfigFile, ValuesThatMakeNoSenseNameTheirLine) {
-  EXPECT_THAT(error("device_config:\n  imgw: 320\n  imgh: many\n"), HasSubstr("config.yaml:3: "));
-  EXPECT_THAT(error("device_config:\n  ppmm: -0.06\n"), HasSubstr("config.yaml:2: "));
-  EXPECT_THAT(error("device_config:\n  ppmm: .nan\n"), HasSubstr("config.yaml:2: "));
-  EXPECT_THAT(error("contact_mask_config:\n  background_frames: 0\n"), HasSubstr("config.yaml:2: "));
-  EXPECT_THAT(error("gelslam_config:\n  fusion_config:\n    voxel_size_mm: 1e300\n"),
-              HasSubstr("config.yaml:3: "));
-  EXPECT_THAT(message_of<Error>([&] { read_config(folder / "none.yaml"); }), HasSubstr("none.yaml"));
-}
-
 /// Each number is possible by itself; fuse() would refuse them together, but only when the whole log is
 /// tracked.
 TEST_F(ConfigFile, RefusesVoxelsTooCoarseForTheTruncation) {

@@ -1,8 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include "../support/database.hpp"
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
@@ -141,28 +139,6 @@ TEST_F(DamagedStore, WhatLeadsToNoKeyframeIsLeftOut) {
   Mapper mapper{SlamOptions{}};
   mapper.restore(record);
   EXPECT_GE(mapper.finish(record.frames, false, [] { return false; }).components, 1);
-}
-
-/// Any byte: an Error in one line, or what can be read; and never anything else.
-TEST_F(DamagedStore, SurvivesChangedBytes) {
-  const std::string good = read_bytes(file);
-  std::mt19937 random(7);
-  for (int round = 0; round < 600; ++round) {
-    std::string bad = good;
-    for (auto changes = 1 + random() % 20; changes > 0; --changes) {
-      // Half of them where pages begin: there is what leads to all else.
-      const std::size_t at = random() % bad.size();
-      bad[random() % 2 ? at : at / 4096 * 4096 + at % 64] = static_cast<char>(random());
-    }
-    if (round % 5 == 0) bad.resize(random() % bad.size());
-    write_bytes(file, bad);
-    const std::string session = refusal([&] { load_session(folder.path()); }),
-                      scan = refusal([&] { read_scan(folder.path(), {}); });
-    if (round % 5 == 0) {
-      EXPECT_NE(session, "nothing was thrown") << "it is shorter";
-      EXPECT_NE(scan, "nothing was thrown");
-    }
-  }
 }
 
 }  // namespace

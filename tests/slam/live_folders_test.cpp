@@ -63,24 +63,6 @@ TEST_F(Live, UndoTakesBackTheLastTrialOnly) {
   EXPECT_LE(summary.frames.in_map, kScanFrames);
 }
 
-TEST_F(Live, TheBackgroundIsHandedOnFrameByFrame) {
-  // An object lies on the gel at first: those frames are not the background.
-  std::vector<cv::Mat3b> pictures(peanut_pictures().begin() + 30, peanut_pictures().begin() + 35);
-  pictures.insert(pictures.end(), peanut_pictures().begin(), peanut_pictures().end());
-  source = std::make_unique<Pictures>(pictures);
-  start().wait();
-  const BackgroundFrames frames = session->background_frames();
-  ASSERT_EQ(std::ssize(frames), kBackgroundFrames);
-  for (int i = 0; i < kBackgroundFrames; ++i) EXPECT_EQ(frames[static_cast<std::size_t>(i)]->index, 5 + i);
-  session.reset();
-  options.background = folder / "bare.png";
-  cv::imwrite(options.background.string(), peanut_pictures().front());
-  options.overwrite = true;
-  source = std::make_unique<Pictures>(peanut_pictures());
-  start().wait();
-  EXPECT_TRUE(session->background_frames().empty()) << "an image is there for the next scan, too";
-}
-
 TEST_F(Live, TheNextScanHasTheSameBackgroundAndALogThatStandsAlone) {
   options.record = LogAttachments{};
   const int keyframes = start().wait().keyframes;
@@ -131,17 +113,6 @@ TEST_F(Live, AStreamShowsTheKeyframesOfTheScanThatGoesOn) {
   }
   EXPECT_GT(before, 2);
   EXPECT_EQ(static_cast<int>(ids.size()), all);
-}
-
-TEST_F(Live, WhoeverReadsARunToGoOnInItKeepsOthersOut) {
-  start().wait();
-  continue_run();
-  const auto another = [&] { continue_in_place(options.run_folder, options.config); };
-  EXPECT_THAT(message_of<Error>(another), HasSubstr("is writing to"));
-  start().wait();
-  const std::size_t keyframes = read_scan(options.run_folder, {}).keyframes.size();
-  continue_run();
-  EXPECT_EQ(options.continued->record.keyframes.size(), keyframes) << "what the one before has added, too";
 }
 
 /// Also one that was killed while the background was taken.
@@ -224,15 +195,6 @@ TEST_F(Live, ARunFolderThatCannotBeWrittenDoesNotEndTheScan) {
   const RunReport summary = start().wait();
   EXPECT_EQ(summary.frames.total, kBackgroundFrames + kScanFrames);
   EXPECT_TRUE(fs::exists(options.run_folder / "mesh.ply"));
-}
-
-TEST_F(Live, RefusesARunFolderThatIsThere) {
-  fs::create_directory(options.run_folder);
-  std::ofstream(options.run_folder / "thesis.tex") << "years of work";
-  EXPECT_THAT(message_of<Error>([&] { start(); }), HasSubstr("exists already"));
-  options.overwrite = true;
-  source = std::make_unique<Pictures>(peanut_pictures());
-  EXPECT_THAT(message_of<Error>([&] { start(); }), HasSubstr("will not be overwritten"));
 }
 
 }  // namespace

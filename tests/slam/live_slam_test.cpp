@@ -17,27 +17,6 @@ namespace {
 using namespace test;
 using testing::HasSubstr;
 
-TEST_F(Live, WithoutDropsTheMapIsThatOfTheOfflineProgram) {
-  fs::create_directory(folder / "log");
-  for (std::size_t i = 0; i < peanut_pictures().size(); ++i)
-    cv::imwrite((folder / ("log/" + std::to_string(i) + ".png")).string(), peanut_pictures()[i]);
-  ReconstructRequest request;
-  request.input.log = folder / "log";
-  request.config = options.config;
-  request.run_folder = folder / "offline";
-  NoProgress progress;
-  const RunReport offline = reconstruct(request, progress, [] { return false; }).report;
-
-  const RunReport live = start().wait();
-
-  EXPECT_GT(live.frames.tracked, kScanFrames - 5);
-  EXPECT_GT(live.keyframes, 2);
-  EXPECT_EQ(live.frames.total, offline.frames.total);
-  EXPECT_EQ(live.loops, offline.loops);
-  for (const char* file : {"trajectory.tum", "keyframes.tum", "pose_graph.g2o", "mesh.ply"})
-    EXPECT_TRUE(read(file) == read_bytes(request.run_folder / file)) << file;
-}
-
 TEST_F(Live, TheWindowSeesTheMeshGrowAndAtLastTheSavedOne) {
   std::size_t triangles_before_the_end = 0;
   source->before(kBackgroundFrames + kScanFrames - 1, [&] {
@@ -270,17 +249,6 @@ TEST(Board, AsksForTheStartWhereThePlaceIsNotKnown) {
   touch.keyframe = 0;
   board.set_touch(touch, "", slam::detail::LiveClock::now());
   EXPECT_EQ(words_with(0.1), "tracking") << "a loop was closed";
-}
-
-TEST_F(Live, AbortedItSavesWhatThereIs) {
-  source->before(40, [&] {
-    wait_for_touch(39);
-    session->abort();
-  });
-  const RunReport summary = start().wait();
-  EXPECT_TRUE(summary.partial);
-  EXPECT_EQ(summary.frames.total, 40);
-  EXPECT_GT(summary.mesh.triangles, 1000U);
 }
 
 TEST_F(Live, PicturesOfAnotherSizeAreAnErrorInWords) {

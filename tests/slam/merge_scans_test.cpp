@@ -113,21 +113,6 @@ TEST_F(Merge, SaysWhatDidNotJoin) {
     EXPECT_THAT(message_of<Error>([&] { merge({"left", again}); }), HasSubstr("is given twice"));
 }
 
-/// Their logs would be lost.
-TEST_F(Merge, ReplacesNoRunThatItReads) {
-  Strokes scan;
-  scan.stroke(0, 0, 0);
-  for (const char* name : {"left", "right"}) save(name, scan);
-  for (const char* name : {"left", "right"}) {
-    write_bytes(folder / name / "log.mkv", "pictures");
-    EXPECT_THAT(message_of<Error>([&] {
-                  merge({"left", "right"}, name, true);
-                }),
-                HasSubstr("for it holds the input"));
-    EXPECT_EQ(read_bytes(folder / name / "log.mkv"), "pictures");
-  }
-}
-
 TEST_F(Merge, FusesAgainWithOtherSettings) {
   Strokes scan;
   scan.stroke(0, 0, 0);

@@ -74,15 +74,6 @@ TEST_F(Rejoin, PartsAreBoundaries) {
   EXPECT_TRUE(loops().empty());
 }
 
-TEST_F(Rejoin, PicturesMayDifferInSize) {
-  View small = everywhere();
-  small.width_px = 256;
-  small.height_px = 192;
-  add(textured_plane(1), motion(0, 0, 0, 0, 0, 0.4));
-  add(textured_plane(1), motion(2, 0, 4, 2.5, 1, 0.4), small);
-  EXPECT_NO_THROW(loops());
-}
-
 TEST_F(Rejoin, DoesNotTakeTheNextBeadForThisOne) {
   add(rim(), round_the_rim(0));
   add(rim(), round_the_rim(0.7));

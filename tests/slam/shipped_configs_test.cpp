@@ -16,7 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::FakeCamera;
-using testing::HasSubstr;
 
 const fs::path kConfigs = GELSLAM_CONFIGS;
 
@@ -71,16 +70,6 @@ TEST_F(Bench, DigitYamlAsksADigitForWhatItGives) {
   const auto image = decoder.decode(*frame);
   ASSERT_TRUE(image.has_value()) << decoder.damage();
   EXPECT_EQ(image->bgr.size(), cv::Size(config.sensor.width_px, config.sensor.height_px));
-}
-
-TEST_F(Bench, DigitYamlSaysWhatACameraWithoutItsModeOffers) {
-  const Config config = read_config(kConfigs / "digit.yaml");
-  sensor.card = "DIGIT: DIGIT";
-  sensor.modes = {{V4L2_PIX_FMT_MJPEG, 640, 480, {30}}};
-  EXPECT_THAT(
-      test::message_of<Error>([&] { open(config); }),
-      testing::AllOf(HasSubstr("asked for YUYV 640x480"),
-                     HasSubstr("the camera offers MJPG 640x480 at 30 Hz"), HasSubstr("camera_format")));
 }
 
 TEST_F(Bench, MiniYamlFindsTheMini) {

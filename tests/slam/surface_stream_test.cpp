@@ -209,16 +209,6 @@ TEST_F(StreamOfALog, ABackgroundPictureMakesEveryFrameAFrame) {
   EXPECT_THAT(error(), HasSubstr("none.png"));
 }
 
-TEST_F(StreamOfALog, InputsThatAreNotThereAreNamed) {
-  record(10, false);
-  input.model = folder / "none.pth";
-  EXPECT_THAT(error(), HasSubstr("none.pth"));
-  input.model.clear();
-  EXPECT_THAT(error(), HasSubstr("no gradient model"));
-  input.log = folder / "nothing";
-  EXPECT_THAT(error(), HasSubstr("nothing: no such file or folder"));
-}
-
 TEST_F(StreamOfALog, WhatIsNoLogIsSaidBeforeThatThereIsNoModel) {
   input.model.clear();
   const auto said = [&] { return message_of<Error>([&] { resolve_config(input); }); };

@@ -228,37 +228,6 @@ TEST_F(RealBackgrounds, GoodOnesAreNotDoubted) {
     EXPECT_THAT(judge_with_model(sensor, sensor.background), IsEmpty()) << sensor.name;
 }
 
-TEST_F(RealBackgrounds, SpoiltOnesAre) {
-  for (std::size_t k = 0; k < sensors.size(); k += k < 5 ? 1 : 3) {  // sequences are of sensors alike
-    const Sensor& sensor = sensors[k];
-    const cv::Mat3b& good = sensor.background;
-    EXPECT_THAT(judge_with_model(sensor, swapped(good)),
-                Contains(HasSubstr("red and blue seem to be swapped")))
-        << sensor.name;
-    EXPECT_THAT(judge_with_model(sensor, upside_down(good)), Contains(HasSubstr("upside down")))
-        << sensor.name;
-    EXPECT_THAT(judge_with_model(sensor, exposed(good, 0.3)), Contains(HasSubstr("very dark")))
-        << sensor.name;
-    EXPECT_THAT(judge_with_model(sensor, stained(good)), Contains(HasSubstr("differ sharply")))
-        << sensor.name;
-    EXPECT_THAT(judge_with_model(sensor, torn(good)), Contains(HasSubstr("differ sharply"))) << sensor.name;
-    for (const auto& [columns, rows, diameter_px] : {std::tuple{9, 7, 9.0}, {14, 11, 6.0}, {5, 4, 18.0}}) {
-      EXPECT_THAT(judge_with_model(sensor, with_markers(good, columns, rows, diameter_px)),
-                  Contains(HasSubstr(" markers, ")))
-          << sensor.name << " " << columns;
-    }
-    EXPECT_THAT(judge_with_model(sensor, with_markers(good, 9, 7, 9, 0.55)),
-                Contains(HasSubstr(" markers, ")))
-        << sensor.name << ", faded";
-    EXPECT_FALSE(find_marker_dots(with_dirt(good, 40))) << sensor.name;
-    if (sensor.model) {
-      EXPECT_THAT(judge_with_model(sensor, exposed(good, 0.7)),
-                  Contains(HasSubstr("reads the bare gel as sloped")))
-          << sensor.name;
-    }
-  }
-}
-
 TEST_F(RealBackgrounds, AnotherSensorsModelIsNoticed) {
   const Sensor &a = sensors[0], &b = sensors[1];
   EXPECT_THAT(judge_background(a.background, "GelSight Mini", &*b.model),

@@ -5,7 +5,6 @@
 
 #include <random>
 
-#include "gelslam/core/error.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
 #include "linear_gel.hpp"
 
@@ -32,18 +31,6 @@ std::vector<cv::Mat3b> rolling(double depth_mm, double step_px, double noise) {
   return frames;
 }
 
-TEST(MeanImage, IsTheMeanRoundedToTheNearestLevel) {
-  const cv::Mat3b dark(4, 6, cv::Vec3b(10, 0, 255)), light(4, 6, cv::Vec3b(13, 1, 255)),
-      last(4, 6, cv::Vec3b(15, 1, 255));
-  const cv::Mat3b mean = mean_image({dark, light, last});
-  EXPECT_EQ(mean(3, 5), cv::Vec3b(13, 1, 255));  // 12.67, 0.67, 255
-}
-
-TEST(MeanImage, RefusesNothingAndDifferentSizes) {
-  EXPECT_THROW(mean_image({}), Error);
-  EXPECT_THROW(mean_image({cv::Mat3b(4, 6), cv::Mat3b(6, 4)}), Error);
-}
-
 // A quarter darker at first: the picture is that of the exposure it settles at, and no touch.
 TEST(BackgroundImage, IsThatOfTheLastFramesExposure) {
   std::vector<cv::Mat3b> frames;
@@ -62,16 +49,6 @@ TEST(BackgroundImage, IsThatOfTheLastFramesExposure) {
   EXPECT_EQ(check(frames).reason, "");
 }
 
-TEST(BackgroundImage, OfSteadyLightIsTheMean) {
-  const std::vector<cv::Mat3b> frames = rolling(1e-9, 0.0, 2.0);
-  EXPECT_EQ(cv::norm(background_image(frames), mean_image(frames)), 0.0);
-  EXPECT_THROW(background_image({}), Error);
-}
-
-TEST(CheckBackground, BareGelIsClean) {
-  for (const double noise : {0.0, 1.0, 5.0}) EXPECT_EQ(check(rolling(1e-9, 0.0, noise)).reason, "") << noise;
-}
-
 TEST(CheckBackground, MarkersAreNoContact) {
   std::vector<cv::Mat3b> frames(4, render(cv::Mat1f(kSensor, 0.0F), kPitchMm, 1.0, 3));
   for (cv::Mat3b& frame : frames) {
@@ -82,12 +59,6 @@ TEST(CheckBackground, MarkersAreNoContact) {
   const BackgroundCheck result = check(frames);
   EXPECT_FALSE(result.markers);
   EXPECT_FALSE(result.contact) << result.reason;
-}
-
-TEST(CheckBackground, ASlowChangeOfLightIsNoContact) {
-  std::vector<cv::Mat3b> frames = rolling(1e-9, 0.0, 1.0);
-  for (std::size_t i = 0; i < frames.size(); ++i) frames[i] += cv::Scalar::all(static_cast<double>(i));
-  EXPECT_EQ(check(frames).reason, "");
 }
 
 TEST(CheckBackground, MovingContactIsSeen) {

@@ -94,23 +94,6 @@ TEST(BareGel, ErrorsAreSpreadWhereSlopesAreLeastCertain) {
   EXPECT_LT(std::abs(deepest_mm(confidence) + 1.0), 0.5 * std::abs(deepest_mm(cv::Mat1b()) + 1.0));
 }
 
-// The face of a flat punch shows no change, but it is pressed.
-TEST(BareGel, AFlatFaceThatTouchesIsNotBare) {
-  const double depth = 0.5 / kPitchMm;
-  const cv::Mat1f truth = height_field([&](int u, int v) {
-    const double outside = std::max({0.0, std::abs(u - 160) - 70.0, std::abs(v - 120) - 50.0});
-    return -depth * std::max(0.0, 1 - outside / 24);
-  });
-  const Reading reading = read(truth, [](int) { return 1.0; });
-  ASSERT_EQ(reading.changed(120, 160), 0);
-  PoissonSolver poisson(kSensor);
-  cv::Mat1f height = poisson.solve(reading.gx, reading.gy);
-  EXPECT_TRUE(BareGelLeveler(kSensor).level(height, in_blocks(reading.changed), poisson).seen);
-  height = poisson.pixels(height);
-  EXPECT_NEAR(kPitchMm * height(120, 160), -0.5, 0.01);
-  EXPECT_NEAR(kPitchMm * height(10, 10), 0.0, 0.01);
-}
-
 /// A coin whose field lies lower than bare gel by 4 pixels, although the gel falls from it toward the raised
 /// rim.
 cv::Mat1f coin_px(cv::Point center, double radius) {
@@ -181,16 +164,6 @@ TEST(BareGel, StaysBareOrPressedWhileHeightsHardlyChange) {
   EXPECT_NEAR(fields_height(bare, 8), -8, 0.1) << "what is clearly low is pressed";
 }
 
-// Hardly any bare gel is left in the corner: the level is a guess, but the field is not bare.
-TEST(BareGel, WhereHardlyAnyIsSeenTheHighestIsNearIt) {
-  const cv::Point center(152, 114);
-  const Reading reading = read(coin_px(center, 189), [](int) { return 1.0; });
-  PoissonSolver poisson(kSensor);
-  cv::Mat1f height = poisson.solve(reading.gx, reading.gy);
-  EXPECT_FALSE(BareGelLeveler(kSensor).level(height, in_blocks(reading.changed), poisson).seen);
-  EXPECT_NEAR(poisson.pixels(height)(center), -4, 1);
-}
-
 /// How much of a tilt is left, in pixels.
 double left_of_tilt(cv::Size size) {
   cv::Mat1f height((size.height + 1) / 2, (size.width + 1) / 2);  // of squares
@@ -226,17 +199,6 @@ TEST(BareGel, CorrectsNothingWhereHeightsAreRight) {
     EXPECT_NEAR(height(1, 1), 0, 0.01);
     EXPECT_LT(gel.scatter_px, 0.01);
   }
-}
-
-TEST(SlopeUncertainty, GrowsTowardTheBorder) {
-  const SlopeUncertainty uncertainty = default_uncertainty(kSensor, kPitchMm);
-  const cv::Mat1b map = confidence_map(uncertainty, kSensor);
-  EXPECT_EQ(map.size(), kSensor);
-  EXPECT_GE(map(120, 160), 250);
-  EXPECT_GE(map(0, 0), 1);
-  for (int u = 161; u < kSensor.width; ++u) EXPECT_LE(map(120, u), map(120, u - 1));
-  EXPECT_EQ(map(120, 20), map(120, 299));
-  EXPECT_LT(map(120, 300), 255 / 10) << "1.3 mm from the border normals carry a tenth of the information";
 }
 
 }  // namespace

@@ -41,19 +41,6 @@ cv::Mat3b random_image(cv::Size size, std::uint64_t seed) {
   return image;
 }
 
-TEST(Tangents, AreRightOverTheirWholeRangeAndLimitedBeyond) {
-  NetworkTile::Values<2> values{};
-  const auto angle_of = [&](std::size_t k) {
-    return -1.8 + 3.6 * static_cast<double>(k) / static_cast<double>(values.size() - 1);
-  };
-  for (std::size_t k = 0; k < values.size(); ++k) values[k] = static_cast<float>(angle_of(k));
-  tangents(values);
-  for (std::size_t k = 0; k < values.size(); ++k) {
-    const double expected = std::tan(std::clamp(angle_of(k), -1.5, 1.5));
-    ASSERT_NEAR(values[k], expected, 1e-6 * (1 + expected * expected) * 3) << angle_of(k);
-  }
-}
-
 TEST(GradientMap, UsesColorAndPlaceAsTheModelExpects) {
   const cv::Size size(37, 29);
   const GradientModel model = random_model(8);

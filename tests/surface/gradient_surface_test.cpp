@@ -40,31 +40,5 @@ TEST(GradientSurfaces, GiveBackADentAndItsContact) {
   EXPECT_EQ(surface->contact_pixels, cv::countNonZero(surface->contact));
 }
 
-TEST(GradientSurfaces, GiveTheSameCurvatureWhateverElseIsTouched) {
-  const cv::Size size(96, 72);
-  cv::Mat1f gx(size), gy(size);
-  cv::randn(gx, 0.0, 0.05);
-  cv::randn(gy, 0.0, 0.05);
-  cv::Mat1b some(size, static_cast<unsigned char>(0));
-  some(cv::Rect(0, 20, 40, 30)).setTo(1);
-  GradientSurfaces surfaces({size, kPitchMm});
-  const SurfacePtr all = surfaces.make(gx, gy, cv::Mat1b(size, static_cast<unsigned char>(1))),
-                   part = surfaces.make(gx, gy, some);
-  ASSERT_GT(part->contact_pixels, 0);
-  EXPECT_LT(cv::norm(all->curvature, part->curvature, cv::NORM_INF, part->contact), 1e-6);
-}
-
-TEST(GradientSurfaces, TakeAGelThatIsTouchedEverywhereOrNowhere) {
-  const cv::Size size(32, 16);
-  const cv::Mat1f flat(size, 0.0F);
-  GradientSurfaces surfaces({size, kPitchMm});
-  const SurfacePtr everywhere = surfaces.make(flat, flat, cv::Mat1b(size, static_cast<unsigned char>(255))),
-                   nowhere = surfaces.make(flat, flat, cv::Mat1b(size, static_cast<unsigned char>(0)));
-  EXPECT_EQ(everywhere->contact_pixels, 512);
-  EXPECT_EQ(nowhere->contact_pixels, 0);
-  EXPECT_FALSE(everywhere->zero_is_bare_gel);
-  EXPECT_TRUE(nowhere->zero_is_bare_gel);
-}
-
 }  // namespace
 }  // namespace gelslam

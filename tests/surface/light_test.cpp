@@ -92,22 +92,6 @@ TEST(Light, ThatJumpsIsFollowedAtOnce) {
         << change(100, 0, 0, 0) << " " << change(100, 1, 1, 1);
 }
 
-// A gain hardly differs from an offset on a gel that is lit evenly; only in contact, where colors are others.
-// Slopes that are read 20 % flat, as with an offset, would be 0.07 mm of the depth.
-TEST(Light, ThatDimsSlowlyIsFollowedOnAnEvenlyLitGel) {
-  constexpr double kUnevenness = 0.4;
-  SurfaceEstimator steady(linear_gel_model(), lit(kFlatGel, 1, kUnevenness), {});
-  SurfaceEstimator dimmed(linear_gel_model(), lit(kFlatGel, 1, kUnevenness), {});
-  const cv::Mat3b picture = lit(press(0.5), 2, kUnevenness);
-  const SurfacePtr truth = steady.estimate(picture);
-  SurfacePtr surface;
-  for (int k = 0; k <= 30; ++k)
-    surface = dimmed.estimate(changed(picture.clone(), [&](double value, double, double, int) {
-      return value * (1 - 0.2 * std::min(1.0, k / 25.0));
-    }));
-  EXPECT_LT(cv::norm(surface->height_mm, truth->height_mm, cv::NORM_INF), 0.02);
-}
-
 TEST(Light, FromOneSideOrInBandsIsTakenOff) {
   for (const Change& change : {kWindow, kOneSide, kBands})
     EXPECT_LT(worst_height_mm(press(0.5), change), 0.05)
@@ -136,46 +120,6 @@ TEST(Light, IsNotWhatAPressChanges) {
                 0.005 + 0.02 * depth_mm)
           << depth_mm << " mm at " << u;
     }
-  }
-}
-
-// A shallow touch changes colors by little more than noise; the contact of the frame before tells that it is
-// no light.
-TEST(Light, IsReadBesideTheLastContact) {
-  cv::Mat3f background(60, 80);
-  for (int v = 0; v < background.rows; ++v)
-    for (int u = 0; u < background.cols; ++u) background(v, u) = cv::Vec3d(90.0 + u, 100.0 + v, 150.0 - u);
-  cv::Mat3f frame = background.clone();
-  cv::Mat1b touched(background.size(), static_cast<unsigned char>(0));
-  const cv::Range face(0, 60);
-  touched.colRange(face).setTo(255);
-  frame.colRange(face) += cv::Scalar::all(1.2);
-  const auto brighter = [&](const cv::Mat1b& contact) {
-    const auto light = surface::detail::LightTracker(background).update(frame, contact).channels[0];
-    return light[0] * 120 + light[1] - 120;
-  };
-  EXPECT_NEAR(brighter(touched), 0.0, 0.01);
-  EXPECT_GT(brighter({}), 0.5);
-}
-
-// Gel that leans by some hundredths of a degree around a contact looks like light. A change of one lamp is
-// its gain, without any offset.
-TEST(Light, FollowsOnlyWhatTheBlocksDemand) {
-  cv::Mat3f background(60, 80);
-  for (int v = 0; v < background.rows; ++v)
-    for (int u = 0; u < background.cols; ++u) background(v, u) = cv::Vec3d(90.0 + u, 100.0 + v, 150.0 - u);
-  surface::detail::LightTracker tracker(background);
-  cv::Mat3f frame;
-  cv::add(background, cv::Scalar(0.08, 0.04, -0.08), frame);
-  for (const auto& channel : tracker.update(frame, {}).channels) {
-    EXPECT_EQ(channel[0], 1.0);
-    EXPECT_EQ(channel[1], 0.0);
-  }
-  cv::multiply(background, cv::Scalar(1.0, 0.97, 1.02), frame);
-  const auto light = tracker.update(frame, {}).channels;
-  for (const std::size_t c : {0U, 1U, 2U}) {
-    EXPECT_NEAR(light[c][0], c == 0 ? 1.0 : c == 1 ? 0.97 : 1.02, 0.001);
-    EXPECT_EQ(light[c][1], 0.0);
   }
 }
 

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <opencv2/core.hpp>
 #include <random>
 
+#include "../support/analytic_surface.hpp"
 #include "gelslam/core/gradient_model.hpp"
 
 namespace gelslam::test {
@@ -34,13 +34,6 @@ inline GradientModel linear_gel_model() {
     }
   }
   return model;
-}
-
-/// Normal deviate by the sum of twelve uniform ones: the same on every platform.
-inline double normal_deviate(std::mt19937_64& random) {
-  double sum = -6.0;
-  for (int i = 0; i < 12; ++i) sum += static_cast<double>(random() >> 11) * 0x1p-53;
-  return sum;
 }
 
 /// The picture of a height map (mm), with white noise of `noise_levels` gray levels. Brightness varies over

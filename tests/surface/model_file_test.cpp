@@ -12,7 +12,6 @@
 namespace gelslam::test {
 namespace {
 
-namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
 ModelFile some_file() {
@@ -89,13 +88,6 @@ TEST(ModelFile, ReadsBothKindsByContentNotByName) {
   EXPECT_FALSE(read_model_file(folder / "a.json").record);
 }
 
-TEST(ModelFile, GivesTheSameBytesForTheSameModel) {
-  EXPECT_EQ(good_text(), good_text());
-  const TemporaryFolder folder;
-  for (const char* name : {"a", "b"}) write_pth_model(folder / name, some_file().model);
-  EXPECT_EQ(read_bytes(folder / "a"), read_bytes(folder / "b"));
-}
-
 TEST(ModelFile, SaysWhatIsWrong) {
   const std::string good = good_text();
   EXPECT_THAT(refusal(""), HasSubstr("is neither an nnmodel.pth"));
@@ -118,13 +110,6 @@ TEST(ModelFile, SaysWhatIsWrong) {
   EXPECT_THAT(refusal(std::string(2'000'000, '[')), HasSubstr("neither"));
   EXPECT_THAT(refusal("{\"a\":" + std::string(900'000, '[')), HasSubstr("damaged"));
   EXPECT_THAT(refusal("{" + std::string(5 << 20, ' ') + "}"), HasSubstr("larger than 4 MiB"));
-}
-
-TEST(ModelFile, ReplacesAFileOnlyWhenWhole) {
-  const TemporaryFolder folder;
-  fs::create_directory(folder / "model.json");
-  EXPECT_THROW(write_model_file(folder / "model.json", some_file()), Error);
-  EXPECT_EQ(folder.names(), std::vector<std::string>{"model.json"});
 }
 
 }  // namespace

@@ -2,9 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
-#include <random>
-
 #include "../support/analytic_surface.hpp"
 #include "gelslam/core/crc32.hpp"
 #include "gelslam/core/error.hpp"
@@ -90,24 +87,6 @@ TEST(PackedSurface, KeepsTheOpticsAndRefusesImpossibleOnes) {
   EXPECT_THROW(PackedSurface::from_bytes(forged), Error);
 }
 
-TEST(PackedSurface, KnowsItsContactWithoutUnpacking) {
-  const SurfacePtr surface = textured();
-  const PackedSurface packed(*surface);
-  EXPECT_EQ(packed.facts().size, surface->contact.size());
-  EXPECT_EQ(packed.facts().contact_pixels, surface->contact_pixels);
-  EXPECT_NEAR(packed.facts().contact_center_mm.x(), 40 * surface->pixel_pitch_mm, surface->pixel_pitch_mm);
-  EXPECT_NEAR(packed.facts().contact_center_mm.y(), -30 * surface->pixel_pitch_mm, surface->pixel_pitch_mm);
-}
-
-TEST(PackedSurface, BareGelIsASurfaceToo) {
-  Surface bare = *textured();
-  bare.contact.setTo(0);
-  bare.contact_pixels = 0;
-  const SurfacePtr after = PackedSurface(bare).unpack();
-  EXPECT_EQ(after->contact_pixels, 0);
-  EXPECT_NEAR(cv::mean(after->height_mm)[0], cv::mean(bare.height_mm)[0], PackedSurface::kCoarseHeightStepMm);
-}
-
 TEST(StoredSurface, IsTheSameWhetherPackedNowOrLater) {
   const SurfacePtr surface = textured();
   const StoredSurface as_it_is(surface), later = StoredSurface::packed_later(surface),
@@ -120,24 +99,6 @@ TEST(StoredSurface, IsTheSameWhetherPackedNowOrLater) {
   EXPECT_TRUE(StoredSurface(later) == later);
   EXPECT_FALSE(later == now);
   EXPECT_FALSE(StoredSurface());
-}
-
-/// The checksum made to fit: what a surface's bytes then say is checked, too.
-TEST(PackedSurface, SurvivesChangedBytesWhoseChecksumFits) {
-  const std::string good = PackedSurface(*textured()).bytes();
-  std::mt19937 random(8);
-  for (int round = 0; round < 1500; ++round) {
-    std::string bad = good;
-    for (auto changes = 1 + random() % 3; changes > 0; --changes)
-      bad[8 + random() % (round % 2 ? bad.size() - 8 : 48)] = static_cast<char>(random());
-    if (round % 5 == 0) bad.resize(12 + random() % (bad.size() - 12));
-    const std::uint32_t sum = crc32_of(std::string_view(bad).substr(12));
-    std::memcpy(bad.data() + 8, &sum, sizeof sum);
-    try {
-      PackedSurface::from_bytes(bad).unpack();
-    } catch (const Error&) {
-    }
-  }
 }
 
 }  // namespace

@@ -79,10 +79,6 @@ TEST(Markers, ABallReadsAsWithoutThem) {
   }
 }
 
-TEST(Markers, ThatMoveAreNoContact) {
-  EXPECT_EQ(dotted_surface_of(with_dots(kBare, 4.0))->contact_pixels, 0);
-}
-
 TEST(Markers, AreFilledInUnderWhatIsSeenBare) {
   const MarkerFiller filler(with_dots(kBare));
   cv::Mat1b covered;
@@ -130,12 +126,6 @@ TEST(Highlights, ARingThatFillsNoChannelIsNeitherHeightNorContact) {
   }
 }
 
-TEST(Highlights, AloneIsNoContact) {
-  cv::Mat3b image = render(cv::Mat1f(kSensor, 0.0F), kPitchMm, 1.0, 3);
-  shine(image, kOnGel);
-  EXPECT_EQ(surface_of(image)->contact_pixels, 0);
-}
-
 TEST(Highlights, WithoutAnyThePictureIsPassedOnAsItIs) {
   surface::detail::PixelRepair repair(kBare);
   cv::Mat3b image = render(ball_press(kSensor, kPitchMm, 160, 120, 4.75, 0.6), kPitchMm, 1.0, 4);
@@ -143,22 +133,6 @@ TEST(Highlights, WithoutAnyThePictureIsPassedOnAsItIs) {
   image(10, 10) = {255, 200,
                    100};  // one channel is full where a slope faces a lamp, and the others still tell it
   EXPECT_EQ(repair.clean(image).data, image.data);
-}
-
-// A lamp that dazzles the camera is in every picture, the background included.
-TEST(Highlights, ThatTheBackgroundHasIsLeftAlone) {
-  cv::Mat3b background = kBare.clone();
-  cv::circle(background, {300, 20}, 12, cv::Scalar::all(255), cv::FILLED);
-  cv::Mat3b image = background.clone();
-  EXPECT_EQ(surface::detail::PixelRepair(background).clean(image).data, image.data);
-}
-
-TEST(Highlights, OverTheWholePictureOrAtItsCornersIsSurvived) {
-  surface::detail::PixelRepair repair(kBare);
-  EXPECT_EQ(cv::norm(repair.clean(cv::Mat3b(kSensor, cv::Vec3b(255, 255, 255))), kBare, cv::NORM_INF), 0.0);
-  cv::Mat3b image = kBare.clone();
-  shine(image, {{0, 0}, {319, 239}, {0, 239}, {319, 0}});
-  EXPECT_LE(cv::norm(repair.clean(image), kBare, cv::NORM_INF), 2.0);
 }
 
 /// A hair with soft edges.

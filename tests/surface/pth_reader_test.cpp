@@ -61,21 +61,6 @@ TEST(PthReader, RefusesOtherLayerSizesAndNamesThem) {
   EXPECT_THAT(refusal(file), HasSubstr("fc3.weight 32x64"));
 }
 
-TEST(PthReader, NamesTheLayersOfNetworksThatHoldOtherNumbersToo) {
-  PthFile file = good_file();
-  file.layers = random_layers(1, {5, 32, 32, 32, 32, 2});
-  file.norms = random_norms(2, file.layers);
-  EXPECT_THAT(refusal(file),
-              HasSubstr("its layers are fc1.weight 32x5, fc1.bias 32, bn1.weight 32, bn1.bias 32, "
-                        "bn1.running_mean 32, bn1.running_var 32, bn1.num_batches_tracked, fc2.weight 32x32 "
-                        "and 22 more; read are"));
-  file.layers = random_layers(1, std::vector<int>(41, 8));
-  file.norms.clear();
-  file.checkpoint = true;
-  file.entry = "model_state_dict";
-  EXPECT_THAT(refusal(file), HasSubstr("its layers are fc1.weight 8x8, fc1.bias 8, fc2.weight 8x8"));
-}
-
 TEST(PthReader, ReadsTheNetworkOfTheMakersCheckpoint) {
   PthFile file;
   file.layers = random_maker_layers(2);
@@ -196,28 +181,11 @@ TEST(PthReader, ReadsDoubleAndHalfPrecision) {
   }
 }
 
-TEST(PthReader, RefusesGlobalsThatCouldRunCode) {
-  PthFile file = good_file();
-  file.rebuild_function = "os system";
-  EXPECT_THAT(refusal(file), HasSubstr("'os.system', which a gradient model does not need; refused"));
-  file.rebuild_function = "torch._utils _rebuild_tensor_v3";
-  EXPECT_THAT(refusal(file), HasSubstr("refused"));
-}
-
 TEST(PthReader, RefusesInstructionsAStateDictDoesNotNeed) {
   auto entries = good_file().entries();
   std::string& pickle = entries["nnmodel/data.pkl"];
   pickle.insert(2, "(ios\nsystem\n");  // INST
   EXPECT_THAT(refusal(zip_archive(entries)), HasSubstr("pickle instruction 0x69 at byte 3"));
-}
-
-TEST(PthReader, RefusesOtherNumberTypes) {
-  PthFile file = good_file();
-  file.storage_class = "torch BFloat16Storage";
-  EXPECT_THAT(refusal(file), HasSubstr("torch.BFloat16Storage, only float16, float32 and float64"));
-  file = good_file();
-  file.more_entries["byteorder"] = "big";
-  EXPECT_THAT(refusal(file), HasSubstr("not little-endian"));
 }
 
 TEST(PthReader, RefusesMissingShortAndOversizedData) {
@@ -257,12 +225,6 @@ TEST(PthReader, RefusesWhatIsNoModelFile) {
   const TemporaryFolder folder;
   write_bytes(folder / "nnmodel.pth", std::string(5 << 20, 'x'));
   EXPECT_THAT(message_of<Error>([&] { read_model(folder / "nnmodel.pth"); }), HasSubstr("larger than 4 MiB"));
-}
-
-TEST(PthReader, SaysWhichFileIsMissing) {
-  const TemporaryFolder folder;
-  EXPECT_THAT(message_of<Error>([&] { read_model(folder / "no.pth"); }), HasSubstr("no.pth' does not exist"));
-  EXPECT_THAT(message_of<Error>([&] { read_model(folder.path()); }), HasSubstr("is no file"));
 }
 
 }  // namespace

@@ -5,9 +5,7 @@
 
 #include <cstdio>
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 
-#include "../support/data_folder.hpp"
 #include "../support/run_program.hpp"
 #include "gelslam/core/npy.hpp"
 #include "gelslam/core/sensor_optics.hpp"
@@ -94,23 +92,6 @@ TEST_F(SurfaceCommand, SaysHowRoundTheMiddleIs) {
   EXPECT_NEAR(found_mm, 8.0, 0.4);  // what docs/getting-started.md compares, within 5 %
 }
 
-TEST_F(SurfaceCommand, TheConfigurationNamesModelSizeAndPitch) {
-  write_bytes(folder_ / "other.yaml",
-              "device_config:\n  device_name: DIGIT\n  imgw: 160\n  imgh: 120\n  raw_imgw: 160\n  "
-              "raw_imgh: 120\n  cropped: true\n  ppmm: 0.1\n  calibration_model_path: nnmodel.pth\n");
-  const auto surface = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> arguments = {
-        "surface", (folder_ / "touch.png").string(), "--background", (folder_ / "background.png").string(),
-        "-o",      (folder_ / "OUT").string(),       "--overwrite"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return run_program(GELSLAM_PROGRAM, arguments);
-  };
-  const ProgramResult result = surface({"--config", (folder_ / "other.yaml").string()});
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_EQ(cv::imread((folder_ / "OUT/height.png").string()).size(), cv::Size(160, 120));
-  test::expect_mistake(surface({}), "no gradient model");
-}
-
 // What the first frames of a log are asked, and whether both pictures belong together.
 TEST_F(SurfaceCommand, ChecksPictureAndBackground) {
   expect_mistake(run("touch.png", {}, "touch.png"), "should show the bare gel, but the gel already shows");
@@ -120,55 +101,12 @@ TEST_F(SurfaceCommand, ChecksPictureAndBackground) {
   EXPECT_THAT(dark.err, HasSubstr("does not look like the background"));
 }
 
-TEST_F(SurfaceCommand, RefusesRealPicturesTurnedOrWithRedAndBlueSwapped) {
-  const auto presses = data_folder() / "calibration";
-  if (!std::filesystem::exists(presses)) GTEST_SKIP() << "no " << presses << "; set GELSLAM_DATA";
-  const cv::Mat3b bare = cv::imread((presses / "background.png").string()),
-                  touch = cv::imread((presses / "6.310mm/0/gelsight.png").string());
-  write_picture("bare.png", bare);
-  write_picture("lit.png", touch);
-  cv::Mat turned, swapped;
-  cv::rotate(bare, turned, cv::ROTATE_180);
-  write_picture("bare_turned.png", turned);
-  cv::cvtColor(bare, swapped, cv::COLOR_BGR2RGB);
-  write_picture("bare_swapped.png", swapped);
-  cv::rotate(touch, turned, cv::ROTATE_180);
-  write_picture("turned.png", turned);
-  cv::cvtColor(touch, swapped, cv::COLOR_BGR2RGB);
-  write_picture("swapped.png", swapped);
-  expect_mistake(run("lit.png", {}, "bare_turned.png"),
-                 "bare_turned.png': the picture seems to be upside down");
-  expect_mistake(run("lit.png", {}, "bare_swapped.png"),
-                 "bare_swapped.png': red and blue seem to be swapped");
-  expect_mistake(run("turned.png", {}, "bare.png"), "upside down");
-  expect_mistake(run("swapped.png", {}, "bare.png"), "red and blue seem to be swapped");
-  EXPECT_LE(run("turned.png", {"--force"}, "bare.png").exit_code, 1);
-}
-
-TEST_F(SurfaceCommand, SaysSoWhenNothingTouches) {
-  const ProgramResult result = run("background.png");
-  EXPECT_EQ(result.exit_code, 1);
-  EXPECT_THAT(result.out, HasSubstr("contact 0 pixels"));
-}
-
 TEST_F(SurfaceCommand, ReplacesOnlyOnRequestAndOnlyItsOwnFolder) {
   ASSERT_EQ(run("touch.png").exit_code, 0);
   EXPECT_EQ(run("touch.png").exit_code, 2);
   EXPECT_EQ(run("touch.png", {"--overwrite"}).exit_code, 0);
   std::filesystem::remove(folder_ / "OUT" / "height_mm.npy");
   EXPECT_EQ(run("touch.png", {"--overwrite"}).exit_code, 2);
-}
-
-TEST_F(SurfaceCommand, RefusesImagesThatDoNotFit) {
-  write_picture("small.png", cv::Mat3b(100, 100, cv::Vec3b(10, 60, 200)));
-  expect_mistake(run("small.png"), "small.png");
-  expect_mistake(run("touch.png", {}, "small.png"), "small.png");
-  write_picture("gray.png", cv::Mat3b(kSensor, cv::Vec3b::all(90)));
-  expect_mistake(run("gray.png"), "gray picture");
-  expect_mistake(run("touch.png", {}, "gray.png"), "gray picture");
-  expect_mistake(run("nothing.png"), "nothing.png");
-  write_bytes(folder_ / "nnmodel.pth", "no model");
-  expect_mistake(run("touch.png"), "neither an nnmodel.pth");
 }
 
 }  // namespace

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
-
 #include "gelslam/surface/contact_overlap.hpp"
 
 namespace gelslam {
@@ -31,17 +29,6 @@ TEST(ContactPoints, LieInTheContactAndAreShown) {
   }
 }
 
-TEST(ContactPoints, NothingIsShownBeyondThePicture) {
-  const Surface surface = half_touched();
-  const double edge_mm = 160 * surface.pixel_pitch_mm;
-  EXPECT_TRUE(shows(surface, {0.999 * edge_mm, 0, -0.3}));
-  EXPECT_FALSE(shows(surface, {1.001 * edge_mm, 0, -0.3}));
-  for (const double far : {1e30, -1e30, std::numeric_limits<double>::quiet_NaN()}) {
-    EXPECT_FALSE(shows(surface, {far, 0, -0.3}));
-    EXPECT_FALSE(shows(surface, {1, far, -0.3}));
-  }
-}
-
 TEST(ContactOverlap, IsTheShareOfPointsThatTheOtherContactShows) {
   const Surface surface = half_touched();
   const auto points = coarse_contact_points_mm(surface);
@@ -51,18 +38,6 @@ TEST(ContactOverlap, IsTheShareOfPointsThatTheOtherContactShows) {
   moved.translation().x() = width_mm / 2;
   EXPECT_DOUBLE_EQ(shown_share(points, surface, moved), 0.5);
   EXPECT_DOUBLE_EQ(shown_share({}, surface, moved), 0.0);
-}
-
-TEST(ContactOverlap, IsPossibleOnlyNearbyAndOnTheSameSide) {
-  const ContactExtent extent = extent_of(coarse_contact_points_mm(half_touched()));
-  Pose moved = Pose::Identity();
-  moved.translation().x() = 1.9 * extent.radius_mm;
-  EXPECT_TRUE(may_overlap(extent, extent, moved));
-  moved.translation().x() = 2.1 * extent.radius_mm;
-  EXPECT_FALSE(may_overlap(extent, extent, moved));
-  Pose turned = Pose::Identity();
-  turned.linear() = Eigen::AngleAxisd(1.5, Eigen::Vector3d::UnitX()).toRotationMatrix();
-  EXPECT_FALSE(may_overlap(extent, extent, turned));
 }
 
 }  // namespace

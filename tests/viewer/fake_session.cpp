@@ -233,15 +233,6 @@ void FakeSession::join_the_map() {
   status_.components = 1;
 }
 
-void FakeSession::show_bare_gel() {
-  Surface flat;
-  flat.normals = cv::Mat3f(places_.front().surface->normals.size(), cv::Vec3f(0, 0, 1));
-  auto touch = std::make_shared<LiveTouch>();
-  touch->image = gel_picture(flat);
-  touch->status = TrackStatus::background;
-  touch_ = std::move(touch);
-}
-
 LiveStatus FakeSession::status() const {
   if (status_.phase == LivePhase::finishing && looks_until_finished >= 0 && looks_++ >= looks_until_finished)
     status_.phase = LivePhase::finished;

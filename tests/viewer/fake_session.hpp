@@ -1,7 +1,6 @@
 #pragma once
 
 #include <map>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -29,7 +28,6 @@ class FakeSession : public LiveSession {
   LiveStatus& figures() { return status_; }
   void leave_the_map();  ///< the touch goes on in a piece that no loop joins yet
   void join_the_map();   ///< a loop has joined it
-  void show_bare_gel();  ///< a picture while the background is measured
 
   /// "pause", "go on", "undo", "save", "stop": what the window asked for, in order.
   std::vector<std::string> calls;

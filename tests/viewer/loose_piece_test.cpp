@@ -67,17 +67,6 @@ TEST_F(LoosePieceTest, GrowsBesideTheMap) {
   EXPECT_EQ(2 * piece_.mesh().vertices.size(), 3 * vertices) << "three keyframes instead of two";
 }
 
-TEST_F(LoosePieceTest, GoesWhenALoopJoinsIt) {
-  follow();
-  piece_.place_beside(box_, OrbitCamera());
-  for (MapSnapshot::Node& node : map_.nodes) node.component = 0;
-  follow();
-  EXPECT_TRUE(piece_.take_joined());
-  EXPECT_FALSE(piece_.take_joined()) << "said once";
-  EXPECT_FALSE(piece_.is_apart());
-  EXPECT_FALSE(piece_.is_shown()) << "the map shows it now";
-}
-
 TEST_F(LoosePieceTest, GoesWhenItIsTakenBack) {
   follow();
   piece_.place_beside(box_, OrbitCamera());
@@ -85,21 +74,6 @@ TEST_F(LoosePieceTest, GoesWhenItIsTakenBack) {
   touch_ = nullptr;
   follow();
   EXPECT_FALSE(piece_.is_shown());
-}
-
-TEST_F(LoosePieceTest, StaysWhileNothingTouches) {
-  follow();
-  piece_.place_beside(box_, OrbitCamera());
-  touch(-1);
-  follow();
-  EXPECT_TRUE(piece_.is_apart());
-  EXPECT_FALSE(piece_.map_T_touch());
-}
-
-TEST_F(LoosePieceTest, WhatIsOnTheMapIsNone) {
-  touch(1);
-  EXPECT_FALSE(follow());
-  EXPECT_FALSE(piece_.is_apart());
 }
 
 }  // namespace

@@ -133,20 +133,5 @@ TEST_F(MapWindowPicture, TheTouchedSideTurnsToTheViewerUnlessAnotherPlaceIsSeen)
   EXPECT_LT(glow(picture("map_6"), above), 15) << "the view stays where it is";
 }
 
-TEST_F(MapWindowPicture, SaysWhyThereIsNoPlace) {
-  put(PlaceStatus::unknown, {}, "no place of the map looks like this touch");
-  const cv::Mat3b lost = picture("map_7");
-  EXPECT_TRUE(shows("Not in the map", theme::kRed));
-  EXPECT_TRUE(shows("No place of the map looks like this touch.", theme::kText));
-  EXPECT_LT(glowing(lost, window_->view()), 100);
-  put(PlaceStatus::ambiguous, {at(0, 0, 0.7)}, "this touch shows too little to be certain");
-  EXPECT_TRUE((picture("map_8"), shows("Place uncertain", theme::kAmber)));
-  put(PlaceStatus::unknown, {}, "nothing touches the sensor", TrackStatus::no_contact);
-  touches_.have_ended = true;
-  picture("map_9");
-  EXPECT_TRUE(shows("No contact", theme::kGray));
-  EXPECT_TRUE(shows("There are no more frames. Q closes.", theme::kText));
-}
-
 }  // namespace
 }  // namespace gelslam::test

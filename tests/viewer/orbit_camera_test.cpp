@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -85,15 +84,6 @@ TEST(OrbitCamera, ZoomKeepsThePointUnderTheCursorAndTheSizeFollows) {
   }
 }
 
-TEST(OrbitCamera, ZoomHasEndsAndStaysFinite) {
-  OrbitCamera camera = turned_camera();
-  for (int i = 0; i < 200; ++i) camera.zoom(10, {450, 300}, kView);
-  EXPECT_GT(camera.distance_mm(), 0.01F);
-  for (int i = 0; i < 500; ++i) camera.zoom(-1e9, {0, 0}, kView);
-  EXPECT_TRUE(camera.camera_T_map().allFinite());
-  EXPECT_TRUE(camera.center_mm().allFinite());
-}
-
 TEST(OrbitCamera, OrbitDragsTheFrontWithTheCursorAndKeepsTheCenter) {
   OrbitCamera camera = turned_camera();
   const Vector3f front = camera.center_mm() - 5.0F * direction_of_view(camera);
@@ -105,15 +95,6 @@ TEST(OrbitCamera, OrbitDragsTheFrontWithTheCursorAndKeepsTheCenter) {
   EXPECT_GT(moved.y(), 3);
   EXPECT_LT((camera.center_mm() - center).norm(), 1e-6F);
   EXPECT_NEAR((camera.eye_mm() - center).norm(), 35, 1e-3);
-}
-
-TEST(OrbitCamera, OrbitHasNoPoleAndARoundTripReturns) {
-  OrbitCamera camera = turned_camera();
-  const Eigen::Matrix3f start = camera.map_R_camera();
-  for (int i = 0; i < 600; ++i)
-    camera.orbit({0, 2}, kView);  // 1200 pixels on a height of 600: one whole turn
-  EXPECT_LT((camera.map_R_camera() - start).norm(), 1e-3F);
-  EXPECT_LT((start.transpose() * start - Eigen::Matrix3f::Identity()).norm(), 1e-5F);
 }
 
 TEST(OrbitCamera, FitShowsAllAndFillsTheView) {
@@ -141,35 +122,6 @@ TEST(OrbitCamera, FitShowsAllAndFillsTheView) {
   }
 }
 
-TEST(OrbitCamera, FitOfNothingOrNonsenseChangesNothing) {
-  const OrbitCamera camera = turned_camera();
-  const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
-  const std::vector<Vector3f> with_nan{{0, 0, 0}, {nan, 0, 0}};
-  for (const OrbitCamera& fitted :
-       {camera.fitted(Eigen::AlignedBox3f(), kView), camera.fitted(std::vector<Vector3f>(), kView),
-        camera.fitted(with_nan, kView),
-        camera.fitted(Eigen::AlignedBox3f(Vector3f::Zero(), Vector3f(inf, 1, 1)), kView)}) {
-    EXPECT_EQ(fitted.center_mm(), camera.center_mm());
-    EXPECT_EQ(fitted.distance_mm(), camera.distance_mm());
-  }
-  const OrbitCamera on_point = camera.fitted(std::vector<Vector3f>{{1, 2, 3}}, kView);
-  EXPECT_LT((on_point.center_mm() - Vector3f(1, 2, 3)).norm(), 1e-4F);
-  EXPECT_TRUE(on_point.camera_T_map().allFinite());
-}
-
-TEST(OrbitCamera, GlideIsTheSameForAnyFrameRate) {
-  OrbitCamera goal = turned_camera();
-  goal.roll(0.5);
-  OrbitCamera fast, slow;
-  for (int i = 0; i < 100; ++i) fast.glide_to(goal, 0.003);
-  slow.glide_to(goal, 0.3);
-  EXPECT_LT((fast.center_mm() - slow.center_mm()).norm(), 1e-3F);
-  EXPECT_LT((fast.map_R_camera() - slow.map_R_camera()).norm(), 1e-3F);
-  EXPECT_NEAR(fast.distance_mm(), slow.distance_mm(), 1e-3);
-  slow.glide_to(goal, 100);
-  EXPECT_LT((slow.camera_T_map() - goal.camera_T_map()).norm(), 1e-3F);
-}
-
 TEST(OrbitCamera, FollowBringsTheTouchToTheMiddleFacingTheViewer) {
   for (const double angle_deg : {0.0, 20.0, 90.0, 180.0}) {
     Pose touch = Pose::Identity();
@@ -180,35 +132,6 @@ TEST(OrbitCamera, FollowBringsTheTouchToTheMiddleFacingTheViewer) {
     EXPECT_LT((on_screen(camera, Vector3f(7, -2, 5)) - Vector2f(450, 300)).norm(), 1);
     const float cosine = direction_of_view(camera).dot(touch.linear().col(2).cast<float>());
     EXPECT_GT(cosine, std::cos(26 * kDegree)) << angle_deg;
-  }
-}
-
-TEST(OrbitCamera, FollowDoesNotTwistWithTheSensor) {
-  OrbitCamera camera;
-  const Eigen::Matrix3f before = camera.map_R_camera();
-  Pose touch = Pose::Identity();
-  touch.linear() = so3_exp({0, 0, 2.0});
-  for (int i = 0; i < 100; ++i) camera.follow(touch, 0.05);
-  EXPECT_LT((camera.map_R_camera() - before).norm(), 1e-4F);
-  touch.translation().x() = std::nan("");
-  const Vector3f center = camera.center_mm();
-  camera.follow(touch, 1);
-  EXPECT_EQ(camera.center_mm(), center);
-}
-
-TEST(OrbitCamera, DepthRangeHoldsTheBoxWhereverTheEyeIs) {
-  const Eigen::AlignedBox3f box(Vector3f(-10, -10, -10), Vector3f(10, 10, 10));
-  for (const float distance : {0.1F, 9.0F, 30.0F, 1000.0F}) {
-    OrbitCamera camera;
-    camera.set_distance_mm(distance);
-    const Eigen::Matrix4f clip_T_map = camera.projection(1.5F, box) * camera.camera_T_map();
-    ASSERT_TRUE(clip_T_map.allFinite());
-    const Vector4f furthest = clip_T_map * Vector4f(0, 0, 10, 1);
-    EXPECT_LE(furthest.z() / furthest.w(), 1.0F);
-    if (distance > 20) {
-      const Vector4f nearest = clip_T_map * Vector4f(0, 0, -10, 1);
-      EXPECT_GE(nearest.z() / nearest.w(), -1.0F);
-    }
   }
 }
 

@@ -57,19 +57,5 @@ TEST(RunLiveWindow, FramesComeAfterItsFirstPictureAndItsLastIsKept) {
   EXPECT_GT(share_of(last, {0, 0, 300, 80}, theme::kGreen), 0.02) << "it says Finished";
 }
 
-TEST(RunLiveWindow, EndedFromTheTerminalItClosesOnceAllIsSaved) {
-  if (!can_draw()) GTEST_SKIP() << "no OpenGL here, not even without a display";
-  FakeSession session(2, 1);
-  session.advance(2);
-  session.looks_until_finished = 10;
-  WindowOptions options = hidden(600, 400);
-  int asked = 0;
-  options.asks_to_end = [&] { return ++asked > 0; };
-  session.stop();  // as the signal's watcher does
-  run_live_window(session, options);
-  EXPECT_EQ(session.status().phase, LivePhase::finished) << "not before";
-  EXPECT_GT(asked, 0);
-}
-
 }  // namespace
 }  // namespace gelslam::test

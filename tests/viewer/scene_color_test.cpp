@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -65,40 +64,6 @@ TEST_F(SceneColors, DistanceToAShiftedBallIsReadOffTheColors) {
   EXPECT_LT(errors[errors.size() * 9 / 10], 0.12);
 }
 
-TEST_F(SceneColors, DistanceRangeIsARoundNumberAboveNearlyAll) {
-  Scene scene;
-  const Mesh mesh = plane(0, 40);
-  scene.set_mesh(mesh, std::vector<float>(mesh.vertices_mm.size(), 0.013F));
-  style.color = SceneColor::distance;
-  const auto legend = scene.legend(style);
-  ASSERT_TRUE(legend);
-  EXPECT_EQ(legend->min, 0);
-  EXPECT_FLOAT_EQ(legend->max, 0.02F);
-  EXPECT_EQ(legend->unit, "mm");
-  EXPECT_EQ(legend->colors_rgb.size(), 256U);
-  style.color = SceneColor::plain;
-  EXPECT_FALSE(scene.legend(style));
-}
-
-TEST_F(SceneColors, WhatHasNoDistanceIsGray) {
-  Scene scene;
-  const Mesh ball = sphere(5, 64);
-  style.color = SceneColor::distance;
-  style.range = {0.0F, 1.0F};
-  const auto is_gray = [&](const std::vector<float>& distance_mm) {
-    scene.set_mesh(ball, distance_mm);
-    const cv::Vec3b c = draw(scene)(kHeight / 2, kWidth / 2);
-    return *std::max_element(c.val, c.val + 3) - *std::min_element(c.val, c.val + 3) < 20;
-  };
-  const auto all = [&](float distance_mm) {
-    return std::vector<float>(ball.vertices_mm.size(), distance_mm);
-  };
-  EXPECT_TRUE(is_gray({})) << "nothing to compare with";
-  EXPECT_TRUE(is_gray(all(std::numeric_limits<float>::quiet_NaN())));
-  EXPECT_TRUE(is_gray({0.5F})) << "too few";
-  EXPECT_FALSE(is_gray(all(0.5F)));
-}
-
 TEST_F(SceneColors, HeightRunsAlongTheMapNotTheView) {
   Scene scene;
   scene.set_mesh(sphere(5, 128));
@@ -112,19 +77,6 @@ TEST_F(SceneColors, HeightRunsAlongTheMapNotTheView) {
     const float expected = (5 - on_ball(5, x, 180)->z()) / 10;
     EXPECT_NEAR(place_on_map(picture(180, x), style.color), expected, 0.08) << x;
   }
-}
-
-TEST_F(SceneColors, ConfidenceAndGivenRange) {
-  Mesh mesh = sphere(5, 64);
-  for (const Vector3f& p : mesh.vertices_mm) mesh.confidence.push_back(p.x() < 0 ? 2.0F : 18.0F);
-  Scene scene;
-  scene.set_mesh(mesh);
-  style.color = SceneColor::confidence;
-  EXPECT_NEAR(scene.legend(style)->max, 18, 0.1);
-  style.range = {0.0F, 20.0F};
-  const cv::Mat3b picture = draw(scene);
-  EXPECT_NEAR(place_on_map(picture(180, 200), style.color), 0.1, 0.06);
-  EXPECT_NEAR(place_on_map(picture(180, 280), style.color), 0.9, 0.06);
 }
 
 TEST_F(SceneColors, ACertainPlaceIsClayAndADoubtfulOneIsTinted) {

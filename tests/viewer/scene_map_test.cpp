@@ -1,5 +1,4 @@
 #include <cmath>
-#include <limits>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
@@ -80,13 +79,6 @@ TEST_F(SceneMap, TheTouchLiesOnTheMeshAndBehindWhatIsNearer) {
   EXPECT_EQ(largest_difference(draw(scene), covered), 0);
 }
 
-TEST_F(SceneMap, TheTouchIsSeenFromOutsideOnly) {
-  Scene scene;
-  scene.set_touch(TouchPatch{round_touch(), at(0, 0, 0), 1.0});
-  camera.look_along(-Vector3f::UnitZ(), Vector3f::UnitY());
-  EXPECT_EQ(cv::countNonZero(mask_of(draw(scene))), 0);
-}
-
 TEST_F(SceneMap, DepthIsDividedByTheGain) {
   Scene scene;
   camera.look_along(Vector3f::UnitX(), -Vector3f::UnitZ());  // from the side, outside up
@@ -103,32 +95,6 @@ TEST_F(SceneMap, DepthIsDividedByTheGain) {
   EXPECT_LT(top(1.0), top(2.0) - 5);
 }
 
-TEST_F(SceneMap, DamagedTouchesDrawNothing) {
-  Scene scene;
-  auto without_normals = std::make_shared<Surface>(*round_touch());
-  without_normals->normals.release();
-  auto nan = std::make_shared<Surface>(*round_touch());
-  nan->height_mm = cv::Mat1f(nan->contact.size(), std::numeric_limits<float>::quiet_NaN());
-  Pose lost = at(0, 0, 0);
-  lost.translation().x() = std::nan("");
-  for (const TouchPatch& touch :
-       {TouchPatch{nullptr, at(0, 0, 0), 1.0}, TouchPatch{without_normals, at(0, 0, 0), 1.0},
-        TouchPatch{nan, at(0, 0, 0), 1.0}, TouchPatch{round_touch(), lost, 1.0}}) {
-    scene.set_touch(touch);
-    EXPECT_EQ(cv::countNonZero(mask_of(draw(scene))), 0);
-  }
-}
-
-TEST_F(SceneMap, TheSensorsOutlineIsItsFieldOfView) {
-  Scene scene;
-  scene.set_touch(TouchPatch{round_touch(), at(0, 0, 0), 1.0});
-  style.sensor = true;
-  const cv::Rect box = cv::boundingRect(mask_of(draw(scene)));
-  const float mm = camera.mm_per_px(30, kWhole);
-  EXPECT_NEAR(static_cast<float>(box.width), 9.6F / mm, 4);  // the line is 2 px wide
-  EXPECT_NEAR(static_cast<float>(box.height), 7.2F / mm, 4);
-}
-
 TEST_F(SceneMap, TheTrajectoryRunsBetweenPosesAndNotOverGaps) {
   Scene scene;
   scene.set_trajectory({{at(-6, 0, 0), at(-2, 0, 0)}, {at(2, 0, 0), at(6, 0, 0)}, {at(0, 3, 0)}, {}});
@@ -142,23 +108,6 @@ TEST_F(SceneMap, TheTrajectoryRunsBetweenPosesAndNotOverGaps) {
   EXPECT_TRUE(covered(5.9, 0));
   EXPECT_FALSE(covered(0, 0)) << "tracking was lost there";
   EXPECT_FALSE(covered(0, 3));
-}
-
-TEST_F(SceneMap, LinesBehindTheObjectAreFaint) {
-  Scene scene;
-  scene.set_mesh(flipped(plane(-3, 20, 8)));
-  const cv::Mat3b without = draw(scene);
-  scene.set_trajectory({{at(-8, 0, 0), at(8, 0, 0)}});
-  style.trajectory = true;
-  const cv::Mat3b with = draw(scene);
-  const auto change = [&](float x) {
-    const cv::Point2f p = pixel_of(Vector3f(x, 0, -0.8F));
-    const cv::Rect around(cvRound(p.x), cvRound(p.y) - 2, 1, 5);
-    return cv::norm(with(around), without(around), cv::NORM_INF);
-  };
-  EXPECT_GT(change(6.5F), 80) << "in the open";
-  EXPECT_GT(change(0), 4) << "through the object";
-  EXPECT_LT(change(0), 45);
 }
 
 TEST_F(SceneMap, LoopsAreGreenAndContradictedOnesRed) {
@@ -178,39 +127,6 @@ TEST_F(SceneMap, LoopsAreGreenAndContradictedOnesRed) {
   const cv::Vec3b loop = color_between(false), outlier = color_between(true);
   EXPECT_GT(loop[1], loop[2] + 40);
   EXPECT_GT(outlier[2], outlier[1] + 80);
-}
-
-TEST_F(SceneMap, KeyframesOfOtherComponentsAreNotShown) {
-  Scene scene;
-  style.keyframes = true;
-  MapSnapshot map = chain_of_three(false);
-  scene.set_map(map);
-  EXPECT_GT(cv::countNonZero(mask_of(draw(scene))), 50);
-  map.shown_component = 1;
-  scene.set_map(map);
-  EXPECT_EQ(cv::countNonZero(mask_of(draw(scene))), 0);
-}
-
-TEST(TouchMesh, AContactOfBlocksEndsInARoundLine) {
-  constexpr int side = 80, first = 20, last = 59;  // of a square of pixels
-  auto surface = std::make_shared<Surface>();
-  surface->pixel_pitch_mm = 1;
-  surface->height_mm = cv::Mat1f(side, side, 0.0F);
-  surface->normals = cv::Mat3f(side, side, cv::Vec3f(0, 0, 1));
-  surface->contact = cv::Mat1b(side, side, uchar{0});
-  surface->contact(cv::Range(first, last + 1), cv::Range(first, last + 1)) = 255;
-  surface->contact_pixels = cv::countNonZero(surface->contact);
-  cv::Mat1f inside(side, side, -1.0F);
-  for (const viewer::detail::TouchMesh::Vertex& v :
-       viewer::detail::make_touch_mesh({surface, Pose::Identity(), 1.0}).vertices)
-    inside(cvRound(v.position_mm.y() + 0.5F * side - 0.5F), cvRound(v.position_mm.x() + 0.5F * side - 0.5F)) =
-        v.inside;
-  for (const int corner : {first, last}) {
-    EXPECT_LT(inside(corner, corner), 0);
-    EXPECT_GT(inside(corner, side / 2), 0) << "sides stay where they are";
-  }
-  EXPECT_LT(inside(first - 2, side / 2), 0);
-  EXPECT_NEAR(inside(side / 2, side / 2), 1, 1e-3);
 }
 
 }  // namespace

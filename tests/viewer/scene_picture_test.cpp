@@ -1,7 +1,4 @@
-#include <cstdint>
-#include <limits>
 #include <opencv2/imgproc.hpp>
-#include <random>
 #include <vector>
 
 #include "scene_fixture.hpp"
@@ -11,19 +8,9 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-
 class ScenePicture : public SceneDrawing {};
 
 double brightness(const cv::Vec3b& c) { return (c[0] + c[1] + c[2]) / 3.0; }
-
-/// Pixels inside the second mask only, further than `margin_px` from the first.
-int strays(const cv::Mat1b& first, const cv::Mat1b& second, int margin_px) {
-  cv::Mat1b near;
-  const cv::Size size(2 * margin_px + 1, 2 * margin_px + 1);
-  cv::dilate(first, near, cv::getStructuringElement(cv::MORPH_ELLIPSE, size));
-  return cv::countNonZero(second & ~near);
-}
 
 TEST_F(ScenePicture, OutlineOfABallIsTheAnalyticOne) {
   Scene scene;
@@ -103,87 +90,6 @@ TEST_F(ScenePicture, AnUpdateReplacesAndAnEmptyOneRemoves) {
   scene.update(std::vector{block(7, left), block(8, right)});
   scene.update(MeshChanges{true, {block(9, right)}});
   EXPECT_EQ(largest_difference(draw(scene), draw(expected)), 0) << "cleared first";
-}
-
-TEST_F(ScenePicture, ManyUpdatesEndWhereTheLastOnesSay) {
-  std::mt19937 random(11);
-  Scene scene, fresh;
-  std::vector<MeshBlock> last(12);
-  for (int i = 0; i < 400; ++i) {
-    const auto key = static_cast<std::int64_t>(random() % last.size());
-    const float x = static_cast<float>(random() % 200) / 20 - 5,
-                y = static_cast<float>(random() % 120) / 20 - 3;
-    Mesh mesh =
-        random() % 5 == 0 ? Mesh() : moved(sphere(0.8, 8 + 4 * static_cast<int>(random() % 8)), {x, y, 0});
-    last[static_cast<std::size_t>(key)] = block(key, std::move(mesh));
-    scene.update(std::span(&last[static_cast<std::size_t>(key)], 1));
-    if (i % 7 == 0) draw(scene);
-  }
-  for (std::size_t key = 0; key < last.size(); ++key) last[key].key = static_cast<std::int64_t>(key);
-  fresh.update(last);
-  EXPECT_EQ(largest_difference(draw(scene), draw(fresh)), 0);
-}
-
-TEST_F(ScenePicture, AFineMeshHasTheSameOutline) {
-  Scene scene, small;
-  scene.set_mesh(sphere(5, 360));
-  small.set_mesh(sphere(5, 240));
-  const cv::Mat1b large_mask = mask_of(draw(scene)), small_mask = mask_of(draw(small));
-  EXPECT_EQ(strays(small_mask, large_mask, 1) + strays(large_mask, small_mask, 1), 0);
-}
-
-TEST_F(ScenePicture, HostileMeshesDrawWhatIsGood) {
-  Mesh bad = sphere(3, 48);
-  Scene good, hostile;
-  good.set_mesh(bad);
-  bad.confidence.assign(bad.vertices_mm.size(), kNan);
-  bad.vertices_mm.push_back({kNan, 0, 0});
-  bad.vertices_mm.push_back({3e38F, 3e38F, -3e38F});
-  bad.confidence.resize(bad.vertices_mm.size());
-  const int last = static_cast<int>(bad.vertices_mm.size()) - 1;
-  bad.triangles.emplace_back(0, 1, last);
-  bad.triangles.emplace_back(0, 1, last - 1);
-  bad.triangles.emplace_back(0, 1, last + 1);
-  bad.triangles.emplace_back(-1, 1, 2);
-  hostile.set_mesh(bad);
-  const cv::Mat3b expected = draw(good);
-  EXPECT_EQ(largest_difference(draw(hostile), expected), 0);
-  Scene by_block;
-  by_block.update(std::vector{block(-5, bad)});
-  EXPECT_EQ(cv::countNonZero(mask_of(draw(by_block)) != mask_of(expected)), 0);
-  Scene empty;
-  empty.set_mesh(Mesh());
-  EXPECT_EQ(cv::countNonZero(mask_of(draw(empty))), 0);
-  EXPECT_FALSE(empty.pick(camera.pick_ray({240, 180}, kWhole)));
-}
-
-TEST_F(ScenePicture, PickMeetsTheNearSide) {
-  Scene scene;
-  scene.set_mesh(sphere(5, 256));
-  const auto hit = scene.pick(camera.pick_ray({kWidth / 2.0F, kHeight / 2.0F}, kWhole));
-  ASSERT_TRUE(hit);
-  EXPECT_LT((*hit - Vector3f(0, 0, -5)).norm(), 0.01F);
-  EXPECT_FALSE(scene.pick(camera.pick_ray({2, 2}, kWhole)));
-}
-
-TEST_F(ScenePicture, OnlyItsOwnPartOfTheFramebufferIsTouched) {
-  Scene scene, nothing;
-  scene.set_mesh(sphere(5, 64));
-  RenderTarget target(kWidth, kHeight);
-  target.bind();
-  scene.draw(camera, kWhole, style);
-  const cv::Mat3b before = target.read();
-  nothing.draw(camera, {0, 0, kWidth / 2, kHeight}, style);
-  const cv::Mat3b after = target.read();
-  EXPECT_EQ(largest_difference(before.colRange(kWidth / 2, kWidth), after.colRange(kWidth / 2, kWidth)), 0);
-  EXPECT_LT(brightness(after(kHeight / 2, kWidth / 2 - 20)),
-            brightness(before(kHeight / 2, kWidth / 2 - 20)) - 50);
-}
-
-TEST_F(ScenePicture, ImpossiblePicturesAreRefused) {
-  EXPECT_THROW(RenderTarget(0, 100), Error);
-  EXPECT_THROW(RenderTarget(100, -1), Error);
-  EXPECT_THROW(RenderTarget(RenderTarget::kMaxSidePx + 1, 10), Error);
 }
 
 }  // namespace

@@ -34,24 +34,6 @@ TEST(StateWords, GiveTheUsualAdviceWhereTheSessionGivesNone) {
   EXPECT_EQ(state_words(saying(LivePhase::paused, "")).advice, "Press Space to go on.");
 }
 
-TEST(StateWords, LeaveTheColorToTheStatus) {
-  const StateWords words = state_words(
-      saying(LivePhase::scanning, "not joined to the map; touch a place you have seen", TrackStatus::lost));
-  EXPECT_EQ(words.state, "lost");
-  EXPECT_EQ(words.headline, "Not joined to the map");
-  EXPECT_EQ(words.advice, "Touch a place you have seen.");
-}
-
-TEST(StateWords, TellThePhaseUnderASteadyHeadline) {
-  LiveStatus closing = saying(LivePhase::finishing, "closing loops");
-  closing.progress = "34%, 12 s left";
-  EXPECT_EQ(state_words(closing).advice, "Closing loops: 34%, 12 s left.");
-  const StateWords words = state_words(saying(LivePhase::finishing, "closing loops"));
-  EXPECT_EQ(words.headline, "Finishing");
-  EXPECT_EQ(words.advice, "Closing loops.");
-  EXPECT_EQ(state_words(saying(LivePhase::finished, "lost: whatever")).state, "finished");
-}
-
 TEST(StateWords, ClaimNothingThatIsNotSaved) {
   LiveStatus status = saying(LivePhase::finished, "saving");
   EXPECT_EQ(state_words(status).advice, "Everything is saved. Look around; Q closes.");
@@ -79,30 +61,6 @@ TEST(StateWords, AreAmberWhereTheMeshIsNotWholeOrAMotionIsNotObservable) {
   EXPECT_EQ(state_words(status).advice,
             "Saved. 1 piece not joined. 16 frames not in the mesh. Next time cross places that you touched "
             "before. Poses may be off by 2 mm. Q closes.");
-}
-
-TEST(StateWords, SayThatItIsSaving) {
-  LiveStatus status = saying(LivePhase::scanning, "tracking");
-  status.saving = true;
-  EXPECT_EQ(state_words(status).advice, "Saving\u2026");
-  EXPECT_EQ(state_words(status).color, theme::kGreen) << "tracking goes on";
-}
-
-TEST(StateWords, TakeAnyWords) {
-  for (const char* words : {"", ":", ";", ": ;", " ; : ;; ", "lost:", "lost: ", "tracking; ", "\xff\xfe"})
-    EXPECT_NO_THROW(state_words(saying(LivePhase::scanning, words))) << words;
-  EXPECT_EQ(state_words(saying(LivePhase::scanning, "")).headline, "Tracking");
-}
-
-TEST(StatusText, WritesCounts) {
-  EXPECT_EQ(text_of_count(0), "0");
-  EXPECT_EQ(text_of_count(999), "999");
-  EXPECT_EQ(text_of_count(1000), "1 000");
-  EXPECT_EQ(text_of_count(-1234567), "-1 234 567");
-  EXPECT_EQ(text_of_ms(4.16), "4.2 ms");
-  EXPECT_EQ(text_of_ms(17.6), "18 ms");
-  EXPECT_EQ(text_of_ms(1300), "1.3 s");
-  EXPECT_EQ(text_of_ms(0), "-");
 }
 
 }  // namespace

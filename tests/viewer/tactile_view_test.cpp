@@ -40,16 +40,6 @@ TEST(TactilePicture, OutlinesTheContactWhereItIs) {
   EXPECT_EQ(picture(120, 160), cv::Vec3b(90, 100, 110)) << "the inside stays as it is";
 }
 
-TEST(TactilePicture, LeavesAnUntouchedOrUnknownSurfaceAlone) {
-  const cv::Vec3b ink(0, 255, 0), gray(90, 100, 110);
-  LiveTouch touch = touch_of(surface_with_disc(0));
-  touch.surface = nullptr;
-  const cv::Mat3b picture = tactile_picture(touch, 77, ink);
-  EXPECT_EQ(picture.cols, 77);
-  for (const cv::Vec3b& pixel : picture) EXPECT_EQ(pixel, gray);
-  EXPECT_TRUE(tactile_picture(LiveTouch(), 100, ink).empty());
-}
-
 TEST(NormalPicture, ShowsDirectionsAsColors) {
   const auto surface = surface_with_disc(40);
   const cv::Mat3b picture = normal_picture(*surface, 160);

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/run_report.hpp"
 #include "temporary_folder.hpp"
 #include "view_run.hpp"
 
@@ -12,20 +11,6 @@ namespace gelslam::test {
 namespace {
 
 using testing::HasSubstr;
-
-TEST(ViewContent, ARunsHistoryIsThere) {
-  const TemporaryFolder folder;
-  write_run(folder / "RUN", 5);
-  const ViewContent content = load_view(folder / "RUN/");
-  EXPECT_EQ(content.name, "RUN");
-  EXPECT_GT(content.mesh.triangles.size(), 1000U);
-  ASSERT_TRUE(content.history);
-  const RunHistory& history = *content.history;
-  EXPECT_DOUBLE_EQ(history.start_s(), 0);
-  EXPECT_DOUBLE_EQ(history.end_s(), 4.9);
-  EXPECT_EQ(history.keyframes.size(), 5U);
-  EXPECT_EQ(history.edges.size(), 5U);
-}
 
 TEST(ViewContent, LoopsThatHaveNoSayAreMarked) {
   const TemporaryFolder folder;
@@ -36,16 +21,6 @@ TEST(ViewContent, LoopsThatHaveNoSayAreMarked) {
     EXPECT_EQ(edge.outlier, edge.from == 0 && edge.to == 8);
     EXPECT_EQ(edge.kind, edge.outlier ? EdgeKind::loop : EdgeKind::odometry);
   }
-}
-
-TEST(ViewContent, WhatARunLeavesInDoubtIsSaid) {
-  const TemporaryFolder folder;
-  write_run(folder / "RUN", 5);
-  EXPECT_TRUE(load_view(folder / "RUN").warnings.empty());
-  RunReport report;
-  report.reservations = {"poses may be off by 2 mm"};
-  write_bytes(folder / "RUN" / "report.json", report_json(report));
-  EXPECT_THAT(load_view(folder / "RUN").warnings, testing::ElementsAre("poses may be off by 2 mm"));
 }
 
 TEST(ViewContent, ATimeShowsWhatWasThereThen) {
@@ -74,14 +49,6 @@ TEST(ViewContent, LostTrackCutsTheTrajectory) {
   ASSERT_EQ(pieces.size(), 2U);
   EXPECT_EQ(pieces[0].size(), 3U);
   EXPECT_EQ(pieces[1].size(), 2U);
-}
-
-TEST(ViewContent, AMeshFileAndARunWithoutSessionHaveNoHistory) {
-  const TemporaryFolder folder;
-  write_run(folder / "RUN", 2);
-  EXPECT_FALSE(load_view(folder / "RUN" / "mesh.ply").history);
-  std::filesystem::remove(folder / "RUN/session.db");
-  EXPECT_FALSE(load_view(folder / "RUN").history);
 }
 
 TEST(ViewContent, MistakesAreNamed) {

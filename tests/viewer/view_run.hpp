@@ -7,32 +7,17 @@
 
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/slam/store.hpp"
+#include "round_touch.hpp"
 #include "test_meshes.hpp"
 
 namespace gelslam::test {
-
-/// 2.4 x 1.8 mm of a plane, 0.3 mm deep.
-inline SurfacePtr flat_touch() {
-  auto surface = std::make_shared<Surface>();
-  const cv::Size size(32, 24);
-  const cv::Rect box(4, 3, 24, 18);
-  surface->pixel_pitch_mm = 0.1;
-  surface->height_mm = cv::Mat1f(size, 0.0F);
-  surface->normals = cv::Mat3f(size, cv::Vec3f(0, 0, 1));
-  surface->contact = cv::Mat1b(size, uchar{0});
-  surface->curvature = cv::Mat1f(size, 0.0F);
-  surface->height_mm(box) = -0.3F;
-  surface->contact(box) = uchar{255};
-  surface->contact_pixels = box.area();
-  return surface;
-}
 
 inline void join(SlamMap& map, int from, int to, EdgeKind kind, bool outlier = false) {
   map.solved_edges.push_back({.from = from, .to = to, .kind = kind});
   map.solution.edge_outlier.push_back(outlier);
 }
 
-/// A run folder: flat touches, one every second and 1.5 mm to the right, a trajectory of ten poses per
+/// A run folder: round touches, one every second and 1.5 mm to the right, a trajectory of ten poses per
 /// second, and a mesh that covers them all.
 inline void write_run(const std::filesystem::path& folder, int keyframes, bool loop_is_outlier = false) {
   namespace fs = std::filesystem;
@@ -54,7 +39,7 @@ inline void write_run(const std::filesystem::path& folder, int keyframes, bool l
     auto keyframe = std::make_shared<Keyframe>();
     keyframe->id = id;
     keyframe->frame = 10 + 25 * k;
-    keyframe->surface = flat_touch();
+    keyframe->surface = round_touch();
     map.keyframes[static_cast<std::size_t>(id)] = keyframe;
     map.in_map[static_cast<std::size_t>(id)] = true;
     map.solution.component_of_node[id] = 0;

@@ -3,11 +3,8 @@
 #include <fmt/core.h>
 #include <gmock/gmock.h>
 
-#include <opencv2/imgproc.hpp>
-
 #include "gelslam/evaluation/mesh_metrics.hpp"
 #include "scene_fixture.hpp"
-#include "temporary_folder.hpp"
 #include "view_run.hpp"
 
 namespace gelslam::test {
@@ -26,21 +23,6 @@ class ViewStagePicture : public SceneDrawing {
     return target.read();
   }
 };
-
-TEST_F(ViewStagePicture, TheTouchOfATimeShowsUntilTheEnd) {
-  const TemporaryFolder folder;
-  write_run(folder / "RUN", 3);
-  ViewStage stage(load_view(folder / "RUN"), std::nullopt);
-  const OrbitCamera view = stage.first_view(kWhole);
-  const auto orange_at = [&](double time_s) {
-    stage.set_time(time_s);
-    const cv::Mat3b picture = picture_of(stage, view, style);
-    return std::count_if(picture.begin(), picture.end(), [](const cv::Vec3b& c) { return c[2] > c[0] + 90; });
-  };
-  EXPECT_EQ(orange_at(-1), 0) << "before the first touch";
-  EXPECT_GT(orange_at(1.2), 1000);
-  EXPECT_EQ(orange_at(3), 0);
-}
 
 TEST_F(ViewStagePicture, BesideEachOtherUnderOneCameraWithDistances) {
   ViewStage stage(ball(5), ball(4.9));

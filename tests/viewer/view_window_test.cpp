@@ -41,13 +41,6 @@ class ViewWindowPicture : public SceneDrawing {
   ViewWindowOptions options;
 };
 
-TEST_F(ViewWindowPicture, ARunHasASlider) {
-  ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
-  loop.turn(1);
-  EXPECT_THAT(words(loop), testing::IsSupersetOf({"RUN", "as saved", "Play", "Curvature", "Close"}));
-  EXPECT_GT(loop.track().width, 500);
-}
-
 TEST_F(ViewWindowPicture, PressingTheSliderSetsTheTimeAndTheTouchFollows) {
   ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
   loop.turn(1);
@@ -73,16 +66,6 @@ TEST_F(ViewWindowPicture, PressingTheSliderSetsTheTimeAndTheTouchFollows) {
   EXPECT_GT(orange(loop.picture(1.5)), 1000);
 }
 
-TEST_F(ViewWindowPicture, AnUntouchedWindowIsNotDrawnAgain) {
-  ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
-  for (int i = 0; i < 20; ++i) loop.turn(0.1 * i);
-  for (int i = 0; i < 20; ++i) EXPECT_FALSE(loop.turn(3 + i));
-  loop.host().push({InputEvent::Kind::redraw});
-  EXPECT_TRUE(loop.turn(30));
-  press_key(loop, GLFW_KEY_G);
-  EXPECT_TRUE(loop.turn(31));
-}
-
 TEST_F(ViewWindowPicture, ASnapshotHasMarksButNoButtons) {
   options.width_px = 640;
   options.height_px = 480;
@@ -104,17 +87,6 @@ TEST_F(ViewWindowPicture, TwoSurfacesTheirNamesAndTheDistance) {
   for (int i = 1; i < 10; ++i) loop.turn(0.03 * i);
   EXPECT_THAT(words(loop), testing::IsSupersetOf({"RUN", "truth", "distance", "mean 0.000 mm"}));
   EXPECT_THAT(words(loop), Contains(HasSubstr("90 % below")));
-}
-
-TEST_F(ViewWindowPicture, TinyWindowsAndHelpDoNoHarm) {
-  ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
-  press_key(loop, GLFW_KEY_H);
-  double now_s = 0;
-  for (const auto& [width, height] : {std::pair{300, 200}, {100, 100}, {1600, 1200}}) {
-    loop.host().resize(width, height);
-    for (int i = 0; i < 3; ++i) loop.turn(now_s += 0.05, true);
-  }
-  EXPECT_THAT(words(loop), Contains("One keyframe back"));
 }
 
 }  // namespace

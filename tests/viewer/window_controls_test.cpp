@@ -29,24 +29,11 @@ class Controls : public testing::Test {
   LiveControls controls_{session_, true, "RUN-2"};
 };
 
-TEST_F(Controls, SpacePausesAndGoesOn) {
-  press(GLFW_KEY_SPACE);
-  press(GLFW_KEY_SPACE);
-  EXPECT_THAT(session_.calls, ElementsAre("pause", "go on"));
-}
-
 TEST_F(Controls, SaveAndUndoReachTheSession) {
   press(GLFW_KEY_S);
   press(GLFW_KEY_U);
   EXPECT_THAT(session_.calls, ElementsAre("save", "undo"));
   EXPECT_EQ(newest_toast(), "The last trial is taken back.");
-}
-
-TEST_F(Controls, UndoWithoutATrialSaysSo) {
-  session_.figures().trials = 0;
-  press(GLFW_KEY_U);
-  EXPECT_THAT(session_.calls, IsEmpty());
-  EXPECT_TRUE(controls_.toasts().back().trouble);
 }
 
 TEST_F(Controls, StopAndNewScanAskFirst) {
@@ -119,51 +106,7 @@ TEST_F(Controls, NothingReachesASessionThatIsOver) {
   EXPECT_EQ(question(), "");
 }
 
-TEST_F(Controls, ViewKeysChangeTheView) {
-  press(GLFW_KEY_K);
-  EXPECT_EQ(controls_.style().shading, SceneShading::curvature);
-  press(GLFW_KEY_K);
-  EXPECT_EQ(controls_.style().shading, SceneShading::clay);
-  std::vector<SceneColor> seen;
-  for (int i = 0; i < 4; ++i) {
-    seen.push_back(controls_.style().color);
-    press(GLFW_KEY_C);
-  }
-  EXPECT_EQ(controls_.style().color, seen.front()) << "colors go round";
-  EXPECT_THAT(seen, testing::Each(testing::Ne(SceneColor::distance)));
-  press(GLFW_KEY_G);
-  EXPECT_TRUE(controls_.style().edges && controls_.style().keyframes);
-  press(GLFW_KEY_F);
-  EXPECT_FALSE(controls_.follows());
-  press(GLFW_KEY_R);
-  EXPECT_TRUE(controls_.take_show_all());
-  EXPECT_FALSE(controls_.take_show_all());
-}
-
-TEST_F(Controls, HelpGoesWithAnyKeyWhichThenActs) {
-  press(GLFW_KEY_F1);
-  EXPECT_TRUE(controls_.shows_help());
-  press(GLFW_KEY_T);
-  EXPECT_FALSE(controls_.shows_help());
-  EXPECT_TRUE(controls_.style().trajectory);
-  press(GLFW_KEY_H);
-  press(GLFW_KEY_ESCAPE);
-  EXPECT_FALSE(controls_.shows_help() || controls_.question())
-      << "Esc closes the help, and does not ask to stop";
-}
-
 TEST_F(Controls, NoKeyMeansTwoThings) { expect_keys_of_one_meaning(controls_.rows()); }
-
-TEST_F(Controls, ToastsAreFewAndGoByThemselves) {
-  for (int i = 0; i < 9; ++i) controls_.say("done " + std::to_string(i), i);
-  EXPECT_LE(controls_.toasts().size(), 4U);
-  EXPECT_EQ(newest_toast(), "done 8");
-  const auto shown = controls_.toasts().size();
-  controls_.say("done 8", 9);
-  EXPECT_EQ(controls_.toasts().size(), shown) << "the same words are not stacked";
-  controls_.drop_old_toasts(1000);
-  EXPECT_TRUE(controls_.toasts().empty());
-}
 
 }  // namespace
 }  // namespace gelslam::test

@@ -10,7 +10,6 @@
 #include <thread>
 
 #include "fake_session.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/viewer/map_window.hpp"
 #include "live/live_window.hpp"
 #include "temporary_folder.hpp"
@@ -55,19 +54,6 @@ TEST(WindowOnADisplay, TakesWhatGlfwReports) {
   cv::Scalar mean, deviation;
   cv::meanStdDev(shown, mean, deviation);
   EXPECT_GT(deviation[1], 5) << "not blank";
-}
-
-TEST(WindowOnADisplay, IsNoLargerThanTheScreen) {
-  if (!has_display()) GTEST_SKIP() << "no display; run under xvfb-run";
-  WindowLoopOptions large;
-  large.width_px = 20000;
-  large.height_px = 300;
-  WindowHost host(large);
-  int left = 0, top = 0, width = 0, height = 0;
-  glfwGetMonitorWorkarea(glfwGetPrimaryMonitor(), &left, &top, &width, &height);
-  host.take_input();  // the window's own size is looked at
-  EXPECT_LE(host.viewport().width, width);
-  EXPECT_EQ(host.viewport().height, 300) << "only what does not fit is changed";
 }
 
 TEST(WindowOnADisplay, AMapIsShownUntilSomebodyEndsIt) {

@@ -1,7 +1,6 @@
 // The live window at a scan's end, and the files that a scan leaves.
 
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "live_window_fixture.hpp"
 
@@ -22,28 +21,6 @@ TEST_F(Window, FinishedSaysHowGoodItIs) {
   EXPECT_NE(find("Keyframes"), nullptr);
   session_.figures().components = 3;
   expect_text(picture("end_with_pieces"), "2 of 3 pieces", theme::kAmber);
-}
-
-TEST_F(Window, FinishedSaysWhereEverythingIs) {
-  scan(8);
-  session_.stop();
-  picture("stopping");
-  session_.say(LivePhase::finished, "");
-  const cv::Mat3b shown = picture("finished");
-  expect_text(shown, "Finished", theme::kGreen);
-  EXPECT_NE(find(options_.picture_folder.string()), nullptr);
-  press(GLFW_KEY_Q);
-  EXPECT_TRUE(window_->wants_to_close());
-}
-
-TEST_F(Window, FinishedSaysWhatIsNotInTheMesh) {
-  scan(8);
-  session_.figures().reservations = {"1 piece not joined; 16 frames not in the mesh"};
-  session_.say(LivePhase::finished, "");
-  const cv::Mat3b shown = picture("incomplete");
-  expect_text(shown, "Finished", theme::kAmber);
-  expect_text(shown, "1 piece not joined. 16 frames not in the mesh.", theme::kText);
-  EXPECT_EQ(find("Everything is saved"), nullptr);
 }
 
 TEST_F(Window, WithoutARunFolderNothingIsSaidToBeSaved) {
@@ -68,14 +45,6 @@ TEST_F(Window, PicturesGoToTheRunFolder) {
   const auto shot = options_.picture_folder / "screenshot_001.png";
   EXPECT_EQ(cv::imread(shot.string()).size(), cv::Size(820, 540));
   EXPECT_THAT(window_->controls().toasts().back().text, HasSubstr(shot.string()));
-}
-
-TEST_F(Window, AFolderThatCannotBeWrittenIsSaidNotThrown) {
-  write_bytes(options_.picture_folder, "a file, not a folder");
-  scan(1);
-  press(GLFW_KEY_P);
-  ASSERT_FALSE(window_->controls().toasts().empty());
-  EXPECT_TRUE(window_->controls().toasts().back().trouble);
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // The live window while a scan goes on.
 
 #include <opencv2/imgproc.hpp>
-#include <sstream>
 
 #include "live_window_fixture.hpp"
 
@@ -101,25 +100,6 @@ TEST_F(Window, ShowsPicturesFiguresAndOnRequestDiagnostics) {
   EXPECT_GT(share_of(shown, between, theme::kGreen), 0.005) << "the contact's outline";
 }
 
-TEST_F(Window, NoLineBreaksInANumber) {
-  const std::string text = "Poses may be off by 8.96 mm since 12 345 frames, or 3.1 degrees about an axis.";
-  window_->host().begin_frame(0.02);
-  {
-    const Ui ui(1);
-    for (float width = 20; width < 700; width += 1) {
-      std::string shown = wrapped(Face::body, text, width);
-      for (const char* whole : {"8.96 mm", "12 345 frames", "3.1 degrees"})
-        ASSERT_NE(shown.find(whole), std::string::npos) << width << ": " << shown;
-      std::istringstream lines(shown);
-      for (std::string line; width > 120 && std::getline(lines, line);)
-        ASSERT_LE(ui.width_of(Face::body, line), width) << line;
-      std::replace(shown.begin(), shown.end(), '\n', ' ');
-      ASSERT_EQ(shown, text);
-    }
-  }
-  window_->host().end_frame();
-}
-
 TEST_F(Window, TheCardsLeaveTheObjectFree) {
   session_.figures().warnings = {"The log has stopped: the disk is full.", "The picture is very dark."};
   scan(6);
@@ -137,20 +117,6 @@ TEST_F(Window, TheCardsLeaveTheObjectFree) {
   glow = cv::moments(mask, true);
   EXPECT_GT(glow.m00, 3000);
   EXPECT_NEAR(glow.m01 / glow.m00, 0.5 * (bottom + static_cast<double>(view().bottom())), 40);
-}
-
-TEST_F(Window, ColorsBringTheirLegend) {
-  scan(6);
-  show_all();
-  press(GLFW_KEY_C);  // from certainty
-  const cv::Mat3b plain = picture("plain");
-  press(GLFW_KEY_C);
-  const cv::Mat3b colored = picture("confidence");
-  EXPECT_GT(change(plain, colored, view()), 0.05);
-  EXPECT_NE(find("onfidence"), nullptr);
-  press(GLFW_KEY_G);
-  press(GLFW_KEY_T);
-  EXPECT_GT(change(colored, picture("graph"), view()), 0.0005);
 }
 
 /// Pixels of the color in which a piece is drawn that is not joined to the map.
@@ -178,23 +144,6 @@ TEST_F(Window, WhatIsNotJoinedGrowsBesideTheMap) {
   window_->turn(now_s_ += 0.05, true);
   EXPECT_EQ(window_->controls().toasts().back().text, "Joined to the map.");
   EXPECT_LT(bluish(picture("joined"), view()), 100);
-}
-
-TEST_F(Window, SaysWhatToDoFirst) {
-  options_.width_px = 1280;
-  options_.height_px = 800;
-  window_ = std::make_unique<LiveWindow>(session_, options_);
-  session_.show_bare_gel();
-  cv::Mat3b shown = picture("start_bare");
-  for (const char* step : {"Bare gel", "Press", "Roll slowly"}) EXPECT_NE(find(step), nullptr) << step;
-  expect_text(shown, "Nothing touches it", theme::kText);
-  session_.say(LivePhase::scanning, "no contact", TrackStatus::no_contact);
-  shown = picture("start_press");
-  expect_text(shown, "Press the object in by half a millimeter", theme::kText);
-  expect_text(shown, "Nothing touches it", theme::kDim);
-  scan(1);
-  picture("start_over");
-  EXPECT_EQ(find("Roll slowly"), nullptr) << "there is a keyframe";
 }
 
 TEST_F(Window, HelpNamesEveryKeyAndFits) {
@@ -240,35 +189,6 @@ TEST_F(Window, ButtonsAndDialogsWorkByMouse) {
   expect_text(picture("finishing"), "Finishing", theme::kBlue);
 }
 
-TEST_F(Window, MouseTurnsMovesAndZoomsTheView) {
-  scan(4);
-  show_all();
-  const cv::Mat3b before = picture("view");
-  const auto drag = [this](int button, double x, double y) {
-    const double cx = 0.5 * view().width, cy = 0.6 * view().height;
-    window_->host().push({InputEvent::Kind::pointer, 0, false, cx, cy});
-    window_->host().push({InputEvent::Kind::button, button, true});
-    window_->host().push({InputEvent::Kind::pointer, 0, false, cx + x, cy + y});
-    window_->turn(now_s_ += 0.02);
-    window_->host().push({InputEvent::Kind::button, button, false});
-    window_->turn(now_s_ += 0.02);
-  };
-  drag(GLFW_MOUSE_BUTTON_LEFT, 120, 40);
-  EXPECT_FALSE(window_->controls().follows());
-  const cv::Mat3b turned = picture("turned");
-  EXPECT_GT(change(before, turned, view()), 0.03);
-  drag(GLFW_MOUSE_BUTTON_RIGHT, 60, 0);
-  const cv::Mat3b moved = picture("moved");
-  // The old picture, shifted by as much, is nearly the new one: what lies before or behind the center moves a
-  // little more or less.
-  const cv::Rect from(150, 120, 250, 250), to(210, 120, 250, 250);
-  EXPECT_LT(change(turned(from), moved(to), {0, 0, 250, 250}),
-            0.5 * change(turned(from), moved(from), {0, 0, 250, 250}));
-  window_->host().push({InputEvent::Kind::scroll, 0, false, 0, 4});
-  window_->turn(now_s_ += 0.02);
-  EXPECT_GT(change(moved, picture("zoomed"), view()), 0.03);
-}
-
 TEST_F(Window, EverySizeIsDrawnWhole) {
   scan(6);
   for (const auto& [width, height] : {std::pair{400, 300}, {120, 100}, {1920, 1080}, {300, 900}}) {
@@ -282,15 +202,6 @@ TEST_F(Window, EverySizeIsDrawnWhole) {
     if (width >= 300) expect_text(shown, "Tracking", theme::kGreen);
     EXPECT_EQ(window_->has_side(), width >= 820) << width;
   }
-}
-
-TEST_F(Window, AMinimisedWindowDoesNoHarm) {
-  scan(2);
-  window_->host().resize(1, 1);
-  press(GLFW_KEY_H);
-  EXPECT_EQ(picture("minimized").size(), cv::Size(1, 1));
-  press(GLFW_KEY_Q);
-  picture("minimized_question");
 }
 
 TEST_F(Window, DrawsOnlyWhenThereIsSomethingNew) {
