@@ -44,19 +44,6 @@ TEST(CameraModel, ShowsDeepPointsFartherOut) {
   EXPECT_NEAR(bent().project(Vector3d(8 * 21.3 / 22, 0, -0.7)).x(), 8, 1e-12);
 }
 
-TEST(CameraModel, DerivativeIsThatOfTheProjection) {
-  const CameraModel camera = bent();
-  const Vector3d point(5, -3, -0.8);
-  const Eigen::Matrix<double, 2, 3> derivative = camera.project_derivative(point);
-  constexpr double kStep = 1e-5;
-  for (int axis = 0; axis < 3; ++axis) {
-    const Vector3d step = kStep * Vector3d::Unit(axis);
-    const Vector2d numeric =
-        (camera.project(Vector3d(point + step)) - camera.project(Vector3d(point - step))) / (2 * kStep);
-    EXPECT_TRUE(derivative.col(axis).isApprox(numeric, 1e-7)) << axis;
-  }
-}
-
 TEST(CameraModel, LensMovesThePixelsAsItsFormulaSays) {
   const CameraModel camera = bent();
   const Vector2d rest(7, -4), half_widths = rest / (160 * 0.0634);

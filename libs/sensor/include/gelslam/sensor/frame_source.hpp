@@ -84,8 +84,4 @@ class FrameSource {
 std::unique_ptr<FrameSource> open_frame_source(const std::filesystem::path& log,
                                                const SensorProfile& profile);
 
-/// FrameSource's constructor.
-std::unique_ptr<FrameSource> decode_frames(std::shared_ptr<RawFrameSource> raw, const std::string& name,
-                                           const SensorProfile& profile);
-
 }  // namespace gelslam
