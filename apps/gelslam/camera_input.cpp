@@ -2,6 +2,7 @@
 
 #include <ctime>
 #include <filesystem>
+#include <utility>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/process.hpp"
@@ -32,21 +33,25 @@ class AfterBackground final : public RawFrameSource {
 
   std::optional<RawFrame> next() override {
     const std::int64_t count = std::ssize(background_);
+    const double camera_s = static_cast<double>(count) / rate_hz();
     std::optional<RawFrame> frame;
     if (next_ < count) {
+      if (next_ == 0 && !(first_ = camera_->next())) return frame;  // its time tells when all began
       frame = *background_[static_cast<std::size_t>(next_)];
       frame->index = frame->sequence = next_;
       frame->time_s = static_cast<double>(next_) / rate_hz();
+      frame->unix_us = unix_us_of(first_->unix_us, frame->time_s - camera_s);
       frame->arrived = std::chrono::steady_clock::now();
+      frame->age = {};
       ++next_;
       return frame;
     }
-    frame = camera_->next();
+    frame = first_ ? std::exchange(first_, std::nullopt) : camera_->next();
     if (!frame) return frame;
     if (!first_sequence_) first_sequence_ = frame->sequence;
     frame->index += count;
     frame->sequence += count - *first_sequence_;
-    frame->time_s += static_cast<double>(count) / rate_hz();
+    frame->time_s += camera_s;
     return frame;
   }
   void stop() override { camera_->stop(); }
@@ -59,6 +64,7 @@ class AfterBackground final : public RawFrameSource {
  private:
   const BackgroundFrames background_;
   const std::unique_ptr<RawFrameSource> camera_;
+  std::optional<RawFrame> first_;  // of the camera, read before it is handed on
   std::int64_t next_ = 0;
   std::optional<std::int64_t> first_sequence_;  // the driver's count need not begin at 0
 };

@@ -13,7 +13,7 @@ namespace gelslam {
 
 /// The options by which every command that reads logs finds their configuration, model and background.
 struct LogOptions {
-  std::string config, model, background, background_frames;
+  std::string config, model, background, background_frames, time = "clock";
   bool force = false;
 
   void add_to(CLI::App& command);

@@ -16,7 +16,7 @@ TEST(StageTimer, StatisticsOfKnownTimes) {
   EXPECT_EQ(statistics[0].stage, "track");
   EXPECT_EQ(statistics[0].count, 100);
   EXPECT_EQ(statistics[0].median_ms, 51);
-  EXPECT_EQ(statistics[0].p95_ms, 95);
+  EXPECT_EQ(statistics[0].p99_ms, 99);
   EXPECT_EQ(statistics[0].max_ms, 100);
   EXPECT_EQ(statistics[0].total_ms, 5050);
   EXPECT_EQ(statistics[1].stage, "fuse");
@@ -25,7 +25,7 @@ TEST(StageTimer, StatisticsOfKnownTimes) {
   StageTimer odd;
   for (const double ms : {3.0, 1.0, 2.0}) odd.add("s", ms);
   EXPECT_EQ(odd.statistics()[0].median_ms, 2.0);
-  EXPECT_EQ(odd.statistics()[0].p95_ms, 3.0);
+  EXPECT_EQ(odd.statistics()[0].p99_ms, 3.0);
 }
 
 TEST(StageTimer, MedianForgetsWhatIsOldButCountAndMaxDoNot) {
@@ -35,7 +35,7 @@ TEST(StageTimer, MedianForgetsWhatIsOldButCountAndMaxDoNot) {
   for (std::size_t i = 0; i < StageTimer::kKeptSamples; ++i) timer.add("s", 2.0);
   const StageStatistics s = timer.statistics().at(0);
   EXPECT_EQ(s.median_ms, 2.0);
-  EXPECT_EQ(s.p95_ms, 2.0);
+  EXPECT_EQ(s.p99_ms, 2.0);
   EXPECT_EQ(s.max_ms, 1000.0);
   EXPECT_EQ(s.count, static_cast<std::int64_t>(2 * StageTimer::kKeptSamples + 1));
   EXPECT_EQ(s.total_ms, 1000.0 + 3.0 * StageTimer::kKeptSamples);

@@ -62,6 +62,37 @@ class Camera : public testing::Test {
   CameraOptions options;
 };
 
+/// The driver's stamps, on the system's clock as it was at first.
+TEST_F(Camera, FramesHaveTheTimeOfTheirCaptureOnTheSystemsClock) {
+  const double now_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  const double first_s = std::round(1e6 * (now_s - 0.5)) / 1e6;
+  for (std::uint32_t i = 0; i < 4; ++i) send(i, first_s + 0.04 * i);
+  const auto camera = open();
+  for (int i = 0; i < 4; ++i) {
+    const auto frame = camera->next();
+    const std::int64_t stamp_us = std::llround(1e6 * (first_s + 0.04 * i));
+    EXPECT_NEAR(static_cast<double>(frame->unix_us - mini.unix_offset_us - stamp_us), 0, 1.5) << i;
+    EXPECT_NEAR(std::chrono::duration<double>(frame->age).count(), 0.5 - 0.04 * i, 0.3) << i;
+  }
+  EXPECT_EQ(camera->warning(), "");
+}
+
+TEST_F(Camera, AClockThatIsSetMovesNoTimesAndIsSaid) {
+  const std::int64_t offset_us = mini.unix_offset_us;
+  const auto camera = open();
+  std::vector<std::int64_t> unix_us;
+  for (std::uint32_t i = 0; i < 6; ++i) {
+    if (i == 2) mini.unix_offset_us += 20'000;  // drawn near by the network's time
+    if (i == 4) mini.unix_offset_us -= 3'600'000'000;
+    send(i, 5000 + 0.04 * i);
+    unix_us.push_back(camera->next()->unix_us - offset_us);
+  }
+  for (std::size_t i = 1; i < unix_us.size(); ++i)
+    EXPECT_NEAR(static_cast<double>(unix_us[i] - unix_us[i - 1]), 40'000, 2) << i;
+  EXPECT_EQ(camera->warning(), "the system's clock was set by -3600.0 s; times go on as they began");
+}
+
 TEST_F(Camera, FramesComeAsTheDriverSentThem) {
   for (std::uint32_t i = 0; i < 10; ++i) {
     send(7 + i, 5000.0 + 0.04 * i);

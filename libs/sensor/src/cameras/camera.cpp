@@ -16,6 +16,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr int kWaitSliceMs = 100;  // how soon stop() is heard
 constexpr auto kRetryPause = std::chrono::milliseconds(50);
+constexpr auto kOldest = std::chrono::seconds(1);  // a frame that arrives later has a wrong time
+constexpr std::int64_t kClockStepUs = 100'000;     // what is less may be a clock that is drawn near
 
 void give_up_if_asked(const CameraOptions& options) {
   if (options.gives_up && options.gives_up())
@@ -89,6 +91,9 @@ class V4l2Camera final : public CameraSource {
     if (damaged > 0)
       append_sentence(text, node_.path() + ": " + counted(damaged, "frame") +
                                 " came damaged from the driver; check cable and port");
+    if (clock_step_us_ != 0)
+      append_sentence(text, fmt::format("the system's clock was set by {:.1f} s; times go on as they began",
+                                        1e-6 * static_cast<double>(clock_step_us_)));
     return text;
   }
 
@@ -150,11 +155,25 @@ class V4l2Camera final : public CameraSource {
     frame.bytes = std::move(captured_.bytes);
     frame.width_px = options_.width_px;
     frame.height_px = options_.height_px;
+    frame.arrived = captured_.arrived;
+    frame.age = captured_.arrived - captured_.captured.value_or(captured_.arrived);
+    if (frame.age < frame.age.zero() || frame.age > kOldest) frame.age = frame.age.zero();
     frame.time_s = time_of_frame();
+    follow_clock(frame.arrived - frame.age);
+    frame.unix_us = unix_us_of(start_unix_us_, frame.time_s);
     frame.index = delivered_++;
     frame.sequence = sequence_;
-    frame.arrived = captured_.arrived;
     return frame;
+  }
+
+  /// The system's clock is asked once: one that is set meanwhile would tear the times apart.
+  void follow_clock(Clock::time_point captured) {
+    const std::int64_t offset_us = node_.system().unix_offset_us();
+    if (delivered_ == 0)
+      start_unix_us_ = offset_us + microseconds_of(captured.time_since_epoch());
+    else if (std::abs(offset_us - last_offset_us_) > kClockStepUs)
+      clock_step_us_ += offset_us - last_offset_us_;
+    last_offset_us_ = offset_us;
   }
 
   /// By the driver's clock as long as it goes forward, else by when the frame arrived.
@@ -162,11 +181,11 @@ class V4l2Camera final : public CameraSource {
     double step_s = 0;
     if (delivered_ > 0) {
       step_s = std::chrono::duration<double>(captured_.arrived - last_arrival_).count();
-      if (captured_.driver_time_s && last_driver_time_s_ && *captured_.driver_time_s > *last_driver_time_s_)
-        step_s = *captured_.driver_time_s - *last_driver_time_s_;
+      if (captured_.captured && last_capture_ && *captured_.captured > *last_capture_)
+        step_s = std::chrono::duration<double>(*captured_.captured - *last_capture_).count();
     }
     last_arrival_ = captured_.arrived;
-    last_driver_time_s_ = captured_.driver_time_s;
+    last_capture_ = captured_.captured;
     return time_s_ += step_s;
   }
 
@@ -182,8 +201,10 @@ class V4l2Camera final : public CameraSource {
   std::int64_t delivered_ = 0, sequence_ = 0;
   std::uint32_t last_sequence_ = 0;
   Clock::time_point last_arrival_;
-  std::optional<double> last_driver_time_s_;
+  std::optional<Clock::time_point> last_capture_;
   double time_s_ = 0;
+  std::int64_t start_unix_us_ = 0, last_offset_us_ = 0;
+  std::atomic<std::int64_t> clock_step_us_ = 0;
   std::atomic<std::int64_t> lost_ = 0;
   std::atomic<int> damaged_ = 0;
   std::atomic<bool> stopped_ = false;

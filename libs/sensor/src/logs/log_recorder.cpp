@@ -103,6 +103,7 @@ struct LogRecorder::Impl {
     }
     RawFrame small;
     small.time_s = frame.time_s;
+    small.unix_us = frame.unix_us;
     small.index = frame.index;
     small.sequence = frame.sequence;
     detail::put_picture(image->bgr, small);

@@ -24,7 +24,7 @@ using RawFramePtr = std::shared_ptr<const RawFrame>;
 struct SurfacedFrame {
   TactileImage image;
   SurfacePtr surface;
-  LiveClock::time_point arrived;
+  LiveClock::time_point arrived, captured;
 };
 
 // What a person asks for travels with the frames, so that it happens between two of them.

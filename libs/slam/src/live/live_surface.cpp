@@ -22,7 +22,9 @@ void SurfaceStage::run() {
       if (background_frames_.size() > most_background_frames) background_frames_.pop_front();
       report_background();
     }
-    if (!context_.surfaced.push(SurfacedFrame{std::move(*image), std::move(surface), (*frame)->arrived}))
+    const LiveClock::time_point arrived = (*frame)->arrived;
+    if (!context_.surfaced.push(
+            SurfacedFrame{std::move(*image), std::move(surface), arrived, arrived - (*frame)->age}))
       return;
   }
 }

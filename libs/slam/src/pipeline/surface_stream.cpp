@@ -21,6 +21,10 @@ std::string ended_early(std::size_t frames, const LogInput& input, int wanted) {
          "background picture)";
 }
 
+SurfaceStream::Item bare_item(const TactileImage& image) {
+  return {image.index, image.time_s, nullptr, {}, image.unix_us};
+}
+
 }  // namespace
 
 FrameToSurface::FrameToSurface(const Config& config, const std::filesystem::path& background, bool force,
@@ -121,10 +125,11 @@ SurfaceStream::SurfaceStream(std::unique_ptr<FrameSource> source, const LogInput
   while (!frames_.has_background()) {
     std::optional<TactileImage> image = source_->next();
     if (!image) throw Error(ended_early(seen.size(), input, config.background_frames));
-    background_items_.push_back({image->index, image->time_s, nullptr});
-    if (!ask) seen.push_back({image->bgr.clone(), image->time_s, image->index});
+    background_items_.push_back(bare_item(*image));
+    if (!ask) seen.push_back({image->bgr.clone(), image->time_s, image->index, image->unix_us});
     if (SurfacePtr surface = frames_.push(image->bgr, image->index))  // behind a damaged picture
-      background_items_.back() = {image->index, image->time_s, std::move(surface), image->bgr};
+      background_items_.back() = {image->index, image->time_s, std::move(surface), image->bgr,
+                                  image->unix_us};
     const BackgroundCheck& refusal = frames_.refusal();
     if (!refusal.contact && !refusal.markers) continue;
     if (!ask && look_further(seen, kLookAhead * static_cast<std::size_t>(config.background_frames))) return;
@@ -150,7 +155,7 @@ bool SurfaceStream::look_further(std::deque<TactileImage> seen, std::size_t most
   if (!stretch) return false;
   background_items_.clear();
   for (std::size_t i = 0; i < stretch->begin + stretch->count; ++i, seen.pop_front())
-    background_items_.push_back({seen.front().index, seen.front().time_s, nullptr});
+    background_items_.push_back(bare_item(seen.front()));
   ahead_ = std::move(seen);
   return true;
 }
@@ -164,7 +169,7 @@ std::optional<SurfaceStream::Item> SurfaceStream::next() {
   std::optional<TactileImage> image = next_image();
   if (!image) return std::nullopt;
   SurfacePtr surface = frames_.push(image->bgr, image->index);
-  return Item{image->index, image->time_s, std::move(surface), std::move(image->bgr)};
+  return Item{image->index, image->time_s, std::move(surface), std::move(image->bgr), image->unix_us};
 }
 
 std::optional<TactileImage> SurfaceStream::next_image() {

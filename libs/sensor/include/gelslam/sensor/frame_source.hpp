@@ -16,8 +16,9 @@ namespace gelslam {
 /// GelSight Mini).
 struct TactileImage {
   cv::Mat3b bgr;
-  double time_s = 0.0;     ///< since the log's first frame
-  std::int64_t index = 0;  ///< in the log, from 0; background frames count
+  double time_s = 0.0;       ///< since the log's first frame
+  std::int64_t index = 0;    ///< in the log, from 0; background frames count
+  std::int64_t unix_us = 0;  ///< RawFrame::unix_us, unless the profile counts from the start
 };
 
 /// Raw frames to pictures of the profile's resolution: the one way from bytes to what the gradient model

@@ -65,8 +65,9 @@ class SurfaceStream {
   struct Item {
     std::int64_t frame = 0;
     double time_s = 0;
-    SurfacePtr surface;   ///< null for background frames
-    cv::Mat3b picture{};  ///< that it was made of; empty for background frames
+    SurfacePtr surface;        ///< null for background frames
+    cv::Mat3b picture{};       ///< that it was made of; empty for background frames
+    std::int64_t unix_us = 0;  ///< TactileImage::unix_us
   };
 
   /// Reads the background: the first frames, or, where they show no bare gel, the longest stretch of frames
