@@ -58,6 +58,7 @@ class AfterBackground final : public RawFrameSource {
   bool hold(bool held) override { return camera_->hold(held); }
   double rate_hz() const override { return camera_->rate_hz(); }
   std::string description() const override { return camera_->description(); }
+  std::string absence() const override { return camera_->absence(); }
   std::int64_t lost_frames() const override { return camera_->lost_frames(); }
   std::string warning() const override { return camera_->warning(); }
 
@@ -76,8 +77,9 @@ std::unique_ptr<RawFrameSource> after_background(BackgroundFrames background,
   return std::make_unique<AfterBackground>(std::move(background), std::move(camera));
 }
 
-CameraInput open_camera_input(const Config& config, const std::string& device) {
+CameraInput open_camera_input(const Config& config, const std::string& device, double away_s) {
   CameraOptions options = options_of(config, device);
+  options.away_s = away_s;
   const InterruptWatch interrupt;
   options.gives_up = [&] { return interrupt.requested(); };
   std::unique_ptr<CameraSource> camera = open_camera(options);

@@ -68,6 +68,13 @@ void add_overwrite_flag(CLI::App& command, bool& overwrite) {
   command.add_flag("--overwrite", overwrite, "Replace what is there");
 }
 
+void add_keep_free_option(CLI::App& command, std::int64_t& bytes) {
+  bytes = 1'000'000'000;
+  command.add_option("--keep-free", bytes, "Room to leave on the disk: the recording ends before, whole")
+      ->transform(CLI::AsSizeValue(true))
+      ->default_str("1GB");
+}
+
 void check_output_file(const std::filesystem::path& file, bool overwrite) {
   namespace fs = std::filesystem;
   const fs::path folder = file.parent_path();

@@ -32,6 +32,9 @@ void add_overwrite_flag(CLI::App& command, bool& overwrite);
 /// not to be overwritten, and whenever it is a recording, or not a file.
 void check_output_file(const std::filesystem::path& file, bool overwrite);
 
+/// --keep-free, in every command that records.
+void add_keep_free_option(CLI::App& command, std::int64_t& bytes);
+
 /// Checks of option values for CLI::Option::check(): "" or the reason for a refusal.
 /// A picture's file must end in .png.
 std::string refuse_unless_png(const std::string& path);

@@ -163,6 +163,7 @@ LiveOptions LiveArguments::options(const Config& config) const {
   options.force = log.force;
   options.background_frames = log.named_frames();
   options.overwrite = overwrite;
+  options.keep_free_bytes = keep_free_bytes;
   options.run_folder = continued.empty() ? run_folder : continued;
   if (!continued.empty()) options.continued = continue_in_place(continued, config);
   options.stream = stream.open(config.slam.gradient_scale.sigma, quiet);

@@ -15,12 +15,23 @@ void SurfaceStage::run() {
   while (const std::optional<RawFramePtr> frame = context_.raw.pop()) {
     std::optional<TactileImage> image = decode(**frame);
     if (!image) continue;
+    if (const std::int64_t at = context_.resumed_at; at > resumed_at_ && (*frame)->index >= at) {
+      resumed_at_ = at;
+      context_.surfaced.push_beyond_limit(BreakTrial{});
+      frames_.compare_background();
+      report_background();
+    }
     const bool had_background = frames_.has_background();
     SurfacePtr surface = frames_.push(image->bgr, image->index);
     if (!had_background) {
       background_frames_.push_back(*frame);
       if (background_frames_.size() > most_background_frames) background_frames_.pop_front();
       report_background();
+    }
+    if (!frames_.difference().empty()) {
+      context_.board.warn(frames_.difference());
+      context_.lost = true;
+      return;
     }
     const LiveClock::time_point arrived = (*frame)->arrived;
     if (!context_.surfaced.push(
@@ -50,6 +61,7 @@ void SurfaceStage::report_background() {
     context_.board.set_phase(LivePhase::scanning);
     return;
   }
+  context_.board.set_phase(LivePhase::background);
   const BackgroundCheck& refusal = frames_.refusal();
   const std::string words = refusal.contact   ? refusal.request()
                             : refusal.markers ? refusal.reason

@@ -1,5 +1,8 @@
 #include "gelslam/slam/surface_stream.hpp"
 
+#include <fmt/core.h>
+
+#include <opencv2/core.hpp>
 #include <utility>
 
 #include "gelslam/core/error.hpp"
@@ -43,9 +46,9 @@ FrameToSurface::FrameToSurface(const Config& config, const std::filesystem::path
 
 SurfacePtr FrameToSurface::push(cv::Mat3b& bgr, std::int64_t index) {
   color_gain_.apply(bgr);
-  if (!estimator_) {
+  if (!has_background()) {
     gather_background(bgr, index);
-    if (!estimator_ || index <= last_for_background_) return nullptr;
+    if (!has_background() || index <= last_for_background_) return nullptr;
   }
   SurfacePtr surface;
   {
@@ -82,8 +85,28 @@ void FrameToSurface::gather_background(const cv::Mat3b& bgr, std::int64_t index)
     doubts_.emplace_back(
         "the background shows contact, and surfaces may be wrong: record the bare gel again");
   refusal_ = {};
-  set_background(background_image(pictures));
   candidates_.clear();
+  compares_ ? compare_with(background_image(pictures)) : set_background(background_image(pictures));
+}
+
+void FrameToSurface::compare_background() {
+  if (!estimator_) return;
+  compares_ = true;
+  named_.reset();
+  last_for_background_ = -1;
+  candidates_.clear();
+}
+
+/// As the estimator sees it: light that it can follow is no difference.
+void FrameToSurface::compare_with(const cv::Mat3b& background) {
+  compares_ = false;
+  const int changed_px = estimator_->estimate(background)->contact_pixels;
+  if (changed_px < config_.slam.tracker.contact_threshold_px) return;
+  const cv::Scalar was = cv::mean(background_), is = cv::mean(background);
+  difference_ = fmt::format(
+      "since the camera came back {} % of the bare gel looks different (mean blue, green, red {:.0f} {:.0f} "
+      "{:.0f} before, {:.0f} {:.0f} {:.0f} now): scan with this gel and light anew",
+      100 * changed_px / static_cast<int>(background.total()), was[0], was[1], was[2], is[0], is[1], is[2]);
 }
 
 std::optional<BareStretch> FrameToSurface::take_bare_stretch(const std::deque<TactileImage>& seen) {
@@ -110,6 +133,7 @@ void FrameToSurface::set_background(const cv::Mat3b& background) {
   for (std::string& doubt : judge_background(background, config_.sensor.device_name, &model_))
     doubts_.push_back(std::move(doubt));
   estimator_.emplace(model_, background, config_.surface);
+  background_ = background;
 }
 
 SurfaceStream::SurfaceStream(const LogInput& input, const Config& config, StageTimer& timer)
