@@ -2,6 +2,7 @@
 
 #include <ctime>
 #include <filesystem>
+#include <utility>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/process.hpp"
@@ -32,33 +33,39 @@ class AfterBackground final : public RawFrameSource {
 
   std::optional<RawFrame> next() override {
     const std::int64_t count = std::ssize(background_);
+    const double camera_s = static_cast<double>(count) / rate_hz();
     std::optional<RawFrame> frame;
     if (next_ < count) {
+      if (next_ == 0 && !(first_ = camera_->next())) return frame;  // its time tells when all began
       frame = *background_[static_cast<std::size_t>(next_)];
       frame->index = frame->sequence = next_;
       frame->time_s = static_cast<double>(next_) / rate_hz();
+      frame->unix_us = unix_us_of(first_->unix_us, frame->time_s - camera_s);
       frame->arrived = std::chrono::steady_clock::now();
+      frame->age = {};
       ++next_;
       return frame;
     }
-    frame = camera_->next();
+    frame = first_ ? std::exchange(first_, std::nullopt) : camera_->next();
     if (!frame) return frame;
     if (!first_sequence_) first_sequence_ = frame->sequence;
     frame->index += count;
     frame->sequence += count - *first_sequence_;
-    frame->time_s += static_cast<double>(count) / rate_hz();
+    frame->time_s += camera_s;
     return frame;
   }
   void stop() override { camera_->stop(); }
   bool hold(bool held) override { return camera_->hold(held); }
   double rate_hz() const override { return camera_->rate_hz(); }
   std::string description() const override { return camera_->description(); }
+  std::string absence() const override { return camera_->absence(); }
   std::int64_t lost_frames() const override { return camera_->lost_frames(); }
   std::string warning() const override { return camera_->warning(); }
 
  private:
   const BackgroundFrames background_;
   const std::unique_ptr<RawFrameSource> camera_;
+  std::optional<RawFrame> first_;  // of the camera, read before it is handed on
   std::int64_t next_ = 0;
   std::optional<std::int64_t> first_sequence_;  // the driver's count need not begin at 0
 };
@@ -70,8 +77,9 @@ std::unique_ptr<RawFrameSource> after_background(BackgroundFrames background,
   return std::make_unique<AfterBackground>(std::move(background), std::move(camera));
 }
 
-CameraInput open_camera_input(const Config& config, const std::string& device) {
+CameraInput open_camera_input(const Config& config, const std::string& device, double away_s) {
   CameraOptions options = options_of(config, device);
+  options.away_s = away_s;
   const InterruptWatch interrupt;
   options.gives_up = [&] { return interrupt.requested(); };
   std::unique_ptr<CameraSource> camera = open_camera(options);

@@ -21,9 +21,11 @@ struct CameraInput {
   LogAttachments attachments;
 };
 
-/// The camera that the configuration names, or `device` if that is not empty. Throws Error like
-/// open_camera(), and when Ctrl-C was pressed meanwhile.
-CameraInput open_camera_input(const Config& config, const std::string& device);
+inline constexpr double kAwayS = 60;  ///< how long recordings and scans wait for a camera that was lost
+
+/// The camera that the configuration names, or `device` if that is not empty. `away_s`: CameraOptions. Throws
+/// Error like open_camera(), and when Ctrl-C was pressed meanwhile.
+CameraInput open_camera_input(const Config& config, const std::string& device, double away_s = 0);
 
 /// A camera whose first frames are those that were the background of the scan before: the scan has the same
 /// background, and its log can be replayed alone.

@@ -162,7 +162,8 @@ std::string write_output(const ExportArguments& a, const RunContents& run, Progr
     if (!outcome.missing.empty())
       std::cerr << (outcome.pictures > 0 ? "not all pictures: " : "no pictures: ") << outcome.missing << "\n";
     if (run.mesh.triangles.empty()) std::cerr << "no surface: the run has no mesh\n";
-    return counted(outcome.poses, "pose") + ", " + counted(outcome.pictures, "picture") + ", in m";
+    return counted(outcome.poses, "pose") + ", " + counted(outcome.pictures, "picture") + ", in m" +
+           (run.start_s > 0 ? "" : ", times from 0: the log does not say when it was recorded");
   }
   progress.begin("writing", std::nullopt);
   if (ending == ".html") {

@@ -19,6 +19,7 @@ namespace fs = std::filesystem;
 struct RecordArguments {
   std::string output, device, from, config, model;
   double seconds = 0;
+  std::int64_t keep_free_bytes = 0;
   bool resized = false, quiet = false;
 };
 
@@ -65,11 +66,12 @@ int run(const RecordArguments& arguments) {
   input.config = arguments.config;
   input.model = arguments.model;
   const Config config = find_config(input);
-  const CameraInput source =
-      arguments.from.empty() ? open_camera_input(config, arguments.device) : open_log(arguments, config);
+  const CameraInput source = arguments.from.empty() ? open_camera_input(config, arguments.device, kAwayS)
+                                                    : open_log(arguments, config);
   LogRecorderOptions options;
   if (!arguments.from.empty())
     options.max_waiting_bytes = 32u << 20;  // a whole log need not pile up in memory
+  options.keep_free_bytes = arguments.keep_free_bytes;
   if (arguments.resized) options.resize_to = config.sensor;
   LogRecorder recorder(std::make_unique<LogWriter>(log, source.attachments, source.frames->rate_hz()),
                        options);
@@ -108,6 +110,7 @@ void add_record_command(CLI::App& app, int& exit_code) {
       "Store the resized pictures that tracking uses, without loss (PNG), instead of the camera's own");
   command->add_option("--config", arguments->config, "Configuration to use and to store in the log");
   command->add_option("--model", arguments->model, "Gradient model nnmodel.pth to store in the log");
+  add_keep_free_option(*command, arguments->keep_free_bytes);
   add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "Example: gelslam record --model nnmodel.pth --seconds 60 -o scan.mkv\n"

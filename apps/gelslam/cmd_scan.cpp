@@ -42,7 +42,7 @@ int run(ScanArguments arguments) {
   const Config config = live.config("");
   return run_live(live.options(config), live, [&]() -> LiveFrames {
     if (is_simulated) return {pace(open_simulated_camera())};  // what it shows is not recorded
-    CameraInput camera = open_camera_input(config, arguments.device);
+    CameraInput camera = open_camera_input(config, arguments.device, kAwayS);
     if (arguments.no_log) return {std::move(camera.frames)};
     return {std::move(camera.frames), std::move(camera.attachments)};
   });
@@ -67,6 +67,7 @@ void add_scan_command(CLI::App& app, int& exit_code) {
                  "Play LOG as fast as possible without dropping a frame")
       ->needs(log);
   arguments->live.add_to(*command);
+  add_keep_free_option(*command, arguments->live.keep_free_bytes);
   command->footer(
       "Begin with nothing on the gel. Ctrl-C stops and saves; a second one saves at once what there is.\n"
       "Without a camera: gelslam scan --camera simulated, or gelslam scan LOG.\n"

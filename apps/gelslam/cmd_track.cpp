@@ -108,7 +108,7 @@ SurfaceStream open_stream(const TrackArguments& arguments, const LogInput& input
   if (arguments.is_camera)
     ask = [](const std::string& request) { std::cerr << "gelslam: " << request << "\n"; };
   const std::string name = arguments.is_camera ? "camera" : input.log.string();
-  return {decode_frames(frames, name, config.sensor), input, config, timer, ask};
+  return {std::make_unique<FrameSource>(frames, name, config.sensor), input, config, timer, ask};
 }
 
 int run(const TrackArguments& arguments) {

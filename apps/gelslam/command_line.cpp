@@ -27,10 +27,18 @@ void LogOptions::add_to(CLI::App& command) {
                   "Frames of the log that show the bare gel, as 12-21, from 0; earlier ones are left out")
       ->excludes(image);
   command.add_flag("--force", force, "Continue although the first frames seem to show contact");
+  command
+      .add_option(
+          "--time", time,
+          "Times of poses: Unix time, where the log knows it (clock), or since its first frame (start)")
+      ->check(CLI::IsMember({"clock", "start"}))
+      ->capture_default_str();
 }
 
 LogInput LogOptions::input(const std::string& log) const {
-  return {log, config, model, background, force, named_frames()};
+  LogInput input{log, config, model, background, force, named_frames()};
+  input.counts_from_start = time == "start";
+  return input;
 }
 
 std::optional<FrameRange> LogOptions::named_frames() const {
@@ -58,6 +66,13 @@ void say_mesh_unit(const std::filesystem::path& file) {
 
 void add_overwrite_flag(CLI::App& command, bool& overwrite) {
   command.add_flag("--overwrite", overwrite, "Replace what is there");
+}
+
+void add_keep_free_option(CLI::App& command, std::int64_t& bytes) {
+  bytes = 1'000'000'000;
+  command.add_option("--keep-free", bytes, "Room to leave on the disk: the recording ends before, whole")
+      ->transform(CLI::AsSizeValue(true))
+      ->default_str("1GB");
 }
 
 void check_output_file(const std::filesystem::path& file, bool overwrite) {

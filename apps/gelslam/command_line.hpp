@@ -13,7 +13,7 @@ namespace gelslam {
 
 /// The options by which every command that reads logs finds their configuration, model and background.
 struct LogOptions {
-  std::string config, model, background, background_frames;
+  std::string config, model, background, background_frames, time = "clock";
   bool force = false;
 
   void add_to(CLI::App& command);
@@ -31,6 +31,9 @@ void add_overwrite_flag(CLI::App& command, bool& overwrite);
 /// long work. "" is no file. Throws Error when the file's folder does not exist, when the file is there and
 /// not to be overwritten, and whenever it is a recording, or not a file.
 void check_output_file(const std::filesystem::path& file, bool overwrite);
+
+/// --keep-free, in every command that records.
+void add_keep_free_option(CLI::App& command, std::int64_t& bytes);
 
 /// Checks of option values for CLI::Option::check(): "" or the reason for a refusal.
 /// A picture's file must end in .png.

@@ -1,3 +1,4 @@
+#include <fmt/chrono.h>
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -40,6 +41,12 @@ void name_users(InfoReport& report, const std::vector<std::string>& commands) {
   report.commands.insert(report.commands.end(), commands.begin(), commands.end());
 }
 
+std::string times_words(std::int64_t unix_us) {
+  if (unix_us == 0) return "from 0; it does not say when it was recorded";
+  return fmt::format("from {:%Y-%m-%d %H:%M:%S}.{:06} UTC", fmt::gmtime(unix_us / 1'000'000),
+                     unix_us % 1'000'000);
+}
+
 /// Read to the end: a log that was never closed does not know its length, one that was cut off does not have
 /// it, and any picture may be damaged.
 void add_log(InfoReport& report, const fs::path& log, const SensorProfile& profile, ProgressSink& progress) {
@@ -54,6 +61,7 @@ void add_log(InfoReport& report, const fs::path& log, const SensorProfile& profi
     std::int64_t frames = 0;
     double duration_s = 0;
     while (const std::optional<TactileImage> image = source->next()) {
+      if (frames == 0) report.facts.emplace_back("times", times_words(image->unix_us));
       progress.update(++frames);
       duration_s = image->time_s;
     }

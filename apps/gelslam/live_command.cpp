@@ -80,9 +80,9 @@ class StatusLine {
 
  private:
   static std::string figures(const LiveStatus& s) {
-    std::string text = fmt::format(" | {:.1f} Hz, {:.1f} ms | {}, {}, {}", s.rate_hz, s.latency_ms,
-                                   counted(s.keyframes, "keyframe"), counted(s.loops, "loop"),
-                                   counted(s.components, "piece"));
+    std::string text = fmt::format(" | {:.1f} Hz, {:.1f} ms (99 %: {:.1f} ms) | {}, {}, {}", s.rate_hz,
+                                   s.latency_ms, s.latency_p99_ms, counted(s.keyframes, "keyframe"),
+                                   counted(s.loops, "loop"), counted(s.components, "piece"));
     if (s.lost_by_camera + s.dropped + s.damaged > 0)
       text += fmt::format(" | {} lost, {} dropped, {} damaged", s.lost_by_camera, s.dropped, s.damaged);
     return text;
@@ -163,6 +163,7 @@ LiveOptions LiveArguments::options(const Config& config) const {
   options.force = log.force;
   options.background_frames = log.named_frames();
   options.overwrite = overwrite;
+  options.keep_free_bytes = keep_free_bytes;
   options.run_folder = continued.empty() ? run_folder : continued;
   if (!continued.empty()) options.continued = continue_in_place(continued, config);
   options.stream = stream.open(config.slam.gradient_scale.sigma, quiet);

@@ -18,6 +18,7 @@ struct LiveArguments {
   LogOptions log;
   std::string run_folder, continued, snapshot;
   bool overwrite = false, headless = false, quiet = false;
+  std::int64_t keep_free_bytes = 0;
   double seconds = 0;  ///< 0: until a person or the source ends it
   StreamArguments stream;
 

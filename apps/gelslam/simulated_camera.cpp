@@ -34,6 +34,7 @@ class SimulatedCamera final : public RawFrameSource {
     raw.height_px = frame.bgr.rows;
     raw.bytes.assign(frame.bgr.datastart, frame.bgr.dataend);
     raw.time_s = frame.time_s;
+    raw.unix_us = unix_us_of(start_unix_us_, raw.time_s);
     raw.index = raw.sequence = index_++;
     raw.arrived = std::chrono::steady_clock::now();
     return raw;
@@ -45,6 +46,7 @@ class SimulatedCamera final : public RawFrameSource {
 
  private:
   const Simulator simulator_{pebble()};
+  const std::int64_t start_unix_us_ = unix_us_now();
   int index_ = 0;
   std::atomic<bool> stopped_{false};
 };

@@ -15,15 +15,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Of a frame in which the background is measured.
-TrackedFrame background_frame(const SurfaceStream::Item& item) {
-  TrackedFrame frame;
-  frame.frame = item.frame;
-  frame.time_s = item.time_s;
-  frame.status = TrackStatus::background;
-  return frame;
-}
-
 Json hypothesis_json(const PlaceHypothesis& hypothesis) {
   Json json = {{"probability", hypothesis.probability}, {"pose", row_major_meters(hypothesis.map_T_sensor)}};
   add_sigma(json, translation_first(hypothesis.covariance));
@@ -61,7 +52,7 @@ class TumStream {
     const auto first_T_trial = first_T_trial_.find(frame.trial);
     return first_T_trial == first_T_trial_.end()
                ? ""
-               : tum_line(frame.time_s, first_T_trial->second * frame.trial_T_frame);
+               : tum_line(stamp_s(frame.unix_us, frame.time_s), first_T_trial->second * frame.trial_T_frame);
   }
 
  private:
@@ -88,8 +79,9 @@ class TrialOutput final : public PoseOutput {
         drift_(options.gradient_scale.sigma) {}
 
   PoseLine line(const SurfaceStream::Item& item) override {
-    const TrackedFrame frame =
-        item.surface ? tracker_.track(item.frame, item.time_s, item.surface) : background_frame(item);
+    TrackedFrame frame = item.surface ? tracker_.track(item.frame, item.time_s, item.surface)
+                                      : background_frame(item.frame, item.time_s, item.unix_us);
+    frame.unix_us = item.unix_us;
     const bool tracked = frame.status == TrackStatus::tracked;
     if (!as_ndjson_) return {tum_.line(frame), tracked};
     FrameReport report{frame, item.surface.get()};
@@ -115,7 +107,8 @@ class MapOutput final : public PoseOutput {
     if (item.surface)
       frame = localizer_.process(item.frame, item.time_s, item.surface);
     else
-      frame.tracked = background_frame(item);
+      frame.tracked = background_frame(item.frame, item.time_s, item.unix_us);
+    frame.tracked.unix_us = item.unix_us;
     if (touches_ != nullptr) {
       const auto touch =
           std::make_shared<const LocatedTouch>(LocatedTouch{item.picture, item.surface, frame});
@@ -124,7 +117,9 @@ class MapOutput final : public PoseOutput {
     }
     const bool localized = frame.status == PlaceStatus::localized;
     if (!as_ndjson_)
-      return {localized ? tum_line(item.time_s, frame.hypotheses.front().map_T_sensor) : "", localized};
+      return {localized ? tum_line(stamp_s(item.unix_us, item.time_s), frame.hypotheses.front().map_T_sensor)
+                        : "",
+              localized};
     return {map_json(frame, item.surface.get()).dump() + "\n", localized};
   }
 

@@ -14,7 +14,7 @@ TEST(StageTimer, StatisticsOfKnownTimes) {
   EXPECT_EQ(statistics[0].stage, "track");
   EXPECT_EQ(statistics[0].count, 100);
   EXPECT_EQ(statistics[0].median_ms, 51);
-  EXPECT_EQ(statistics[0].p95_ms, 95);
+  EXPECT_EQ(statistics[0].p99_ms, 99);
   EXPECT_EQ(statistics[0].max_ms, 100);
   EXPECT_EQ(statistics[0].total_ms, 5050);
   EXPECT_EQ(statistics[1].stage, "fuse");
@@ -23,7 +23,7 @@ TEST(StageTimer, StatisticsOfKnownTimes) {
   StageTimer odd;
   for (const double ms : {3.0, 1.0, 2.0}) odd.add("s", ms);
   EXPECT_EQ(odd.statistics()[0].median_ms, 2.0);
-  EXPECT_EQ(odd.statistics()[0].p95_ms, 3.0);
+  EXPECT_EQ(odd.statistics()[0].p99_ms, 3.0);
 }
 
 }  // namespace

@@ -26,6 +26,14 @@ TEST(TumLine, HasTimeMetersAndQuaternionInTheFormatsOrder) {
   EXPECT_EQ(numbers_in(line).size(), 8u);
 }
 
+TEST(TumLine, KeepsTheMicrosecondsOfUnixTimes) {
+  for (std::int64_t us = 1764268461000000; us < 1764268461100000; us += 997) {
+    const std::string line = tum_line(stamp_s(us, 0.04), Pose::Identity()), text = std::to_string(us);
+    EXPECT_THAT(line, testing::StartsWith(text.substr(0, 10) + "." + text.substr(10) + " "));
+  }
+  EXPECT_EQ(stamp_s(0, 0.04), 0.04) << "not known";
+}
+
 TEST(TumLine, KeepsTwelveDigitsAndAPositiveW) {
   for (int i = 0; i < 60; ++i) {
     Vector6d xi;

@@ -173,6 +173,45 @@ class Export(unittest.TestCase):
         self.assertIn("no surface: the run has no mesh", said)
         self.assertEqual(readers.Mcap(data).of("/surface"), [])
 
+    def test_a_log_that_knows_its_time_lies_beside_a_robots_bag(self):
+        pictures = readers.Mcap(export("run.mcap")[0]).of("/tactile")
+        start_us = 1764268461123457
+        times_us = [start_us + t // 1000 for t, _ in pictures]
+        named = WORK / "named"
+        named.mkdir()
+        for time_us, (_, message) in zip(times_us, pictures):
+            (named / f"cam_{time_us}.jpg").write_bytes(base64.b64decode(message["data"]))
+        shutil.copy(SCAN / "config.yaml", named)
+        timed, run, again, zero = WORK / "timed.mkv", WORK / "timed", WORK / "timed_again", WORK / "timed_zero"
+        for arguments in (("record", "--from", named, "-o", timed, "--model", SCAN / "model.json"), ("reconstruct", timed, "-o", run),
+                          ("reconstruct", named, "-o", again, "--model", SCAN / "model.json"), ("reconstruct", timed, "-o", zero, "--time", "start")):
+            result = gelslam(*arguments, "-q")
+            self.assertEqual(result.returncode, 0, result.stderr)
+        text = (run / "trajectory.tum").read_text()
+        self.assertEqual(text, (again / "trajectory.tum").read_text(), "a folder and its log")
+        self.assertRegex(text, r"\A1764268\d{3}\.\d{6} ")
+        at_us = [round(float(line.split()[0]) * 1e6) for line in text.splitlines()]
+        self.assertLessEqual(set(at_us), set(times_us))
+        from_start = readers.read_tum((zero / "trajectory.tum").read_text())
+        self.assertEqual([round(p[0] * 1e6) + start_us for p in from_start], at_us)
+        self.assertEqual([line.split()[1:] for line in text.splitlines()],
+                         [line.split()[1:] for line in (zero / "trajectory.tum").read_text().splitlines()], "only times differ")
+        self.assertEqual(json.loads((run / "report.json").read_text())["start_unix_us"], start_us)
+        self.assertNotIn("start_unix_us", json.loads((zero / "report.json").read_text()))
+        self.assertRegex(gelslam("info", timed).stdout, r"times +from 2025-11-27 18:34:21\.123457 UTC")
+        self.assertRegex(gelslam("info", SCAN).stdout, r"times +from 0; it does not say when it was recorded")
+
+        data, said = export("timed.mcap", source=run)
+        self.assertNotIn("times from 0", said)
+        self.assertIn("times from 0: the log does not say when it was recorded", export("zero.mcap", source=zero)[1])
+        ours = readers.Mcap(data)
+        self.assertEqual([t for t, _ in ours.of("/tactile")], [1000 * t for t in times_us])
+        self.assertEqual([t for t, _ in ours.of("/sensor")], [1000 * t for t in at_us])
+        self.assertEqual({t for topic in ("/surface", "/trajectory", "/path") for t, _ in ours.of(topic)}, {1000 * start_us})
+        robot = WORK / "robot.mcap"
+        robot.write_bytes(readers.robot_bag("/joints", [1000 * t for t in times_us]))
+        self.assertEqual(gelslam("evaluate", run, "--truth", SCAN).returncode, 0, "times on the clock are frames of the truth")
+
     def test_mcap_of_a_continued_run_has_the_pictures_of_each_log_at_its_time(self):
         both = WORK / "both"
         result = gelslam("reconstruct", SCAN, "--continue", RUN, "-o", both, "-q")

@@ -47,4 +47,18 @@ let streamed = 0;
 for (let record; (record = stream.nextRecord());) if (record.type === "Message") ++streamed;
 assert(stream.done() && BigInt(streamed) === reader.statistics.messageCount);
 await handle.close();
+
+// Of a log that knows its time, beside what a robot recorded meanwhile.
+const times = async (name, topic) => {
+  const bag = new McapStreamReader();
+  bag.append(await readFile(`${run}/../${name}`));
+  const found = [], topics = new Map();
+  for (let record; (record = bag.nextRecord());) {
+    if (record.type === "Channel") topics.set(record.id, record.topic);
+    if (record.type === "Message" && topics.get(record.channelId) === topic) found.push(record.logTime);
+  }
+  return found;
+};
+const robot = new Set(await times("robot.mcap", "/joints")), sensor = await times("timed.mcap", "/sensor");
+assert(sensor.length > 20 && sensor.every(time => robot.has(time)));
 console.log(counts);

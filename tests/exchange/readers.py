@@ -17,6 +17,20 @@ def read_page(text):
     return json.loads(data), base64.b64decode(ply, validate=True)
 
 
+def robot_bag(topic, times_ns):
+    """The bytes of an MCAP file as a robot's recorder writes it, without chunks and summary: a JSON message for each time."""
+    def record(opcode, *parts):
+        content = b"".join(parts)
+        return struct.pack("<BQ", opcode, len(content)) + content
+
+    def string(text):
+        return struct.pack("<I", len(text)) + text.encode()
+
+    messages = [record(5, struct.pack("<HIQQ", 1, i, t, t), b'{"joint": %d}' % i) for i, t in enumerate(times_ns)]
+    return b"".join([Mcap.MAGIC, record(1, string(""), string("robot")), record(4, struct.pack("<HH", 1, 0), string(topic), string("json"), struct.pack("<I", 0)),
+                     *messages, record(15, struct.pack("<I", 0)), record(2, struct.pack("<QQI", 0, 0, 0)), Mcap.MAGIC])
+
+
 class Mcap:
     """An MCAP file, read twice: from front to back, and by its summary. Checks every checksum and offset."""
 

@@ -62,6 +62,37 @@ class Camera : public testing::Test {
   CameraOptions options;
 };
 
+/// The driver's stamps, on the system's clock as it was at first.
+TEST_F(Camera, FramesHaveTheTimeOfTheirCaptureOnTheSystemsClock) {
+  const double now_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  const double first_s = std::round(1e6 * (now_s - 0.5)) / 1e6;
+  for (std::uint32_t i = 0; i < 4; ++i) send(i, first_s + 0.04 * i);
+  const auto camera = open();
+  for (int i = 0; i < 4; ++i) {
+    const auto frame = camera->next();
+    const std::int64_t stamp_us = std::llround(1e6 * (first_s + 0.04 * i));
+    EXPECT_NEAR(static_cast<double>(frame->unix_us - mini.unix_offset_us - stamp_us), 0, 1.5) << i;
+    EXPECT_NEAR(std::chrono::duration<double>(frame->age).count(), 0.5 - 0.04 * i, 0.3) << i;
+  }
+  EXPECT_EQ(camera->warning(), "");
+}
+
+TEST_F(Camera, AClockThatIsSetMovesNoTimesAndIsSaid) {
+  const std::int64_t offset_us = mini.unix_offset_us;
+  const auto camera = open();
+  std::vector<std::int64_t> unix_us;
+  for (std::uint32_t i = 0; i < 6; ++i) {
+    if (i == 2) mini.unix_offset_us += 20'000;  // drawn near by the network's time
+    if (i == 4) mini.unix_offset_us -= 3'600'000'000;
+    send(i, 5000 + 0.04 * i);
+    unix_us.push_back(camera->next()->unix_us - offset_us);
+  }
+  for (std::size_t i = 1; i < unix_us.size(); ++i)
+    EXPECT_NEAR(static_cast<double>(unix_us[i] - unix_us[i - 1]), 40'000, 2) << i;
+  EXPECT_EQ(camera->warning(), "the system's clock was set by -3600.0 s; times go on as they began");
+}
+
 TEST_F(Camera, FramesComeAsTheDriverSentThem) {
   for (std::uint32_t i = 0; i < 10; ++i) {
     send(7 + i, 5000.0 + 0.04 * i);
@@ -86,6 +117,101 @@ TEST_F(Camera, FramesComeAsTheDriverSentThem) {
   EXPECT_EQ(camera->rate_hz(), 25);
   EXPECT_EQ(camera->lost_frames(), 0);
   EXPECT_EQ(camera->warning(), "");
+}
+
+/// A camera that goes after two frames, and comes back when it was looked for `looks` times.
+class AwayCamera : public Camera {
+ protected:
+  AwayCamera() {
+    options.away_s = 30;
+    send(5, 5000);
+    send(6, 5000.04);
+    mini.frames.push_back({.code = ENODEV});
+    // Its second frame was read when it is looked for.
+    system.nodes = [this, nodes = system.nodes] {
+      if (mini.calls.size() > 0 && opened) mini.open_fails = looks-- > 0 ? ENODEV : 0;
+      if (opened && mini.open_fails == 0) come_back();
+      return nodes();
+    };
+  }
+
+  std::unique_ptr<CameraSource> open_and_read_two() {
+    auto camera = open();
+    opened = true;
+    EXPECT_FALSE(camera->next()->resumes);
+    last = *camera->next();
+    EXPECT_EQ(camera->absence(), "");
+    return camera;
+  }
+  void come_back() {
+    if (moves) {
+      mini.path = "/dev/video3";
+      mini.bus = "usb-1";
+    }
+    mini.frames.clear();
+    send(0, 5003.04);
+    send(1, 5003.08);
+    for (auto& [id, control] : mini.controls) control.value = at_power_on[id];
+  }
+
+  int looks = 2;
+  bool opened = false, moves = true;
+  RawFrame last;
+  std::map<std::uint32_t, std::int32_t> at_power_on;
+};
+
+TEST_F(AwayCamera, IsOpenedAgainByItsNameWithItsSettings) {
+  mini.controls = {
+      {V4L2_CID_AUTO_WHITE_BALANCE, {"White Balance Automatic", 0, 0, 1, V4L2_CTRL_TYPE_BOOLEAN}},
+      {V4L2_CID_WHITE_BALANCE_TEMPERATURE, {"White Balance Temperature", 4000, 2000, 7000}}};
+  at_power_on = {{V4L2_CID_AUTO_WHITE_BALANCE, 1}, {V4L2_CID_WHITE_BALANCE_TEMPERATURE, 2800}};
+  const auto camera = open_and_read_two();
+  const RawFrame back = *camera->next(), next = *camera->next();
+  EXPECT_TRUE(back.resumes);
+  EXPECT_FALSE(next.resumes);
+  EXPECT_EQ(back.index, 2);
+  EXPECT_NEAR(back.time_s, 3.04, 1e-5);
+  EXPECT_NEAR(next.time_s, 3.08, 1e-5);
+  EXPECT_EQ(back.unix_us - last.unix_us, 3'000'000);
+  EXPECT_GT(back.sequence, last.sequence + 1) << "what it would have sent is lost";
+  EXPECT_EQ(camera->lost_frames(), back.sequence - last.sequence - 1);
+  EXPECT_EQ(next.sequence, back.sequence + 1);
+  EXPECT_THAT(camera->warning(), testing::MatchesRegex("the camera was away for [0-9]\\.[0-9] s"));
+  EXPECT_EQ(mini.controls[V4L2_CID_AUTO_WHITE_BALANCE].value, 0);
+  EXPECT_EQ(mini.controls[V4L2_CID_WHITE_BALANCE_TEMPERATURE].value, 4000);
+}
+
+TEST_F(AwayCamera, AnotherOneIsNotTaken) {
+  options.away_s = 0.3;
+  const auto camera = open_and_read_two();
+  mini.card = "GelSight Mini R0B 1111";
+  EXPECT_EQ(message_of<Error>([&] { camera->next(); }),
+            "/dev/video0: the camera is gone; is it unplugged? (waited 0.3 s for it)");
+}
+
+TEST_F(AwayCamera, NobodyWaitsForItAfterStop) {
+  looks = 1'000'000;
+  const auto camera = open_and_read_two();
+  auto reading = std::async(std::launch::async, [&] { return camera->next(); });
+  while (camera->absence().empty()) std::this_thread::yield();
+  EXPECT_EQ(camera->absence(), "the camera is away: connect it again within 30 s");
+  camera->stop();
+  EXPECT_FALSE(reading.get());
+}
+
+TEST_F(AwayCamera, OfTwoWithOneNameItIsTheOneAtItsPlace) {
+  moves = false;
+  FakeCamera twin;
+  twin.path = "/dev/video1";
+  twin.bus = "usb-elsewhere";
+  auto both = test::fake_system({&twin, &mini});
+  both.nodes = [this, nodes = both.nodes, watch = system.nodes] { return watch(), nodes(); };
+  system = both;
+  options.device = "/dev/video0";
+  const auto camera = open_and_read_two();
+  EXPECT_TRUE(camera->next()->resumes);
+  EXPECT_EQ(twin.open_count, 0);
+  EXPECT_TRUE(mini.streaming);
 }
 
 TEST_F(Camera, TheRateIsSetAfterTheFormat) {

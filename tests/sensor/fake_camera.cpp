@@ -275,6 +275,7 @@ detail::VideoSystem fake_system(const std::vector<FakeCamera*>& cameras) {
     return -1;
   };
   system.poll = [at](pollfd* fds, nfds_t, int timeout_ms) { return at(fds->fd)->poll(timeout_ms); };
+  system.unix_offset_us = [cameras] { return cameras.front()->unix_offset_us; };
   system.nodes = [cameras] {
     std::vector<std::string> paths;
     for (const FakeCamera* camera : cameras) paths.push_back(camera->path);

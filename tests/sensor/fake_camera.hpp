@@ -56,6 +56,8 @@ class FakeCamera {
   std::vector<unsigned long> calls;  ///< requests that came, in order
   int open_count = 0, mapped_count = 0;
   bool streaming = false;
+  std::int64_t unix_offset_us =
+      1'700'000'000'000'000;     ///< what the system's clock is ahead of the monotonic one
   std::function<void()> polled;  ///< called when a program begins to wait for a frame
 
   int open();

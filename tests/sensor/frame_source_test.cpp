@@ -218,10 +218,57 @@ TEST(ImageFolderSource, NaturalOrderAndTheProfilesRate) {
   std::filesystem::create_directory(folder / "sub.png");
   const Played played = play(folder.path());
   EXPECT_THAT(played.numbers, ElementsAre(1, 2, 9, 10));
-  EXPECT_THAT(played.times_s, ElementsAre(0.0, 0.02, 0.04, 0.06));
+  EXPECT_THAT(played.times_s, ElementsAre(0.0, 0.02, 0.16, 0.18)) << "3 to 8 are missing";
   const auto source = open_frame_source(folder.path(), small_sensor());
   EXPECT_EQ(source->frame_count().value_or(-1), 4);
-  EXPECT_THAT(source->description(), HasSubstr("of 4 images, 50 Hz"));
+  EXPECT_THAT(source->description(), HasSubstr("of 4 images, 50 Hz, 6 numbers left out"));
+  while (source->next()) {
+  }
+  EXPECT_EQ(source->lost_frames(), 6);
+}
+
+TEST(ImageFolderSource, NumbersWithoutACommonStepAreNoTimes) {
+  TemporaryFolder folder;
+  for (const char* name : {"3.png", "14.png", "27.png", "91.png"})
+    cv::imwrite((folder / name).string(), numbered_picture(1, 64, 48));
+  EXPECT_THAT(play(folder.path()).times_s, ElementsAre(0.0, 0.02, 0.04, 0.06));
+  for (const char* name : {"101.png", "111.png", "121.png", "131.png", "151.png", "161.png"})
+    cv::imwrite((folder / name).string(), numbered_picture(1, 64, 48));
+  for (const char* name : {"3.png", "14.png", "27.png"}) std::filesystem::remove(folder / name);
+  EXPECT_THAT(play(folder.path()).times_s, ElementsAre(0.0, 0.02, 0.04, 0.06, 0.08, 0.12, 0.14))
+      << "every tenth frame, but for one";
+}
+
+/// As EuRoC, TUM RGB-D and others name their pictures.
+TEST(ImageFolderSource, NamesThatAreTimesAreTimes) {
+  for (const std::vector<std::string>& names :
+       {std::vector<std::string>{"1403636579763555584", "1403636579813555456", "1403636579913555456"},
+        {"cam0_1403636579763555", "cam0_1403636579813555", "cam0_1403636579913555"},
+        {"1403636579.763555", "1403636579.813555", "1403636579.913555"}}) {
+    TemporaryFolder folder;
+    for (const std::string& name : names)
+      cv::imwrite((folder / (name + ".png")).string(), numbered_picture(1, 64, 48));
+    const auto source = open_raw_log(folder.path(), small_sensor());
+    std::vector<std::int64_t> unix_us;
+    std::vector<double> times_s;
+    while (const auto frame = source->next()) {
+      unix_us.push_back(frame->unix_us);
+      times_s.push_back(frame->time_s);
+    }
+    EXPECT_THAT(unix_us, ElementsAre(1403636579763555, 1403636579813555, 1403636579913555)) << names[0];
+    EXPECT_THAT(times_s, testing::Pointwise(testing::DoubleNear(1e-9), {0.0, 0.05, 0.15}));
+    EXPECT_THAT(source->description(), HasSubstr("of 3 images, "));
+    EXPECT_THAT(source->description(), HasSubstr(" Hz, times of their names"));
+  }
+}
+
+TEST(ImageFolderSource, NumbersThatAreNoTimesOfThisCenturyStayNumbers) {
+  TemporaryFolder folder;
+  for (const char* name : {"0000000001.png", "0000000002.png", "9999999999.png"})
+    cv::imwrite((folder / name).string(), numbered_picture(1, 64, 48));
+  const auto source = open_frame_source(folder.path(), small_sensor());
+  EXPECT_EQ(source->next()->unix_us, 0);
+  EXPECT_THAT(source->description(), HasSubstr("of 3 images, 50 Hz"));
 }
 
 TEST(ImageFolderSource, UnusableFoldersAreNamed) {

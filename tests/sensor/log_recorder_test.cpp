@@ -105,6 +105,19 @@ TEST(LogRecorder, ResizedLogsAreTheDecodersPicturesWithoutLoss) {
   }
 }
 
+TEST(LogRecorder, EndsInOrderBeforeTheDiskIsFull) {
+  const TemporaryFolder folder;
+  LogRecorderOptions options;
+  options.keep_free_bytes =
+      static_cast<std::int64_t>(std::filesystem::space(folder.path()).available) + 1'000'000'000'000;
+  LogRecorder recorder(std::make_unique<LogWriter>(folder / "a.mkv", LogAttachments{}, 25), options);
+  recorder.push(std::make_shared<RawFrame>(jpeg_frame(0)));
+  recorder.finish();
+  EXPECT_TRUE(recorder.status().stopped);
+  EXPECT_THAT(recorder.status().warning, HasSubstr("recording stopped after 0 frames"));
+  EXPECT_THAT(recorder.status().warning, HasSubstr(" TB is free on the disk"));
+}
+
 TEST(LogRecorder, AFailureIsSaidAndPushGoesOn) {
   TemporaryFolder folder;
   LogRecorderOptions options;

@@ -61,6 +61,21 @@ TEST(Log, BytesTimesAndSequencesComeBackAsTheyWere) {
   EXPECT_FALSE(log->next()) << "the end stays the end";
 }
 
+TEST(Log, TimesOnTheSystemsClockComeBackToTheMicrosecond) {
+  const TemporaryFolder folder;
+  std::vector<RawFrame> sent = camera_frames(20);
+  for (RawFrame& frame : sent) frame.unix_us = 1764268461123457 + std::llround(1e6 * frame.time_s);
+  LogWriter writer(folder / "a.mkv", {}, 25);
+  for (std::size_t i = 3; i < sent.size(); ++i) writer.write(sent[i]);  // the recorder began late
+  writer.close();
+  const std::vector<RawFrame> got = read_all(*open_raw_log(folder / "a.mkv"));
+  ASSERT_EQ(got.size(), 17u);
+  for (std::size_t i = 0; i < got.size(); ++i) EXPECT_EQ(got[i].unix_us, sent[i + 3].unix_us) << i;
+
+  LogWriter(folder / "b.mkv", {}, 25).write(jpeg_frame(0));
+  EXPECT_EQ(read_all(*open_raw_log(folder / "b.mkv")).front().unix_us, 0) << "it does not say";
+}
+
 TEST(Log, TimesThatDoNotGoForwardAreMended) {
   TemporaryFolder folder;
   LogWriter writer(folder / "a.mkv", {}, 25);

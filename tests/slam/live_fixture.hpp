@@ -56,6 +56,7 @@ class Pictures : public RawFrameSource {
     frame.index = frame.sequence = static_cast<std::int64_t>(next_);
     frame.time_s = 0.04 * static_cast<double>(next_++);
     frame.arrived = std::chrono::steady_clock::now();
+    frame.resumes = resumed_.contains(frame.index);
     if (damaged_.contains(frame.index)) frame.bytes.resize(100);
     return frame;
   }
@@ -72,13 +73,14 @@ class Pictures : public RawFrameSource {
   void before(int frame, std::function<void()> what) { before_[frame] = std::move(what); }
   void warn(std::function<std::string()> warning) { warning_ = std::move(warning); }
   void damage(int frame) { damaged_.insert(frame); }
+  void resume(int frame) { resumed_.insert(frame); }
 
  private:
   std::vector<cv::Mat3b> pictures_;
   std::size_t next_ = 0;
   std::atomic<bool> open_{false}, stopped_{false};
   std::map<int, std::function<void()>> before_;
-  std::set<std::int64_t> damaged_;
+  std::set<std::int64_t> damaged_, resumed_;
   std::function<std::string()> warning_;
 };
 

@@ -93,6 +93,47 @@ TEST_F(Live, ALostSourceEndsTheScanWithAllThatWasSeen) {
   EXPECT_TRUE(fs::exists(options.run_folder / "mesh.ply"));
 }
 
+TEST_F(Live, GoesOnAsANewTrialWhenTheCameraComesBackWithTheSameGel) {
+  std::vector<cv::Mat3b> pictures = peanut_pictures();
+  pictures.insert(pictures.end(), peanut_pictures().begin(), peanut_pictures().end());
+  const int back = static_cast<int>(peanut_pictures().size());
+  source = std::make_unique<Pictures>(pictures);
+  source->resume(back);
+  source->before(back + kBackgroundFrames / 2, [&] {
+    EXPECT_TRUE(comes_true([&] { return session->status().phase == LivePhase::background; }));
+  });
+  const RunReport summary = start().wait();
+  EXPECT_FALSE(summary.partial);
+  EXPECT_EQ(summary.trials, 2);
+  EXPECT_EQ(summary.frames.background, 2 * kBackgroundFrames);
+  EXPECT_THAT(summary.warnings, testing::Not(testing::Contains(HasSubstr("came back"))));
+}
+
+TEST_F(Live, EndsSavedWhenTheCameraComesBackWithAnotherGel) {
+  std::vector<cv::Mat3b> pictures = peanut_pictures();
+  for (const cv::Mat3b& picture : peanut_pictures()) {
+    pictures.push_back(picture.clone());
+    cv::Mat3b edge = pictures.back()(cv::Rect(20, 20, 120, 90));  // a patch of another color
+    edge += cv::Scalar(60, -30, 0);
+  }
+  source = std::make_unique<Pictures>(pictures);
+  source->resume(static_cast<int>(peanut_pictures().size()));
+  const RunReport summary = start().wait();
+  EXPECT_TRUE(summary.partial);
+  EXPECT_THAT(summary.warnings, testing::Contains(HasSubstr("since the camera came back ")));
+  EXPECT_GT(summary.frames.tracked, kScanFrames - 5);
+  EXPECT_EQ(summary.trials, 1);
+  EXPECT_TRUE(fs::exists(options.run_folder / "mesh.ply"));
+}
+
+TEST_F(Live, EndsItsLogBeforeTheDiskIsFull) {
+  options.record = LogAttachments{};
+  options.keep_free_bytes = std::int64_t{1} << 60;
+  const RunReport summary = start().wait();
+  EXPECT_THAT(summary.warnings, testing::Contains(HasSubstr("is free on the disk")));
+  EXPECT_GT(summary.mesh.triangles, 1000U) << "the scan goes on";
+}
+
 TEST_F(Live, DamagedFramesAreLeftOutAndCounted) {
   for (const int frame : {20, 21, 33}) source->damage(frame);
   const RunReport summary = start().wait();

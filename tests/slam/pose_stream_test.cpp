@@ -64,6 +64,7 @@ TEST(NdjsonLine, StatesPoseCovarianceAndContactInTheirUnits) {
   Matrix6d root;
   for (double& number : root.reshaped()) number = 0.01 * std::normal_distribution<double>()(random);
   const Matrix6d covariance = root * root.transpose();
+  frame.unix_us = 1764268461123457;
   const MapPlace place{any_pose(random), 1};
   const std::string line = ndjson_line({frame, surface.get(), 1e9 + 0.25, covariance, place, 4});
   ASSERT_EQ(line.find('\n'), line.size() - 1);
@@ -73,6 +74,7 @@ TEST(NdjsonLine, StatesPoseCovarianceAndContactInTheirUnits) {
   EXPECT_EQ(object.at("keyframe"), 3);
   EXPECT_EQ(object.at("component"), 1);
   EXPECT_EQ(object.at("arrived_s"), 1e9 + 0.25);
+  EXPECT_THAT(line, testing::HasSubstr("\"time_unix_s\":1764268461.123457,"));
   EXPECT_EQ(object.at("observable"), json({1, 1, 0, 1, 1, 1}));
   for (const auto& [key, pose] :
        {std::pair<const char*, Pose>{"pose", frame.trial_T_frame}, {"map_pose", place.map_T_frame}})
@@ -99,8 +101,8 @@ TEST(NdjsonLine, SaysNullOfWhatIsNotKnown) {
   TrackedFrame frame;
   frame.status = TrackStatus::background;
   json object = json::parse(ndjson_line({frame}));
-  for (const char* key :
-       {"arrived_s", "trial", "keyframe", "pose", "map_pose", "component", "covariance", "contact"})
+  for (const char* key : {"time_unix_s", "arrived_s", "trial", "keyframe", "pose", "map_pose", "component",
+                          "covariance", "contact"})
     EXPECT_TRUE(object.at(key).is_null()) << key;
   frame.status = TrackStatus::no_contact;
   const SurfacePtr bare = pressed(0, 0, 0, 0);

@@ -73,6 +73,24 @@ std::shared_ptr<slam::detail::LiveRun> resume(const std::filesystem::path& folde
 }
 
 /// A session that the scan could not write is written at its end; the one that is there goes only then.
+TEST(RunFolderFiles, TimesAreThoseOfTheClockIfEveryFrameKnowsIt) {
+  constexpr std::int64_t kStartUs = 1764268461123457;
+  SlamMap map = map_with_a_false_loop();
+  for (FrameRecord& frame : map.frames) frame.unix_us = kStartUs + std::llround(1e6 * frame.time_s);
+  EXPECT_EQ(map.start_unix_us(), kStartUs);
+  EXPECT_EQ(std::llround(1e6 * map.trajectory()[2].time_s), kStartUs + 80'000);
+  const TemporaryFolder folder;
+  write_run(folder.path(), {Config{}, map, {}, {}});
+  for (const char* name : {"trajectory.tum", "keyframes.tum"})
+    EXPECT_THAT(read_bytes(folder / name), HasSubstr("\n1764268461.203457 ")) << name;
+
+  map.frames[1].unix_us = map.frames[2].unix_us;  // it was recorded before, or the clock was set
+  EXPECT_FALSE(map.start_unix_us());
+  EXPECT_EQ(map.trajectory()[2].time_s, 0.08);
+  map.frames[1].unix_us = 0;
+  EXPECT_EQ(map.trajectory()[2].time_s, 0.08);
+}
+
 TEST(LiveRunFolder, ASessionThatCannotBeWrittenAgainStays) {
   const TemporaryFolder folder;
   SlamMap map = map_with_a_false_loop();

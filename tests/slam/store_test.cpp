@@ -67,6 +67,7 @@ TEST(Store, HoldsTheWholeRecord) {
   ScanRecord before = small_map();
   for (FrameRecord& frame : before.frames)
     if (frame.keyframe >= 0) frame.observable[static_cast<std::size_t>(frame.frame % 6)] = false;
+  before.frames.back().unix_us = 1764268461123457;
   write_store(folder.path(), map_of(before));
   const ScanRecord after = read_scan(folder.path(), {});
   ASSERT_EQ(after.parts.size(), 1u);
@@ -89,6 +90,7 @@ TEST(Store, HoldsTheWholeRecord) {
   for (std::size_t i = 0; i < after.frames.size(); ++i) {
     EXPECT_EQ(after.frames[i].frame, before.frames[i].frame);
     EXPECT_EQ(after.frames[i].time_s, before.frames[i].time_s);
+    EXPECT_EQ(after.frames[i].unix_us, before.frames[i].unix_us);
     EXPECT_EQ(after.frames[i].status, before.frames[i].status);
     EXPECT_EQ(after.frames[i].trial, before.frames[i].trial);
     EXPECT_EQ(after.frames[i].keyframe, before.frames[i].keyframe);

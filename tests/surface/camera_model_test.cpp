@@ -31,19 +31,6 @@ TEST(CameraModel, FindsEveryPixelAgainAndNoneBeyondThePicture) {
   EXPECT_FALSE(bent().pixel_at({0, 0, -23})) << "behind the camera";
 }
 
-TEST(CameraModel, DerivativeIsThatOfTheProjection) {
-  const CameraModel camera = bent();
-  const Vector3d point(5, -3, -0.8);
-  const Eigen::Matrix<double, 2, 3> derivative = camera.project_derivative(point);
-  constexpr double kStep = 1e-5;
-  for (int axis = 0; axis < 3; ++axis) {
-    const Vector3d step = kStep * Vector3d::Unit(axis);
-    const Vector2d numeric =
-        (camera.project(Vector3d(point + step)) - camera.project(Vector3d(point - step))) / (2 * kStep);
-    EXPECT_TRUE(derivative.col(axis).isApprox(numeric, 1e-7)) << axis;
-  }
-}
-
 TEST(CameraModel, LensMovesThePixelsAsItsFormulaSays) {
   const CameraModel camera = bent();
   const Vector2d rest(7, -4), half_widths = rest / (160 * 0.0634);

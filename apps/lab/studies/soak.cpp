@@ -150,7 +150,7 @@ Json account(const Json& rows, const std::map<std::string, StageStatistics>& sta
   Json json = {{"latency_ms", thirds("latency_ms")}, {"memory_mb", thirds("memory_mb")}};
   for (const auto& [name, stage] : stages)
     json["stages"][name] = {
-        {"median_ms", stage.median_ms}, {"p95_ms", stage.p95_ms}, {"max_ms", stage.max_ms}};
+        {"median_ms", stage.median_ms}, {"p99_ms", stage.p99_ms}, {"max_ms", stage.max_ms}};
   return json;
 }
 

@@ -18,7 +18,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Uncertainty, drift_mm, drift_deg, 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::GradientScale, x, y)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::MeshSize, vertices, triangles)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Live, rate_hz, arrived, lost_by_camera, dropped, damaged)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Stage, count, median_ms, p95_ms, max_ms, total_ms)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Stage, count, median_ms, p99_ms, max_ms, total_ms)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport, program, log, log_description, model, optics, partial, warnings,
                                    reservations, parts, logs, anchor_frame, frames, uncertainty, keyframes,
                                    trials, components, loops, loop_outliers, gradient_scale, mesh, seconds,
@@ -57,6 +57,7 @@ std::string report_json(const RunReport& report) {
   Json json = report;
   write_optional(json, "saved", report.saved);
   write_optional(json, "live", report.live);
+  write_optional(json, "start_unix_us", report.start_unix_us);
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -70,6 +71,7 @@ RunReport parse_report(const std::string& text, const std::filesystem::path& fil
     auto report = json.get<RunReport>();
     read_optional(json, "saved", report.saved);
     read_optional(json, "live", report.live);
+    read_optional(json, "start_unix_us", report.start_unix_us);
     return report;
   } catch (const Json::exception&) {
     throw Error(damaged);

@@ -29,7 +29,7 @@ std::vector<StageStatistics> StageTimer::statistics() const {
   for (const auto& [name, times] : stages_) {
     std::vector<float> samples = times.newest_ms;
     result[times.order] = {
-        name,         times.count,   quantile_in_place(samples, 0.5), quantile_in_place(samples, 0.95),
+        name,         times.count,   quantile_in_place(samples, 0.5), quantile_in_place(samples, 0.99),
         times.max_ms, times.total_ms};
   }
   return result;

@@ -86,8 +86,10 @@ std::string tum_line(double time_s, const Pose& pose_mm) {
   Eigen::Quaterniond q(pose_mm.linear());
   if (q.w() < 0) q.coeffs() = -q.coeffs();
   const Eigen::Vector3d t = pose_mm.translation() * 1e-3;
-  return fmt::format("{:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g}\n", time_s, t.x(),
-                     t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+  constexpr double kTwelveDigitsS = 1e6;  // below this they hold microseconds
+  return (time_s < kTwelveDigitsS ? fmt::format("{:.12g}", time_s) : fmt::format("{:.6f}", time_s)) +
+         fmt::format(" {:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g}\n", t.x(), t.y(), t.z(), q.x(),
+                     q.y(), q.z(), q.w());
 }
 
 std::string tum_text(const std::vector<StampedPose>& trajectory) {

@@ -21,6 +21,8 @@ void add_report(const RunReport& report, RunResult& run) {
   // A run that was interrupted has seen only the beginning of its log.
   if (!report.partial && report.frames.left_out == 0) run.log_frames = report.frames.total;
   keep_first_log(report, run);
+  const double start_s = stamp_s(report.start_unix_us.value_or(0), 0);
+  for (StampedPose& pose : run.trajectory) pose.time_s -= start_s;  // the truth's times count from there
   if (report.mesh.triangles == 0) run.mesh_path.clear();
 }
 

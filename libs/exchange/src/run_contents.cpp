@@ -52,8 +52,9 @@ void add_report(RunContents& run, const RunReport& report) {
   run.warnings = report.warnings;
   if (report.partial) run.warnings.emplace_back("The run ended before its log did.");
   run.warnings.insert(run.warnings.end(), report.reservations.begin(), report.reservations.end());
+  run.start_s = stamp_s(report.start_unix_us.value_or(0), 0);
   run.logs = report.logs;
-  if (run.logs.empty()) run.logs.push_back({report.log});
+  if (run.logs.empty()) run.logs.push_back({report.log, run.start_s});
   for (RunReport::Log& log : run.logs) log.file = find_log(run.folder, log.file).string();
 }
 

@@ -22,8 +22,12 @@ using exchange::detail::meters;
 using exchange::detail::strips;
 using Json = nlohmann::ordered_json;
 
+/// Of a Unix time, a double keeps the microseconds.
 std::uint64_t nanoseconds(double time_s) {
-  return static_cast<std::uint64_t>(std::llround(std::max(time_s, 0.0) * 1e9));
+  constexpr double kUnixS = 1e8;
+  const std::int64_t time_ns =
+      time_s < kUnixS ? std::llround(std::max(time_s, 0.0) * 1e9) : 1000 * std::llround(time_s * 1e6);
+  return static_cast<std::uint64_t>(time_ns);
 }
 
 Json stamp(double time_s) {
@@ -202,13 +206,14 @@ class RunRecorder {
     const std::span<const Eigen::Vector3i> triangles = run_.mesh.triangles;
     for (std::size_t first = 0; first < triangles.size(); first += kTrianglesInAMessage) {
       const auto part = triangles.subspan(first, std::min(kTrianglesInAMessage, triangles.size() - first));
-      write("/surface", 0,
-            scene_message("surface " + std::to_string(first / kTrianglesInAMessage), 0, "triangles",
-                          Json::array({triangles_message(run_.mesh, colors, part)})));
+      write("/surface", run_.start_s,
+            scene_message("surface " + std::to_string(first / kTrianglesInAMessage), run_.start_s,
+                          "triangles", Json::array({triangles_message(run_.mesh, colors, part)})));
     }
-    write("/path", 0, scene_message("path", 0, "lines", lines_message(run_.trajectory)));
-    write("/trajectory", 0, poses_message(run_.trajectory, 0));
-    write("/keyframes", 0, poses_message(run_.keyframes, 0));
+    write("/path", run_.start_s,
+          scene_message("path", run_.start_s, "lines", lines_message(run_.trajectory)));
+    write("/trajectory", run_.start_s, poses_message(run_.trajectory, run_.start_s));
+    write("/keyframes", run_.start_s, poses_message(run_.keyframes, run_.start_s));
   }
 
   /// Poses up to a time.

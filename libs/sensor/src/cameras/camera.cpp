@@ -1,5 +1,6 @@
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cmath>
@@ -15,7 +16,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr int kWaitSliceMs = 100;  // how soon stop() is heard
-constexpr auto kRetryPause = std::chrono::milliseconds(50);
+constexpr auto kRetryPause = std::chrono::milliseconds(50), kReturnPause = std::chrono::milliseconds(200);
+constexpr auto kOldest = std::chrono::seconds(1);  // a frame that arrives later has a wrong time
+constexpr std::int64_t kClockStepUs = 100'000;     // what is less may be a clock that is drawn near
 
 void give_up_if_asked(const CameraOptions& options) {
   if (options.gives_up && options.gives_up())
@@ -38,29 +41,102 @@ NodeIdentity capture_identity(const VideoNode& node) {
   throw CameraFailure(node.path() + ": gives no pictures (" + identity.name + " is no camera now)", EAGAIN);
 }
 
-/// "a; b" of what is not empty.
+/// A camera that streams, as long as it is there.
+struct OpenCamera {
+  /// `as_before`: the settings when it was opened first; null: now, after automatics have found theirs.
+  OpenCamera(const CameraOptions& options, const std::string& path, const VideoSystem& system,
+             const std::vector<CameraSetting>* as_before)
+      : node(system, path),
+        identity(capture_identity(node)),
+        format(negotiate_format(node, options)),
+        stream(node) {
+    if (as_before == nullptr && has_automatics_on(node)) settle(options);
+    controls = hold_controls(node, options.controls, as_before ? *as_before : read_controls(node));
+  }
+
+  /// Lets automatic exposure and white balance find their values, which are then held. Those frames are not
+  /// kept.
+  void settle(const CameraOptions& options) {
+    const Clock::time_point start = Clock::now();
+    CapturedFrame ignored;
+    while (seconds_since(start) < options.settle_s) {
+      stream.take(kWaitSliceMs, ignored);
+      give_up_if_asked(options);
+    }
+  }
+
+  VideoNode node;
+  NodeIdentity identity;
+  CaptureFormat format;
+  CaptureStream stream;
+  ControlReport controls;
+};
+
 class V4l2Camera final : public CameraSource {
  public:
   V4l2Camera(const CameraOptions& options, const std::string& path, const VideoSystem& system)
       : options_(options),
-        node_(system, path),
-        identity_(capture_identity(node_)),
-        format_(negotiate_format(node_, options)),
-        stream_(node_) {
-    if (has_automatics_on(node_)) settle();
-    ControlReport report = hold_controls(node_, options.controls, read_controls(node_));
-    settings_ = std::move(report.settings);
-    for (const std::string& warning : {wrong_sensor_warning(), format_.warning, report.warning})
+        system_(system),
+        open_(std::make_unique<OpenCamera>(options, path, system, nullptr)),
+        identity_(open_->identity),
+        format_(open_->format),
+        settings_(open_->controls.settings),
+        path_(path) {
+    for (const std::string& warning : {wrong_sensor_warning(), format_.warning, open_->controls.warning})
       append_sentence(opening_warning_, warning);
     if (!opening_warning_.empty()) opening_warning_ = path + ": " + opening_warning_;
     options_.gives_up = nullptr;  // whom it asks may be gone when frames are read
   }
 
   std::optional<RawFrame> next() override {
+    while (!stopped_) {
+      try {
+        if (!open_) open_again();
+        return next_of_open();
+      } catch (const Error& error) {
+        if (options_.away_s <= 0 || delivered_ == 0) throw;
+        wait_for_return(error);
+      }
+    }
+    return std::nullopt;
+  }
+
+  void stop() override { stopped_ = true; }
+  double rate_hz() const override { return format_.rate_hz; }
+  std::int64_t lost_frames() const override { return lost_; }
+  const std::vector<CameraSetting>& settings() const override { return settings_; }
+  std::string absence() const override {
+    return is_away_ && !stopped_
+               ? fmt::format("the camera is away: connect it again within {:g} s", options_.away_s)
+               : "";
+  }
+
+  std::string description() const override {
+    return fmt::format("{}, {}, {} {}, {:g} Hz", identity_.name, path_,
+                       options_.encoding == FrameEncoding::jpeg ? "MJPG" : "YUYV",
+                       size_text(options_.width_px, options_.height_px),
+                       std::round(format_.rate_hz * 100) / 100);
+  }
+
+  std::string warning() const override {
+    const int damaged = damaged_;
+    std::string text = opening_warning_;
+    if (damaged > 0)
+      append_sentence(text, path_ + ": " + counted(damaged, "frame") +
+                                " came damaged from the driver; check cable and port");
+    if (away_s_ > 0) append_sentence(text, fmt::format("the camera was away for {:.1f} s", away_s_));
+    if (clock_step_us_ != 0)
+      append_sentence(text, fmt::format("the system's clock was set by {:.1f} s; times go on as they began",
+                                        1e-6 * static_cast<double>(clock_step_us_)));
+    return text;
+  }
+
+ private:
+  std::optional<RawFrame> next_of_open() {
     const Clock::time_point start = Clock::now();
     int damaged_here = 0;
     while (!stopped_) {
-      const Capture capture = stream_.take(kWaitSliceMs, captured_);
+      const Capture capture = open_->stream.take(kWaitSliceMs, captured_);
       if (capture == Capture::frame && !is_short()) return deliver();
       if (capture != Capture::nothing_yet) {
         ++damaged_;
@@ -71,37 +147,24 @@ class V4l2Camera final : public CameraSource {
     return std::nullopt;
   }
 
-  void stop() override { stopped_ = true; }
-  double rate_hz() const override { return format_.rate_hz; }
-  std::int64_t lost_frames() const override { return lost_; }
-  const std::vector<CameraSetting>& settings() const override { return settings_; }
-
-  std::string description() const override {
-    return fmt::format("{}, {}, {} {}, {:g} Hz", identity_.name, node_.path(),
-                       options_.encoding == FrameEncoding::jpeg ? "MJPG" : "YUYV",
-                       size_text(options_.width_px, options_.height_px),
-                       std::round(format_.rate_hz * 100) / 100);
-  }
-
-  std::string warning() const override {
-    const int damaged = damaged_;
-    std::string text = opening_warning_;
-    if (damaged > 0)
-      append_sentence(text, node_.path() + ": " + counted(damaged, "frame") +
-                                " came damaged from the driver; check cable and port");
-    return text;
-  }
-
- private:
-  /// Lets automatic exposure and white balance find their values, which are then held. Those frames are not
-  /// kept.
-  void settle() {
-    const Clock::time_point start = Clock::now();
-    CapturedFrame ignored;
-    while (seconds_since(start) < options_.settle_s) {
-      stream_.take(kWaitSliceMs, ignored);
-      give_up_if_asked(options_);
+  /// Lost for now: it is closed, so that it may get the same node again. Throws Error once that takes too
+  /// long.
+  void wait_for_return(const Error& error) {
+    open_.reset();
+    if (!is_away_.exchange(true)) {
+      why_away_ = error.what();
+      others_ = nodes_named(identity_.name, system_);
     }
+    if (seconds_since(last_arrival_) > options_.away_s) {
+      stopped_ = true;
+      throw Error(fmt::format("{} (waited {:g} s for it)", why_away_, options_.away_s));
+    }
+    std::this_thread::sleep_for(kReturnPause);
+  }
+
+  void open_again() {
+    path_ = find_again(identity_, others_, system_);
+    open_ = std::make_unique<OpenCamera>(options_, path_, system_, &settings_);
   }
 
   std::string wrong_sensor_warning() const {
@@ -115,46 +178,73 @@ class V4l2Camera final : public CameraSource {
         "{}: no {}frame for {:g} s{}; unplug the camera and plug it in again, directly and into another port "
         "if this "
         "comes back",
-        node_.path(), damaged_here > 0 ? "whole " : "", options_.timeout_s,
+        path_, damaged_here > 0 ? "whole " : "", options_.timeout_s,
         damaged_here > 0 ? fmt::format(" ({} damaged ones)", damaged_here) : "");
   }
 
   /// An uncompressed picture that ends early would keep the last one's rows.
   bool is_short() const {
     const std::size_t rows = static_cast<std::size_t>(options_.height_px);
-    return format_.row_bytes > 0 && captured_.bytes.size() < format_.row_bytes * (rows - 1) + row_length();
+    return open_->format.row_bytes > 0 &&
+           captured_.bytes.size() < open_->format.row_bytes * (rows - 1) + row_length();
   }
   std::size_t row_length() const { return 2 * static_cast<std::size_t>(options_.width_px); }
 
   void close_row_gaps() {
-    if (format_.row_bytes <= row_length()) return;
+    if (open_->format.row_bytes <= row_length()) return;
     std::vector<std::uint8_t>& bytes = captured_.bytes;
     for (std::size_t row = 1; row < static_cast<std::size_t>(options_.height_px); ++row) {
-      const auto from = bytes.begin() + static_cast<std::ptrdiff_t>(row * format_.row_bytes);
+      const auto from = bytes.begin() + static_cast<std::ptrdiff_t>(row * open_->format.row_bytes);
       std::copy(from, from + static_cast<std::ptrdiff_t>(row_length()),
                 bytes.begin() + static_cast<std::ptrdiff_t>(row * row_length()));
     }
     bytes.resize(row_length() * static_cast<std::size_t>(options_.height_px));
   }
 
+  /// Of the driver, which counts from anew when the camera comes back.
+  std::uint32_t sequence_step() {
+    if (is_away_)
+      return std::max(1u, static_cast<std::uint32_t>(std::lround(away_s_now() * format_.rate_hz)));
+    return delivered_ == 0 ? 1 : captured_.sequence - last_sequence_;
+  }
+  double away_s_now() const {
+    return std::chrono::duration<double>(captured_.arrived - last_arrival_).count();
+  }
+
   RawFrame deliver() {
     close_row_gaps();
-    const std::uint32_t step = delivered_ == 0 ? 1 : captured_.sequence - last_sequence_;
+    const std::uint32_t step = sequence_step();
     const bool plausible = step >= 1 && step < 1u << 31;  // else the driver counts from anew, or not at all
     if (plausible) lost_ += step - 1;
     sequence_ += delivered_ == 0 ? captured_.sequence : (plausible ? step : 1);
     last_sequence_ = captured_.sequence;
 
     RawFrame frame;
+    frame.resumes = is_away_.exchange(false);
+    if (frame.resumes) away_s_ += away_s_now();
     frame.encoding = options_.encoding;
     frame.bytes = std::move(captured_.bytes);
     frame.width_px = options_.width_px;
     frame.height_px = options_.height_px;
+    frame.arrived = captured_.arrived;
+    frame.age = captured_.arrived - captured_.captured.value_or(captured_.arrived);
+    if (frame.age < frame.age.zero() || frame.age > kOldest) frame.age = frame.age.zero();
     frame.time_s = time_of_frame();
+    follow_clock(frame.arrived - frame.age);
+    frame.unix_us = unix_us_of(start_unix_us_, frame.time_s);
     frame.index = delivered_++;
     frame.sequence = sequence_;
-    frame.arrived = captured_.arrived;
     return frame;
+  }
+
+  /// The system's clock is asked once: one that is set meanwhile would tear the times apart.
+  void follow_clock(Clock::time_point captured) {
+    const std::int64_t offset_us = system_.unix_offset_us();
+    if (delivered_ == 0)
+      start_unix_us_ = offset_us + microseconds_of(captured.time_since_epoch());
+    else if (std::abs(offset_us - last_offset_us_) > kClockStepUs)
+      clock_step_us_ += offset_us - last_offset_us_;
+    last_offset_us_ = offset_us;
   }
 
   /// By the driver's clock as long as it goes forward, else by when the frame arrived.
@@ -162,28 +252,35 @@ class V4l2Camera final : public CameraSource {
     double step_s = 0;
     if (delivered_ > 0) {
       step_s = std::chrono::duration<double>(captured_.arrived - last_arrival_).count();
-      if (captured_.driver_time_s && last_driver_time_s_ && *captured_.driver_time_s > *last_driver_time_s_)
-        step_s = *captured_.driver_time_s - *last_driver_time_s_;
+      if (captured_.captured && last_capture_ && *captured_.captured > *last_capture_)
+        step_s = std::chrono::duration<double>(*captured_.captured - *last_capture_).count();
     }
     last_arrival_ = captured_.arrived;
-    last_driver_time_s_ = captured_.driver_time_s;
+    last_capture_ = captured_.captured;
     return time_s_ += step_s;
   }
 
   CameraOptions options_;
-  VideoNode node_;
-  NodeIdentity identity_;
-  CaptureFormat format_;
-  CaptureStream stream_;
-  std::vector<CameraSetting> settings_;
-  std::string opening_warning_;
+  const VideoSystem& system_;
+  std::unique_ptr<OpenCamera> open_;  // null while the camera is away
+  // As it was opened first.
+  const NodeIdentity identity_;
+  const CaptureFormat format_;
+  const std::vector<CameraSetting> settings_;
+  std::string path_, opening_warning_;
+  std::string why_away_;
+  std::vector<std::string> others_;    // cameras of its name that were there when it was lost
+  std::atomic<bool> is_away_ = false;  // until a frame comes
+  double away_s_ = 0;                  // all together
 
   CapturedFrame captured_;
   std::int64_t delivered_ = 0, sequence_ = 0;
   std::uint32_t last_sequence_ = 0;
   Clock::time_point last_arrival_;
-  std::optional<double> last_driver_time_s_;
+  std::optional<Clock::time_point> last_capture_;
   double time_s_ = 0;
+  std::int64_t start_unix_us_ = 0, last_offset_us_ = 0;
+  std::atomic<std::int64_t> clock_step_us_ = 0;
   std::atomic<std::int64_t> lost_ = 0;
   std::atomic<int> damaged_ = 0;
   std::atomic<bool> stopped_ = false;

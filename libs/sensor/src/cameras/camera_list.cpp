@@ -103,6 +103,21 @@ std::string find_camera(const CameraOptions& options, const VideoSystem& system)
   return find_by_name(device, list_cameras(system));
 }
 
+std::vector<std::string> nodes_named(const std::string& name, const VideoSystem& system) {
+  std::vector<std::string> nodes;
+  for (const CameraInfo& camera : list_cameras(system))
+    if (camera.node == CameraNode::capture && camera.name == name) nodes.push_back(camera.path);
+  return nodes;
+}
+
+std::string find_again(const NodeIdentity& camera, const std::vector<std::string>& others,
+                       const VideoSystem& system) {
+  for (const std::string& path : nodes_named(camera.name, system))
+    if (std::ranges::count(others, path) == 0 || VideoNode(system, path).identity().bus == camera.bus)
+      return path;
+  throw Error(camera.name + " is away");
+}
+
 std::string capture_node_beside(const std::string& path, const std::string& bus, const VideoSystem& system) {
   for (const CameraInfo& camera : list_cameras(system)) {
     if (camera.path != path && camera.bus == bus && camera.node == CameraNode::capture) return camera.path;

@@ -20,11 +20,13 @@ v4l2_buffer empty_buffer(std::uint32_t index) {
   return buffer;
 }
 
-std::optional<double> monotonic_time(const v4l2_buffer& buffer) {
+/// steady_clock is that clock on Linux.
+std::optional<std::chrono::steady_clock::time_point> monotonic_time(const v4l2_buffer& buffer) {
   const bool monotonic = (buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
   const bool given = buffer.timestamp.tv_sec != 0 || buffer.timestamp.tv_usec != 0;
   if (!monotonic || !given) return std::nullopt;
-  return static_cast<double>(buffer.timestamp.tv_sec) + 1e-6 * static_cast<double>(buffer.timestamp.tv_usec);
+  using namespace std::chrono;
+  return steady_clock::time_point(seconds(buffer.timestamp.tv_sec) + microseconds(buffer.timestamp.tv_usec));
 }
 
 }  // namespace
@@ -99,7 +101,7 @@ Capture CaptureStream::take(int wait_ms, CapturedFrame& frame) {
       (buffer.flags & V4L2_BUF_FLAG_ERROR) == 0 && buffer.bytesused > 0 && buffer.bytesused <= memory.size();
   if (usable) frame.bytes.assign(memory.begin(), memory.begin() + buffer.bytesused);
   frame.sequence = buffer.sequence;
-  frame.driver_time_s = monotonic_time(buffer);
+  frame.captured = monotonic_time(buffer);
   queue(buffer.index);
   return usable ? Capture::frame : Capture::damaged;
 }

@@ -14,7 +14,8 @@ namespace gelslam::detail {
 struct CapturedFrame {
   std::vector<std::uint8_t> bytes;
   std::uint32_t sequence = 0;
-  std::optional<double> driver_time_s;  ///< of the monotonic clock; nothing where the driver has another
+  /// By the driver, of the monotonic clock; nothing where it has another one.
+  std::optional<std::chrono::steady_clock::time_point> captured;
   std::chrono::steady_clock::time_point arrived;
 };
 

@@ -22,6 +22,14 @@ std::vector<CameraInfo> list_cameras(const VideoSystem& system);
 /// The node that the options mean. Throws Error, with what there is, when there is none or more than one.
 std::string find_camera(const CameraOptions& options, const VideoSystem& system);
 
+/// The nodes of cameras with this name.
+std::vector<std::string> nodes_named(const std::string& name, const VideoSystem& system);
+
+/// The node of a camera that was away: one of its name that is where it was, or none of `others`, which have
+/// its name and were there without it. Throws Error when there is none.
+std::string find_again(const NodeIdentity& camera, const std::vector<std::string>& others,
+                       const VideoSystem& system);
+
 /// The node with the pictures of the camera whose node with metadata is `path`, or "".
 std::string capture_node_beside(const std::string& path, const std::string& bus, const VideoSystem& system);
 

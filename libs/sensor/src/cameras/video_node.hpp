@@ -24,6 +24,7 @@ struct VideoSystem {
   std::function<int(void* address, std::size_t length)> unmap;
   std::function<int(pollfd* fds, nfds_t count, int timeout_ms)> poll;
 
+  std::function<std::int64_t()> unix_offset_us;     ///< Unix time less the monotonic clock's, now
   std::function<std::vector<std::string>()> nodes;  ///< all /dev/video*, in the order of their numbers
   std::function<std::string(const std::string& path)> group;  ///< that owns the node, or ""
   std::function<std::string(const std::string& path)>

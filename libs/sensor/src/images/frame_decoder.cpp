@@ -199,6 +199,7 @@ std::optional<TactileImage> FrameDecoder::decode(const RawFrame& frame) {
   if (image.bgr.empty()) return std::nullopt;
   image.time_s = frame.time_s;
   image.index = frame.index;
+  if (!impl_->profile || !impl_->profile->counts_from_start) image.unix_us = frame.unix_us;
   return image;
 }
 

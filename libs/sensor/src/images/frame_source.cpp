@@ -28,12 +28,7 @@ std::string FrameSource::warning() const {
 
 std::unique_ptr<FrameSource> open_frame_source(const std::filesystem::path& log,
                                                const SensorProfile& profile) {
-  return decode_frames(open_raw_log(log, profile), log.string(), profile);
-}
-
-std::unique_ptr<FrameSource> decode_frames(std::shared_ptr<RawFrameSource> raw, const std::string& name,
-                                           const SensorProfile& profile) {
-  return std::make_unique<FrameSource>(std::move(raw), name, profile);
+  return std::make_unique<FrameSource>(open_raw_log(log, profile), log.string(), profile);
 }
 
 }  // namespace gelslam

@@ -3,11 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <functional>
 #include <map>
+#include <optional>
 #include <set>
+#include <utility>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/median.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/core/trajectory.hpp"
 #include "images/sources.hpp"
 
 namespace gelslam::detail {
@@ -15,28 +20,119 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// When the pictures of a folder were taken.
+struct FolderTimes {
+  std::vector<std::int64_t> unix_us = {};  ///< from their names; empty: these are no times
+  std::vector<std::int64_t> numbers;       ///< of the frames, from 0, with gaps where names leave some out
+  double rate_hz;
+
+  double time_s(std::size_t i) const {
+    return unix_us.empty() ? static_cast<double>(numbers[i]) / rate_hz
+                           : 1e-6 * static_cast<double>(unix_us[i] - unix_us.front());
+  }
+  std::string words() const {
+    const std::int64_t missing = numbers.back() + 1 - std::ssize(numbers);
+    return (unix_us.empty() ? "" : ", times of their names") +
+           (missing > 0 ? ", " + counted(missing, "number") + " left out" : std::string());
+  }
+};
+
+/// The digits that a name ends with, and those behind a point: "cam0-1403636579.763" has "1403636579", "763".
+std::pair<std::string, std::string> number_in(const fs::path& image) {
+  const std::string stem = image.stem().string();
+  const auto digits_before = [&](std::size_t end) {
+    std::size_t begin = end;
+    while (begin > 0 && stem[begin - 1] >= '0' && stem[begin - 1] <= '9') --begin;
+    return stem.substr(begin, end - begin);
+  };
+  const std::string last = digits_before(stem.size());
+  const std::size_t point = stem.size() - last.size();
+  if (point == 0 || stem[point - 1] != '.') return {last, ""};
+  const std::string whole = digits_before(point - 1);
+  return whole.empty() ? std::pair(last, std::string()) : std::pair(whole, last);
+}
+
+/// Of a name that is a time since 1970 as datasets write it: seconds (10 digits, perhaps with more behind a
+/// point), milliseconds (13), microseconds (16) or nanoseconds (19).
+std::optional<std::int64_t> unix_us_of_name(const fs::path& image) {
+  const auto [whole, behind] = number_in(image);
+  if (whole.size() != 10 &&
+      (!behind.empty() || (whole.size() != 13 && whole.size() != 16 && whole.size() != 19)))
+    return std::nullopt;
+  const std::int64_t unix_us = std::stoll((whole + behind + "000000").substr(0, 16));
+  constexpr std::int64_t kFirstUs = 1'000'000'000'000'000;  // 2001
+  return unix_us >= kFirstUs && unix_us < kMaxUnixUs ? std::optional(unix_us) : std::nullopt;
+}
+
+std::vector<std::int64_t> steps_of(const std::vector<std::int64_t>& values) {
+  std::vector<std::int64_t> steps;
+  for (std::size_t i = 1; i < values.size(); ++i) steps.push_back(values[i] - values[i - 1]);
+  return steps;
+}
+
+bool increases(const std::vector<std::int64_t>& values) {
+  return std::ranges::adjacent_find(values, std::greater_equal<>()) == values.end();
+}
+
+/// Frame numbers from 0 by the numbers in names, where most of these differ by the same step and the others
+/// by several: a recorder that left some out. Else all in a row.
+std::vector<std::int64_t> frame_numbers(const std::vector<fs::path>& images) {
+  std::vector<std::int64_t> in_a_row, named;
+  for (const fs::path& image : images) {
+    in_a_row.push_back(std::ssize(in_a_row));
+    const std::string digits = number_in(image).first;
+    if (!digits.empty() && digits.size() < 10) named.push_back(std::stoll(digits));
+  }
+  if (named.size() != images.size() || named.size() < 3 || !increases(named)) return in_a_row;
+  const std::vector<std::int64_t> steps = steps_of(named);
+  const std::int64_t step = *std::ranges::min_element(steps);
+  const bool usual = 2 * std::ranges::count(steps, step) > std::ssize(steps);
+  if (!usual || std::ranges::any_of(steps, [&](std::int64_t s) { return s % step != 0; })) return in_a_row;
+  const std::int64_t first = named.front();
+  for (std::int64_t& number : named) number = (number - first) / step;
+  return named;
+}
+
+FolderTimes times_of(const std::vector<fs::path>& images, double profile_rate_hz) {
+  FolderTimes times{.numbers = frame_numbers(images), .rate_hz = profile_rate_hz};
+  std::vector<std::int64_t> unix_us;
+  for (const fs::path& image : images)
+    if (const auto time = unix_us_of_name(image)) unix_us.push_back(*time);
+  if (unix_us.size() != images.size() || unix_us.size() < 2 || !increases(unix_us)) return times;
+  times.rate_hz = 1e6 / static_cast<double>(quantile(steps_of(unix_us), 0.5));
+  times.unix_us = std::move(unix_us);
+  return times;
+}
+
 class ImageFolderSource final : public RawFrameSource {
  public:
   ImageFolderSource(fs::path folder, std::vector<fs::path> images, double rate_hz)
-      : folder_(std::move(folder)), images_(std::move(images)), rate_hz_(rate_hz) {}
+      : folder_(std::move(folder)), images_(std::move(images)), times_(times_of(images_, rate_hz)) {}
 
   std::optional<RawFrame> next() override {
     if (stopped_ || index_ == images_.size()) return std::nullopt;
     RawFrame frame = read(images_[index_]);
     frame.name = images_[index_].string();
-    frame.index = frame.sequence = static_cast<std::int64_t>(index_++);
-    frame.time_s = static_cast<double>(frame.index) / rate_hz_;
+    frame.index = static_cast<std::int64_t>(index_);
+    frame.sequence = times_.numbers[index_];
+    frame.time_s = times_.time_s(index_);
+    if (!times_.unix_us.empty()) frame.unix_us = times_.unix_us[index_];
+    ++index_;
     frame.arrived = std::chrono::steady_clock::now();
     return frame;
   }
 
   void stop() override { stopped_ = true; }
-  double rate_hz() const override { return rate_hz_; }
+  double rate_hz() const override { return times_.rate_hz; }
   std::optional<std::int64_t> frame_count() const override {
     return static_cast<std::int64_t>(images_.size());
   }
   std::string description() const override {
-    return fmt::format("folder {} of {} images, {:g} Hz", folder_.string(), images_.size(), rate_hz_);
+    return fmt::format("folder {} of {} images, {:g} Hz{}", folder_.string(), images_.size(), times_.rate_hz,
+                       times_.words());
+  }
+  std::int64_t lost_frames() const override {
+    return index_ == 0 ? 0 : times_.numbers[index_ - 1] + 1 - static_cast<std::int64_t>(index_);
   }
 
  private:
@@ -54,7 +150,7 @@ class ImageFolderSource final : public RawFrameSource {
 
   fs::path folder_;
   std::vector<fs::path> images_;
-  double rate_hz_;
+  FolderTimes times_;
   std::size_t index_ = 0;
   std::atomic<bool> stopped_ = false;
 };

@@ -17,6 +17,7 @@ extern "C" {
 #include <utility>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/trajectory.hpp"
 #include "images/crop.hpp"
 #include "images/sources.hpp"
 #include "logs/matroska_header.hpp"
@@ -67,6 +68,12 @@ std::optional<std::int64_t> sequence_of(const AVPacket& packet) {
   for (std::size_t i = 8; i < 16; ++i) sequence = sequence << 8 | data[i];
   constexpr std::uint64_t most = std::uint64_t{1} << 53;
   return sequence < most ? std::optional(static_cast<std::int64_t>(sequence)) : std::nullopt;
+}
+
+/// A tool that cuts a log copies it, right or wrong: taken from LogWriter only.
+std::int64_t start_of(const AVDictionary* tags) {
+  const std::int64_t unix_us = std::atoll(tag_of(tags, kStartTag).c_str());
+  return unix_us > 0 && unix_us < kMaxUnixUs ? unix_us : 0;
 }
 
 /// Clockwise, by which a player turns the pictures; nothing where it also does something else with them.
@@ -287,6 +294,7 @@ void VideoFile::find_video(const std::filesystem::path& path, bool is_matroska) 
   if (p.duration_s <= 0)
     p.duration_s = static_cast<double>(av_->stream->duration) * av_q2d(av_->stream->time_base);
   p.duration_s = std::max(p.duration_s, 0.0);
+  if (p.ours) p.start_unix_us = start_of(av_->file->metadata);
   // LogWriter's own note; a tool that cuts a log copies it, right or wrong.
   p.frames_are_counted = p.ours || (!is_matroska && av_->stream->nb_frames > 0);
   p.frames = plausible_frames(p.ours ? std::atof(tag_of(av_->file->metadata, kFramesTag).c_str())

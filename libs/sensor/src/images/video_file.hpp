@@ -27,6 +27,7 @@ class VideoFile {
     std::optional<std::int64_t> frames;  ///< as the header says it, or by duration and rate
     bool frames_are_counted = false;     ///< the header says it
     bool ours = false;                   ///< written by LogWriter
+    std::int64_t start_unix_us = 0;      ///< when its time 0 was; 0: not said
   };
   const Properties& properties() const { return properties_; }
 

@@ -1,7 +1,9 @@
 #include "gelslam/sensor/log_recorder.hpp"
 
 #include <condition_variable>
+#include <cstdint>
 #include <deque>
+#include <filesystem>
 #include <mutex>
 #include <thread>
 
@@ -11,6 +13,8 @@
 
 namespace gelslam {
 namespace {
+
+namespace fs = std::filesystem;
 
 std::string megabytes(std::size_t bytes) { return std::to_string(bytes >> 20) + " MB"; }
 
@@ -85,6 +89,9 @@ struct LogRecorder::Impl {
   /// "" or why nothing more can be recorded.
   std::string write(const RawFrame& frame) {
     try {
+      if (options.keep_free_bytes > 0 && free_bytes() < options.keep_free_bytes)
+        return writer->path().string() + ": recording stopped after " + counted(writer->frames(), "frame") +
+               ", still readable: less than " + bytes_text(options.keep_free_bytes) + " is free on the disk";
       if (!decoder && frame.damage.empty()) return writer->write(frame) ? "" : writer->failure();
       const std::optional<RawFrame> small = resized(frame);
       return !small || writer->write(*small) ? "" : writer->failure();
@@ -92,6 +99,12 @@ struct LogRecorder::Impl {
         const std::exception& error) {  // a picture that can never fit, or no memory: the scan must go on
       return writer->path().string() + ": recording stopped: " + error.what();
     }
+  }
+
+  std::int64_t free_bytes() const {
+    std::error_code code;
+    const fs::space_info space = fs::space(writer->path(), code);
+    return code ? INT64_MAX : static_cast<std::int64_t>(space.available);
   }
 
   std::optional<RawFrame> resized(const RawFrame& frame) {
@@ -103,6 +116,7 @@ struct LogRecorder::Impl {
     }
     RawFrame small;
     small.time_s = frame.time_s;
+    small.unix_us = frame.unix_us;
     small.index = frame.index;
     small.sequence = frame.sequence;
     detail::put_picture(image->bgr, small);

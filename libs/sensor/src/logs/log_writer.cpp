@@ -115,11 +115,6 @@ void refuse_over(std::size_t size, std::size_t largest, const char* what) {
                 " bytes");
 }
 
-std::int64_t unix_now_s() {
-  using namespace std::chrono;
-  return duration_cast<seconds>(system_clock::now().time_since_epoch()).count();
-}
-
 }  // namespace
 
 struct LogWriter::Impl {
@@ -152,7 +147,7 @@ struct LogWriter::Impl {
     format = {frame.encoding, frame.width_px, frame.height_px, rate_hz};
     MatroskaTrack track = *format;
     if (track.encoding == FrameEncoding::bgr) track.encoding = FrameEncoding::png;
-    header = matroska_header(stored, track, unix_now_s());
+    header = matroska_header(stored, track, unix_us_now(), unix_us_of(frame.unix_us, -frame.time_s));
     const std::string problem = file->append(header.bytes, "");
     return problem.empty() || fail(problem);
   }

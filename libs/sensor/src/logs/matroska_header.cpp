@@ -50,10 +50,9 @@ std::string file_type() {
                                      ebml_number(id::kDocTypeReadVersion, 2));
 }
 
-std::string date(std::int64_t unix_time_s) {
-  constexpr std::int64_t matroska_epoch_s = 978307200;  // 2001-01-01
-  return ebml_number(id::kDateUtc,
-                     static_cast<std::uint64_t>((unix_time_s - matroska_epoch_s) * 1'000'000'000));
+std::string date(std::int64_t unix_us) {
+  constexpr std::int64_t matroska_epoch_us = 978'307'200'000'000;  // 2001-01-01
+  return ebml_number(id::kDateUtc, static_cast<std::uint64_t>((unix_us - matroska_epoch_us) * 1000));
 }
 
 std::string little_endian(std::uint32_t value, int bytes) {
@@ -159,7 +158,7 @@ std::string frames_element(std::int64_t frames) {
 }
 
 MatroskaHeader matroska_header(const LogAttachments& stored, const MatroskaTrack& track,
-                               std::int64_t unix_time_s) {
+                               std::int64_t now_unix_us, std::int64_t start_unix_us) {
   MatroskaHeader header;
   std::string& bytes = header.bytes;
   bytes = file_type() + ebml_head(id::kSegment, 0);
@@ -169,7 +168,7 @@ MatroskaHeader matroska_header(const LogAttachments& stored, const MatroskaTrack
   header.segment_begins_at = bytes.size();
 
   const std::string space_for_duration = ebml_void(duration_element(0).size());
-  const std::string info = ebml_number(id::kTimestampScale, kMatroskaTickNs) + date(unix_time_s) +
+  const std::string info = ebml_number(id::kTimestampScale, kMatroskaTickNs) + date(now_unix_us) +
                            ebml_element(id::kMuxingApp, kLogApplication) +
                            ebml_element(id::kWritingApp, kLogApplication);
   bytes += ebml_element(id::kInfo, info + space_for_duration);
@@ -177,6 +176,7 @@ MatroskaHeader matroska_header(const LogAttachments& stored, const MatroskaTrack
   bytes += ebml_element(id::kTracks, track_entry(track));
   if (!stored.sensor.empty()) bytes += tag_list(kSensorTag, stored.sensor);
   if (!stored.camera_settings.empty()) bytes += tag_list(kSettingsTag, stored.camera_settings);
+  if (start_unix_us != 0) bytes += tag_list(kStartTag, std::to_string(start_unix_us));
   header.frames_at = bytes.size();
   bytes += ebml_void(frames_element(0).size());
   bytes += attachment_list(stored);

@@ -14,6 +14,7 @@ inline constexpr const char* kConfigAttachment = "config.yaml";
 inline constexpr const char* kModelAttachment = "nnmodel.pth";
 inline constexpr const char* kSensorTag = "SENSOR";
 inline constexpr const char* kSettingsTag = "CAMERA_SETTINGS";
+inline constexpr const char* kStartTag = "START_UNIX_US";
 inline constexpr const char* kFramesTag = "NUMBER_OF_FRAMES";
 inline constexpr std::size_t kLargestConfigBytes = 1u << 20;
 inline constexpr std::size_t kLargestModelBytes = 4u << 20;
@@ -36,9 +37,9 @@ struct MatroskaHeader {
   std::size_t frames_at = 0;    ///< the same of frames_element()
 };
 
-/// `unix_time_s`: when recording began.
+/// `now_unix_us`: when the file is made. `start_unix_us`: when time 0 was; 0: not known.
 MatroskaHeader matroska_header(const LogAttachments& stored, const MatroskaTrack& track,
-                               std::int64_t unix_time_s);
+                               std::int64_t now_unix_us, std::int64_t start_unix_us);
 std::string duration_element(std::uint64_t ticks);
 std::string frames_element(std::int64_t frames);
 

@@ -65,6 +65,7 @@ class VideoLog final : public RawFrameSource {
     ahead_.pop_front();
     RawFrame frame = std::move(packet.frame);
     frame.time_s = time_of(packet.time_us);
+    frame.unix_us = unix_us_of(video_.start_unix_us, frame.time_s + 1e-6 * first_us_.value_or(0));
     frame.index = index_++;
     frame.name = path_.string() + ", frame " + std::to_string(frame.index);
     frame.sequence = packet.sequence.value_or(frame.index);

@@ -53,10 +53,10 @@ double LiveMeter::rate_hz(LiveClock::time_point now) const {
   return intervals / std::max(1e-6, stalled ? span_s + since_last_s : span_s);
 }
 
-double LiveMeter::median_latency_ms() const {
+double LiveMeter::latency_ms(double quantile) const {
   std::vector<double> values;
   for (const auto& [when, latency_ms] : latencies_ms_) values.push_back(latency_ms);
-  return median(std::move(values));
+  return gelslam::quantile(std::move(values), quantile);
 }
 
 LiveBoard::LiveBoard(std::string source_description) { status_.source = std::move(source_description); }
@@ -136,14 +136,14 @@ void LiveBoard::set_log_bytes(std::int64_t bytes) {
   status_.log_bytes = bytes;
 }
 
-void LiveBoard::set_touch(LiveTouch touch, const std::string& why_lost, LiveClock::time_point arrived) {
+void LiveBoard::set_touch(LiveTouch touch, const std::string& why_lost, LiveClock::time_point captured) {
   auto newest = std::make_shared<const LiveTouch>(std::move(touch));
   const LiveClock::time_point now = LiveClock::now();
   const std::lock_guard lock(mutex_);
   if (!touch_ || touch_->trial != newest->trial) why_lost_ = why_lost;
   touch_ = std::move(newest);
   look_up_sigma();
-  meter_.posed(now, 1000.0 * seconds(now - arrived));
+  meter_.posed(now, 1000.0 * seconds(now - captured));
 }
 
 void LiveBoard::set_map(std::shared_ptr<const MapSnapshot> newest) {
@@ -222,7 +222,8 @@ LiveStatus LiveBoard::status() const {
                                   : TrackStatus::lost;
   }
   status.rate_hz = meter_.rate_hz(source_end_.value_or(LiveClock::now()));
-  status.latency_ms = meter_.median_latency_ms();
+  status.latency_ms = meter_.latency_ms(0.5);
+  status.latency_p99_ms = meter_.latency_ms(0.99);
   status.age_s = seconds(end_.value_or(LiveClock::now()) - start_);
   status.memory_mb = memory_mb;
   return status;

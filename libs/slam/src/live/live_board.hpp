@@ -24,7 +24,7 @@ class LiveMeter {
   void posed(LiveClock::time_point when, double latency_ms);
   /// Of the source as it is `now`: falls when nothing comes any more.
   double rate_hz(LiveClock::time_point now) const;
-  double median_latency_ms() const;
+  double latency_ms(double quantile) const;
 
  private:
   std::deque<LiveClock::time_point> arrivals_;
@@ -54,7 +54,7 @@ class LiveBoard {
   void source_ended();  ///< the rate stays what it was
   void frame_damaged();
   void set_log_bytes(std::int64_t bytes);
-  void set_touch(LiveTouch touch, const std::string& why_lost, LiveClock::time_point arrived);
+  void set_touch(LiveTouch touch, const std::string& why_lost, LiveClock::time_point captured);
   void set_map(std::shared_ptr<const MapSnapshot> map);
   void add_blocks(bool cleared, std::vector<MeshBlock> blocks);
   /// In place of what was good enough while it grew: what was saved.

@@ -24,7 +24,7 @@ using RawFramePtr = std::shared_ptr<const RawFrame>;
 struct SurfacedFrame {
   TactileImage image;
   SurfacePtr surface;
-  LiveClock::time_point arrived;
+  LiveClock::time_point arrived, captured;
 };
 
 // What a person asks for travels with the frames, so that it happens between two of them.
@@ -60,6 +60,8 @@ struct LiveContext {
   StageTimer timer;
   LiveBoard board;
   std::atomic<bool> aborted{false};
+  std::atomic<std::int64_t> resumed_at{-1};  ///< index of the first frame since the camera came back
+  std::atomic<bool> lost{false};             ///< the source, or its gel: the scan ends early
 
   static constexpr std::size_t kQueuedFrames = 2;  ///< what is older is not worth its latency
   BoundedQueue<RawFramePtr> raw{kQueuedFrames};

@@ -31,6 +31,7 @@ std::shared_ptr<LiveRun> run_of(const LiveOptions& options) {
 std::unique_ptr<LogRecorder> recorder_of(const LiveOptions& options, const RawFrameSource& source,
                                          const std::filesystem::path& log) {
   LogRecorderOptions recorder;
+  recorder.keep_free_bytes = options.keep_free_bytes;
   return std::make_unique<LogRecorder>(std::make_unique<LogWriter>(log, *options.record, source.rate_hz()),
                                        recorder);
 }
@@ -83,7 +84,7 @@ class LiveSlam final : public LiveSession, private LiveContext {
   MappingStage mapping_{*this, fusion_};
   std::shared_ptr<LiveRun> run_;
   std::unique_ptr<LogRecorder> recorder_;  // null: nothing is recorded
-  std::atomic<bool> paused_{false}, leaves_out_{false}, stopped_{false}, lost_{false}, saving_{false},
+  std::atomic<bool> paused_{false}, leaves_out_{false}, stopped_{false}, saving_{false},
       session_is_whole_{true};
 
   mutable std::mutex mutex_;  // for what follows
@@ -189,7 +190,7 @@ void LiveSlam::capture() {
     take_frames();
   } catch (const Error& error) {
     board.warn(error.what());
-    lost_ = true;
+    lost = true;
   }
 }
 
@@ -198,6 +199,7 @@ void LiveSlam::take_frames() {
   while (!options.log.empty() && !has_begun()) std::this_thread::sleep_for(std::chrono::milliseconds(10));
   while (std::optional<RawFrame> next = source_->next()) {
     const auto frame = std::make_shared<const RawFrame>(std::move(*next));
+    if (frame->resumes) resumed_at = frame->index;
     board.frame_arrived(frame->arrived, source_->lost_frames());
     board.warn_about("the source", source_->warning());
     if (recorder_) {
@@ -257,7 +259,7 @@ void LiveSlam::finish() {
   fusion_.stop();
   fusion_thread_.join();  // what it drew must not come after what is saved
   captured_.wait();
-  const Run saved = save(std::move(map), aborted || lost_ || failed(), &progress);
+  const Run saved = save(std::move(map), aborted || lost || failed(), &progress);
   if (options.show_mesh) board.show_saved(saved.map, saved.mesh);
   board.set_words(run_ ? "done: saved in " + run_->folder().string() : "done", TrackStatus::background);
 }
@@ -296,6 +298,10 @@ LiveStatus LiveSlam::status() const {
   if ((status.phase == LivePhase::background || status.phase == LivePhase::scanning) && paused_) {
     status.phase = LivePhase::paused;
     status.words = "paused";
+  }
+  if (std::string absence = source_->absence(); !absence.empty()) {
+    status.words = std::move(absence);
+    status.track = TrackStatus::lost;
   }
   status.saving = saving_;
   if (run_) status.run_folder = run_->folder().string();

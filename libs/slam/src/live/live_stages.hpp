@@ -34,6 +34,7 @@ class SurfaceStage {
   LiveContext& context_;
   FrameDecoder decoder_;
   FrameToSurface frames_;
+  std::int64_t resumed_at_ = -1;               // of the context, when it was last looked at
   std::deque<RawFramePtr> background_frames_;  // the newest ones, until they are accepted
 };
 

@@ -15,6 +15,12 @@ void SurfaceStage::run() {
   while (const std::optional<RawFramePtr> frame = context_.raw.pop()) {
     std::optional<TactileImage> image = decode(**frame);
     if (!image) continue;
+    if (const std::int64_t at = context_.resumed_at; at > resumed_at_ && (*frame)->index >= at) {
+      resumed_at_ = at;
+      context_.surfaced.push_beyond_limit(BreakTrial{});
+      frames_.compare_background();
+      report_background();
+    }
     const bool had_background = frames_.has_background();
     SurfacePtr surface = frames_.push(image->bgr, image->index);
     if (!had_background) {
@@ -22,7 +28,14 @@ void SurfaceStage::run() {
       if (background_frames_.size() > most_background_frames) background_frames_.pop_front();
       report_background();
     }
-    if (!context_.surfaced.push(SurfacedFrame{std::move(*image), std::move(surface), (*frame)->arrived}))
+    if (!frames_.difference().empty()) {
+      context_.board.warn(frames_.difference());
+      context_.lost = true;
+      return;
+    }
+    const LiveClock::time_point arrived = (*frame)->arrived;
+    if (!context_.surfaced.push(
+            SurfacedFrame{std::move(*image), std::move(surface), arrived, arrived - (*frame)->age}))
       return;
   }
 }
@@ -48,6 +61,7 @@ void SurfaceStage::report_background() {
     context_.board.set_phase(LivePhase::scanning);
     return;
   }
+  context_.board.set_phase(LivePhase::background);
   const BackgroundCheck& refusal = frames_.refusal();
   const std::string words = refusal.contact   ? refusal.request()
                             : refusal.markers ? refusal.reason

@@ -32,27 +32,25 @@ void TrackingStage::handle(const SurfacedFrame& frame) {
   const std::int64_t index = first_frame_ + frame.image.index;
   const double time_s = first_time_s_ + frame.image.time_s;
   if (!frame.surface) {
-    record(background_record(index, time_s));
-    TrackedFrame background;
-    background.frame = index;
-    background.time_s = time_s;
-    background.status = TrackStatus::background;
+    const TrackedFrame background = background_frame(index, time_s, frame.image.unix_us);
+    record(record_of(background));
     LiveTouch bare;
     bare.index = index;
     bare.time_s = time_s;
     bare.image = frame.image.bgr;
     bare.status = TrackStatus::background;
-    context_.board.set_touch(std::move(bare), "", frame.arrived);
+    context_.board.set_touch(std::move(bare), "", frame.captured);
     return stream(background, frame);
   }
   TrackedFrame tracked;
   {
     const auto scope = context_.timer.measure("tracking");
     tracked = tracker_.track(index, time_s, frame.surface);
+    tracked.unix_us = frame.image.unix_us;
   }
-  context_.timer.add("arrival to pose",
-                     std::chrono::duration<double, std::milli>(LiveClock::now() - frame.arrived).count());
   stream(tracked, frame);
+  context_.timer.add("capture to pose",
+                     std::chrono::duration<double, std::milli>(LiveClock::now() - frame.captured).count());
   record(record_of(tracked));
   for (const NewKeyframe& added : tracked.new_keyframes)
     context_.measured.push_beyond_limit([added](Store& store) { store.add(added); });
@@ -70,7 +68,7 @@ void TrackingStage::handle(const SurfacedFrame& frame) {
   const std::string why_lost = tracked.status == TrackStatus::lost
                                    ? std::string(describe(tracked.registration.status))
                                    : std::string();
-  context_.board.set_touch(std::move(touch), why_lost, frame.arrived);
+  context_.board.set_touch(std::move(touch), why_lost, frame.captured);
   for (const NewKeyframe& added : tracked.new_keyframes) context_.keyframes.push_beyond_limit(added);
 }
 

@@ -26,13 +26,16 @@ RunReport::Frames frame_counts(const SlamMap& map) {
   return frames;
 }
 
-/// The log of each part, and the time at which it begins.
+/// The log of each part, and the time in the trajectory at which it begins.
 std::vector<RunReport::Log> part_logs(const SlamMap& map) {
+  const std::vector<double> stamps_s = map.stamps_s();
   std::vector<RunReport::Log> logs;
   for (const ScanPart& part : map.parts) {
     const auto next = std::find_if(map.frames.begin(), map.frames.end(),
                                    [&](const FrameRecord& frame) { return frame.frame >= part.first_frame; });
-    const double first_time_s = next == map.frames.begin() ? 0.0 : std::prev(next)->time_s + kBetweenPartsS;
+    double first_time_s = next == map.frames.begin() ? 0.0 : std::prev(next)->time_s + kBetweenPartsS;
+    if (next != map.frames.end())
+      first_time_s += stamps_s[static_cast<std::size_t>(next - map.frames.begin())] - next->time_s;
     logs.push_back({part.log, first_time_s});
   }
   return logs;
@@ -64,6 +67,7 @@ void count(const Run& run, RunReport& report) {
   report.parts = describe_parts(map);
   if (!report.parts.empty()) report.logs = part_logs(map);
   report.anchor_frame = map.anchor_frame;
+  report.start_unix_us = map.start_unix_us();
   const std::int64_t damaged = report.frames.left_out;  // also behind the last good one
   report.frames = frame_counts(map);
   report.frames.left_out = std::max(report.frames.left_out, damaged);

@@ -24,7 +24,8 @@ GelSlam::GelSlam(const SlamOptions& options, const ScanRecord& so_far)
 GelSlam::~GelSlam() = default;
 GelSlam::GelSlam(GelSlam&&) noexcept = default;
 
-TrackedFrame GelSlam::process(std::int64_t frame, double time_s, SurfacePtr surface, StageTimer& timer) {
+TrackedFrame GelSlam::process(std::int64_t frame, double time_s, SurfacePtr surface, StageTimer& timer,
+                              std::int64_t unix_us) {
   TrackedFrame tracked;
   {
     const auto scope = timer.measure("tracking");
@@ -34,12 +35,13 @@ TrackedFrame GelSlam::process(std::int64_t frame, double time_s, SurfacePtr surf
     const auto scope = timer.measure("loop closure");
     impl_->mapper.add_keyframe(added);
   }
+  tracked.unix_us = unix_us;
   impl_->frames.push_back(record_of(tracked));
   return tracked;
 }
 
-void GelSlam::skip(std::int64_t frame, double time_s) {
-  impl_->frames.push_back(background_record(frame, time_s));
+void GelSlam::skip(std::int64_t frame, double time_s, std::int64_t unix_us) {
+  impl_->frames.push_back(record_of(background_frame(frame, time_s, unix_us)));
 }
 
 SlamMap GelSlam::finish(bool refine, ProgressSink* progress,

@@ -58,9 +58,9 @@ bool track_log(SurfaceStream& stream, GelSlam& slam, const ScanRecord& so_far, S
     const std::int64_t frame = so_far.next_frame() + item->frame;
     const double time_s = so_far.next_time_s() + item->time_s;
     if (item->surface)
-      slam.process(frame, time_s, item->surface, timer);
+      slam.process(frame, time_s, item->surface, timer, item->unix_us);
     else
-      slam.skip(frame, time_s);
+      slam.skip(frame, time_s, item->unix_us);
     progress.update(++done);
     if (stop_requested()) {
       stopped = true;

@@ -1,6 +1,8 @@
 #include "gelslam/slam/slam_map.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "gelslam/slam/map_snapshot.hpp"
 
@@ -19,15 +21,33 @@ FrameRecord record_of(const TrackedFrame& tracked) {
                      tracked.keyframe ? tracked.keyframe->id : -1,
                      tracked.keyframe_T_frame};
   if (tracked.status == TrackStatus::tracked) record.observable = tracked.registration.observable;
+  record.unix_us = tracked.unix_us;
   return record;
 }
 
-FrameRecord background_record(std::int64_t frame, double time_s) {
-  FrameRecord record;
-  record.frame = frame;
-  record.time_s = time_s;
-  record.status = TrackStatus::background;
-  return record;
+TrackedFrame background_frame(std::int64_t frame, double time_s, std::int64_t unix_us) {
+  TrackedFrame background;
+  background.frame = frame;
+  background.time_s = time_s;
+  background.unix_us = unix_us;
+  background.status = TrackStatus::background;
+  return background;
+}
+
+std::optional<std::int64_t> ScanRecord::start_unix_us() const {
+  std::int64_t last_us = 0;
+  for (const FrameRecord& frame : frames)
+    if (frame.unix_us <= std::exchange(last_us, frame.unix_us)) return std::nullopt;
+  if (frames.empty()) return std::nullopt;
+  return frames.front().unix_us - std::llround(1e6 * frames.front().time_s);
+}
+
+std::vector<double> ScanRecord::stamps_s() const {
+  const bool on_clock = start_unix_us().has_value();
+  std::vector<double> stamps_s;
+  for (const FrameRecord& frame : frames)
+    stamps_s.push_back(stamp_s(on_clock ? frame.unix_us : 0, frame.time_s));
+  return stamps_s;
 }
 
 const MapSnapshot::Node* MapSnapshot::find(int keyframe) const {
@@ -71,9 +91,11 @@ MapSnapshot snapshot_of(const SlamMap& map) {
 }
 
 std::vector<StampedPose> SlamMap::trajectory() const {
+  const std::vector<double> stamps = stamps_s();
   std::vector<StampedPose> poses;
-  for (const FrameRecord& f : frames)
-    if (has_pose(f)) poses.push_back({f.time_s, anchor_T_keyframe(f.keyframe) * f.keyframe_T_frame});
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    if (const FrameRecord& f = frames[i]; has_pose(f))
+      poses.push_back({stamps[i], anchor_T_keyframe(f.keyframe) * f.keyframe_T_frame});
   return poses;
 }
 

@@ -1,5 +1,8 @@
 #include "gelslam/slam/surface_stream.hpp"
 
+#include <fmt/core.h>
+
+#include <opencv2/core.hpp>
 #include <utility>
 
 #include "gelslam/core/error.hpp"
@@ -21,6 +24,10 @@ std::string ended_early(std::size_t frames, const LogInput& input, int wanted) {
          "background picture)";
 }
 
+SurfaceStream::Item bare_item(const TactileImage& image) {
+  return {image.index, image.time_s, nullptr, {}, image.unix_us};
+}
+
 }  // namespace
 
 FrameToSurface::FrameToSurface(const Config& config, const std::filesystem::path& background, bool force,
@@ -39,9 +46,9 @@ FrameToSurface::FrameToSurface(const Config& config, const std::filesystem::path
 
 SurfacePtr FrameToSurface::push(cv::Mat3b& bgr, std::int64_t index) {
   color_gain_.apply(bgr);
-  if (!estimator_) {
+  if (!has_background()) {
     gather_background(bgr, index);
-    if (!estimator_ || index <= last_for_background_) return nullptr;
+    if (!has_background() || index <= last_for_background_) return nullptr;
   }
   SurfacePtr surface;
   {
@@ -78,8 +85,28 @@ void FrameToSurface::gather_background(const cv::Mat3b& bgr, std::int64_t index)
     doubts_.emplace_back(
         "the background shows contact, and surfaces may be wrong: record the bare gel again");
   refusal_ = {};
-  set_background(background_image(pictures));
   candidates_.clear();
+  compares_ ? compare_with(background_image(pictures)) : set_background(background_image(pictures));
+}
+
+void FrameToSurface::compare_background() {
+  if (!estimator_) return;
+  compares_ = true;
+  named_.reset();
+  last_for_background_ = -1;
+  candidates_.clear();
+}
+
+/// As the estimator sees it: light that it can follow is no difference.
+void FrameToSurface::compare_with(const cv::Mat3b& background) {
+  compares_ = false;
+  const int changed_px = estimator_->estimate(background)->contact_pixels;
+  if (changed_px < config_.slam.tracker.contact_threshold_px) return;
+  const cv::Scalar was = cv::mean(background_), is = cv::mean(background);
+  difference_ = fmt::format(
+      "since the camera came back {} % of the bare gel looks different (mean blue, green, red {:.0f} {:.0f} "
+      "{:.0f} before, {:.0f} {:.0f} {:.0f} now): scan with this gel and light anew",
+      100 * changed_px / static_cast<int>(background.total()), was[0], was[1], was[2], is[0], is[1], is[2]);
 }
 
 std::optional<BareStretch> FrameToSurface::take_bare_stretch(const std::deque<TactileImage>& seen) {
@@ -106,6 +133,7 @@ void FrameToSurface::set_background(const cv::Mat3b& background) {
   for (std::string& doubt : judge_background(background, config_.sensor.device_name, &model_))
     doubts_.push_back(std::move(doubt));
   estimator_.emplace(model_, background, config_.surface);
+  background_ = background;
 }
 
 SurfaceStream::SurfaceStream(const LogInput& input, const Config& config, StageTimer& timer)
@@ -121,10 +149,11 @@ SurfaceStream::SurfaceStream(std::unique_ptr<FrameSource> source, const LogInput
   while (!frames_.has_background()) {
     std::optional<TactileImage> image = source_->next();
     if (!image) throw Error(ended_early(seen.size(), input, config.background_frames));
-    background_items_.push_back({image->index, image->time_s, nullptr});
-    if (!ask) seen.push_back({image->bgr.clone(), image->time_s, image->index});
+    background_items_.push_back(bare_item(*image));
+    if (!ask) seen.push_back({image->bgr.clone(), image->time_s, image->index, image->unix_us});
     if (SurfacePtr surface = frames_.push(image->bgr, image->index))  // behind a damaged picture
-      background_items_.back() = {image->index, image->time_s, std::move(surface), image->bgr};
+      background_items_.back() = {image->index, image->time_s, std::move(surface), image->bgr,
+                                  image->unix_us};
     const BackgroundCheck& refusal = frames_.refusal();
     if (!refusal.contact && !refusal.markers) continue;
     if (!ask && look_further(seen, kLookAhead * static_cast<std::size_t>(config.background_frames))) return;
@@ -150,7 +179,7 @@ bool SurfaceStream::look_further(std::deque<TactileImage> seen, std::size_t most
   if (!stretch) return false;
   background_items_.clear();
   for (std::size_t i = 0; i < stretch->begin + stretch->count; ++i, seen.pop_front())
-    background_items_.push_back({seen.front().index, seen.front().time_s, nullptr});
+    background_items_.push_back(bare_item(seen.front()));
   ahead_ = std::move(seen);
   return true;
 }
@@ -164,7 +193,7 @@ std::optional<SurfaceStream::Item> SurfaceStream::next() {
   std::optional<TactileImage> image = next_image();
   if (!image) return std::nullopt;
   SurfacePtr surface = frames_.push(image->bgr, image->index);
-  return Item{image->index, image->time_s, std::move(surface), std::move(image->bgr)};
+  return Item{image->index, image->time_s, std::move(surface), std::move(image->bgr), image->unix_us};
 }
 
 std::optional<TactileImage> SurfaceStream::next_image() {

@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kApplicationId = 0x47534C4D;  // layout: GSLM
-constexpr int kVersion = 3;                 // layout
+constexpr int kVersion = 4;                 // layout
 constexpr int kLargestValueBytes = 1 << 28, kBusyMs = 10'000;
 
 /// docs/file-formats.md has their meaning.
@@ -26,7 +26,7 @@ constexpr std::array kTables = {
     "TEXT)",
     "CREATE TABLE frames(frame INTEGER PRIMARY KEY, time_s REAL, status TEXT, trial INTEGER, keyframe "
     "INTEGER, "
-    "keyframe_T_frame BLOB, observable INTEGER)",
+    "keyframe_T_frame BLOB, observable INTEGER, unix_us INTEGER)",
     "CREATE TABLE keyframes(id INTEGER PRIMARY KEY, frame INTEGER, trial INTEGER, surface BLOB)",
     "CREATE TABLE edges(id INTEGER PRIMARY KEY, from_keyframe INTEGER, to_keyframe INTEGER, kind TEXT, "
     "from_T_to BLOB, information BLOB, shared_center_mm BLOB, tentative INTEGER)",

@@ -66,6 +66,7 @@ FoundConfig look_up(const LogInput& input) {
   FoundConfig found = input.log.empty() ? found_config(input.config) : config_of_log(input);
   add_optics(input, found.config);
   found.config.sensor.cropped |= input.cropped;
+  found.config.sensor.counts_from_start = input.counts_from_start;
   if (!input.model.empty()) found.config.sensor.calibration_model_path = fs::absolute(input.model);
   return found;
 }

@@ -155,7 +155,8 @@ void read_edges(Database& database, ScanRecord& record) {
 void read_frames(Database& database, ScanRecord& record) {
   Rows rows(
       database,
-      "SELECT frame, time_s, status, trial, keyframe, keyframe_T_frame, observable FROM frames ORDER BY 1");
+      "SELECT frame, time_s, status, trial, keyframe, keyframe_T_frame, observable, unix_us FROM frames "
+      "ORDER BY 1");
   while (rows.next()) {
     FrameRecord frame;
     frame.frame = rows.integer(0, 0, kMaxFrame);
@@ -169,6 +170,7 @@ void read_frames(Database& database, ScanRecord& record) {
     }
     const int observable = rows.integer(6, 0, 63);
     for (std::size_t i = 0; i < 6; ++i) frame.observable[i] = (observable >> i & 1) != 0;
+    if (!rows.is_null(7)) frame.unix_us = rows.integer(7, 1, kMaxUnixUs);
     if (!record.has_keyframe(frame.keyframe)) frame.keyframe = -1;  // a kill came before it
     record.frames.push_back(frame);
   }

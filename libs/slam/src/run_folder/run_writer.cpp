@@ -17,8 +17,9 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string keyframe_trajectory(const SlamMap& map) {
+  const std::vector<double> stamps_s = map.stamps_s();
   std::map<std::int64_t, double> time_s;
-  for (const FrameRecord& frame : map.frames) time_s[frame.frame] = frame.time_s;
+  for (std::size_t i = 0; i < stamps_s.size(); ++i) time_s[map.frames[i].frame] = stamps_s[i];
   std::string text;
   for (std::size_t id = 0; id < map.keyframes.size(); ++id)
     if (map.in_map[id])

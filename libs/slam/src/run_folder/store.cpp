@@ -54,12 +54,13 @@ int bits_of(const std::array<bool, 6>& flags) {
 }
 
 void insert(Database& database, const std::vector<FrameRecord>& frames) {
-  Statement insert(database, "INSERT INTO frames VALUES(?,?,?,?,?,?,?)");
+  Statement insert(database, "INSERT INTO frames VALUES(?,?,?,?,?,?,?,?)");
   for (const FrameRecord& frame : frames) {
     const Numbers<12> pose = numbers(frame.keyframe_T_frame);
     const auto keyframe = unless_negative(frame.keyframe);
     insert.run(frame.frame, frame.time_s, name(frame.status), unless_negative(frame.trial), keyframe,
-               keyframe ? std::optional(blob_of(pose)) : std::nullopt, bits_of(frame.observable));
+               keyframe ? std::optional(blob_of(pose)) : std::nullopt, bits_of(frame.observable),
+               frame.unix_us == 0 ? std::nullopt : std::optional(frame.unix_us));
   }
 }
 

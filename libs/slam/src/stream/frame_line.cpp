@@ -85,12 +85,15 @@ void add_sigma(Json& json, const std::optional<Matrix6d>& covariance) {
   json["sigma_deg"] = three_numbers(kDegreesPerRadian * sigma.tail<3>());
 }
 
+Json unix_s(const TrackedFrame& frame) { return or_null(frame.unix_us != 0, stamp_s(frame.unix_us, 0)); }
+
 Json frame_json(const FrameReport& report) {
   const TrackedFrame& frame = report.tracked;
   const bool tracked = frame.status == TrackStatus::tracked;
   Json json = {{"type", "frame"},
                {"frame", frame.frame},
                {"time_s", frame.time_s},
+               {"time_unix_s", unix_s(frame)},
                {"arrived_s", report.arrived_s ? Json(*report.arrived_s) : Json(nullptr)},
                {"scan", report.scan},
                {"status", name(frame.status)},

@@ -55,6 +55,7 @@ std::string image_line(const FrameReport& report) {
   const Json line = {{"type", "image"},
                      {"frame", report.tracked.frame},
                      {"time_s", report.tracked.time_s},
+                     {"time_unix_s", unix_s(report.tracked)},
                      {"arrived_s", report.arrived_s ? Json(*report.arrived_s) : Json(nullptr)},
                      {"scan", report.scan},
                      {"jpeg", base64({reinterpret_cast<const char*>(jpeg.data()), jpeg.size()})}};
@@ -92,7 +93,7 @@ void PoseStream::write(FrameReport report, const MapSnapshot& map) {
   if (options_.format == StreamFormat::tum) {
     // One frame for all poses: that of the first contact.
     if (report.place && report.place->component == map.nodes.front().component)
-      server_.write(tum_line(frame.time_s, report.place->map_T_frame));
+      server_.write(tum_line(stamp_s(frame.unix_us, frame.time_s), report.place->map_T_frame));
     return;
   }
   server_.write(ndjson_line(report));

@@ -21,7 +21,8 @@ namespace fs = std::filesystem;
 
 constexpr double kGapS = 0.25;
 
-RunHistory read_history(const fs::path& run) {
+/// `start_s`: in the run's trajectories; here times count from there.
+RunHistory read_history(const fs::path& run, double start_s) {
   RunHistory history;
   Session session = load_session(run);
   history.gradient_scale = session.gradient_scale;
@@ -32,9 +33,10 @@ RunHistory read_history(const fs::path& run) {
                 "; the folder holds files of two runs");
   }
   for (std::size_t i = 0; i < keyframes.size(); ++i) {
-    history.keyframes.push_back({keyframes[i].time_s, std::move(session.patches[i])});
+    history.keyframes.push_back({keyframes[i].time_s - start_s, std::move(session.patches[i])});
   }
   history.trajectory = read_tum(run / "trajectory.tum");
+  for (StampedPose& pose : history.trajectory) pose.time_s -= start_s;
   history.edges = std::move(session.edges);
   return history;
 }
@@ -44,8 +46,9 @@ ViewContent load_run(const fs::path& run) {
   const bool has_mesh = fs::exists(run / "mesh.ply"), has_session = fs::exists(run / "session.db");
   if (!has_mesh) throw Error(run.string() + ": holds no mesh.ply; give a run folder or a mesh file");
   ViewContent content{name_of(run), read_mesh(run / "mesh.ply"), std::nullopt};
-  if (const auto report = find_report(run)) content.warnings = report->reservations;
-  if (has_session) content.history = read_history(run);
+  const RunReport report = find_report(run).value_or(RunReport());
+  content.warnings = report.reservations;
+  if (has_session) content.history = read_history(run, stamp_s(report.start_unix_us.value_or(0), 0));
   return content;
 }
 

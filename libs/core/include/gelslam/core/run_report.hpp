@@ -58,8 +58,10 @@ struct RunReport {
 
   std::string program, log, log_description, model;
   Optics optics;
-  bool partial = false;                   ///< stopped before the log's end
-  std::optional<bool> saved;              ///< false: a live scan of which nothing was saved yet
+  bool partial = false;       ///< stopped before the log's end
+  std::optional<bool> saved;  ///< false: a live scan of which nothing was saved yet
+  /// Microseconds since 1970 at the log's first picture; none: the trajectory's times count from there.
+  std::optional<std::int64_t> start_unix_us;
   std::vector<std::string> warnings;      ///< what was not right with the log, for people
   std::vector<std::string> reservations;  ///< what is not in the mesh, or uncertain
   std::vector<std::string> parts;         ///< of a scan in parts: what became of each

@@ -10,11 +10,11 @@
 
 namespace gelslam {
 
-/// How long one stage took: count, total and max over everything, median and p95 over the newest samples.
+/// How long one stage took: count, total and max over everything, median and p99 over the newest samples.
 struct StageStatistics {
   std::string stage;
   std::int64_t count = 0;
-  double median_ms = 0, p95_ms = 0, max_ms = 0, total_ms = 0;
+  double median_ms = 0, p99_ms = 0, max_ms = 0, total_ms = 0;
 };
 
 /// Times per stage on the monotonic clock, always on: about a tenth of a microsecond per sample, memory

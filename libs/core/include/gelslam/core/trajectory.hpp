@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -8,9 +9,18 @@
 
 namespace gelslam {
 
-/// One line of a trajectory file: the sensor's pose in the map at a time since the log's first frame.
+/// Times on the system's clock are kept as whole microseconds since 1970; the year 2100 is no such time.
+inline constexpr std::int64_t kMaxUnixUs = 4'102'444'800'000'000;
+
+/// The time of a frame in a trajectory: Unix time (a double keeps its microseconds), or, where `unix_us` is
+/// not known (0), `time_s` since the log's first frame.
+inline double stamp_s(std::int64_t unix_us, double time_s) {
+  return unix_us == 0 ? time_s : 1e-6 * static_cast<double>(unix_us);
+}
+
+/// One line of a trajectory file: the sensor's pose in the map.
 struct StampedPose {
-  double time_s = 0.0;
+  double time_s = 0.0;  ///< stamp_s()
   Pose map_T_sensor = Pose::Identity();
 };
 
@@ -20,8 +30,8 @@ struct StampedPose {
 /// not increase.
 std::vector<StampedPose> read_tum(const std::filesystem::path& path);
 
-/// One line of a TUM trajectory, with line end: "time_s tx ty tz qx qy qz qw", meters, 12 significant digits,
-/// qw >= 0.
+/// One line of a TUM trajectory, with line end: "time_s tx ty tz qx qy qz qw", meters, 12 significant digits
+/// (Unix times: microseconds), qw >= 0.
 std::string tum_line(double time_s, const Pose& pose_mm);
 
 /// The text of a file.

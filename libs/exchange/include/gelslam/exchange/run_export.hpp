@@ -19,6 +19,7 @@ struct RunContents {
   std::filesystem::path folder;  ///< empty for a mesh file
   Mesh mesh;                     ///< map frame, mm; empty where the run has none
   std::vector<StampedPose> trajectory, keyframes;
+  double start_s = 0;  ///< of the first log, in the trajectory: Unix time, where that is known
   /// At least one of a run folder; more of one that was continued, or merged.
   std::vector<RunReport::Log> logs;
   /// Counts of report.json in words: {"Loops", "89"}.

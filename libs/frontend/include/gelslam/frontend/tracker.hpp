@@ -55,6 +55,7 @@ struct TrackedFrame {
   /// some time ago that alone showed a part of the object before the motion turned back (no frame refers to
   /// that).
   std::vector<NewKeyframe> new_keyframes;
+  std::int64_t unix_us = 0;  ///< TactileImage::unix_us, from who called track()
 };
 
 /// Registers each frame to the current keyframe and decides on keyframes and trials (Huang et al., T-RO 2026,

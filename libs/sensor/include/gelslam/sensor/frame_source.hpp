@@ -16,8 +16,9 @@ namespace gelslam {
 /// GelSight Mini).
 struct TactileImage {
   cv::Mat3b bgr;
-  double time_s = 0.0;     ///< since the log's first frame
-  std::int64_t index = 0;  ///< in the log, from 0; background frames count
+  double time_s = 0.0;       ///< since the log's first frame
+  std::int64_t index = 0;    ///< in the log, from 0; background frames count
+  std::int64_t unix_us = 0;  ///< RawFrame::unix_us, unless the profile counts from the start
 };
 
 /// Raw frames to pictures of the profile's resolution: the one way from bytes to what the gradient model
@@ -83,9 +84,5 @@ class FrameSource {
 /// the profile says that they are cropped, and else refused. Throws Error with what was wrong.
 std::unique_ptr<FrameSource> open_frame_source(const std::filesystem::path& log,
                                                const SensorProfile& profile);
-
-/// FrameSource's constructor.
-std::unique_ptr<FrameSource> decode_frames(std::shared_ptr<RawFrameSource> raw, const std::string& name,
-                                           const SensorProfile& profile);
 
 }  // namespace gelslam

@@ -12,6 +12,7 @@ namespace gelslam {
 
 struct LogRecorderOptions {
   std::size_t max_waiting_bytes = 512u << 20;  ///< bytes of frames that are not on disk yet
+  std::int64_t keep_free_bytes = 0;            ///< with less room on the disk nothing more is recorded
   /// Frames are decoded, brought to this profile's size and stored as PNG without further loss.
   std::optional<SensorProfile> resize_to;
 };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -20,10 +21,26 @@ struct RawFrame {
       damage{};  ///< why the source has no bytes for this frame (unreadable file, error of libav), or ""
   int width_px = 0, height_px = 0;  ///< of the picture in `bytes`
   double time_s = 0;                ///< by the driver's clock, since the source's first frame
+  std::int64_t unix_us = 0;         ///< when it was captured, by the system's clock; 0: not known
   std::int64_t index = 0;           ///< of the frames that the source delivered, from 0
   std::int64_t sequence = 0;        ///< the driver's count; a gap is a frame that the driver lost
   std::chrono::steady_clock::time_point arrived;  ///< when this program got it
+  std::chrono::steady_clock::duration age{};      ///< since its capture, when it arrived; 0: not known
+  bool resumes = false;  ///< the camera was away before it, so that the gel may be another one's
 };
+
+inline std::int64_t microseconds_of(std::chrono::nanoseconds duration) {
+  return std::chrono::duration_cast<std::chrono::microseconds>(duration).count();
+}
+
+inline std::int64_t unix_us_now() {
+  return microseconds_of(std::chrono::system_clock::now().time_since_epoch());
+}
+
+/// `time_s` after `start_unix_us`; 0 where that is 0.
+inline std::int64_t unix_us_of(std::int64_t start_unix_us, double time_s) {
+  return start_unix_us == 0 ? 0 : start_unix_us + std::llround(1e6 * time_s);
+}
 
 /// A camera, or a log that is played like one. next() is called from one thread, stop() from any.
 class RawFrameSource {
@@ -42,6 +59,8 @@ class RawFrameSource {
   virtual std::optional<std::int64_t> frame_count() const { return std::nullopt; }
   /// For people: "GelSight Mini R0B 28KX, /dev/video2, MJPG 3280x2464, 25 Hz".
   virtual std::string description() const = 0;
+  /// What next() waits for longer than for a frame, for people, or "". From any thread.
+  virtual std::string absence() const { return ""; }
   /// Frames that the driver lost between the ones delivered.
   virtual std::int64_t lost_frames() const { return 0; }
   /// What was wrong so far, as sentences for people, or "".

@@ -27,6 +27,7 @@ struct SensorProfile {
   std::string camera = "auto";         ///< a path, part of the camera's name, or "auto": see camera.hpp
   std::string camera_format = "MJPG";  ///< MJPG or YUYV, at the raw size
   std::string camera_controls;         ///< "exposure_time_absolute=120, gain=3"
+  bool counts_from_start = false;      ///< pictures have no time on the system's clock; not in the file
   std::filesystem::path calibration_model_path;  ///< absolute (or a log that holds the model), or empty if
                                                  ///< the config names none
 };

@@ -58,7 +58,8 @@ struct LogInput {
   bool force = false;                ///< go on although the background frames seem to show contact
   /// The frames that show the bare gel; earlier ones are left out.
   std::optional<FrameRange> background_frames = {};
-  bool cropped = false;  ///< SensorProfile::cropped, whatever the configuration says
+  bool cropped = false;            ///< SensorProfile::cropped, whatever the configuration says
+  bool counts_from_start = false;  ///< SensorProfile::counts_from_start
 };
 
 /// For a log that continues a run, or a camera in the map of a run (`run` is not empty): the configuration is

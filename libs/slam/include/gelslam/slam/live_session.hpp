@@ -39,7 +39,8 @@ struct LiveStatus {
   std::int64_t lost_by_camera = 0;  ///< gaps in the driver's count
   std::int64_t dropped = 0;         ///< arrived, but not tracked because we were behind
   std::int64_t damaged = 0;         ///< pictures that could not be decoded
-  double latency_ms = 0;            ///< median from a frame's arrival to its pose, last seconds
+  double latency_ms = 0;            ///< median from a frame's capture to its pose line, last seconds
+  double latency_p99_ms = 0;        ///< 99 of 100 frames take less
   double age_s = 0;                 ///< of the scan
   int keyframes = 0, loops = 0, trials = 0, components = 0;
   double memory_mb = 0;        ///< resident, of the whole program

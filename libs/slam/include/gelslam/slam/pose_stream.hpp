@@ -36,6 +36,8 @@ nlohmann::ordered_json frame_json(const FrameReport& report);
 /// The same as one line, with its end.
 std::string ndjson_line(const FrameReport& report);
 
+/// When it was captured, by the system's clock; null when it is not known.
+nlohmann::ordered_json unix_s(const TrackedFrame& frame);
 /// 16 numbers, row by row, meters.
 std::array<double, 16> row_major_meters(const Pose& pose_mm);
 /// Fields `sigma_mm` and `sigma_deg`; null when it is not known.

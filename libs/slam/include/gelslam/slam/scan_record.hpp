@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,10 +29,12 @@ struct FrameRecord {
   Pose keyframe_T_frame = Pose::Identity();
   /// RegistrationResult::observable of a tracked frame; true where none was asked.
   std::array<bool, 6> observable = {true, true, true, true, true, true};
+  std::int64_t unix_us = 0;  ///< when it was captured, by the system's clock; 0: not known
 };
 
 FrameRecord record_of(const TrackedFrame& tracked);
-FrameRecord background_record(std::int64_t frame, double time_s);
+/// A frame of the background, tracked.
+TrackedFrame background_frame(std::int64_t frame, double time_s, std::int64_t unix_us);
 
 /// An unbroken recording: one log, or one live scan.
 struct ScanPart {
@@ -64,6 +67,10 @@ struct ScanRecord {
   // Of the first frame of a part that follows.
   std::int64_t next_frame() const { return frames.empty() ? 0 : frames.back().frame + 1; }
   double next_time_s() const { return frames.empty() ? 0 : frames.back().time_s + kBetweenPartsS; }
+  /// Unix time in microseconds at which `time_s` is 0, if every frame knows its own and they increase.
+  std::optional<std::int64_t> start_unix_us() const;
+  /// Of every frame, as trajectories have it: Unix time, or `time_s` where start_unix_us() is not known.
+  std::vector<double> stamps_s() const;
 };
 
 }  // namespace gelslam

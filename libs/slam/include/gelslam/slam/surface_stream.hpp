@@ -35,7 +35,11 @@ class FrameToSurface {
   /// Takes the background from the longest bare stretch of `seen` (find_bare_stretch). Nothing where there is
   /// none.
   std::optional<BareStretch> take_bare_stretch(const std::deque<TactileImage>& seen);
-  bool has_background() const { return estimator_.has_value(); }
+  bool has_background() const { return estimator_.has_value() && !compares_; }
+  /// The camera was away: pictures go into a second background, which is compared with the first one.
+  void compare_background();
+  /// What differs, as a sentence for the user, once that was done; or "".
+  const std::string& difference() const { return difference_; }
   /// Why the newest pictures are not the background: contact or markers. No reason while there are too few.
   const BackgroundCheck& refusal() const { return refusal_; }
   /// What makes the background doubtful, as sentences for the user. Complete once there is a background.
@@ -44,10 +48,11 @@ class FrameToSurface {
  private:
   void gather_background(const cv::Mat3b& bgr, std::int64_t index);
   void set_background(const cv::Mat3b& background);
+  void compare_with(const cv::Mat3b& background);
 
   const Config config_;
   const bool force_;
-  const std::optional<FrameRange> named_;
+  std::optional<FrameRange> named_;
   StageTimer& timer_;
   ColorGain color_gain_;
   GradientModel model_;
@@ -56,6 +61,9 @@ class FrameToSurface {
   BackgroundCheck refusal_;
   std::vector<std::string> doubts_;
   std::optional<SurfaceEstimator> estimator_;
+  cv::Mat3b background_;
+  bool compares_ = false;
+  std::string difference_;
 };
 
 /// A log, or a camera, as a stream of surfaces. Holds no more pictures at once than it looks through for the
@@ -65,8 +73,9 @@ class SurfaceStream {
   struct Item {
     std::int64_t frame = 0;
     double time_s = 0;
-    SurfacePtr surface;   ///< null for background frames
-    cv::Mat3b picture{};  ///< that it was made of; empty for background frames
+    SurfacePtr surface;        ///< null for background frames
+    cv::Mat3b picture{};       ///< that it was made of; empty for background frames
+    std::int64_t unix_us = 0;  ///< TactileImage::unix_us
   };
 
   /// Reads the background: the first frames, or, where they show no bare gel, the longest stretch of frames

@@ -46,14 +46,6 @@ struct CameraModel {
   Eigen::Matrix<Scalar, 2, 1> project(const Eigen::Matrix<Scalar, 3, 1>& point_mm) const {
     return point_mm.template head<2>() / (1 + point_mm.z() * static_cast<Scalar>(optics.inverse_distance()));
   }
-  /// The derivative of project() by the point.
-  template <typename Scalar>
-  Eigen::Matrix<Scalar, 2, 3> project_derivative(const Eigen::Matrix<Scalar, 3, 1>& point_mm) const {
-    const auto inverse_distance = static_cast<Scalar>(optics.inverse_distance());
-    Eigen::Matrix<Scalar, 2, 3> derivative = Eigen::Matrix<Scalar, 2, 3>::Identity();
-    derivative.col(2) = -inverse_distance * project(point_mm);
-    return derivative / (1 + point_mm.z() * inverse_distance);
-  }
 
   /// The pixel that shows a point; none beyond the picture, behind the camera and for NaN.
   std::optional<cv::Point> pixel_at(const Eigen::Vector3d& point_mm) const {
