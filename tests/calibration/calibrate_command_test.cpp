@@ -118,14 +118,6 @@ TEST(CalibrateCommand, LabelsAndTrainsThroughTheOpticsOnWhatCanBeUsed) {
   expect_mistake(train({"--overwrite"}), "camera_distance_mm must be at least 5");
 }
 
-TEST(CalibrateCommand, NamesFilesOfTheWrongKind) {
-  const TemporaryFolder folder;
-  write_bytes(folder / "model.json", "{}");
-  const std::string model = (folder / "model.json").string(), presses = folder.path().string();
-  expect_mistake(calibrate({"check", presses, model}), "the model comes first, then the presses");
-  expect_mistake(calibrate({"collect", presses, "--headless", "--diameter", "6"}), "--output");
-}
-
 TEST(CalibrateCommand, RefusesBadPressesAndWritesNothing) {
   const TemporaryFolder folder;
   const std::string presses = (folder / "presses").string(), model = (folder / "model.json").string();

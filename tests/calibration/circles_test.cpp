@@ -43,27 +43,6 @@ TEST(FindCircle, FindsTheBallThatWasPressed) {
   EXPECT_NEAR(median(radius_errors), 0.0, 2.0);
 }
 
-TEST(FindCircle, DoesNotCareAboutTheExposure) {
-  const SimulatedPresses& presses = forty_presses();
-  cv::Mat3b brighter;
-  cv::add(presses.set.presses[3].bgr, cv::Scalar(9, 9, 9), brighter);
-  const FoundCircle plain = found_in(presses, 3);
-  const FoundCircle shifted =
-      find_circle(brighter, presses.set.background, 0.5 * presses.set.presses[3].diameter_mm / kPitchMm);
-  EXPECT_NEAR(shifted.circle.u_px, plain.circle.u_px, 0.3);
-  EXPECT_NEAR(shifted.circle.v_px, plain.circle.v_px, 0.3);
-  EXPECT_NEAR(shifted.circle.radius_px, plain.circle.radius_px, 0.3);
-}
-
-TEST(FindCircle, SaysWhenThereIsNoBall) {
-  const SimulatedPresses& presses = forty_presses();
-  const cv::Mat3b& background = presses.set.background;
-  EXPECT_THAT(find_circle(background, background, 50.0).problem, HasSubstr("nothing touches"));
-  cv::Mat3b ruler = background.clone();
-  cv::rectangle(ruler, cv::Rect(20, 100, 280, 6), cv::Scalar(220, 220, 220), cv::FILLED);
-  EXPECT_NE(find_circle(ruler, background, 50.0).problem, "");
-}
-
 /// A press in which the same ball touches a second time, moved by (du, dv) pixels.
 cv::Mat3b touched_again(const SimulatedPresses& presses, std::size_t k, double du, double dv) {
   const cv::Mat3b &bgr = presses.set.presses[k].bgr, &background = presses.set.background;
@@ -130,20 +109,6 @@ TEST(BallZones, LieOnTheBallHoweverTheLabelsWereDrawn) {
   }
 }
 
-TEST(BallZones, AcceptedCirclesAreAsGoodAsNoLabels) {
-  PressSet set = forty_presses().set;
-  set.presses.resize(12);
-  const BallZones automatic = find_ball_zones(set, kPitchMm, true);
-  for (CalibrationPress& press : set.presses)
-    press.label = find_circle(press.bgr, set.background, 0.5 * press.diameter_mm / kPitchMm).circle;
-  const BallZones accepted = find_ball_zones(set, kPitchMm, false);
-  ASSERT_EQ(accepted.zones.size(), automatic.zones.size());
-  for (std::size_t k = 0; k < accepted.zones.size(); ++k) {
-    EXPECT_EQ(accepted.zones[k].u_px, automatic.zones[k].u_px);
-    EXPECT_EQ(accepted.zones[k].radius_px, automatic.zones[k].radius_px);
-  }
-}
-
 /// However the circles came about.
 TEST(BallZones, RefuseRadiiForDiameters) {
   for (const bool automatic : {false, true}) {
@@ -168,21 +133,6 @@ TEST(BallZones, RefusePressesInALightThatDiffersOverTheGel) {
   EXPECT_TRUE(zones.zones.empty());
   ASSERT_EQ(zones.rejected.size(), set.presses.size());
   EXPECT_THAT(zones.rejected.front().reason, HasSubstr("another light"));
-}
-
-TEST(BallZones, LeaveOutLabelsBesideTheContact) {
-  PressSet set = forty_labelled();
-  set.presses[2].label->u_px += set.presses[2].label->u_px > 160 ? -90.0 : 90.0;
-  const BallZones zones = find_ball_zones(set, kPitchMm, false);
-  ASSERT_FALSE(zones.rejected.empty());
-  EXPECT_EQ(zones.rejected.front().press, 2U);
-  EXPECT_THAT(zones.rejected.front().reason, HasSubstr("beside the contact"));
-}
-
-TEST(BallZones, LeaveOutWhatHasNoLabelUnlessAskedTo) {
-  const SimulatedPresses& presses = forty_presses();
-  EXPECT_TRUE(find_ball_zones(presses.set, kPitchMm, false).zones.empty());
-  EXPECT_GE(zones_of_forty().zones.size(), 34U);
 }
 
 std::string refusal(const PressSet& set, const BallZones& zones) {
@@ -215,12 +165,6 @@ PressSet with_less_blue(std::size_t first, std::size_t every) {
   return set;
 }
 
-TEST(Coverage, NoticesAnotherSensorsPresses) {
-  const std::string message = refusal(with_less_blue(0, 1));
-  EXPECT_THAT(message, HasSubstr("only 0 of 40 presses can be used"));
-  EXPECT_THAT(message, HasSubstr("press/0: its untouched gel does not look like background.png"));
-}
-
 TEST(BallZones, LeaveOutPressesInAnotherLight) {
   const PressSet set = with_less_blue(5, 3);
   const BallZones zones = find_ball_zones(set, kPitchMm, false);
@@ -230,16 +174,6 @@ TEST(BallZones, LeaveOutPressesInAnotherLight) {
     EXPECT_THAT(zones.rejected[k].reason, HasSubstr("untouched gel"));
   }
   EXPECT_NO_THROW(require_good_coverage(set, zones)) << "the others make a calibration";
-}
-
-TEST(BallZones, LeaveOutPressesWhoseFilesCannotBeUsed) {
-  PressSet set = forty_labelled();
-  set.presses.resize(12);
-  set.presses[7].problem = "its picture cannot be read";
-  const BallZones zones = find_ball_zones(set, kPitchMm, false);
-  ASSERT_FALSE(zones.rejected.empty());
-  EXPECT_EQ(zones.rejected.front().press, 7U);
-  EXPECT_EQ(zones.rejected.front().reason, "its picture cannot be read");
 }
 
 }  // namespace

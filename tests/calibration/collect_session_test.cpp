@@ -11,7 +11,6 @@
 #include <filesystem>
 #include <mutex>
 #include <new>
-#include <thread>
 #include <utility>
 
 #include "../support/temporary_folder.hpp"

@@ -9,7 +9,6 @@
 
 #include "../support/temporary_folder.hpp"
 #include "gelslam/calibration/ball_zones.hpp"
-#include "gelslam/core/error.hpp"
 #include "simulated_presses.hpp"
 
 namespace gelslam::test {
@@ -66,19 +65,6 @@ TEST_F(Labelling, AcceptsOneAfterTheOtherAndComesBackToWhatIsOpen) {
   EXPECT_EQ(labels.counts().doubtful, 0U) << "who accepts a doubtful one has decided";
 }
 
-TEST_F(Labelling, AcceptsTheRestButNotWhatWasNotFound) {
-  LabelSession labels = session();
-  labels.show(2);
-  labels.leave_out();  // p1
-  EXPECT_EQ(labels.accept_rest(), 1U);
-  EXPECT_EQ(shown(labels), "p3");
-  EXPECT_EQ(labels.counts().accepted, 3U);
-  EXPECT_EQ(labels.counts().left_out, 1U);
-  labels.put({30.0, 20.0, 12.0});  // now a person has found it
-  EXPECT_EQ(labels.accept_rest(), 0U);
-  EXPECT_EQ(labels.counts().accepted, 4U);
-}
-
 TEST_F(Labelling, ALabelThatCannotBeReadIsNotReplacedUnseen) {
   write_bytes(label_of("p2"), "damaged");
   LabelSession labels = session();
@@ -90,29 +76,6 @@ TEST_F(Labelling, ALabelThatCannotBeReadIsNotReplacedUnseen) {
   labels.accept();  // a person has seen it
   labels.save();
   EXPECT_EQ(read_label(label_of("p2")).u_px, 22.0);
-}
-
-TEST_F(Labelling, PuttingTheSameCircleIsNoChange) {
-  LabelSession labels = session();
-  labels.show(1);
-  labels.put(labels.label().circle);
-  EXPECT_EQ(labels.label().origin, LabelOrigin::found);
-  labels.put({22.0, 30.0, 10.0});
-  EXPECT_EQ(labels.label().origin, LabelOrigin::by_hand);
-}
-
-TEST_F(Labelling, CirclesStayWithinSight) {
-  LabelSession labels = session();
-  labels.put({-500.0, 900.0, 10.0});
-  EXPECT_GE(labels.label().circle.u_px, -10.0);
-  EXPECT_LE(labels.label().circle.v_px, 70.0);
-  labels.put({30.0, 30.0, -4.0});
-  EXPECT_GT(labels.label().circle.radius_px, 0.0);
-  labels.put({30.0, 30.0, 1e9});
-  EXPECT_LE(labels.label().circle.radius_px, 100.0);  // the picture's diagonal
-  const ContactCircle before = labels.label().circle;
-  labels.put({std::nan(""), 30.0, 10.0});
-  EXPECT_EQ(labels.label().circle.u_px, before.u_px);
 }
 
 TEST_F(Labelling, WritesWhatWasDecidedAndNothingElse) {
@@ -151,13 +114,6 @@ TEST_F(Labelling, GoesOnWhereItWasLeft) {
   EXPECT_FALSE(fs::exists(left_out_of("p4")));
 }
 
-TEST_F(Labelling, ALabelBesideTheContactIsDoubtful) {
-  write_label(label_of("p2"), {60.0, 30.0, 10.0});
-  LabelSession labels = session();
-  ASSERT_EQ(labels.labels().front().press, 2U);
-  EXPECT_EQ(labels.labels().front().doubt, "its label lies 38 px beside the contact that was found");
-}
-
 TEST_F(Labelling, LeftOutPressesAreNotTrainedOn) {
   write_label(left_out_of("p0"), {20.0, 30.0, 10.0});
   const PressSet read = read_press_set(set.folder);
@@ -166,25 +122,6 @@ TEST_F(Labelling, LeftOutPressesAreNotTrainedOn) {
   ASSERT_FALSE(zones.rejected.empty());
   EXPECT_EQ(zones.rejected.front().press, 0U);
   EXPECT_THAT(zones.rejected.front().reason, HasSubstr("a person has left it out"));
-}
-
-TEST_F(Labelling, ADiskThatDoesNotTakeItIsNamed) {
-  LabelSession labels = session();
-  labels.show(1);
-  for (int k = 0; k < 3; ++k) labels.accept();  // p0, p1, p2
-  fs::remove_all(set.folder / "p1");
-  EXPECT_THAT(message_of<Error>([&] { labels.save(); }),
-              AllOf(HasSubstr("1 of 3 presses could not be saved"), HasSubstr("p1/label.npz")));
-  EXPECT_TRUE(fs::exists(label_of("p0")) && fs::exists(label_of("p2"))) << "the others are";
-  EXPECT_EQ(labels.unsaved(), 1U);
-  fs::create_directory(set.folder / "p1");
-  labels.save();
-  EXPECT_TRUE(fs::exists(label_of("p1")));
-}
-
-TEST_F(Labelling, NeedsACircleForEveryPress) {
-  found.pop_back();
-  EXPECT_THROW(session(), std::invalid_argument);
 }
 
 // Contacts of one ball, and what is to be used of them: what `calibrate collect` counts.

@@ -93,16 +93,6 @@ TEST(SeenBall, IsOneSurfaceThatItsRaysMeet) {
   }
 }
 
-TEST(SeenBall, LiesDeepestOutsideTheMiddleOfItsRim) {
-  const BallZone zone{0, 290, 119.5, 26};
-  const CameraModel camera = camera_with({0, {0, 0}, 1, 20, {0, 0}});
-  const SeenBall ball(camera, zone, 6.3);
-  // The rim is the circle of points as steep as one another; its two ends along x lie evenly about the zone.
-  const auto along_x = [&](double u) { return ball.slope(camera.to_mm(Vector2d(u, zone.v_px)))[0]; };
-  EXPECT_NEAR(along_x(290 + 29), -along_x(290 - 29), 0.02);
-  EXPECT_LT(along_x(290), -0.01) << "the deepest point appears farther out";
-}
-
 cv::Mat3b dots_seen_with(const SensorOptics& optics) {
   const CameraModel camera = camera_with(optics);
   constexpr int kFine = 8;
@@ -141,16 +131,6 @@ TEST(OpticsFromDots, CountsWhatIsNotKnownOfTheDome) {
   const OpticsFit fit = optics_from_dots(dots_seen_with(kTrue), kPitchMm, kStart);
   expect_honest(fit, kTrue);
   EXPECT_GT(fit.sigma[0], 0.002) << "the dome hides in the lens";
-}
-
-TEST(OpticsFromDots, TakesNoDomeForNoneMeasured) {
-  const OpticsFit fit = optics_from_dots(dots_seen_with(kTrue), kPitchMm, {});
-  expect_honest(fit, kTrue);
-  EXPECT_LT(std::abs(fit.optics.lens_k1 - kTrue.lens_k1), 1.5 * fit.sigma[0]) << fit.words();
-}
-
-TEST(OpticsFromDots, RefusesAPictureWithoutThem) {
-  EXPECT_THROW(optics_from_dots(cv::Mat3b(kPicture, cv::Vec3b(150, 150, 150)), kPitchMm, kStart), Error);
 }
 
 /// What a sensor with kTrue makes of a touch if it takes its optics for kStart.

@@ -10,8 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "gelslam/calibration/press_coverage.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/simulation/press_log.hpp"
 
 namespace gelslam::test {
@@ -153,16 +151,6 @@ TEST(PressCollector, WhatItKeepsHasLessNoiseThanAFrame) {
   EXPECT_LT(noise(watched.taken[0].press.bgr), 0.6 * noise(log.frames[held + 1]));
 }
 
-TEST(PressCollector, KeepsAPressThatIsHeldWhenThePicturesEnd) {
-  const Film& log = mixed_film();
-  PressCollector collector(ball(6.31));
-  const int end = log.touches[0].last_frame;
-  const Watched watched = watch(collector, {log.frames.begin(), log.frames.begin() + end});
-  EXPECT_TRUE(watched.taken.empty());
-  EXPECT_TRUE(collector.finish());
-  EXPECT_FALSE(collector.finish());
-}
-
 TEST(PressCollector, WaitsUntilTheGelIsBare) {
   PressLogSpec spec;
   spec.presses = 2;
@@ -184,71 +172,6 @@ TEST(PressCollector, WaitsUntilTheGelIsBare) {
   PressCollector believer(blind);
   watch(believer, {log.frames.begin(), log.frames.begin() + 12});
   EXPECT_FALSE(believer.background().empty());
-}
-
-TEST(PressCollector, MistrustsALightThatChanged) {
-  const Film& log = mixed_film();
-  PressCollector collector(ball(6.31));
-  watch(collector, {log.frames.begin(), log.frames.begin() + 12});
-  ASSERT_FALSE(collector.background().empty());
-  std::vector<cv::Mat3b> brighter;
-  for (int k = 12; k <= log.touches[0].last_frame + 5; ++k) {
-    brighter.emplace_back();
-    cv::add(log.frames[static_cast<std::size_t>(k)], cv::Scalar(9, 9, 9), brighter.back());
-  }
-  const Watched watched = watch(collector, brighter);
-  EXPECT_THAT(watched.warnings[0], HasSubstr("the light has changed"));
-  EXPECT_TRUE(watched.taken.empty());
-}
-
-TEST(PressCollector, RefusesPicturesThatCannotBelongTogether) {
-  PressCollector collector(ball(6.31));
-  EXPECT_THROW(collector.add(cv::Mat3b(60, 60)), Error);
-  collector.add(cv::Mat3b(240, 320, cv::Vec3b(90, 100, 110)));
-  EXPECT_THROW(collector.add(cv::Mat3b(120, 160)), Error);
-  EXPECT_THROW(PressCollector(ball(0.0)), std::invalid_argument);
-}
-
-TEST(PressCollector, SurvivesPicturesOfNothing) {
-  PressCollector collector(ball(6.31));
-  cv::RNG random(1);
-  for (int k = 0; k < 40; ++k) {
-    cv::Mat3b noise(240, 320);
-    random.fill(noise, cv::RNG::UNIFORM, 0, 256);
-    EXPECT_FALSE(collector.add(k < 15 ? cv::Mat3b(240, 320, cv::Vec3b(0, 0, 0)) : noise));
-  }
-}
-
-TEST(PressCoverage, SaysWherePressesAreMissing) {
-  PressCoverage coverage(cv::Size(320, 240), 18);
-  EXPECT_EQ(coverage.advice(), "press at the upper left (2 more there)");
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 3; ++column)
-      for (int k = 0; k < (row == 1 && column == 2 ? 1 : 2); ++k)
-        coverage.add({53.0 + 106.0 * column, 40.0 + 80.0 * row, 20.0});
-  EXPECT_EQ(coverage.advice(), "press at the right (1 more there)");
-  EXPECT_EQ(coverage.gaps(), "right (1)");
-  coverage.add({-3.0, -3.0, 20.0});  // a middle outside the picture belongs to the nearest zone
-  EXPECT_EQ(coverage.taken(0), 3);
-  EXPECT_EQ(coverage.total(), 18);
-  EXPECT_FALSE(coverage.enough());  // as many as wanted, but not everywhere
-  coverage.add({319.4, 120.0, 20.0});
-  EXPECT_TRUE(coverage.enough());
-  EXPECT_EQ(coverage.advice(), "enough presses, all over the gel");
-}
-
-TEST(PressCoverage, WantsAtLeastOneEverywhere) {
-  PressCoverage coverage(cv::Size(90, 90), 3);
-  EXPECT_EQ(coverage.wanted(), 9);
-  for (std::size_t zone = 0; zone < 9; ++zone) EXPECT_EQ(coverage.missing(zone), 1);
-}
-
-TEST(PressCoverage, WantsTheRestAnywhere) {
-  PressCoverage coverage(cv::Size(90, 90), 11);
-  for (int zone = 0; zone < 9; ++zone)
-    coverage.add({15.0 + 30.0 * (zone % 3), 15.0 + 30.0 * (zone / 3), 9.0});
-  EXPECT_EQ(coverage.advice(), "press anywhere (2 more)");
-  EXPECT_EQ(coverage.gaps(), "");
 }
 
 }  // namespace

@@ -86,28 +86,6 @@ TEST(PressFolder, GoesOnWithAnotherBallAndOverwritesNothing) {
   ASSERT_EQ(set.presses.size(), 3U);
 }
 
-TEST(PressFolder, IsForOneProgramAtATime) {
-  const TemporaryFolder place;
-  const fs::path folder = place / "presses";
-  PressFolder first(folder, 6.35), late(folder, 9.5);  // both see no folder yet
-  first.write_background(bare_gel());
-  EXPECT_THAT([&] { late.write_background(bare_gel(3)); }, ThrowsMessage<Error>(HasSubstr("is writing to")));
-  EXPECT_THAT([&] { PressFolder(folder, 9.5); }, ThrowsMessage<Error>(HasSubstr("is writing to")));
-  first.add(press_number(0));
-  EXPECT_EQ(read_press_set(folder).background(0, 0), bare_gel()(0, 0)) << "not the second one's";
-  EXPECT_EQ(first.add(press_number(1)), "6.350mm/1");
-}
-
-TEST(PressFolder, ABackgroundOfASessionThatIsOverIsNotReplaced) {
-  const TemporaryFolder place;
-  const fs::path folder = place / "presses";
-  PressFolder late(folder, 9.5);
-  PressFolder(folder, 6.35).write_background(bare_gel());
-  EXPECT_THAT([&] { late.write_background(bare_gel(3)); },
-              ThrowsMessage<Error>(HasSubstr("meanwhile another program has collected")));
-  EXPECT_EQ(PressFolder(folder, 6.35).background()(0, 0), bare_gel()(0, 0));
-}
-
 TEST(PressFolder, RefusesWhatDoesNotBelongTogether) {
   const TemporaryFolder place;
   std::ofstream(place / "letter.txt") << "dear";
@@ -125,26 +103,6 @@ TEST(PressFolder, RefusesWhatDoesNotBelongTogether) {
   spotted(cv::Rect(20, 20, 16, 16)) = cv::Vec3b(20, 200, 20);
   EXPECT_THAT([&] { again.require_same_gel(spotted); },
               ThrowsMessage<Error>(HasSubstr("another gel or light")));
-}
-
-TEST(PressFolder, WantsTheBackgroundOfItsPresses) {
-  const TemporaryFolder place;
-  const fs::path folder = place / "presses";
-  { PressFolder presses = begun(folder); }
-  fs::remove(folder / "background.png");
-  EXPECT_THAT([&] { PressFolder(folder, 6.35); },
-              ThrowsMessage<Error>(HasSubstr("put a picture of the same gel with nothing on it")));
-}
-
-TEST(PressFolder, LeavesNothingBehindWhereItCannotWrite) {
-  const TemporaryFolder place;
-  const fs::path folder = place / "presses";
-  PressFolder presses(folder, 6.35);
-  presses.write_background(bare_gel());
-  fs::create_directory(folder / "catalog.csv");  // a folder of that name: the catalog cannot be written
-  EXPECT_THROW(presses.add(press_number(0)), Error);
-  EXPECT_FALSE(fs::exists(folder / "6.350mm/0"));
-  EXPECT_THROW(PressFolder("/proc/none/presses", 6.35).write_background(bare_gel()), Error);
 }
 
 }  // namespace

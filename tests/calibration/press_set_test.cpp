@@ -50,14 +50,6 @@ TEST(PressSet, ComesBackAsItWasWritten) {
   EXPECT_FALSE(read.presses[1].label);
 }
 
-TEST(PressSet, ReadsWindowsLineEndsAndQuotes) {
-  const TemporaryFolder folder;
-  write_folder(folder.path(), small_set());
-  write_bytes(folder / "catalog.csv",
-              "experiment_reldir,diameter(mm)\r\n\"6mm/0\",6.31\r\n\r\n9mm/0, 9.5 \r\n");
-  EXPECT_EQ(read_press_set(folder.path()).presses[1].diameter_mm, 9.5);
-}
-
 TEST(PressSet, ACatalogOfAnySizeTakesNoMemory) {
   const TemporaryFolder folder;
   write_folder(folder.path(), small_set());
@@ -66,18 +58,6 @@ TEST(PressSet, ACatalogOfAnySizeTakesNoMemory) {
   const std::size_t bytes = memory_growth([&] { reason = refusal(folder.path()); });
   EXPECT_THAT(reason, HasSubstr("is too large for a catalog"));
   EXPECT_LT(bytes, std::size_t{1} << 26);
-}
-
-TEST(PressSet, SaysWhatIsWrongWithTheFolder) {
-  const TemporaryFolder folder;
-  EXPECT_THAT(refusal(folder / "none"), HasSubstr("is no folder of ball presses"));
-  EXPECT_THAT(refusal(folder.path()), HasSubstr("catalog.csv' cannot be read"));
-  write_folder(folder.path(), small_set());
-  fs::remove(folder / "background.png");
-  EXPECT_THAT(refusal(folder.path()), HasSubstr("is missing: put a picture of the same gel"));
-  cv::imwrite((folder / "background.png").string(), numbered_picture(0, 60, 48));
-  write_bytes(folder / "background.png", "no picture");
-  EXPECT_THAT(refusal(folder.path()), HasSubstr("background.png"));
 }
 
 TEST(PressSet, ABadPressDoesNotStopTheOthers) {
@@ -136,16 +116,6 @@ TEST(PressSet, SaysWhichLineOfTheCatalogIsWrong) {
   EXPECT_THAT(refusal(folder.path()), HasSubstr("names no presses"));
   write_bytes(folder / "catalog.csv", "6mm/0,6.31\n9mm/0,9.5\n");  // its first press would go unseen
   EXPECT_THAT(refusal(folder.path()), HasSubstr("has no header"));
-}
-
-TEST(Label, ReadsWholeNumbersAsPeopleSaveThem) {
-  const TemporaryFolder folder;
-  const fs::path path = folder / "label.npz";
-  write_npy(folder / "r.npy", {}, std::vector<std::int64_t>{29});
-  const double center[] = {270.0, 142.125};
-  write_zip(path, {{"center.npy", format_npy({2}, center)}, {"radius.npy", read_bytes(folder / "r.npy")}});
-  EXPECT_EQ(read_label(path).radius_px, 29.0);
-  EXPECT_EQ(read_label(path).v_px, 142.125);
 }
 
 TEST(Label, RefusesWhatIsNoCircle) {

@@ -5,7 +5,6 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "scene_fixture.hpp"
@@ -82,14 +81,6 @@ class PressWindow : public SceneDrawing {
   PressWindowOptions options;
 };
 
-TEST_F(PressWindow, ShowsTheDoubtfulPressFirst) {
-  Loop loop(session, nullptr, options);
-  loop.turn(1);
-  EXPECT_THAT(words(loop),
-              testing::IsSupersetOf({"0 of 4 accepted, 1 doubtful", "p3: the contact is too small", "Accept",
-                                     "Leave out", "Save and end", "Not decided"}));
-}
-
 TEST_F(PressWindow, TheCircleLiesOnTheContact) {
   Loop loop(session, nullptr, options);
   loop.turn(1);
@@ -147,28 +138,6 @@ TEST_F(PressWindow, KeysMoveAcceptLeaveOutAndGoBack) {
   EXPECT_TRUE(std::filesystem::exists(folder / "p3/left_out.npz"));
 }
 
-TEST_F(PressWindow, AClickOnAMarkShowsThatPress) {
-  Loop loop(session, nullptr, options);
-  loop.turn(1);
-  const Box mark = loop.layout().mark(2, 4);
-  loop.host().push({InputEvent::Kind::pointer, 0, false, static_cast<double>(mark.x + 0.5F * mark.width),
-                    static_cast<double>(mark.y + 0.5F * mark.height)});
-  loop.host().push({InputEvent::Kind::button, 0, true});
-  loop.turn(1.1);
-  EXPECT_EQ(session.current(), 2U);
-}
-
-TEST_F(PressWindow, TinyWindowsAndHelpDoNoHarm) {
-  Loop loop(session, nullptr, options);
-  press_key(loop, GLFW_KEY_H, 1);
-  double now_s = 1;
-  for (const auto& [width, height] : {std::pair{300, 200}, {100, 100}, {1600, 1200}}) {
-    loop.host().resize(width, height);
-    for (int i = 0; i < 3; ++i) loop.turn(now_s += 0.05, true);
-  }
-  EXPECT_THAT(words(loop), Contains("Leave this press out"));
-}
-
 TEST_F(PressWindow, QThatCannotSaveStaysOpenUntilItCan) {
   Loop loop(session, nullptr, options);
   loop.turn(1);
@@ -223,20 +192,6 @@ class CameraWindow : public PressWindow {
   LabelSession collected{{folder.path(), {}, {}}, {}};
 };
 
-TEST_F(CameraWindow, SaysWhatToDoAndWherePressesAreMissing) {
-  Loop loop(collected, &camera, options);
-  loop.turn(1);
-  for (const char* expected : {"3 of 18", "Hold it still", "the ball slides", "2 more", "1 more", "2"})
-    EXPECT_THAT(words(loop), Contains(expected));
-  EXPECT_THAT(words(loop), testing::Not(Contains("Accept"))) << "there is no press to accept";
-  press_key(loop, GLFW_KEY_BACKSPACE, 2);  // no press yet
-  press_key(loop, GLFW_KEY_ENTER, 3);
-  EXPECT_TRUE(loop.controls().shows_camera());
-  camera.shown.closes = true;
-  loop.turn(4);
-  EXPECT_TRUE(loop.wants_to_close());
-}
-
 TEST_F(CameraWindow, PressesAreCorrectedAndLeftOutWhileTheyAreCollected) {
   Loop loop(collected, &camera, options);
   take("p0");
@@ -260,13 +215,6 @@ TEST_F(CameraWindow, PressesAreCorrectedAndLeftOutWhileTheyAreCollected) {
   EXPECT_TRUE(loop.controls().wants_to_close());
   EXPECT_EQ(read_label(folder / "p0/label.npz").u_px, 120.5);
   EXPECT_TRUE(std::filesystem::exists(folder / "p1/left_out.npz"));
-}
-
-TEST_F(CameraWindow, BearsASessionWithoutAPicture) {
-  camera.shown = {};
-  camera.shown.closes = true;
-  run_press_window(collected, &camera, options);
-  EXPECT_TRUE(collected.labels().empty());
 }
 
 TEST_F(CameraWindow, DrawsTheCircleWhereItWasFound) {

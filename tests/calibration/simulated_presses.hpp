@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <opencv2/core.hpp>
@@ -101,10 +100,6 @@ inline const PressSet& forty_labelled() {
 }
 inline const BallZones& zones_of_labelled() {
   static const BallZones zones = find_ball_zones(forty_labelled(), 0.0634, false);
-  return zones;
-}
-inline const BallZones& zones_of_forty() {
-  static const BallZones zones = find_ball_zones(forty_presses().set, 0.0634, true);
   return zones;
 }
 

@@ -1,7 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "../support/temporary_folder.hpp"
@@ -9,7 +8,6 @@
 #include "gelslam/calibration/model_check.hpp"
 #include "gelslam/calibration/model_trainer.hpp"
 #include "gelslam/calibration/press_coverage.hpp"
-#include "gelslam/calibration/slope_statistics.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/surface/slopes.hpp"
 #include "simulated_presses.hpp"
@@ -53,40 +51,6 @@ TEST(TrainModel, StopsWhenAskedAndRefusesTooLittle) {
   EXPECT_THAT(
       message_of<Error>([&] { train_model(set, zones.zones, {kPitchMm}, quiet, [] { return false; }); }),
       ::testing::HasSubstr("too few to train on"));
-}
-
-/// Regression of read on the simulator's own slopes, inside the true contacts of presses never trained on.
-SlopeSums against_the_truth(const GradientModel& model, const SimulatedPresses& presses) {
-  SlopeSums sums;
-  for (const BallPress& press : presses.truth) {
-    const SlopeMap map = read_slope_map(model, press.bgr, presses.set.background);
-    for (int v = 0; v < map.gx.rows; ++v)
-      for (int u = 0; u < map.gx.cols; ++u) {
-        if (std::hypot(u - press.center_px.x, v - press.center_px.y) > press.radius_px - 2.0) continue;
-        const cv::Vec2f truth = press.gel.slope(v, u);
-        const std::array<double, 2> slope = {static_cast<double>(truth[0]), static_cast<double>(truth[1])};
-        sums.add(
-            {u, v, {static_cast<double>(map.gx(v, u)), static_cast<double>(map.gy(v, u))}, slope, slope});
-      }
-  }
-  return sums;
-}
-
-// The whole chain on pictures only: circles found, network trained, unseen balls read and reconstructed.
-TEST(TrainModel, ReadsUnseenBallsFromPicturesAlone) {
-  const PressSet& set = forty_presses().set;
-  const BallZones& zones = zones_of_forty();
-  const GradientModel model = trained(set, zones, 1500, 1);
-  const SimulatedPresses unseen = simulated_presses(1000, 10);
-  const SlopeSums sums = against_the_truth(model, unseen);
-  EXPECT_LT(sums.mean_abs_error_deg(), 2.5);
-  EXPECT_NEAR(sums.scale_x(), 1.0, 0.05);
-  EXPECT_NEAR(sums.scale_y(), 1.0, 0.05);
-  const BallZones unseen_zones = find_ball_zones(unseen.set, kPitchMm, true);
-  const ModelCheck check = check_model(model, unseen.set, unseen_zones.zones, kPitchMm);
-  for (const DiameterCheck& ball : check.diameters)
-    EXPECT_NEAR(ball.radius_error(), 0.0, 0.05) << ball.diameter_mm;
-  EXPECT_NE(check.verdict, Verdict::recalibrate);
 }
 
 // Where no press was, the default stays; in the middle of the gel a model that was trained knows better.
@@ -170,20 +134,6 @@ TEST(ModelCheck, SaysWhenAllPressesAreDeep) {
   for (BallZone& zone : zones.zones)
     zone.radius_px = 0.55 * 0.5 * set.presses[zone.press].diameter_mm / kPitchMm;  // 33 degrees
   EXPECT_THAT(check_model(model, set, zones.zones, kPitchMm).reasons, asks_for_less);
-}
-
-// A model of shallow presses reads them well, and steeper slopes by guess: 20 % too flat on a simulated
-// sensor.
-TEST(ModelCheck, SaysWhenThePressesShowNoSteepSlope) {
-  const PressSet& set = forty_labelled();
-  BallZones zones = zones_of_labelled();
-  const GradientModel& model = rough_model();
-  const auto asks_for_more = ::testing::Contains(::testing::HasSubstr("press deeper"));
-  EXPECT_THAT(check_model(model, set, zones.zones, kPitchMm).reasons, ::testing::Not(asks_for_more));
-  for (BallZone& zone : zones.zones) zone.radius_px = std::min(zone.radius_px, 12.0);  // slopes to 0.25
-  const ModelCheck shallow = check_model(model, set, zones.zones, kPitchMm);
-  EXPECT_THAT(shallow.reasons, asks_for_more);
-  EXPECT_NE(shallow.verdict, Verdict::good);
 }
 
 }  // namespace

@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "../support/data_folder.hpp"
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/npy.hpp"
@@ -170,29 +169,6 @@ TEST(Evaluate, ABareTrajectoryIsJudgedFromItsFirstFrame) {
   EXPECT_EQ(evaluation.trials, std::nullopt);
 }
 
-TEST(Evaluate, AnAnchorWithoutTruthFallsBackToTheFirstCommonFrame) {
-  Scene scene;
-  scene.write_truth(kFrames, 4);
-  scene.write_run(2);
-  scene.write_meshes(2);
-  const Evaluation evaluation = scene.evaluated();
-  EXPECT_EQ(evaluation.reference_frame, 4 + kBackground);
-  EXPECT_EQ(evaluation.trajectory->estimated_without_touch, 4);
-  EXPECT_LT(evaluation.trajectory->ate_mm, 1e-6);
-  EXPECT_LT(evaluation.mesh->at_known_pose.accuracy.mean_mm, 1e-4);
-}
-
-TEST(Evaluate, ThePublicLayoutHasNoMetaFile) {
-  Scene scene;
-  scene.write_truth();
-  std::filesystem::remove(scene.data / "meta.json");
-  write_bytes(scene.data / "config.yaml", "device_config:\n  framerate: 60\n");
-  scene.write_run(0, 0, kFrames - 1, 60.0);
-  const Evaluation evaluation = scene.evaluated();
-  EXPECT_EQ(evaluation.trajectory->compared_frames, kFrames);
-  EXPECT_LT(evaluation.trajectory->ate_mm, 1e-6);
-}
-
 TEST(Evaluate, TruthOfAnotherLengthIsNoticed) {
   Scene scene;
   scene.write_truth(kFrames - 5);  // beside a meta.json that says otherwise
@@ -246,38 +222,6 @@ TEST(Evaluate, DamagedTruthIsNoticed) {
   EXPECT_THAT(message_of<Error>([&] { read_ground_truth(scene.data / "none"); }), HasSubstr("no folder"));
 }
 
-TEST(Evaluate, DamagedMetaAndPointsAreNoticed) {
-  const std::pair<const char*, json> cases[] = {
-      {"background_frames", -1},
-      {"background_frames", 2.5},
-      {"background_frames", "ten"},
-      {"fps", 0},
-      {"fps", "fast"},
-      {"frames", 1e99},
-      {"start_T_object", 3},
-      {"start_T_object", {1, 2, 3, 4}},
-      {"fps", json::object()},
-      {"start_T_object", {{1}, {2}, {3}, {4}}},
-  };
-  for (const auto& [key, value] : cases) {
-    Scene scene;
-    scene.meta[key] = value;
-    scene.write_truth();
-    scene.write_run(0);
-    EXPECT_THAT(scene.error(), HasSubstr(key)) << value;
-  }
-  Scene scene;
-  scene.write_truth();
-  scene.write_run(0);
-  const std::vector<float> points = {0, 0, 0, 0, std::numeric_limits<float>::quiet_NaN(), 0};
-  write_npy(scene.data / "touched.npy", {2, 3}, std::span<const float>(points));
-  EXPECT_THAT(scene.error(), HasSubstr("point 1 is not finite"));
-  write_npy(scene.data / "touched.npy", {3, 2}, std::span<const float>(points));
-  EXPECT_THAT(scene.error(), HasSubstr("N x 3"));
-  write_bytes(scene.data / "meta.json", "{\"frames\": 50, ");
-  EXPECT_THAT(scene.error(), HasSubstr("JSON"));
-}
-
 TEST(Evaluate, InterruptedRunsAndEmptyMeshesAreJudgedAsFarAsTheyGo) {
   Scene scene;
   scene.write_truth();
@@ -299,36 +243,6 @@ TEST(Evaluate, InterruptedRunsAndEmptyMeshesAreJudgedAsFarAsTheyGo) {
   report.mesh.triangles = 0;
   scene.write_report(report);
   EXPECT_FALSE(scene.evaluated().mesh.has_value());
-}
-
-TEST(EvaluateBareMeshes, CompletenessIsOverTheWholeTrueSurface) {
-  const Mesh half = test::height_field(-5, 0, -5, 5, 20, [](double, double) { return 0.02; });
-  const Evaluation evaluation = evaluate(PlacedMeshes{half, test::plane(0.0)});
-  EXPECT_FALSE(evaluation.trajectory.has_value());
-  EXPECT_FALSE(evaluation.mesh->touched_only);
-  EXPECT_NEAR(evaluation.mesh->at_known_pose.accuracy.mean_mm, 0.02, 1e-6);
-  EXPECT_NEAR(evaluation.mesh->at_known_pose.within[0].completeness, 0.5, 0.01);
-  EXPECT_NEAR(evaluation.mesh->refined.accuracy.mean_mm, 0.0, 1e-5);
-  EXPECT_NEAR(evaluation.mesh->refinement.shift_mm, 0.02, 1e-5);
-}
-
-TEST(Report, JsonAndTableHoldTheFigures) {
-  Scene scene;
-  scene.write_truth();
-  scene.write_run(0);
-  scene.write_meshes(0);
-  Evaluation evaluation = scene.evaluated();
-  evaluation.trajectory->mae_deg.y() = 1.25;
-  const json parsed = json::parse(to_json(evaluation));
-  EXPECT_EQ(parsed["trajectory"]["mae"]["ry_deg"], 1.25);
-  EXPECT_EQ(parsed["trajectory"]["tracked_share"], 1.0);
-  EXPECT_EQ(parsed["components"], 1);
-  EXPECT_EQ(parsed["mesh"]["known_pose"]["within"].size(), 3U);
-  EXPECT_EQ(parsed["mesh"]["completeness_over"], "touched points");
-  EXPECT_THAT(to_table(evaluation), HasSubstr("ry 1.250"));
-  EXPECT_THAT(to_table(evaluation), HasSubstr("touched points"));
-  const json bare = json::parse(to_json(Evaluation{}));
-  EXPECT_TRUE(bare["trajectory"].is_null() && bare["mesh"].is_null() && bare["components"].is_null());
 }
 
 }  // namespace

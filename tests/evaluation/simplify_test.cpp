@@ -51,10 +51,6 @@ TEST(Simplify, TheErrorIsKeptAndTrianglesFollowIt) {
   }
 }
 
-TEST(Simplify, SomethingIsAlwaysLeft) {
-  EXPECT_THAT(simplify(test::sphere(kRadiusMm, 8), 100).mesh.triangles.size(), Ge(1u));
-}
-
 TEST(Simplify, AFlatPlateNeedsAlmostNothingAndRoughnessEverything) {
   EXPECT_THAT(simplify(test::plane(0.0, 30), 0.001).mesh.triangles.size(), Le(200u));
   std::mt19937 random(2);

@@ -31,11 +31,6 @@ TEST(ReadTum, ReadsMetersAndQuaternionsAsXyzw) {
   EXPECT_NEAR((turned - Eigen::Vector3d(0, 1, 0)).norm(), 0.0, 1e-7);  // a quarter turn about z
 }
 
-TEST(ReadTum, EmptyFilesAreEmptyTrajectories) {
-  EXPECT_TRUE(read("").empty());
-  EXPECT_TRUE(read("# nothing\n\n").empty());
-}
-
 TEST(ReadTum, RefusesWhatIsNoTrajectory) {
   const std::string good = "0.4 0 0 0 0 0 0 1\n";
   const std::pair<std::string, std::string> cases[] = {
@@ -57,12 +52,6 @@ TEST(ReadTum, RefusesWhatIsNoTrajectory) {
     EXPECT_THAT(message_of<Error>([&, &content = text] { read(content); }), HasSubstr(why))
         << text.substr(0, 80);
   }
-}
-
-TEST(ReadTum, NamesAFileThatIsNotThere) {
-  EXPECT_THAT(message_of<Error>([] { read_tum("no-such.tum"); }), HasSubstr("no-such.tum"));
-  const TemporaryFolder folder;
-  EXPECT_THROW(read_tum(folder.path()), Error);
 }
 
 }  // namespace

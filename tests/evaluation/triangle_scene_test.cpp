@@ -1,14 +1,11 @@
 #include "gelslam/evaluation/triangle_scene.hpp"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <limits>
 #include <random>
 
-#include "../support/temporary_folder.hpp"
-#include "gelslam/core/error.hpp"
 #include "test_meshes.hpp"
 
 namespace gelslam {
@@ -80,61 +77,6 @@ TEST(TriangleScene, ClosestIsExactAtFacesEdgesAndCorners) {
   // A corner shared by six triangles: the lowest index, so that results do not depend on the order of
   // traversal.
   EXPECT_EQ(scene.closest(Eigen::Vector3d(-4.0, -4.0, 1.0)).triangle, 0);
-}
-
-TEST(TriangleScene, ManyPointsGiveTheSameAsOneByOne) {
-  std::mt19937_64 random(5);
-  const TriangleScene scene(test::sphere(4.0, 48));
-  std::vector<Eigen::Vector3d> points;
-  for (int i = 0; i < 501; ++i) points.push_back(random_point(random, 12.0));
-  const auto together = scene.closest(points);
-  ASSERT_EQ(together.size(), points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const ClosestPoint alone = scene.closest(points[i]);
-    EXPECT_EQ(together[i].distance_mm, alone.distance_mm);
-    EXPECT_EQ(together[i].triangle, alone.triangle);
-  }
-  EXPECT_TRUE(scene.closest(std::vector<Eigen::Vector3d>{}).empty());
-}
-
-TEST(TriangleScene, RaysFindSheetsWithinTheirLength) {
-  const TriangleScene scene(test::joined(test::joined(test::plane(1.0), test::plane(2.0)), test::plane(3.0)));
-  const Eigen::Vector3d origin(0.13, 0.27, 0.0), up(0, 0, 1);
-  EXPECT_EQ(scene.cast_all(origin, up, 10.0).size(), 3U);
-  EXPECT_EQ(scene.cast_all(origin, up, 2.5).size(), 2U);
-  const auto nearest = scene.cast_all(origin, up, 1.5);
-  ASSERT_EQ(nearest.size(), 1U);
-  EXPECT_NEAR(nearest[0].distance_mm, 1.0, 1e-6);
-  EXPECT_TRUE(scene.cast_all(origin, -up, 10.0).empty());
-}
-
-TEST(TriangleScene, RefusesMeshesThatCannotBeMeasured) {
-  EXPECT_THROW(TriangleScene{Mesh{}}, Error);
-  Mesh out_of_range = test::plane(0.0);
-  out_of_range.triangles[3][1] = static_cast<int>(out_of_range.vertices_mm.size());
-  EXPECT_THROW(TriangleScene{out_of_range}, Error);
-  out_of_range.triangles[3][1] = -1;
-  EXPECT_THROW(TriangleScene{out_of_range}, Error);
-  Mesh not_finite = test::plane(0.0);
-  not_finite.vertices_mm[5].y() = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_THROW(TriangleScene{not_finite}, Error);
-  for (const float far_mm : {1.1e4F, 1e20F, -std::numeric_limits<float>::max()}) {
-    Mesh far = test::plane(0.0);
-    far.vertices_mm[5].y() = far_mm;  // Embree's assertions end the program above about 1e18
-    EXPECT_THAT(test::message_of<Error>([&] { TriangleScene{far}; }),
-                testing::HasSubstr("is its unit right?"));
-  }
-}
-
-TEST(TriangleScene, RefusesAMeshThatCoversItselfThousandsOfTimes) {
-  Mesh one;
-  one.vertices_mm = {{0, 0, 0}, {4, 0, 0}, {0, 2, 0}};
-  one.triangles.assign(20'000, {0, 1, 2});
-  const TriangleScene scene(one);
-  EXPECT_EQ(scene.closest(Eigen::Vector3d(1, 0.5, 3)).triangle, 0);
-  EXPECT_THROW(scene.closest(std::vector<Eigen::Vector3d>(200'000, {1, 0.5, 3})), Error);
-  one.triangles.assign(200, {0, 1, 2});
-  EXPECT_NO_THROW(TriangleScene(one).closest(std::vector<Eigen::Vector3d>(5'000, {1, 0.5, 3})));
 }
 
 }  // namespace

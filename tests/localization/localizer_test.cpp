@@ -1,10 +1,8 @@
 #include "gelslam/localization/localizer.hpp"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "../loop_closure/texture.hpp"
-#include "gelslam/core/error.hpp"
 
 namespace gelslam {
 namespace {
@@ -215,13 +213,6 @@ TEST(SurfaceMap, ATouchFarFromTheMapIsNotCoveredWhateverTheLimit) {
   const SurfaceMap map(map_of(texture, 0, 3), options);
   const NormalFlowReference touch(feel(texture, place(0, 0)), options.registration);
   EXPECT_FALSE(map.fit(touch, place(500, 0), PlacePrior::known, 1.0).covered);
-}
-
-TEST(SurfaceMap, AMapWithoutContactIsRefused) {
-  EXPECT_THROW(SurfaceMap({}, {}), Error);
-  auto bare = std::make_shared<Surface>(*touch({}, place(0, 0)));
-  bare->contact_pixels = 0;
-  EXPECT_THROW(SurfaceMap({{0, Pose::Identity(), SurfacePtr(bare)}}, {}), Error);
 }
 
 }  // namespace

@@ -7,7 +7,6 @@
 #include <opencv2/core.hpp>
 #include <utility>
 
-#include "gelslam/core/error.hpp"
 #include "gelslam/core/npy.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/sensor/frame_source.hpp"
@@ -126,20 +125,6 @@ TEST(DataFolder, WallsAndBackOfAThinPlateAreNotTouched) {
   EXPECT_GT(lowest, -0.55e-3);  // but does not go behind it
 }
 
-TEST(DataFolder, AnInsideOutMeshIsAnError) {
-  const TemporaryFolder parent;
-  ShapeSpec sphere;
-  sphere.name = "sphere";
-  Mesh mesh = make_shape(sphere)->mesh(0.5F);
-  for (Eigen::Vector3i& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
-  write_mesh(parent / "sphere.ply", mesh, LengthUnit::meter);
-  ScanSpec spec;
-  spec.object.name = parent / "sphere.ply";
-  spec.motion.frames = 3;
-  NoProgress progress;
-  EXPECT_THROW(write_data_folder(parent / "scan", Simulator(spec), {}, progress), Error);
-}
-
 TEST(DataFolder, IsTheSameWhateverTheNumberOfThreads) {
   DataFolderOptions one, three;
   one.threads = 1;
@@ -150,26 +135,6 @@ TEST(DataFolder, IsTheSameWhateverTheNumberOfThreads) {
     files.emplace_back(entry.path().filename(), read_bytes(entry.path()));
   ASSERT_EQ(files.size(), 7u);
   for (const auto& [name, bytes] : files) EXPECT_TRUE(bytes == read_bytes(b / name)) << name;
-}
-
-TEST(DataFolder, ConfigurationNamesTheModelRelatively) {
-  DataFolderOptions options;
-  const TemporaryFolder parent;
-  options.model = parent / "calibration" / "model" / "nnmodel.pth";
-  NoProgress progress;
-  write_data_folder(parent / "scan", simulator(), options, progress);
-  const std::string config = read_bytes(parent / "scan" / "config.yaml");
-  EXPECT_NE(config.find("calibration_model_path: \"../calibration/model/nnmodel.pth\""), std::string::npos)
-      << config;
-}
-
-TEST(DataFolder, MistakesAreErrors) {
-  NoProgress progress;
-  DataFolderOptions options;
-  options.threads = -1;
-  const TemporaryFolder parent;
-  EXPECT_THROW(write_data_folder(parent / "bad", simulator(), options, progress), Error);
-  EXPECT_THROW(write_data_folder("/proc/none", simulator(), {}, progress), Error);
 }
 
 }  // namespace

@@ -142,14 +142,6 @@ TEST(Gel, FollowsAFlatPlateEverywhere) {
   EXPECT_EQ(cv::norm(gel.slope, cv::NORM_INF), 0);
 }
 
-TEST(Gel, StaysFlatUnderAnObjectThatDoesNotReachIt) {
-  for (const float z : {0.01F, 5.0F, std::numeric_limits<float>::infinity()}) {
-    const GelShape gel = press_gel(cv::Mat1f(kSensor.height_px, kSensor.width_px, z), kSensor, {});
-    EXPECT_EQ(cv::countNonZero(gel.contact), 0);
-    EXPECT_EQ(cv::countNonZero(gel.height_mm), 0);
-  }
-}
-
 TEST(Gel, SlopesSumUpToItsHeight) {
   const GelShape gel = press_gel(ball(4.75, 0.6, 1.0, -0.7), kSensor, {});
   // Trapezoids from the border, where the gel is at rest: another rule than the differences that made the
@@ -228,13 +220,6 @@ TEST(Underside, OfAMeshIsThatOfTheObjectItWasMadeFrom) {
       ASSERT_NEAR(a(v, u), b(v, u), 0.01F);
     }
   EXPECT_GT(compared, 2000);
-}
-
-TEST(Underside, TakesWhatIsDeeperThanTheLimitAsTheLimit) {
-  ShapeSpec spec;
-  spec.name = "sphere";
-  const cv::Mat1f cast = object_underside(*make_shape(spec), Pose::Identity(), kSensor, {});
-  EXPECT_FLOAT_EQ(cast(120, 160), -3.0F);
 }
 
 }  // namespace

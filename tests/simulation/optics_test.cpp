@@ -154,36 +154,6 @@ TEST(Optics, TheBareGelIsDomedAndDotsLieWhereTheCameraProjectsThem) {
   }
 }
 
-TEST(Optics, KeepsEverySlopeUpTo45DegreesApart) {
-  const Optics optics(kSensor, quiet());
-  // Along each of 12 directions, steps of 5 degrees change the color by more than the noise (about 1.3) of a
-  // pixel.
-  for (int direction = 0; direction < 12; ++direction) {
-    const double angle = direction * std::acos(-1.0) / 6;
-    cv::Mat3b before;
-    for (int degrees = 0; degrees <= 45; degrees += 5) {
-      const double slope = std::tan(degrees * std::acos(-1.0) / 180);
-      const cv::Mat3b now = optics.render(gel_with_slope(static_cast<float>(slope * std::cos(angle)),
-                                                         static_cast<float>(slope * std::sin(angle))),
-                                          0, 0, true);
-      if (!before.empty()) {
-        for (const cv::Point& p : {cv::Point(40, 30), cv::Point(160, 120), cv::Point(280, 210)}) {
-          const cv::Vec3d change = cv::Vec3d(now(p)) - cv::Vec3d(before(p));
-          EXPECT_GT(cv::norm(change), 2.0) << degrees << " degrees toward " << direction * 30;
-        }
-      }
-      before = now;
-    }
-  }
-}
-
-TEST(Optics, BackgroundIsOfMiddleBrightness) {
-  double low = 0, high = 0;
-  cv::minMaxLoc(Optics(kSensor, quiet()).background().reshape(1), &low, &high);
-  EXPECT_GT(low, 20);
-  EXPECT_LT(high, 180);
-}
-
 TEST(Optics, NoiseHasTheStatedSizeAndNoMean) {
   const Optics optics(kSensor, {});
   const cv::Mat3b a = optics.render(gel_with_slope(0, 0), 1, 0, false),
@@ -200,54 +170,6 @@ TEST(Optics, NoiseHasTheStatedSizeAndNoMean) {
       }
   EXPECT_NEAR(squares / expected, 1, 0.02);
   EXPECT_NEAR(sum / static_cast<double>(3 * a.total()), 0, 0.01);
-}
-
-TEST(Optics, IsTheSameForTheSameFrameOnly) {
-  const GelShape gel = gel_with_slope(0.1F, 0);
-  const Optics optics(kSensor, {}), again(kSensor, {});
-  EXPECT_EQ(cv::norm(optics.render(gel, 5, 0.2, true), again.render(gel, 5, 0.2, true), cv::NORM_INF), 0);
-  EXPECT_GT(cv::norm(optics.render(gel, 5, 0.2, true), optics.render(gel, 6, 0.2, true), cv::NORM_INF), 0);
-}
-
-TEST(Optics, DriftStartsAtNothingAndWanders) {
-  OpticsOptions options = quiet();
-  options.light_drift = true;
-  const Optics optics(kSensor, options), steady(kSensor, quiet());
-  const GelShape flat = gel_with_slope(0, 0);
-  EXPECT_EQ(cv::norm(optics.render(flat, 0, 0, false), steady.render(flat, 0, 0, false), cv::NORM_INF), 0);
-  double largest = 0;
-  for (const double time : {5.0, 10.0, 15.0})
-    largest = std::max(largest, cv::norm(optics.render(flat, 0, time, true),
-                                         steady.render(flat, 0, time, true), cv::NORM_INF));
-  EXPECT_GT(largest, 3);
-  EXPECT_LT(largest, 30);
-}
-
-TEST(Optics, DirtStaysOnTheGelAndSomeComesLater) {
-  OpticsOptions options = quiet();
-  options.dirt = true;
-  const Optics dirty(kSensor, options), clean(kSensor, quiet());
-  const GelShape flat = gel_with_slope(0, 0);
-  const cv::Mat3b before = dirty.render(flat, 0, 0, false), after = dirty.render(flat, 0, 0, true);
-  const auto changed = [](const cv::Mat3b& a, const cv::Mat3b& b) {
-    cv::Mat3b difference;
-    cv::absdiff(a, b, difference);
-    return cv::countNonZero(difference.reshape(1) > 5);
-  };
-  EXPECT_GT(changed(before, clean.render(flat, 0, 0, false)), 300);
-  EXPECT_GT(changed(before, after), 100);
-  EXPECT_LT(changed(before, after), 20000);
-}
-
-TEST(Optics, MistakesAreErrors) {
-  for (const double bad : {-1.0, 1e6, std::nan("")}) {
-    OpticsOptions options;
-    options.noise_gain = bad;
-    EXPECT_THROW(Optics(kSensor, options), Error);
-  }
-  GelShape wrong = gel_with_slope(0, 0);
-  wrong.slope = cv::Mat2f(10, 10);
-  EXPECT_THROW(Optics(kSensor, {}).render(wrong, 0, 0, true), Error);
 }
 
 }  // namespace

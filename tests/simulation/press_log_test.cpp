@@ -8,14 +8,8 @@
 #include <set>
 #include <vector>
 
-#include "gelslam/core/error.hpp"
-#include "temporary_folder.hpp"
-
 namespace gelslam {
 namespace {
-
-using test::read_bytes;
-using test::TemporaryFolder;
 
 PressLogSpec few() {
   PressLogSpec spec;
@@ -66,22 +60,6 @@ TEST(PressLog, CoversTheGelAndIsDeterministic) {
   EXPECT_EQ(ninths.size(), 9U);
   simulate_press_log(spec, [&](const cv::Mat3b& bgr) { again = bgr.clone(); });
   EXPECT_EQ(cv::norm(last, again, cv::NORM_INF), 0);
-}
-
-TEST(PressLog, WritesAWholeFolderAndRefusesNonsense) {
-  const TemporaryFolder folder;
-  NoProgress quiet;
-  PressLogSpec spec = few();
-  spec.presses = 1;
-  write_press_log(folder / "log", spec, quiet);
-  EXPECT_EQ(read_bytes(folder / "log/touches.csv").find("kind,first_frame"), 0U);
-  EXPECT_GT(read_bytes(folder / "log/gelsight.avi").size(), 20'000U);
-  spec.diameter_mm = 1.0;
-  EXPECT_THROW(write_press_log(folder / "none", spec, quiet), Error);
-  spec = few();
-  spec.presses = 0;
-  EXPECT_THROW(simulate_press_log(spec, [](const cv::Mat3b&) {}), Error);
-  EXPECT_EQ(folder.names(), std::vector<std::string>{"log"});
 }
 
 }  // namespace

@@ -97,22 +97,6 @@ TEST_P(EveryShape, ClearanceIsNeverTooLarge) {
   }
 }
 
-TEST_P(EveryShape, GuessedCrossingsAreTheSearchedOnes) {
-  const ShapePtr shape = make_shape(named(GetParam()));
-  std::mt19937_64 random(11);
-  int found = 0;
-  for (int k = 0; k < 400; ++k) {
-    const Ray ray = random_ray(*shape, random);
-    const float t = shape->intersect(ray.origin, ray.direction, 200);
-    if (!std::isfinite(t)) continue;
-    const float guessed = shape->intersect_near(ray.origin, ray.direction, t + 0.02F);
-    if (std::isnan(guessed)) continue;
-    ++found;
-    EXPECT_NEAR(guessed, t, 1.5e-3F);
-  }
-  EXPECT_GT(found, 60);
-}
-
 std::vector<std::string> names() {
   std::vector<std::string> all;
   for (const CatalogEntry& entry : shape_catalog()) all.push_back(entry.name);
@@ -135,18 +119,6 @@ TEST(Shape, SphereIsHitWhereTheFormulaSays) {
 TEST(Shape, VolumeIsThatOfTheFormula) {
   const double third = 4.0 / 3.0 * std::numbers::pi;
   EXPECT_NEAR(volume(make_shape(named("sphere"))->mesh(0.2F)), third * 512, 0.003 * third * 512);
-}
-
-TEST(Shape, SeedAndTextureChangeTheTextureOnly) {
-  ShapeSpec spec = named("pebble");
-  const auto depth = [](const ShapeSpec& s) {
-    return make_shape(s)->intersect({1, 1, -30}, Vector3f::UnitZ(), 60);
-  };
-  const float first = depth(spec);
-  EXPECT_EQ(first, depth(spec));
-  spec.seed = 2;
-  EXPECT_NE(first, depth(spec));
-  EXPECT_NEAR(first, depth(spec), 1.7F);
 }
 
 TEST(Shape, FlatObjectsHaveTheirTextureOnBothSides) {
@@ -172,13 +144,6 @@ TEST(Shape, MeshFromInsideHitsAtOnceAndItsBoxKindIsGuessed) {
   EXPECT_EQ(sphere->kind(), ShapeKind::body);
   EXPECT_EQ(make_mesh_shape(make_shape(named("screw"))->mesh(0.5F))->kind(), ShapeKind::rod);
   EXPECT_EQ(make_mesh_shape(make_shape(named("coin"))->mesh(0.5F))->kind(), ShapeKind::flat);
-}
-
-TEST(Shape, DividedMeshKeepsItsSurface) {
-  const Mesh coarse = make_shape(named("sphere"))->mesh(2.0F);
-  const Mesh fine = make_mesh_shape(coarse)->mesh(0.3F);
-  EXPECT_NEAR(volume(fine), volume(coarse), 1e-3 * volume(coarse));
-  EXPECT_GT(fine.vertices_mm.size(), 20 * coarse.vertices_mm.size());
 }
 
 TEST(Shape, MistakesAreErrors) {
