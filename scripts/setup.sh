@@ -16,7 +16,7 @@ usage() { sed -n '2,/^set /s/^# \?//p' "$0"; }
 packages=(
   g++ cmake ninja-build ccache pkg-config # build
   libeigen3-dev libopencv-dev libceres-dev libassimp-dev libembree-dev libmeshoptimizer-dev
-  libcli11-dev libyaml-cpp-dev nlohmann-json3-dev libfmt-dev libzip-dev libsqlite3-dev
+  libcli11-dev libyaml-cpp-dev nlohmann-json3-dev libfmt-dev libzip-dev libsqlite3-dev libcpp-httplib-dev
   libturbojpeg0-dev libpng-dev zlib1g-dev                            # pictures
   libavformat-dev libavcodec-dev libavutil-dev libswscale-dev         # videos, logs
   libglfw3-dev libepoxy-dev libimgui-dev fonts-dejavu-core            # window
@@ -25,6 +25,7 @@ packages=(
 )
 optional_packages=(libopen3d-dev) # Ubuntu 24.04 does not have it
 without_optional="the program makes no watertight meshes, and the laboratory is not built"
+browser_packages=(chromium chromium-driver python3-selenium) # Ubuntu 24.04 has no driver
 test_packages=(
   libgtest-dev libgmock-dev libbenchmark-dev
   xvfb xauth                       # windows without a display
@@ -40,7 +41,11 @@ check_packages=(clang-format clang-tidy python3-ament-flake8 python3-ament-pep25
 install=true
 for argument in "$@"; do
   case $argument in
-    --tests) packages+=("${test_packages[@]}" "${package_packages[@]}") ;;
+    --tests)
+      packages+=("${test_packages[@]}" "${package_packages[@]}")
+      optional_packages+=("${browser_packages[@]}")
+      without_optional+="; or pages are not tried in a browser"
+      ;;
     --python) packages+=("${python_packages[@]}") ;;
     --packages) packages+=("${package_packages[@]}") ;;
     --reference) packages+=("${reference_packages[@]}") ;;

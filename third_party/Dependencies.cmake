@@ -23,6 +23,7 @@ find_package(ZLIB REQUIRED)                     # packed surfaces, checksums (li
 
 if(GELSLAM_BUILD_PROGRAM OR GELSLAM_BUILD_LAB)
   find_package(CLI11 REQUIRED)                 # command line
+  pkg_check_modules(HTTPLIB REQUIRED IMPORTED_TARGET cpp-httplib)  # the service of a scan (only libs/exchange)
   # Watertight meshes (only libs/exchange); methods that the laboratory compares with. Ubuntu 24.04 has no package of it.
   find_package(Open3D QUIET)
   if(NOT Open3D_FOUND)

@@ -5,6 +5,7 @@
 #include "commands.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/slam/reconstruct.hpp"
+#include "live_command.hpp"
 #include "reports.hpp"
 #include "terminal_progress.hpp"
 
@@ -14,11 +15,24 @@ namespace {
 struct ReconstructArguments {
   std::string log;
   LogOptions settings;
-  std::string run_folder, continued;
+  std::string run_folder, continued, serve;
   bool overwrite = false, quiet = false;
 };
 
+/// Live without drops: the same map, to be watched as it grows.
+int run_served(const ReconstructArguments& arguments) {
+  LiveArguments live;
+  live.log = arguments.settings;
+  live.run_folder = arguments.run_folder;
+  live.overwrite = arguments.overwrite;
+  live.quiet = arguments.quiet;
+  live.headless = true;
+  live.stream.serve = arguments.serve;
+  return run_live_log(arguments.log, live, /*every_frame=*/true);
+}
+
 int run(const ReconstructArguments& arguments) {
+  if (!arguments.serve.empty()) return run_served(arguments);
   ReconstructRequest request;
   request.input = with_settings_of_run(arguments.settings.input(arguments.log), arguments.continued);
   request.config = resolve_config(request.input);
@@ -44,10 +58,11 @@ void add_reconstruct_command(CLI::App& app, int& exit_code) {
       ->required();
   arguments->settings.add_to(*command);
   command->add_option("-o,--output", arguments->run_folder, "Run folder to write")->required();
-  command->add_option(
+  CLI::Option* continued = command->add_option(
       "--continue", arguments->continued,
       "Run folder that the log continues: the same object, sensor and model. It stays as it is");
   command->add_flag("--overwrite", arguments->overwrite, "Replace the run folder if it is there");
+  add_serve_option(*command, arguments->serve)->excludes(continued);
   add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "Example: gelslam reconstruct data/pebble -o runs/pebble\n"

@@ -3,7 +3,6 @@
 
 #include "camera_input.hpp"
 #include "commands.hpp"
-#include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
 #include "live_command.hpp"
@@ -19,22 +18,8 @@ struct ScanArguments {
   LiveArguments live;
 };
 
-/// Plays a log, as if it came from a camera.
-int run_log(const ScanArguments& arguments) {
-  const Config config = arguments.live.config(arguments.log);
-  LiveOptions options = arguments.live.options(config);
-  options.log = arguments.log;
-  options.drop_when_behind = !arguments.every_frame;
-  return run_live(std::move(options), arguments.live, [&]() -> LiveFrames {
-    // A log of another camera is refused before a run folder is made, or replaced.
-    open_frame_source(arguments.log, config.sensor)->next();
-    return {pace(open_raw_log(arguments.log, config.sensor),
-                 arguments.every_frame ? Pace::as_taken : Pace::as_recorded)};
-  });
-}
-
 int run(ScanArguments arguments) {
-  if (!arguments.log.empty()) return run_log(arguments);
+  if (!arguments.log.empty()) return run_live_log(arguments.log, arguments.live, arguments.every_frame);
   LiveArguments& live = arguments.live;
   if (live.run_folder.empty() && live.continued.empty()) live.run_folder = name_by_time();
   const bool is_simulated = arguments.device == simulated_camera_name();

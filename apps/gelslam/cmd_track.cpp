@@ -61,17 +61,70 @@ Session read_map_for(const Config& config, const std::string& map) {
   return session;
 }
 
-using LineSink = std::function<void(std::string)>;
+/// Where a frame's line goes, and what the service shows. Standard output waits for its reader, so that a
+/// log's poses are complete; other readers may lose lines.
+class PoseOutlet {
+ public:
+  PoseOutlet(const StreamArguments& arguments, bool quiet)
+      : tum_(arguments.is_tum()), service_(open_service(arguments.serve, feed_, nullptr, quiet)) {}
+  ~PoseOutlet() {
+    if (!service_) return;
+    feed_.close();
+    watch_.reset();
+    service_->finish();
+  }
 
-/// Standard output waits for its reader, so that a log's poses are complete. Other readers may lose lines.
-LineSink open_sink(const StreamArguments& arguments, bool quiet) {
-  const std::shared_ptr<StreamServer> server = arguments.open_server(quiet);
-  if (!server) return [](const std::string& line) { std::cout << line << std::flush; };
-  return [server](std::string line) { server->write(std::move(line)); };
-}
+  LineFormats formats() const { return {!tum_ || service_, tum_ || service_}; }
+  void watch(std::function<void()> stop) {
+    if (!service_) return;
+    WatchedScan scan;
+    scan.status = [this] { return copy(status_); };
+    scan.touch = [this] { return copy(touch_); };
+    scan.ask = [stop = std::move(stop)](ScanWish) { stop(); };
+    scan.is_scan = false;
+    watch_ = service_->watch(std::move(scan));
+  }
+  void write(PoseLine line, const std::string& source) {
+    std::cout << (tum_ ? line.tum : line.ndjson) << std::flush;
+    if (!service_) return;
+    show(line, source);
+    StreamedFrame frame{std::move(line.ndjson), std::move(line.tum), line.touch.index, line.touch.time_s};
+    frame.picture = line.touch.image;
+    feed_.write(std::move(frame));
+  }
+  void end() {
+    const std::lock_guard lock(mutex_);
+    status_.phase = LivePhase::finished;
+  }
 
-/// All frames of the stream to the sink, until `stopped`. True when any had a pose.
-bool write_poses(SurfaceStream& stream, PoseOutput& output, const LineSink& sink, const FrameStopper& stopper,
+ private:
+  template <typename T>
+  T copy(const T& shown) const {
+    const std::lock_guard lock(mutex_);
+    return shown;
+  }
+  void show(const PoseLine& line, const std::string& source) {
+    auto touch = std::make_shared<const LiveTouch>(line.touch);
+    const std::lock_guard lock(mutex_);
+    touch_ = std::move(touch);
+    status_.phase = line.touch.surface ? LivePhase::scanning : LivePhase::background;
+    status_.track = line.touch.status;
+    status_.words = line.words;
+    status_.source = source;
+    ++status_.frames;
+  }
+
+  const bool tum_;
+  LineFeed feed_;
+  mutable std::mutex mutex_;  // for what follows
+  LiveStatus status_;
+  std::shared_ptr<const LiveTouch> touch_;
+  std::unique_ptr<HttpService> service_;
+  std::shared_ptr<void> watch_;
+};
+
+/// All frames of the stream to the outlet, until `stopped`. True when any had a pose.
+bool write_poses(SurfaceStream& stream, PoseOutput& output, PoseOutlet& outlet, const FrameStopper& stopper,
                  ProgressSink& progress) {
   for (const std::string& doubt : stream.background_doubts()) warn(doubt);
   progress.begin("tracking", stream.frame_count());
@@ -80,16 +133,18 @@ bool write_poses(SurfaceStream& stream, PoseOutput& output, const LineSink& sink
   while (const std::optional<SurfaceStream::Item> item = stream.next()) {
     PoseLine line = output.line(*item);
     any = line.has_pose || any;
-    if (!line.text.empty()) sink(std::move(line.text));
+    outlet.write(std::move(line), stream.description());
     progress.update(++done);
     if (stopper.stopped() || !std::cout) break;
   }
+  outlet.end();
   progress.end();
   warn(stream.warning());
   return any;
 }
 
 void check(const TrackArguments& arguments) {
+  arguments.stream.check();
   if (arguments.is_camera && !arguments.log.empty()) throw Error("give either LOG or --camera, not both");
   if (!arguments.is_camera && arguments.log.empty()) throw Error("give a LOG, or --camera");
   if (arguments.window.shows_map() && arguments.map.empty())
@@ -116,16 +171,16 @@ int run(const TrackArguments& arguments) {
   LogInput input = arguments.settings.input(arguments.log);
   if (arguments.is_camera) input = with_settings_of_run(std::move(input), arguments.map);
   const Config config = resolve_config(input);
-  const bool as_ndjson = arguments.stream.stream_format() == StreamFormat::ndjson;
-  const bool shows_poses = arguments.stream.target == "-" && ::isatty(STDOUT_FILENO) != 0;
+  const bool shows_poses = ::isatty(STDOUT_FILENO) != 0;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet || shows_poses);
-  const LineSink sink = open_sink(arguments.stream, arguments.quiet);
+  FrameStopper stopper;  // beyond the outlet, whose clients may stop it
+  PoseOutlet outlet(arguments.stream, arguments.quiet);
   const Session map = arguments.map.empty() ? Session() : read_map_for(config, arguments.map);
   WindowOptions window = arguments.window.window_options();
   const ShownMap shown =
       arguments.window.shows_map() ? read_shown_map(arguments.map, map, *progress) : ShownMap();
   LocatedTouches touches;
-  FrameStopper stopper;
+  outlet.watch([&stopper] { stopper.stop(); });
   const InterruptStopper interrupt(
       arguments.is_camera ? InterruptWatch::Ends::regularly : InterruptWatch::Ends::early,
       [&stopper] { stopper.stop(); });
@@ -136,10 +191,10 @@ int run(const TrackArguments& arguments) {
     StageTimer timer;
     SurfaceStream stream = open_stream(arguments, input, config, stopper, timer);
     const std::unique_ptr<PoseOutput> output =
-        surfaces ? make_map_output(surfaces, config.slam, as_ndjson,
+        surfaces ? make_map_output(surfaces, config.slam, outlet.formats(),
                                    arguments.window.shows_map() ? &touches : nullptr)
-                 : make_trial_output(config.slam, as_ndjson);
-    return write_poses(stream, *output, sink, stopper, *progress);
+                 : make_trial_output(config.slam, outlet.formats());
+    return write_poses(stream, *output, outlet, stopper, *progress);
   };
   bool any = false;
   if (arguments.window.window) {

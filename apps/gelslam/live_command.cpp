@@ -19,6 +19,9 @@
 #include "gelslam/core/file_descriptor.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/sensor/frame_source.hpp"
+#include "gelslam/sensor/raw_log.hpp"
+#include "gelslam/slam/pose_stream.hpp"
 #include "gelslam/viewer/gl_context.hpp"
 #include "gelslam/viewer/window.hpp"
 #include "reports.hpp"
@@ -166,7 +169,10 @@ LiveOptions LiveArguments::options(const Config& config) const {
   options.keep_free_bytes = keep_free_bytes;
   options.run_folder = continued.empty() ? run_folder : continued;
   if (!continued.empty()) options.continued = continue_in_place(continued, config);
-  options.stream = stream.open(config.slam.gradient_scale.sigma, quiet);
+  stream.check();
+  if (!stream.target.empty() || !stream.serve.empty())
+    options.stream = std::make_shared<PoseStream>(config.slam.gradient_scale.sigma);
+  if (!stream.serve.empty()) options.mesh_feed = std::make_shared<MeshFeed>();
   return options;
 }
 
@@ -186,6 +192,49 @@ WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& ar
                              counted(std::ssize(options.continued->record.keyframes), "keyframe"));
   if (!arguments.headless) GlContext::window({.title = "GelSLAM", .visible = false});
   return window;
+}
+
+/// Other programs and browsers that read along.
+struct Listeners {
+  Listeners(const LiveOptions& options, const StreamArguments& arguments, bool quiet)
+      : stream(options.stream), mesh(options.mesh_feed) {
+    if (!stream) return;
+    service = open_service(arguments.serve, stream->feed(), mesh.get(), quiet);
+    if (!arguments.target.empty())
+      output = std::make_unique<LineOutput>(
+          stream->feed(), LineWishes{arguments.is_tum(), arguments.surface, arguments.images});
+  }
+
+  void start_scan() {
+    if (stream) stream->start_scan();
+    if (mesh) mesh->add(true, {});
+  }
+  void finish() {
+    if (output && !output->finish()) std::cout.setstate(std::ios::badbit);  // main() says so
+    if (stream) stream->feed().close();
+    if (service) service->finish();
+  }
+
+  const std::shared_ptr<PoseStream> stream;
+  const std::shared_ptr<MeshFeed> mesh;
+  std::unique_ptr<HttpService> service;
+  std::unique_ptr<LineOutput> output;
+};
+
+/// `another`: there is a camera for another scan; whether one was asked for goes to `wants_new_scan`.
+WatchedScan watched(LiveSession& session, bool another, std::atomic<bool>& wants_new_scan) {
+  WatchedScan scan;
+  scan.status = [&session] { return session.status(); };
+  scan.touch = [&session] { return session.touch(); };
+  scan.map = [&session] { return session.map(); };
+  scan.ask = [&](ScanWish wish) {
+    if (wish == ScanWish::save) return session.save_now();
+    if (wish == ScanWish::undo) return session.undo_last_trial();
+    if (wish == ScanWish::new_scan) wants_new_scan = true;
+    session.stop();
+  };
+  scan.another = another;
+  return scan;
 }
 
 struct LiveEnd {
@@ -216,7 +265,8 @@ class UsualPriority {
 };
 
 LiveEnd run_to_its_end(std::unique_ptr<RawFrameSource> source, LiveOptions options,
-                       const LiveArguments& arguments, WindowOptions window, UsualPriority& usual_priority) {
+                       const LiveArguments& arguments, WindowOptions window, HttpService* service,
+                       UsualPriority& usual_priority) {
   LiveEnd end;
   // Before there is anything that must not be left behind.
   const InterruptWatch interrupt(
@@ -226,8 +276,11 @@ LiveEnd run_to_its_end(std::unique_ptr<RawFrameSource> source, LiveOptions optio
   const auto session = usual_priority.run([&] { return begin_live_scan(std::move(source), options); });
   window.when_shown = [&] { shown = true; };
   const StopWatch stop_watch(*session, interrupt, arguments.seconds);
+  std::atomic<bool> wants_new_scan{false};
+  std::shared_ptr<void> watch;
+  if (service) watch = service->watch(watched(*session, options.log.empty(), wants_new_scan));
   if (!arguments.headless) {
-    window.asks_to_end = [&] { return interrupt.requested(); };
+    window.asks_to_end = [&] { return interrupt.requested() || wants_new_scan; };
     end.wants_new_scan = run_live_window(*session, window);
     session->stop();
   }
@@ -238,7 +291,7 @@ LiveEnd run_to_its_end(std::unique_ptr<RawFrameSource> source, LiveOptions optio
   std::cerr << report_text(report, session->status(), warned, arguments.quiet);
   end.exit_code = report.frames.tracked == 0 || report.partial ? kExitNotGood : kExitDone;
   end.background = session->background_frames();
-  if (interrupt.requested()) end.wants_new_scan = false;
+  end.wants_new_scan = (end.wants_new_scan || wants_new_scan) && !interrupt.requested();
   return end;
 }
 
@@ -247,6 +300,7 @@ LiveEnd run_to_its_end(std::unique_ptr<RawFrameSource> source, LiveOptions optio
 int run_live(LiveOptions options, const LiveArguments& arguments, const std::function<LiveFrames()>& open) {
   const std::filesystem::path first = options.run_folder;
   WindowOptions window = prepare_window(options, arguments);
+  Listeners listeners(options, arguments.stream, arguments.quiet);
   LiveFrames frames = open();
   UsualPriority usual_priority;
   if (!arguments.headless) lower_thread_priority();  // drawing goes after tracking
@@ -255,7 +309,8 @@ int run_live(LiveOptions options, const LiveArguments& arguments, const std::fun
     const std::filesystem::path next_folder = options.log.empty() ? next_run_folder(first) : "";
     window.next_run_folder = next_folder.string();
     options.record = frames.record;
-    LiveEnd end = run_to_its_end(std::move(frames.source), options, arguments, window, usual_priority);
+    LiveEnd end = run_to_its_end(std::move(frames.source), options, arguments, window,
+                                 listeners.service.get(), usual_priority);
     exit_code = std::max(exit_code, end.exit_code);
     if (!end.wants_new_scan) break;
     frames = open();
@@ -263,10 +318,22 @@ int run_live(LiveOptions options, const LiveArguments& arguments, const std::fun
     window.picture_folder = options.run_folder = next_folder;
     options.overwrite = false;
     options.continued.reset();
-    if (options.stream) options.stream->start_scan();
+    listeners.start_scan();
   }
-  if (options.stream && !options.stream->finish()) std::cout.setstate(std::ios::badbit);  // main() says so
+  listeners.finish();
   return exit_code;
+}
+
+int run_live_log(const std::string& log, const LiveArguments& arguments, bool every_frame) {
+  const Config config = arguments.config(log);
+  LiveOptions options = arguments.options(config);
+  options.log = log;
+  options.drop_when_behind = !every_frame;
+  return run_live(std::move(options), arguments, [&]() -> LiveFrames {
+    // A log of another camera is refused before a run folder is made, or replaced.
+    open_frame_source(log, config.sensor)->next();
+    return {pace(open_raw_log(log, config.sensor), every_frame ? Pace::as_taken : Pace::as_recorded)};
+  });
 }
 
 }  // namespace gelslam

@@ -25,8 +25,8 @@ struct LiveArguments {
   void add_to(CLI::App& command);
   /// The configuration of the sensor whose frames are in this log; empty: a camera.
   Config config(const std::string& log) const;
-  /// The part of the options that does not depend on where frames come from. Opens the stream and reads the
-  /// session that is continued.
+  /// The part of the options that does not depend on where frames come from. Reads the session that is
+  /// continued.
   LiveOptions options(const Config& config) const;
 };
 
@@ -41,5 +41,8 @@ struct LiveFrames {
 /// is known that the run folder and the display do not refuse. The first Ctrl-C stops it, the second saves at
 /// once what there is, the third ends the program. Returns the worst exit code.
 int run_live(LiveOptions options, const LiveArguments& arguments, const std::function<LiveFrames()>& open);
+
+/// The same of a log, as if it came from a camera; with `every_frame` as fast as possible without a drop.
+int run_live_log(const std::string& log, const LiveArguments& arguments, bool every_frame);
 
 }  // namespace gelslam

@@ -5,18 +5,9 @@
 #include "gelslam/core/error.hpp"
 
 namespace gelslam {
-namespace {
-
-void say_where(const std::string& name) {
-  if (name != "-") std::cerr << "streaming to " << name << std::endl;
-}
-
-}  // namespace
 
 void StreamArguments::add_to(CLI::App& command) {
-  command
-      .add_option("--stream", target,
-                  "Stream poses while they are computed: - (stdout), unix:PATH or tcp:PORT")
+  command.add_option("--stream", target, "Stream poses while they are computed: - (stdout)")
       ->default_str(target);
   command
       .add_option(
@@ -25,6 +16,7 @@ void StreamArguments::add_to(CLI::App& command) {
           "pose; after a loss, poses continue once a place is recognized. ndjson: one object per frame")
       ->check(CLI::IsMember({"tum", "ndjson"}))
       ->capture_default_str();
+  add_serve_option(command, serve);
 }
 
 void StreamArguments::add_live_to(CLI::App& command) {
@@ -33,30 +25,29 @@ void StreamArguments::add_live_to(CLI::App& command) {
 }
 
 void StreamArguments::check() const {
+  if (!target.empty() && target != "-")
+    throw Error("--stream " + target + ": should be -; other programs read --serve [HOST:]PORT");
   for (const auto& [given, name] : {std::pair(surface, "--stream-surface"), {images, "--stream-images"}}) {
     if (!given) continue;
     if (target.empty()) throw Error(std::string(name) + " needs --stream");
-    if (stream_format() == StreamFormat::tum)
-      throw Error(std::string(name) + " needs --stream-format ndjson");
+    if (is_tum()) throw Error(std::string(name) + " needs --stream-format ndjson");
   }
 }
 
-std::shared_ptr<PoseStream> StreamArguments::open(double gradient_scale_sigma, bool quiet) const {
-  check();
-  if (target.empty()) return nullptr;
-  auto stream = std::make_shared<PoseStream>(
-      PoseStream::Options{target, stream_format(), surface, images, gradient_scale_sigma});
-  if (!quiet) say_where(stream->name());
-  return stream;
+CLI::Option* add_serve_option(CLI::App& command, std::string& serve) {
+  return command.add_option(
+      "--serve", serve,
+      "Serve a page to watch, poses and the surface at [HOST:]PORT (HTTP; without HOST for this "
+      "machine only)");
 }
 
-std::shared_ptr<StreamServer> StreamArguments::open_server(bool quiet) const {
-  check();
-  if (target == "-") return nullptr;
-  auto server = std::make_shared<StreamServer>(
-      target, [format = stream_format()](std::int64_t lines) { return dropped_notice(format, lines); });
-  if (!quiet) say_where(server->name());
-  return server;
+std::unique_ptr<HttpService> open_service(const std::string& serve, LineFeed& lines, const MeshFeed* mesh,
+                                          bool quiet) {
+  if (serve.empty()) return nullptr;
+  auto service = serve_scan(serve, lines, mesh);
+  if (!quiet || service->url.find("token=") != std::string::npos)
+    std::cerr << "serving " << service->url << std::endl;
+  return service;
 }
 
 }  // namespace gelslam

@@ -4,30 +4,33 @@
 #include <memory>
 #include <string>
 
-#include "gelslam/slam/pose_stream.hpp"
+#include "gelslam/exchange/http_service.hpp"
+#include "gelslam/slam/line_output.hpp"
 
 namespace gelslam {
 
 /// Where poses go while they are computed: what `track` and `scan` have in common.
 struct StreamArguments {
-  std::string target;  ///< StreamServer; "": none
+  std::string target;  ///< "-": standard output; "": none
   std::string format = "ndjson";
+  std::string serve{};  ///< HttpService; "": none
   bool surface = false, images = false;
 
   /// `target` and `format` are the command's defaults.
   void add_to(CLI::App& command);
   /// Only of live commands.
   void add_live_to(CLI::App& command);
-  StreamFormat stream_format() const { return format == "tum" ? StreamFormat::tum : StreamFormat::ndjson; }
+  bool is_tum() const { return format == "tum"; }
 
-  /// Null without a target. Says on stderr where readers connect, unless quiet. Throws Error like
-  /// StreamServer, and when options contradict each other.
-  std::shared_ptr<PoseStream> open(double gradient_scale_sigma, bool quiet) const;
-  /// Only the lines' way out; null for standard output.
-  std::shared_ptr<StreamServer> open_server(bool quiet) const;
-
- private:
+  /// Throws Error when options contradict each other.
   void check() const;
 };
+
+/// --serve, also of commands that stream nothing.
+CLI::Option* add_serve_option(CLI::App& command, std::string& serve);
+
+/// Null for "". Says on stderr what to open, when quiet only if nobody else knows. Throws Error.
+std::unique_ptr<HttpService> open_service(const std::string& serve, LineFeed& lines, const MeshFeed* mesh,
+                                          bool quiet);
 
 }  // namespace gelslam

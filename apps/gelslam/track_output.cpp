@@ -70,10 +70,20 @@ class TumStream {
   std::map<int, Pose> first_T_trial_;
 };
 
+LiveTouch touch_of(const SurfaceStream::Item& item, TrackStatus status) {
+  LiveTouch touch;
+  touch.index = item.frame;
+  touch.time_s = item.time_s;
+  touch.image = item.picture;
+  touch.surface = item.surface;
+  touch.status = status;
+  return touch;
+}
+
 class TrialOutput final : public PoseOutput {
  public:
-  TrialOutput(const SlamOptions& options, bool as_ndjson)
-      : as_ndjson_(as_ndjson),
+  TrialOutput(const SlamOptions& options, const LineFormats& formats)
+      : formats_(formats),
         tracker_(options.tracker, options.registration, options.verification),
         tum_(options),
         drift_(options.gradient_scale.sigma) {}
@@ -82,15 +92,23 @@ class TrialOutput final : public PoseOutput {
     TrackedFrame frame = item.surface ? tracker_.track(item.frame, item.time_s, item.surface)
                                       : background_frame(item.frame, item.time_s, item.unix_us);
     frame.unix_us = item.unix_us;
-    const bool tracked = frame.status == TrackStatus::tracked;
-    if (!as_ndjson_) return {tum_.line(frame), tracked};
+    PoseLine line;
+    line.has_pose = frame.status == TrackStatus::tracked;
+    line.touch = touch_of(item, frame.status);
+    line.touch.trial = line.has_pose ? frame.trial : -1;
+    line.touch.trial_T_frame = frame.trial_T_frame;
+    if (frame.status == TrackStatus::lost)
+      line.words = "lost: " + std::string(describe(frame.registration.status));
+    if (formats_.tum) line.tum = tum_.line(frame);
+    if (!formats_.ndjson) return line;
     FrameReport report{frame, item.surface.get()};
     report.covariance = drift_.add(frame);
-    return {ndjson_line(report), tracked};
+    line.ndjson = ndjson_line(report);
+    return line;
   }
 
  private:
-  bool as_ndjson_;
+  const LineFormats formats_;
   Tracker tracker_;
   TumStream tum_;
   TrialDrift drift_;
@@ -98,9 +116,9 @@ class TrialOutput final : public PoseOutput {
 
 class MapOutput final : public PoseOutput {
  public:
-  MapOutput(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options, bool as_ndjson,
+  MapOutput(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options, const LineFormats& formats,
             LocatedTouches* touches)
-      : as_ndjson_(as_ndjson), localizer_(std::move(map), options), touches_(touches) {}
+      : formats_(formats), localizer_(std::move(map), options), touches_(touches) {}
 
   PoseLine line(const SurfaceStream::Item& item) override {
     LocalizedFrame frame;
@@ -115,29 +133,38 @@ class MapOutput final : public PoseOutput {
       touches_->newest = touch;
       if (!frame.hypotheses.empty()) touches_->placed = touch;
     }
-    const bool localized = frame.status == PlaceStatus::localized;
-    if (!as_ndjson_)
-      return {localized ? tum_line(stamp_s(item.unix_us, item.time_s), frame.hypotheses.front().map_T_sensor)
-                        : "",
-              localized};
-    return {map_json(frame, item.surface.get()).dump() + "\n", localized};
+    PoseLine line;
+    line.has_pose = frame.status == PlaceStatus::localized;
+    line.touch = touch_of(item, frame.tracked.status);
+    if (line.has_pose) {
+      line.touch.trial = 0;
+      line.touch.trial_T_frame = frame.hypotheses.front().map_T_sensor;
+      line.words = "localized";
+    } else if (line.touch.status == TrackStatus::tracked || line.touch.status == TrackStatus::lost) {
+      line.touch.status = TrackStatus::lost;
+      line.words = "not in the map: " + frame.reason;
+    }
+    if (formats_.tum && line.has_pose)
+      line.tum = tum_line(stamp_s(item.unix_us, item.time_s), line.touch.trial_T_frame);
+    if (formats_.ndjson) line.ndjson = map_json(frame, item.surface.get()).dump() + "\n";
+    return line;
   }
 
  private:
-  bool as_ndjson_;
+  const LineFormats formats_;
   Localizer localizer_;
   LocatedTouches* touches_;
 };
 
 }  // namespace
 
-std::unique_ptr<PoseOutput> make_trial_output(const SlamOptions& options, bool as_ndjson) {
-  return std::make_unique<TrialOutput>(options, as_ndjson);
+std::unique_ptr<PoseOutput> make_trial_output(const SlamOptions& options, const LineFormats& formats) {
+  return std::make_unique<TrialOutput>(options, formats);
 }
 
 std::unique_ptr<PoseOutput> make_map_output(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options,
-                                            bool as_ndjson, LocatedTouches* touches) {
-  return std::make_unique<MapOutput>(std::move(map), options, as_ndjson, touches);
+                                            const LineFormats& formats, LocatedTouches* touches) {
+  return std::make_unique<MapOutput>(std::move(map), options, formats, touches);
 }
 
 }  // namespace gelslam

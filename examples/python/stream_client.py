@@ -1,31 +1,43 @@
 #!/usr/bin/env python3
-"""Prints the position of the sensor while `gelslam scan --stream tcp:5555` runs.
+"""Prints the position of the sensor while `gelslam scan --serve 5555` runs.
 
-Usage: stream_client.py [PORT]
+Usage: stream_client.py [PORT, or the address that gelslam prints]
 """
 import argparse
+import http.client
 import json
 import os
-import socket
 import sys
+from urllib.parse import urlsplit
 
 
-def main(port):
-    with socket.create_connection(("127.0.0.1", port)) as connection:
-        for line in connection.makefile():
-            frame = json.loads(line)
-            if frame["type"] == "frame" and frame["status"] == "tracked":
-                x, y, z = (1000 * frame["pose"][k] for k in (3, 7, 11))
-                print("%8.2f s  trial %d  x %6.2f  y %6.2f  z %6.2f mm" % (frame["time_s"], frame["trial"], x, y, z), flush=True)
+def lines(address):
+    url = urlsplit(f"http://127.0.0.1:{address}/" if address.isdigit() else address)
+    if not url.hostname:
+        sys.exit("stream_client: give a port, or the address that gelslam prints")
+    connection = http.client.HTTPConnection(url.hostname, url.port)
+    connection.request("GET", "/poses?" + url.query)
+    reply = connection.getresponse()
+    if reply.status != http.client.OK:
+        sys.exit("stream_client: " + reply.read().decode().strip())
+    yield from reply
+
+
+def main(address):
+    for line in lines(address):
+        frame = json.loads(line)
+        if frame["type"] == "frame" and frame["status"] == "tracked":
+            x, y, z = (1000 * frame["pose"][k] for k in (3, 7, 11))
+            print("%8.2f s  trial %d  x %6.2f  y %6.2f  z %6.2f mm" % (frame["time_s"], frame["trial"], x, y, z), flush=True)
 
 
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-parser.add_argument("port", type=int, nargs="?", default=5555)
+parser.add_argument("address", nargs="?", default="5555")
 try:
-    main(parser.parse_args().port)
+    main(parser.parse_args().address)
 except BrokenPipeError:  # who read this has enough, as `head` has
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains once more at its end
-except ConnectionError as error:
-    sys.exit(f"stream_client: {error.strerror}: does gelslam run with --stream tcp:PORT?")
+except (http.client.HTTPException, OSError, ValueError) as error:
+    sys.exit(f"stream_client: {error}: does gelslam run with --serve PORT?")
 except KeyboardInterrupt:
     pass

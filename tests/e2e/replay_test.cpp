@@ -88,6 +88,17 @@ TEST(Replay, StreamsThePosesOfTrackAndTheirPlacesInTheMap) {
   EXPECT_GT(placed, 0);
 }
 
+TEST(Replay, StreamsThatCannotBeAreRefusedInOneLine) {
+  const std::string log = scan().log().string();
+  expect_mistake(gelslam(replay({log, "--stream", "tcp:5555"})), "should be -; other programs read --serve");
+  for (const char* address : {"99999", "x", "-1", "80a", "host:", ":80"})
+    expect_mistake(gelslam(replay({log, "--serve", address})), "a port is a number from 1 to 65535");
+  expect_mistake(gelslam(replay({log, "--serve", "203.0.113.7:0"})), "is no address of this machine");
+  expect_mistake(gelslam(replay({log, "--stream-surface"})), "--stream-surface needs --stream");
+  expect_mistake(gelslam(replay({log, "--stream", "-", "--stream-format", "tum", "--stream-images"})),
+                 "--stream-images needs --stream-format ndjson");
+}
+
 TEST(Replay, AtTheSensorsRateItTakesAsLongAsTheScanTook) {
   const TemporaryFolder folder;
   const ProgramResult result =

@@ -215,18 +215,16 @@ class Lines(unittest.TestCase):
 
 
 class Served(unittest.TestCase):
-    """A stream at a socket file."""
+    """Poses of a service on this machine."""
 
     def setUp(self):
         stream.WAIT_S = 0.01
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.path = folder.name + "/poses"
-        self.server = socket.socket(socket.AF_UNIX)
+        self.server = socket.socket()
         self.addCleanup(self.server.close)
+        self.server.bind(("127.0.0.1", 0))
+        self.target = "http://127.0.0.1:%d/?token=7" % self.server.getsockname()[1]
 
     def listen(self):
-        self.server.bind(self.path)
         self.server.listen()
 
     def serve(self, *lines):
@@ -234,7 +232,11 @@ class Served(unittest.TestCase):
         def send():
             connection, _ = self.server.accept()
             with connection:
-                connection.sendall(b"".join(line.encode() + b"\n" for line in lines))
+                self.asked = connection.recv(10000).split(b"\r\n")[0]
+                connection.sendall(b"HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n")
+                for line in lines:
+                    connection.sendall(b"%x\r\n%s\n\r\n" % (len(line.encode()) + 1, line.encode()))
+                connection.sendall(b"0\r\n\r\n")
         self.listen()
         thread = threading.Thread(target=send)
         thread.start()
@@ -250,27 +252,28 @@ class Connections(Served):
             if len(waits) == 2:  # the first attempt has failed
                 self.serve("hello", "world")
             return True
-        found = [line for line in stream.lines("unix:" + self.path, goes_on) if line is not None]
+        found = [line for line in stream.lines(self.target, goes_on) if line is not None]
         self.assertEqual(found, [b"hello", b"world"])
+        self.assertEqual(self.asked, b"GET /poses?surface=1&images=1&token=7 HTTP/1.1")
 
     def test_waiting_ends_when_asked_with_and_without_a_scan(self):
         for listens in (False, True):
             if listens:
                 self.listen()
             left = iter(range(4))
-            self.assertEqual(set(stream.lines("unix:" + self.path, lambda: next(left, None) is not None)), {None})
+            self.assertEqual(set(stream.lines(self.target, lambda: next(left, None) is not None)), {None})
 
     def test_a_wrong_target_is_named(self):
-        for target in ("5555", "tcp:", "tcp:host", "tcp:0", "tcp:70000", "unix:", ""):
-            with self.assertRaisesRegex(ValueError, "give tcp:PORT"):
+        for target in ("5555", "tcp:5555", "http://", "http://host:0/", "http://host:70000/", "http://host:x/", ""):
+            with self.assertRaisesRegex(ValueError, "give the address"):
                 stream.check_target(target)
-        for target in ("tcp:5555", "tcp:10.0.0.1:5555", "unix:/tmp/pose"):
+        for target in ("http://127.0.0.1:5555/", "http://10.0.0.1:5555/?token=ab", "http://[::1]:5555"):
             stream.check_target(target)
 
 
 class Nodes(Served):
     def node(self, **parameters):
-        ros = ros_stubs.Ros(target="unix:" + self.path, **parameters)
+        ros = ros_stubs.Ros(target=self.target, **parameters)
         for name in [*ros.install(), "gelslam_bridge.node"]:
             self.addCleanup(sys.modules.pop, name, None)
         sys.modules.pop("gelslam_bridge.node", None)
@@ -385,7 +388,7 @@ class Package(unittest.TestCase):
             _, no_mount, said = launch["generate_launch_description"]()
         names = stream.Frames()
         self.assertEqual(bridge["parameters"], [{
-            "target": "tcp:5555", "root": "sensor", "map_frame": names.map, "trial_frame": names.trial,
+            "target": "http://127.0.0.1:5555/", "root": "sensor", "map_frame": names.map, "trial_frame": names.trial,
             "sensor_frame": names.sensor}])
         words = mount["arguments"]
         self.assertEqual(dict(zip(words[::2], words[1::2])), {

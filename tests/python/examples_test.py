@@ -82,32 +82,33 @@ class Examples(unittest.TestCase):
         return subprocess.Popen([sys.executable, EXAMPLES / "stream_client.py", str(port)], stdout=subprocess.PIPE,
                                 stderr=subprocess.PIPE, text=True)
 
+    @staticmethod
+    def serve(server, lines):
+        with server.accept()[0] as reader:
+            reader.recv(10000)
+            text = "".join(json.dumps(line) + "\n" for line in lines).encode()
+            reader.sendall(b"HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n%x\r\n%s\r\n0\r\n\r\n" % (len(text), text))
+
     def test_stream_client_without_a_scan_or_a_reader(self):
         with socket.create_server(("127.0.0.1", 0)) as server:
             port = server.getsockname()[1]
             client = self.start_client(port)
             client.stdout.close()
             frame = {"type": "frame", "status": "tracked", "time_s": 1.5, "trial": 2, "pose": 16 * [0]}
-            with server.accept()[0] as reader:
-                reader.sendall(json.dumps(frame).encode() + b"\n")
+            self.serve(server, [frame])
             self.assertEqual((client.stderr.read(), client.wait()), ("", 0))
             client.stderr.close()
         client = self.start_client(port)
         _, errors = client.communicate()
         self.assertEqual(errors.count("\n"), 1, errors)
-        self.assertIn("--stream tcp:PORT", errors)
+        self.assertIn("--serve PORT", errors)
 
     def test_stream_client(self):
         pose = [1, 0, 0, 0.001, 0, 1, 0, -0.002, 0, 0, 1, 0.0035, 0, 0, 0, 1]
         lines = [{"type": "dropped", "lines": 3}, {"type": "frame", "status": "lost"},
                  {"type": "frame", "status": "tracked", "time_s": 1.5, "trial": 2, "pose": pose}]
-
-        def serve():
-            with server.accept()[0] as reader:
-                reader.sendall("".join(json.dumps(line) + "\n" for line in lines).encode())
-
         with socket.create_server(("127.0.0.1", 0)) as server:
-            threading.Thread(target=serve).start()
+            threading.Thread(target=self.serve, args=(server, lines)).start()
             out = self.example("stream_client.py", server.getsockname()[1])
         self.assertEqual(out.split(), "1.50 s trial 2 x 1.00 y -2.00 z 3.50 mm".split())
 

@@ -1,8 +1,6 @@
 // Scans that go on, and what of them is saved where.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/socket.h>
-#include <sys/un.h>
 
 #include <fstream>
 #include <future>
@@ -11,7 +9,6 @@
 
 #include "camera_input.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/file_descriptor.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/slam/pose_stream.hpp"
 #include "gelslam/slam/store.hpp"
@@ -23,17 +20,11 @@ namespace {
 using namespace test;
 using testing::HasSubstr;
 
-/// Everything that a socket says until it closes.
-std::string hear_all(const fs::path& path) {
-  const FileDescriptor client(::socket(AF_UNIX, SOCK_STREAM, 0));
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  path.string().copy(address.sun_path, sizeof address.sun_path - 1);
-  EXPECT_EQ(::connect(client.get(), reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+/// Everything that a reader gets until the end.
+std::string hear_all(LineFeed::Reader& reader) {
   std::string text;
-  char bytes[4096];
-  for (ssize_t count; (count = ::recv(client.get(), bytes, sizeof bytes, 0)) > 0;)
-    text.append(bytes, static_cast<std::size_t>(count));
+  while (const auto lines = reader.next(std::chrono::steady_clock::now() + std::chrono::seconds(1)))
+    text += *lines;
   return text;
 }
 
@@ -94,15 +85,14 @@ TEST_F(Live, TheNextScanHasTheSameBackgroundAndALogThatStandsAlone) {
 TEST_F(Live, AStreamShowsTheKeyframesOfTheScanThatGoesOn) {
   const int before = start().wait().keyframes;
   continue_run();
-  PoseStream::Options to;
-  to.target = "unix:" + (folder / "pose").string();
-  to.surface = true;
-  options.stream = std::make_shared<PoseStream>(to);
+  options.stream = std::make_shared<PoseStream>(0.05);
   std::future<std::string> heard;
-  source->before(30, [&] { heard = std::async(std::launch::async, hear_all, folder / "pose"); });
+  source->before(30, [&] {
+    auto reader = options.stream->feed().open({.surface = true});
+    heard = std::async(std::launch::async, [reader] { return hear_all(*reader); });
+  });
   const int all = start().wait().keyframes;
-  session.reset();
-  options.stream.reset();
+  options.stream->feed().close();
   std::set<int> ids;
   std::istringstream lines(heard.get());
   for (std::string line; std::getline(lines, line);) {

@@ -78,7 +78,7 @@ void fill_in(std::string& page, std::string_view mark, const std::string& text) 
 
 void write_page(const std::filesystem::path& path, const RunContents& run, MeshColor color) {
   if (run.mesh.triangles.empty()) throw Error(run.name + " has no mesh to show on a page");
-  std::string page = kPageTemplate;
+  std::string page = kRunPage;
   fill_in(page, "{{RUN}}", script_text(page_data(run, color)));
   fill_in(page, "{{PLY}}", base64(encode_ply(run.mesh)));
   write_file_atomically(path, page);

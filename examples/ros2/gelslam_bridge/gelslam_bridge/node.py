@@ -30,7 +30,7 @@ class GelslamBridge(Node):
 
     def __init__(self):
         super().__init__('gelslam_bridge')
-        self.target = self.declare_parameter('target', 'tcp:5555').value
+        self.target = self.declare_parameter('target', 'http://127.0.0.1:5555/').value
         check_target(self.target)
         self.frames = Frames(**{
             name: self.declare_parameter(name + '_frame', default).value

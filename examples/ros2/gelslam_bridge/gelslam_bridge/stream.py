@@ -1,15 +1,21 @@
-"""Lines of `gelslam --stream` in, what is to be published out. Needs no ROS."""
+"""Lines of `gelslam --serve` in, what is to be published out. Needs no ROS."""
 import array
 import base64
 from collections import deque
+import contextlib
 from dataclasses import dataclass
+import http.client
 import json
+import queue
 import socket
+import threading
 import time
+from urllib.parse import urlsplit
 
 from gelslam_bridge.motion import fixed_axes, IDENTITY, inverse, multiply
 
 WAIT_S = 0.2  # until somebody may ask for the end
+MOST_WAITING = 16  # lines; what is too much waits in gelslam, which says what it drops
 MOST_DELAY_S = 0.5  # of a picture; beyond it the clocks have parted, as when a replay rested
 
 
@@ -165,26 +171,39 @@ class Bridge:
         return SurfaceItem(cloud)
 
 
-def _connect(target):
-    if target.startswith('unix:'):
-        connection = socket.socket(socket.AF_UNIX)
-        try:
-            connection.connect(target[5:])
-        except OSError:
-            connection.close()
-            raise
-        return connection
-    host, _, port = target[4:].rpartition(':')
-    return socket.create_connection((host or '127.0.0.1', int(port)), timeout=WAIT_S)
-
-
 def check_target(target):
-    """Raise ValueError unless it is tcp:PORT, tcp:HOST:PORT or unix:PATH."""
-    port = target.rpartition(':')[2]
-    if target.startswith('unix:') and len(target) > 5:
-        return
-    if not target.startswith('tcp:') or not port.isdecimal() or not 0 < int(port) < 65536:
-        raise ValueError("target '%s': give tcp:PORT, tcp:HOST:PORT or unix:PATH" % target)
+    """Raise ValueError unless it is an address as gelslam --serve prints it."""
+    try:
+        url = urlsplit(target)
+        if url.scheme == 'http' and url.hostname and url.port != 0:
+            return url
+    except ValueError:
+        pass
+    raise ValueError("target '%s': give the address that gelslam --serve prints" % target)
+
+
+def _open(url):
+    connection = http.client.HTTPConnection(url.hostname, url.port, timeout=5 * WAIT_S)
+    try:
+        connection.request('GET', '/poses?surface=1&images=1&' + url.query)
+        connected = connection.sock
+        reply = connection.getresponse()
+        if reply.status != http.client.OK:
+            raise ValueError(reply.read().decode().strip())
+    except Exception:
+        connection.close()
+        raise
+    connected.settimeout(None)
+    return connected, reply
+
+
+def _read(reply, arrived):
+    try:
+        for line in reply:
+            arrived.put(line.rstrip(b'\n'))
+    except (OSError, ValueError, http.client.HTTPException):
+        pass  # the program is gone
+    arrived.put(None)
 
 
 def lines(target, goes_on):
@@ -193,29 +212,29 @@ def lines(target, goes_on):
 
     Waits for the scan to start. Yields None between what arrives, and at least every WAIT_S.
     """
-    check_target(target)
+    url = check_target(target)
     while goes_on():
         try:
-            connection = _connect(target)
+            connected, reply = _open(url)
             break
-        except OSError:
+        except (OSError, http.client.HTTPException):
             yield None
             time.sleep(WAIT_S)
     else:
         return
-    with connection:
-        connection.settimeout(WAIT_S)
-        rest = b''
+    arrived = queue.Queue(maxsize=MOST_WAITING)
+    threading.Thread(target=_read, args=(reply, arrived), daemon=True).start()
+    try:
         while goes_on():
             try:
-                received = connection.recv(1 << 16)
-            except socket.timeout:
+                line = arrived.get(timeout=WAIT_S)
+            except queue.Empty:
                 yield None
                 continue
-            except ConnectionError:
+            if line is None:
                 return
-            if not received:
-                return
-            *whole, rest = (rest + received).split(b'\n')
-            yield from whole
+            yield line
             yield None
+    finally:
+        with contextlib.suppress(OSError), connected:
+            connected.shutdown(socket.SHUT_RDWR)

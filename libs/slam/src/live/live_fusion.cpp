@@ -1,4 +1,5 @@
 #include "gelslam/core/error.hpp"
+#include "gelslam/slam/mesh_feed.hpp"
 #include "live/live_stages.hpp"
 
 namespace gelslam::slam::detail {
@@ -39,7 +40,10 @@ bool FusionStage::work() {
   const auto scope = context_.timer.measure("fusion");
   try {
     const bool work_left = fusion_->work();
-    context_.board.add_blocks(std::exchange(cleared_, false), fusion_->take_changed_blocks());
+    const bool cleared = std::exchange(cleared_, false);
+    std::vector<MeshBlock> blocks = fusion_->take_changed_blocks();
+    if (context_.options.mesh_feed) context_.options.mesh_feed->add(cleared, blocks);
+    if (context_.options.show_mesh) context_.board.add_blocks(cleared, std::move(blocks));
     return work_left;
   } catch (const Error& error) {
     context_.board.warn(error.what());

@@ -9,6 +9,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/sensor/log_recorder.hpp"
+#include "gelslam/slam/mesh_feed.hpp"
 #include "gelslam/slam/pose_stream.hpp"
 #include "live/live_stages.hpp"
 #include "run_folder/live_run.hpp"
@@ -261,6 +262,7 @@ void LiveSlam::finish() {
   captured_.wait();
   const Run saved = save(std::move(map), aborted || lost || failed(), &progress);
   if (options.show_mesh) board.show_saved(saved.map, saved.mesh);
+  if (options.mesh_feed) options.mesh_feed->set_whole(saved.mesh);
   board.set_words(run_ ? "done: saved in " + run_->folder().string() : "done", TrackStatus::background);
 }
 

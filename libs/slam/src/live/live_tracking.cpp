@@ -21,9 +21,6 @@ TrackingStage::TrackingStage(LiveContext& context)
 }
 
 void TrackingStage::run() {
-  if (context_.options.stream)
-    for (const auto& keyframe : context_.so_far.keyframes)
-      if (keyframe) context_.options.stream->keep(*keyframe);
   while (const std::optional<TrackerMessage> message = context_.surfaced.pop())
     std::visit([this](const auto& content) { handle(content); }, *message);
 }

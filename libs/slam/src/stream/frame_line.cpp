@@ -85,7 +85,7 @@ void add_sigma(Json& json, const std::optional<Matrix6d>& covariance) {
   json["sigma_deg"] = three_numbers(kDegreesPerRadian * sigma.tail<3>());
 }
 
-Json unix_s(const TrackedFrame& frame) { return or_null(frame.unix_us != 0, stamp_s(frame.unix_us, 0)); }
+Json unix_s(std::int64_t unix_us) { return or_null(unix_us != 0, stamp_s(unix_us, 0)); }
 
 Json frame_json(const FrameReport& report) {
   const TrackedFrame& frame = report.tracked;
@@ -93,7 +93,7 @@ Json frame_json(const FrameReport& report) {
   Json json = {{"type", "frame"},
                {"frame", frame.frame},
                {"time_s", frame.time_s},
-               {"time_unix_s", unix_s(frame)},
+               {"time_unix_s", unix_s(frame.unix_us)},
                {"arrived_s", report.arrived_s ? Json(*report.arrived_s) : Json(nullptr)},
                {"scan", report.scan},
                {"status", name(frame.status)},

@@ -86,30 +86,29 @@ ButtonLook LiveControls::button(const ActionRow& row) const {
   return look;
 }
 
-bool LiveControls::refuse_unless_scanning(const char* what, double now_s) {
-  const LivePhase phase = session_.status().phase;
-  if (phase != LivePhase::finishing && phase != LivePhase::finished) return false;
-  complain(std::string("The scan is over: too late to ") + what + ".", now_s);
-  return true;
+bool LiveControls::refused(ScanWish wish, double now_s) {
+  const std::string why = refusal(wish, session_.status(), keeps_run_, !next_run_folder_.empty());
+  if (!why.empty()) complain(why, now_s);
+  return !why.empty();
 }
 
 void LiveControls::toggle_pause(double now_s) {
-  if (refuse_unless_scanning("pause", now_s)) return;
-  const bool paused = session_.status().phase == LivePhase::paused;
+  const LivePhase phase = session_.status().phase;
+  if (phase == LivePhase::finishing || phase == LivePhase::finished)
+    return complain("The scan is over: too late to pause.", now_s);
+  const bool paused = phase == LivePhase::paused;
   session_.set_paused(!paused);
   say(paused ? "Going on." : "Paused.", now_s);
 }
 
 void LiveControls::undo(double now_s) {
-  if (refuse_unless_scanning("undo", now_s)) return;
-  if (session_.status().trials == 0) return complain("There is no trial to undo.", now_s);
+  if (refused(ScanWish::undo, now_s)) return;
   session_.undo_last_trial();
   say("The last trial is taken back.", now_s);
 }
 
 void LiveControls::save(double now_s) {
-  if (refuse_unless_scanning("save", now_s)) return;
-  if (!keeps_run_) return complain("There is no folder to save in: start with -o FOLDER.", now_s);
+  if (refused(ScanWish::save, now_s)) return;
   session_.save_now();
   say("Saving what there is; the scan goes on.", now_s);
 }
@@ -140,7 +139,7 @@ void LiveControls::ask_to_close() {
 }
 
 void LiveControls::ask_for_new_scan(double now_s) {
-  if (next_run_folder_.empty()) return complain("There is no camera for another scan.", now_s);
+  if (refused(ScanWish::new_scan, now_s)) return;
   const LivePhase phase = session_.status().phase;
   if (phase == LivePhase::finished) {
     wants_new_scan_ = true;

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "gelslam/slam/live_session.hpp"
+#include "gelslam/slam/status_text.hpp"
 #include "gelslam/viewer/controls.hpp"
 
 namespace gelslam::viewer::detail {
@@ -26,7 +27,7 @@ class LiveControls : public SceneControls {
   void save(double now_s);
   void ask_to_close();
   void ask_for_new_scan(double now_s);
-  bool refuse_unless_scanning(const char* what, double now_s);
+  bool refused(ScanWish wish, double now_s);
 
   LiveSession& session_;
   bool keeps_run_, shows_diagnostics_ = false, wants_new_scan_ = false;

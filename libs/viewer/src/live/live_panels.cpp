@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -12,35 +10,9 @@ namespace {
 constexpr double kPadding = 14, kMargin = 18, kDiagnosticsWidth = 270;  // design pixels
 constexpr std::int64_t kLowDiskBytes = 2'000'000'000;
 
-struct Figure {
-  const char* label;
-  std::string value;
-  Color color = theme::kText;
-};
-
-Figure loss(const char* label, std::int64_t count) {
-  return {label, text_of_count(count), count > 0 ? theme::kAmber : theme::kText};
-}
-
-std::vector<Figure> usual_figures(const LiveStatus& s) {
-  return {{"Rate", s.rate_hz > 0 ? fmt::format("{:.1f} Hz", s.rate_hz) : "-"},
-          {"Latency", text_of_ms(s.latency_ms)},
-          {"Pieces", text_of_count(s.components), s.components > 1 ? theme::kAmber : theme::kText},
-          loss("Dropped", s.dropped)};
-}
-
-std::vector<Figure> further_figures(const LiveFrame& frame) {
-  const LiveStatus& s = frame.status;
-  const std::int64_t disk = frame.disk_free_bytes;
-  return {{"Keyframes", text_of_count(s.keyframes)},
-          {"Loops", text_of_count(s.loops)},
-          {"Trials", text_of_count(s.trials)},
-          loss("Camera lost", s.lost_by_camera),
-          loss("Damaged", s.damaged),
-          {"Memory", bytes_text(std::llround(s.memory_mb * 1e6))},
-          {"Log", s.log_bytes > 0 ? bytes_text(s.log_bytes) : "none"},
-          {"Disk free", disk < 0 ? "-" : bytes_text(disk),
-           disk >= 0 && disk < kLowDiskBytes ? theme::kRed : theme::kText}};
+Figure free_disk(std::int64_t bytes) {
+  return {"Disk free", bytes < 0 ? "-" : bytes_text(bytes),
+          bytes >= 0 && bytes < kLowDiskBytes ? Tone::red : Tone::gray};
 }
 
 void draw_figures(Ui& ui, const char* id, const std::vector<Figure>& figures) {
@@ -48,7 +20,7 @@ void draw_figures(Ui& ui, const char* id, const std::vector<Figure>& figures) {
   for (const Figure& figure : figures) {
     ui.next_cell();
     ui.text(Face::small, theme::kDim, figure.label);
-    ui.text(Face::figure, figure.color, figure.value);
+    ui.text(Face::figure, figure.tone == Tone::gray ? theme::kText : color_of(figure.tone), figure.value);
     ui.gap(9);
   }
   ui.end_table();
@@ -83,9 +55,10 @@ float draw_banner(Ui& ui, const Box& view, const LiveFrame& frame, double now_s)
   const StateWords& words = frame.words;
   const float x = view.x + ui.px(kMargin), most = std::min(view.width - ui.px(2 * kMargin), ui.px(620));
   const bool fits = ui.width_of(Face::headline, words.headline) <= most - ui.px(45);
-  std::vector<Paragraph> text = {{fits ? Face::headline : Face::figure, words.color, words.headline}};
+  std::vector<Paragraph> text = {
+      {fits ? Face::headline : Face::figure, color_of(words.tone), words.headline}};
   if (!words.advice.empty()) text.push_back({Face::title, theme::kText, words.advice});
-  Box box = ui.card(x, view.y + ui.px(kMargin), most, words.color, text, 0, 0, 240);
+  Box box = ui.card(x, view.y + ui.px(kMargin), most, color_of(words.tone), text, 0, 0, 240);
   if (words.state == "finishing" || words.state == "background") {
     // A bar that says "something is going on", without claiming to know how long.
     const auto share = static_cast<float>(0.5 - 0.5 * std::cos(1.8 * now_s));
@@ -117,7 +90,9 @@ void draw_diagnostics(Ui& ui, const Box& view, const LiveFrame& frame) {
   const float width = ui.px(kDiagnosticsWidth);
   ui.begin_panel("##diagnostics", {view.right() - width - ui.px(kMargin), view.y + ui.px(kMargin), width, 0},
                  kPadding, 10);
-  draw_figures(ui, "##further", further_figures(frame));
+  std::vector<Figure> figures = further_figures(frame.status);
+  figures.push_back(free_disk(frame.disk_free_bytes));
+  draw_figures(ui, "##further", figures);
   ui.end_panel();
 }
 

@@ -31,6 +31,11 @@ cv::Vec3b bgr_of(Color color) {
   return {static_cast<uchar>(color >> 16U), static_cast<uchar>(color >> 8U), static_cast<uchar>(color)};
 }
 
+Color color_of(Tone tone) {
+  constexpr Color kColors[] = {theme::kGray, theme::kBlue, theme::kGreen, theme::kAmber, theme::kRed};
+  return kColors[static_cast<int>(tone)];
+}
+
 LiveWindow::LiveWindow(LiveSession& session, const WindowOptions& options)
     : SceneLoop(options),
       session_(session),

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "gelslam/slam/status_text.hpp"
 #include "gelslam/viewer/window.hpp"
 #include "live/live_controls.hpp"
 #include "live/live_scene.hpp"
-#include "live/status_text.hpp"
 #include "ui/scene_loop.hpp"
 
 namespace gelslam::viewer::detail {
@@ -28,6 +28,7 @@ struct Layout {
 };
 Layout lay_out(const Ui& ui, bool shows_panels);
 cv::Vec3b bgr_of(Color color);
+Color color_of(Tone tone);
 
 /// The touch and its normals below each other, as wide as fits into the height.
 void draw_pictures(Ui& ui, float height, const Texture& tactile, const Texture& normals);

@@ -51,23 +51,23 @@ void MapControls::act(Action action, double now_s) {
 
 StateWords place_words(const LocatedTouch* touch) {
   if (touch == nullptr || touch->place.tracked.status == TrackStatus::background)
-    return {"background", theme::kBlue, "Getting ready",
+    return {"background", Tone::blue, "Getting ready",
             "Keep the gel free until the map is read and the background is measured."};
   const LocalizedFrame& place = touch->place;
   if (place.tracked.status == TrackStatus::no_contact)
-    return {"no_contact", theme::kGray, "No contact", "Press the sensor on the object."};
+    return {"no_contact", Tone::gray, "No contact", "Press the sensor on the object."};
   const std::size_t count = place.hypotheses.size();
   switch (place.status) {
     case PlaceStatus::localized:
-      return {"localized", theme::kGreen, "Localized", "σ " + sigma_words(place.hypotheses.front())};
+      return {"localized", Tone::green, "Localized", "σ " + sigma_words(place.hypotheses.front())};
     case PlaceStatus::ambiguous:
-      return {"ambiguous", theme::kAmber,
+      return {"ambiguous", Tone::amber,
               count > 1 ? fmt::format("Ambiguous, {} places", count) : "Place uncertain",
               sentences(place.reason)};
     case PlaceStatus::unknown:
       break;
   }
-  return {"not_in_map", theme::kRed, "Not in the map", sentences(place.reason)};
+  return {"not_in_map", Tone::red, "Not in the map", sentences(place.reason)};
 }
 
 MapWindow::MapWindow(const ShownMap& map, const LocatedTouches& touches, const WindowOptions& options)
@@ -187,7 +187,7 @@ void MapWindow::draw_side(Ui& ui, const Box& side) const {
     ui.gap(5);
   };
   for (const PlaceHypothesis& place : places()) {
-    line(sigma_words(place), place.probability, frame_.words.color);
+    line(sigma_words(place), place.probability, color_of(frame_.words.tone));
     elsewhere -= place.probability;
   }
   line("elsewhere or not in the map", std::max(0.0, elsewhere), theme::kGray);

@@ -5,14 +5,17 @@
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "gelslam/frontend/tracker.hpp"
+#include "gelslam/slam/line_feed.hpp"
 #include "gelslam/slam/map_snapshot.hpp"
-#include "gelslam/slam/stream_server.hpp"
 #include "gelslam/slam/trial_drift.hpp"
 #include "gelslam/surface/surface.hpp"
 
 namespace gelslam {
+
+struct LiveTouch;
 
 /// Where a frame lies in the map of all trials.
 struct MapPlace {
@@ -37,51 +40,36 @@ nlohmann::ordered_json frame_json(const FrameReport& report);
 std::string ndjson_line(const FrameReport& report);
 
 /// When it was captured, by the system's clock; null when it is not known.
-nlohmann::ordered_json unix_s(const TrackedFrame& frame);
+nlohmann::ordered_json unix_s(std::int64_t unix_us);
 /// 16 numbers, row by row, meters.
 std::array<double, 16> row_major_meters(const Pose& pose_mm);
 /// Fields `sigma_mm` and `sigma_deg`; null when it is not known.
 void add_sigma(nlohmann::ordered_json& json, const std::optional<Matrix6d>& covariance);
 
-enum class StreamFormat { tum, ndjson };
-
-/// Tells a reader how many lines it lost.
-std::string dropped_notice(StreamFormat format, std::int64_t lines);
-
 /// Where a frame lies in the map: at its keyframe, or at the newest one of its trial that the map holds.
 /// Nothing where there is none.
 std::optional<MapPlace> place_of(const TrackedFrame& frame, const MapSnapshot& map);
+std::optional<MapPlace> place_of(const LiveTouch& touch, const MapSnapshot& map);
 
 /// Poses of a live scan for other programs, as soon as they are known.
 class PoseStream {
  public:
-  struct Options {
-    std::string target;  ///< StreamServer
-    StreamFormat format = StreamFormat::ndjson;
-    bool surface = false;  ///< also every keyframe's points, and where the map places keyframes; ndjson only
-    bool images = false;   ///< also every frame's picture; ndjson only
-    double gradient_scale_sigma = 0;  ///< TrialDrift
-  };
+  /// As of TrialDrift.
+  explicit PoseStream(double gradient_scale_sigma)
+      : gradient_scale_sigma_(gradient_scale_sigma), drift_(gradient_scale_sigma) {}
 
-  /// Throws Error like StreamServer.
-  explicit PoseStream(const Options& options);
-
-  /// Before the first frame: a keyframe of the scan that goes on.
-  void keep(const Keyframe& keyframe);
   /// The tracking thread: every frame, in order. Does not wait.
   void write(FrameReport report, const MapSnapshot& map);
   /// Frames that follow belong to another scan.
   void start_scan();
   /// Any thread: the map has changed.
-  void write_map(const MapSnapshot& map);
+  void write_map(std::shared_ptr<const MapSnapshot> map) { feed_.set_map(std::move(map), scan_); }
 
-  const std::string& name() const { return server_.name(); }
-  /// StreamServer::finish().
-  bool finish() { return server_.finish(); }
+  LineFeed& feed() { return feed_; }
 
  private:
-  const Options options_;
-  StreamServer server_;
+  const double gradient_scale_sigma_;
+  LineFeed feed_;
   TrialDrift drift_;
   int scan_ = 0;
 };

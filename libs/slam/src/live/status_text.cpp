@@ -1,4 +1,4 @@
-#include "live/status_text.hpp"
+#include "gelslam/slam/status_text.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,9 @@
 #include <string_view>
 #include <utility>
 
-namespace gelslam::viewer::detail {
+#include "gelslam/core/text.hpp"
+
+namespace gelslam {
 namespace {
 
 std::string trimmed(std::string_view text) {
@@ -25,20 +27,20 @@ std::string capitalized(std::string text) {
 StateWords usual_words(const LiveStatus& status) {
   switch (status.phase) {
     case LivePhase::background:
-      return {"background", theme::kBlue, "Getting ready",
+      return {"background", Tone::blue, "Getting ready",
               "Keep the gel free until its background is measured."};
     case LivePhase::paused:
-      return {"paused", theme::kGray, "Paused", "Press Space to go on."};
+      return {"paused", Tone::gray, "Paused", ""};
     case LivePhase::finishing:
-      return {"finishing", theme::kBlue, "Finishing", "Closing loops, fusing, saving."};
+      return {"finishing", Tone::blue, "Finishing", "Closing loops, fusing, saving."};
     case LivePhase::finished:
-      return {"finished", theme::kGreen, "Finished", "Everything is saved. Look around; Q closes."};
+      return {"finished", Tone::green, "Finished", "Everything is saved."};
     case LivePhase::scanning:
       break;
   }
-  if (status.track == TrackStatus::tracked) return {"tracking", theme::kGreen, "Tracking", ""};
-  if (status.track == TrackStatus::lost) return {"lost", theme::kRed, "Lost", "Touch a place you have seen."};
-  return {"no_contact", theme::kAmber, "No contact",
+  if (status.track == TrackStatus::tracked) return {"tracking", Tone::green, "Tracking", ""};
+  if (status.track == TrackStatus::lost) return {"lost", Tone::red, "Lost", "Touch a place you have seen."};
+  return {"no_contact", Tone::amber, "No contact",
           status.keyframes == 0 ? "Press the object on the gel."
                                 : "Press the object on the gel, at a place you have seen."};
 }
@@ -50,8 +52,19 @@ void say_while_scanning(const std::string& text, StateWords& words) {
   if (!trimmed(head).empty()) words.headline = capitalized(trimmed(head));
   if (head.size() < said.size()) words.advice = sentences(said.substr(head.size() + 1));
   if (words.state != "tracking" || words.advice.empty()) return;
-  words.color = theme::kAmber;  // some motions are not observable: the pose may drift
+  words.tone = Tone::amber;  // some motions are not observable: the pose may drift
   words.headline = "Position uncertain";
+}
+
+/// What a person at the window may do next, behind the advice.
+std::string key_hint(const LiveStatus& status, const StateWords& words) {
+  if (status.phase == LivePhase::paused) return "Press Space to go on.";
+  if (status.phase != LivePhase::finished) return "";
+  return words.tone == Tone::green ? " Look around; Q closes." : " Q closes.";
+}
+
+Figure loss(const char* label, std::int64_t count) {
+  return {label, text_of_count(count), count > 0 ? Tone::amber : Tone::gray};
 }
 
 }  // namespace
@@ -71,7 +84,7 @@ std::string sentences(std::string_view text) {
   return result;
 }
 
-StateWords state_words(const LiveStatus& status) {
+StateWords state_words(const LiveStatus& status, bool keys) {
   StateWords words = usual_words(status);
   if (status.phase == LivePhase::scanning) {
     say_while_scanning(status.words, words);
@@ -80,18 +93,51 @@ StateWords state_words(const LiveStatus& status) {
     const std::string progress = status.progress.empty() ? "" : ": " + status.progress;
     if (std::string said = sentences(status.words + progress); !said.empty()) words.advice = std::move(said);
   } else if (status.phase == LivePhase::finished && !status.failure.empty()) {
-    words.color = theme::kRed;
+    words.tone = Tone::red;
     words.headline = "Ended with an error";
-    words.advice = status.log_bytes > 0
-                       ? "Not all may be saved; gelslam reconstruct makes it from the log. Q closes."
-                       : "Not all may be saved. Q closes.";
+    words.advice = status.log_bytes > 0 ? "Not all may be saved; gelslam reconstruct makes it from the log."
+                                        : "Not all may be saved.";
   } else if (status.phase == LivePhase::finished && !status.reservations.empty()) {
-    words.color = theme::kAmber;
-    words.advice = "Saved. ";
-    for (const std::string& reservation : status.reservations) words.advice += sentences(reservation) + " ";
-    words.advice += "Q closes.";
+    words.tone = Tone::amber;
+    words.advice = "Saved.";
+    for (const std::string& reservation : status.reservations) words.advice += " " + sentences(reservation);
   }
+  if (keys) words.advice += key_hint(status, words);
   return words;
+}
+
+std::vector<Figure> usual_figures(const LiveStatus& s) {
+  return {{"Rate", s.rate_hz > 0 ? fmt::format("{:.1f} Hz", s.rate_hz) : "-"},
+          {"Latency", text_of_ms(s.latency_ms)},
+          {"Pieces", text_of_count(s.components), s.components > 1 ? Tone::amber : Tone::gray},
+          loss("Dropped", s.dropped)};
+}
+
+std::vector<Figure> further_figures(const LiveStatus& s) {
+  return {{"Keyframes", text_of_count(s.keyframes)},
+          {"Loops", text_of_count(s.loops)},
+          {"Trials", text_of_count(s.trials)},
+          loss("Camera lost", s.lost_by_camera),
+          loss("Damaged", s.damaged),
+          {"Memory", bytes_text(std::llround(s.memory_mb * 1e6))},
+          {"Log", s.log_bytes > 0 ? bytes_text(s.log_bytes) : "none"}};
+}
+
+std::string refusal(ScanWish wish, const LiveStatus& status, bool keeps_run, bool another) {
+  const bool over = status.phase == LivePhase::finishing || status.phase == LivePhase::finished;
+  switch (wish) {
+    case ScanWish::undo:
+      if (over) return "The scan is over: too late to undo.";
+      return status.trials == 0 ? "There is no trial to undo." : "";
+    case ScanWish::save:
+      if (over) return "The scan is over: too late to save.";
+      return keeps_run ? "" : "There is no folder to save in: start with -o FOLDER.";
+    case ScanWish::new_scan:
+      return another ? "" : "There is no camera for another scan.";
+    case ScanWish::stop:
+      break;
+  }
+  return over ? "The scan is over." : "";
 }
 
 std::string text_of_count(std::int64_t n) {
@@ -108,4 +154,4 @@ std::string text_of_ms(double ms) {
   return fmt::format("{:.1f} s", ms / 1e3);
 }
 
-}  // namespace gelslam::viewer::detail
+}  // namespace gelslam

@@ -1,8 +1,8 @@
-#include "live/status_text.hpp"
+#include "gelslam/slam/status_text.hpp"
 
 #include <gtest/gtest.h>
 
-namespace gelslam::viewer::detail {
+namespace gelslam {
 namespace {
 
 LiveStatus saying(LivePhase phase, const std::string& words, TrackStatus track = TrackStatus::tracked) {
@@ -32,13 +32,15 @@ TEST(StateWords, GiveTheUsualAdviceWhereTheSessionGivesNone) {
   EXPECT_EQ(state_words(saying(LivePhase::scanning, "tracking; twisting is not observable")).advice,
             "Twisting is not observable.");
   EXPECT_EQ(state_words(saying(LivePhase::paused, "")).advice, "Press Space to go on.");
+  EXPECT_EQ(state_words(saying(LivePhase::paused, ""), false).advice, "") << "without the window's keys";
+  EXPECT_EQ(state_words(saying(LivePhase::finished, ""), false).advice, "Everything is saved.");
 }
 
 TEST(StateWords, ClaimNothingThatIsNotSaved) {
   LiveStatus status = saying(LivePhase::finished, "saving");
   EXPECT_EQ(state_words(status).advice, "Everything is saved. Look around; Q closes.");
   status.failure = "run/mesh.ply: cannot be written: No space left on device";
-  EXPECT_EQ(state_words(status).color, theme::kRed);
+  EXPECT_EQ(state_words(status).tone, Tone::red);
   EXPECT_EQ(state_words(status).headline, "Ended with an error");
   EXPECT_EQ(state_words(status).advice, "Not all may be saved. Q closes.");
   status.log_bytes = 1000;
@@ -46,22 +48,22 @@ TEST(StateWords, ClaimNothingThatIsNotSaved) {
 }
 
 TEST(StateWords, AreAmberWhereTheMeshIsNotWholeOrAMotionIsNotObservable) {
-  EXPECT_EQ(state_words(saying(LivePhase::scanning, "tracking")).color, theme::kGreen);
+  EXPECT_EQ(state_words(saying(LivePhase::scanning, "tracking")).tone, Tone::green);
   const StateWords unsure =
       state_words(saying(LivePhase::scanning, "tracking; sliding along x is not observable"));
-  EXPECT_EQ(unsure.color, theme::kAmber);
+  EXPECT_EQ(unsure.tone, Tone::amber);
   EXPECT_EQ(unsure.state, "tracking");
   EXPECT_EQ(unsure.headline, "Position uncertain");
   LiveStatus status = saying(LivePhase::finished, "");
-  EXPECT_EQ(state_words(status).color, theme::kGreen);
+  EXPECT_EQ(state_words(status).tone, Tone::green);
   status.reservations = {
       "1 piece not joined; 16 frames not in the mesh; next time cross places that you touched before",
       "poses may be off by 2 mm"};
-  EXPECT_EQ(state_words(status).color, theme::kAmber);
+  EXPECT_EQ(state_words(status).tone, Tone::amber);
   EXPECT_EQ(state_words(status).advice,
             "Saved. 1 piece not joined. 16 frames not in the mesh. Next time cross places that you touched "
             "before. Poses may be off by 2 mm. Q closes.");
 }
 
 }  // namespace
-}  // namespace gelslam::viewer::detail
+}  // namespace gelslam

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "gelslam/slam/live_session.hpp"
+#include "gelslam/slam/mesh_feed.hpp"
+
+namespace gelslam::exchange::detail {
+
+/// What happens in words and figures.
+nlohmann::ordered_json status_json(const LiveStatus& status);
+
+/// Where the sensor is and what it touches: outlines in the map (mm), and in the picture (shares of its
+/// sides). Null without contact; without a place there are none in the map.
+nlohmann::ordered_json touch_json(const LiveTouch& touch, const MapSnapshot* map);
+
+/// For the page: the size of the JSON (4 bytes), JSON, and blocks, each as positions (3 float), normals (4
+/// signed bytes, the last 0) and triangles (3 int). Little-endian.
+std::string encode_changes(nlohmann::ordered_json json, const MeshFeed::Changes& changes);
+
+}  // namespace gelslam::exchange::detail

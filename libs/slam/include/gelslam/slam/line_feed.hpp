@@ -1,0 +1,83 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "gelslam/core/bounded_queue.hpp"
+#include "gelslam/slam/map_snapshot.hpp"
+
+namespace gelslam {
+
+/// A frame as other programs read it.
+struct StreamedFrame {
+  std::string ndjson, tum;  ///< lines with their ends; `tum` is "" for a frame without a pose
+  std::int64_t frame = 0;
+  double time_s = 0;
+  std::int64_t unix_us = 0;           ///< TactileImage::unix_us
+  std::optional<double> arrived_s{};  ///< Unix time
+  int scan = 0;
+  cv::Mat3b picture{};       ///< what the sensor saw; shared, not copied
+  std::uint64_t number = 0;  ///< counted by the feed
+};
+
+/// What a reader wants of each frame. Surface and images come as NDJSON only.
+struct LineWishes {
+  bool tum = false, surface = false, images = false;
+};
+
+/// Lines to any number of readers, each at its own pace: write() never waits. A reader has a queue of 256
+/// frames; one that is slower loses the oldest, and is told how many. All functions are thread-safe.
+class LineFeed {
+ public:
+  class Reader;
+
+  /// From the next frame on. With `surface`, first all keyframes of the map. The feed has to outlive it.
+  std::shared_ptr<Reader> open(const LineWishes& wishes);
+  bool has_readers() const;
+
+  void write(StreamedFrame frame);
+  void set_map(std::shared_ptr<const MapSnapshot> map, int scan);
+  /// Readers get what is queued, then they end.
+  void close();
+
+ private:
+  mutable std::mutex mutex_;
+  std::set<Reader*> readers_;
+  std::uint64_t written_ = 0;
+  std::shared_ptr<const MapSnapshot> map_;  // null: none
+  int scan_ = 0;
+  bool closed_ = false;
+};
+
+/// One reader's lines. Not thread-safe.
+class LineFeed::Reader {
+ public:
+  Reader(LineFeed& feed, const LineWishes& wishes);
+  ~Reader();
+  Reader(const Reader&) = delete;
+  Reader& operator=(const Reader&) = delete;
+
+  /// The next lines; "" when there is none until `until`; nothing at the end.
+  std::optional<std::string> next(std::chrono::steady_clock::time_point until);
+
+ private:
+  friend class LineFeed;
+  std::string lines_of(const StreamedFrame& frame);
+  std::string lines_of_map();
+
+  LineFeed& feed_;
+  const LineWishes wishes_;
+  BoundedQueue<std::shared_ptr<const StreamedFrame>> queue_;  // null: the map has changed
+  std::uint64_t next_number_;
+  std::set<int> keyframes_;                  // that were sent of this scan
+  std::shared_ptr<const MapSnapshot> sent_;  // the last map
+  int scan_ = 0;
+};
+
+}  // namespace gelslam

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gelslam/slam/live_session.hpp"
+
+namespace gelslam {
+
+/// The color in which something is said: not known, busy, good, doubtful, bad.
+enum class Tone { gray, blue, green, amber, red };
+
+/// What happens, in large letters with a color, and below it what it means or what to do.
+struct StateWords {
+  std::string_view state;  ///< "background", "tracking", "no_contact", ...
+  Tone tone = Tone::gray;
+  std::string headline, advice;
+};
+/// The session's words ("lost: too little overlap; touch a place you have seen") as a headline and sentences.
+/// `keys` false: for who has no keyboard at the scan.
+StateWords state_words(const LiveStatus& status, bool keys = true);
+std::string sentences(
+    std::string_view text);  ///< "too little; touch a place" -> "Too little. Touch a place."
+
+/// A counter beside the surface.
+struct Figure {
+  const char* label;
+  std::string value;
+  Tone tone = Tone::gray;
+};
+std::vector<Figure> usual_figures(const LiveStatus& status);
+std::vector<Figure> further_figures(const LiveStatus& status);
+
+/// What a person asks of a scan that goes on.
+enum class ScanWish { stop, save, undo, new_scan };
+/// Why a wish cannot be granted, or "". `another`: there is a camera for another scan.
+std::string refusal(ScanWish wish, const LiveStatus& status, bool keeps_run, bool another);
+
+std::string text_of_count(std::int64_t n);  ///< "12 345"
+std::string text_of_ms(double ms);          ///< "4.2 ms", "18 ms", "1.3 s"; "-" when it is not known
+
+}  // namespace gelslam

@@ -1,0 +1,154 @@
+#include "gelslam/slam/line_feed.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "gelslam/core/text.hpp"
+#include "gelslam/image/codecs.hpp"
+#include "gelslam/slam/pose_stream.hpp"
+
+namespace gelslam {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kQueuedFrames = 256;          // ten seconds
+constexpr std::size_t kBytesOfKeyframes = 1 << 20;  // at once, before frames are looked for again
+
+/// Every n-th contact pixel in both directions, so that there are about 1000; meters, rounded to 0.01 mm.
+Json contact_points(const Surface& surface) {
+  constexpr double kPoints = 1000.0;
+  const int step = std::max(1, static_cast<int>(std::ceil(std::sqrt(surface.contact_pixels / kPoints))));
+  const auto rounded = [](double mm) { return std::round(1e2 * mm) / 1e5; };
+  Json points = Json::array();
+  for (int v = 0; v < surface.contact.rows; v += step)
+    for (int u = 0; u < surface.contact.cols; u += step)
+      if (surface.contact(v, u) != 0) {
+        const Eigen::Vector3d p = surface.point_mm({u, v});
+        points.push_back({rounded(p.x()), rounded(p.y()), rounded(p.z())});
+      }
+  return points;
+}
+
+std::string keyframe_line(const MapSnapshot::Node& node, int scan) {
+  const Json line = {{"type", "keyframe"},        {"scan", scan},
+                     {"keyframe", node.keyframe}, {"frame", node.frame},
+                     {"trial", node.trial},       {"points", contact_points(*node.surface.get())}};
+  return line.dump() + "\n";
+}
+
+std::string map_line(const MapSnapshot& map, int scan) {
+  Json keyframes = Json::array();
+  for (const MapSnapshot::Node& node : map.nodes)
+    keyframes.push_back({{"keyframe", node.keyframe},
+                         {"component", node.component},
+                         {"pose", row_major_meters(node.component_T_keyframe)}});
+  const Json line = {{"type", "map"},
+                     {"scan", scan},
+                     {"version", map.version},
+                     {"shown_component", map.shown_component},
+                     {"keyframes", std::move(keyframes)}};
+  return line.dump() + "\n";
+}
+
+std::string image_line(const StreamedFrame& frame) {
+  const std::vector<std::uint8_t> jpeg = encode_jpeg(frame.picture);
+  const Json line = {{"type", "image"},
+                     {"frame", frame.frame},
+                     {"time_s", frame.time_s},
+                     {"time_unix_s", unix_s(frame.unix_us)},
+                     {"arrived_s", frame.arrived_s ? Json(*frame.arrived_s) : Json(nullptr)},
+                     {"scan", frame.scan},
+                     {"jpeg", base64({reinterpret_cast<const char*>(jpeg.data()), jpeg.size()})}};
+  return line.dump() + "\n";
+}
+
+std::string dropped_line(bool tum, std::uint64_t lines) {
+  if (tum) return "# " + std::to_string(lines) + " lines dropped\n";
+  return Json{{"type", "dropped"}, {"lines", lines}}.dump() + "\n";
+}
+
+}  // namespace
+
+std::shared_ptr<LineFeed::Reader> LineFeed::open(const LineWishes& wishes) {
+  return std::make_shared<Reader>(*this, wishes);
+}
+
+bool LineFeed::has_readers() const {
+  const std::lock_guard lock(mutex_);
+  return !readers_.empty();
+}
+
+void LineFeed::write(StreamedFrame frame) {
+  const std::lock_guard lock(mutex_);
+  frame.number = written_++;
+  const auto shared = std::make_shared<const StreamedFrame>(std::move(frame));
+  for (Reader* reader : readers_) reader->queue_.push_newest(shared);
+}
+
+void LineFeed::set_map(std::shared_ptr<const MapSnapshot> map, int scan) {
+  const std::lock_guard lock(mutex_);
+  map_ = std::move(map);
+  scan_ = scan;
+  for (Reader* reader : readers_)
+    if (reader->wishes_.surface && reader->queue_.size() < kQueuedFrames) reader->queue_.push_newest(nullptr);
+}
+
+void LineFeed::close() {
+  const std::lock_guard lock(mutex_);
+  closed_ = true;
+  for (Reader* reader : readers_) reader->queue_.close();
+}
+
+LineFeed::Reader::Reader(LineFeed& feed, const LineWishes& wishes)
+    : feed_(feed), wishes_(wishes), queue_(kQueuedFrames) {
+  const std::lock_guard lock(feed_.mutex_);
+  next_number_ = feed_.written_;
+  if (feed_.closed_) queue_.close();
+  feed_.readers_.insert(this);
+}
+
+LineFeed::Reader::~Reader() {
+  const std::lock_guard lock(feed_.mutex_);
+  feed_.readers_.erase(this);
+}
+
+std::optional<std::string> LineFeed::Reader::next(std::chrono::steady_clock::time_point until) {
+  if (wishes_.surface && !wishes_.tum)
+    if (std::string lines = lines_of_map(); !lines.empty()) return lines;
+  if (!queue_.wait_until(until)) return std::nullopt;
+  const auto frame = queue_.try_pop();
+  return frame && *frame ? lines_of(**frame) : "";
+}
+
+std::string LineFeed::Reader::lines_of(const StreamedFrame& frame) {
+  const std::uint64_t lost = frame.number - std::exchange(next_number_, frame.number + 1);
+  std::string lines = lost > 0 ? dropped_line(wishes_.tum, lost) : "";
+  lines += wishes_.tum ? frame.tum : frame.ndjson;
+  if (wishes_.images && !wishes_.tum && !frame.picture.empty()) lines += image_line(frame);
+  return lines;
+}
+
+/// Keyframes that were not sent yet, then the map that refers to them; "" when the newest was sent.
+std::string LineFeed::Reader::lines_of_map() {
+  std::shared_ptr<const MapSnapshot> map;
+  int scan = 0;
+  {
+    const std::lock_guard lock(feed_.mutex_);
+    map = feed_.map_;
+    scan = feed_.scan_;
+  }
+  if (scan != std::exchange(scan_, scan)) keyframes_.clear();
+  if (!map || map == sent_) return "";
+  std::string lines;
+  for (const MapSnapshot::Node& node : map->nodes) {
+    if (!node.surface || !keyframes_.insert(node.keyframe).second) continue;
+    lines += keyframe_line(node, scan);
+    if (lines.size() > kBytesOfKeyframes) return lines;
+  }
+  sent_ = map;
+  return lines + map_line(*map, scan);
+}
+
+}  // namespace gelslam

@@ -1,0 +1,155 @@
+"""The page of a scan and the exported page, in a real browser."""
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import time
+import unittest
+from urllib.request import urlopen
+
+try:
+    from selenium import webdriver
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.support.select import Select
+except ImportError:
+    webdriver = None
+if webdriver is None or not shutil.which("chromedriver"):
+    print("skipped: no chromium-driver and python3-selenium")
+    sys.exit(77)
+
+PROGRAM = os.environ["GELSLAM_PROGRAM"]
+WORK = pathlib.Path(os.environ["GELSLAM_WORK"])
+TRIANGLES = "return [...parts.values()].reduce((sum, part) => sum + part.count / 3, 0)"
+
+
+def open_browser():
+    options = webdriver.ChromeOptions()
+    options.binary_location = shutil.which("chromium")
+    for word in ("--headless=new", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking",
+                 "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--window-size=1280,800"):
+        options.add_argument(word)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = webdriver.chrome.service.Service(shutil.which("chromedriver"))
+    return webdriver.Chrome(service=driver, options=options)
+
+
+class Pages(unittest.TestCase):
+    def setUp(self):
+        self.browser = open_browser()
+        self.addCleanup(self.browser.quit)
+
+    def tearDown(self):
+        said = [entry["message"] for entry in self.browser.get_log("browser") if entry["level"] == "SEVERE"]
+        self.assertEqual([message for message in said if "ERR_CONNECTION" not in message], [], "the page's errors")
+
+    def wait(self, condition, what):
+        """What the condition gives, once it is something."""
+        for _ in range(600):
+            found = condition()
+            if found:
+                return found
+            time.sleep(0.1)
+        self.fail("did not happen: " + what)
+
+    def value(self, script):
+        return self.browser.execute_script(script)
+
+    def text(self, name):
+        return self.browser.find_element(By.ID, name).text
+
+    def click(self, name):
+        self.browser.find_element(By.ID, name).click()
+
+    def drawn(self):
+        """The share of the view that shows something, of a picture drawn anew."""
+        return self.value("""draw();
+            const kinds = new Uint8Array(4 * view.width * view.height), shade = background.map(level => 255 * level);
+            gl.readPixels(0, 0, view.width, view.height, gl.RGBA, gl.UNSIGNED_BYTE, kinds);
+            let seen = 0;
+            for (let i = 0; i < kinds.length; i += 4) if (Math.abs(kinds[i] - shade[0]) + Math.abs(kinds[i + 1] - shade[1]) > 20) ++seen;
+            return seen / (view.width * view.height);""")
+
+    def scan(self, *options):
+        """A scan by a simulated camera; its address."""
+        environment = {**os.environ, "XDG_CACHE_HOME": str(WORK / "cache")}
+        shutil.rmtree(WORK / "served-2", ignore_errors=True)
+        self.program = subprocess.Popen(
+            [PROGRAM, "scan", "--camera", "simulated", "--headless", "-o", WORK / "served", "--overwrite", "--serve", *options],
+            stderr=subprocess.PIPE, text=True, env=environment)
+        self.addCleanup(self.program.stderr.close)
+        self.addCleanup(self.program.wait)
+        self.addCleanup(self.program.kill)
+        return self.program.stderr.readline().removeprefix("serving ").strip()
+
+    def test_a_scan(self):
+        address = self.scan("0")
+        self.browser.get(address)
+        first = self.wait(lambda: self.value(TRIANGLES), "the surface appears")
+        self.wait(lambda: self.value(TRIANGLES) > 1.5 * first, "the surface grows")
+        self.assertGreater(self.drawn(), 0.005)
+        self.wait(lambda: self.value("return pictured >= 0 && by('picture').getContext('2d').getImageData(5, 5, 1, 1).data[3] === 255"),
+                  "the camera's picture")
+        self.wait(lambda: "kB/s" in self.text("rate"), "the rate")
+
+        self.browser.refresh()
+        self.wait(lambda: self.value(TRIANGLES) > first, "the surface after a reload")
+        self.browser.switch_to.new_window("tab")
+        self.browser.get(address)
+        self.wait(lambda: self.value(TRIANGLES) > first, "the surface in a second tab")
+        self.browser.close()
+        self.browser.switch_to.window(self.browser.window_handles[0])
+
+        self.click("save")
+        self.wait(lambda: "Saving what there is" in self.text("said"), "the answer to Save")
+        self.wait((WORK / "served/mesh.ply").exists, "what is saved")
+        self.click("undo")
+        self.wait(lambda: "taken back" in self.text("said"), "the answer to Undo")
+        self.click("stop")
+        self.assertIn("saved in", self.text("means"))
+        self.click("no")
+        self.assertEqual(self.value("return state.phase"), "scanning", "asks before it ends a scan")
+
+        self.click("new")
+        self.click("yes")
+        self.wait(lambda: self.value("return state.run_folder || ''").endswith("served-2"), "the next scan")
+        self.wait(lambda: self.value(TRIANGLES) > 0, "its surface")
+        self.assertTrue((WORK / "served/report.json").exists())
+        self.click("stop")
+        self.click("yes")
+        self.wait(lambda: self.text("headline") == "Finished", "the end")
+        self.assertEqual(self.program.wait(timeout=60), 0)
+        self.wait(lambda: "The program has ended." in self.text("advice"), "that it has ended")
+        self.assertEqual(self.text("headline"), "Finished")
+        self.assertGreater(self.value(TRIANGLES), 0, "the surface stays")
+
+    def test_a_phone_with_a_token(self):
+        address = self.scan("0.0.0.0:0")
+        self.assertIn("?token=", address)
+        port = address.split(":")[2].split("/")[0]
+        with self.assertRaisesRegex(OSError, "403"):
+            urlopen(f"http://127.0.0.1:{port}/")
+        self.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
+                                     {"width": 390, "height": 844, "deviceScaleFactor": 2, "mobile": True})
+        self.browser.get(f"http://127.0.0.1:{port}/?" + address.split("?")[1])
+        self.wait(lambda: self.value(TRIANGLES), "the surface")
+        self.assertLessEqual(self.value("return document.documentElement.scrollWidth"), 390)
+        self.assertGreater(self.value("return by('view').clientHeight"), 844 / 2)
+        self.program.kill()
+        self.wait(lambda: self.text("headline") == "Connection lost", "that the program is gone")
+
+    def test_the_exported_page(self):
+        subprocess.run([PROGRAM, "export", WORK / "run", "-o", WORK / "page.html", "--overwrite", "-q"], check=True)
+        self.browser.get((WORK / "page.html").as_uri())
+        self.assertGreater(self.value(TRIANGLES), 1000)
+        self.assertGreater(self.drawn(), 0.03)
+        pictures = [self.browser.get_screenshot_as_png()]
+        Select(self.browser.find_element(By.ID, "color")).select_by_value("height")
+        pictures.append(self.browser.get_screenshot_as_png())
+        self.click("path")
+        pictures.append(self.browser.get_screenshot_as_png())
+        self.assertEqual(len(set(pictures)), 3, "colors and the way are drawn")
+
+
+if __name__ == "__main__":
+    unittest.main()
