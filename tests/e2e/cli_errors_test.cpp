@@ -19,13 +19,6 @@ ProgramResult gelslam(const std::vector<std::string>& arguments, const std::stri
   return test::run_program(GELSLAM_PROGRAM, arguments, out);
 }
 
-TEST(Cli, WithoutCommandItPrintsHelp) {
-  const ProgramResult result = gelslam({});
-  EXPECT_EQ(result.exit_code, 0);
-  EXPECT_THAT(result.out, HasSubstr("Usage: gelslam"));
-  EXPECT_EQ(result.err, "");
-}
-
 TEST(Cli, VersionAndHelpGoToStdout) {
   EXPECT_THAT(gelslam({"--version"}).out, testing::MatchesRegex("gelslam [0-9.]+\n"));
   EXPECT_EQ(gelslam({"--version"}).exit_code, 0);
@@ -69,30 +62,6 @@ TEST(Cli, EveryCommandHasAnExampleAndRefusesWhatItDoesNotKnow) {
   }
 }
 
-TEST(Cli, HelpReadsAlikeInAllCommands) {
-  std::vector<std::vector<std::string>> lines;
-  for (const std::string& name : commands()) lines.push_back({name});
-  for (const char* name : {"collect", "train", "check"}) lines.push_back({"calibrate", name});
-  for (const char* name : {"scan", "presses"}) lines.push_back({"simulate", name});
-  for (const std::vector<std::string>& line : lines) {
-    const bool has_subcommands = help_of(line).find("Subcommands:") != std::string::npos;
-    EXPECT_EQ(help_of(line).find("-q,--quiet") == std::string::npos, has_subcommands) << line.front();
-    std::istringstream help(help_of(line));
-    // An option's text stands beside it, or alone in its column on the next line.
-    for (std::string text; std::getline(help, text);) {
-      if (!text.starts_with("  -")) continue;
-      const std::size_t gap = text.find("  ", 4);
-      if (gap == std::string::npos) continue;
-      const std::size_t begin = text.find_first_not_of(' ', gap);
-      if (begin == std::string::npos) continue;
-      EXPECT_FALSE(std::islower(static_cast<unsigned char>(text[begin]))) << line.front() << ": " << text;
-      if (text.find("--quiet") != std::string::npos) {
-        EXPECT_THAT(text, HasSubstr("Print no progress and no summary, only results"));
-      }
-    }
-  }
-}
-
 TEST(Cli, MisspellingsNameWhatWasMeant) {
   expect_mistake(gelslam({"inof", "x"}), "there is no gelslam inof, did you mean info? (see gelslam --help)");
   expect_mistake(gelslam({"merge", "a", "b", "-o", "c"}), "there is no gelslam merge (see gelslam --help)");
@@ -112,24 +81,6 @@ TEST(Cli, NumbersAreReadWholeOrRefused) {
   for (const char* text : {"", "nan", "inf", "0.4", "100.1", "-6.35", "0x10"})
     expect_mistake(diameter(text), "0.5 to 100");
   expect_mistake(diameter("6.35"), "x.mkv");  // the number is right, and what comes next is wrong
-}
-
-TEST(Cli, DotsOfASimulatedGelNeedNoNumber) {
-  const TemporaryFolder folder;
-  const auto background = [&](const std::string& name, std::vector<std::string> dots) {
-    dots.insert(dots.begin(), {"simulate", "scan", "--object", "sphere", "--frames", "1", "-q"});
-    dots.insert(dots.end(), {"-o", (folder / name).string()});
-    const ProgramResult result = gelslam(dots);
-    EXPECT_EQ(result.exit_code, 0) << result.err;
-    cv::Mat first;
-    cv::VideoCapture((folder / name / "gelsight.avi").string()).read(first);
-    return first;
-  };
-  const cv::Mat3b dotted = background("dotted", {"--dots"});
-  EXPECT_EQ(cv::norm(dotted, background("two", {"--dots", "2"})), 0.0);
-  EXPECT_LT(dotted(120, 160)[1], dotted(120, 176)[1] / 2) << "a dot in the middle, none beside it";
-  expect_mistake(gelslam({"simulate", "scan", "--dots", "0.2", "-o", (folder / "none").string()}),
-                 "the distance of printed dots must be between 0.5 and 10 mm");
 }
 
 TEST(Cli, AFullStandardOutputIsNoticed) {

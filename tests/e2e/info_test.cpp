@@ -2,14 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "../support/data_folder.hpp"
-#include "../support/database.hpp"
 #include "../support/pictures.hpp"
 #include "../support/run_program.hpp"
 #include "gelslam/core/run_report.hpp"
-#include "gelslam/slam/store.hpp"
 
 namespace gelslam {
 namespace {
@@ -39,29 +36,6 @@ TEST(Info, AFolderWithProblemsStillSaysWhatIsGood) {
               HasSubstr("config.yaml:2: device_config.framerat is an unknown key, did you mean framerate?"));
   EXPECT_THAT(result.out, HasSubstr("frame 0: a gray picture"));
   EXPECT_THAT(result.out, HasSubstr("true_start_T_currs.npy: not a usable .npy file"));
-}
-
-TEST(Info, ImagesOfTheWrongSize) {
-  const TemporaryFolder folder;
-  cv::imwrite((folder / "1.png").string(), test::numbered_picture(1, 162, 121));
-  const ProgramResult result = info(folder.path(), true);
-  EXPECT_EQ(result.exit_code, 1);
-  const auto json = nlohmann::json::parse(result.out);
-  EXPECT_EQ(json.at("kind"), "a folder of images");
-  EXPECT_THAT(json.at("problems").at(0).get<std::string>(), HasSubstr("is 162x121 pixels"));
-}
-
-TEST(Info, DamagedPicturesAreProblems) {
-  const TemporaryFolder folder;
-  for (int i = 0; i < 5; ++i)
-    cv::imwrite((folder / (std::to_string(i) + ".png")).string(), test::numbered_picture(i, 320, 240));
-  EXPECT_EQ(info(folder.path()).exit_code, 0);
-  for (const char* name : {"2.png", "4.png"})
-    test::write_bytes(folder / name, test::read_bytes(folder / name).substr(0, 500));
-  const ProgramResult result = info(folder.path());
-  EXPECT_EQ(result.exit_code, 1);
-  EXPECT_THAT(result.out, HasSubstr("readable   3 frames"));
-  EXPECT_THAT(result.out, HasSubstr("problem    left out 2 damaged pictures (the first: "));
 }
 
 TEST(Info, ARunFolder) {
@@ -102,23 +76,6 @@ TEST(Info, ARunSaysWhatItLacks) {
               HasSubstr("\x1b[33m" + missing))
       << "amber";
   EXPECT_THAT(info(folder / "trajectory.tum").out, HasSubstr("a trajectory\n  poses      2\n"));
-}
-
-TEST(Info, ASessionAndASurfaceAreNamed) {
-  const TemporaryFolder folder;
-  write_store(folder.path(), SlamMap{});
-  test::sql(folder / "session.db", "PRAGMA user_version=99");
-  for (const fs::path& path : {folder.path(), folder / "session.db"}) {
-    const ProgramResult newer = info(path);
-    EXPECT_THAT(newer.out, HasSubstr("the session of a run"));
-    EXPECT_THAT(newer.out, HasSubstr("written by a newer version of the program"));
-    EXPECT_EQ(newer.exit_code, 1);
-  }
-  fs::create_directory(folder / "touch");
-  test::write_bytes(folder / "touch/height_mm.npy", "x");
-  const ProgramResult surface = info(folder / "touch");
-  EXPECT_THAT(surface.out, HasSubstr("the surface of one touch"));
-  EXPECT_EQ(surface.exit_code, 1) << "without its mesh";
 }
 
 /// Triangles of 3 mm; `corners` are nine numbers each.

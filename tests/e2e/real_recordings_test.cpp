@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <sstream>
 
 #include "../support/data_folder.hpp"
@@ -156,42 +155,6 @@ TEST_F(RealRecordings, NoBareGelIsTrackedAfterABadStart) {
     for (const nlohmann::json& frame : frames) {
       if (frame.at("frame") >= touch) break;
       EXPECT_NE(frame.at("status"), "tracked") << name << " " << frame.at("frame");
-    }
-  }
-}
-
-/// What a newcomer reads: lines of a terminal, each once.
-TEST_F(RealRecordings, WarningsAreShortAndSaidOnce) {
-  const std::string dots = (folder / "dots.yaml").string(), maker = (real / "nnmini.pt").string(),
-                    model = (data / "calibration/model/nnmodel.pth").string(),
-                    out = (folder / "RUN").string();
-  const std::vector<std::vector<std::string>> logs = {
-      {(real / "finger/finger.avi").string(), "--model", model},
-      {(real / "bare_gel/tin_box_1_right.avi").string(), "--model", maker, "--config", dots, "--background",
-       (real / "bare_gel/tin_box_1_background.png").string()},
-      {(real / "bad_starts/tin_box_1_camera_0.avi").string(), "--model", maker, "--config", dots}};
-  for (std::vector<std::string> words : logs) {
-    words.insert(words.begin(), "reconstruct");
-    words.insert(words.end(), {"-o", out, "--overwrite"});
-    std::istringstream lines(run(words).err);
-    std::set<std::string> warnings;
-    for (std::string line; std::getline(lines, line);) {
-      if (!line.starts_with("warning: ")) continue;
-      EXPECT_TRUE(warnings.insert(line).second) << line;
-      EXPECT_LE(line.size(), std::string("warning: ").size() + 120) << line;
-    }
-    EXPECT_FALSE(warnings.empty()) << words[1];
-    for (const char* command : {"fuse", "export", "view"}) {
-      std::vector<std::string> again = {command, out};
-      if (*command == 'e') again.insert(again.end(), {"-o", (folder / "mesh.stl").string(), "--overwrite"});
-      if (*command == 'v')
-        again.insert(again.end(), {"--snapshot", (folder / "view.png").string(), "--overwrite"});
-      const std::string said = run(again).err;
-      EXPECT_EQ(said.find("warning: "), std::string::npos) << said;
-      const bool has_reservations =
-          !nlohmann::json::parse(test::read_bytes(folder / "RUN/report.json")).at("reservations").empty();
-      EXPECT_EQ(said.find("the run has warnings: gelslam info " + out) != std::string::npos, has_reservations)
-          << said;
     }
   }
 }

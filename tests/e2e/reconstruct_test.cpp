@@ -8,10 +8,7 @@
 #include <unistd.h>
 
 #include <array>
-#include <chrono>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/videoio.hpp>
 #include <sstream>
 
 #include "simulated_scan.hpp"

@@ -66,14 +66,6 @@ TEST(Record, CopiesALogByteByByte) {
   EXPECT_THAT(stored.config_yaml, HasSubstr("device_config"));
 }
 
-TEST(Record, EndsAfterSecondsAndWhenAsked) {
-  const TemporaryFolder folder;
-  write_source(folder / "a.mkv", 60);
-  gelslam({"record", "--from", (folder / "a.mkv").string(), "-o", (folder / "b.mkv").string(), "--seconds",
-           "1", "-q"});
-  EXPECT_EQ(read_all(folder / "b.mkv").size(), 25u);
-}
-
 TEST(Record, MistakesAreOneLineAndLeaveNothing) {
   const TemporaryFolder folder;
   write_source(folder / "a.mkv", 3);

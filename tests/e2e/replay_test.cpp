@@ -8,10 +8,8 @@
 #include <chrono>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "../support/run_program.hpp"
-#include "gelslam/sensor/raw_log.hpp"
 #include "simulated_scan.hpp"
 
 namespace gelslam {
@@ -155,28 +153,6 @@ TEST(Replay, DoesNotReplaceTheRunThatHoldsItsLog) {
             0);
 }
 
-TEST(Record, APublicLogTracksTheSameOnceConverted) {
-  const TemporaryFolder folder;
-  const std::string log = (folder / "peanut.mkv").string();
-  const ProgramResult result = gelslam({"record", "--from", scan().log().string(), "-o", log});
-  EXPECT_EQ(result.exit_code, 0) << result.err;
-  for (const char* word : {"doubt", "slow"}) EXPECT_THAT(result.err, testing::Not(HasSubstr(word)));
-  const ProgramResult before = gelslam({"track", scan().log().string()}), after = gelslam({"track", log});
-  EXPECT_EQ(after.exit_code, 0) << after.err;
-  EXPECT_EQ(before.out, after.out) << "the same poses at the same times, from the model in the log";
-}
-
-TEST(Replay, NothingOnTheGelIsNoScan) {
-  const TemporaryFolder folder;
-  fs::create_directory(folder / "bare");
-  for (int i = 0; i < 15; ++i)
-    cv::imwrite((folder / ("bare/" + std::to_string(i) + ".png")).string(),
-                cv::Mat3b(240, 320, cv::Vec3b(90, 100, 110)) + cv::Scalar::all(i % 2));
-  const ProgramResult result = gelslam(replay({(folder / "bare").string(), "--every-frame"}));
-  EXPECT_EQ(result.exit_code, 1);
-  EXPECT_THAT(result.err, HasSubstr("not kept (no -o)"));
-}
-
 TEST(Replay, WithoutADisplayNothingBegins) {
   const TemporaryFolder folder;
   ::unsetenv("DISPLAY");
@@ -185,14 +161,6 @@ TEST(Replay, WithoutADisplayNothingBegins) {
       {"scan", scan().log().string(), "--model", scan().model().string(), "-o", (folder / "run").string()});
   expect_mistake(result, "--headless");
   EXPECT_TRUE(folder.names().empty());
-}
-
-TEST(Scan, ARunFolderThatIsThereIsRefusedBeforeACameraIsOpened) {
-  const TemporaryFolder folder;
-  fs::create_directories(folder / "run" / "somebody's");
-  const ProgramResult result = gelslam({"scan", "--headless", "--camera", "no such camera", "--model",
-                                        scan().model().string(), "-o", (folder / "run").string()});
-  expect_mistake(result, "exists already");
 }
 
 TEST(Replay, MistakesAreOneLine) {

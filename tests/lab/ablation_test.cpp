@@ -4,11 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "../support/run_program.hpp"
-#include "ablation_case.hpp"
-#include "ablation_variants.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/evaluation/evaluation.hpp"
-#include "gelslam/sensor/sensor_profile.hpp"
 #include "gelslam/simulation/data_folder.hpp"
 #include "gelslam/slam/reconstruct.hpp"
 #include "gelslam/surface/model_file.hpp"
@@ -88,64 +84,6 @@ TEST(Ablation, AgreesWithReconstructAndEvaluate) {
       "/usr/bin/python3", {std::string(GELSLAM_SCRIPTS) + "/plot_ablation.py", set.folder / "study"});
   EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
   EXPECT_THAT(read_bytes(set.folder / "study/ablation.png"), testing::StartsWith("\x89PNG"));
-}
-
-Json row(const std::string& sequence, const std::string& variant, const Json& error_mm, int silent) {
-  return {{"set", "set"},         {"sequence", sequence}, {"model", "default"}, {"variant", variant},
-          {"tracked", 9},         {"share", 0.5},         {"pieces", 1},        {"loops", 2},
-          {"error_mm", error_mm}, {"mesh_mm", nullptr},   {"silent", silent},   {"error_over_sigma", 1},
-          {"frame_ms", 1},        {"finish_ms", 1}};
-}
-
-TEST(Ablation, TableHasMeanWorstAndBest) {
-  const Json rows = {row("a", "on", 0.1, 3), row("a", "x", 0.4, 5),  row("b", "on", 0.2, 0),
-                     row("b", "x", 0.1, 0),  row("c", "on", 0.2, 1), row("c", "x", nullptr, 0)};
-  const Json table = lab::ablation_table(lab::ablation_ratios(rows, "on"));
-  ASSERT_EQ(table.size(), 2U);
-  EXPECT_NEAR(table[0]["error"], std::sqrt(4 * 0.5), 1e-12);
-  EXPECT_EQ(table[0]["worst"], "0.50 b");
-  EXPECT_EQ(table[0]["best"], "4.00 a");
-  EXPECT_EQ(table[0]["logs"], 3);
-  EXPECT_EQ(table[0]["silent_with"], 4);
-  EXPECT_EQ(table[0]["silent_without"], 5);
-  EXPECT_TRUE(table[0]["mesh"].is_null());
-}
-
-TEST(AblationVariants, SetKeysOfTheConfiguration) {
-  Config config;
-  config.sensor.device_name = "mine";
-  const Config changed = lab::with_settings(
-      config, lab::parse_variant("mine: refine_pairs_per_keyframe=0, track_config.scr_threshold = 0.25"));
-  EXPECT_EQ(changed.slam.refinement.max_pairs_per_keyframe, 0);
-  EXPECT_EQ(changed.slam.registration.curvature.min_scr, 0.25);
-  EXPECT_EQ(changed.slam.verification.curvature.min_scr, config.slam.verification.curvature.min_scr);
-  EXPECT_EQ(changed.sensor.device_name, "mine");
-  config.surface.optics = kGelSightMiniOptics;
-  const Config domed =
-      lab::with_settings(config, lab::parse_variant("domed: gel_dome_per_mm=[0.001, 0.002], lens_k1=0.02"));
-  EXPECT_EQ(domed.surface.optics.gel_dome_per_mm, (std::array{0.001, 0.002}));
-  EXPECT_EQ(domed.surface.optics.lens_k1, 0.02);
-  for (const char* key :
-       {"keyframe_min_shared=0.7", "max_samples=1000", "voxel_size_mm=0.2"})  // what is spent
-    EXPECT_NE(write_config(lab::with_settings(config, lab::parse_variant(std::string("x: ") + key))),
-              write_config(config))
-        << key;
-  for (const lab::Variant& variant : lab::mechanism_variants())
-    EXPECT_NE(write_config(lab::with_settings(config, variant)), write_config(config)) << variant.name;
-}
-
-TEST(AblationVariants, MistakesAreOneLine) {
-  const TemporaryFolder folder;
-  const std::vector<std::pair<std::string, std::string>> mistakes = {
-      {"mine: refin=false", "no key refin"},
-      {"mine: scr_threshold=0.1", "section.key"},
-      {"mine: relocalize=perhaps", "relocalize"},
-      {"mine", "name: key=value"},
-      {"mine: refine", "name: key=value"}};
-  for (const auto& [text, words] : mistakes)
-    expect_mistake(run_program(GELSLAM_LAB, {"ablation", folder.path().string(), "--set", text}), words,
-                   "gelslam-lab");
-  expect_mistake(run_program(GELSLAM_LAB, {"ablation"}), "DATA is required", "gelslam-lab");
 }
 
 }  // namespace

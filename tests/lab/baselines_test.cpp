@@ -3,10 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstring>
-
 #include "../support/analytic_surface.hpp"
-#include "gelslam/core/error.hpp"
 
 namespace gelslam {
 namespace {
@@ -45,11 +42,6 @@ TEST_P(Methods, FindAKnownMotionAndItsInverse) {
   expect_near(registrar()->prepare(b)->register_to(*a, Pose::Identity()), a_T_b);
 }
 
-TEST_P(Methods, StayWhereTheyAreOnTheSameSurface) {
-  const SurfacePtr a = seen_from(Pose::Identity());
-  expect_near(registrar()->prepare(a)->register_to(*a, Pose::Identity()), Pose::Identity());
-}
-
 TEST_P(Methods, SayThatSurfacesHaveNothingInCommon) {
   const SurfacePtr a = seen_from(Pose::Identity());
   const SurfacePtr other = touch(bumpy_ellipsoid(77, {9, 7, 6}, 0.25), pressed(6.0, 0.9));
@@ -63,29 +55,6 @@ TEST_P(Methods, SayThatSurfacesHaveNothingInCommon) {
   const RegistrationResult apart =
       registrar()->prepare(corner(-1))->register_to(*corner(1), Pose::Identity());
   EXPECT_FALSE(apart.ok());
-}
-
-TEST_P(Methods, SurviveSurfacesWithoutContact) {
-  const SurfacePtr a = seen_from(Pose::Identity());
-  const SurfacePtr nothing = touch(plane(), motion(0, 0, 0, 0, 0, -3));
-  ASSERT_EQ(nothing->contact_pixels, 0);
-  const Pose start = motion(1, 2, 3, 0.1, 0.2, 0.3);
-  for (const RegistrationResult& result : {registrar()->prepare(a)->register_to(*nothing, start),
-                                           registrar()->prepare(nothing)->register_to(*a, start),
-                                           registrar()->prepare(nothing)->register_to(*nothing, start)}) {
-    EXPECT_EQ(result.status, RegistrationStatus::too_little_surface);
-    EXPECT_TRUE(result.target_T_reference.isApprox(start));
-  }
-}
-
-TEST_P(Methods, GiveTheSameBitsTwice) {
-  const SurfacePtr a = seen_from(Pose::Identity()), b = seen_from(motion(0.5, 0.5, 1, 0.1, 0.1, 0));
-  const auto prepared = registrar()->prepare(a);
-  const RegistrationResult one = prepared->register_to(*b, Pose::Identity());
-  const RegistrationResult two = registrar()->prepare(a)->register_to(*b, Pose::Identity());
-  EXPECT_EQ(std::memcmp(one.target_T_reference.data(), two.target_T_reference.data(), 16 * sizeof(double)),
-            0);
-  EXPECT_EQ(one.scr, two.scr);
 }
 
 // Without noise. NormalFlow reads between pixels; the others match points 0.07 to 0.14 mm apart along
@@ -124,18 +93,6 @@ TEST(FilterReg, LeavesOutWhatHasNoPartner) {
   const RegistrationResult found = make_filter_reg(options)->prepare(a)->register_to(*b, Pose::Identity());
   EXPECT_LT(gap(found.target_T_reference, a_T_b.inverse()).deg, 0.5);
   EXPECT_LT(gap(found.target_T_reference, a_T_b.inverse()).mm, 0.05);
-}
-
-TEST(Registrars, AreKnownByName) {
-  for (const std::string& name : registrar_names())
-    EXPECT_EQ(make_registrar(name, {})->name(), name.substr(0, name.find('-'))) << name;
-  EXPECT_THROW(make_registrar("", {}), Error);
-  try {
-    make_registrar("filtereg", {});
-    FAIL() << "a misspelt method was found";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("did you mean filterreg?"));
-  }
 }
 
 TEST(JudgePose, KnowsRightFromWrongWithoutMovingThePose) {

@@ -73,15 +73,5 @@ TEST(BenchmarkCommand, MistakesAreOneLine) {
   EXPECT_THAT(torn.err, HasSubstr("bead1/contact_masks.npy: not a usable .npy"));
 }
 
-TEST(BenchmarkCommand, WithoutAnyContactItSaysSo) {
-  const TemporaryFolder data;
-  write_public_trial(data / "bead1", 2, {1});
-  write_npy_boolean(data / "bead1/contact_masks.npy", {2, 120, 160},
-                    std::vector<std::uint8_t>(2 * 120 * 160));
-  const ProgramResult result = benchmark({"--methods", "icp", data.path().string()});
-  EXPECT_EQ(result.exit_code, 1);
-  EXPECT_THAT(result.err, HasSubstr("nothing ever touched"));
-}
-
 }  // namespace
 }  // namespace gelslam

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "../support/temporary_folder.hpp"
 #include "protocols/benchmark.hpp"
 #include "public_trial.hpp"
 
@@ -119,24 +118,6 @@ TEST(Keyframes, AfterALossTrackingGoesOnFromTheLastEstimate) {
   EXPECT_TRUE(estimates[5].tracked);
   const Pose step = estimates[4].first_T_frame.inverse() * estimates[5].first_T_frame;
   EXPECT_LT(gap(step, place(4).inverse() * place(5)).mm, 0.02);
-}
-
-TEST(RunBenchmark, LeavesFramesOutWhereAsked) {
-  const TemporaryFolder data;
-  write_public_trial(data / "bead1", 6);
-  BenchmarkRequest request;
-  request.trials = find_trials({data.path()});
-  request.methods = {"a"};
-  const auto script = std::make_shared<Script>();
-  request.make = [&](const std::string&, const NormalFlowOptions&) {
-    return std::make_shared<const Scripted>(script);
-  };
-  request.every = 3;
-  const BenchmarkResult result = run_benchmark(request);
-  ASSERT_EQ(result.size(), 1U);
-  ASSERT_EQ(result[0].frames.size(), 2U);
-  EXPECT_EQ(result[0].frames[1].frame - result[0].frames[0].frame, 3);
-  EXPECT_EQ(script->starts.size(), 1U) << "what is left out costs nothing";
 }
 
 }  // namespace

@@ -34,12 +34,6 @@ TEST(FindTrials, GoesIntoSubFoldersInNaturalOrder) {
   EXPECT_EQ(trials[3].object, "single");
 }
 
-TEST(FindTrials, SaysWhatIsMissing) {
-  const TemporaryFolder data;
-  EXPECT_THAT(problem_with(data / "none"), HasSubstr("there is no such folder"));
-  EXPECT_THAT(problem_with(data.path()), HasSubstr("true_start_T_currs.npy"));
-}
-
 TEST(TrialFrames, AreThePublicArrays) {
   const TemporaryFolder data;
   write_public_trial(data / "bead1", 3, {1});
@@ -77,20 +71,6 @@ TEST(TrialFrames, RefuseWhatDoesNotBelongTogether) {
   EXPECT_THAT(problem_with(data.path()), HasSubstr("not a usable .npy"));
   std::filesystem::remove(trial / "gradient_maps.npy");
   EXPECT_NE(problem_with(data.path()), "nothing was thrown") << "neither arrays nor a video";
-}
-
-TEST(TrialFrames, TakeNumbersThatAreNoneAsUntouched) {
-  const TemporaryFolder data;
-  write_public_trial(data / "bead1", 1);
-  const NpyArray maps = read_npy(data / "bead1/gradient_maps.npy");
-  const std::vector<double> values = maps.to_doubles();
-  std::vector<float> floats(values.begin(), values.end());
-  floats[2 * (60 * 160 + 80)] = std::nanf("");
-  write_npy(data / "bead1/gradient_maps.npy", maps.shape, std::span<const float>(floats));
-  const auto frame = open_trial(data / "bead1")->next();
-  ASSERT_TRUE(frame);
-  EXPECT_EQ(frame->surface->contact(60, 80), 0);
-  EXPECT_TRUE(cv::checkRange(frame->surface->height_mm));
 }
 
 }  // namespace

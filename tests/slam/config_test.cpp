@@ -122,12 +122,5 @@ gelslam_config:
   EXPECT_EQ(config.slam.verification.curvature.min_ccs, 0.8);
 }
 
-/// Each number is possible by itself; fuse() would refuse them together, but only when the whole log is
-/// tracked.
-TEST_F(ConfigFile, RefusesVoxelsTooCoarseForTheTruncation) {
-  EXPECT_THAT(error("gelslam_config:\n  fusion_config:\n    voxel_size_mm: 0.6\n    truncation_mm: 1.0\n"),
-              HasSubstr("truncation_mm must be at least twice voxel_size_mm"));
-}
-
 }  // namespace
 }  // namespace gelslam

@@ -4,8 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "../support/temporary_folder.hpp"
-#include "../surface/pth_file.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/slam/store.hpp"
 #include "run_folder/run_writer.hpp"
 #include "strokes.hpp"
@@ -14,17 +12,6 @@ namespace gelslam {
 namespace {
 
 using namespace test;
-using testing::HasSubstr;
-
-/// With a gradient model in this folder.
-Config config_in(const TemporaryFolder& folder) {
-  PthFile model;
-  model.layers = random_layers(1);
-  write_bytes(folder / "model.pth", zip_archive(model.entries()));
-  Config config;
-  config.sensor.calibration_model_path = folder / "model.pth";
-  return config;
-}
 
 /// To the last bit: keyframes are what their files hold from the moment they are made.
 void expect_same_map(const SlamMap& a, const SlamMap& b) {
@@ -86,26 +73,6 @@ TEST(ContinuedScan, SaysWhichPartsJoined) {
       testing::ElementsAre("part 1 of 4 (/a.mkv): joined, 3 frames", "part 2 of 4 (b): joined, 3 frames",
                            "part 3 of 4 (/c.mkv): did not join: no place of it was recognized in the map",
                            "part 4 of 4 (/d.mkv): never touched"));
-}
-
-TEST(ContinuedScan, OfAnotherSensorIsRefused) {
-  const TemporaryFolder folder;
-  Strokes scan;
-  scan.stroke(0, 0, 0);
-  Config config = config_in(folder);
-  std::filesystem::create_directory(folder / "run");
-  write_store(folder / "run", scan.finish(part_of(config, "")));
-  EXPECT_EQ(continue_scan(folder / "run", config, "").next_frame(), 4);
-  config.sensor.pixel_pitch_mm = 0.05;
-  EXPECT_THAT(message_of<Error>([&] { continue_scan(folder / "run", config, ""); }),
-              HasSubstr("was scanned at 320x240 pixels of 0.0634 mm, not at 320x240 pixels of 0.05 mm; "
-                        "scans of different sensors"));
-  EXPECT_THAT(message_of<Error>([&] { continue_scan(folder / "nothing", config, ""); }),
-              HasSubstr("no such run folder"));
-  std::filesystem::remove(folder / "run/session.db");
-  write_store(folder / "run", scan.finish({0, "sensor", 77, ""}));
-  EXPECT_THAT(message_of<Error>([&] { continue_scan(folder / "run", config, ""); }),
-              HasSubstr("another gradient model"));
 }
 
 /// The only trial was taken back, then the scan was killed.

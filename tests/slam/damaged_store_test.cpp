@@ -3,7 +3,6 @@
 
 #include "../support/database.hpp"
 #include "../support/temporary_folder.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/slam/mapper.hpp"
 #include "gelslam/slam/slam_options.hpp"
 #include "gelslam/slam/store.hpp"

@@ -3,9 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <array>
-#include <thread>
-
 #include "../support/analytic_surface.hpp"
 #include "gelslam/slam/reconstruct.hpp"
 
@@ -76,23 +73,6 @@ void expect_true_poses(const Scan& scan, const SlamMap& map) {
     ++checked;
   }
   EXPECT_GT(checked, 0);
-}
-
-TEST(GelSlam, ALogWithoutContactIsAnEmptyMap) {
-  Scan scan;
-  scan.background(2);
-  scan.lift();
-  const SlamMap map = scan.finish();
-  EXPECT_EQ(map.anchor_frame, -1);
-  ASSERT_EQ(map.frames.size(), 3u);
-  EXPECT_EQ(map.frames[0].status, TrackStatus::background);
-  EXPECT_EQ(map.frames[2].status, TrackStatus::no_contact);
-  EXPECT_FALSE(map.has_pose(map.frames[0]));
-  EXPECT_FALSE(map.has_pose(map.frames[2]));
-  EXPECT_TRUE(posed_surfaces(map).empty());
-  EXPECT_EQ(map.trials, 0);
-  EXPECT_EQ(map.components, 0);
-  EXPECT_TRUE(Scan().finish().frames.empty());
 }
 
 TEST(GelSlam, TwoTrialsAtOnePlaceBecomeOneComponent) {
@@ -199,62 +179,6 @@ TEST(GelSlam, GoingToAndFroStaysInPlace) {
   const SlamMap map = scan.finish();
   EXPECT_EQ(map.components, 1);
   expect_true_poses(scan, map);
-}
-
-TEST(GelSlam, FinishingInTheMiddleChangesNothing) {
-  Scan interrupted, whole;
-  for (Scan* scan : {&interrupted, &whole}) {
-    stroke(*scan, 0, 0, 0);
-    if (scan == &interrupted) interrupted.finish();
-    scan->lift();
-    stroke(*scan, 0.5, 0.5, 30);
-  }
-  const SlamMap a = interrupted.finish(), b = whole.finish();
-  ASSERT_EQ(a.keyframes.size(), b.keyframes.size());
-  for (std::size_t id = 0; id < a.keyframes.size(); ++id)
-    EXPECT_EQ(a.anchor_T_keyframe(static_cast<int>(id)).matrix(),
-              b.anchor_T_keyframe(static_cast<int>(id)).matrix());
-}
-
-/// Keeps what it is told.
-class Told final : public ProgressSink {
- public:
-  struct Task {
-    std::string name;
-    std::int64_t total = 0, done = 0;
-    bool ended = false;
-  };
-  void begin(std::string_view task, std::optional<std::int64_t> total) override {
-    EXPECT_TRUE(tasks.empty() || tasks.back().ended) << "one task at a time";
-    tasks.push_back({std::string(task), total.value_or(-1), 0, false});
-  }
-  void update(std::int64_t done) override {
-    EXPECT_EQ(std::this_thread::get_id(), thread);
-    EXPECT_GE(done, tasks.back().done);
-    EXPECT_LE(done, tasks.back().total);
-    tasks.back().done = done;
-  }
-  void end() override { tasks.back().ended = true; }
-
-  const std::thread::id thread = std::this_thread::get_id();
-  std::vector<Task> tasks;
-};
-
-TEST(GelSlam, WhatTakesLongTellsHowFarItIs) {
-  Scan scan;
-  stroke(scan, 0, 0, 0);
-  stroke(scan, 0.5, 0.5, 30);
-  Told told;
-  const SlamMap map = scan.finish(&told);
-  fuse_map(map, {}, &told);
-  ASSERT_EQ(told.tasks.size(), 2U);
-  const std::array<const char*, 2> names = {"closing loops", "fusing"};
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    EXPECT_EQ(told.tasks[i].name, names[i]);
-    EXPECT_GT(told.tasks[i].total, 0);
-    EXPECT_EQ(told.tasks[i].done, told.tasks[i].total);
-    EXPECT_TRUE(told.tasks[i].ended);
-  }
 }
 
 }  // namespace

@@ -63,7 +63,6 @@ class Pictures : public RawFrameSource {
   void stop() override { stopped_ = true; }
   double rate_hz() const override { return 25.0; }
   std::string description() const override { return "a made-up camera"; }
-  std::string warning() const override { return warning_ ? warning_() : ""; }
 
   /// Nothing is delivered before: what happens between frames needs the session.
   void open() {
@@ -71,7 +70,6 @@ class Pictures : public RawFrameSource {
     open_.notify_all();
   }
   void before(int frame, std::function<void()> what) { before_[frame] = std::move(what); }
-  void warn(std::function<std::string()> warning) { warning_ = std::move(warning); }
   void damage(int frame) { damaged_.insert(frame); }
   void resume(int frame) { resumed_.insert(frame); }
 
@@ -81,7 +79,6 @@ class Pictures : public RawFrameSource {
   std::atomic<bool> open_{false}, stopped_{false};
   std::map<int, std::function<void()>> before_;
   std::set<std::int64_t> damaged_, resumed_;
-  std::function<std::string()> warning_;
 };
 
 /// Looks until `condition` holds; a minute is far beyond what anything here takes.

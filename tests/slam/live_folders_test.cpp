@@ -5,7 +5,6 @@
 #include <fstream>
 #include <future>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "camera_input.hpp"
 #include "gelslam/core/error.hpp"
@@ -124,33 +123,6 @@ TEST_F(Live, AScanThatTouchedNothingGoesOn) {
     EXPECT_EQ(summary.components, 1);
     EXPECT_TRUE(fs::exists(options.run_folder / "mesh.ply"));
   }
-}
-
-TEST_F(Live, SaysWhenItCouldNotSave) {
-  source->before(40, [&] {
-    wait_for_touch(39);
-    remove_in_use(options.run_folder);
-    std::ofstream(options.run_folder) << "in the way";
-  });
-  EXPECT_THAT(message_of<Error>([&] { start().wait(); }), HasSubstr("/run: cannot be written: "));
-  EXPECT_EQ(session->status().phase, LivePhase::finished);
-  EXPECT_THAT(session->status().failure, HasSubstr("/run: cannot be written: "));
-}
-
-TEST_F(Live, SavesOnTheWayAndGoesOn) {
-  source->before(40, [&] {
-    wait_for_touch(39);
-    EXPECT_FALSE(session->status().saving);
-    session->save_now();
-    EXPECT_TRUE(session->status().saving);
-    EXPECT_TRUE(comes_true([&] { return !session->status().saving; }));
-    EXPECT_TRUE(fs::exists(options.run_folder / "mesh.ply"));
-    EXPECT_THAT(read("report.json"), HasSubstr("\"partial\": true"));
-  });
-  const RunReport summary = start().wait();
-  EXPECT_EQ(summary.frames.total, kBackgroundFrames + kScanFrames);
-  EXPECT_THAT(read("report.json"), HasSubstr("\"partial\": false"));
-  EXPECT_FALSE(fs::exists(options.run_folder / "saving.tmp"));
 }
 
 TEST_F(Live, WhatIsSavedOnTheWayIsTheMapOfThatMoment) {

@@ -1,14 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <opencv2/imgcodecs.hpp>
-
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/raw_log.hpp"
-#include "gelslam/slam/store.hpp"
-#include "gelslam/slam/trial_drift.hpp"
-#include "live/live_board.hpp"
 #include "live_fixture.hpp"
 
 namespace gelslam {
@@ -38,17 +33,6 @@ TEST_F(Live, TheWindowSeesTheMeshGrowAndAtLastTheSavedOne) {
   ASSERT_EQ(changes.blocks.size(), 1U);
   EXPECT_EQ(changes.blocks.front().mesh.triangles.size(), summary.mesh.triangles);
   EXPECT_GT(summary.mesh.triangles, 1000U);
-}
-
-TEST_F(Live, WithoutAWindowNoMeshGrows) {
-  start().wait();
-  const std::string with_window = read("mesh.ply");
-  options.show_mesh = false;
-  options.run_folder = folder / "unseen";
-  source = std::make_unique<Pictures>(peanut_pictures());
-  EXPECT_FALSE(start().wait().stages.contains("fusion"));
-  EXPECT_TRUE(session->take_mesh_changes().blocks.empty());
-  EXPECT_TRUE(read("mesh.ply") == with_window);
 }
 
 TEST_F(Live, RecordsEveryFrameAlsoThoseItLeavesOut) {
@@ -182,34 +166,6 @@ TEST_F(Live, ALogWaitsForTheEndOfAPause) {
   EXPECT_EQ(summary.trials, 1);
 }
 
-TEST_F(Live, FramesOnTheirWayBelongToTheTrialBeforeThePause) {
-  source->before(30, [&] { session->set_paused(true); });  // the tracker is a few frames behind
-  source->before(40, [&] {
-    wait_for_touch(29);
-    session->set_paused(false);
-  });
-  EXPECT_EQ(start().wait().trials, 2);
-}
-
-TEST_F(Live, APauseBeforeTheBackgroundIsSeenAndCanBeEnded) {
-  source->before(3, [&] {
-    session->set_paused(true);
-    EXPECT_EQ(session->status().phase, LivePhase::paused);  // by which the window's key knows what it does
-    session->set_paused(false);
-    EXPECT_EQ(session->status().phase, LivePhase::background);
-  });
-  EXPECT_GT(start().wait().frames.tracked, kScanFrames - 5);
-}
-
-TEST_F(Live, SaysSoWhenTheLogEndsWithTheLastFrames) {
-  options.record = LogAttachments{};
-  source->damage(kBackgroundFrames + kScanFrames - 1);
-  const RunReport summary = start().wait();
-  EXPECT_THAT(summary.warnings, testing::Contains(HasSubstr("recording stopped")));
-  EXPECT_EQ(session->status().log_bytes,
-            static_cast<std::int64_t>(fs::file_size(options.run_folder / "log.mkv")));
-}
-
 TEST_F(Live, ALogThatSomebodyRemovesIsMissed) {
   options.record = LogAttachments{};
   source->before(40, [&] {
@@ -223,27 +179,6 @@ TEST_F(Live, ALogThatSomebodyRemovesIsMissed) {
   EXPECT_TRUE(fs::exists(options.run_folder / "mesh.ply"));
 }
 
-TEST(LiveMeter, TheRateFallsWhenNothingComes) {
-  using namespace std::chrono_literals;
-  slam::detail::LiveMeter meter;
-  const slam::detail::LiveClock::time_point start{};
-  for (int i = 0; i <= 25; ++i) meter.arrived(start + i * 40ms);
-  EXPECT_NEAR(meter.rate_hz(start + 1000ms), 25.0, 1e-9);
-  EXPECT_NEAR(meter.rate_hz(start + 1070ms), 25.0, 1e-9) << "one that is late is no stall";
-  EXPECT_NEAR(meter.rate_hz(start + 5000ms), 5.0, 1e-9);
-  meter.arrived(start + 6000ms);
-  EXPECT_LT(meter.rate_hz(start + 6000ms), 1.0) << "the window holds one frame";
-}
-
-TEST_F(Live, AWarningThatCountsIsSaidOnceWithItsNewestCount) {
-  int frames = 0;
-  source->warn([&] { return std::to_string(frames) + " frames came damaged"; });
-  for (const int frame : {20, 30, 40}) source->before(frame, [&frames, frame] { frames = frame; });
-  const RunReport summary = start().wait();
-  EXPECT_THAT(summary.warnings, testing::Contains(HasSubstr("40 frames came damaged")));
-  EXPECT_THAT(summary.warnings, testing::Each(testing::Not(HasSubstr("30 frames came damaged"))));
-}
-
 TEST_F(Live, FramesWaitForTheWindow) {
   std::atomic<bool> shown{false};
   options.begins = [&shown] { return shown.load(); };
@@ -254,47 +189,6 @@ TEST_F(Live, FramesWaitForTheWindow) {
   EXPECT_EQ(session->status().phase, LivePhase::background);
   shown = true;
   EXPECT_EQ(session->wait().frames.total, kBackgroundFrames + kScanFrames);
-}
-
-TEST_F(Live, WhatACameraSeesBeforeItsWindowIsLeftOut) {
-  std::atomic<bool> shown{false};
-  options.begins = [&shown] { return shown.load(); };
-  source->before(5, [&] { shown = true; });
-  start().wait();
-  const auto frames = read_scan(options.run_folder, {}).frames;
-  ASSERT_EQ(std::ssize(frames), kBackgroundFrames + kScanFrames - 5);
-  EXPECT_EQ(frames.front().frame, 5);
-}
-
-TEST(Board, AsksForTheStartWhereThePlaceIsNotKnown) {
-  slam::detail::LiveBoard board("");
-  board.set_phase(LivePhase::scanning);
-  const auto words_with = [&](double sigma_mm) {
-    MapSnapshot map;
-    map.shown_component = 0;
-    map.nodes.resize(1);
-    map.nodes.front().sigma_mm = sigma_mm;
-    board.set_map(std::make_shared<const MapSnapshot>(map));
-    return board.status().words;
-  };
-  LiveTouch touch;
-  touch.status = TrackStatus::tracked;
-  touch.keyframe = touch.trial = 0;
-  board.set_touch(touch, "", slam::detail::LiveClock::now());
-  EXPECT_EQ(words_with(-1), "tracking") << "it is not known yet";
-  EXPECT_EQ(words_with(0.4 * kLargeDriftMm), "tracking");
-  EXPECT_EQ(words_with(4.48), "tracking; may be off by 9.0 mm; return to the start");
-  touch.keyframe = 1;  // the map has not seen it
-  board.set_touch(touch, "", slam::detail::LiveClock::now());
-  EXPECT_EQ(board.status().words, "tracking; may be off by 9.0 mm; return to the start");
-  touch.keyframe = 0;
-  board.set_touch(touch, "", slam::detail::LiveClock::now());
-  EXPECT_EQ(words_with(0.1), "tracking") << "a loop was closed";
-}
-
-TEST_F(Live, PicturesOfAnotherSizeAreAnErrorInWords) {
-  source = std::make_unique<Pictures>(std::vector<cv::Mat3b>(3, cv::Mat3b(100, 500, cv::Vec3b(1, 2, 3))));
-  EXPECT_THAT(message_of<Error>([&] { start().wait(); }), HasSubstr("500x100"));
 }
 
 }  // namespace

@@ -159,12 +159,12 @@ class Fuse : public Merge {
     request.run = folder / "run";
     mesh = read_bytes(request.run / "mesh.ply");
   }
-  FuseSummary fuse(bool stop = false) {
+  FuseSummary fuse() {
     NoProgress progress;
-    return fuse_run(request, progress, [stop] { return stop; });
+    return fuse_run(request, progress, [] { return false; });
   }
-  std::string refusal(bool stop = false) {
-    const std::string message = message_of<Error>([&] { fuse(stop); });
+  std::string refusal() {
+    const std::string message = message_of<Error>([&] { fuse(); });
     EXPECT_TRUE(read_bytes(request.run / "mesh.ply") == mesh) << "the run stays as it is";
     return message;
   }
@@ -179,7 +179,6 @@ class Fuse : public Merge {
       store.add({after.keyframes[id], {}});
     store.flush();
   }
-  void forget_map() const { sql(request.run / "session.db", "DELETE FROM map"); }
 
   Strokes scan;
   FuseRequest request;
@@ -209,16 +208,6 @@ TEST_F(Fuse, ThatCannotWriteTheSessionChangesNothing) {
   EXPECT_TRUE(fuse().map_was_made);
 }
 
-TEST_F(Fuse, WithoutKeyframesTheMeshStays) {
-  sql(request.run / "session.db", "UPDATE keyframes SET surface=NULL; DELETE FROM poses");
-  for (const char* output : {"", "none"}) {
-    request.output = *output == 0 ? "" : folder / output;
-    EXPECT_THAT(refusal(), HasSubstr("run: holds no keyframe to fuse"));
-    forget_map();  // the second time as a scan that was killed
-  }
-  EXPECT_FALSE(std::filesystem::exists(folder / "none"));
-}
-
 /// What is in the way of the mesh stops the replacement between two files, as a kill would.
 TEST_F(Fuse, MeshAndConfigurationAreReplacedAsAWhole) {
   request.voxel_size_mm = 0.16;
@@ -237,22 +226,6 @@ TEST_F(Fuse, MeshAndConfigurationAreReplacedAsAWhole) {
   EXPECT_LT(next.size(), mesh.size());
   EXPECT_FALSE(fuse().map_was_made);
   EXPECT_TRUE(read_bytes(request.run / "mesh.ply") == next);
-}
-
-TEST_F(Fuse, TheCopyHoldsNothingFromOutside) {
-  const TemporaryFolder outside;
-  write_bytes(outside / "secret", "secret");
-  request.output = folder / "copy";
-  std::filesystem::create_symlink(outside / "secret", request.run / "session.db-wal");
-  EXPECT_THAT(refusal(), HasSubstr("session.db-wal: is a link"));
-  EXPECT_FALSE(std::filesystem::exists(folder / "copy"));
-}
-
-TEST_F(Fuse, StoppedOnItsWayItChangesNothing) {
-  EXPECT_THAT(refusal(true), HasSubstr("stopped"));
-  forget_map();
-  EXPECT_THAT(refusal(true), HasSubstr("stopped"));
-  EXPECT_FALSE(find_session(request.run));
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 #include "../support/temporary_folder.hpp"
 #include "../surface/linear_gel.hpp"
 #include "../surface/pth_file.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
 #include "gelslam/slam/surface_stream.hpp"
@@ -15,7 +14,6 @@ namespace gelslam {
 namespace {
 
 using namespace test;
-using testing::HasSubstr;
 
 /// A log that holds all it needs: PNG pictures of a gel of known colors, the first ten bare.
 class RecordedLog : public testing::Test {
@@ -92,37 +90,6 @@ TEST_F(RecordedLog, WhatAPersonNamesGoesFirst) {
   EXPECT_EQ(resolve_config(input).sensor.calibration_model_path.filename(), "other.pth");
 }
 
-TEST_F(RecordedLog, ALogCanLendItsModel) {
-  record(attachments_of(with_model()));
-  Config config;
-  config.sensor.calibration_model_path = input.log;
-  EXPECT_EQ(attachments_of(config).model, model_bytes);
-}
-
-TEST_F(RecordedLog, WithoutAttachmentsTheFileBesideItCounts) {
-  record({});
-  EXPECT_THAT(message_of<Error>([&] { resolve_config(input); }), HasSubstr("no gradient model"));
-  EXPECT_NO_THROW(find_config(input));
-  EXPECT_THAT(message_of<Error>([&] { read_gradient_model(input.log); }),
-              HasSubstr("a.mkv: this log holds no gradient model"));
-  write_bytes(folder / "config.yaml", "device_config:\n  calibration_model_path: model.pth\n");
-  EXPECT_NO_THROW(resolve_config(input));
-}
-
-TEST_F(RecordedLog, HostileAttachmentsAreNamed) {
-  LogAttachments attachments;
-  attachments.config_yaml = "device_config:\n  framerat: 25\n";
-  attachments.model = "PK\3\4 is no model";
-  record(attachments);
-  EXPECT_THAT(message_of<Error>([&] { resolve_config(input); }),
-              HasSubstr("a.mkv[config.yaml]:2: device_config.framerat"));
-  EXPECT_THAT(message_of<Error>([&] { read_gradient_model(input.log); }),
-              HasSubstr("a.mkv': the file is no zip archive"));
-  Config config;
-  config.sensor.calibration_model_path = input.log;
-  EXPECT_THROW(attachments_of(config), Error);
-}
-
 TEST_F(RecordedLog, OpticsAreOfTheModelElseTheLogElseTheMini) {
   input.model = folder / "model.pth";
   const auto found = [&] {
@@ -147,13 +114,6 @@ TEST_F(RecordedLog, OpticsAreOfTheModelElseTheLogElseTheMini) {
   EXPECT_EQ(found().second.camera_distance_mm, 40);
   write_optics(folder / "optics.yaml", of_model);
   EXPECT_EQ(found(), std::pair(std::string("model"), of_model));
-}
-
-TEST_F(RecordedLog, ACameraNeedsNoLog) {
-  input.log.clear();
-  EXPECT_EQ(find_config(input).background_frames, Config{}.background_frames);
-  input.config = folder / "none.yaml";
-  EXPECT_THROW(find_config(input), Error);
 }
 
 }  // namespace

@@ -52,23 +52,6 @@ TEST_F(OverlapEdges, RegistersAnOverlapThatHasNoEdge) {
   EXPECT_GT(found[0].information(0, 0), 0);
 }
 
-TEST_F(OverlapEdges, LeavesOutWhatIsLinkedAlready) {
-  add(kFirst);
-  add(kNear, kWrong);
-  edges.push_back({0, 1, Pose::Identity(), Matrix6d::Identity(), EdgeKind::loop});
-  EXPECT_TRUE(find_overlap_edges(keyframes, solution, edges, options).empty());
-  edges[0].from = 1;  // the other way round is the same pair
-  edges[0].to = 0;
-  EXPECT_TRUE(find_overlap_edges(keyframes, solution, edges, options).empty());
-}
-
-TEST_F(OverlapEdges, KnowsNothingOfPlacesInOtherComponents) {
-  add(kFirst);
-  add(kNear, kWrong);
-  solution.component_of_node[1] = 1;
-  EXPECT_TRUE(find_overlap_edges(keyframes, solution, edges, options).empty());
-}
-
 TEST_F(OverlapEdges, DoesNotLinkOppositeSidesOfAThinObject) {
   add(kFirst);
   add(kFirst);

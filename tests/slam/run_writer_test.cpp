@@ -170,13 +170,6 @@ TEST(Report, SaysWhatIsNotInTheMesh) {
                                    "that you touched before"));
 }
 
-TEST(Report, CountsDamagedPicturesWhereverTheyAre) {
-  SlamMap map = map_of_two_pieces();
-  EXPECT_EQ(finished(map).report.frames.left_out, 0);
-  for (FrameRecord& frame : map.frames) ++frame.frame;  // the log's first picture is damaged
-  EXPECT_EQ(finished(map).report.frames.left_out, 1);
-}
-
 TEST(Report, SaysHowFarPosesMayBeOff) {
   const TemporaryFolder folder;
   SlamMap map = map_with_a_false_loop();
@@ -209,25 +202,6 @@ TEST(Report, IsReadAsItWasWritten) {
   const RunReport again = parse_report(json, "x");
   EXPECT_EQ(again.logs.at(1).first_time_s, 12);
   EXPECT_EQ(again.live->damaged, 3);
-}
-
-TEST(Report, ADamagedOneIsNamed) {
-  const TemporaryFolder folder;
-  EXPECT_FALSE(find_report(folder.path()).has_value());
-  std::string no_frames = report_json(RunReport()), wrong_type = no_frames;
-  no_frames.replace(no_frames.find("\"frames\""), 8, "\"pictures\"");
-  wrong_type.replace(wrong_type.find("\"trials\": 0"), 11, "\"trials\": \"many\"");
-  for (const auto& [text, named] :
-       std::vector<std::pair<std::string, std::string>>{{"{", "damaged"},
-                                                        {"[]", "damaged"},
-                                                        {"{}", "anchor_frame is missing"},
-                                                        {no_frames, "frames"},
-                                                        {wrong_type, "trials"}}) {
-    write_bytes(folder / "report.json", text);
-    const std::string message = message_of<Error>([&] { find_report(folder.path()); });
-    EXPECT_THAT(message, testing::AllOf(HasSubstr("report.json: is damaged"), HasSubstr(named)));
-    EXPECT_THAT(message, Not(HasSubstr("exception")));
-  }
 }
 
 }  // namespace

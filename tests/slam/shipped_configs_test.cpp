@@ -7,7 +7,6 @@
 #include "../sensor/fake_camera.hpp"
 #include "../support/temporary_folder.hpp"
 #include "cameras/v4l2_camera.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/slam/config.hpp"
 
@@ -29,12 +28,6 @@ TEST(ShippedConfigs, AllCanBeReadAndWrittenAgain) {
     EXPECT_EQ(write_config(read_config(folder / "again.yaml")), text) << names.back();
   }
   EXPECT_THAT(names, testing::IsSupersetOf({"gelsight_mini.yaml", "digit.yaml", "clip.yaml"}));
-}
-
-TEST(ShippedConfigs, AGelSightMiniIsTheDefault) {
-  Config mini = read_config(kConfigs / "gelsight_mini.yaml");
-  mini.sensor.calibration_model_path.clear();
-  EXPECT_EQ(write_config(mini), write_config(Config{}));
 }
 
 /// A bench: another camera first, the sensor behind it.
@@ -70,12 +63,6 @@ TEST_F(Bench, DigitYamlAsksADigitForWhatItGives) {
   const auto image = decoder.decode(*frame);
   ASSERT_TRUE(image.has_value()) << decoder.damage();
   EXPECT_EQ(image->bgr.size(), cv::Size(config.sensor.width_px, config.sensor.height_px));
-}
-
-TEST_F(Bench, MiniYamlFindsTheMini) {
-  const auto camera = open(read_config(kConfigs / "gelsight_mini.yaml"));
-  EXPECT_EQ(camera->description(), "GelSight Mini R0B 28KX, /dev/video3, MJPG 3280x2464, 25 Hz");
-  EXPECT_EQ(camera->warning(), "");
 }
 
 }  // namespace

@@ -7,15 +7,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <fstream>
 #include <map>
 #include <mutex>
 #include <random>
 
-#include "../support/database.hpp"
 #include "../support/file_size_limit.hpp"
 #include "../support/temporary_folder.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/slam/mapper.hpp"
 #include "gelslam/slam/slam_options.hpp"
 #include "small_map.hpp"
@@ -126,15 +123,6 @@ TEST(Store, HoldsTheMap) {
   }
 }
 
-TEST(Store, AMapWithoutKeyframesIsOneToo) {
-  const TemporaryFolder folder;
-  SlamMap map;
-  map.parts = small_map().parts;
-  write_store(folder.path(), map);
-  EXPECT_TRUE(load_session(folder.path()).patches.empty());
-  EXPECT_TRUE(read_scan(folder.path(), {}).keyframes.empty());
-}
-
 /// Its number is not free again: files and frames bear those numbers.
 TEST(Store, ATrialTakenBackIsGone) {
   const TemporaryFolder folder;
@@ -183,17 +171,6 @@ TEST(Store, IsReadWhileItGrowsWithoutATrace) {
   EXPECT_THAT(folder.names(), testing::ElementsAre("session.db")) << "one file when it is closed";
   read_scan(folder.path(), {});
   EXPECT_THAT(folder.names(), testing::ElementsAre("session.db"));
-}
-
-TEST(Store, LiesInAFolderOfAnyName) {
-  const TemporaryFolder folder;
-  const fs::path run = folder / "100%25 mode=ro?immutable=1#\xe9";
-  fs::create_directory(run);
-  SlamMap map = small_map();
-  map.parts[0].log = "/logs/co\xe9in.mkv";
-  write_store(run, map);
-  EXPECT_EQ(read_scan(run, {}).parts.at(0).log, "/logs/co\xe9in.mkv");
-  EXPECT_THAT(folder.names(), testing::SizeIs(1));
 }
 
 /// At any time: nothing is lost but a keyframe, and the frames of a second.

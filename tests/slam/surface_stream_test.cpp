@@ -16,9 +16,7 @@ namespace {
 
 using namespace test;
 using testing::Contains;
-using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::IsEmpty;
 
 constexpr double kPitchMm = 0.0634;
 const cv::Size kSize(320, 240);
@@ -111,17 +109,6 @@ TEST_F(StreamOfALog, ContactInTheBackgroundIsRefusedUnlessForced) {
   EXPECT_THAT(open().background_doubts(), Contains(HasSubstr("the background shows contact")));
 }
 
-TEST_F(StreamOfALog, DoubtsAboutTheBackgroundAreReported) {
-  record(10, false);
-  EXPECT_THAT(open().background_doubts(), ElementsAre(HasSubstr("colors do not lie as a GelSight Mini's")));
-  input.config = folder / "other.yaml";
-  write_bytes(input.config, "device_config:\n  device_name: other\n");
-  EXPECT_THAT(open().background_doubts(), IsEmpty()) << "its lamps are not known";
-  input.background = folder / "dark.png";
-  cv::imwrite(input.background.string(), 0.3 * render(cv::Mat1f(kSize, 0.0F), kPitchMm, 0, 99));
-  EXPECT_THAT(open().background_doubts(), Contains(HasSubstr("very dark"))) << "of a picture, too";
-}
-
 /// Two old pictures of a touch before the bare gel, as a camera's buffers deliver them.
 TEST_F(StreamOfALog, TheBackgroundIsFoundBehindOldPictures) {
   record(2, true);
@@ -168,59 +155,6 @@ TEST_F(StreamOfALog, NamedFramesAreTheBackground) {
   EXPECT_THAT(error(), HasSubstr("the named frames should show the bare gel, but something moves"));
   input.background_frames = FrameRange{11, 17};
   EXPECT_THAT(error(), HasSubstr("the log ends before frame 17"));
-}
-
-// As a live scan does it.
-TEST_F(StreamOfALog, FramesWaitUntilTheGelIsBare) {
-  FrameToSurface frames(resolve_config(input), "", false, timer);
-  const auto push = [&](double depth_mm) {
-    const cv::Mat1f height = ball_press(kSize, kPitchMm, 150, 120, 5, depth_mm);
-    cv::Mat3b picture = render(height, kPitchMm, 1.0, static_cast<std::uint64_t>(recorded++));
-    return frames.push(picture, recorded - 1);
-  };
-  for (int i = 0; i < 9; ++i) EXPECT_FALSE(push(0.8));
-  EXPECT_EQ(frames.refusal().reason, "") << "too few to judge";
-  for (int i = 0; i < 3; ++i) EXPECT_FALSE(push(0.8));
-  EXPECT_TRUE(frames.refusal().contact);
-  for (int i = 0; i < 10; ++i) {
-    EXPECT_FALSE(frames.has_background()) << i;
-    EXPECT_FALSE(push(1e-9));
-  }
-  EXPECT_TRUE(frames.has_background());
-  EXPECT_FALSE(frames.refusal().contact);
-  const SurfacePtr surface = push(0.8);
-  ASSERT_TRUE(surface);
-  EXPECT_GT(surface->contact_pixels, 500);
-}
-
-TEST_F(StreamOfALog, ABackgroundPictureMakesEveryFrameAFrame) {
-  record(3, true);
-  input.background = folder / "bare.png";
-  cv::imwrite(input.background.string(), render(cv::Mat1f(kSize, 0.0F), kPitchMm, 0, 99));
-  SurfaceStream stream = open();
-  for (int i = 0; i < 3; ++i) {
-    const auto item = stream.next();
-    ASSERT_TRUE(item && item->surface) << i;
-    EXPECT_EQ(item->frame, i);
-    EXPECT_GT(item->surface->contact_pixels, 500);
-  }
-  EXPECT_FALSE(stream.next());
-  input.background = folder / "none.png";
-  EXPECT_THAT(error(), HasSubstr("none.png"));
-}
-
-TEST_F(StreamOfALog, WhatIsNoLogIsSaidBeforeThatThereIsNoModel) {
-  input.model.clear();
-  const auto said = [&] { return message_of<Error>([&] { resolve_config(input); }); };
-  EXPECT_THAT(said(), HasSubstr("the folder holds neither log.mkv nor gelsight.avi nor images"));
-  input.log = folder / "model.pth";
-  EXPECT_THAT(said(), HasSubstr("model.pth: not a video that can be read"));
-  input.log = folder / "zero.avi";
-  write_bytes(input.log, std::string(5000, '\0'));
-  EXPECT_THAT(said(), HasSubstr("zero.avi: not a video that can be read"));
-  input.log = folder / "log";
-  cv::imwrite((folder / "log/0.png").string(), cv::Mat3b(480, 640, cv::Vec3b(9, 50, 90)));
-  EXPECT_THAT(said(), HasSubstr("0.png: is 640x480 pixels"));
 }
 
 /// A gel that reads as touched because its colors lie the wrong way round.

@@ -68,32 +68,5 @@ TEST_F(Trajectory, SaysWhatWasNotObservableOnceItHasLasted) {
                   "sliding along x is not observable in 40 frames, from 1.2 s on: press on texture"));
 }
 
-TEST_F(Trajectory, SingleFramesChangeNothing) {
-  for (int k = 0; k < 100; ++k) {
-    track(5, kNoSlideX);
-    track(1, kAll);
-  }
-  EXPECT_TRUE(uncertainty().not_observable.empty());
-}
-
-TEST_F(Trajectory, SaysItInALine) {
-  track(400, {false, false, true, true, false, false});
-  RunReport::Uncertainty found = uncertainty();
-  const auto words = [&] { return describe(found).at(0); };
-  EXPECT_LE(words().size(), 130U) << words();
-  found.not_observable.pop_back();
-  EXPECT_LE(words().size(), 120U) << words();
-  found.drift_mm.amount = 12.3;
-  found.drift_deg.amount = 89;
-  EXPECT_LE(words().size(), 120U) << words();
-}
-
-TEST_F(Trajectory, CountsTheMapAndEachTrialByItself) {
-  track(10, kNoSlideX);
-  track(10, kNoSlideX, 1, 1);
-  track(40, kNoSlideX, 2, 2);  // not in the map
-  EXPECT_TRUE(uncertainty().not_observable.empty());
-}
-
 }  // namespace
 }  // namespace gelslam
