@@ -184,7 +184,7 @@ function draw_line(line, opacity) {
   const view = by("view");
   gl.uniformMatrix4fv(program.place.clip, false, clip_matrix(view.width, view.height, line.nearer));
   gl.uniform4fv(program.place.flat_color, [...line.color, opacity]);
-  gl.uniform1f(program.place.point_px, line.point_px * devicePixelRatio);
+  gl.uniform1f(program.place.point_px, line.point_px * devicePixelRatio * detail);
   gl.bindVertexArray(line.array);
   for (const chain of line.chains) gl.drawArrays(line.kind, chain.first, chain.count);
 }
@@ -192,13 +192,16 @@ function draw_lines(opacity) {
   for (const line of lines.values())
     if (opacity === 1 || line.faint) draw_line(line, opacity);
 }
-let pictures = 0;  // drawn so far
+// A browser that draws slowly rests as long as it drew, so that it still answers, and after some slow pictures draws fewer
+// pixels.
+const kSlow_ms = 60, kSlowPictures = 4;
+let pictures = 0, slow = 0, detail = 1, rests_until = 0;
 function draw() {
   waiting = false;
   ++pictures;
-  const view = by("view");
-  view.width = view.clientWidth * devicePixelRatio;
-  view.height = view.clientHeight * devicePixelRatio;
+  const view = by("view"), begin = performance.now();
+  const width = Math.round(view.clientWidth * devicePixelRatio * detail), height = Math.round(view.clientHeight * devicePixelRatio * detail);
+  if (view.width !== width || view.height !== height) Object.assign(view, {width, height});
   gl.viewport(0, 0, view.width, view.height);
   gl.clearColor(...background, 1);
   gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
@@ -219,6 +222,11 @@ function draw() {
   gl.enable(gl.DEPTH_TEST);
   draw_lines(1);
   show_scale();
+  gl.finish();
+  const end = performance.now();
+  rests_until = end + Math.min(end - begin, 1000);
+  slow = end - begin > kSlow_ms ? slow + 1 : 0;
+  if (slow >= kSlowPictures) detail = 0.5;
 }
 /** A bar of a round length. */
 function show_scale() {
@@ -228,8 +236,11 @@ function show_scale() {
   by("scale").textContent = +length_mm.toPrecision(1) + " mm";
 }
 function redraw() {
-  if (!waiting && gl) requestAnimationFrame(draw);
+  if (waiting || !gl) return;
   waiting = true;
+  const rest = rests_until - performance.now();
+  if (rest > kSlow_ms) setTimeout(() => requestAnimationFrame(draw), rest);
+  else requestAnimationFrame(draw);
 }
 
 // Mouse, fingers and keys.

@@ -131,7 +131,7 @@ class ScanService final : public HttpService {
         {"GET /picture.jpg", [this](const HttpQuery&) { return picture(); }},
         {"GET /mesh.ply", [this](const HttpQuery&) { return mesh_reply(false); }},
         {"GET /mesh.glb", [this](const HttpQuery&) { return mesh_reply(true); }},
-        {"POST /stop", wish(ScanWish::stop, "Stopping: loops are closed, and the mesh is made.")},
+        {"POST /stop", wish(ScanWish::stop, "Stopping.")},
         {"POST /save", wish(ScanWish::save, "Saving what there is; the scan goes on.")},
         {"POST /undo", wish(ScanWish::undo, "The last trial is taken back.")},
         {"POST /new", wish(ScanWish::new_scan, "The new scan begins when this one is saved.")},

@@ -261,7 +261,7 @@ void LiveSlam::finish() {
   fusion_thread_.join();  // what it drew must not come after what is saved
   captured_.wait();
   const Run saved = save(std::move(map), aborted || lost || failed(), &progress);
-  if (options.show_mesh) board.show_saved(saved.map, saved.mesh);
+  if (options.show_mesh || options.mesh_feed) board.show_saved(saved.map, saved.mesh);
   if (options.mesh_feed) options.mesh_feed->set_whole(saved.mesh);
   board.set_words(run_ ? "done: saved in " + run_->folder().string() : "done", TrackStatus::background);
 }
