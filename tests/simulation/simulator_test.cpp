@@ -6,7 +6,6 @@
 
 #include <cmath>
 #include <numbers>
-
 #include <opencv2/core.hpp>
 
 namespace gelslam {

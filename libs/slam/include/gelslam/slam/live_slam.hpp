@@ -32,7 +32,7 @@ struct LiveOptions {
   std::optional<ContinuedScan> continued = {};  ///< the scan in `run_folder` goes on
   /// Record every frame that arrives into the run folder's log.mkv, with these attachments.
   std::optional<LogAttachments> record;
-  std::int64_t keep_free_bytes = 0;    ///< LogRecorderOptions
+  std::int64_t keep_free_bytes = 0;     ///< LogRecorderOptions
   std::shared_ptr<PoseStream> stream;   ///< gets every frame's pose; null: none
   std::shared_ptr<MeshFeed> mesh_feed;  ///< gets the mesh as it grows; null: none
   /// A log waits until this is true; what a camera sees before is recorded, and left out. None: at once.
