@@ -95,7 +95,7 @@ TEST_F(CameraList, CamerasAreFoundByPathNumberAndName) {
 }
 
 TEST_F(CameraList, HostileNamesAndListsDoNoHarm) {
-  webcam.card = std::string("a\nb\033[31m") + std::string(40, 'x');  // longer than the field, without a zero
+  webcam.card.assign("a\nb\033[31m").append(40, 'x');  // longer than the field, without a zero
   webcam.endless_lists = true;
   webcam.modes[0].fourcc = 0x01020304;
   webcam.modes[1].rates_hz = {0};

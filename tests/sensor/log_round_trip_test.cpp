@@ -149,7 +149,8 @@ TEST(Log, AttachmentsComeBackAndAreThereBeforeTheEnd) {
   sent.sensor = "GelSight Mini R0B 28KX, /dev/video2";
   sent.camera_settings = "exposure_time_absolute 100\nwhite_balance_automatic 0\n";
   sent.config_yaml = "device_config:\n  framerate: 25\n";
-  sent.model = std::string("PK\3\4\0\xff", 6) + std::string(20000, '\7');
+  sent.model.assign("PK\3\4\0\xff", 6);
+  sent.model.append(20000, '\7');
   LogWriter writer(folder / "a.mkv", sent, 25);
   writer.write(jpeg_frame(0));
   const auto check = [&](const char* when) {
