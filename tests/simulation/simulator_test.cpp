@@ -83,6 +83,8 @@ TEST_P(EveryMotion, MovesSmoothlyAtABearableDepth) {
   spec.geometry = {160, 120, 2 * spec.geometry.pixel_pitch_mm};  // the same view, drawn sooner
   const Simulator simulator(spec);
   const bool lifts = GetParam() == "breaks" || GetParam() == "tour";
+  // All over in 300 frames is fast: at its ends the object spins about where it touches.
+  const double most_rad = GetParam() == "allover" ? 0.7 : 0.04;
   Pose previous = simulator.frame(10).sensor_T_object;
   int off = 0, on = 0;
   for (int index = 11; index < simulator.frame_count(); index += 1) {
@@ -90,7 +92,7 @@ TEST_P(EveryMotion, MovesSmoothlyAtABearableDepth) {
     const SimulatedFrame frame = simulator.frame(index);
     if (index % 25 == 1) {
       const Pose step = previous.inverse() * frame.sensor_T_object;
-      EXPECT_LT(rotation_angle_rad(step), 0.04) << index;  // 2.3 degrees a frame
+      EXPECT_LT(rotation_angle_rad(step), most_rad) << index;
       EXPECT_LT((frame.sensor_T_object.translation() - previous.translation()).head<2>().norm(), 0.3)
           << index;
     }

@@ -16,7 +16,7 @@ sed "s/track_config:/&\n    relocalize: false/
 # slow the emulated processor is
 begin() {
   feed "$work/scan" 2 "$frames" "$tmp/run/$1"
-  "$gelslam" scan --headless --camera "GelSight Mini" "${@:2}" >"$tmp/out" 2>"$tmp/err" &
+  "$gelslam" scan --headless --keep-free 1MB --camera "GelSight Mini" "${@:2}" >"$tmp/out" 2>"$tmp/err" &
   scanner=$!
 }
 begin log.mkv --config "$tmp/config.yaml" --model "$data/../../calibration_sim/model/nnmodel.pth" -o "$tmp/run"
