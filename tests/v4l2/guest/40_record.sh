@@ -4,7 +4,7 @@
 load_loopback
 # Slowly: the loopback driver writes on into a buffer that a reader who lags has taken, and the machine is an emulated one.
 feed "$work/made_up" 10 100000
-runs_with 0 "$gelslam" record --keep-free 1MB --camera "GelSight Mini" --seconds 4 -o "$tmp/log.mkv"
+runs_with 0 "$gelslam" record --keep-free 1MB --camera "GelSight Mini" --seconds 8 -o "$tmp/log.mkv"
 head -3 "$tmp/err"
 runs_with 0 "$gelslam" info --json "$tmp/log.mkv"
 python3 "$here/guest/sent_frames.py" "$tmp/log.mkv" "$tmp/out" "$work/made_up" || fail "the log is not as expected"
