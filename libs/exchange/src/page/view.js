@@ -184,7 +184,7 @@ function draw_line(line, opacity) {
   const view = by("view");
   gl.uniformMatrix4fv(program.place.clip, false, clip_matrix(view.width, view.height, line.nearer));
   gl.uniform4fv(program.place.flat_color, [...line.color, opacity]);
-  gl.uniform1f(program.place.point_px, line.point_px * devicePixelRatio * detail);
+  gl.uniform1f(program.place.point_px, line.point_px * devicePixelRatio);
   gl.bindVertexArray(line.array);
   for (const chain of line.chains) gl.drawArrays(line.kind, chain.first, chain.count);
 }
@@ -192,15 +192,12 @@ function draw_lines(opacity) {
   for (const line of lines.values())
     if (opacity === 1 || line.faint) draw_line(line, opacity);
 }
-// A browser that draws slowly rests as long as it drew, so that it still answers, and after some slow pictures draws fewer
-// pixels.
-const kSlow_ms = 60, kSlowPictures = 4;
-let pictures = 0, slow = 0, detail = 1, rests_until = 0;
+let pictures = 0;  // drawn so far
 function draw() {
   waiting = false;
   ++pictures;
-  const view = by("view"), begin = performance.now();
-  const width = Math.round(view.clientWidth * devicePixelRatio * detail), height = Math.round(view.clientHeight * devicePixelRatio * detail);
+  const view = by("view");
+  const width = Math.round(view.clientWidth * devicePixelRatio), height = Math.round(view.clientHeight * devicePixelRatio);
   if (view.width !== width || view.height !== height) Object.assign(view, {width, height});
   gl.viewport(0, 0, view.width, view.height);
   gl.clearColor(...background, 1);
@@ -222,11 +219,6 @@ function draw() {
   gl.enable(gl.DEPTH_TEST);
   draw_lines(1);
   show_scale();
-  gl.finish();
-  const end = performance.now();
-  rests_until = end + Math.min(end - begin, 1000);
-  slow = end - begin > kSlow_ms ? slow + 1 : 0;
-  if (slow >= kSlowPictures) detail = 0.5;
 }
 /** A bar of a round length. */
 function show_scale() {
@@ -236,11 +228,8 @@ function show_scale() {
   by("scale").textContent = +length_mm.toPrecision(1) + " mm";
 }
 function redraw() {
-  if (waiting || !gl) return;
+  if (!waiting && gl) requestAnimationFrame(draw);
   waiting = true;
-  const rest = rests_until - performance.now();
-  if (rest > kSlow_ms) setTimeout(() => requestAnimationFrame(draw), rest);
-  else requestAnimationFrame(draw);
 }
 
 // Mouse, fingers and keys.
