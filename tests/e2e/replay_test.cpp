@@ -73,10 +73,8 @@ TEST(Replay, StreamsThePosesOfTrackAndTheirPlacesInTheMap) {
   EXPECT_EQ(images, static_cast<std::ptrdiff_t>(streamed.size()));
   for (std::size_t k = 0; k < streamed.size(); ++k) {
     for (const char* key :
-         {"frame", "time_s", "status", "trial", "pose", "covariance", "observable", "contact"})
+         {"frame", "time_s", "time_unix_s", "status", "trial", "pose", "covariance", "observable", "contact"})
       EXPECT_EQ(streamed[k].at(key), tracked[k].at(key)) << key << " of frame " << k;
-    EXPECT_GT(streamed[k].at("arrived_s").get<double>(), 1.7e9) << "Unix time";
-    EXPECT_TRUE(tracked[k].at("arrived_s").is_null()) << "a log says nothing of it";
     if (streamed[k].at("map_pose").is_null()) continue;
     ++placed;
     for (const std::size_t shift : {3, 7, 11})

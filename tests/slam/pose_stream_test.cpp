@@ -66,14 +66,13 @@ TEST(NdjsonLine, StatesPoseCovarianceAndContactInTheirUnits) {
   const Matrix6d covariance = root * root.transpose();
   frame.unix_us = 1764268461123457;
   const MapPlace place{any_pose(random), 1};
-  const std::string line = ndjson_line({frame, surface.get(), 1e9 + 0.25, covariance, place, 4});
+  const std::string line = ndjson_line({frame, surface.get(), covariance, place, 4});
   ASSERT_EQ(line.find('\n'), line.size() - 1);
   const json object = json::parse(line);
   EXPECT_EQ(object.at("type"), "frame");
   EXPECT_EQ(object.at("scan"), 4);
   EXPECT_EQ(object.at("keyframe"), 3);
   EXPECT_EQ(object.at("component"), 1);
-  EXPECT_EQ(object.at("arrived_s"), 1e9 + 0.25);
   EXPECT_THAT(line, testing::HasSubstr("\"time_unix_s\":1764268461.123457,"));
   EXPECT_EQ(object.at("observable"), json({1, 1, 0, 1, 1, 1}));
   for (const auto& [key, pose] :
@@ -101,7 +100,7 @@ TEST(NdjsonLine, SaysNullOfWhatIsNotKnown) {
   TrackedFrame frame;
   frame.status = TrackStatus::background;
   json object = json::parse(ndjson_line({frame}));
-  for (const char* key : {"time_unix_s", "arrived_s", "trial", "keyframe", "pose", "map_pose", "component",
+  for (const char* key : {"time_unix_s", "trial", "keyframe", "pose", "map_pose", "component",
                           "covariance", "contact"})
     EXPECT_TRUE(object.at(key).is_null()) << key;
   frame.status = TrackStatus::no_contact;

@@ -1,7 +1,6 @@
 """Lines of `gelslam --serve` in, what is to be published out. Needs no ROS."""
 import array
 import base64
-from collections import deque
 import contextlib
 from dataclasses import dataclass
 import http.client
@@ -16,7 +15,6 @@ from gelslam_bridge.motion import fixed_axes, IDENTITY, inverse, multiply
 
 WAIT_S = 0.2  # until somebody may ask for the end
 MOST_WAITING = 16  # lines; what is too much waits in gelslam, which says what it drops
-MOST_DELAY_S = 0.5  # of a picture; beyond it the clocks have parted, as when a replay rested
 
 
 @dataclass
@@ -64,26 +62,10 @@ class Warn:
     text: str
 
 
-class SensorClock:
-    """
-    Times of the sensor's clock as Unix time.
-
-    Pictures arrive with a delay that varies; the least delay of the last frames links the
-    clocks, so that stamps have the sensor's even steps.
-    """
-
-    def __init__(self, frames=1000):
-        self.offsets_s, self.newest_s = deque(maxlen=frames), 0.0
-
-    def stamp_s(self, time_s, arrived_s):
-        if arrived_s is None:  # a log: no other clock is known
-            return time_s
-        offset_s = arrived_s - time_s
-        if self.offsets_s and offset_s > min(self.offsets_s) + MOST_DELAY_S:
-            self.offsets_s.clear()
-        self.offsets_s.append(offset_s)
-        self.newest_s = max(self.newest_s, time_s + min(self.offsets_s))
-        return self.newest_s
+def stamp_s(message):
+    """Return when it was captured: Unix time, or seconds since the first frame where that is not known."""
+    unix_s = message['time_unix_s']
+    return message['time_s'] if unix_s is None else unix_s
 
 
 class Bridge:
@@ -100,7 +82,7 @@ class Bridge:
         self._start(None)
 
     def _start(self, scan):
-        self.scan, self.points, self.map, self.clock = scan, {}, None, SensorClock()
+        self.scan, self.points, self.map = scan, {}, None
         self.trial, self.home = None, None  # home: the component whose frame is the map frame
         self.map_T_trial = self.map_T_sensor = IDENTITY
 
@@ -112,9 +94,8 @@ class Bridge:
         if kind == 'frame':
             yield from self._frame(message)
         elif kind == 'image':
-            stamp_s = self.clock.stamp_s(message['time_s'], message['arrived_s'])
             jpeg = array.array('B', base64.b64decode(message['jpeg']))
-            yield ImageItem(stamp_s, self.frames.sensor, jpeg)
+            yield ImageItem(stamp_s(message), self.frames.sensor, jpeg)
         elif kind == 'keyframe':
             self.points[message['keyframe']] = message['points']
         elif kind == 'map':
@@ -127,7 +108,6 @@ class Bridge:
             yield Warn('too slow: some lines of the stream were dropped')
 
     def _frame(self, frame):
-        stamp_s = self.clock.stamp_s(frame['time_s'], frame['arrived_s'])
         if frame['status'] not in ('tracked', 'localized'):
             return
         pose, header = frame['pose'], self.frames.trial
@@ -137,9 +117,10 @@ class Bridge:
             yield from self._place(frame, pose)
         self.map_T_sensor = multiply(self.map_T_trial, pose)
         covariance = fixed_axes(frame['covariance'], pose)
-        yield PoseItem(stamp_s, header, pose, covariance)
-        yield self._transform(stamp_s, self.frames.map, self.frames.trial, self.map_T_trial)
-        yield self._transform(stamp_s, self.frames.trial, self.frames.sensor, pose)
+        stamp = stamp_s(frame)
+        yield PoseItem(stamp, header, pose, covariance)
+        yield self._transform(stamp, self.frames.map, self.frames.trial, self.map_T_trial)
+        yield self._transform(stamp, self.frames.trial, self.frames.sensor, pose)
 
     def _place(self, frame, pose):
         """Set map_T_trial. Other components of the map than `home` have frames of their own."""
@@ -155,10 +136,10 @@ class Bridge:
                 yield Warn('trial %d is not in the map yet: it is shown where the sensor was '
                            'last' % self.trial)
 
-    def _transform(self, stamp_s, parent, child, pose):
+    def _transform(self, stamp, parent, child, pose):
         if self.frames.root == 'sensor':
-            return TransformItem(stamp_s, child, parent, inverse(pose))
-        return TransformItem(stamp_s, parent, child, pose)
+            return TransformItem(stamp, child, parent, inverse(pose))
+        return TransformItem(stamp, parent, child, pose)
 
     def _surface(self):
         cloud = array.array('f')

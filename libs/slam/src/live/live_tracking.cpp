@@ -71,9 +71,7 @@ void TrackingStage::handle(const SurfacedFrame& frame) {
 
 void TrackingStage::stream(const TrackedFrame& tracked, const SurfacedFrame& frame) {
   if (!context_.options.stream) return;
-  const auto arrived =
-      std::chrono::system_clock::now().time_since_epoch() - (LiveClock::now() - frame.arrived);
-  FrameReport report{tracked, frame.surface.get(), std::chrono::duration<double>(arrived).count()};
+  FrameReport report{tracked, frame.surface.get()};
   report.picture = frame.image.bgr;
   context_.options.stream->write(std::move(report), *context_.board.map());
 }

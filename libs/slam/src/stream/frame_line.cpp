@@ -94,7 +94,6 @@ Json frame_json(const FrameReport& report) {
                {"frame", frame.frame},
                {"time_s", frame.time_s},
                {"time_unix_s", unix_s(frame.unix_us)},
-               {"arrived_s", report.arrived_s ? Json(*report.arrived_s) : Json(nullptr)},
                {"scan", report.scan},
                {"status", name(frame.status)},
                {"reason", reason(frame, report.covariance)},

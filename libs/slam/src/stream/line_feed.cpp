@@ -58,7 +58,6 @@ std::string image_line(const StreamedFrame& frame) {
                      {"frame", frame.frame},
                      {"time_s", frame.time_s},
                      {"time_unix_s", unix_s(frame.unix_us)},
-                     {"arrived_s", frame.arrived_s ? Json(*frame.arrived_s) : Json(nullptr)},
                      {"scan", frame.scan},
                      {"jpeg", base64({reinterpret_cast<const char*>(jpeg.data()), jpeg.size()})}};
   return line.dump() + "\n";

@@ -19,8 +19,7 @@ struct StreamedFrame {
   std::string ndjson, tum;  ///< lines with their ends; `tum` is "" for a frame without a pose
   std::int64_t frame = 0;
   double time_s = 0;
-  std::int64_t unix_us = 0;           ///< TactileImage::unix_us
-  std::optional<double> arrived_s{};  ///< Unix time
+  std::int64_t unix_us = 0;  ///< TactileImage::unix_us
   int scan = 0;
   cv::Mat3b picture{};       ///< what the sensor saw; shared, not copied
   std::uint64_t number = 0;  ///< counted by the feed

@@ -27,7 +27,6 @@ struct MapPlace {
 struct FrameReport {
   const TrackedFrame& tracked;
   const Surface* surface = nullptr;      ///< null for a frame of the background
-  std::optional<double> arrived_s{};     ///< Unix time
   std::optional<Matrix6d> covariance{};  ///< TrialDrift
   std::optional<MapPlace> place{};
   int scan = 0;
