@@ -70,13 +70,13 @@ void print_error(const std::string& message) {
 }
 
 int report_parse_error(const CLI::App& app, const CLI::ParseError& error) {
-  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success))
-    return app.exit(error);  // --help, --version
   std::string name;
   const CLI::App& command = chosen_command(app, name);
   std::string words = error.what();
   const bool lacks_command = command.get_subcommands().empty() && !command.get_subcommands({}).empty() &&
                              command.remaining_size() > 0 && !command.remaining().front().starts_with('-');
+  if (!lacks_command && error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success))
+    return app.exit(error);  // --help, --version
   if (lacks_command)
     words = "there is no " + name + " " + command.remaining().front() + did_you_mean(command);
   else if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr)

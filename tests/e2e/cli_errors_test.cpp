@@ -65,6 +65,7 @@ TEST(Cli, EveryCommandHasAnExampleAndRefusesWhatItDoesNotKnow) {
 TEST(Cli, MisspellingsNameWhatWasMeant) {
   expect_mistake(gelslam({"inof", "x"}), "there is no gelslam inof, did you mean info? (see gelslam --help)");
   expect_mistake(gelslam({"merge", "a", "b", "-o", "c"}), "there is no gelslam merge (see gelslam --help)");
+  expect_mistake(gelslam({"replay", "--help"}), "there is no gelslam replay (see gelslam --help)");
   expect_mistake(
       gelslam({"calibrate", "colect", "-o", "x"}),
       "there is no gelslam calibrate colect, did you mean collect? (see gelslam calibrate --help)");
