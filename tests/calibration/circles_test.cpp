@@ -10,7 +10,6 @@
 #include "../support/temporary_folder.hpp"
 #include "gelslam/calibration/ball_zones.hpp"
 #include "gelslam/calibration/circle_finder.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
 #include "simulated_presses.hpp"
 
@@ -114,7 +113,7 @@ TEST(BallZones, RefuseRadiiForDiameters) {
   for (const bool automatic : {false, true}) {
     PressSet set = automatic ? forty_presses().set : forty_labelled();
     for (CalibrationPress& press : set.presses) press.diameter_mm *= 0.5;
-    EXPECT_THAT(message_of<Error>([&] { find_ball_zones(set, kPitchMm, automatic); }),
+    EXPECT_THAT(message_of([&] { find_ball_zones(set, kPitchMm, automatic); }),
                 HasSubstr("was the radius given?"));
   }
 }
@@ -136,7 +135,7 @@ TEST(BallZones, RefusePressesInALightThatDiffersOverTheGel) {
 }
 
 std::string refusal(const PressSet& set, const BallZones& zones) {
-  return message_of<Error>([&] { require_good_coverage(set, zones); });
+  return message_of([&] { require_good_coverage(set, zones); });
 }
 std::string refusal(const PressSet& set) { return refusal(set, find_ball_zones(set, kPitchMm, false)); }
 

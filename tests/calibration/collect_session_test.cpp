@@ -149,7 +149,7 @@ TEST_F(EndOfACollection, ACameraThatIsPulledOutLosesNoPress) {
   WaitingCamera camera(until_the_third_is_held(),
                        [] { throw Error("the camera is gone; is it unplugged?"); });
   CollectSession collecting = session(camera);
-  EXPECT_THAT(message_of<Error>([&] { collecting.run(); }), HasSubstr("the camera is gone"));
+  EXPECT_THAT(message_of([&] { collecting.run(); }), HasSubstr("the camera is gone"));
   EXPECT_EQ(collecting.taken_now(), 3) << "the one still held, too";
   expect_whole(3);
 }
@@ -172,7 +172,7 @@ TEST_F(EndOfACollection, AGelWithTooManyMarkersIsRefusedBeforeAnythingIsWritten)
   }
   WaitingCamera camera(dotted, [] { FAIL() << "it went on"; });
   CollectSession collecting = session(camera);
-  const std::string message = message_of<Error>([&] { collecting.run(); });
+  const std::string message = message_of([&] { collecting.run(); });
   EXPECT_THAT(message, HasSubstr("markers"));
   EXPECT_FALSE(fs::exists(folder()));
 }

@@ -8,7 +8,6 @@
 #include "gelslam/calibration/model_check.hpp"
 #include "gelslam/calibration/model_trainer.hpp"
 #include "gelslam/calibration/press_coverage.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/surface/slopes.hpp"
 #include "simulated_presses.hpp"
 
@@ -43,14 +42,12 @@ TEST(TrainModel, StopsWhenAskedAndRefusesTooLittle) {
   const PressSet& set = forty_labelled();
   BallZones zones = zones_of_labelled();
   NoProgress quiet;
-  EXPECT_THAT(
-      message_of<Error>([&] { train_model(set, zones.zones, {kPitchMm}, quiet, [] { return true; }); }),
-      ::testing::HasSubstr("stopped"));
+  EXPECT_THAT(message_of([&] { train_model(set, zones.zones, {kPitchMm}, quiet, [] { return true; }); }),
+              ::testing::HasSubstr("stopped"));
   zones.zones.resize(1);
   zones.zones[0].radius_px = 8.0;
-  EXPECT_THAT(
-      message_of<Error>([&] { train_model(set, zones.zones, {kPitchMm}, quiet, [] { return false; }); }),
-      ::testing::HasSubstr("too few to train on"));
+  EXPECT_THAT(message_of([&] { train_model(set, zones.zones, {kPitchMm}, quiet, [] { return false; }); }),
+              ::testing::HasSubstr("too few to train on"));
 }
 
 // Where no press was, the default stays; in the middle of the gel a model that was trained knows better.

@@ -10,9 +10,7 @@
 namespace gelslam {
 namespace {
 
-using test::expect_mistake;
-using test::ProgramResult;
-using test::TemporaryFolder;
+using namespace test;
 using ::testing::HasSubstr;
 
 ProgramResult gelslam(const std::vector<std::string>& arguments, const std::string& out = "") {

@@ -12,9 +12,7 @@ namespace gelslam {
 namespace {
 
 namespace fs = std::filesystem;
-using test::data_folder;
-using test::ProgramResult;
-using test::TemporaryFolder;
+using namespace test;
 using ::testing::HasSubstr;
 using ::testing::Not;
 

@@ -10,7 +10,6 @@
 #include <span>
 
 #include "../support/temporary_folder.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/core/npy.hpp"
 #include "gelslam/core/run_report.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
@@ -20,9 +19,7 @@ namespace gelslam {
 namespace {
 
 using nlohmann::json;
-using test::message_of;
-using test::TemporaryFolder;
-using test::write_bytes;
+using namespace test;
 using ::testing::HasSubstr;
 
 constexpr int kFrames = 40, kBackground = 10;
@@ -124,7 +121,7 @@ struct Scene {
     return evaluate(comparison, place_meshes(comparison));
   }
   std::string error() const {
-    return message_of<Error>([&] { evaluated(); });
+    return message_of([&] { evaluated(); });
   }
 };
 
@@ -219,7 +216,7 @@ TEST(Evaluate, DamagedTruthIsNoticed) {
   EXPECT_THAT(scene.error(), HasSubstr("not a rigid motion"));
   write_bytes(poses, "\x93NUMPY");
   EXPECT_NE(scene.error(), "nothing was thrown");
-  EXPECT_THAT(message_of<Error>([&] { read_ground_truth(scene.data / "none"); }), HasSubstr("no folder"));
+  EXPECT_THAT(message_of([&] { read_ground_truth(scene.data / "none"); }), HasSubstr("no folder"));
 }
 
 TEST(Evaluate, InterruptedRunsAndEmptyMeshesAreJudgedAsFarAsTheyGo) {

@@ -6,13 +6,11 @@
 #include "../support/temporary_folder.hpp"
 #include "cameras/v4l2_camera.hpp"
 #include "fake_camera.hpp"
-#include "gelslam/core/error.hpp"
 
 namespace gelslam {
 namespace {
 
-using test::FakeCamera;
-using test::message_of;
+using namespace test;
 using ::testing::HasSubstr;
 
 /// A bench: a webcam, a GelSight Mini with its metadata node, and a DIGIT.
@@ -31,7 +29,7 @@ class CameraList : public testing::Test {
     digit.bus = "usb-4";
   }
   std::string find_error(const std::string& device, const std::string& sensor = "GelSight Mini") {
-    return message_of<Error>([&] { find(device, sensor); });
+    return message_of([&] { find(device, sensor); });
   }
   std::string find(const std::string& device, const std::string& sensor = "GelSight Mini") {
     CameraOptions options;

@@ -10,18 +10,12 @@
 
 #include "../support/pictures.hpp"
 #include "../support/temporary_folder.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 
 namespace gelslam {
 namespace {
 
-using test::message_of;
-using test::number_in;
-using test::numbered_picture;
-using test::TemporaryFolder;
-using test::write_bytes;
-using test::write_video;
+using namespace test;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -60,7 +54,7 @@ Played play(const std::filesystem::path& log, const SensorProfile& sensor = smal
 }
 
 std::string error_of(const std::filesystem::path& log) {
-  return message_of<Error>([&] {
+  return message_of([&] {
     const auto source = open_frame_source(log, small_sensor());
     while (source->next()) {
     }

@@ -13,9 +13,7 @@
 namespace gelslam {
 namespace {
 
-using test::message_of;
-using test::numbered_picture;
-using test::TemporaryFolder;
+using namespace test;
 using ::testing::HasSubstr;
 
 SensorProfile profile_of(cv::Size raw) {
@@ -49,12 +47,12 @@ TEST(FitToProfile, LargerPicturesOfUnknownCropAreRefusedUnlessTheProfileSaysWhat
   const cv::Mat3b exact = numbered_picture(3, 320, 240);
   cv::Mat3b large;
   cv::resize(exact, large, {}, 2, 2, cv::INTER_NEAREST);
-  EXPECT_THAT(message_of<Error>([&] { fit_to_profile(large, mini, "f.png"); }),
+  EXPECT_THAT(message_of([&] { fit_to_profile(large, mini, "f.png"); }),
               HasSubstr("f.png: is 640x480 pixels; GelSight Mini needs 320x240, or the camera's raw image "
                         "(3280x2464); write in device_config of a configuration \"raw_imgw: 640\" and "
                         "\"raw_imgh: 480\" where it is the camera's whole picture, or \"cropped: true\" "
                         "where it was cropped already"));
-  EXPECT_THAT(message_of<Error>([&] { fit_to_profile(numbered_picture(3, 480, 640), mini, "f.png"); }),
+  EXPECT_THAT(message_of([&] { fit_to_profile(numbered_picture(3, 480, 640), mini, "f.png"); }),
               HasSubstr("is it turned by 90 degrees, or another sensor's?"));
   mini.cropped = true;
   EXPECT_EQ(cv::norm(fit_to_profile(large, mini, "f.png"), exact, cv::NORM_INF), 0) << "nothing is cut";
@@ -78,9 +76,7 @@ TEST(ReadImage, EveryFormatAndAlpha) {
 
 TEST(ReadImage, UnusableImagesAreNamed) {
   TemporaryFolder folder;
-  const auto message = [&](const char* name) {
-    return message_of<Error>([&] { read_image(folder / name); });
-  };
+  const auto message = [&](const char* name) { return message_of([&] { read_image(folder / name); }); };
   cv::imwrite((folder / "gray1.png").string(), cv::Mat1b(48, 64, uchar{7}));
   cv::imwrite((folder / "gray3.png").string(), cv::Mat3b(48, 64, cv::Vec3b(7, 7, 7)));
   cv::imwrite((folder / "deep.png").string(), cv::Mat(48, 64, CV_16UC3, cv::Scalar(1, 2, 3)));
@@ -109,7 +105,7 @@ TEST(ReadImage, AHugeHeaderCostsNothing) {
     std::string bytes = test::read_bytes(folder / kind.name);
     bytes.replace(kind.width_at, 8, kind.width + kind.height);
     test::write_bytes(folder / kind.name, bytes);
-    EXPECT_THAT(message_of<Error>([&] { read_image(folder / kind.name); }),
+    EXPECT_THAT(message_of([&] { read_image(folder / kind.name); }),
                 HasSubstr("28000x28000 pixels are more"));
   }
   cv::imwrite((folder / "a.jpg").string(), numbered_picture(5, 64, 48));
@@ -118,8 +114,7 @@ TEST(ReadImage, AHugeHeaderCostsNothing) {
   ASSERT_NE(frame, std::string::npos);
   bytes.replace(frame + 5, 4, "\x6d\x60\x6d\x60");
   test::write_bytes(folder / "a.jpg", bytes);
-  EXPECT_THAT(message_of<Error>([&] { read_image(folder / "a.jpg"); }),
-              HasSubstr("28000x28000 pixels are more"));
+  EXPECT_THAT(message_of([&] { read_image(folder / "a.jpg"); }), HasSubstr("28000x28000 pixels are more"));
 }
 
 }  // namespace

@@ -10,9 +10,7 @@
 namespace gelslam {
 namespace {
 
-using test::FileSizeLimit;
-using test::jpeg_frame;
-using test::TemporaryFolder;
+using namespace test;
 using ::testing::HasSubstr;
 
 const LogAttachments kSomeAttachments{"GelSight Mini", "exposure 100\n", "device_config:\n  framerate: 25\n",

@@ -16,8 +16,7 @@
 namespace gelslam {
 namespace {
 
-using test::jpeg_frame;
-using test::TemporaryFolder;
+using namespace test;
 using ::testing::HasSubstr;
 using Clock = std::chrono::steady_clock;
 

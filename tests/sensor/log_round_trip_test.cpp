@@ -11,9 +11,7 @@
 namespace gelslam {
 namespace {
 
-using test::bgr_frame;
-using test::jpeg_frame;
-using test::TemporaryFolder;
+using namespace test;
 using ::testing::HasSubstr;
 
 std::vector<RawFrame> read_all(RawFrameSource& source) {

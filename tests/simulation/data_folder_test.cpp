@@ -16,8 +16,7 @@
 namespace gelslam {
 namespace {
 
-using test::read_bytes;
-using test::TemporaryFolder;
+using namespace test;
 
 const Simulator& simulator() {
   static const Simulator instance([] {

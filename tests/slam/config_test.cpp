@@ -4,14 +4,11 @@
 #include <gtest/gtest.h>
 
 #include "../support/temporary_folder.hpp"
-#include "gelslam/core/error.hpp"
 
 namespace gelslam {
 namespace {
 
-using test::message_of;
-using test::TemporaryFolder;
-using test::write_bytes;
+using namespace test;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -22,7 +19,7 @@ class ConfigFile : public testing::Test {
     return read_config(folder / "config.yaml");
   }
   std::string error(const std::string& yaml) {
-    return message_of<Error>([&] { read(yaml); });
+    return message_of([&] { read(yaml); });
   }
 
   TemporaryFolder folder;

@@ -9,7 +9,6 @@
 #include "../support/temporary_folder.hpp"
 #include "../surface/linear_gel.hpp"
 #include "../surface/pth_file.hpp"
-#include "gelslam/core/error.hpp"
 
 namespace gelslam {
 namespace {
@@ -45,7 +44,7 @@ class StreamOfALog : public testing::Test {
 
   SurfaceStream open() { return SurfaceStream(input, resolve_config(input), timer); }
   std::string error() {
-    return message_of<Error>([&] { open(); });
+    return message_of([&] { open(); });
   }
 
   /// As a camera sees it whose channels answer 0.8, 0.5 and 0.625 times as strongly.

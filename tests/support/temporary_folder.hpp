@@ -10,6 +10,8 @@
 #include <string_view>
 #include <vector>
 
+#include "gelslam/core/error.hpp"
+
 namespace gelslam::test {
 
 /// A fresh folder for one test, gone with all it holds afterwards.
@@ -62,12 +64,12 @@ inline constexpr std::string_view kLfsPointer =
     "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a214614ab2935c943f9e0ff69d22e\nsize 12160\n";
 inline constexpr const char* kLfsAdvice = "only a Git LFS pointer to the file; run git lfs pull";
 
-/// The message of the gelslam::Error (or other exception type) that `action` throws, or "nothing was thrown".
-template <class Exception, class Action>
+/// The message of the gelslam::Error that `action` throws, or "nothing was thrown".
+template <class Action>
 std::string message_of(Action&& action) {
   try {
     action();
-  } catch (const Exception& error) {
+  } catch (const Error& error) {
     return error.what();
   }
   return "nothing was thrown";

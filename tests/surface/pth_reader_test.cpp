@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "../support/temporary_folder.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/surface/model_file.hpp"
 #include "pth_file.hpp"
 
@@ -28,7 +27,7 @@ GradientModel read(const PthFile& file) { return read(zip_archive(file.entries()
 
 template <class Input>
 std::string refusal(const Input& input) {
-  return message_of<Error>([&] { read(input); });
+  return message_of([&] { read(input); });
 }
 
 TEST(PthReader, GivesBackEveryNumberThatWasWritten) {
@@ -224,7 +223,7 @@ TEST(PthReader, RefusesWhatIsNoModelFile) {
   EXPECT_THAT(refusal(zip_archive({{"readme.txt", "hello"}})), HasSubstr("no data.pkl"));
   const TemporaryFolder folder;
   write_bytes(folder / "nnmodel.pth", std::string(5 << 20, 'x'));
-  EXPECT_THAT(message_of<Error>([&] { read_model(folder / "nnmodel.pth"); }), HasSubstr("larger than 4 MiB"));
+  EXPECT_THAT(message_of([&] { read_model(folder / "nnmodel.pth"); }), HasSubstr("larger than 4 MiB"));
 }
 
 }  // namespace
