@@ -118,11 +118,7 @@ TEST(ModelCheck, NoticesAModelThatReadsTooSteep) {
 TEST(ModelCheck, SaysWhenAllPressesAreDeep) {
   constexpr double ball_px = 75.0;
   EXPECT_NEAR(rim_slope(ball_px * std::sin(0.5), ball_px), std::tan(0.5), 1e-9);
-  EXPECT_EQ(missing_depths({}), "");
-  EXPECT_THAT(missing_depths({0.65, 0.7, 0.8, 0.9, 1.0, 0.7, 0.8, 0.9, 0.7, 0.7}),
-              HasSubstr("some less deep"));
   EXPECT_EQ(missing_depths({0.65, 0.7, 0.8, 0.9, 1.0, 0.7, 0.8, 0.9, 0.5, 0.4}), "") << "two are lighter";
-  EXPECT_THAT(missing_depths({0.1, 0.2, 0.25, 0.2, 0.2}), HasSubstr("press deeper"));
   const PressSet& set = forty_labelled();
   BallZones zones = zones_of_labelled();
   const GradientModel& model = rough_model();

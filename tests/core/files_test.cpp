@@ -3,12 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <csignal>
-
 #include "../support/file_size_limit.hpp"
+#include "../support/killed_process.hpp"
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/run_folder.hpp"
 
@@ -199,22 +197,17 @@ TEST(RunFolder, KeepsAllOthersOutOfTheFolderThatItReplaces) {
 
 TEST(RunFolder, RemovesWhatAKilledRunLeft) {
   const TemporaryFolder folder;
-  int ready[2];
-  ASSERT_EQ(::pipe(ready), 0);
-  const pid_t killed = ::fork();
-  if (killed == 0) {
+  KilledProcess killed([&](const auto& tell) {
     const RunFolder run(folder / "RUN", {});
     write_bytes(run.path() / "mesh.ply", "half of it");
-    if (::write(ready[1], "x", 1) == 1) ::pause();
-    ::_exit(1);
-  }
-  char byte = 0;
-  ASSERT_EQ(::read(ready[0], &byte, 1), 1);
+    tell();
+    ::pause();
+  });
+  killed.wait_for_step();
   EXPECT_THAT(message_of([&] { RunFolder(folder / "RUN", {}); }),
-              HasSubstr("process " + std::to_string(killed) + ") is writing to"));
+              HasSubstr("process " + std::to_string(killed.id()) + ") is writing to"));
   EXPECT_EQ(left_behind(folder / "RUN"), "") << "its process is at work";
-  ::kill(killed, SIGKILL);
-  ::waitpid(killed, nullptr, 0);
+  killed.kill();
   { const RunFolder run(folder / "RUN2", {}); }
   EXPECT_THAT(folder.names(), ElementsAre("RUN.gelslam-tmp")) << "another run's folder";
   EXPECT_THAT(left_behind(folder / "RUN"),
@@ -225,8 +218,6 @@ TEST(RunFolder, RemovesWhatAKilledRunLeft) {
   }
   EXPECT_THAT(folder.names(), ElementsAre("RUN"));
   EXPECT_TRUE(fs::is_empty(folder / "RUN"));
-  ::close(ready[0]);
-  ::close(ready[1]);
 }
 
 TEST(RunFolder, RemovesNothingThatIsNotOfARun) {

@@ -90,7 +90,7 @@ TEST(Npy, WritingRefusesWhatDoesNotFit) {
 
 TEST(Npy, WhatIsLongerOrElsewhereIsSaid) {
   EXPECT_THAT(error_for(numpy_sample() + "x"), HasSubstr("longer than its header says"));
-  EXPECT_THAT(error_for(std::string(test::kLfsPointer)), HasSubstr(test::kLfsAdvice));
+  EXPECT_THAT(error_for(std::string(kLfsPointer)), HasSubstr(kLfsAdvice));
 }
 
 TEST(Npy, ForeignArraysAreRefusedWithTheReason) {

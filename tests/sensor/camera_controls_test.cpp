@@ -49,7 +49,7 @@ class CameraControls : public testing::Test {
   std::int32_t value(std::uint32_t id) { return camera.controls.at(id).value; }
 
   FakeCamera camera;
-  detail::VideoSystem system = test::fake_system({&camera});
+  detail::VideoSystem system = fake_system({&camera});
   CameraOptions options;
 };
 

@@ -55,7 +55,7 @@ class Camera : public testing::Test {
   }
 
   FakeCamera mini;
-  detail::VideoSystem system = test::fake_system({&mini});
+  detail::VideoSystem system = fake_system({&mini});
   CameraOptions options;
 };
 
@@ -201,7 +201,7 @@ TEST_F(AwayCamera, OfTwoWithOneNameItIsTheOneAtItsPlace) {
   FakeCamera twin;
   twin.path = "/dev/video1";
   twin.bus = "usb-elsewhere";
-  auto both = test::fake_system({&twin, &mini});
+  auto both = fake_system({&twin, &mini});
   both.nodes = [this, nodes = both.nodes, watch = system.nodes] { return watch(), nodes(); };
   system = both;
   options.device = "/dev/video0";
@@ -298,7 +298,7 @@ TEST_F(Camera, AMetadataNodeNamesTheOneWithThePictures) {
   options.device = "/dev/video0";
   EXPECT_THAT(open_error(),
               HasSubstr("carries only metadata of GelSight Mini R0B 28KX; see gelslam devices"));
-  system = test::fake_system({&mini, &pictures});
+  system = fake_system({&mini, &pictures});
   EXPECT_THAT(open_error(), HasSubstr("its pictures are at /dev/video1"));
 }
 

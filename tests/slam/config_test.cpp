@@ -18,18 +18,9 @@ class ConfigFile : public testing::Test {
     write_bytes(folder / "config.yaml", yaml);
     return read_config(folder / "config.yaml");
   }
-  std::string error(const std::string& yaml) {
-    return message_of([&] { read(yaml); });
-  }
 
   TemporaryFolder folder;
 };
-
-TEST_F(ConfigFile, WrittenDefaultsReadAsDefaults) {
-  const std::string text = write_config(Config{});
-  EXPECT_EQ(write_config(read(text)), text);
-  EXPECT_THAT(text, HasSubstr("#")) << "a comment per key";
-}
 
 TEST_F(ConfigFile, EveryValueSurvivesWritingAndReading) {
   Config config;

@@ -21,17 +21,16 @@ using testing::HasSubstr;
 
 class Merge : public testing::Test {
  protected:
-  /// A run folder of these strokes; returns where its anchor was.
+  /// A run folder of these strokes.
   void save(const char* name, const Strokes& scan) {
     const SlamMap map = scan.finish();
     std::filesystem::create_directory(folder / name);
     write_run(folder / name, {Config{}, map, fuse_map(map, FusionOptions{}), {}});
-    first_frame[name] = frames;
     for (const auto& [frame, pose] : scan.truth()) truth[frames + frame] = pose;
     frames += map.frames.back().frame + 1;
   }
-  RunReport merge(std::vector<std::string> names, const char* output = "merged", bool overwrite = false) {
-    MergeRequest request{{}, folder / output, overwrite};
+  RunReport merge(const std::vector<std::string>& names) {
+    MergeRequest request{{}, folder / "merged", false};
     for (const std::string& name : names) request.runs.push_back(folder / name);
     NoProgress progress;
     return merge_scans(request, progress, [] { return false; }).report;
@@ -53,7 +52,6 @@ class Merge : public testing::Test {
   }
 
   TemporaryFolder folder;
-  std::map<std::string, std::int64_t> first_frame;
   std::map<std::int64_t, Pose> truth;
   std::int64_t frames = 0;
 };

@@ -71,7 +71,6 @@ std::shared_ptr<slam::detail::LiveRun> resume(const std::filesystem::path& folde
   return slam::detail::LiveRun::resume(folder, scan, "", false, Config{});
 }
 
-/// A session that the scan could not write is written at its end; the one that is there goes only then.
 TEST(RunFolderFiles, TimesAreThoseOfTheClockIfEveryFrameKnowsIt) {
   constexpr std::int64_t kStartUs = 1764268461123457;
   SlamMap map = map_with_a_false_loop();
@@ -90,6 +89,7 @@ TEST(RunFolderFiles, TimesAreThoseOfTheClockIfEveryFrameKnowsIt) {
   EXPECT_EQ(map.trajectory()[2].time_s, 0.08);
 }
 
+/// A session that the scan could not write is written at its end; the one that is there goes only then.
 TEST(LiveRunFolder, ASessionThatCannotBeWrittenAgainStays) {
   const TemporaryFolder folder;
   SlamMap map = map_with_a_false_loop();
