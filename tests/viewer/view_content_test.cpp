@@ -61,9 +61,6 @@ TEST(ViewContent, MistakesAreNamed) {
   write_bytes(folder / "RUN" / "keyframes.tum", "0 0 0 0 0 0 0 1\n");
   EXPECT_THAT(message(folder / "RUN"), HasSubstr("keyframes.tum lists 1 keyframes, session.db 3"));
   write_run(folder / "RUN", 3);
-  write_bytes(folder / "RUN/session.db", "{}");
-  EXPECT_THAT(message(folder / "RUN"), HasSubstr("session.db: damaged"));
-  write_run(folder / "RUN", 3);
   write_bytes(folder / "RUN" / "mesh.ply", "ply\nformat ascii 1.0\nelement vertex 999999999\n");
   EXPECT_THAT(message(folder / "RUN"), HasSubstr("mesh.ply"));
   write_bytes(folder / "no.ply", "");
