@@ -104,13 +104,13 @@ struct Scene {
   void write_report(const RunReport& report) const { write_bytes(run / "report.json", report_json(report)); }
 
   void write_meshes(int anchor) const {
-    const Mesh object = test::height_field(-5, 5, -5, 5, 60, &test::bumps);
+    const Mesh object = height_field(-5, 5, -5, 5, 60, &bumps);
     write_mesh(data / "gt_mesh.ply", object);
     write_mesh(run / "mesh.ply", transformed(object, true_pose(anchor).inverse() * kStart_T_object));
     std::vector<float> touched;
     for (int i = 0; i < 100; ++i) {
       const double x = -4.0 + 0.08 * i;
-      for (const double value : {x, 0.5 * x, test::bumps(x, 0.5 * x)})
+      for (const double value : {x, 0.5 * x, bumps(x, 0.5 * x)})
         touched.push_back(static_cast<float>(1e-3 * value));
     }
     write_npy(data / "touched.npy", {100, 3}, std::span<const float>(touched));
