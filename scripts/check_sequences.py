@@ -34,6 +34,7 @@ import time
 import numpy as np
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+DATA = pathlib.Path(os.environ.get("GELSLAM_DATA", ROOT.parent / "shared/data"))
 MM_PER_DEG = 0.087
 TRACK_RATIO = 0.85
 MESH_RATIO = 0.8
@@ -151,12 +152,8 @@ def has_target(name):
     return name.startswith(("track_", "scan_")) or name == "hard_breaks"
 
 
-def verdicts(name, ours, public):
-    """[(what, met?)] for the sequence's targets."""
-    return accuracy_verdicts(name, ours, public) + [("silent", ours["silent"] == 0)]
-
-
 def accuracy_verdicts(name, ours, public):
+    """[(what, met?)] for what the sequence's target says of accuracy."""
     trajectory = ours["trajectory"]
     if name.startswith("track_"):
         ratio = geometric_mean(trajectory["mae"]) / geometric_mean(public["mae"])
@@ -228,11 +225,10 @@ def fail(message):
 
 def main():
     arguments = parse_arguments()
-    data = pathlib.Path(os.environ.get("GELSLAM_DATA", ROOT.parent / "shared/data"))
     reference, set_of = {}, {}
     for name in SETS:
         try:
-            of_set = json.loads((data / name / "reference.json").read_text())
+            of_set = json.loads((DATA / name / "reference.json").read_text())
         except OSError as error:
             fail("no sequences with a reference.json (%s); set GELSLAM_DATA" % error)
             return NO_DATA
@@ -246,7 +242,7 @@ def main():
     names = arguments.names or [n for n in sorted(reference) if not arguments.targets or has_target(n)]
     arguments.out.mkdir(parents=True, exist_ok=True)
     with concurrent.futures.ThreadPoolExecutor(max(1, arguments.jobs)) as pool:
-        results = dict(zip(names, pool.map(lambda n: check_sequence(n, arguments, data / set_of[n] / n), names)))
+        results = dict(zip(names, pool.map(lambda n: check_sequence(n, arguments, DATA / set_of[n] / n), names)))
 
     rows, missed = [], 0
     for name in names:
@@ -255,7 +251,7 @@ def main():
             missed += 1
             print("%s: %s" % (name, ours), file=sys.stderr)
             continue
-        checks = verdicts(name, ours, reference[name]) + kin_verdict(name, results)
+        checks = accuracy_verdicts(name, ours, reference[name]) + [("silent", ours["silent"] == 0)] + kin_verdict(name, results)
         missed += sum(not met for _, met in checks)
         rows.append(row(name, ours, reference[name], seconds, checks))
     print_table(rows)

@@ -5,12 +5,11 @@ Example: scripts/check_sequences.py --json results.json; scripts/plot_accuracy.p
 """
 
 import argparse
-import os
 import pathlib
 
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from check_sequences import ROOT, SETS, geometric_mean, public_error
+from check_sequences import DATA, SETS, geometric_mean, public_error
 from plotting import COLORS, plt, read_table, save
 
 ORDER = ("track_", "scan_", "hard_", "ablate_")
@@ -37,10 +36,9 @@ def main():
     parser.add_argument("results", type=pathlib.Path, help="file that check_sequences.py --json wrote")
     parser.add_argument("-o", "--output", type=pathlib.Path, default=pathlib.Path("accuracy.png"))
     arguments = parser.parse_args()
-    data = pathlib.Path(os.environ.get("GELSLAM_DATA", ROOT.parent / "shared/data"))
     reference = {}
     for name in SETS:
-        reference.update(read_table(data / name / "reference.json", "nothing: set GELSLAM_DATA"))
+        reference.update(read_table(DATA / name / "reference.json", "nothing: set GELSLAM_DATA"))
     results = {n: r for n, r in read_table(arguments.results, "scripts/check_sequences.py --json").items() if isinstance(r, dict)}
     names = [n for start in ORDER for n in sorted(results) if n.startswith(start) and reference[n]]
     meshes = [n for n in names if results[n]["mesh"] and reference[n]["mesh"]]

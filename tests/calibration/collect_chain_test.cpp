@@ -25,10 +25,6 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-ProgramResult gelslam(const std::vector<std::string>& arguments) {
-  return run_program(GELSLAM_PROGRAM, arguments);
-}
-
 ProgramResult collect(const fs::path& log, const fs::path& presses, const char* diameter, int wanted) {
   return gelslam({"calibrate", "collect", log.string(), "-o", presses.string(), "--diameter", diameter,
                   "--presses", std::to_string(wanted), "--headless"});

@@ -5,8 +5,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <stdexcept>
-
 #include "../support/temporary_folder.hpp"
 #include "gelslam/calibration/ball_zones.hpp"
 #include "simulated_presses.hpp"

@@ -10,24 +10,12 @@
 #include <string>
 #include <vector>
 
-#include "gelslam/simulation/press_log.hpp"
+#include "simulated_presses.hpp"
 
 namespace gelslam::test {
 namespace {
 
 using ::testing::HasSubstr;
-
-struct Film {
-  std::vector<cv::Mat3b> frames;
-  std::vector<SimulatedTouch> touches;
-};
-
-Film film(const PressLogSpec& spec) {
-  Film result;
-  result.touches =
-      simulate_press_log(spec, [&](const cv::Mat3b& bgr) { result.frames.push_back(bgr.clone()); });
-  return result;
-}
 
 /// Two good touches between each two mishaps, once each: made once for all tests.
 const Film& mixed_film() {

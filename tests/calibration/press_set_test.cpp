@@ -9,7 +9,6 @@
 #include "../support/peak_memory.hpp"
 #include "../support/pictures.hpp"
 #include "../support/temporary_folder.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/core/npy.hpp"
 #include "gelslam/core/zip_archive.hpp"
 #include "simulated_presses.hpp"
@@ -30,7 +29,7 @@ PressSet small_set() {
 }
 
 std::string refusal(const fs::path& folder) {
-  return message_of<Error>([&] { read_press_set(folder); });
+  return message_of([&] { read_press_set(folder); });
 }
 
 TEST(PressSet, ComesBackAsItWasWritten) {
@@ -121,7 +120,7 @@ TEST(PressSet, SaysWhichLineOfTheCatalogIsWrong) {
 TEST(Label, RefusesWhatIsNoCircle) {
   const TemporaryFolder folder;
   const fs::path path = folder / "label.npz";
-  const auto refused = [&] { return message_of<Error>([&] { read_label(path); }); };
+  const auto refused = [&] { return message_of([&] { read_label(path); }); };
   const auto save = [&](std::vector<double> center, std::vector<double> radius) {
     write_zip(path, {{"center.npy", format_npy({center.size()}, center)},
                      {"radius.npy", format_npy({radius.size()}, radius)}});

@@ -49,11 +49,6 @@ class PressWindow : public SceneDrawing {
     options.height_px = 700;
     options.picture_folder = folder.path();
   }
-  static std::vector<std::string> words(const Loop& loop) {
-    std::vector<std::string> result;
-    for (const DrawnText& text : loop.texts()) result.push_back(text.text);
-    return result;
-  }
   static void press_key(Loop& loop, int key, double now_s) {
     loop.host().push({InputEvent::Kind::key, key, true});
     loop.host().push({InputEvent::Kind::key, key, false});
@@ -145,8 +140,8 @@ TEST_F(PressWindow, QThatCannotSaveStaysOpenUntilItCan) {
   std::filesystem::remove_all(folder / "p0");
   press_key(loop, GLFW_KEY_Q, 1.2);
   EXPECT_FALSE(loop.controls().wants_to_close());
-  EXPECT_THAT(words(loop), Contains(testing::AllOf(HasSubstr("1 of 3 presses could not be saved"),
-                                                   HasSubstr("p0"), HasSubstr("Q tries again"))));
+  EXPECT_THAT(words_of(loop), Contains(testing::AllOf(HasSubstr("1 of 3 presses could not be saved"),
+                                                      HasSubstr("p0"), HasSubstr("Q tries again"))));
   EXPECT_TRUE(std::filesystem::exists(folder / "p1/label.npz"));
   loop.turn(20);
   EXPECT_FALSE(loop.controls().toasts().empty()) << "long enough to be read";

@@ -3,13 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "../support/data_folder.hpp"
 #include "gelslam/calibration/circle_finder.hpp"
 #include "gelslam/calibration/model_check.hpp"
 #include "gelslam/calibration/model_trainer.hpp"
+#include "gelslam/core/median.hpp"
 #include "gelslam/surface/model_file.hpp"
 
 namespace gelslam::test {
@@ -24,14 +24,8 @@ class RealPresses : public ::testing::Test {
   void SetUp() override {
     if (!fs::exists(data_ / "calibration")) GTEST_SKIP() << "no data in " << data_ << "; set GELSLAM_DATA";
   }
-  const fs::path data_ = test::data_folder();
+  const fs::path data_ = data_folder();
 };
-
-/// The mean of the two in the middle, of an even number.
-double middle(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
-}
 
 // These labels are good to a pixel and a half per axis, and people draw the disc, which shadows move to one
 // side of the ball: their centers cannot be met much closer.
@@ -45,8 +39,8 @@ TEST_F(RealPresses, CirclesAreWhereAPersonDrewThem) {
         std::hypot(found.circle.u_px - press.label->u_px, found.circle.v_px - press.label->v_px));
     radii.push_back(std::abs(found.circle.radius_px - press.label->radius_px));
   }
-  EXPECT_LT(middle(centers), 3.0);
-  EXPECT_LT(middle(radii), 1.0);
+  EXPECT_LT(median(centers), 3.0);
+  EXPECT_LT(median(radii), 1.0);
 }
 
 // A sphere that fits no heights made the solver's library speak on stderr.

@@ -10,6 +10,7 @@
 #include "gelslam/calibration/press_set.hpp"
 #include "gelslam/simulation/gel.hpp"
 #include "gelslam/simulation/optics.hpp"
+#include "gelslam/simulation/press_log.hpp"
 #include "random.hpp"
 
 namespace gelslam::test {
@@ -43,6 +44,18 @@ inline BallPress press_number(int number) {
   press.center_px = circle.center_px;
   press.radius_px = circle.radius_px;
   return press;
+}
+
+/// A log of presses, with the truth.
+struct Film {
+  std::vector<cv::Mat3b> frames;
+  std::vector<SimulatedTouch> touches;
+};
+
+inline Film film(const PressLogSpec& spec) {
+  Film film;
+  film.touches = simulate_press_log(spec, [&](const cv::Mat3b& bgr) { film.frames.push_back(bgr.clone()); });
+  return film;
 }
 
 /// Mean of ten pictures without contact, as a person would take it.

@@ -3,25 +3,18 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <csignal>
-
 #include "../support/file_size_limit.hpp"
+#include "../support/killed_process.hpp"
 #include "../support/temporary_folder.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/core/run_folder.hpp"
 
 namespace gelslam {
 namespace {
 
 namespace fs = std::filesystem;
-using test::FileSizeLimit;
-using test::message_of;
-using test::read_bytes;
-using test::TemporaryFolder;
-using test::write_bytes;
+using namespace test;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -45,7 +38,7 @@ TEST(WriteFileAtomically, FailedWriteKeepsTheOldFile) {
   write_file_atomically(folder / "f", "old");
   {
     const FileSizeLimit limit(1000);
-    EXPECT_THAT(message_of<Error>([&] { write_file_atomically(folder / "f", std::string(5000, 'x')); }),
+    EXPECT_THAT(message_of([&] { write_file_atomically(folder / "f", std::string(5000, 'x')); }),
                 HasSubstr((folder / "f").string() + ": cannot be written"));
   }
   EXPECT_EQ(read_bytes(folder / "f"), "old");
@@ -56,14 +49,12 @@ TEST(WriteFileAtomically, WrongPlacesAreNamed) {
   TemporaryFolder folder;
   write_bytes(folder / "file", "x");
   fs::create_directory(folder / "dir");
-  EXPECT_THAT(message_of<Error>([&] { write_file_atomically(folder / "none/f", "x"); }),
+  EXPECT_THAT(message_of([&] { write_file_atomically(folder / "none/f", "x"); }),
               HasSubstr("none/f: cannot be created: No such file"));
-  EXPECT_THAT(message_of<Error>([&] { write_file_atomically(folder / "file/f", "x"); }),
+  EXPECT_THAT(message_of([&] { write_file_atomically(folder / "file/f", "x"); }),
               HasSubstr("file/f: cannot be created: Not a directory"));
-  EXPECT_THAT(message_of<Error>([&] { write_file_atomically(folder / "dir", "x"); }),
-              HasSubstr("dir: is a folder"));
-  EXPECT_THAT(message_of<Error>([&] { write_file_atomically("", "x"); }),
-              HasSubstr("not the name of a file"));
+  EXPECT_THAT(message_of([&] { write_file_atomically(folder / "dir", "x"); }), HasSubstr("dir: is a folder"));
+  EXPECT_THAT(message_of([&] { write_file_atomically("", "x"); }), HasSubstr("not the name of a file"));
   EXPECT_THAT(folder.names(), ElementsAre("dir", "file"));
 }
 
@@ -97,19 +88,18 @@ TEST(RunFolder, OverwritesOnlyWhatIsARunAndOnlyWhenAsked) {
   TemporaryFolder folder;
   fs::create_directory(folder / "RUN");
   write_bytes(folder / "RUN/mesh.ply", "1");
-  EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", {}); }),
+  EXPECT_THAT(message_of([&] { RunFolder(folder / "RUN", {}); }),
               HasSubstr("RUN: exists already; name another folder or overwrite it"));
-  EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", {.overwrite = true}); }),
+  EXPECT_THAT(message_of([&] { RunFolder(folder / "RUN", {.overwrite = true}); }),
               HasSubstr("holds no report.json"));
   write_bytes(folder / "RUN/report.json", "old");
-  EXPECT_THAT(message_of<Error>([&] {
+  EXPECT_THAT(message_of([&] {
                 RunFolder(folder / "RUN",
                           {.overwrite = true, .inputs = {folder / "RUN2", folder / "RUN/log/gelsight.avi"}});
               }),
               HasSubstr("holds the input"));
-  EXPECT_THAT(
-      message_of<Error>([&] { RunFolder(folder / "RUN", {.overwrite = true, .inputs = {folder / "RUN"}}); }),
-      HasSubstr("holds the input"));
+  EXPECT_THAT(message_of([&] { RunFolder(folder / "RUN", {.overwrite = true, .inputs = {folder / "RUN"}}); }),
+              HasSubstr("holds the input"));
   { const RunFolder abandoned(folder / "RUN", {.overwrite = true, .inputs = {"", folder / "RUN2"}}); }
   EXPECT_EQ(read_bytes(folder / "RUN/report.json"), "old");
   RunFolder run(folder / "RUN", {.overwrite = true});
@@ -126,8 +116,7 @@ TEST(RunFolder, NeverReplacesWhatAPersonHasPutThere) {
   std::filesystem::create_directory(folder / "RUN");
   write_file_atomically(folder / "RUN/report.json", "x");
   write_file_atomically(folder / "RUN/diary.txt", "dear diary");
-  EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", options); }),
-              HasSubstr("for it holds diary.txt"));
+  EXPECT_THAT(message_of([&] { RunFolder(folder / "RUN", options); }), HasSubstr("for it holds diary.txt"));
   EXPECT_TRUE(std::filesystem::exists(folder / "RUN/diary.txt"));
   std::filesystem::remove(folder / "RUN/diary.txt");
   RunFolder run(folder / "RUN", options);
@@ -143,7 +132,7 @@ TEST(RunFolder, NeitherReplacesWhatAppearedMeanwhileNorLosesWhatWasToBeThere) {
     write_bytes(run.path() / "mesh.ply", "long work");
     fs::create_directory(folder / "RUN");
     write_bytes(folder / "RUN/other", "x");
-    EXPECT_THAT(message_of<Error>([&] { run.commit(); }),
+    EXPECT_THAT(message_of([&] { run.commit(); }),
                 testing::AllOf(HasSubstr("RUN: exists already"), HasSubstr("is in " + kept.string())));
   }
   EXPECT_EQ(read_bytes(folder / "RUN/other"), "x");
@@ -158,15 +147,15 @@ TEST(RunFolder, NeverReplacesARecording) {
   for (const RunFolderOptions& options :
        {RunFolderOptions{.overwrite = true},
         RunFolderOptions{.overwrite = true, .known_entries = {"report.json", "log-*"}}})
-    EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", options); }),
+    EXPECT_THAT(message_of([&] { RunFolder(folder / "RUN", options); }),
                 HasSubstr("RUN: will not be overwritten, for it holds the recording log-2.mkv"));
   EXPECT_EQ(read_bytes(folder / "RUN/log-2.mkv"), "pictures");
   fs::create_directories(folder / "RUN/mine/old");
   fs::rename(folder / "RUN/log-2.mkv", folder / "RUN/mine/old/log.mkv");
-  EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", {.overwrite = true}); }),
+  EXPECT_THAT(message_of([&] { RunFolder(folder / "RUN", {.overwrite = true}); }),
               HasSubstr("holds the recording mine/old/log.mkv"));
   fs::rename(folder / "RUN/mine/old/log.mkv", folder / "RUN/mine/gelsight.avi");
-  EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", {.overwrite = true}); }),
+  EXPECT_THAT(message_of([&] { RunFolder(folder / "RUN", {.overwrite = true}); }),
               HasSubstr("holds mine/gelsight.avi, which is not of this command"));
   EXPECT_EQ(read_bytes(folder / "RUN/mine/gelsight.avi"), "pictures");
 }
@@ -191,10 +180,9 @@ TEST(RunFolder, KeepsAllOthersOutOfTheFolderThatItReplaces) {
   const auto refusal = [&] {
     const std::string words = "(core_test, process " + std::to_string(::getpid()) + ") is writing to '" +
                               (folder / "RUN").string() + "'";
-    EXPECT_THAT(message_of<Error>([&] { check_run_folder(folder / "RUN", {.overwrite = true}); }),
-                HasSubstr(words));
-    EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", {.overwrite = true}); }), HasSubstr(words));
-    return message_of<Error>([&] { FolderLock(folder / "RUN"); });
+    EXPECT_THAT(message_of([&] { check_run_folder(folder / "RUN", {.overwrite = true}); }), HasSubstr(words));
+    EXPECT_THAT(message_of([&] { RunFolder(folder / "RUN", {.overwrite = true}); }), HasSubstr(words));
+    return message_of([&] { FolderLock(folder / "RUN"); });
   };
   {
     RunFolder run(folder / "RUN", {.overwrite = true});
@@ -209,22 +197,17 @@ TEST(RunFolder, KeepsAllOthersOutOfTheFolderThatItReplaces) {
 
 TEST(RunFolder, RemovesWhatAKilledRunLeft) {
   const TemporaryFolder folder;
-  int ready[2];
-  ASSERT_EQ(::pipe(ready), 0);
-  const pid_t killed = ::fork();
-  if (killed == 0) {
+  KilledProcess killed([&](const auto& tell) {
     const RunFolder run(folder / "RUN", {});
     write_bytes(run.path() / "mesh.ply", "half of it");
-    if (::write(ready[1], "x", 1) == 1) ::pause();
-    ::_exit(1);
-  }
-  char byte = 0;
-  ASSERT_EQ(::read(ready[0], &byte, 1), 1);
-  EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", {}); }),
-              HasSubstr("process " + std::to_string(killed) + ") is writing to"));
+    tell();
+    ::pause();
+  });
+  killed.wait_for_step();
+  EXPECT_THAT(message_of([&] { RunFolder(folder / "RUN", {}); }),
+              HasSubstr("process " + std::to_string(killed.id()) + ") is writing to"));
   EXPECT_EQ(left_behind(folder / "RUN"), "") << "its process is at work";
-  ::kill(killed, SIGKILL);
-  ::waitpid(killed, nullptr, 0);
+  killed.kill();
   { const RunFolder run(folder / "RUN2", {}); }
   EXPECT_THAT(folder.names(), ElementsAre("RUN.gelslam-tmp")) << "another run's folder";
   EXPECT_THAT(left_behind(folder / "RUN"),
@@ -235,8 +218,6 @@ TEST(RunFolder, RemovesWhatAKilledRunLeft) {
   }
   EXPECT_THAT(folder.names(), ElementsAre("RUN"));
   EXPECT_TRUE(fs::is_empty(folder / "RUN"));
-  ::close(ready[0]);
-  ::close(ready[1]);
 }
 
 TEST(RunFolder, RemovesNothingThatIsNotOfARun) {
@@ -245,11 +226,11 @@ TEST(RunFolder, RemovesNothingThatIsNotOfARun) {
   fs::create_directory(folder / "somebody's");
   write_bytes(folder / "somebody's/diary.txt", "dear diary");
   fs::create_directory_symlink(folder / "somebody's", temporary);
-  EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", {}); }), HasSubstr("is there; if no other"));
+  EXPECT_THAT(message_of([&] { RunFolder(folder / "RUN", {}); }), HasSubstr("is there; if no other"));
   EXPECT_TRUE(fs::exists(folder / "somebody's/diary.txt"));
   fs::remove(temporary);
   write_bytes(temporary, "a file");
-  EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", {}); }), HasSubstr("cannot be created"));
+  EXPECT_THAT(message_of([&] { RunFolder(folder / "RUN", {}); }), HasSubstr("cannot be created"));
   EXPECT_EQ(read_bytes(temporary), "a file");
 }
 
@@ -261,21 +242,19 @@ TEST(CheckIsRun, RefusesLinksAndPipesInThePlaceOfFiles) {
       fs::create_directories(folder / "RUN");
       write_bytes(folder / "RUN/trajectory.tum", "");
       fs::create_symlink("/etc/hostname", folder / "RUN/a person's own link");
-      EXPECT_EQ(message_of<Error>([&] { check_is_run(folder / "RUN"); }), "nothing was thrown");
+      EXPECT_EQ(message_of([&] { check_is_run(folder / "RUN"); }), "nothing was thrown");
       if (is_pipe)
         ASSERT_EQ(::mkfifo((folder / "RUN" / name).c_str(), 0600), 0);
       else
         fs::create_symlink("/etc/hostname", folder / "RUN" / name);
-      EXPECT_THAT(message_of<Error>([&] { check_is_run(folder / "RUN"); }),
+      EXPECT_THAT(message_of([&] { check_is_run(folder / "RUN"); }),
                   HasSubstr(std::string(name) + ": is a link, pipe or device"));
     }
 }
 
 TEST(CheckIsRun, SaysWhatIsMissingAndWhatToDo) {
   const TemporaryFolder folder;
-  const auto said = [&](RunNeeds needs) {
-    return message_of<Error>([&] { check_is_run(folder / "RUN", needs); });
-  };
+  const auto said = [&](RunNeeds needs) { return message_of([&] { check_is_run(folder / "RUN", needs); }); };
   EXPECT_THAT(said(RunNeeds::map), HasSubstr("RUN: no such run folder"));
   fs::create_directory(folder / "RUN");
   EXPECT_THAT(said(RunNeeds::record), HasSubstr("RUN: is no run folder"));

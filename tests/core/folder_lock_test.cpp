@@ -2,7 +2,6 @@
 #include <unistd.h>
 
 #include "../support/temporary_folder.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 
 namespace gelslam {
@@ -11,7 +10,7 @@ namespace {
 using test::message_of;
 
 std::string second_locker(const std::filesystem::path& folder) {
-  return message_of<Error>([&] { FolderLock{folder}; });
+  return message_of([&] { FolderLock{folder}; });
 }
 
 TEST(FolderLock, KeepsASecondOneOutUntilTheFirstIsGone) {

@@ -134,17 +134,6 @@ TEST(FrozenNetwork, DerivativesOfTheMakersNetworkAreThoseOfFiniteDifferences) {
   }
 }
 
-TEST(FrozenNetwork, GivesTheSameBitsAtEveryPlaceOfATile) {
-  std::mt19937 random(8);
-  const FrozenNetwork network(random_network(random));
-  NetworkTile tile = random_tile(random);
-  for (std::size_t k = 0; k < tile.input.size(); ++k)
-    tile.input[k] = tile.input[k / kNetworkTile * kNetworkTile];
-  network.forward(tile);
-  for (std::size_t k = 0; k < tile.output.size(); ++k)
-    ASSERT_EQ(tile.output[k], tile.output[k / kNetworkTile * kNetworkTile]) << k;
-}
-
 TEST(NetworkBackward, DerivativesAreThoseOfFiniteDifferences) {
   std::mt19937 random(5);
   const GradientModel network = random_network(random);

@@ -6,15 +6,11 @@
 #include <limits>
 
 #include "../support/temporary_folder.hpp"
-#include "gelslam/core/error.hpp"
 
 namespace gelslam {
 namespace {
 
-using test::message_of;
-using test::read_bytes;
-using test::TemporaryFolder;
-using test::write_bytes;
+using namespace test;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -38,7 +34,7 @@ std::string with_header(const std::string& header, const std::string& data, char
 std::string error_for(const std::string& bytes, std::size_t max_bytes = 1u << 20) {
   TemporaryFolder folder;
   write_bytes(folder / "a.npy", bytes);
-  return message_of<Error>([&] { read_npy(folder / "a.npy", max_bytes); });
+  return message_of([&] { read_npy(folder / "a.npy", max_bytes); });
 }
 
 TEST(Npy, ReadsAndWritesNumpysOwnBytes) {
@@ -94,7 +90,7 @@ TEST(Npy, WritingRefusesWhatDoesNotFit) {
 
 TEST(Npy, WhatIsLongerOrElsewhereIsSaid) {
   EXPECT_THAT(error_for(numpy_sample() + "x"), HasSubstr("longer than its header says"));
-  EXPECT_THAT(error_for(std::string(test::kLfsPointer)), HasSubstr(test::kLfsAdvice));
+  EXPECT_THAT(error_for(std::string(kLfsPointer)), HasSubstr(kLfsAdvice));
 }
 
 TEST(Npy, ForeignArraysAreRefusedWithTheReason) {
@@ -129,8 +125,8 @@ TEST(Npy, HostileHeadersAreErrors) {
     EXPECT_THAT(error_for(with_header(header, data)), HasSubstr("not a usable .npy file")) << header;
   }
   EXPECT_THAT(error_for(numpy_sample(), 16), HasSubstr("claims more than 16 bytes"));
-  EXPECT_THAT(message_of<Error>([] { read_npy("/nonexistent.npy"); }), HasSubstr("no such file"));
-  EXPECT_THAT(message_of<Error>([] { read_npy("/tmp"); }), HasSubstr("no such file"));
+  EXPECT_THAT(message_of([] { read_npy("/nonexistent.npy"); }), HasSubstr("no such file"));
+  EXPECT_THAT(message_of([] { read_npy("/tmp"); }), HasSubstr("no such file"));
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "../support/temporary_folder.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 
 namespace gelslam {
@@ -30,7 +29,7 @@ TEST(SensorOptics, FileWithImpossibleValuesIsRefusedInOneLine) {
   const test::TemporaryFolder folder;
   const auto error_with = [&](const std::string& text) {
     write_file_atomically(folder / "optics.yaml", text);
-    return message_of<Error>([&] { read_optics(folder / "optics.yaml"); });
+    return message_of([&] { read_optics(folder / "optics.yaml"); });
   };
   EXPECT_THAT(error_with("lens_k1: 0.4\n"), HasSubstr("optics.yaml:1: lens_k1 is 0.4"));
   EXPECT_THAT(error_with("lens_center_px: 3\n"), HasSubstr("two numbers"));

@@ -1,8 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <map>
-#include <sstream>
 
 #include "../support/pictures.hpp"
 #include "../support/run_program.hpp"
@@ -10,14 +10,8 @@
 namespace gelslam {
 namespace {
 
-using test::expect_mistake;
-using test::ProgramResult;
-using test::TemporaryFolder;
+using namespace test;
 using ::testing::HasSubstr;
-
-ProgramResult gelslam(const std::vector<std::string>& arguments, const std::string& out = "") {
-  return test::run_program(GELSLAM_PROGRAM, arguments, out);
-}
 
 TEST(Cli, VersionAndHelpGoToStdout) {
   EXPECT_THAT(gelslam({"--version"}).out, testing::MatchesRegex("gelslam [0-9.]+\n"));
@@ -28,11 +22,9 @@ TEST(Cli, VersionAndHelpGoToStdout) {
 /// The names of the commands, read from the help itself.
 std::vector<std::string> commands() {
   const std::string help = gelslam({"--help"}).out;
-  std::istringstream lines(help.substr(help.find("Subcommands:")));
   std::vector<std::string> names;
-  std::string line;
-  std::getline(lines, line);
-  while (std::getline(lines, line) && line.starts_with("  ")) {
+  for (const std::string& line : lines_of(help.substr(help.find("Subcommands:")))) {
+    if (!line.starts_with("  ")) continue;
     const std::string name = line.substr(2, line.find(' ', 2) - 2);
     if (!name.empty() && name != "benchmark") names.push_back(name);  // that one is gelslam-lab's
   }
@@ -88,7 +80,7 @@ TEST(Cli, AFullStandardOutputIsNoticed) {
   const ProgramResult result = gelslam({"--help"}, "/dev/full");
   expect_mistake(result, "cannot write to standard output");
   const TemporaryFolder folder;
-  test::write_bytes(folder / "trajectory.tum", "0 0 0 0 0 0 0 1\n");
+  write_bytes(folder / "trajectory.tum", "0 0 0 0 0 0 0 1\n");
   expect_mistake(gelslam({"info", "--json", (folder / "trajectory.tum").string()}, "/dev/full"),
                  "cannot write to standard output");
 }
@@ -97,22 +89,19 @@ TEST(Cli, NoOptionReplacesARecording) {
   const TemporaryFolder folder;
   const std::string video = (folder / "gelsight.avi").string(), log = (folder / "log.mkv").string();
   for (const std::string& file : {video, log, (folder / "catalog.csv").string()})
-    test::write_bytes(file, "\x1A\x45\xDF\xA3 pictures");
+    write_bytes(file, "\x1A\x45\xDF\xA3 pictures");
   for (const char* what : {"scan", "presses"})
     expect_mistake(gelslam({"simulate", what, "-o", folder.path().string(), "--overwrite"}),
                    "and so was not made by this command");
   std::filesystem::remove(folder / "catalog.csv");
-  test::write_bytes(folder / "meta.json", "{}");
+  write_bytes(folder / "meta.json", "{}");
   expect_mistake(gelslam({"simulate", "scan", "-o", folder.path().string(), "--overwrite"}),
                  "for it holds the recording log.mkv");
-  for (const char* command : {"export", "view"}) {
-    std::vector<std::string> words{command, "m.ply", command == std::string("view") ? "--snapshot" : "-o",
-                                   log};
-    if (command == std::string("export")) words.back() += ".glb";
-    if (command == std::string("view")) words.back() += ".png";
-    test::write_bytes(words.back(), "\x1A\x45\xDF\xA3 pictures");
-    words.emplace_back("--overwrite");
-    expect_mistake(gelslam(words), "is a recording, which cannot be made again");
+  for (const auto& [command, option, ending] :
+       {std::array{"export", "-o", ".glb"}, std::array{"view", "--snapshot", ".png"}}) {
+    write_bytes(log + ending, "\x1A\x45\xDF\xA3 pictures");
+    expect_mistake(gelslam({command, "m.ply", option, log + ending, "--overwrite"}),
+                   "is a recording, which cannot be made again");
   }
   expect_mistake(gelslam({"calibrate", "train", folder.path().string(), "-o", log, "--overwrite"}),
                  "is a recording, which cannot be made again");
@@ -122,7 +111,7 @@ TEST(Cli, NoOptionReplacesARecording) {
 TEST(Cli, NoOutputReplacesWhatIsThereUnasked) {
   const TemporaryFolder folder;
   for (const char* file : {"config.yaml", "a.json", "a.png", "session.db"})
-    test::write_bytes(folder / file, "precious");
+    write_bytes(folder / file, "precious");
   const std::string run = folder.path().string(), json = run + "/a.json", png = run + "/a.png";
   for (const char* what : {"scan", "presses"})
     expect_mistake(gelslam({"simulate", what, "-o", run}), "exists already");
@@ -136,13 +125,13 @@ TEST(Cli, NoOutputReplacesWhatIsThereUnasked) {
   expect_mistake(trained({run}), "is a folder");
   expect_mistake(gelslam({"view", "m.ply", "--snapshot", png}), "is already there");
   for (const char* file : {"config.yaml", "a.json", "a.png", "session.db"})
-    EXPECT_EQ(test::read_bytes(folder / file), "precious");
+    EXPECT_EQ(read_bytes(folder / file), "precious");
 }
 
 TEST(Cli, WhatReconstructCannotUseIsOneLineAndNothingIsLeft) {
   const TemporaryFolder folder;
-  test::write_video(folder / "log.avi", "MJPG", 3, 320, 240);
-  test::write_bytes(folder / "typo.yaml", "gelslam_config:\n  track_config:\n    scr_treshold: 0.3\n");
+  write_video(folder / "log.avi", "MJPG", 3, 320, 240);
+  write_bytes(folder / "typo.yaml", "gelslam_config:\n  track_config:\n    scr_treshold: 0.3\n");
   const auto reconstruct = [&](std::vector<std::string> more) {
     more.insert(more.begin(), {"reconstruct", folder / "log.avi", "-o", folder / "out/RUN"});
     return gelslam(more);

@@ -10,7 +10,7 @@ namespace {
 // What cameras there are depends on the machine; what the command owes does not.
 
 TEST(Devices, JsonIsOneObjectAndTheExitCodeSaysWhetherThereIsACamera) {
-  const ProgramResult result = run_program(GELSLAM_PROGRAM, {"devices", "--json"});
+  const ProgramResult result = gelslam({"devices", "--json"});
   const auto cameras = nlohmann::json::parse(result.out).at("cameras");
   bool any = false;
   for (const auto& camera : cameras) any = any || camera.at("kind") == "camera";

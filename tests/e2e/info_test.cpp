@@ -12,22 +12,20 @@ namespace gelslam {
 namespace {
 
 namespace fs = std::filesystem;
-using test::data_folder;
-using test::ProgramResult;
-using test::TemporaryFolder;
+using namespace test;
 using ::testing::HasSubstr;
 
 ProgramResult info(const fs::path& path, bool json = false) {
   std::vector<std::string> arguments{"info", path.string()};
   if (json) arguments.push_back("--json");
-  return test::run_program(GELSLAM_PROGRAM, arguments);
+  return gelslam(arguments);
 }
 
 TEST(Info, AFolderWithProblemsStillSaysWhatIsGood) {
   const TemporaryFolder folder;
-  test::write_video(folder / "gelsight.avi", "MJPG", 3, 320, 240, 25.0, /*gray=*/true);
-  test::write_bytes(folder / "config.yaml", "device_config:\n  framerat: 25\n");
-  test::write_bytes(folder / "true_start_T_currs.npy", "x");
+  write_video(folder / "gelsight.avi", "MJPG", 3, 320, 240, 25.0, /*gray=*/true);
+  write_bytes(folder / "config.yaml", "device_config:\n  framerat: 25\n");
+  write_bytes(folder / "true_start_T_currs.npy", "x");
   const ProgramResult result = info(folder.path());
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_EQ(result.err, "");
@@ -43,15 +41,15 @@ TEST(Info, ARunFolder) {
   RunReport report;
   report.trials = 3;
   report.components = 1;
-  test::write_bytes(folder / "report.json", report_json(report));
+  write_bytes(folder / "report.json", report_json(report));
   EXPECT_THAT(info(folder.path()).out, HasSubstr("is no run folder"));
-  test::write_bytes(folder / "trajectory.tum", "0.4 0 0 0 0 0 0 1\n");
+  write_bytes(folder / "trajectory.tum", "0.4 0 0 0 0 0 0 1\n");
   const ProgramResult result = info(folder.path());
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(result.out, HasSubstr("3 trials in 1 piece"));
   EXPECT_THAT(result.out, HasSubstr("holds no mesh.ply"));
   EXPECT_THAT(result.out, testing::Not(HasSubstr("use "))) << "nothing takes it";
-  test::write_bytes(folder / "report.json", R"({"frames": 245, )");
+  write_bytes(folder / "report.json", R"({"frames": 245, )");
   EXPECT_THAT(info(folder.path()).out, HasSubstr("report.json: is damaged"));
 }
 
@@ -60,8 +58,8 @@ TEST(Info, ARunSaysWhatItLacks) {
   RunReport report;
   report.warnings = {"the gel may be dirty", "is it this sensor's model?"};
   report.reservations = {"2 pieces not joined", "poses may be off by 2 mm"};
-  test::write_bytes(folder / "report.json", report_json(report));
-  test::write_bytes(folder / "trajectory.tum", "0.4 0 0 0 0 0 0 1\n0.8 0.003 0.004 0 0 0 0 1\n");
+  write_bytes(folder / "report.json", report_json(report));
+  write_bytes(folder / "trajectory.tum", "0.4 0 0 0 0 0 0 1\n0.8 0.003 0.004 0 0 0 0 1\n");
   const std::string missing = "2 pieces not joined";
   for (const fs::path& path : {folder.path(), folder / "report.json"}) {
     const ProgramResult run = info(path);
@@ -72,8 +70,7 @@ TEST(Info, ARunSaysWhatItLacks) {
     EXPECT_THAT(run.out, HasSubstr("5 mm in 0 s"));
   }
   EXPECT_EQ(nlohmann::json::parse(info(folder.path(), true).out).at("warnings").at(2), missing);
-  EXPECT_THAT(test::on_terminal(GELSLAM_PROGRAM " info " + folder.path().string()),
-              HasSubstr("\x1b[33m" + missing))
+  EXPECT_THAT(on_terminal(GELSLAM_PROGRAM " info " + folder.path().string()), HasSubstr("\x1b[33m" + missing))
       << "amber";
   EXPECT_THAT(info(folder / "trajectory.tum").out, HasSubstr("a trajectory\n  poses      2\n"));
 }
@@ -91,11 +88,11 @@ constexpr const char* kOtherTriangle = "vertex 10 0 0\nvertex 11 0 0\nvertex 10 
 
 TEST(Export, SaysUnitAndLoosePieces) {
   const TemporaryFolder folder;
-  test::write_bytes(folder / "two.stl", ascii_stl({kTriangle, kOtherTriangle}));
+  write_bytes(folder / "two.stl", ascii_stl({kTriangle, kOtherTriangle}));
   const auto exported = [&](const std::vector<std::string>& more) {
     std::vector<std::string> arguments{"export", (folder / "two.stl").string(), "--overwrite"};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    const ProgramResult result = test::run_program(GELSLAM_PROGRAM, arguments);
+    const ProgramResult result = gelslam(arguments);
     EXPECT_EQ(result.exit_code, 0) << result.err;
     return result.err;
   };
@@ -109,49 +106,49 @@ TEST(Export, SaysUnitAndLoosePieces) {
   EXPECT_THAT(info(folder / "a.stl").out, HasSubstr("11 x 3 x 0 mm; its unit is mm"));
   const std::string shown = GELSLAM_PROGRAM " export " + (folder / "two.stl").string() +
                             " --max-error-mm 0.1 -o " + (folder / "s.ply").string();
-  EXPECT_THAT(test::on_terminal(shown), HasSubstr("simplified to 2 of 2 triangles, error 0 mm"));
+  EXPECT_THAT(on_terminal(shown), HasSubstr("simplified to 2 of 2 triangles, error 0 mm"));
+}
+
+/// One triangle, as often as you like; corners in meters.
+std::string ascii_ply(const std::string& corners, int faces) {
+  std::string text =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face " +
+      std::to_string(faces) + "\nproperty list uchar int vertex_indices\nend_header\n" + corners;
+  for (int i = 0; i < faces; ++i) text += "3 0 1 2\n";
+  return text;
 }
 
 TEST(Evaluate, HostileGeometryIsOneLineAndNoLongWait) {
   const TemporaryFolder folder;
-  test::write_bytes(folder / "truth.stl", ascii_stl({kTriangle}));
-  test::write_bytes(folder / "far.stl",
-                    ascii_stl({kTriangle, "vertex 0 0 0\nvertex 1e30 0 0\nvertex 0 3e35 0\n"}));
-  std::string crowd =
-      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-      "element face 30000\nproperty list uchar int vertex_indices\nend_header\n"
-      "0 0 0\n0.003 0 0\n0 0.003 0\n";
-  for (int i = 0; i < 30000; ++i) crowd += "3 0 1 2\n";
-  test::write_bytes(folder / "crowd.ply", crowd);
+  write_bytes(folder / "truth.stl", ascii_stl({kTriangle}));
+  write_bytes(folder / "far.stl", ascii_stl({kTriangle, "vertex 0 0 0\nvertex 1e30 0 0\nvertex 0 3e35 0\n"}));
+  write_bytes(folder / "crowd.ply", ascii_ply("0 0 0\n0.003 0 0\n0 0.003 0\n", 30'000));
   const auto evaluate = [&](const char* mesh, const char* truth) {
-    return test::run_program(GELSLAM_PROGRAM,
-                             {"evaluate", (folder / mesh).string(), "--truth", (folder / truth).string()});
+    return gelslam({"evaluate", (folder / mesh).string(), "--truth", (folder / truth).string()});
   };
   EXPECT_EQ(evaluate("truth.stl", "truth.stl").exit_code, 0);
-  test::expect_mistake(evaluate("far.stl", "truth.stl"), "is its unit right?");
-  test::expect_mistake(evaluate("truth.stl", "far.stl"), "is its unit right?");
-  test::write_bytes(folder / "mm.ply",
-                    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
-                    "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
-                    "end_header\n0 0 0\n21 0 0\n0 28 0\n3 0 1 2\n");
-  test::expect_mistake(evaluate("truth.stl", "mm.ply"), "the true mesh is 35000 mm large; check its unit");
-  test::expect_mistake(evaluate("mm.ply", "truth.stl"), "the mesh is 35000 mm large; check its unit");
+  expect_mistake(evaluate("far.stl", "truth.stl"), "is its unit right?");
+  expect_mistake(evaluate("truth.stl", "far.stl"), "is its unit right?");
+  write_bytes(folder / "mm.ply", ascii_ply("0 0 0\n21 0 0\n0 28 0\n", 1));
+  expect_mistake(evaluate("truth.stl", "mm.ply"), "the true mesh is 35000 mm large; check its unit");
+  expect_mistake(evaluate("mm.ply", "truth.stl"), "the mesh is 35000 mm large; check its unit");
   for (const std::vector<std::string>& command :
        {std::vector<std::string>{"map"}, {"simulate", "scan", "--object"}}) {
     std::vector<std::string> arguments = command;
     arguments.insert(arguments.end(), {(folder / "mm.ply").string(), "-o", (folder / "out").string()});
-    test::expect_mistake(test::run_program(GELSLAM_PROGRAM, arguments), "is 35000 mm large; check its unit");
+    expect_mistake(gelslam(arguments), "is 35000 mm large; check its unit");
   }
-  test::expect_mistake(evaluate("crowd.ply", "truth.stl"), "thousands of its triangles");
-  test::expect_mistake(evaluate("truth.stl", "crowd.ply"), "thousands of its triangles");
+  expect_mistake(evaluate("crowd.ply", "truth.stl"), "thousands of its triangles");
+  expect_mistake(evaluate("truth.stl", "crowd.ply"), "thousands of its triangles");
 }
 
 TEST(Info, DamagedSingleFilesAreMistakes) {
   const TemporaryFolder folder;
   for (const char* name : {"a.pth", "a.yaml", "a.npy", "a.ply", "a.obj", "a.stl", "a.mkv"}) {
-    test::write_bytes(folder / name, std::string("\0[[[{:", 6) + std::string(200, '\xff'));
+    write_bytes(folder / name, std::string("\0[[[{:", 6) + std::string(200, '\xff'));
     const ProgramResult result = info(folder / name);
-    test::expect_mistake(result, name);
+    expect_mistake(result, name);
   }
 }
 

@@ -110,11 +110,6 @@ TEST(Map, OfAMeshIsAFolderThatTrackAndViewRead) {
   expect_mistake(gelslam({"map", mesh, "--unit", "ft", "-o", map}), "ft");
   EXPECT_THAT(gelslam({"map", mesh, "--unit", "mm", "-o", map, "--overwrite", "--touches", "2"}).err,
               testing::HasSubstr("gt_mesh.ply: m, as the file notes"));
-  const std::string in_meters = (folder / "meters.stl").string();
-  write_bytes(in_meters,
-              "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex .01 0 0\nvertex 0 .01 0\n"
-              "endloop\nendfacet\nendsolid s\n");
-  expect_mistake(gelslam({"map", in_meters, "-o", map, "--overwrite"}), "unit");
 }
 
 TEST(TrackInAMap, WhatIsNoMapIsSaidInOneLine) {

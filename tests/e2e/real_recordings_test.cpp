@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "../support/data_folder.hpp"
 #include "../support/run_program.hpp"
@@ -24,19 +23,14 @@ class RealRecordings : public testing::Test {
                       "device_config:\n  ppmm: 0.0453\n  raw_imgw: 320\n  raw_imgh: 240\n");
   }
 
-  test::ProgramResult run(std::vector<std::string> words) const {
-    return test::run_program(GELSLAM_PROGRAM, std::move(words));
-  }
-
   /// One JSON object for every frame.
   std::vector<nlohmann::json> track(const fs::path& log, std::vector<std::string> options) const {
     std::vector<std::string> words{"track", log.string(), "--format", "ndjson"};
     words.insert(words.end(), options.begin(), options.end());
-    const test::ProgramResult result = run(words);
+    const test::ProgramResult result = test::gelslam(words);
     EXPECT_LE(result.exit_code, 1) << log << ": " << result.err;
     std::vector<nlohmann::json> frames;
-    std::istringstream lines(result.out);
-    for (std::string line; std::getline(lines, line);) {
+    for (const std::string& line : test::lines_of(result.out)) {
       nlohmann::json json = nlohmann::json::parse(line, nullptr, false);
       if (json.is_object() && json.contains("status")) frames.push_back(std::move(json));
     }
@@ -136,7 +130,7 @@ TEST_F(RealRecordings, AHeldObjectStaysInOneTrial) {
 TEST_F(RealRecordings, AMeshOfOneLargeAndManyTinyTrianglesIsClosedInSeconds) {
   const fs::path mesh = folder / "closed.ply";
   const test::ProgramResult result =
-      run({"export", (real / "faults/sliver.ply").string(), "--watertight", "-o", mesh.string()});
+      test::gelslam({"export", (real / "faults/sliver.ply").string(), "--watertight", "-o", mesh.string()});
   EXPECT_LE(result.exit_code, 1) << result.err;
   EXPECT_TRUE(fs::exists(mesh));
 }
@@ -170,10 +164,10 @@ TEST_F(RealRecordings, ABackgroundCanBeNamed) {
 
 /// Of a hand that rolls a peanut: dithered, 15 Hz, several degrees per frame.
 TEST_F(RealRecordings, APeanutIsOneMapWithNearlyEveryFrameInIt) {
-  const test::ProgramResult result =
-      run({"reconstruct", (data / "clips/peanut").string(), "-o", (folder / "run").string(), "--config",
-           GELSLAM_CLIP_CONFIG, "--background", (data / "clips/background.png").string(), "--model",
-           (data / "calibration/model/nnmodel.pth").string()});
+  const test::ProgramResult result = test::gelslam(
+      {"reconstruct", (data / "clips/peanut").string(), "-o", (folder / "run").string(), "--config",
+       GELSLAM_CLIP_CONFIG, "--background", (data / "clips/background.png").string(), "--model",
+       (data / "calibration/model/nnmodel.pth").string()});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const auto report = nlohmann::json::parse(test::read_bytes(folder / "run/report.json"));
   EXPECT_LE(report.at("frames").at("not_in_mesh"), 1)

@@ -6,42 +6,24 @@
 #include "../sensor/raw_frames.hpp"
 #include "../support/data_folder.hpp"
 #include "../support/run_program.hpp"
-#include "gelslam/sensor/raw_log.hpp"
 
 namespace gelslam {
 namespace {
 
 namespace fs = std::filesystem;
-using test::data_folder;
-using test::ProgramResult;
-using test::TemporaryFolder;
+using namespace test;
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-ProgramResult gelslam(const std::vector<std::string>& arguments) {
-  return test::run_program(GELSLAM_PROGRAM, arguments);
-}
-
-std::vector<RawFrame> read_all(const fs::path& path) {
-  const auto log = open_raw_log(path);
-  std::vector<RawFrame> frames;
-  while (std::optional<RawFrame> frame = log->next()) frames.push_back(std::move(*frame));
-  return frames;
-}
 
 /// A log as a camera would make it: bluish top and reddish bottom, which start_check does not doubt.
 void write_source(const fs::path& path, int frames) {
   cv::Mat3b picture(240, 320);
   for (int v = 0; v < 240; ++v) picture.row(v).setTo(cv::Scalar(130 - v / 4.0, 105, 60 + v / 6.0));
   LogWriter writer(path, {"GelSight Mini of the test", "gain 3\n", "", ""}, 25);
-  RawFrame frame;
-  frame.width_px = 320;
-  frame.height_px = 240;
   for (int i = 0; i < frames; ++i) {
-    frame.time_s = 0.04 * i;
-    frame.sequence = i;
-    cv::imencode(".jpg", picture + cv::Scalar::all(i % 40), frame.bytes);  // no two in a row alike
-    ASSERT_TRUE(writer.write(frame));
+    std::vector<std::uint8_t> jpeg;
+    cv::imencode(".jpg", picture + cv::Scalar::all(i % 40), jpeg);  // no two in a row alike
+    ASSERT_TRUE(writer.write(raw_frame(FrameEncoding::jpeg, jpeg, picture.size(), i)));
   }
 }
 
@@ -54,7 +36,8 @@ TEST(Record, CopiesALogByteByByte) {
   EXPECT_EQ(result.out, "");
   EXPECT_THAT(result.err, HasSubstr("recorded 60 frames in 2.4 s (25.00 Hz), 0 lost by the camera"));
   EXPECT_THAT(result.err, Not(HasSubstr("doubt")));
-  const std::vector<RawFrame> a = read_all(folder / "a.mkv"), b = read_all(folder / "b.mkv");
+  const std::vector<RawFrame> a = read_all(*open_raw_log(folder / "a.mkv")),
+                              b = read_all(*open_raw_log(folder / "b.mkv"));
   ASSERT_EQ(a.size(), b.size());
   for (std::size_t i = 0; i < a.size(); ++i) {
     EXPECT_EQ(a[i].bytes, b[i].bytes);
@@ -93,20 +76,21 @@ TEST(Record, MistakesAreOneLineAndLeaveNothing) {
 TEST(Record, InfoSaysWhatIsInALog) {
   const TemporaryFolder folder;
   write_source(folder / "a.mkv", 30);
-  const std::string whole = test::read_bytes(folder / "a.mkv");
-  test::write_bytes(folder / "cut.mkv", whole.substr(0, whole.size() / 2));
+  const std::string whole = read_bytes(folder / "a.mkv");
+  write_bytes(folder / "cut.mkv", whole.substr(0, whole.size() / 2));
   const ProgramResult words = gelslam({"info", (folder / "a.mkv").string()});
   EXPECT_EQ(words.exit_code, 0) << words.out << words.err;
   for (const char* part : {"a recorded log", "30 frames over 1.16 s", "whole"})
     EXPECT_THAT(words.out, HasSubstr(part));
   const auto json = nlohmann::json::parse(gelslam({"info", (folder / "cut.mkv").string(), "--json"}).out);
   const auto readable = json.at("readable").get<std::string>();
-  EXPECT_THAT(readable, testing::StartsWith(std::to_string(read_all(folder / "cut.mkv").size()) + " frames"));
+  EXPECT_THAT(readable, testing::StartsWith(
+                            std::to_string(read_all(*open_raw_log(folder / "cut.mkv")).size()) + " frames"));
   EXPECT_THAT(json.at("problems").at(0).get<std::string>(), HasSubstr("of 30 frames"));
   EXPECT_EQ(gelslam({"info", (folder / "cut.mkv").string()}).exit_code, 1);
   const std::string shown = GELSLAM_PROGRAM " info " + (folder / "a.mkv").string();
-  EXPECT_THAT(test::on_terminal(shown), HasSubstr("100%  30/30"));
-  EXPECT_THAT(test::on_terminal(shown + " -q"), testing::Not(HasSubstr("30/30")));
+  EXPECT_THAT(on_terminal(shown), HasSubstr("100%  30/30"));
+  EXPECT_THAT(on_terminal(shown + " -q"), testing::Not(HasSubstr("30/30")));
 }
 
 }  // namespace

@@ -113,7 +113,7 @@ TEST(Replay, NobodyElseWritesToItsRun) {
   const TemporaryFolder folder;
   write_long_log(folder / "log", 1500);
   const std::string log = scan().log().string(), run = (folder / "run").string();
-  const pid_t first = start_program(replay({(folder / "log").string(), "-o", run, "-q"}));
+  const pid_t first = start_program(GELSLAM_PROGRAM, replay({(folder / "log").string(), "-o", run, "-q"}));
   while (!fs::exists(run + "/session.db")) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   const std::string who = "another program (gelslam, process " + std::to_string(first) + ") is writing to";
   expect_mistake(gelslam({"reconstruct", log, "-o", run, "--overwrite"}), who);
@@ -139,11 +139,6 @@ TEST(Replay, DoesNotReplaceTheRunThatHoldsItsLog) {
       gelslam(replay({(run / "log.mkv").string(), "-o", run.string(), "--overwrite"}));
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.err, HasSubstr("holds the input"));
-  EXPECT_TRUE(fs::exists(run / "log.mkv"));
-  for (const auto& other :
-       {replay({scan().log().string(), "-o", run.string(), "--overwrite"}),
-        std::vector<std::string>{"reconstruct", scan().log().string(), "-o", run.string(), "--overwrite"}})
-    expect_mistake(gelslam(other), "will not be overwritten, for it holds the recording log.mkv");
   EXPECT_TRUE(fs::exists(run / "log.mkv"));
   fs::remove(run / "log.mkv");
   EXPECT_EQ(gelslam(replay({scan().log().string(), "--every-frame", "-o", run.string(), "--overwrite", "-q"}))

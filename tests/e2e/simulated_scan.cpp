@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
-#include <sstream>
 #include <thread>
 
 #include "../support/database.hpp"
@@ -38,10 +37,6 @@ double processor_seconds(pid_t child) {
 
 }  // namespace
 
-ProgramResult gelslam(const std::vector<std::string>& arguments) {
-  return test::run_program(GELSLAM_PROGRAM, arguments);
-}
-
 void SimulatedScan::SetUp() {
   folder_ = std::make_unique<TemporaryFolder>();
   const ProgramResult scan = gelslam({"simulate", "scan", "--object", "peanut", "--motion", "wobble",
@@ -62,13 +57,6 @@ SimulatedScan& scan() {
   static auto* const environment =
       dynamic_cast<SimulatedScan*>(testing::AddGlobalTestEnvironment(new SimulatedScan));
   return *environment;
-}
-
-std::vector<std::string> lines_of(const std::string& text) {
-  std::istringstream stream(text);
-  std::vector<std::string> lines;
-  for (std::string line; std::getline(stream, line);) lines.push_back(line);
-  return lines;
 }
 
 void expect_complete(const fs::path& run) {
@@ -110,32 +98,8 @@ void write_long_log(const fs::path& folder, int frames) {
   }
 }
 
-pid_t start_program(const std::vector<std::string>& arguments, const fs::path& out) {
-  std::vector<char*> argv{const_cast<char*>(GELSLAM_PROGRAM)};
-  for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
-  argv.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  if (!out.empty()) posix_spawn_file_actions_addopen(&actions, 1, out.c_str(), O_WRONLY | O_CREAT, 0600);
-  pid_t child = 0;
-  const int failed = ::posix_spawn(&child, GELSLAM_PROGRAM, &actions, nullptr, argv.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (failed != 0) throw std::runtime_error("cannot start the program");
-  return child;
-}
-
-int exit_code_of(pid_t child) {
-  int status = 0;
-  ::waitpid(child, &status, 0);
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
-}
-
-int run_interrupted(const std::vector<std::string>& arguments, double after_s) {
-  return run_signalled(arguments, after_s, SIGINT);
-}
-
 int run_signalled(const std::vector<std::string>& arguments, double after_s, int signal) {
-  const pid_t child = start_program(arguments);
+  const pid_t child = start_program(GELSLAM_PROGRAM, arguments);
   for (double used = 0; used >= 0 && used < after_s; used = processor_seconds(child))
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   ::kill(child, signal);

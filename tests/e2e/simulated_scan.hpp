@@ -13,9 +13,6 @@ namespace gelslam::test {
 
 inline constexpr int kBackgroundFrames = 10, kScanFrames = 80;
 
-/// The built program.
-ProgramResult gelslam(const std::vector<std::string>& arguments);
-
 /// A peanut wobbled over a sensor that was calibrated on few presses. One for all tests of a process.
 class SimulatedScan : public testing::Environment {
  public:
@@ -32,8 +29,6 @@ class SimulatedScan : public testing::Environment {
 
 SimulatedScan& scan();
 
-std::vector<std::string> lines_of(const std::string& text);
-
 /// A run folder with all its files, which agree with each other.
 void expect_complete(const std::filesystem::path& run);
 
@@ -43,14 +38,8 @@ std::string saved_session(const std::filesystem::path& run);
 /// The scan to and fro, as a folder of pictures of any length.
 void write_long_log(const std::filesystem::path& folder, int frames);
 
-/// Starts the program and does not wait; its standard output goes to `out`, if that is given.
-pid_t start_program(const std::vector<std::string>& arguments, const std::filesystem::path& out = "");
-/// Waits for its end; minus the signal that ended it.
-int exit_code_of(pid_t child);
-
-/// Starts the program, asks it to stop (as Ctrl-C does) after `after_s` of processor time; its exit code.
-int run_interrupted(const std::vector<std::string>& arguments, double after_s);
-/// The same with any signal; minus its number when it ended the program.
+/// Starts the program and sends it a signal after `after_s` of processor time. Returns its exit code, or
+/// minus the signal that ended it.
 int run_signalled(const std::vector<std::string>& arguments, double after_s, int signal);
 
 }  // namespace gelslam::test

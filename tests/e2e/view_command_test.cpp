@@ -15,7 +15,7 @@ class ViewCommand : public testing::Test {
   void SetUp() override { write_run(folder_ / "RUN", 4); }
   ProgramResult view(std::vector<std::string> arguments) const {
     arguments.insert(arguments.begin(), "view");
-    return run_program(GELSLAM_PROGRAM, arguments);
+    return gelslam(arguments);
   }
   void expect_mistake(const std::vector<std::string>& arguments, const std::string& words) const {
     const ProgramResult result = view(arguments);

@@ -10,7 +10,6 @@
 #include <span>
 
 #include "../support/temporary_folder.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/core/npy.hpp"
 #include "gelslam/core/run_report.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
@@ -20,9 +19,7 @@ namespace gelslam {
 namespace {
 
 using nlohmann::json;
-using test::message_of;
-using test::TemporaryFolder;
-using test::write_bytes;
+using namespace test;
 using ::testing::HasSubstr;
 
 constexpr int kFrames = 40, kBackground = 10;
@@ -107,13 +104,13 @@ struct Scene {
   void write_report(const RunReport& report) const { write_bytes(run / "report.json", report_json(report)); }
 
   void write_meshes(int anchor) const {
-    const Mesh object = test::height_field(-5, 5, -5, 5, 60, &test::bumps);
+    const Mesh object = height_field(-5, 5, -5, 5, 60, &bumps);
     write_mesh(data / "gt_mesh.ply", object);
     write_mesh(run / "mesh.ply", transformed(object, true_pose(anchor).inverse() * kStart_T_object));
     std::vector<float> touched;
     for (int i = 0; i < 100; ++i) {
       const double x = -4.0 + 0.08 * i;
-      for (const double value : {x, 0.5 * x, test::bumps(x, 0.5 * x)})
+      for (const double value : {x, 0.5 * x, bumps(x, 0.5 * x)})
         touched.push_back(static_cast<float>(1e-3 * value));
     }
     write_npy(data / "touched.npy", {100, 3}, std::span<const float>(touched));
@@ -124,7 +121,7 @@ struct Scene {
     return evaluate(comparison, place_meshes(comparison));
   }
   std::string error() const {
-    return message_of<Error>([&] { evaluated(); });
+    return message_of([&] { evaluated(); });
   }
 };
 
@@ -219,7 +216,7 @@ TEST(Evaluate, DamagedTruthIsNoticed) {
   EXPECT_THAT(scene.error(), HasSubstr("not a rigid motion"));
   write_bytes(poses, "\x93NUMPY");
   EXPECT_NE(scene.error(), "nothing was thrown");
-  EXPECT_THAT(message_of<Error>([&] { read_ground_truth(scene.data / "none"); }), HasSubstr("no folder"));
+  EXPECT_THAT(message_of([&] { read_ground_truth(scene.data / "none"); }), HasSubstr("no folder"));
 }
 
 TEST(Evaluate, InterruptedRunsAndEmptyMeshesAreJudgedAsFarAsTheyGo) {

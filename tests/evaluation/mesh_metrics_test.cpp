@@ -9,10 +9,7 @@
 namespace gelslam {
 namespace {
 
-using test::bumps;
-using test::height_field;
-using test::joined;
-using test::plane;
+using namespace test;
 
 std::vector<Eigen::Vector3d> points_on(const Mesh& mesh, int count = 20'000) {
   std::vector<Eigen::Vector3d> points;

@@ -76,11 +76,8 @@ TEST(Simplify, VerticesKeepPlaceNormalAndConfidence) {
 }
 
 TEST(MeshPieces, TheLargestByAreaAlone) {
-  Mesh both = test::plane(0.0, 8, 2.0);
-  const Mesh large = test::plane(5.0, 3, 10.0);  // fewer triangles, more area
-  const auto offset = static_cast<int>(both.vertices_mm.size());
-  both.vertices_mm.insert(both.vertices_mm.end(), large.vertices_mm.begin(), large.vertices_mm.end());
-  for (const Eigen::Vector3i& t : large.triangles) both.triangles.push_back(t.array() + offset);
+  const Mesh small = test::plane(0.0, 8, 2.0), large = test::plane(5.0, 3, 10.0);  // fewer, but more area
+  Mesh both = test::joined(small, large);
   for (std::size_t i = 0; i < both.vertices_mm.size(); ++i) both.confidence.push_back(static_cast<float>(i));
   const MeshPieces pieces = find_pieces(both);
   EXPECT_THAT(pieces.area_mm2,
@@ -89,7 +86,7 @@ TEST(MeshPieces, TheLargestByAreaAlone) {
   const Mesh alone = largest_piece(both);
   EXPECT_EQ(alone.vertices_mm, large.vertices_mm);
   EXPECT_EQ(alone.triangles, large.triangles);
-  EXPECT_EQ(alone.confidence.front(), static_cast<float>(offset));
+  EXPECT_EQ(alone.confidence.front(), static_cast<float>(small.vertices_mm.size()));
 }
 
 }  // namespace

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <numbers>
+#include <utility>
 
 #include "gelslam/mesh/mesh.hpp"
 
@@ -65,6 +68,18 @@ inline Mesh joined(Mesh first, const Mesh& second) {
   first.vertices_mm.insert(first.vertices_mm.end(), second.vertices_mm.begin(), second.vertices_mm.end());
   for (const Eigen::Vector3i& t : second.triangles) first.triangles.emplace_back(t.array() + offset);
   return first;
+}
+
+/// Edges that are not used as often in one direction as in the other, or more than `most` times: none in a
+/// closed surface.
+inline int open_or_tangled_edges(const Mesh& mesh, int most = 1) {
+  std::map<std::pair<int, int>, int> edges;
+  for (const Eigen::Vector3i& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) ++edges[{t[k], t[(k + 1) % 3]}];
+  return static_cast<int>(std::ranges::count_if(edges, [&](const auto& edge) {
+    const auto back = edges.find({edge.first.second, edge.first.first});
+    return edge.second > most || back == edges.end() || back->second != edge.second;
+  }));
 }
 
 inline Mesh flipped(Mesh mesh) {

@@ -2,15 +2,12 @@
 #include <gtest/gtest.h>
 
 #include "../support/temporary_folder.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/evaluation/run_and_truth.hpp"
 
 namespace gelslam {
 namespace {
 
-using test::message_of;
-using test::TemporaryFolder;
-using test::write_bytes;
+using namespace test;
 using ::testing::HasSubstr;
 
 std::vector<StampedPose> read(const std::string& text) {
@@ -49,8 +46,7 @@ TEST(ReadTum, RefusesWhatIsNoTrajectory) {
       {std::string(100, '\0'), "eight"},
   };
   for (const auto& [text, why] : cases) {
-    EXPECT_THAT(message_of<Error>([&, &content = text] { read(content); }), HasSubstr(why))
-        << text.substr(0, 80);
+    EXPECT_THAT(message_of([&, &content = text] { read(content); }), HasSubstr(why)) << text.substr(0, 80);
   }
 }
 

@@ -5,9 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <map>
 #include <numbers>
-#include <utility>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
@@ -16,6 +14,7 @@
 namespace gelslam {
 namespace {
 
+using test::open_or_tangled_edges;
 using testing::Each;
 using testing::Ge;
 using testing::Gt;
@@ -30,24 +29,6 @@ constexpr double kEdgeMm = 2 * std::numbers::pi * kRadiusMm / kSlices;
 WatertightMesh watertight(const Mesh& mesh, bool close) {
   NoProgress silent;
   return make_watertight(mesh, close, silent);
-}
-
-/// How many triangles each edge has, by its direction: in a closed surface one each way.
-std::map<std::pair<int, int>, int> directed_edges(const Mesh& mesh) {
-  std::map<std::pair<int, int>, int> edges;
-  for (const Eigen::Vector3i& t : mesh.triangles)
-    for (int k = 0; k < 3; ++k) ++edges[{t[k], t[(k + 1) % 3]}];
-  return edges;
-}
-
-int open_or_tangled_edges(const Mesh& mesh) {
-  const std::map<std::pair<int, int>, int> edges = directed_edges(mesh);
-  int count = 0;
-  for (const auto& [edge, triangles] : edges) {
-    const auto back = edges.find({edge.second, edge.first});
-    count += triangles != 1 || back == edges.end() || back->second != 1;
-  }
-  return count;
 }
 
 /// The part of a mesh whose triangles have all corners where `where` says so.

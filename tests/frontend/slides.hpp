@@ -20,14 +20,6 @@ inline const Field& other_texture() {
   return field;
 }
 
-/// A small contact, so that a short slide outgrows it: 7.6 mm wide.
-inline View small_view() {
-  View view;
-  view.contact_width_px = 60;
-  view.contact_height_px = 50;
-  return view;
-}
-
 /// Where the sensor is in frame `i` of a slide of 0.4 mm and a twist of 0.7 degrees per frame.
 inline Pose on_the_way(int i) {
   return motion(0.3 * i, -0.2 * i, 0.7 * i, 0.4 * i, 0.05 * i, 0.4 + 0.01 * i);
@@ -45,8 +37,7 @@ inline SurfacePtr nothing() {
 inline Pose true_motion(int from, int to) { return on_the_way(from).inverse() * on_the_way(to); }
 
 inline void expect_pose(const Pose& found, const Pose& truth, int registrations) {
-  EXPECT_LT(gap(found, truth).deg, kStepDeg * registrations);
-  EXPECT_LT(gap(found, truth).mm, kStepMm * registrations);
+  expect_within(gap(found, truth), kStepDeg * registrations, kStepMm * registrations);
 }
 
 }  // namespace gelslam::test

@@ -62,9 +62,7 @@ TEST(TurningPoints, AMotionThatTurnsBackLeavesTheFrameWhereItDid) {
   EXPECT_EQ(link.previous->id, 0);
   EXPECT_EQ(turning_point->trial, 0);
   EXPECT_TRUE(static_cast<bool>(turning_point->reference));
-  const PoseGap error = gap(link.previous_T_this, place(0).inverse() * place(1.2));
-  EXPECT_LT(error.mm, 0.01);
-  EXPECT_LT(error.deg, 0.03);
+  expect_within(gap(link.previous_T_this, place(0).inverse() * place(1.2)), 0.03, 0.01);
   EXPECT_EQ(frame.keyframe->id, 0) << "tracking goes on as if nothing had been";
 }
 

@@ -18,7 +18,6 @@ using namespace test;  // NOLINT: the helpers of these tests
 
 constexpr double kRadiusMm = 6.0;
 const Errors kNoErrors{};
-const Errors kUsualErrors{0.006, 0.08, 0.03, 0.01};  // 0.35 degrees, 0.08 mm, 3 %, 0.01 mm
 
 PosedSurface shifted_along_sensor(PosedSurface patch, double distance_mm) {
   patch.map_T_keyframe.translation() += distance_mm * patch.map_T_keyframe.linear().col(2);

@@ -15,8 +15,6 @@ namespace {
 
 using namespace test;  // NOLINT: the helpers of these tests
 
-const Errors kUsualErrors{0.006, 0.08, 0.03, 0.01};  // 0.35 degrees, 0.08 mm, 3 %, 0.01 mm
-
 IncrementalOptions exact() {
   IncrementalOptions options;
   options.max_displacement_mm = options.max_scale_change = 0;

@@ -102,25 +102,15 @@ double stacked_share(const Mesh& mesh, double reach_mm) {
 
 Accuracy accuracy(const Mesh& mesh, const Shape& shape) {
   Accuracy result;
-  std::vector<double> errors;
+  const auto count = static_cast<double>(mesh.vertices_mm.size());
   for (std::size_t v = 0; v < mesh.vertices_mm.size(); ++v) {
     const Eigen::Vector3d p = mesh.vertices_mm[v].cast<double>();
-    const double d = surface_distance(shape, p);
-    errors.push_back(std::fabs(d));
-    result.bias_mm += d;
+    const double error_mm = std::fabs(surface_distance(shape, p));
+    result.mean_mm += error_mm / count;
+    result.max_mm = std::max(result.max_mm, error_mm);
     const double cosine = outward_normal(shape, p).dot(mesh.normals[v].cast<double>());
-    const double angle = std::acos(std::clamp(cosine, -1.0, 1.0));
-    result.normal_mean_rad += angle;
-    result.normal_max_rad = std::max(result.normal_max_rad, angle);
+    result.normal_mean_rad += std::acos(std::clamp(cosine, -1.0, 1.0)) / count;
   }
-  if (errors.empty()) return result;
-  const double n = static_cast<double>(errors.size());
-  std::sort(errors.begin(), errors.end());
-  result.mean_mm = std::accumulate(errors.begin(), errors.end(), 0.0) / n;
-  result.p90_mm = errors[errors.size() * 9 / 10];
-  result.max_mm = errors.back();
-  result.bias_mm /= n;
-  result.normal_mean_rad /= n;
   return result;
 }
 

@@ -24,9 +24,8 @@ MeshTopology topology(const Mesh& mesh);
 double stacked_share(const Mesh& mesh, double reach_mm);
 
 struct Accuracy {
-  double mean_mm = 0, p90_mm = 0, max_mm = 0;
-  double bias_mm = 0;  ///< signed mean, positive: the mesh is too large
-  double normal_mean_rad = 0, normal_max_rad = 0;
+  double mean_mm = 0, max_mm = 0;
+  double normal_mean_rad = 0;
 };
 Accuracy accuracy(const Mesh& mesh, const Shape& shape);
 

@@ -30,6 +30,8 @@ struct Errors {
   double height_noise_mm = 0;                   ///< per pixel, smoothed over a few pixels
 };
 
+inline constexpr Errors kUsualErrors{0.006, 0.08, 0.03, 0.01};  // 0.35 degrees, 0.08 mm, 3 %, 0.01 mm
+
 /// Deterministic standard normal numbers.
 class Gaussian {
  public:

@@ -30,8 +30,7 @@ class Methods : public testing::TestWithParam<Case> {
   std::shared_ptr<const Registrar> registrar() const { return make_registrar(GetParam().method, {}); }
   void expect_near(const RegistrationResult& found, const Pose& truth) const {
     EXPECT_TRUE(found.ok()) << describe(found.status) << " scr " << found.scr << " ccs " << found.ccs;
-    EXPECT_LT(gap(found.target_T_reference, truth).deg, GetParam().deg);
-    EXPECT_LT(gap(found.target_T_reference, truth).mm, GetParam().mm);
+    expect_within(gap(found.target_T_reference, truth), GetParam().deg, GetParam().mm);
   }
 };
 
@@ -76,8 +75,7 @@ TEST(Fpfh, NeedsNoStart) {
   for (const FpfhOptions& options : {FpfhOptions{}, tuned_fpfh()}) {
     const RegistrationResult found =
         make_fpfh(options)->prepare(a)->register_to(*b, motion(0, 0, 170, 3, 3, 0));
-    EXPECT_LT(gap(found.target_T_reference, a_T_b.inverse()).deg, 0.5);
-    EXPECT_LT(gap(found.target_T_reference, a_T_b.inverse()).mm, 0.05);
+    expect_within(gap(found.target_T_reference, a_T_b.inverse()), 0.5, 0.05);
   }
 }
 
@@ -91,8 +89,7 @@ TEST(FilterReg, LeavesOutWhatHasNoPartner) {
   FilterRegOptions options;
   options.outlier_share = 0.1;
   const RegistrationResult found = make_filter_reg(options)->prepare(a)->register_to(*b, Pose::Identity());
-  EXPECT_LT(gap(found.target_T_reference, a_T_b.inverse()).deg, 0.5);
-  EXPECT_LT(gap(found.target_T_reference, a_T_b.inverse()).mm, 0.05);
+  expect_within(gap(found.target_T_reference, a_T_b.inverse()), 0.5, 0.05);
 }
 
 TEST(JudgePose, KnowsRightFromWrongWithoutMovingThePose) {

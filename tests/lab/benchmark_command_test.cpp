@@ -19,7 +19,7 @@ ProgramResult benchmark(std::vector<std::string> arguments) {
 }
 
 void expect_lab_mistake(const ProgramResult& result, const std::string& words) {
-  test::expect_mistake(result, words, "gelslam-lab");
+  expect_mistake(result, words, "gelslam-lab");
 }
 
 TEST(BenchmarkCommand, ComparesMethodsOnThePublicLayout) {

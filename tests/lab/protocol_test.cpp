@@ -99,8 +99,7 @@ TEST(Keyframes, FollowTheTracker) {
   ASSERT_EQ(run.estimates().size(), 12U);
   for (const FrameEstimate& estimate : run.estimates()) {
     EXPECT_TRUE(estimate.tracked);
-    EXPECT_LT(gap(estimate.first_T_frame, estimate.true_first_T_frame).mm, 0.03);
-    EXPECT_LT(gap(estimate.first_T_frame, estimate.true_first_T_frame).deg, 0.1);
+    expect_within(gap(estimate.first_T_frame, estimate.true_first_T_frame), 0.1, 0.03);
   }
 }
 

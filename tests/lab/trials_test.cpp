@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "../support/temporary_folder.hpp"
-#include "gelslam/core/error.hpp"
 #include "public_trial.hpp"
 
 namespace gelslam {
@@ -14,7 +13,7 @@ using namespace test;
 using testing::HasSubstr;
 
 std::string problem_with(const std::filesystem::path& folder) {
-  return message_of<Error>([&] {
+  return message_of([&] {
     for (const BenchmarkTrial& trial : find_trials({folder})) open_trial(trial.folder)->next();
   });
 }

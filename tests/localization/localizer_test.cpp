@@ -7,25 +7,25 @@
 namespace gelslam {
 namespace {
 
+using namespace test;
+
 constexpr double kFrameS = 0.04;
 
 /// cos(k x) waves look the same after half a turn about the origin.
-Texture half_turn_texture(std::uint64_t seed) {
-  Texture texture = random_texture(seed);
-  for (Texture::Wave& wave : texture.waves) wave.phase = 0;
-  return texture;
+Field half_turn_texture(std::uint64_t seed) {
+  Waves texture = waves_of_any_place(seed);
+  for (Waves::Wave& wave : texture.waves) wave.phase = 0;
+  return relief(texture);
 }
 
-SurfacePtr feel(const Texture& texture, const Pose& map_T_sensor) {
-  return touch(texture, map_T_sensor, {70, 52});  // 9 x 7 mm
-}
+constexpr Contact kSmall{70, 52};  // 9 x 7 mm
 
 /// Patches 3 mm apart on a strip of the texture, twisted so that no row of pixels is like the touches'.
-std::vector<PosedSurface> map_of(const Texture& texture, double from_x_mm, double to_x_mm, int first_id = 0) {
+std::vector<PosedSurface> map_of(const Field& texture, double from_x_mm, double to_x_mm, int first_id = 0) {
   std::vector<PosedSurface> map;
   for (double x = from_x_mm; x <= to_x_mm; x += 3) {
     const Pose pose = place(x, 0, 7 * x, 2, -1);
-    map.push_back({first_id++, pose, feel(texture, pose)});
+    map.push_back({first_id++, pose, feel(texture, pose, kSmall)});
   }
   return map;
 }
@@ -34,12 +34,12 @@ struct Session {
   explicit Session(const std::vector<PosedSurface>& map)
       : localizer(std::make_shared<const SurfaceMap>(map, SlamOptions{}), SlamOptions{}) {}
 
-  LocalizedFrame at(const Texture& texture, const Pose& map_T_sensor) {
+  LocalizedFrame at(const Field& texture, const Pose& map_T_sensor) {
     const int now = frame++;
-    return localizer.process(now, now * kFrameS, feel(texture, map_T_sensor));
+    return localizer.process(now, now * kFrameS, feel(texture, map_T_sensor, kSmall));
   }
   void lift() {
-    auto bare = std::make_shared<Surface>(*touch({}, place(0, 0)));
+    auto bare = std::make_shared<Surface>(*feel(plane(), place(0, 0)));
     bare->contact_pixels = 0;
     bare->contact.setTo(0);
     const int now = frame++;
@@ -57,7 +57,7 @@ double error_mm(const PlaceHypothesis& found, const Pose& truth) {
 Pose half_turn() { return place(0, 0, 180) * Eigen::Translation3d(0, 0, -0.3); }
 
 TEST(Localizer, FindsThePlaceAtTheFirstTouch) {
-  const Texture texture = random_texture(1);
+  const Field texture = random_texture(1);
   Session session(map_of(texture, -9, 9));
   for (const Pose& truth : {place(5.1, 0.7, 120, -3, 4), place(-7.3, -1, -75, 1, 2)}) {
     const LocalizedFrame found = session.at(texture, truth);
@@ -69,7 +69,7 @@ TEST(Localizer, FindsThePlaceAtTheFirstTouch) {
 }
 
 TEST(Localizer, SaysHowWrongThePoseMayBe) {
-  const Texture texture = random_texture(2);
+  const Field texture = random_texture(2);
   Session session(map_of(texture, -3, 3));
   const Pose truth = place(0.9, 0.4, 33, 2, 2);
   const LocalizedFrame found = session.at(texture, truth);
@@ -84,7 +84,7 @@ TEST(Localizer, SaysHowWrongThePoseMayBe) {
 
 TEST(Localizer, AnotherObjectIsNotInTheMap) {
   Session session(map_of(random_texture(3), -3, 3));
-  const Texture other = random_texture(4);
+  const Field other = random_texture(4);
   for (int k = 0; k < 4; ++k) {
     const LocalizedFrame found = session.at(other, place(0.3 * k, 0, 3 * k));
     EXPECT_EQ(found.status, PlaceStatus::unknown);
@@ -98,18 +98,13 @@ TEST(Localizer, AnotherObjectIsNotInTheMap) {
 TEST(Localizer, AFrameThatFitsALittleWorseSaysNothingAgainstThePlace) {
   int localized = 0;
   for (std::uint64_t seed = 20; seed < 28; ++seed) {
-    const Texture texture = random_texture(seed);
-    Texture of_map = texture;
-    for (Texture::Wave wave : random_texture(seed + 100).waves) {
-      wave.amplitude_mm *= 0.6;
-      of_map.waves.push_back(wave);
-    }
+    const Field texture = random_texture(seed), of_map = together(texture, random_texture(seed + 100, 0.09));
     Session session(map_of(of_map, -3, 3));
     double most = 0;
     for (int k = 0; k < 8; ++k) {
       const int now = session.frame++;
       const LocalizedFrame found = session.localizer.process(
-          now, now * kFrameS, touch(texture, place(0.5, 0.3, 20), {42.0 + 4 * k, 32.0 + 3 * k}));
+          now, now * kFrameS, feel(texture, place(0.5, 0.3, 20), {42.0 + 4 * k, 32.0 + 3 * k}));
       if (found.hypotheses.size() != 1) continue;
       EXPECT_GE(found.hypotheses.front().probability, most - 1e-3) << "seed " << seed << " frame " << k;
       most = found.hypotheses.front().probability;
@@ -121,14 +116,14 @@ TEST(Localizer, AFrameThatFitsALittleWorseSaysNothingAgainstThePlace) {
 
 // A smooth ball looks the same everywhere, also in its own map.
 TEST(Localizer, ASmoothSurfaceIsNeverLocalized) {
-  const Texture ball = {{{2 * M_PI / 80, 0, 0, 8}, {0, 2 * M_PI / 80, 0, 8}}};
+  const Field ball = [](const Eigen::Vector3d& p) { return sphere(20)(p - 20 * Eigen::Vector3d::UnitZ()); };
   Session session(map_of(ball, -3, 3));
   for (int k = 0; k < 5; ++k)
     EXPECT_NE(session.at(ball, place(0.1 * k, 0.2, 2 * k)).status, PlaceStatus::localized);
 }
 
 TEST(Localizer, ASymmetricObjectHasTwoEqualHypothesesHoweverLongItIsRolled) {
-  const Texture texture = half_turn_texture(5);
+  const Field texture = half_turn_texture(5);
   Session session(map_of(texture, -9, 9));
   for (int k = 0; k < 15; ++k) {
     const Pose truth = place(2.5 + 0.3 * k, 0.5, 10 + 2 * k);
@@ -144,7 +139,7 @@ TEST(Localizer, ASymmetricObjectHasTwoEqualHypothesesHoweverLongItIsRolled) {
 
 // Two places look alike, but what lies beside them does not.
 TEST(Localizer, RollingOnDecidesBetweenHypotheses) {
-  const Texture texture = half_turn_texture(6);
+  const Field texture = half_turn_texture(6);
   std::vector<PosedSurface> map = map_of(random_texture(7), -12, -6);
   for (const PosedSurface& patch : map_of(texture, -3, 12, 100)) map.push_back(patch);
   Session session(map);
@@ -158,7 +153,7 @@ TEST(Localizer, RollingOnDecidesBetweenHypotheses) {
 }
 
 TEST(Localizer, ThePoseInTheMapDoesNotDrift) {
-  const Texture texture = random_texture(8);
+  const Field texture = random_texture(8);
   Session session(map_of(texture, -6, 6));
   double first_mm = 0, last_mm = 0;
   constexpr int kFrames = 60;
@@ -173,7 +168,7 @@ TEST(Localizer, ThePoseInTheMapDoesNotDrift) {
 }
 
 TEST(Localizer, BeyondTheMapItSaysSoAndComesBack) {
-  const Texture texture = random_texture(9);
+  const Field texture = random_texture(9);
   Session session(map_of(texture, -6, 0));
   std::vector<PlaceStatus> states;
   for (int k = 0; k <= 60; ++k) {
@@ -190,10 +185,11 @@ TEST(Localizer, BeyondTheMapItSaysSoAndComesBack) {
 }
 
 TEST(SurfaceMap, LooksAlikeWhereItIsSymmetric) {
-  const Texture texture = half_turn_texture(5);
+  const Field texture = half_turn_texture(5);
   const SurfaceMap map(map_of(texture, -9, 9), {});
   const Pose truth = place(5.1, 0.7, 120, -1, 1), other = half_turn() * truth;
-  const MapFit fit = map.fit(NormalFlowReference(feel(texture, truth), {}), truth, PlacePrior::known, 0.1);
+  const MapFit fit =
+      map.fit(NormalFlowReference(feel(texture, truth, kSmall), {}), truth, PlacePrior::known, 0.1);
   ASSERT_TRUE(fit.ok());
   const std::vector<Pose> places = map.look_alikes(fit);
   for (const Pose& expected : {truth, other})
@@ -207,11 +203,11 @@ TEST(SurfaceMap, LooksAlikeWhereItIsSymmetric) {
 }
 
 TEST(SurfaceMap, ATouchFarFromTheMapIsNotCoveredWhateverTheLimit) {
-  const Texture texture = random_texture(1);
+  const Field texture = random_texture(1);
   SlamOptions options;
   options.verification.curvature.min_scr = 0;
   const SurfaceMap map(map_of(texture, 0, 3), options);
-  const NormalFlowReference touch(feel(texture, place(0, 0)), options.registration);
+  const NormalFlowReference touch(feel(texture, place(0, 0), kSmall), options.registration);
   EXPECT_FALSE(map.fit(touch, place(500, 0), PlacePrior::known, 1.0).covered);
 }
 

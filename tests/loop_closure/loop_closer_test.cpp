@@ -9,28 +9,24 @@
 namespace gelslam {
 namespace {
 
+using namespace test;
+
 /// A pose that came from elsewhere, verified as a place.
 std::optional<PoseGraphEdge> verify_guess(const Keyframe& older, const Keyframe& newer,
                                           const Pose& older_T_newer) {
   return verify_loop(older, newer, {older_T_newer, PlacePrior::suspected}, {}, {});
 }
 
-struct PoseError {
-  double deg, mm;
-};
-
-PoseError error_of(const PoseGraphEdge& loop, const Pose& map_T_from, const Pose& map_T_to) {
-  const Pose error = loop.from_T_to.inverse() * map_T_from.inverse() * map_T_to;
-  return {rotation_angle_rad(error) / kDegree, error.translation().norm()};
+PoseGap error_of(const PoseGraphEdge& loop, const Pose& map_T_from, const Pose& map_T_to) {
+  return gap(loop.from_T_to, map_T_from.inverse() * map_T_to);
 }
 
 // Trials of one keyframe each: nothing but the place joins them.
-std::vector<PoseGraphEdge> visit(LoopCloser& closer, const Texture& texture,
-                                 const std::vector<Pose>& places) {
+std::vector<PoseGraphEdge> visit(LoopCloser& closer, const Field& texture, const std::vector<Pose>& places) {
   std::vector<PoseGraphEdge> all;
   for (std::size_t i = 0; i < places.size(); ++i) {
     const int id = static_cast<int>(i);
-    for (const PoseGraphEdge& loop : closer.add(keyframe(id, id, touch(texture, places[i]))))
+    for (const PoseGraphEdge& loop : closer.add(keyframe(id, id, feel(texture, places[i]))))
       all.push_back(loop);
   }
   return all;
@@ -43,9 +39,8 @@ TEST(LoopCloser, FindsAPlaceAgainAcrossTrialsWithTheRightPose) {
   ASSERT_EQ(loops.size(), 1u);
   EXPECT_EQ(loops[0].from, 0);
   EXPECT_EQ(loops[0].to, 3);
-  const PoseError error = error_of(loops[0], places[0], places[3]);
-  EXPECT_LT(error.deg, 0.5);  // without noise registration is good to a fraction of a pixel over the contact
-  EXPECT_LT(error.mm, kPitchMm / 2);
+  // without noise registration is good to a fraction of a pixel over the contact
+  expect_within(error_of(loops[0], places[0], places[3]), 0.5, kPitchMm / 2);
 }
 
 TEST(LoopCloser, FindsAPlaceTurnedUpsideDownInTheImage) {
@@ -71,90 +66,88 @@ TEST(LoopCloser, ARepeatedPatternClaimsNothing) {
 
 // Not the last one: a turning point may lie between.
 TEST(LoopCloser, SkipsTheKeyframeThatOdometryLinksItToOnly) {
-  const Texture texture = random_texture(4);
+  const Field texture = random_texture(4);
   {
     LoopCloser closer({});
-    EXPECT_TRUE(closer.add(keyframe(0, 0, touch(texture, place(0, 0)))).empty());
-    EXPECT_TRUE(closer.add(keyframe(1, 0, touch(texture, place(0.3, 0))), 0).empty());
-    const std::vector<PoseGraphEdge> loops = closer.add(keyframe(2, 0, touch(texture, place(0.6, 0))), 0);
+    EXPECT_TRUE(closer.add(keyframe(0, 0, feel(texture, place(0, 0)))).empty());
+    EXPECT_TRUE(closer.add(keyframe(1, 0, feel(texture, place(0.3, 0))), 0).empty());
+    const std::vector<PoseGraphEdge> loops = closer.add(keyframe(2, 0, feel(texture, place(0.6, 0))), 0);
     ASSERT_EQ(loops.size(), 1u);
     EXPECT_EQ(loops[0].from, 1);
   }
   LoopCloser closer({});
-  closer.add(keyframe(0, 0, touch(texture, place(0, 0))));
-  EXPECT_EQ(closer.add(keyframe(1, 1, touch(texture, place(0.3, 0)))).size(), 1u);
+  closer.add(keyframe(0, 0, feel(texture, place(0, 0))));
+  EXPECT_EQ(closer.add(keyframe(1, 1, feel(texture, place(0.3, 0)))).size(), 1u);
 }
 
 TEST(LoopCloser, NeighborsDoNotCrowdOutAPlaceFoundAgain) {
-  const Texture texture = random_texture(4);
+  const Field texture = random_texture(4);
   LoopClosureOptions options;
   options.max_constraints = 3;  // and one neighbor
   LoopCloser closer(options);
-  closer.add(keyframe(0, 0, touch(texture, place(0, 0))));
+  closer.add(keyframe(0, 0, feel(texture, place(0, 0))));
   std::vector<PoseGraphEdge> loops;
-  for (int i = 1; i < 12; ++i) loops = closer.add(keyframe(i, 1, touch(texture, place(12 - i, 0))), i - 1);
+  for (int i = 1; i < 12; ++i) loops = closer.add(keyframe(i, 1, feel(texture, place(12 - i, 0))), i - 1);
   ASSERT_EQ(loops.size(), 2u);
   EXPECT_EQ(loops[0].from, 0);
   EXPECT_EQ(loops[1].from, 9);
 }
 
 TEST(LoopCloser, VerifiesAGuessFromElsewhereAndRefusesAWrongOne) {
-  const Texture texture = random_texture(7);
+  const Field texture = random_texture(7);
   const Pose first = place(0, 0), second = place(0.8, 0.5, 10, 2, 1);
-  const Keyframe older = keyframe(3, 0, touch(texture, first)),
-                 newer = keyframe(9, 1, touch(texture, second));
+  const Keyframe older = keyframe(3, 0, feel(texture, first)), newer = keyframe(9, 1, feel(texture, second));
   const Pose off = se3_exp((Vector6d() << 0.02, -0.02, 0.03, 0.1, -0.1, 0.05).finished());
   const std::optional<PoseGraphEdge> loop = verify_guess(older, newer, first.inverse() * second * off);
   ASSERT_TRUE(loop);
   EXPECT_EQ(loop->from, 3);
   EXPECT_EQ(loop->to, 9);
   EXPECT_LT(error_of(*loop, first, second).deg, 0.5);
-  EXPECT_FALSE(verify_guess(older, keyframe(10, 1, touch(texture, place(25, 8))), Pose::Identity()));
+  EXPECT_FALSE(verify_guess(older, keyframe(10, 1, feel(texture, place(25, 8))), Pose::Identity()));
 }
 
 // The same place by its texture, but one of the two shows bare gel where the other was pressed in: both
 // cannot be.
 TEST(LoopCloser, BareGelWhereTheObjectShouldBeRefutesALoop) {
-  const Texture texture = random_texture(7);
+  const Field texture = random_texture(7);
   const Pose first = place(0, 0), second = place(0.8, 0.5, 10, 2, 1);
-  const SurfacePtr whole = touch(texture, second);
+  const SurfacePtr whole = feel(texture, second);
   const auto half = std::make_shared<Surface>(*whole);
   half->contact = whole->contact.clone();
   half->height_mm = whole->height_mm.clone();
   const cv::Rect left(0, 0, 130, 240);
   half->contact(left) = 0;
   half->contact_pixels = cv::countNonZero(half->contact);
-  const Keyframe older = keyframe(0, 0, touch(texture, first));
+  const Keyframe older = keyframe(0, 0, feel(texture, first));
   const Pose guess = first.inverse() * second;
   EXPECT_TRUE(
       verify_guess(older, keyframe(1, 1, half), guess));  // pressed there, though not counted as contact
   half->height_mm(left) = 0.0F;
   EXPECT_FALSE(verify_guess(older, keyframe(1, 1, half), guess));
-  EXPECT_FALSE(verify_guess(keyframe(0, 0, half), keyframe(1, 1, touch(texture, first)), guess.inverse()));
+  EXPECT_FALSE(verify_guess(keyframe(0, 0, half), keyframe(1, 1, feel(texture, first)), guess.inverse()));
 }
 
 // A first touch shows little, and a later contact may hold all of it: which one is asked must not matter.
 TEST(LoopCloser, ASmallContactInALargeOneIsFoundWhicheverCameFirst) {
-  const Texture texture = random_texture(7);
+  const Field texture = random_texture(7);
   const Contact small{40, 32};
   const Pose first = place(0, 0), second = place(0.8, 0.5, 10, 2, 1);
   const auto loop = [&](const Contact& a, const Contact& b) {
-    return verify_guess(keyframe(0, 0, touch(texture, first, a)), keyframe(1, 1, touch(texture, second, b)),
+    return verify_guess(keyframe(0, 0, feel(texture, first, a)), keyframe(1, 1, feel(texture, second, b)),
                         first.inverse() * second);
   };
   for (const auto& found : {loop(small, {}), loop({}, small)}) {
     ASSERT_TRUE(found);
-    EXPECT_LT(error_of(*found, first, second).deg, 0.5);
-    EXPECT_LT(error_of(*found, first, second).mm, kPitchMm / 2);
+    expect_within(error_of(*found, first, second), 0.5, kPitchMm / 2);
   }
 }
 
 // A constraint becomes an edge as it is, so its information must be one.
 TEST(LoopCloser, InformationIsSymmetricAndPositive) {
-  const Texture texture = random_texture(8);
+  const Field texture = random_texture(8);
   const Pose pose = place(0.3, 0, 40, 8, 0);
   const std::optional<PoseGraphEdge> loop =
-      verify_guess(keyframe(0, 0, touch(texture, place(0, 0))), keyframe(1, 1, touch(texture, pose)),
+      verify_guess(keyframe(0, 0, feel(texture, place(0, 0))), keyframe(1, 1, feel(texture, pose)),
                    place(0, 0).inverse() * pose);
   ASSERT_TRUE(loop);
   EXPECT_LT((loop->information - loop->information.transpose()).norm(), 1e-9 * loop->information.norm());
@@ -165,7 +158,7 @@ TEST(LoopCloser, InformationIsSymmetricAndPositive) {
 // Two balls are the same at every pose: registration is content, the texture (sensor noise) is not.
 TEST(LoopCloser, ABallIsNoEvidence) {
   const auto ball = [](std::uint64_t noise_seed) {
-    const SurfacePtr smooth = touch(Texture{}, place(0, 0));
+    const SurfacePtr smooth = feel(plane(), place(0, 0));
     auto surface = std::make_shared<Surface>(*smooth);
     surface->normals = smooth->normals.clone();
     surface->curvature = smooth->curvature.clone();
@@ -190,7 +183,7 @@ TEST(LoopCloser, RefusesNonsense) {
   options.min_sift_inliers = 1;
   EXPECT_THROW(LoopCloser{options}, Error);
   LoopCloser closer({});
-  const SurfacePtr surface = touch(random_texture(1), place(0, 0));
+  const SurfacePtr surface = feel(random_texture(1), place(0, 0));
   closer.add(keyframe(5, 0, surface));
   EXPECT_THROW(closer.add(keyframe(5, 0, surface)), Error);
 }

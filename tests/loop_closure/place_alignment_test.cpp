@@ -11,6 +11,7 @@ namespace gelslam {
 namespace {
 
 using namespace loop_closure::detail;
+using namespace test;
 
 // ---- matching and rigid arrangement on made-up features ----
 
@@ -29,24 +30,24 @@ PlaceFeatures random_features(int count, std::uint64_t seed) {
 
 // The same texture a quarter as deep has the same places on it.
 TEST(ExtractFeatures, FindsShallowTextureToo) {
-  const int deep = extract_features(*touch(random_texture(6, 0.2), place(0, 0)), {}).size();
-  const int shallow = extract_features(*touch(random_texture(6, 0.05), place(0, 0)), {}).size();
+  const int deep = extract_features(*feel(random_texture(6, 0.2), place(0, 0)), {}).size();
+  const int shallow = extract_features(*feel(random_texture(6, 0.05), place(0, 0)), {}).size();
   EXPECT_GT(shallow, deep / 2);
 }
 
 TEST(ExtractFeatures, ASmoothSurfaceHasNone) {
-  EXPECT_EQ(extract_features(*touch(Texture{}, place(0, 0)), {}).size(), 0);
-  EXPECT_EQ(extract_features(*touch(random_texture(6, 0.002), place(0, 0)), {}).size(), 0);
-  EXPECT_EQ(extract_features(*touch(random_texture(6), place(0, 0), {0, 0}), {}).size(), 0);
+  EXPECT_EQ(extract_features(*feel(plane(), place(0, 0)), {}).size(), 0);
+  EXPECT_EQ(extract_features(*feel(random_texture(6, 0.002), place(0, 0)), {}).size(), 0);
+  EXPECT_EQ(extract_features(*feel(random_texture(6), place(0, 0), {0, 0}), {}).size(), 0);
 }
 
 // ---- what two surfaces say about their overlap ----
 
 TEST(Overlap, AgreesAtTheTrueTransformOnly) {
-  const Texture texture = random_texture(11);
+  const Field texture = random_texture(11);
   const Pose second = place(1.5, -0.4, 70, 3, 5);
-  const SurfacePtr older = touch(texture, place(0, 0));
-  const NormalFlowReference newer(touch(texture, second), {});
+  const SurfacePtr older = feel(texture, place(0, 0));
+  const NormalFlowReference newer(feel(texture, second), {});
   const Pose truth = place(0, 0).inverse() * second;
   const RegistrationResult right = judge_pose(newer, *older, truth, {});
   EXPECT_TRUE(verify_registered(newer, *older, right, PlacePrior::none, {}).ok());
@@ -65,10 +66,10 @@ TEST(Overlap, AgreesAtTheTrueTransformOnly) {
 
 // Heights of a model whose slopes err three times as much differ by more at the right place, too.
 TEST(Overlap, HeightsHaveToAgreeAsFarAsTheModelIsKnown) {
-  const Texture texture = random_texture(11);
+  const Field texture = random_texture(11);
   const Pose second = place(1.5, -0.4, 70, 3, 5), truth = place(0, 0).inverse() * second;
   const auto lies_deeper_by = [&](double gap_mm, double older_sigma, double newer_sigma) {
-    Surface older = *touch(texture, place(0, 0)), newer = *touch(texture, second);
+    Surface older = *feel(texture, place(0, 0)), newer = *feel(texture, second);
     older.height_mm -= gap_mm;
     older.model_sigma = older_sigma;
     newer.model_sigma = newer_sigma;
@@ -87,10 +88,10 @@ TEST(Overlap, HeightsHaveToAgreeAsFarAsTheModelIsKnown) {
 // ---- repeated patterns ----
 
 TEST(SelfSimilarity, TellsAPatternFromATexture) {
-  EXPECT_GT(self_similarity(*touch(grid_texture(), place(0.3, 0.2, 20))), 0.95);
-  EXPECT_LT(self_similarity(*touch(random_texture(3), place(0, 0))), 0.6);
-  EXPECT_EQ(self_similarity(*touch(Texture{}, place(0, 0))), 0.0);
-  EXPECT_EQ(self_similarity(*touch(grid_texture(), place(0, 0), {0, 0})), 0.0);
+  EXPECT_GT(self_similarity(*feel(grid_texture(), place(0.3, 0.2, 20))), 0.95);
+  EXPECT_LT(self_similarity(*feel(random_texture(3), place(0, 0))), 0.6);
+  EXPECT_EQ(self_similarity(*feel(plane(), place(0, 0))), 0.0);
+  EXPECT_EQ(self_similarity(*feel(grid_texture(), place(0, 0), {0, 0})), 0.0);
 }
 
 // ---- retrieval ----

@@ -4,14 +4,11 @@
 #include <assimp/scene.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <array>
 #include <assimp/Importer.hpp>
 #include <cmath>
 #include <cstring>
-#include <fstream>
-#include <sstream>
 #include <string>
 
 #include "../support/temporary_folder.hpp"
@@ -21,30 +18,17 @@ namespace gelslam {
 namespace {
 
 namespace fs = std::filesystem;
+using namespace test;
 
 class MeshIo : public ::testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("gelslam_mesh_io_" + std::to_string(::getpid()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   fs::path file(const std::string& name) const { return folder_ / name; }
   fs::path file_with(const std::string& name, const std::string& bytes) const {
-    std::ofstream(file(name), std::ios::binary) << bytes;
+    write_bytes(file(name), bytes);
     return file(name);
   }
-  fs::path folder_;
+  const TemporaryFolder folder_;
 };
-
-std::string bytes_of(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream out;
-  out << in.rdbuf();
-  return out.str();
-}
 
 /// A tetrahedron about 10 mm large with numbers that are not exact in binary.
 Mesh tetrahedron() {
@@ -125,7 +109,7 @@ TEST_F(MeshIo, GlbHasTheSurfaceTurnedTowardTheViewerAndLinearColors) {
 
 TEST_F(MeshIo, FilesWithoutANoteAreInTheirUsualUnit) {
   write_mesh(file("m.stl"), tetrahedron(), LengthUnit::millimeter);
-  std::string bytes = bytes_of(file("m.stl"));
+  std::string bytes = read_bytes(file("m.stl"));
   bytes.replace(0, 80, std::string(80, ' '));
   const fs::path theirs = file_with("theirs.stl", bytes);
   EXPECT_EQ(noted_unit(theirs), std::nullopt);
@@ -141,7 +125,7 @@ TEST_F(MeshIo, ProgramsThatReadStlAndObjExpectMillimeters) {
 
 TEST_F(MeshIo, StlsWithATailOrInCapitalsAreRead) {
   write_mesh(file("good.stl"), tetrahedron());
-  const std::string whole = bytes_of(file("good.stl"));
+  const std::string whole = read_bytes(file("good.stl"));
   EXPECT_EQ(bytes_behind_mesh(file("good.stl")), 0u);
   for (const char* header : {"", "solid of another program"}) {
     const std::string headed = header + whole.substr(std::strlen(header)) + std::string(7, 'x');
@@ -205,12 +189,7 @@ TEST_F(MeshIo, HostilePlyIsRefused) {
 
 TEST_F(MeshIo, VerticesThatCannotBeAreRefusedInEveryFormat) {
   const auto refused = [&](const std::string& name, const std::string& bytes) {
-    try {
-      read_mesh(file_with(name, bytes), 1.0);
-    } catch (const Error& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return message_of([&] { read_mesh(file_with(name, bytes), 1.0); });
   };
   const std::string head =
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
@@ -219,7 +198,7 @@ TEST_F(MeshIo, VerticesThatCannotBeAreRefusedInEveryFormat) {
   EXPECT_THAT(refused("far.obj", "v 0 0 0\nv 1e38 0 0\nv 0 1 0\nf 1 2 3\n"), ::testing::HasSubstr("unit"));
   write_mesh(file("good.stl"), tetrahedron());
   for (const auto& [value, words] : {std::pair{1e38F, "unit"}, {std::nanf(""), "not finite"}}) {
-    std::string bytes = bytes_of(file("good.stl"));
+    std::string bytes = read_bytes(file("good.stl"));
     std::memcpy(bytes.data() + 84 + 12, &value, sizeof value);  // the first triangle's first x
     EXPECT_THAT(refused("bad.stl", bytes), ::testing::HasSubstr(words));
   }
@@ -227,10 +206,9 @@ TEST_F(MeshIo, VerticesThatCannotBeAreRefusedInEveryFormat) {
 
 TEST_F(MeshIo, MistakesAreNamed) {
   EXPECT_THROW(read_mesh(file("absent.ply")), Error);
-  EXPECT_THROW(read_mesh(folder_), Error);
-  EXPECT_THAT(
-      test::message_of<Error>([&] { read_mesh(file_with("lfs.stl", std::string(test::kLfsPointer))); }),
-      ::testing::HasSubstr(test::kLfsAdvice));
+  EXPECT_THROW(read_mesh(folder_.path()), Error);
+  EXPECT_THAT(message_of([&] { read_mesh(file_with("lfs.stl", std::string(kLfsPointer))); }),
+              ::testing::HasSubstr(kLfsAdvice));
   EXPECT_THROW(read_mesh(file_with("mesh.txt", "hello")), Error);
   EXPECT_THROW(read_mesh(file_with("text.obj", "hello\n")), Error);
   EXPECT_THROW(read_mesh(file_with("text.stl", "hello\n")), Error);

@@ -33,13 +33,11 @@ TEST(CoarseStart, FindsMotionsThatNormalFlowAloneDoesNot) {
     const Pose truth = jump.inverse() * kAtRest;
     const std::vector<Pose> starts = coarse_starts(*reference, *target, Pose::Identity());
     ASSERT_FALSE(starts.empty());
-    const PoseGap start = gap_at(starts.front(), truth, truth.inverse() * Eigen::Vector3d(0, 0, -0.4));
-    EXPECT_LT(start.mm, kStartMm);
-    EXPECT_LT(start.deg, kStartDeg);
+    expect_within(gap_at(starts.front(), truth, truth.inverse() * Eigen::Vector3d(0, 0, -0.4)), kStartDeg,
+                  kStartMm);
     const RegistrationResult found = register_normal_flow(prepared, *target, starts.front(), options);
     EXPECT_TRUE(found.ok());
-    EXPECT_LT(gap(found.target_T_reference, truth).mm, 0.02);
-    EXPECT_LT(gap(found.target_T_reference, truth).deg, 0.1);
+    expect_within(gap(found.target_T_reference, truth), 0.1, 0.02);
     EXPECT_FALSE(register_normal_flow(prepared, *target, Pose::Identity(), options).ok())
         << "no need to look";
   }
@@ -52,9 +50,8 @@ TEST(CoarseStart, TheWayBackIsTheInverse) {
                           back = coarse_starts(*there, *here, Pose::Identity());
   ASSERT_FALSE(out.empty());
   ASSERT_FALSE(back.empty());
-  const PoseGap both = gap_at(out.front() * back.front(), Pose::Identity(), {0, 0, -0.4});
-  EXPECT_LT(both.mm, 2 * kStartMm);
-  EXPECT_LT(both.deg, 2 * kStartDeg);
+  expect_within(gap_at(out.front() * back.front(), Pose::Identity(), {0, 0, -0.4}), 2 * kStartDeg,
+                2 * kStartMm);
 }
 
 TEST(CoarseStart, LooksAboutTheTwistThatIsExpected) {

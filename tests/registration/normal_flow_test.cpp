@@ -24,9 +24,7 @@ RegistrationResult register_pair(const SurfacePtr& reference, const Surface& tar
 
 void expect_near(const RegistrationResult& result, const Pose& truth, double deg, double mm) {
   EXPECT_TRUE(result.ok()) << describe(result.status);
-  const PoseGap error = gap(result.target_T_reference, truth);
-  EXPECT_LT(error.deg, deg);
-  EXPECT_LT(error.mm, mm);
+  expect_within(gap(result.target_T_reference, truth), deg, mm);
 }
 
 TEST(NormalFlow, FollowsAnObjectAcrossThePictureOfANearCamera) {
@@ -126,9 +124,8 @@ TEST_P(KnownMotions, AreRecoveredForwardInverseAndComposed) {
   expect_near(inverse, a_T_b.inverse(), kExactDeg, kExactMm);
   expect_near(next, b_T_c, kExactDeg, kExactMm);
   expect_near(whole, a_T_b * b_T_c, kExactDeg, kExactMm);
-  const PoseGap loop = gap(forward.target_T_reference * next.target_T_reference, whole.target_T_reference);
-  EXPECT_LT(loop.deg, 2 * kExactDeg);
-  EXPECT_LT(loop.mm, 2 * kExactMm);
+  expect_within(gap(forward.target_T_reference * next.target_T_reference, whole.target_T_reference),
+                2 * kExactDeg, 2 * kExactMm);
 }
 
 TEST_P(KnownMotions, AreRecoveredUnderNoise) {

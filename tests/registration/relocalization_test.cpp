@@ -37,8 +37,7 @@ TEST(Relocalization, FindsMotionsThatNormalFlowAloneDoesNot) {
     const Search s = search(textured_plane(7), moved);
     EXPECT_FALSE(s.alone.ok()) << "no need to look";
     EXPECT_TRUE(s.place.ok());
-    EXPECT_LT(s.place_off.mm, 0.02);
-    EXPECT_LT(s.place_off.deg, 0.1);
+    expect_within(s.place_off, 0.1, 0.02);
   }
 }
 
@@ -47,8 +46,7 @@ TEST(Relocalization, PutsAStepRightThatSettledABumpFurther) {
   ASSERT_TRUE(s.alone.ok()) << "the gates see it";
   ASSERT_GT(s.alone_off.mm, 1.0);
   EXPECT_TRUE(s.place.ok());
-  EXPECT_LT(s.place_off.mm, 0.02);
-  EXPECT_LT(s.place_off.deg, 0.1);
+  expect_within(s.place_off, 0.1, 0.02);
 }
 
 TEST(Relocalization, SaysSoWhenSeveralPlacesAgreeAsWell) {

@@ -10,8 +10,7 @@
 namespace gelslam {
 namespace {
 
-using test::FakeCamera;
-using test::message_of;
+using namespace test;
 using ::testing::HasSubstr;
 
 /// A UVC camera whose exposure and white balance follow the picture until they are told not to, and whose
@@ -45,12 +44,12 @@ class CameraControls : public testing::Test {
   }
   std::unique_ptr<CameraSource> open() { return detail::open_camera(options, system); }
   std::string open_error() {
-    return message_of<Error>([&] { open(); });
+    return message_of([&] { open(); });
   }
   std::int32_t value(std::uint32_t id) { return camera.controls.at(id).value; }
 
   FakeCamera camera;
-  detail::VideoSystem system = test::fake_system({&camera});
+  detail::VideoSystem system = fake_system({&camera});
   CameraOptions options;
 };
 
@@ -138,13 +137,13 @@ TEST(CameraOptions, AreReadFromTheProfile) {
 TEST(CameraOptions, WhatCannotBeReadIsNamed) {
   SensorProfile profile;
   profile.camera_format = "mjpeg";
-  EXPECT_THAT(message_of<Error>([&] { camera_options(profile); }),
+  EXPECT_THAT(message_of([&] { camera_options(profile); }),
               HasSubstr("camera_format: \"mjpeg\" is neither MJPG nor YUYV"));
   profile.camera_format = "MJPG";
   for (const char* text :
        {"gain", "gain=", "=3", "gain=3x", "gain=3,", ",", "gain=99999999999999999999", "gain==3"}) {
     profile.camera_controls = text;
-    EXPECT_THAT(message_of<Error>([&] { camera_options(profile); }), HasSubstr("is not name=number")) << text;
+    EXPECT_THAT(message_of([&] { camera_options(profile); }), HasSubstr("is not name=number")) << text;
   }
 }
 

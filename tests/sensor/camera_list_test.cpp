@@ -6,13 +6,11 @@
 #include "../support/temporary_folder.hpp"
 #include "cameras/v4l2_camera.hpp"
 #include "fake_camera.hpp"
-#include "gelslam/core/error.hpp"
 
 namespace gelslam {
 namespace {
 
-using test::FakeCamera;
-using test::message_of;
+using namespace test;
 using ::testing::HasSubstr;
 
 /// A bench: a webcam, a GelSight Mini with its metadata node, and a DIGIT.
@@ -31,13 +29,13 @@ class CameraList : public testing::Test {
     digit.bus = "usb-4";
   }
   std::string find_error(const std::string& device, const std::string& sensor = "GelSight Mini") {
-    return message_of<Error>([&] { find(device, sensor); });
+    return message_of([&] { find(device, sensor); });
   }
   std::string find(const std::string& device, const std::string& sensor = "GelSight Mini") {
     CameraOptions options;
     options.device = device;
     options.sensor = sensor;
-    return detail::find_camera(options, test::fake_system(cameras));
+    return detail::find_camera(options, fake_system(cameras));
   }
 
   FakeCamera webcam, metadata, mini, digit;
@@ -48,7 +46,7 @@ TEST_F(CameraList, SaysWhatEachNodeIs) {
   webcam.holder = "cheese (pid 12)";
   digit.open_fails = EACCES;
   digit.group = "plugdev";
-  const auto list = detail::list_cameras(test::fake_system(cameras));
+  const auto list = detail::list_cameras(fake_system(cameras));
   ASSERT_EQ(list.size(), 4u);
   EXPECT_EQ(list[0].name, "HD Webcam");
   EXPECT_EQ(list[0].node, CameraNode::capture);
@@ -100,7 +98,7 @@ TEST_F(CameraList, HostileNamesAndListsDoNoHarm) {
   webcam.modes[0].fourcc = 0x01020304;
   webcam.modes[1].rates_hz = {0};
   cameras = {&webcam};
-  const auto list = detail::list_cameras(test::fake_system(cameras));
+  const auto list = detail::list_cameras(fake_system(cameras));
   EXPECT_EQ(list[0].name.size(), 32u);
   EXPECT_EQ(list[0].name.find_first_of("\n\033"), std::string::npos);
   EXPECT_EQ(list[0].modes.at(0).format, "????");

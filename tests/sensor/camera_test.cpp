@@ -10,14 +10,11 @@
 #include "../support/temporary_folder.hpp"
 #include "cameras/v4l2_camera.hpp"
 #include "fake_camera.hpp"
-#include "gelslam/core/error.hpp"
 
 namespace gelslam {
 namespace {
 
-using test::FakeCamera;
-using test::FakeFrame;
-using test::message_of;
+using namespace test;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -37,11 +34,11 @@ class Camera : public testing::Test {
 
   std::unique_ptr<CameraSource> open() { return detail::open_camera(options, system); }
   std::string open_error() {
-    return message_of<Error>([&] { open(); });
+    return message_of([&] { open(); });
   }
   /// Opens, reads until the camera is lost, and gives the words for it.
   std::string reading_error() {
-    return message_of<Error>([&] {
+    return message_of([&] {
       const auto camera = open();
       while (camera->next()) {
       }
@@ -58,7 +55,7 @@ class Camera : public testing::Test {
   }
 
   FakeCamera mini;
-  detail::VideoSystem system = test::fake_system({&mini});
+  detail::VideoSystem system = fake_system({&mini});
   CameraOptions options;
 };
 
@@ -185,7 +182,7 @@ TEST_F(AwayCamera, AnotherOneIsNotTaken) {
   options.away_s = 0.3;
   const auto camera = open_and_read_two();
   mini.card = "GelSight Mini R0B 1111";
-  EXPECT_EQ(message_of<Error>([&] { camera->next(); }),
+  EXPECT_EQ(message_of([&] { camera->next(); }),
             "/dev/video0: the camera is gone; is it unplugged? (waited 0.3 s for it)");
 }
 
@@ -204,7 +201,7 @@ TEST_F(AwayCamera, OfTwoWithOneNameItIsTheOneAtItsPlace) {
   FakeCamera twin;
   twin.path = "/dev/video1";
   twin.bus = "usb-elsewhere";
-  auto both = test::fake_system({&twin, &mini});
+  auto both = fake_system({&twin, &mini});
   both.nodes = [this, nodes = both.nodes, watch = system.nodes] { return watch(), nodes(); };
   system = both;
   options.device = "/dev/video0";
@@ -301,7 +298,7 @@ TEST_F(Camera, AMetadataNodeNamesTheOneWithThePictures) {
   options.device = "/dev/video0";
   EXPECT_THAT(open_error(),
               HasSubstr("carries only metadata of GelSight Mini R0B 28KX; see gelslam devices"));
-  system = test::fake_system({&mini, &pictures});
+  system = fake_system({&mini, &pictures});
   EXPECT_THAT(open_error(), HasSubstr("its pictures are at /dev/video1"));
 }
 

@@ -127,10 +127,7 @@ int FakeCamera::dequeue(v4l2_buffer& buffer) {
   if (!streaming || queued_.empty()) return EINVAL;
   if (frames.empty()) return EAGAIN;
   const FakeFrame frame = frames.front();
-  if (frame.code != 0) {
-    if (frame.code == EINTR || frame.code == EAGAIN) frames.pop_front();  // the others stay as they are
-    return frame.code;
-  }
+  if (frame.code != 0) return frame.code;
   frames.pop_front();
   buffer.index = *queued_.begin();
   queued_.erase(queued_.begin());

@@ -4,45 +4,24 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "../support/pictures.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/image_input.hpp"
+#include "raw_frames.hpp"
 
 namespace gelslam {
 namespace {
 
-using test::numbered_picture;
+using namespace test;
 using ::testing::HasSubstr;
 
-std::vector<std::uint8_t> encoded(const cv::Mat& picture, const std::string& ending, int quality = 90) {
+std::vector<std::uint8_t> encoded(const cv::Mat& picture, const std::string& ending) {
   std::vector<std::uint8_t> bytes;
-  std::vector<int> parameters;
-  if (ending == ".jpg") parameters = {cv::IMWRITE_JPEG_QUALITY, quality};
-  cv::imencode(ending, picture, bytes, parameters);
+  cv::imencode(ending, picture, bytes, {cv::IMWRITE_JPEG_QUALITY, 90});
   return bytes;
 }
 
-RawFrame frame_of(FrameEncoding encoding, std::vector<std::uint8_t> bytes, cv::Size size) {
-  RawFrame frame;
-  frame.encoding = encoding;
-  frame.bytes = std::move(bytes);
-  frame.width_px = size.width;
-  frame.height_px = size.height;
-  frame.time_s = 1.25;
-  frame.index = 7;
-  return frame;
-}
-
 RawFrame jpeg_of(const cv::Mat& picture) {
-  return frame_of(FrameEncoding::jpeg, encoded(picture, ".jpg"), picture.size());
-}
-
-/// A GelSight Mini whose camera gives pictures of this size.
-SensorProfile mini_of(cv::Size raw) {
-  SensorProfile profile;
-  profile.raw_width_px = raw.width;
-  profile.raw_height_px = raw.height;
-  return profile;
+  return raw_frame(FrameEncoding::jpeg, encoded(picture, ".jpg"), picture.size());
 }
 
 double mean_difference(const cv::Mat3b& a, const cv::Mat3b& b) {
@@ -124,21 +103,16 @@ TEST(FrameDecoder, KeepsEveryEdgeInItsPlaceWhateverTheScaleAndShape) {
 TEST(FrameDecoder, LosslessEncodingsAreExact) {
   FrameDecoder decoder(mini_of({1404, 1053}));
   const cv::Mat3b exact = numbered_picture(4, 320, 240), raw = numbered_picture(4, 1404, 1053);
-  const auto bytes_of = [](const cv::Mat3b& picture) {
-    return std::vector<std::uint8_t>(picture.datastart, picture.dataend);
-  };
+  EXPECT_EQ(cv::norm(decode_or_fail(decoder, bgr_frame(exact)), exact), 0);
   EXPECT_EQ(
-      cv::norm(decode_or_fail(decoder, frame_of(FrameEncoding::bgr, bytes_of(exact), exact.size())), exact),
-      0);
-  EXPECT_EQ(
-      cv::norm(decode_or_fail(decoder, frame_of(FrameEncoding::png, encoded(exact, ".png"), exact.size())),
+      cv::norm(decode_or_fail(decoder, raw_frame(FrameEncoding::png, encoded(exact, ".png"), exact.size())),
                exact),
       0);
   // The resize of another library: the same up to rounding.
   const cv::Mat3b expected = fit_to_profile(raw, mini_of(raw.size()), "x");
-  const cv::Mat3b from_bgr = decode_or_fail(decoder, frame_of(FrameEncoding::bgr, bytes_of(raw), raw.size()));
+  const cv::Mat3b from_bgr = decode_or_fail(decoder, bgr_frame(raw));
   const cv::Mat3b from_png =
-      decode_or_fail(decoder, frame_of(FrameEncoding::png, encoded(raw, ".png"), raw.size()));
+      decode_or_fail(decoder, raw_frame(FrameEncoding::png, encoded(raw, ".png"), raw.size()));
   EXPECT_LE(cv::norm(from_bgr, expected, cv::NORM_INF), 1.0);
   EXPECT_LT(mean_difference(from_bgr, expected), 0.05);
   EXPECT_EQ(cv::norm(from_bgr, from_png), 0);
@@ -155,7 +129,7 @@ TEST(FrameDecoder, YuyvHasTheColorsOfBt601) {
                              Color{81, 90, 240, {0, 0, 255}}, Color{41, 240, 110, {255, 0, 0}}}) {
     std::vector<std::uint8_t> bytes;
     for (int i = 0; i < 640 * 480 / 2; ++i) bytes.insert(bytes.end(), {color.y, color.u, color.y, color.v});
-    const cv::Mat3b got = decode_or_fail(decoder, frame_of(FrameEncoding::yuyv, bytes, cv::Size(640, 480)));
+    const cv::Mat3b got = decode_or_fail(decoder, raw_frame(FrameEncoding::yuyv, bytes, cv::Size(640, 480)));
     for (int k = 0; k < 3; ++k) EXPECT_NEAR(got(120, 160)[k], color.bgr[k], 3);
   }
 }
@@ -221,14 +195,14 @@ TEST_F(Damage, WhatIsNoPictureIsSaid) {
   frame.height_px = 2464;
   EXPECT_EQ(of(frame), "the picture says it is 1280x960 pixels, announced were 3280x2464");
   frame =
-      frame_of(FrameEncoding::jpeg, encoded(cv::Mat1b(960, 1280, uchar{90}), ".jpg"), cv::Size(1280, 960));
+      raw_frame(FrameEncoding::jpeg, encoded(cv::Mat1b(960, 1280, uchar{90}), ".jpg"), cv::Size(1280, 960));
   EXPECT_THAT(of(frame), HasSubstr("a gray picture"));
-  EXPECT_EQ(of(frame_of(FrameEncoding::bgr, std::vector<std::uint8_t>(100), cv::Size(320, 240))),
+  EXPECT_EQ(of(raw_frame(FrameEncoding::bgr, std::vector<std::uint8_t>(100), cv::Size(320, 240))),
             "the picture ends early: 100 of 230400 bytes");
   EXPECT_THAT(
-      of(frame_of(FrameEncoding::yuyv, std::vector<std::uint8_t>(100), cv::Size(2000000000, 2000000000))),
+      of(raw_frame(FrameEncoding::yuyv, std::vector<std::uint8_t>(100), cv::Size(2000000000, 2000000000))),
       HasSubstr("pixels are more than any touch sensor has"));
-  EXPECT_THAT(of(frame_of(FrameEncoding::bgr, std::vector<std::uint8_t>(100), cv::Size(-4, 3))),
+  EXPECT_THAT(of(raw_frame(FrameEncoding::bgr, std::vector<std::uint8_t>(100), cv::Size(-4, 3))),
               HasSubstr("pixels are more than any touch sensor has"));
 }
 

@@ -6,30 +6,21 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "../support/pictures.hpp"
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
+#include "raw_frames.hpp"
 
 namespace gelslam {
 namespace {
 
-using test::message_of;
-using test::numbered_picture;
-using test::TemporaryFolder;
+using namespace test;
 using ::testing::HasSubstr;
-
-SensorProfile profile_of(cv::Size raw) {
-  SensorProfile profile;
-  profile.raw_width_px = raw.width;
-  profile.raw_height_px = raw.height;
-  return profile;
-}
 
 TEST(FitToProfile, TakesTheMiddleFiveSevenths) {
   // White inside the window that must survive, black in the border: only white may be left.
   cv::Mat3b image(480, 640, cv::Vec3b::all(0));
   image(cv::Rect(640 / 7, 480 / 7, 640 - 2 * (640 / 7), 480 - 2 * (480 / 7))).setTo(cv::Scalar::all(255));
-  const cv::Mat3b cropped = fit_to_profile(image, profile_of(image.size()), "x");
+  const cv::Mat3b cropped = fit_to_profile(image, mini_of(image.size()), "x");
   ASSERT_EQ(cropped.size(), cv::Size(320, 240));
   EXPECT_EQ(cv::norm(cropped, cv::Mat3b(240, 320, cv::Vec3b::all(255)), cv::NORM_INF), 0);
 }
@@ -38,7 +29,7 @@ TEST(FitToProfile, AveragesInsteadOfAliasing) {
   cv::Mat3b stripes(672, 896, cv::Vec3b::all(0));
   for (int u = 0; u < stripes.cols; u += 2) stripes.col(u).setTo(cv::Scalar::all(200));
   cv::Scalar deviation, mean;
-  cv::meanStdDev(fit_to_profile(stripes, profile_of(stripes.size()), "x"), mean, deviation);
+  cv::meanStdDev(fit_to_profile(stripes, mini_of(stripes.size()), "x"), mean, deviation);
   EXPECT_NEAR(mean[0], 100, 1);
   EXPECT_LT(deviation[0], 1);
 }
@@ -49,12 +40,12 @@ TEST(FitToProfile, LargerPicturesOfUnknownCropAreRefusedUnlessTheProfileSaysWhat
   const cv::Mat3b exact = numbered_picture(3, 320, 240);
   cv::Mat3b large;
   cv::resize(exact, large, {}, 2, 2, cv::INTER_NEAREST);
-  EXPECT_THAT(message_of<Error>([&] { fit_to_profile(large, mini, "f.png"); }),
+  EXPECT_THAT(message_of([&] { fit_to_profile(large, mini, "f.png"); }),
               HasSubstr("f.png: is 640x480 pixels; GelSight Mini needs 320x240, or the camera's raw image "
                         "(3280x2464); write in device_config of a configuration \"raw_imgw: 640\" and "
                         "\"raw_imgh: 480\" where it is the camera's whole picture, or \"cropped: true\" "
                         "where it was cropped already"));
-  EXPECT_THAT(message_of<Error>([&] { fit_to_profile(numbered_picture(3, 480, 640), mini, "f.png"); }),
+  EXPECT_THAT(message_of([&] { fit_to_profile(numbered_picture(3, 480, 640), mini, "f.png"); }),
               HasSubstr("is it turned by 90 degrees, or another sensor's?"));
   mini.cropped = true;
   EXPECT_EQ(cv::norm(fit_to_profile(large, mini, "f.png"), exact, cv::NORM_INF), 0) << "nothing is cut";
@@ -78,20 +69,18 @@ TEST(ReadImage, EveryFormatAndAlpha) {
 
 TEST(ReadImage, UnusableImagesAreNamed) {
   TemporaryFolder folder;
-  const auto message = [&](const char* name) {
-    return message_of<Error>([&] { read_image(folder / name); });
-  };
+  const auto message = [&](const char* name) { return message_of([&] { read_image(folder / name); }); };
   cv::imwrite((folder / "gray1.png").string(), cv::Mat1b(48, 64, uchar{7}));
   cv::imwrite((folder / "gray3.png").string(), cv::Mat3b(48, 64, cv::Vec3b(7, 7, 7)));
   cv::imwrite((folder / "deep.png").string(), cv::Mat(48, 64, CV_16UC3, cv::Scalar(1, 2, 3)));
-  test::write_bytes(folder / "text.png", "hello");
-  test::write_bytes(folder / "empty.png", "");
+  write_bytes(folder / "text.png", "hello");
+  write_bytes(folder / "empty.png", "");
   EXPECT_THAT(message("gray1.png"), HasSubstr("gray1.png: a gray picture"));
   EXPECT_THAT(message("gray3.png"), HasSubstr("gray3.png: a gray picture"));
   EXPECT_THAT(message("deep.png"), HasSubstr("8 bits per channel"));
   EXPECT_THAT(message("text.png"), HasSubstr("not a readable image (png, jpg or bmp)"));
-  test::write_bytes(folder / "lfs.png", test::kLfsPointer);
-  EXPECT_THAT(message("lfs.png"), HasSubstr(test::kLfsAdvice));
+  write_bytes(folder / "lfs.png", kLfsPointer);
+  EXPECT_THAT(message("lfs.png"), HasSubstr(kLfsAdvice));
   EXPECT_THAT(message("empty.png"), HasSubstr("the file is empty"));
   EXPECT_THAT(message("none.png"), HasSubstr("none.png: cannot be read: No such file"));
 }
@@ -106,20 +95,19 @@ TEST(ReadImage, AHugeHeaderCostsNothing) {
   const std::string big("\0\0\x6d\x60", 4), little("\x60\x6d\0\0", 4);
   for (const Kind& kind : {Kind{"a.bmp", 18, little, little}, Kind{"a.png", 16, big, big}}) {
     cv::imwrite((folder / kind.name).string(), numbered_picture(5, 64, 48));
-    std::string bytes = test::read_bytes(folder / kind.name);
+    std::string bytes = read_bytes(folder / kind.name);
     bytes.replace(kind.width_at, 8, kind.width + kind.height);
-    test::write_bytes(folder / kind.name, bytes);
-    EXPECT_THAT(message_of<Error>([&] { read_image(folder / kind.name); }),
+    write_bytes(folder / kind.name, bytes);
+    EXPECT_THAT(message_of([&] { read_image(folder / kind.name); }),
                 HasSubstr("28000x28000 pixels are more"));
   }
   cv::imwrite((folder / "a.jpg").string(), numbered_picture(5, 64, 48));
-  std::string bytes = test::read_bytes(folder / "a.jpg");
+  std::string bytes = read_bytes(folder / "a.jpg");
   const std::size_t frame = bytes.find("\xff\xc0");
   ASSERT_NE(frame, std::string::npos);
   bytes.replace(frame + 5, 4, "\x6d\x60\x6d\x60");
-  test::write_bytes(folder / "a.jpg", bytes);
-  EXPECT_THAT(message_of<Error>([&] { read_image(folder / "a.jpg"); }),
-              HasSubstr("28000x28000 pixels are more"));
+  write_bytes(folder / "a.jpg", bytes);
+  EXPECT_THAT(message_of([&] { read_image(folder / "a.jpg"); }), HasSubstr("28000x28000 pixels are more"));
 }
 
 }  // namespace

@@ -4,15 +4,12 @@
 #include "../support/file_size_limit.hpp"
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/sensor/raw_log.hpp"
 #include "raw_frames.hpp"
 
 namespace gelslam {
 namespace {
 
-using test::FileSizeLimit;
-using test::jpeg_frame;
-using test::TemporaryFolder;
+using namespace test;
 using ::testing::HasSubstr;
 
 const LogAttachments kSomeAttachments{"GelSight Mini", "exposure 100\n", "device_config:\n  framerate: 25\n",
@@ -31,7 +28,7 @@ Recorded record(const std::filesystem::path& path, int frames, bool close) {
     recorded.ends.push_back(static_cast<std::size_t>(writer.bytes()));
   }
   if (close) writer.close();
-  recorded.bytes = test::read_bytes(path);
+  recorded.bytes = read_bytes(path);
   return recorded;
 }
 
@@ -66,7 +63,7 @@ TEST(DamagedLog, EveryCutGivesAllFramesBeforeIt) {
     const std::size_t header = recorded.bytes.find("\x1f\x43\xb6\x75");
     testing::internal::CaptureStderr();
     for (std::size_t length = 5; length < recorded.bytes.size(); length += length < header + 200 ? 3 : 53) {
-      test::write_bytes(folder / "cut.mkv", recorded.bytes.substr(0, length));
+      write_bytes(folder / "cut.mkv", recorded.bytes.substr(0, length));
       const Outcome outcome = read_log(folder / "cut.mkv");
       const auto whole = static_cast<std::size_t>(std::count_if(
           recorded.ends.begin(), recorded.ends.end(), [&](std::size_t end) { return end <= length; }));
@@ -89,14 +86,14 @@ TEST(DamagedLog, ALogThatAnotherToolCutIsWhole) {
   LogWriter writer(folder / "a.mkv", {}, 25);
   for (const int i : {0, 1, 2, 5, 6, 9}) ASSERT_TRUE(writer.write(jpeg_frame(i)));
   writer.close();
-  std::string bytes = test::read_bytes(folder / "a.mkv");
+  std::string bytes = read_bytes(folder / "a.mkv");
   bytes.replace(bytes.find("000000000006"), 12, "000000000025");
-  test::write_bytes(folder / "ours.mkv", bytes);
+  write_bytes(folder / "ours.mkv", bytes);
   EXPECT_THAT(read_log(folder / "ours.mkv").warning, HasSubstr("6 of 25"));
   bytes.replace(bytes.find("gelslam"), 7, "Lavf59.");
-  test::write_bytes(folder / "theirs.mkv", bytes);
+  write_bytes(folder / "theirs.mkv", bytes);
   EXPECT_EQ(read_log(folder / "theirs.mkv").warning, "");
-  test::write_bytes(folder / "theirs_cut.mkv", bytes.substr(0, bytes.size() * 6 / 10));
+  write_bytes(folder / "theirs_cut.mkv", bytes.substr(0, bytes.size() * 6 / 10));
   EXPECT_THAT(read_log(folder / "theirs_cut.mkv").warning, HasSubstr("is it truncated or damaged?"));
 }
 
@@ -107,7 +104,7 @@ TEST(DamagedLog, AHoleLosesOnlyWhatItHits) {
   const std::size_t from = recorded.ends[3] - 20,
                     to = recorded.ends[4] + 20;  // the end of 3, all of 4, the head of 5
   for (std::size_t i = from; i < to; ++i) bytes[i] = static_cast<char>(0x55);
-  test::write_bytes(folder / "hole.mkv", bytes);
+  write_bytes(folder / "hole.mkv", bytes);
   const Outcome outcome = read_log(folder / "hole.mkv");
   EXPECT_EQ(outcome.error, "");
   ASSERT_GE(outcome.frames.size(), 7u);
@@ -139,7 +136,7 @@ TEST(DamagedLog, HugeSizesCostNothing) {
           std::string("\x01\x7f\xff\xff\xff\xff\xff\xff", 8)}) {
       std::string bytes = recorded.bytes;
       bytes.replace(at + id.size(), 1, length);
-      test::write_bytes(folder / "b.mkv", bytes);
+      write_bytes(folder / "b.mkv", bytes);
       const Outcome outcome = read_log(folder / "b.mkv");
       EXPECT_LE(outcome.frames.size(), 3u);
     }

@@ -1,48 +1,26 @@
 #include <gtest/gtest.h>
-#include <sys/mman.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <atomic>
 #include <cstdlib>
 #include <random>
 #include <thread>
 
+#include "../support/killed_process.hpp"
 #include "../support/temporary_folder.hpp"
-#include "gelslam/sensor/raw_log.hpp"
 #include "raw_frames.hpp"
 
 namespace gelslam {
 namespace {
 
-/// Memory that a child process shares with us: how many frames it was told were written.
-class SharedCount {
- public:
-  SharedCount() {
-    memory_ =
-        ::mmap(nullptr, sizeof(std::atomic<int>), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-    if (memory_ == MAP_FAILED) throw std::runtime_error("mmap");
-    new (memory_) std::atomic<int>(0);
-  }
-  ~SharedCount() { ::munmap(memory_, sizeof(std::atomic<int>)); }
-  SharedCount(const SharedCount&) = delete;
-  SharedCount& operator=(const SharedCount&) = delete;
-  std::atomic<int>& operator*() { return *static_cast<std::atomic<int>*>(memory_); }
-
- private:
-  void* memory_;
-};
-
 /// Writes frames until it is killed.
-[[noreturn]] void write_for_ever(const std::filesystem::path& path, const std::vector<RawFrame>& frames,
-                                 std::atomic<int>& written) {
+void write_for_ever(const std::filesystem::path& path, const std::vector<RawFrame>& frames,
+                    const std::function<void()>& tell) {
   LogWriter writer(path, {"sensor", "", "a: 1\n", std::string(12000, 'm')}, 25);
   for (std::size_t i = 0;; ++i) {
     RawFrame frame = frames[i % frames.size()];
     frame.sequence = static_cast<std::int64_t>(i);
     frame.time_s = 0.04 * static_cast<double>(i);
-    if (!writer.write(frame)) ::_exit(1);
-    written.store(static_cast<int>(i) + 1);
+    if (!writer.write(frame)) return;
+    tell();
   }
 }
 
@@ -57,16 +35,10 @@ TEST(KilledRecording, NothingWrittenBeforeTheKillIsLost) {
   for (int round = 0; round < kills; ++round) {
     const test::TemporaryFolder folder;
     const std::filesystem::path path = folder / "a.mkv";
-    SharedCount written;
-    const pid_t child = ::fork();
-    ASSERT_GE(child, 0);
-    if (child == 0) write_for_ever(path, frames, *written);
-    while (*written < 1) std::this_thread::yield();
+    test::KilledProcess recorder([&](const auto& tell) { write_for_ever(path, frames, tell); });
+    recorder.wait_for_step();
     std::this_thread::sleep_for(std::chrono::microseconds(random() % 20000));
-    ::kill(child, SIGKILL);
-    int status = 0;
-    ::waitpid(child, &status, 0);
-    ASSERT_TRUE(WIFSIGNALED(status));
+    const int written = recorder.kill();
 
     const auto log = open_raw_log(path);
     int read = 0;
@@ -75,8 +47,8 @@ TEST(KilledRecording, NothingWrittenBeforeTheKillIsLost) {
       ASSERT_TRUE(frame->bytes == frames[static_cast<std::size_t>(read) % frames.size()].bytes) << read;
       ++read;
     }
-    ASSERT_GE(read, *written) << "round " << round;
-    ASSERT_LE(read, *written + 1) << "one may have been written and not yet counted";
+    ASSERT_GE(read, written) << "round " << round;
+    ASSERT_LE(read, written + 1) << "one may have been written and not yet counted";
     EXPECT_EQ(read_log_attachments(path).model.size(), 12000u);
     EXPECT_NE(log->warning().find("was never closed"), std::string::npos) << log->warning();
     most = std::max(most, read);

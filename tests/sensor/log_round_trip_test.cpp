@@ -4,23 +4,14 @@
 #include <opencv2/videoio.hpp>
 
 #include "../support/temporary_folder.hpp"
-#include "gelslam/sensor/raw_log.hpp"
 #include "logs/matroska_header.hpp"
 #include "raw_frames.hpp"
 
 namespace gelslam {
 namespace {
 
-using test::bgr_frame;
-using test::jpeg_frame;
-using test::TemporaryFolder;
+using namespace test;
 using ::testing::HasSubstr;
-
-std::vector<RawFrame> read_all(RawFrameSource& source) {
-  std::vector<RawFrame> frames;
-  while (std::optional<RawFrame> frame = source.next()) frames.push_back(std::move(*frame));
-  return frames;
-}
 
 /// Times of an uneven clock and a sequence with gaps.
 std::vector<RawFrame> camera_frames(int count) {
@@ -76,45 +67,38 @@ TEST(Log, TimesOnTheSystemsClockComeBackToTheMicrosecond) {
   EXPECT_EQ(read_all(*open_raw_log(folder / "b.mkv")).front().unix_us, 0) << "it does not say";
 }
 
-TEST(Log, TimesThatDoNotGoForwardAreMended) {
-  TemporaryFolder folder;
+/// What a log with these times is read as: its times, and its warning.
+std::pair<std::vector<double>, std::string> recorded_at(const std::vector<double>& recorded_s) {
+  const TemporaryFolder folder;
   LogWriter writer(folder / "a.mkv", {}, 25);
-  for (const double time_s : {0.0, 0.04, 0.04, 0.02, 0.2, 0.16}) {
+  for (const double time_s : recorded_s) {
     RawFrame frame = jpeg_frame(0);
     frame.time_s = time_s;
     writer.write(frame);
   }
   writer.close();
+  const auto log = open_raw_log(folder / "a.mkv");
   std::vector<double> times_s;
-  for (const RawFrame& frame : read_all(*open_raw_log(folder / "a.mkv"))) times_s.push_back(frame.time_s);
-  EXPECT_THAT(times_s, testing::Pointwise(testing::DoubleNear(1e-6), {0.0, 0.04, 0.08, 0.12, 0.2, 0.24}));
+  for (const RawFrame& frame : read_all(*log)) times_s.push_back(frame.time_s);
+  return {times_s, log->warning()};
+}
+
+TEST(Log, TimesThatDoNotGoForwardAreMended) {
+  EXPECT_THAT(recorded_at({0.0, 0.04, 0.04, 0.02, 0.2, 0.16}).first,
+              testing::Pointwise(testing::DoubleNear(1e-6), {0.0, 0.04, 0.08, 0.12, 0.2, 0.24}));
 }
 
 /// The wrong one is the one that those after it contradict, and it is counted.
 TEST(Log, ATimeFarAheadMovesNoOther) {
-  const auto read = [](std::vector<double> recorded_s) {
-    const TemporaryFolder folder;
-    LogWriter writer(folder / "a.mkv", {}, 25);
-    for (const double time_s : recorded_s) {
-      RawFrame frame = jpeg_frame(0);
-      frame.time_s = time_s;
-      writer.write(frame);
-    }
-    writer.close();
-    const auto log = open_raw_log(folder / "a.mkv");
-    std::vector<double> times_s;
-    for (const RawFrame& frame : read_all(*log)) times_s.push_back(frame.time_s);
-    return std::pair(times_s, log->warning());
-  };
   std::vector<double> whole_s;
   for (int i = 0; i < 12; ++i) whole_s.push_back(0.04 * i);
-  EXPECT_EQ(read(whole_s).second, "");
+  EXPECT_EQ(recorded_at(whole_s).second, "");
   for (int wrong = 0; wrong < 10; ++wrong)
     for (const int count : {1, 2}) {
       if (wrong + count > 10) continue;
       std::vector<double> recorded_s = whole_s;
       for (int i = 0; i < count; ++i) recorded_s[static_cast<std::size_t>(wrong + i)] += 3600;
-      const auto [times_s, warning] = read(recorded_s);
+      const auto [times_s, warning] = recorded_at(recorded_s);
       if (wrong > 0 || count == 1) {
         EXPECT_THAT(times_s, testing::Pointwise(testing::DoubleNear(0.041), whole_s)) << wrong;
       }
@@ -123,7 +107,8 @@ TEST(Log, ATimeFarAheadMovesNoOther) {
     }
   std::vector<double> paused_s = whole_s;
   for (std::size_t i = 6; i < paused_s.size(); ++i) paused_s[i] += 3600;
-  EXPECT_THAT(read(paused_s), testing::Pair(testing::Pointwise(testing::DoubleNear(1e-6), paused_s), ""));
+  EXPECT_THAT(recorded_at(paused_s),
+              testing::Pair(testing::Pointwise(testing::DoubleNear(1e-6), paused_s), ""));
 }
 
 TEST(Log, FramesOfEverySizeOfLengthField) {
@@ -132,8 +117,8 @@ TEST(Log, FramesOfEverySizeOfLengthField) {
   // Around 2^7, 2^14 and 2^21, where the containers' length fields grow.
   for (const std::size_t size :
        {1u, 60u, 90u, 100u, 110u, 120u, 126u, 127u, 128u, 16250u, 16330u, 16380u, 16384u, 2097000u, 2097152u})
-    sent.push_back(test::raw_frame(FrameEncoding::jpeg, std::vector<std::uint8_t>(size, 0xd8), 64, 48,
-                                   static_cast<std::int64_t>(sent.size())));
+    sent.push_back(raw_frame(FrameEncoding::jpeg, std::vector<std::uint8_t>(size, 0xd8), {64, 48},
+                             static_cast<std::int64_t>(sent.size())));
   LogWriter writer(folder / "a.mkv", {}, 25);
   for (const RawFrame& frame : sent) ASSERT_TRUE(writer.write(frame));
   writer.close();
@@ -193,7 +178,7 @@ std::vector<int> numbers_by_opencv(const std::filesystem::path& path, std::vecto
   std::vector<int> numbers;
   cv::Mat frame;
   while (capture.read(frame)) {
-    numbers.push_back(test::number_in(frame));
+    numbers.push_back(number_in(frame));
     times_ms.push_back(capture.get(cv::CAP_PROP_POS_MSEC));
   }
   return numbers;
@@ -208,7 +193,7 @@ TEST(Log, OtherProgramsReadItClosedOrNot) {
       LogWriter writer(path, {"sensor", "a 1", "x: 1", "model"}, 25);
       for (int i = 0; i < 10; ++i) {
         RawFrame frame =
-            encoding == FrameEncoding::jpeg ? jpeg_frame(i) : bgr_frame(test::numbered_picture(i, 64, 48), i);
+            encoding == FrameEncoding::jpeg ? jpeg_frame(i) : bgr_frame(numbered_picture(i, 64, 48), i);
         frame.time_s = 0.05 * i;
         ASSERT_TRUE(writer.write(frame));
       }

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <filesystem>
 #include <opencv2/core.hpp>
-#include <utility>
 
 #include "gelslam/core/npy.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
@@ -16,8 +15,7 @@
 namespace gelslam {
 namespace {
 
-using test::read_bytes;
-using test::TemporaryFolder;
+using namespace test;
 
 const Simulator& simulator() {
   static const Simulator instance([] {
@@ -130,11 +128,9 @@ TEST(DataFolder, IsTheSameWhateverTheNumberOfThreads) {
   one.threads = 1;
   three.threads = 3;
   const Written a(one), b(three);
-  std::vector<std::pair<std::string, std::string>> files;
-  for (const auto& entry : std::filesystem::directory_iterator(a.path()))
-    files.emplace_back(entry.path().filename(), read_bytes(entry.path()));
-  ASSERT_EQ(files.size(), 7u);
-  for (const auto& [name, bytes] : files) EXPECT_TRUE(bytes == read_bytes(b / name)) << name;
+  const std::vector<std::string> names = names_in(a.path());
+  ASSERT_EQ(names.size(), 7u);
+  for (const std::string& name : names) EXPECT_TRUE(read_bytes(a / name) == read_bytes(b / name)) << name;
 }
 
 }  // namespace

@@ -5,10 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <random>
 
+#include "../evaluation/test_meshes.hpp"
 #include "gelslam/core/error.hpp"
 
 namespace gelslam {
@@ -69,15 +69,7 @@ TEST_P(EveryShape, RaysHitWhereEmbreeHitsItsMesh) {
 TEST_P(EveryShape, MeshIsClosedOutwardAndInsideItsBounds) {
   const ShapePtr shape = make_shape(named(GetParam()));
   const Mesh mesh = shape->mesh(0.4F);
-  std::map<std::pair<int, int>, int> edges;
-  for (const Eigen::Vector3i& t : mesh.triangles)
-    for (int k = 0; k < 3; ++k) ++edges[{t[k], t[(k + 1) % 3]}];
-  int open = 0;
-  for (const auto& [edge, count] : edges) {
-    const auto other = edges.find({edge.second, edge.first});
-    if (other == edges.end() || other->second != count) ++open;
-  }
-  EXPECT_EQ(open, 0);
+  EXPECT_EQ(test::open_or_tangled_edges(mesh, 2), 0);
   EXPECT_GT(volume(mesh), 0);
   const Eigen::AlignedBox3f box = shape->bounds_mm();
   for (const Vector3f& vertex : mesh.vertices_mm) ASSERT_LT(box.exteriorDistance(vertex), 1e-3F);

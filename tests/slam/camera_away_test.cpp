@@ -1,11 +1,9 @@
 // A live session that is killed while its camera is away.
 
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <opencv2/imgcodecs.hpp>
 
 #include "../sensor/fake_camera.hpp"
+#include "../support/killed_process.hpp"
 #include "cameras/v4l2_camera.hpp"
 #include "gelslam/slam/store.hpp"
 #include "live_fixture.hpp"
@@ -42,15 +40,8 @@ void scan_until_away(LiveOptions options, const std::function<void()>& tell) {
 }
 
 TEST_F(Live, AKillWhileTheCameraIsAwayTakesNothing) {
-  int away[2];
-  ASSERT_EQ(::pipe(away), 0);
-  const pid_t child = ::fork();
-  if (child == 0) {
-    scan_until_away(options, [&] { static_cast<void>(::write(away[1], "x", 1) == 1); });
-    ::_exit(4);
-  }
-  char byte = 0;
-  ASSERT_EQ(::read(away[0], &byte, 1), 1);
+  test::KilledProcess scan([&](const auto& tell) { scan_until_away(options, tell); });
+  scan.wait_for_step();
   const auto recorded = [&] {
     const auto log = open_raw_log(options.run_folder / "log.mkv");
     std::size_t frames = 0;
@@ -59,10 +50,7 @@ TEST_F(Live, AKillWhileTheCameraIsAwayTakesNothing) {
   };
   EXPECT_TRUE(test::comes_true([&] { return recorded() == test::peanut_pictures().size(); }));
   EXPECT_TRUE(test::comes_true([&] { return !read_scan(options.run_folder, {}).keyframes.empty(); }));
-  ::kill(child, SIGKILL);
-  int status = 0;
-  ::waitpid(child, &status, 0);
-  ASSERT_TRUE(WIFSIGNALED(status));
+  scan.kill();
   EXPECT_EQ(recorded(), test::peanut_pictures().size());
   continue_run();
   EXPECT_GT(start().wait().keyframes, 1) << "the scan goes on";

@@ -4,14 +4,11 @@
 #include <gtest/gtest.h>
 
 #include "../support/temporary_folder.hpp"
-#include "gelslam/core/error.hpp"
 
 namespace gelslam {
 namespace {
 
-using test::message_of;
-using test::TemporaryFolder;
-using test::write_bytes;
+using namespace test;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -21,18 +18,9 @@ class ConfigFile : public testing::Test {
     write_bytes(folder / "config.yaml", yaml);
     return read_config(folder / "config.yaml");
   }
-  std::string error(const std::string& yaml) {
-    return message_of<Error>([&] { read(yaml); });
-  }
 
   TemporaryFolder folder;
 };
-
-TEST_F(ConfigFile, WrittenDefaultsReadAsDefaults) {
-  const std::string text = write_config(Config{});
-  EXPECT_EQ(write_config(read(text)), text);
-  EXPECT_THAT(text, HasSubstr("#")) << "a comment per key";
-}
 
 TEST_F(ConfigFile, EveryValueSurvivesWritingAndReading) {
   Config config;

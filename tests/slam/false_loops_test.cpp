@@ -18,10 +18,7 @@ Field repeating_plane() {
   Waves waves = random_waves(1, 0.15, 1.0, 3.0, true);
   const double step = 2 * M_PI / kPeriodMm;
   for (Waves::Wave& wave : waves.waves) wave.k.x() = step * std::round(wave.k.x() / step);
-  return [waves](const Eigen::Vector3d& p) {
-    const auto [height, gradient] = waves(p);
-    return std::pair{p.z() - height, Eigen::Vector3d(Eigen::Vector3d(0, 0, 1) - gradient)};
-  };
+  return relief(waves);
 }
 
 struct Stroke {

@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "../support/analytic_surface.hpp"
 #include "gelslam/slam/reconstruct.hpp"
+#include "strokes.hpp"
 
 namespace gelslam {
 namespace {
@@ -13,61 +13,15 @@ using namespace test;
 using testing::Each;
 using testing::ElementsAre;
 
-const Field& texture() {
-  static const Field field = textured_plane(1);
-  return field;
-}
-
-SurfacePtr nothing() {
-  static const SurfacePtr surface = touch(texture(), motion(0, 0, 0, 0, 0, -3));
-  return surface;
-}
-
-/// Feeds a log: each entry is where the sensor is over the texture, or nothing where it is lifted.
-class Scan {
- public:
-  explicit Scan(const SlamOptions& options = {}, const View& view = {}) : slam_(options), view_(view) {}
-
-  void background(int count) {
-    for (int i = 0; i < count; ++i) slam_.skip(next_++, 0);
-  }
-  TrackedFrame see(const Pose& texture_T_sensor) {
-    const std::int64_t frame = next_++;
-    truth_[frame] = texture_T_sensor;
-    return slam_.process(frame, 0.04 * static_cast<double>(frame), touch(texture(), texture_T_sensor, view_),
-                         timer_);
-  }
-  TrackedFrame lift() {
-    const std::int64_t frame = next_++;
-    return slam_.process(frame, 0.04 * static_cast<double>(frame), nothing(), timer_);
-  }
-  SlamMap finish(ProgressSink* progress = nullptr) const { return slam_.finish(true, progress); }
-  Pose true_motion(std::int64_t from, std::int64_t to) const {
-    return truth_.at(from).inverse() * truth_.at(to);
-  }
-  const Pose& truth(std::int64_t frame) const { return truth_.at(frame); }
-
- private:
-  GelSlam slam_;
-  View view_;
-  StageTimer timer_;
-  std::int64_t next_ = 0;
-  std::map<std::int64_t, Pose> truth_;
-};
-
-/// A stroke of a few frames from (x, y).
-void stroke(Scan& scan, double x_mm, double y_mm, double twist_deg) {
-  for (int i = 0; i < 3; ++i) scan.see(motion(0.5 * i, 0, twist_deg, x_mm + 0.3 * i, y_mm - 0.2 * i, 0.4));
-}
-
 /// Every frame with a pose in the map lies where the truth has it, seen from the anchor. A pose graph without
 /// loop errors passes on what single registrations leave (0.03 degrees, 0.01 mm), a few times over.
-void expect_true_poses(const Scan& scan, const SlamMap& map) {
+void expect_true_poses(const Strokes& scan, const SlamMap& map) {
   int checked = 0;
   for (const FrameRecord& frame : map.frames) {
     if (!map.has_pose(frame)) continue;
     const Pose pose = map.anchor_T_keyframe(frame.keyframe) * frame.keyframe_T_frame;
-    const PoseGap error = gap(pose, scan.true_motion(map.anchor_frame, frame.frame));
+    const PoseGap error =
+        gap(pose, scan.truth().at(map.anchor_frame).inverse() * scan.truth().at(frame.frame));
     EXPECT_LT(error.deg, 0.1) << frame.frame;
     EXPECT_LT(error.mm, 0.04) << frame.frame;
     ++checked;
@@ -76,11 +30,10 @@ void expect_true_poses(const Scan& scan, const SlamMap& map) {
 }
 
 TEST(GelSlam, TwoTrialsAtOnePlaceBecomeOneComponent) {
-  Scan scan;
+  Strokes scan;
   scan.background(2);
-  stroke(scan, 0, 0, 0);
-  scan.lift();
-  stroke(scan, 0.8, 0.6, 50);  // the same place, seen turned
+  scan.stroke(0, 0, 0);
+  scan.stroke(0.8, 0.6, 50);  // the same place, seen turned
   const SlamMap map = scan.finish();
   EXPECT_EQ(map.trials, 2);
   EXPECT_EQ(map.components, 1);
@@ -91,11 +44,10 @@ TEST(GelSlam, TwoTrialsAtOnePlaceBecomeOneComponent) {
 }
 
 TEST(GelSlam, TwoPlacesStayTwoComponentsAndTheLargerIsTheMap) {
-  Scan scan;
-  stroke(scan, 0, 0, 0);
-  scan.lift();
-  stroke(scan, 40, 0, 0);  // the contact is 14 mm wide
-  scan.see(motion(0, 0, 2, 40.8, -0.5, 0.4));
+  Strokes scan;
+  scan.stroke(0, 0, 0);
+  // The contact is 14 mm wide.
+  for (int step = 0; step < 4; ++step) scan.see(stroke_pose(40, 0, 0, step));
   const SlamMap map = scan.finish();
   EXPECT_EQ(map.trials, 2);
   EXPECT_EQ(map.components, 2);
@@ -110,8 +62,8 @@ TEST(GelSlam, TwoPlacesStayTwoComponentsAndTheLargerIsTheMap) {
 }
 
 TEST(GelSlam, AJumpWithinALogLosesTrackAndFindsBack) {
-  Scan scan;
-  stroke(scan, 0, 0, 0);
+  Strokes scan;
+  for (int step = 0; step < 3; ++step) scan.see(stroke_pose(0, 0, 0, step));
   EXPECT_EQ(scan.see(motion(0, 0, 0, 40, 0, 0.4)).status, TrackStatus::lost);
   EXPECT_EQ(scan.see(motion(0, 0, 1, 40.2, 0, 0.4)).status, TrackStatus::tracked);
   EXPECT_EQ(scan.see(motion(0, 0, 20, 0.5, 0.5, 0.4)).status, TrackStatus::lost);  // back at the first place
@@ -149,33 +101,19 @@ TEST(GelSlam, AFragmentLeftByLiftingIsRejoined) {
   ASSERT_EQ(map.anchor_frame, 0);
   const PoseGap error = gap(map.anchor_T_keyframe(map.frames[3].keyframe),
                             places[0].inverse() * places[2]);  // keyframe: of the frame before
-  EXPECT_LT(error.deg, 1.0);  // a fragment of two millimeters knows less than a whole contact
-  EXPECT_LT(error.mm, 0.1);
+  // a fragment of two millimeters knows less than a whole contact
+  expect_within(error, 1.0, 0.1);
 }
 
-/// A contact of 3.8 by 3.2 mm, which a short way outgrows.
-View small_contact() {
-  View view;
-  view.contact_width_px = 60;
-  view.contact_height_px = 50;
-  return view;
-}
-
-/// Sensor poses along a way of 6 mm.
-std::vector<Pose> way(bool back) {
-  std::vector<Pose> poses;
-  for (int i = 0; i < 16; ++i) {
-    const double x_mm = 0.4 * (back ? 15 - i : i);
-    poses.push_back(motion(0, 0, 0.3 * x_mm, x_mm, 0.1 * x_mm, 0.4));
-  }
-  return poses;
-}
-
-// Every pass leaves keyframes of its own, and loops tie them together.
+// A way of 6 mm. Every pass leaves keyframes of its own, and loops tie them together.
 TEST(GelSlam, GoingToAndFroStaysInPlace) {
-  Scan scan({}, small_contact());
+  Strokes scan({}, small_view());
   for (const bool back : {false, true, false, true, false})
-    for (const Pose& pose : way(back)) EXPECT_EQ(scan.see(pose).status, TrackStatus::tracked);
+    for (int i = 0; i < 16; ++i) {
+      const double x_mm = 0.4 * (back ? 15 - i : i);
+      const Pose pose = motion(0, 0, 0.3 * x_mm, x_mm, 0.1 * x_mm, 0.4);
+      EXPECT_EQ(scan.see(pose).status, TrackStatus::tracked);
+    }
   const SlamMap map = scan.finish();
   EXPECT_EQ(map.components, 1);
   expect_true_poses(scan, map);

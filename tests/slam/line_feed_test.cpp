@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "../support/temporary_folder.hpp"
 #include "gelslam/slam/line_output.hpp"
 #include "gelslam/slam/mesh_feed.hpp"
 
@@ -63,8 +64,7 @@ TEST(LineFeed, ASlowReaderLosesTheOldestAndIsTold) {
 
 std::vector<nlohmann::json> parsed(const std::string& text) {
   std::vector<nlohmann::json> lines;
-  std::istringstream all(text);
-  for (std::string line; std::getline(all, line);) lines.push_back(nlohmann::json::parse(line));
+  for (const std::string& line : test::lines_of(text)) lines.push_back(nlohmann::json::parse(line));
   return lines;
 }
 

@@ -8,9 +8,9 @@
 #include <set>
 #include <thread>
 
+#include "../sensor/raw_frames.hpp"
 #include "../support/temporary_folder.hpp"
 #include "../surface/linear_gel.hpp"
-#include "../surface/pth_file.hpp"
 #include "gelslam/simulation/simulator.hpp"
 #include "gelslam/slam/live_slam.hpp"
 
@@ -47,14 +47,8 @@ class Pictures : public RawFrameSource {
     if (stopped_ || next_ >= pictures_.size()) return std::nullopt;
     if (const auto found = before_.find(static_cast<int>(next_)); found != before_.end()) found->second();
     if (stopped_) return std::nullopt;
-    const cv::Mat3b& picture = pictures_[next_];
-    RawFrame frame;
-    frame.encoding = FrameEncoding::bgr;
-    frame.bytes.assign(picture.ptr(), picture.ptr() + picture.total() * 3);
-    frame.width_px = picture.cols;
-    frame.height_px = picture.rows;
-    frame.index = frame.sequence = static_cast<std::int64_t>(next_);
-    frame.time_s = 0.04 * static_cast<double>(next_++);
+    RawFrame frame = bgr_frame(pictures_[next_], static_cast<std::int64_t>(next_));
+    ++next_;
     frame.arrived = std::chrono::steady_clock::now();
     frame.resumes = resumed_.contains(frame.index);
     if (damaged_.contains(frame.index)) frame.bytes.resize(100);
@@ -99,18 +93,10 @@ inline void remove_in_use(const fs::path& folder) {
   }));
 }
 
-/// The peanut touches from the first frame on.
-inline std::unique_ptr<Pictures> touching_pictures() {
-  return std::make_unique<Pictures>(
-      std::vector<cv::Mat3b>(peanut_pictures().begin() + kBackgroundFrames, peanut_pictures().end()));
-}
-
 class Live : public testing::Test {
  protected:
   Live() {
-    PthFile pth;
-    pth.layers = layers_of(linear_gel_model());
-    write_bytes(folder / "model.pth", zip_archive(pth.entries()));
+    write_pth_model(folder / "model.pth", linear_gel_model());
     options.config.sensor.calibration_model_path = folder / "model.pth";
     options.drop_when_behind = false;
     options.run_folder = folder / "run";

@@ -59,7 +59,8 @@ TEST_F(Live, TheNextScanHasTheSameBackgroundAndALogThatStandsAlone) {
   const BackgroundFrames background = session->background_frames();
   const std::string first_log = read("log.mkv");
   options.run_folder = folder / "run-2";
-  std::unique_ptr<Pictures> pictures = touching_pictures();
+  auto pictures = std::make_unique<Pictures>(  // that touch from the first one on
+      std::vector<cv::Mat3b>(peanut_pictures().begin() + kBackgroundFrames, peanut_pictures().end()));
   pictures->open();
   session = begin_live_scan(after_background(background, std::move(pictures)), options);
   const RunReport summary = session->wait();
@@ -93,8 +94,7 @@ TEST_F(Live, AStreamShowsTheKeyframesOfTheScanThatGoesOn) {
   const int all = start().wait().keyframes;
   options.stream->feed().close();
   std::set<int> ids;
-  std::istringstream lines(heard.get());
-  for (std::string line; std::getline(lines, line);) {
+  for (const std::string& line : lines_of(heard.get())) {
     const auto json = nlohmann::json::parse(line);
     if (json.at("type") != "keyframe") continue;
     EXPECT_TRUE(ids.insert(json.at("keyframe").get<int>()).second) << "one line each";

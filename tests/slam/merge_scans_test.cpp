@@ -7,7 +7,6 @@
 
 #include "../support/database.hpp"
 #include "../support/temporary_folder.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/slam/store.hpp"
@@ -22,17 +21,16 @@ using testing::HasSubstr;
 
 class Merge : public testing::Test {
  protected:
-  /// A run folder of these strokes; returns where its anchor was.
+  /// A run folder of these strokes.
   void save(const char* name, const Strokes& scan) {
     const SlamMap map = scan.finish();
     std::filesystem::create_directory(folder / name);
     write_run(folder / name, {Config{}, map, fuse_map(map, FusionOptions{}), {}});
-    first_frame[name] = frames;
     for (const auto& [frame, pose] : scan.truth()) truth[frames + frame] = pose;
     frames += map.frames.back().frame + 1;
   }
-  RunReport merge(std::vector<std::string> names, const char* output = "merged", bool overwrite = false) {
-    MergeRequest request{{}, folder / output, overwrite};
+  RunReport merge(const std::vector<std::string>& names) {
+    MergeRequest request{{}, folder / "merged", false};
     for (const std::string& name : names) request.runs.push_back(folder / name);
     NoProgress progress;
     return merge_scans(request, progress, [] { return false; }).report;
@@ -54,7 +52,6 @@ class Merge : public testing::Test {
   }
 
   TemporaryFolder folder;
-  std::map<std::string, std::int64_t> first_frame;
   std::map<std::int64_t, Pose> truth;
   std::int64_t frames = 0;
 };
@@ -93,7 +90,7 @@ TEST_F(Merge, RefusesScansOfDifferentSensorsOrModels) {
                                      {{"left", "small"}, "small: was scanned at 256x192 pixels"},
                                      {{"small", "left"}, "small: was scanned at 256x192 pixels"}})
     EXPECT_THAT(
-        message_of<Error>([&] { merge(names); }),
+        message_of([&] { merge(names); }),
         testing::AllOf(HasSubstr(words), HasSubstr("; scans of different sensors or models stay apart")));
   EXPECT_FALSE(std::filesystem::exists(folder / "merged"));
 }
@@ -108,9 +105,9 @@ TEST_F(Merge, SaysWhatDidNotJoin) {
   const RunReport summary = merge({"left", "right"});
   EXPECT_EQ(summary.components, 2);
   EXPECT_THAT(summary.parts[1], HasSubstr("right): did not join"));
-  EXPECT_THAT(message_of<Error>([&] { merge({"left"}); }), HasSubstr("at least two"));
+  EXPECT_THAT(message_of([&] { merge({"left"}); }), HasSubstr("at least two"));
   for (const char* again : {"left", "right/../left", "left/"})
-    EXPECT_THAT(message_of<Error>([&] { merge({"left", again}); }), HasSubstr("is given twice"));
+    EXPECT_THAT(message_of([&] { merge({"left", again}); }), HasSubstr("is given twice"));
 }
 
 TEST_F(Merge, FusesAgainWithOtherSettings) {
@@ -145,7 +142,7 @@ TEST_F(Merge, FusesAgainWithOtherSettings) {
   EXPECT_FALSE(load_session(folder / "run").patches.empty());
   request.voxel_size_mm = 0.6;
   request.truncation_mm = 1.0;
-  EXPECT_THAT(message_of<Error>([&] { fuse_run(request, progress, [] { return false; }); }),
+  EXPECT_THAT(message_of([&] { fuse_run(request, progress, [] { return false; }); }),
               HasSubstr("at least twice the voxel size"));
 }
 
@@ -164,7 +161,7 @@ class Fuse : public Merge {
     return fuse_run(request, progress, [] { return false; });
   }
   std::string refusal() {
-    const std::string message = message_of<Error>([&] { fuse(); });
+    const std::string message = message_of([&] { fuse(); });
     EXPECT_TRUE(read_bytes(request.run / "mesh.ply") == mesh) << "the run stays as it is";
     return message;
   }
@@ -213,12 +210,11 @@ TEST_F(Fuse, MeshAndConfigurationAreReplacedAsAWhole) {
   request.voxel_size_mm = 0.16;
   std::filesystem::remove(request.run / "mesh.ply");
   std::filesystem::create_directories(request.run / "mesh.ply/in the way");
-  EXPECT_THAT(message_of<Error>([&] { fuse(); }), HasSubstr("run/mesh.ply: cannot be written"));
+  EXPECT_THAT(message_of([&] { fuse(); }), HasSubstr("run/mesh.ply: cannot be written"));
   std::filesystem::remove_all(request.run / "mesh.ply");
   for (const auto& read : {std::function<void()>([&] { load_session(request.run); }),
                            std::function<void()>([&] { check_is_run(request.run); })})
-    EXPECT_THAT(message_of<Error>(read),
-                HasSubstr("its last save is not complete; fuse the run to complete it"));
+    EXPECT_THAT(message_of(read), HasSubstr("its last save is not complete; fuse the run to complete it"));
   EXPECT_TRUE(fuse().map_was_made);
   EXPECT_EQ(load_session(request.run).warning, "");
   EXPECT_EQ(read_config(request.run / "config.yaml").slam.fusion.voxel_size_mm, 0.16);

@@ -32,9 +32,8 @@ SurfacePtr pressed(int u0, int v0, int u1, int v1) {
   return surface;
 }
 
-std::shared_ptr<const Keyframe> keyframe(int id, int trial,
-                                         const SurfacePtr& surface = pressed(0, 0, 40, 40)) {
-  return std::make_shared<const Keyframe>(Keyframe{id, 10 * id, trial, surface, {}});
+std::shared_ptr<const Keyframe> keyframe(int id, int trial) {
+  return std::make_shared<const Keyframe>(Keyframe{id, 10 * id, trial, pressed(0, 0, 40, 40), {}});
 }
 
 TrackedFrame tracked(std::int64_t frame, const std::shared_ptr<const Keyframe>& reference,

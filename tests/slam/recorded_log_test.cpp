@@ -1,12 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <opencv2/imgcodecs.hpp>
-
+#include "../sensor/raw_frames.hpp"
 #include "../support/temporary_folder.hpp"
 #include "../surface/linear_gel.hpp"
-#include "../surface/pth_file.hpp"
-#include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
 #include "gelslam/slam/surface_stream.hpp"
 
@@ -19,10 +16,7 @@ using namespace test;
 class RecordedLog : public testing::Test {
  protected:
   RecordedLog() {
-    PthFile pth;
-    pth.layers = layers_of(linear_gel_model());
-    model_bytes = zip_archive(pth.entries());
-    write_bytes(folder / "model.pth", model_bytes);
+    write_pth_model(folder / "model.pth", linear_gel_model());
     input.log = folder / "a.mkv";
   }
 
@@ -31,11 +25,7 @@ class RecordedLog : public testing::Test {
     for (int i = 0; i < frames; ++i) {
       const cv::Size size(320, 240);
       const cv::Mat1f height = i < 10 ? cv::Mat1f(size, 0.0F) : ball_press(size, 0.0634, 150, 120, 5, 0.8);
-      RawFrame frame;
-      frame.encoding = FrameEncoding::png;
-      cv::imencode(".png", render(height, 0.0634, 1.0, static_cast<std::uint64_t>(i)), frame.bytes);
-      frame.width_px = size.width;
-      frame.height_px = size.height;
+      RawFrame frame = bgr_frame(render(height, 0.0634, 1.0, static_cast<std::uint64_t>(i)), i);
       frame.time_s = 0.041 * i;
       ASSERT_TRUE(writer.write(frame));
     }
@@ -49,7 +39,6 @@ class RecordedLog : public testing::Test {
   }
 
   TemporaryFolder folder;
-  std::string model_bytes;
   LogInput input;
 };
 
@@ -85,7 +74,7 @@ TEST_F(RecordedLog, WhatAPersonNamesGoesFirst) {
   write_bytes(folder / "config.yaml", "device_config:\n  calibration_model_path: model.pth\n");
   EXPECT_EQ(resolve_config(input).sensor.calibration_model_path.filename(), "model.pth");
   input.config.clear();
-  write_bytes(folder / "other.pth", model_bytes);
+  write_pth_model(folder / "other.pth", linear_gel_model());
   input.model = folder / "other.pth";
   EXPECT_EQ(resolve_config(input).sensor.calibration_model_path.filename(), "other.pth");
 }

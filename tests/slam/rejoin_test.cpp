@@ -33,11 +33,11 @@ Pose round_the_rim(double beads) {
 
 class Rejoin : public testing::Test {
  protected:
-  void add(const Field& field, const Pose& object_T_sensor, const View& view = everywhere()) {
+  void add(const Field& field, const Pose& object_T_sensor) {
     auto keyframe = std::make_shared<Keyframe>();
     keyframe->id = keyframe->trial = static_cast<int>(keyframes.size());
     keyframe->frame = keyframe->id;
-    keyframe->surface = SurfacePtr(touch(field, object_T_sensor, view));
+    keyframe->surface = SurfacePtr(touch(field, object_T_sensor, everywhere()));
     keyframe->reference =
         std::make_shared<const NormalFlowReference>(keyframe->surface.get(), NormalFlowOptions{});
     FrameRecord frame;

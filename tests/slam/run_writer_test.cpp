@@ -9,7 +9,6 @@
 #include "../support/analytic_surface.hpp"
 #include "../support/file_size_limit.hpp"
 #include "../support/temporary_folder.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/slam/store.hpp"
 #include "run_folder/live_run.hpp"
@@ -72,7 +71,6 @@ std::shared_ptr<slam::detail::LiveRun> resume(const std::filesystem::path& folde
   return slam::detail::LiveRun::resume(folder, scan, "", false, Config{});
 }
 
-/// A session that the scan could not write is written at its end; the one that is there goes only then.
 TEST(RunFolderFiles, TimesAreThoseOfTheClockIfEveryFrameKnowsIt) {
   constexpr std::int64_t kStartUs = 1764268461123457;
   SlamMap map = map_with_a_false_loop();
@@ -91,6 +89,7 @@ TEST(RunFolderFiles, TimesAreThoseOfTheClockIfEveryFrameKnowsIt) {
   EXPECT_EQ(map.trajectory()[2].time_s, 0.08);
 }
 
+/// A session that the scan could not write is written at its end; the one that is there goes only then.
 TEST(LiveRunFolder, ASessionThatCannotBeWrittenAgainStays) {
   const TemporaryFolder folder;
   SlamMap map = map_with_a_false_loop();
@@ -103,7 +102,7 @@ TEST(LiveRunFolder, ASessionThatCannotBeWrittenAgainStays) {
   std::string message;
   {
     const FileSizeLimit limit(session.size() - 1);
-    message = message_of<Error>([&] { run->save({Config{}, map, {}, {}}, false); });
+    message = message_of([&] { run->save({Config{}, map, {}, {}}, false); });
   }
   EXPECT_THAT(message, HasSubstr((folder / "session.db: cannot be written").string()));
   EXPECT_TRUE(read_bytes(folder / "session.db") == session);
@@ -130,7 +129,7 @@ TEST(LiveRunFolder, WritesIntoNoOtherRun) {
   RunReport newer;
   newer.anchor_frame = 7;
   for (int saves = 0; saves < 2; ++saves) {
-    const std::string message = message_of<Error>([&] { run->save({Config{}, map, {}, newer}, true); });
+    const std::string message = message_of([&] { run->save({Config{}, map, {}, newer}, true); });
     EXPECT_THAT(message, HasSubstr("another folder is there now; saved in "));
     EXPECT_EQ(read_bytes(folder / "RUN/report.json"), report);
     EXPECT_TRUE(read_bytes(folder / "RUN/session.db") == session);

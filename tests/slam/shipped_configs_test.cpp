@@ -30,31 +30,20 @@ TEST(ShippedConfigs, AllCanBeReadAndWrittenAgain) {
   EXPECT_THAT(names, testing::IsSupersetOf({"gelsight_mini.yaml", "digit.yaml", "clip.yaml"}));
 }
 
-/// A bench: another camera first, the sensor behind it.
-class Bench : public testing::Test {
- protected:
-  void SetUp() override {
-    other.path = "/dev/video0";
-    other.card = "HD Webcam";
-    sensor.path = "/dev/video3";
-    sensor.bus = "usb-2";
-  }
-  std::unique_ptr<CameraSource> open(const Config& config) {
-    return detail::open_camera(camera_options(config.sensor), system);
-  }
-
-  FakeCamera other, sensor;
-  detail::VideoSystem system = test::fake_system({&other, &sensor});
-};
-
-TEST_F(Bench, DigitYamlAsksADigitForWhatItGives) {
+/// Another camera comes first.
+TEST(ShippedConfigs, DigitYamlAsksADigitForWhatItGives) {
   const Config config = read_config(kConfigs / "digit.yaml");
+  FakeCamera other, sensor;
+  other.card = "HD Webcam";
+  sensor.path = "/dev/video3";
+  sensor.bus = "usb-2";
   sensor.card = "DIGIT: DIGIT";
   // As digit-interface lists its streams: QVGA and VGA, uncompressed.
   sensor.modes = {{V4L2_PIX_FMT_YUYV, 320, 240, {60, 30}}, {V4L2_PIX_FMT_YUYV, 640, 480, {30, 15}}};
   const std::vector<std::uint8_t> green(2u * 640 * 480, 90);
   sensor.frames.push_back({.bytes = green});
-  const auto camera = open(config);
+  const detail::VideoSystem system = test::fake_system({&other, &sensor});
+  const auto camera = detail::open_camera(camera_options(config.sensor), system);
   EXPECT_EQ(camera->description(), "DIGIT: DIGIT, /dev/video3, YUYV 640x480, 30 Hz");
   EXPECT_EQ(camera->warning(), "");
   const auto frame = camera->next();

@@ -7,7 +7,6 @@
 
 #include "../support/analytic_surface.hpp"
 #include "../support/temporary_folder.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/slam/slam_map.hpp"
 
 namespace gelslam::test {
@@ -51,7 +50,7 @@ inline SlamMap small_map() {
 
 /// What is said of a session that is not read, in one line.
 inline std::string refusal(const std::function<void()>& read) {
-  const std::string message = message_of<Error>(read);
+  const std::string message = message_of(read);
   EXPECT_EQ(message.find('\n'), std::string::npos);
   return message;
 }

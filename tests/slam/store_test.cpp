@@ -2,9 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <signal.h>
 #include <sys/syscall.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <map>
@@ -12,6 +10,7 @@
 #include <random>
 
 #include "../support/file_size_limit.hpp"
+#include "../support/killed_process.hpp"
 #include "../support/temporary_folder.hpp"
 #include "gelslam/slam/mapper.hpp"
 #include "gelslam/slam/slam_options.hpp"
@@ -181,25 +180,17 @@ TEST(Store, AKillTakesNoMoreThanOneKeyframe) {
   for (int round = 0; round < 8; ++round) {
     const TemporaryFolder folder;
     begin_store(folder.path(), small_map().parts.front());
-    int written[2];
-    ASSERT_EQ(::pipe(written), 0);
-    const pid_t child = ::fork();
-    if (child == 0) {
+    KilledProcess scan([&](const auto& tell) {
       Store store(folder.path());
       for (int id = 0;; ++id) {
         store.add(frame_of(id));
         store.add(unlinked(keyframe, id));
         store.add_loops(id, {});
-        if (::write(written[1], "x", 1) != 1) ::_exit(1);
+        tell();
       }
-    }
+    });
     ::usleep(20'000 + static_cast<unsigned>(random() % 60'000));
-    ::kill(child, SIGKILL);
-    ::waitpid(child, nullptr, 0);
-    ::close(written[1]);
-    std::size_t known = 0;
-    for (char byte; ::read(written[0], &byte, 1) == 1;) ++known;
-    ::close(written[0]);
+    const auto known = static_cast<std::size_t>(scan.kill());
     const ScanRecord left = read_scan(folder.path(), {});
     EXPECT_GE(left.keyframes.size(), known);
     EXPECT_LE(left.keyframes.size(), known + 1);

@@ -14,8 +14,9 @@ inline const Field& ground() {
   return field;
 }
 
+inline const Pose kLifted = motion(0, 0, 0, 0, 0, -3);
+
 inline Pose stroke_pose(double x_mm, double y_mm, double twist_deg, int step) {
-  if (step < 0) return motion(0, 0, 0, 0, 0, -3);  // lifted
   return motion(0.5 * step, 0, twist_deg, x_mm + 0.3 * step, y_mm - 0.2 * step, 0.4);
 }
 
@@ -27,30 +28,42 @@ inline SurfacePtr touched(double x_mm, double y_mm, double twist_deg, int step, 
   return surface;
 }
 
-/// Strokes over a textured plane.
+/// Strokes over a textured plane, or any other touches of it.
 class Strokes {
  public:
   explicit Strokes(const ScanRecord& so_far = {}, const View& view = View())
       : view_(view), slam_(SlamOptions{}, so_far), next_(so_far.next_frame()) {}
 
-  void stroke(double x_mm, double y_mm, double twist_deg, bool lift = true) {
+  /// Three touches, and lifted.
+  void stroke(double x_mm, double y_mm, double twist_deg) {
     for (int step = 0; step < 3; ++step) {
       truth_[next_] = stroke_pose(x_mm, y_mm, twist_deg, step);
-      see(touched(x_mm, y_mm, twist_deg, step, view_));
+      process(touched(x_mm, y_mm, twist_deg, step, view_));
     }
-    if (lift) see(touched(0, 0, 0, -1, view_));
+    lift();
   }
-  SlamMap finish(const ScanPart& part = {0, "one", 5, ""}) const {
+  TrackedFrame see(const Pose& ground_T_sensor) {
+    truth_[next_] = ground_T_sensor;
+    return process(touch(ground(), ground_T_sensor, view_));
+  }
+  void lift() {
+    static const SurfacePtr nothing = touch(ground(), kLifted);
+    process(nothing);
+  }
+  void background(int count) {
+    for (int i = 0; i < count; ++i) slam_.skip(next_++, 0);
+  }
+  SlamMap finish() const {
     SlamMap map = slam_.finish();
-    if (map.parts.empty()) map.parts = {part};
+    if (map.parts.empty()) map.parts = {{0, "one", 5, ""}};
     return map;
   }
   const std::map<std::int64_t, Pose>& truth() const { return truth_; }
 
  private:
-  void see(const SurfacePtr& surface) {
-    slam_.process(next_, 0.04 * static_cast<double>(next_), surface, timer_);
-    ++next_;
+  TrackedFrame process(const SurfacePtr& surface) {
+    const std::int64_t frame = next_++;
+    return slam_.process(frame, 0.04 * static_cast<double>(frame), surface, timer_);
   }
 
   View view_;

@@ -11,9 +11,9 @@ constexpr std::array<bool, 6> kNoSlideX = {false, true, true, true, true, true};
 
 class Trajectory : public testing::Test {
  protected:
-  void track(int frames, const std::array<bool, 6>& observable, int keyframe = 0, int trial = 0) {
+  void track(int frames, const std::array<bool, 6>& observable, int keyframe = 0) {
     for (int k = 0; k < frames; ++k, ++next_)
-      records.push_back({next_, 0.04 * static_cast<double>(next_), TrackStatus::tracked, trial, keyframe,
+      records.push_back({next_, 0.04 * static_cast<double>(next_), TrackStatus::tracked, 0, keyframe,
                          Pose::Identity(), observable});
   }
 

@@ -1,5 +1,7 @@
 #include "analytic_surface.hpp"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
@@ -78,27 +80,31 @@ std::pair<double, Eigen::Vector3d> Waves::operator()(const Eigen::Vector3d& p) c
   return sum;
 }
 
-Waves random_waves(std::uint64_t seed, double slope, double shortest_mm, double longest_mm, bool flat) {
-  constexpr int kWaves = 14;
+Waves random_waves(std::uint64_t seed, double slope, double shortest_mm, double longest_mm, bool flat,
+                   int count) {
   std::mt19937_64 random(seed);
   const auto uniform = [&random] { return static_cast<double>(random() >> 11) * 0x1p-53; };
   Waves result;
-  for (int i = 0; i < kWaves; ++i) {
+  for (int i = 0; i < count; ++i) {
     const double k = 2 * M_PI / (shortest_mm + (longest_mm - shortest_mm) * uniform()),
                  around = 2 * M_PI * uniform();
     const double up = flat ? 0.0 : 2 * uniform() - 1, flat_part = std::sqrt(1 - up * up);
     result.waves.push_back(
         {k * Eigen::Vector3d(flat_part * std::cos(around), flat_part * std::sin(around), up),
-         2 * M_PI * uniform(), slope * std::sqrt(2.0 / kWaves) / k});
+         2 * M_PI * uniform(), slope * std::sqrt(2.0 / count) / k});
   }
   return result;
 }
 
-Field textured_plane(std::uint64_t seed, double slope, double shortest_mm, double longest_mm) {
-  return [waves = random_waves(seed, slope, shortest_mm, longest_mm, true)](const Eigen::Vector3d& p) {
+Field relief(const Waves& waves) {
+  return [waves](const Eigen::Vector3d& p) {
     const auto [height, gradient] = waves(p);
     return std::pair{p.z() - height, Eigen::Vector3d(Eigen::Vector3d(0, 0, 1) - gradient)};
   };
+}
+
+Field textured_plane(std::uint64_t seed, double slope, double shortest_mm, double longest_mm) {
+  return relief(random_waves(seed, slope, shortest_mm, longest_mm, true));
 }
 
 Field uneven_waffle(double period_mm) { return together(waffle(period_mm), textured_plane(5, 0.08)); }
@@ -113,11 +119,9 @@ Field bumpy_ellipsoid(std::uint64_t seed, const Eigen::Vector3d& semi_axes_mm, d
   };
 }
 
-View everywhere() {
-  View view;
-  view.contact_width_px = view.contact_height_px = 300;
-  return view;
-}
+View everywhere() { return {.contact_width_px = 300, .contact_height_px = 300}; }
+
+View small_view() { return {.contact_width_px = 60, .contact_height_px = 50}; }
 
 Pose pressed(double radius_mm, double depth_mm) {
   Pose pose = Pose::Identity();
@@ -242,6 +246,11 @@ SurfacePtr with_noise(const Surface& clean, double sigma_rad, std::uint64_t seed
 PoseGap gap(const Pose& a, const Pose& b) {
   const Pose between = a.inverse() * b;
   return {rotation_angle_rad(between) / kDegree, between.translation().norm()};
+}
+
+void expect_within(const PoseGap& gap, double deg, double mm) {
+  EXPECT_LT(gap.deg, deg);
+  EXPECT_LT(gap.mm, mm);
 }
 
 }  // namespace gelslam::test

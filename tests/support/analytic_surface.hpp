@@ -51,9 +51,13 @@ struct Waves {
 
 /// Waves with lengths between the two given ones in all directions (in the xy plane only when `flat`), root
 /// mean square slope `slope`: no place looks like another.
-Waves random_waves(std::uint64_t seed, double slope, double shortest_mm, double longest_mm, bool flat);
+Waves random_waves(std::uint64_t seed, double slope, double shortest_mm, double longest_mm, bool flat,
+                   int count = 14);
 
-/// A plane with a texture that has no end: z = sum of waves of x and y.
+/// A texture that has no end: z = sum of waves of x and y.
+Field relief(const Waves& waves);
+
+/// Of random waves.
 Field textured_plane(std::uint64_t seed, double slope = 0.15, double shortest_mm = 1.0,
                      double longest_mm = 3.0);
 
@@ -76,6 +80,8 @@ struct View {
 /// Contact wherever the sensor looks: where it ends within the picture, other touches would find the gel bare
 /// that the object goes on over.
 View everywhere();
+/// A contact of 7.6 by 6.3 mm, which a short slide outgrows.
+View small_view();
 
 /// A body's lowest point lies in the sensor's middle, `depth_mm` below the untouched gel: pose body_T_sensor
 /// for a body whose lowest point in its own frame is (0, 0, -radius).
@@ -111,5 +117,6 @@ struct PoseGap {
   double deg, mm;
 };
 PoseGap gap(const Pose& a, const Pose& b);
+void expect_within(const PoseGap& gap, double deg, double mm);
 
 }  // namespace gelslam::test

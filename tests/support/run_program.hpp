@@ -23,18 +23,15 @@ struct ProgramResult {
   std::ptrdiff_t error_lines() const { return std::count(err.begin(), err.end(), '\n'); }
 };
 
-/// Runs `program` with `arguments` to its end, its input empty and its outputs caught in files (no terminal).
-/// `out` replaces the file that standard output goes to.
-inline ProgramResult run_program(const std::string& program, const std::vector<std::string>& arguments,
-                                 const std::string& out = "") {
-  const TemporaryFolder folder;
-  const std::string out_path = out.empty() ? (folder / "out").string() : out,
-                    err_path = (folder / "err").string();
+/// Starts `program` and does not wait; its input is empty, and its outputs go to files where they are named.
+inline pid_t start_program(const std::string& program, const std::vector<std::string>& arguments,
+                           const std::string& out = "", const std::string& err = "") {
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, 1, out_path.c_str(), O_WRONLY | O_CREAT, 0600);
-  posix_spawn_file_actions_addopen(&actions, 2, err_path.c_str(), O_WRONLY | O_CREAT, 0600);
+  for (const auto& [descriptor, path] : {std::pair(1, &out), std::pair(2, &err)})
+    if (!path->empty())
+      posix_spawn_file_actions_addopen(&actions, descriptor, path->c_str(), O_WRONLY | O_CREAT, 0600);
   std::vector<char*> argv{const_cast<char*>(program.c_str())};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
@@ -42,14 +39,35 @@ inline ProgramResult run_program(const std::string& program, const std::vector<s
   const int failed = posix_spawn(&child, program.c_str(), &actions, nullptr, argv.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
   if (failed != 0) throw std::runtime_error("cannot start " + program);
+  return child;
+}
+
+/// Waits for its end; minus the signal that ended it.
+inline int exit_code_of(pid_t child) {
   int status = 0;
   ::waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+}
+
+/// Runs `program` to its end, its outputs caught (no terminal). `out` replaces the file that standard output
+/// goes to.
+inline ProgramResult run_program(const std::string& program, const std::vector<std::string>& arguments,
+                                 const std::string& out = "") {
+  const TemporaryFolder folder;
+  const std::string out_path = out.empty() ? (folder / "out").string() : out,
+                    err_path = (folder / "err").string();
   ProgramResult result;
-  result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+  result.exit_code = exit_code_of(start_program(program, arguments, out_path, err_path));
   if (out.empty()) result.out = read_bytes(out_path);
   result.err = read_bytes(err_path);
   return result;
 }
+
+#ifdef GELSLAM_PROGRAM
+inline ProgramResult gelslam(const std::vector<std::string>& arguments, const std::string& out = "") {
+  return run_program(GELSLAM_PROGRAM, arguments, out);
+}
+#endif
 
 /// What a shell command prints on a terminal.
 inline std::string on_terminal(const std::string& command) {

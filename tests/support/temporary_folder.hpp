@@ -10,7 +10,18 @@
 #include <string_view>
 #include <vector>
 
+#include "gelslam/core/error.hpp"
+
 namespace gelslam::test {
+
+/// Every name in a folder, sorted.
+inline std::vector<std::string> names_in(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    names.push_back(entry.path().filename().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
 
 /// A fresh folder for one test, gone with all it holds afterwards.
 class TemporaryFolder {
@@ -30,14 +41,8 @@ class TemporaryFolder {
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path operator/(const std::filesystem::path& name) const { return path_ / name; }
 
-  /// Every name in it, sorted: to see that nothing was left behind.
-  std::vector<std::string> names() const {
-    std::vector<std::string> result;
-    for (const auto& entry : std::filesystem::directory_iterator(path_))
-      result.push_back(entry.path().filename().string());
-    std::sort(result.begin(), result.end());
-    return result;
-  }
+  /// To see that nothing was left behind.
+  std::vector<std::string> names() const { return names_in(path_); }
 
  private:
   std::filesystem::path path_;
@@ -57,17 +62,24 @@ inline std::string read_bytes(const std::filesystem::path& path) {
   return bytes.str();
 }
 
+inline std::vector<std::string> lines_of(const std::string& text) {
+  std::istringstream stream(text);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
 /// What Git LFS leaves in place of a file that it did not fetch.
 inline constexpr std::string_view kLfsPointer =
     "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a214614ab2935c943f9e0ff69d22e\nsize 12160\n";
 inline constexpr const char* kLfsAdvice = "only a Git LFS pointer to the file; run git lfs pull";
 
-/// The message of the gelslam::Error (or other exception type) that `action` throws, or "nothing was thrown".
-template <class Exception, class Action>
+/// The message of the gelslam::Error that `action` throws, or "nothing was thrown".
+template <class Action>
 std::string message_of(Action&& action) {
   try {
     action();
-  } catch (const Exception& error) {
+  } catch (const Error& error) {
     return error.what();
   }
   return "nothing was thrown";

@@ -193,7 +193,7 @@ class RealBackgrounds : public ::testing::Test {
   };
 
   void SetUp() override {
-    const fs::path data = test::data_folder();
+    const fs::path data = data_folder();
     if (!fs::exists(data / "sequences")) GTEST_SKIP() << "no data in " << data << "; set GELSLAM_DATA";
     for (const char* name : {"calibration", "calibration_b", "calibration_sim"}) {
       sensors.push_back({name, cv::imread((data / name / "background.png").string()),
@@ -215,17 +215,16 @@ class RealBackgrounds : public ::testing::Test {
     }
   }
 
-  Doubts judge_with_model(const Sensor& sensor, const cv::Mat3b& picture) {
-    return judge_background(picture, "GelSight Mini R0B 28KX", sensor.model ? &*sensor.model : nullptr);
-  }
-
   std::vector<Sensor> sensors;
 };
 
 TEST_F(RealBackgrounds, GoodOnesAreNotDoubted) {
   ASSERT_GE(sensors.size(), 20u);
   for (const Sensor& sensor : sensors)
-    EXPECT_THAT(judge_with_model(sensor, sensor.background), IsEmpty()) << sensor.name;
+    EXPECT_THAT(judge_background(sensor.background, "GelSight Mini R0B 28KX",
+                                 sensor.model ? &*sensor.model : nullptr),
+                IsEmpty())
+        << sensor.name;
 }
 
 TEST_F(RealBackgrounds, AnotherSensorsModelIsNoticed) {

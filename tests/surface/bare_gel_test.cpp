@@ -44,6 +44,22 @@ cv::Mat1b in_blocks(const cv::Mat1b& pixels) {
   return blocks;
 }
 
+/// Heights integrated from slopes and laid on the bare gel, in pixels.
+struct Leveled {
+  cv::Mat1f height;
+  bool seen = false;
+};
+Leveled leveled(const Reading& reading, BareGelLeveler& leveler) {
+  PoissonSolver poisson(kSensor);
+  cv::Mat1f squares = poisson.solve(reading.gx, reading.gy);
+  const bool seen = leveler.level(squares, in_blocks(reading.changed), poisson).seen;
+  return {poisson.pixels(squares), seen};
+}
+Leveled leveled(const Reading& reading) {
+  BareGelLeveler leveler(kSensor);
+  return leveled(reading, leveler);
+}
+
 cv::Mat1f height_field(const std::function<double(int, int)>& height_px) {
   cv::Mat1f heights(kSensor);
   for (int v = 0; v < heights.rows; ++v)
@@ -63,12 +79,8 @@ TEST(BareGel, LiesAtZeroOnBothSidesOfAContactThatSpansThePicture) {
   const double depth = 1.0 / kPitchMm;
   const cv::Mat1f truth = height_field([&](int u, int) { return trench_px(u, 160, 60, depth); });
   const Reading reading = read(truth, [](int u) { return u > 160 ? 0.8 : 1.0; });
-  PoissonSolver poisson(kSensor);
-  cv::Mat1f height = poisson.solve(reading.gx, reading.gy);
-  const BareGelLeveler::Result gel =
-      BareGelLeveler(kSensor).level(height, in_blocks(reading.changed), poisson);
-  height = poisson.pixels(height);
-  EXPECT_TRUE(gel.seen);
+  const auto [height, seen] = leveled(reading);
+  EXPECT_TRUE(seen);
   for (int v = 0; v < kSensor.height; v += 20)
     for (int u = 0; u < kSensor.width; u += 4) {
       if (reading.changed(v, u) == 0 && (u < 96 || u > 224)) {
@@ -86,10 +98,8 @@ TEST(BareGel, ErrorsAreSpreadWhereSlopesAreLeastCertain) {
   const Reading reading = read(truth, [](int u) { return u > 250 ? 0.8 : 1.0; });
   const cv::Mat1b confidence = confidence_map(default_uncertainty(kSensor, kPitchMm), kSensor);
   const auto deepest_mm = [&](const cv::Mat1b& known) {
-    PoissonSolver poisson(kSensor);
-    cv::Mat1f height = poisson.solve(reading.gx, reading.gy);
-    BareGelLeveler(kSensor, known).level(height, in_blocks(reading.changed), poisson);
-    return kPitchMm * poisson.pixels(height)(120, 250);
+    BareGelLeveler leveler(kSensor, known);
+    return kPitchMm * leveled(reading, leveler).height(120, 250);
   };
   EXPECT_LT(std::abs(deepest_mm(confidence) + 1.0), 0.5 * std::abs(deepest_mm(cv::Mat1b()) + 1.0));
 }
@@ -109,10 +119,8 @@ TEST(BareGel, AFieldInsideARaisedRimIsNotBare) {
   for (const auto& [center, radius] : {std::pair(cv::Point(160, 120), 105), {cv::Point(120, 80), 189}}) {
     const Reading reading = read(coin_px(center, radius), [](int) { return 1.0; });
     ASSERT_EQ(reading.changed(center), 0);
-    PoissonSolver poisson(kSensor);
-    cv::Mat1f height = poisson.solve(reading.gx, reading.gy);
-    EXPECT_TRUE(BareGelLeveler(kSensor).level(height, in_blocks(reading.changed), poisson).seen);
-    height = poisson.pixels(height);
+    const auto [height, seen] = leveled(reading);
+    EXPECT_TRUE(seen);
     EXPECT_NEAR(height(center), -4, 0.1);
     EXPECT_NEAR(height(230, 310), 0, 0.1);
   }
@@ -127,15 +135,13 @@ TEST(BareGel, OnBothSidesOfAContactIsOneWhereSlopesAroundItSaySo) {
       const double x = (u - 225) / 45.0, y = std::max(0, v - 150) / 50.0;
       return -10 * std::max(0.0, 1 - x * x - y * y);
     });
-    const Reading reading = read(truth, [&](int u) { return u > 225 ? factor : 1.0; });
-    PoissonSolver poisson(kSensor);
-    cv::Mat1f height = poisson.solve(reading.gx, reading.gy);
-    EXPECT_GT(height(20, 150) - height(20, 20), 5) << "what integration alone makes of it";
+    Reading reading = read(truth, [&](int u) { return u > 225 ? factor : 1.0; });
+    const cv::Mat1f integrated = PoissonSolver(kSensor).solve(reading.gx, reading.gy);
+    EXPECT_GT(integrated(20, 150) - integrated(20, 20), 5) << "what integration alone makes of it";
     // A narrow strip beyond the tip changes color, too.
-    cv::Mat1b changed = reading.changed.clone();
-    changed(cv::Rect(200, 190, 60, 50)).setTo(255);
-    EXPECT_TRUE(BareGelLeveler(kSensor).level(height, in_blocks(changed), poisson).seen);
-    height = poisson.pixels(height);
+    reading.changed(cv::Rect(200, 190, 60, 50)).setTo(255);
+    const auto [height, seen] = leveled(reading);
+    EXPECT_TRUE(seen);
     EXPECT_NEAR(height(120, 60), 0, 0.1) << factor;
     EXPECT_NEAR(height(40, 310), 0, 0.2) << factor;
   }
@@ -149,11 +155,7 @@ TEST(BareGel, StaysBareOrPressedWhileHeightsHardlyChange) {
       const double r = std::hypot(u - 160, v - 120);
       return -depth * std::clamp((105 - r) / 8, 0.0, 1.0) - 8 * std::max(0.0, 1 - std::abs(r - 85) / 10);
     });
-    const Reading reading = read(truth, [](int) { return 1.0; });
-    PoissonSolver poisson(kSensor);
-    cv::Mat1f height = poisson.solve(reading.gx, reading.gy);
-    leveler.level(height, in_blocks(reading.changed), poisson);
-    return poisson.pixels(height)(120, 160);
+    return leveled(read(truth, [](int) { return 1.0; }), leveler).height(120, 160);
   };
   // The limit is 4 pixels: 0.4 times the depth of the rim, as cells show it.
   BareGelLeveler bare(kSensor), pressed(kSensor);

@@ -15,23 +15,6 @@ namespace {
 
 using namespace surface::detail;
 
-// The definition in double precision: network, then tangent.
-std::array<double, 2> naive_gradient(const GradientModel& model, const std::array<double, 5>& features) {
-  std::vector<double> values(features.begin(), features.end());
-  for (std::size_t i = 0; i < GradientModel::kLayers; ++i) {
-    std::vector<double> next;
-    for (std::size_t o = 0; o < model.bias(i).size(); ++o) {
-      double sum = static_cast<double>(model.bias(i)[o]);
-      for (std::size_t k = 0; k < values.size(); ++k) {
-        sum += static_cast<double>(model.weight(i)[o * values.size() + k]) * values[k];
-      }
-      next.push_back(i + 1 < GradientModel::kLayers ? std::max(sum, 0.0) : sum);
-    }
-    values = next;
-  }
-  return {std::tan(values[0]), std::tan(values[1])};
-}
-
 cv::Mat3b random_image(cv::Size size, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   cv::Mat3b image(size);
@@ -49,10 +32,13 @@ TEST(GradientMap, UsesColorAndPlaceAsTheModelExpects) {
   cv::Mat1f gx, gy;
   map.compute(image, color_table(Light{}), surface::detail::all_blocks(size), gx, gy);
   constexpr double kRounding = 1e-4;  // of factors to 16 bits, where the processor multiplies matrices
+  PthFile file;
+  file.layers = layers_of(model);
   const auto at = [&](const cv::Mat3b& picture, int v, int u) {
     const cv::Vec3b color = picture(v, u);
-    return naive_gradient(model, {color[0] / 255.0, color[1] / 255.0, color[2] / 255.0,
-                                  static_cast<double>(u) / size.width, static_cast<double>(v) / size.height});
+    const auto angles = naive_outputs(file, {color[0] / 255.0, color[1] / 255.0, color[2] / 255.0,
+                                             1.0 * u / size.width, 1.0 * v / size.height});
+    return std::array{std::tan(angles[0]), std::tan(angles[1])};
   };
   for (int v = 0; v < size.height; ++v) {
     for (int u = 0; u < size.width; ++u) {
@@ -62,20 +48,11 @@ TEST(GradientMap, UsesColorAndPlaceAsTheModelExpects) {
   }
 }
 
-/// The SDK's definition in double precision: two components of a unit normal, then the slopes.
-std::array<double, 2> naive_maker_gradient(const std::vector<PthLayer>& layers, const cv::Vec3b& color) {
-  std::vector<double> values = {color[0] / 255.0, color[1] / 255.0, color[2] / 255.0, 0.0, 0.0};
-  for (std::size_t l = 0; l < layers.size(); ++l) {
-    std::vector<double> next(layers[l].bias.begin(), layers[l].bias.end());
-    for (std::size_t o = 0; o < next.size(); ++o) {
-      for (std::size_t k = 0; k < values.size(); ++k)
-        next[o] += static_cast<double>(layers[l].weight[o * values.size() + k]) * values[k];
-      if (l + 1 < layers.size()) next[o] = std::max(next[o], 0.0);
-    }
-    values = next;
-  }
-  const double z = std::sqrt(1.0 - values[0] * values[0] - values[1] * values[1]);
-  return {values[0] / z, values[1] / z};
+/// The SDK's definition: two components of a unit normal, then the slopes.
+std::array<double, 2> naive_maker_gradient(const PthFile& file, const cv::Vec3b& color) {
+  const auto n = naive_outputs(file, {color[0] / 255.0, color[1] / 255.0, color[2] / 255.0, 0.0, 0.0});
+  const double z = std::sqrt(1.0 - n[0] * n[0] - n[1] * n[1]);
+  return {n[0] / z, n[1] / z};
 }
 
 TEST(GradientMap, ReadsTheMakersNetworkAsItsNormalsLessTheBareGel) {
@@ -99,8 +76,8 @@ TEST(GradientMap, ReadsTheMakersNetworkAsItsNormalsLessTheBareGel) {
     double steepest = 0;
     for (int v = 0; v < size.height; ++v)
       for (int u = 0; u < size.width; ++u) {
-        const auto touched = naive_maker_gradient(file.layers, image(v, u)),
-                   untouched = naive_maker_gradient(file.layers, bare(v, u));
+        const auto touched = naive_maker_gradient(file, image(v, u)),
+                   untouched = naive_maker_gradient(file, bare(v, u));
         ASSERT_NEAR(gx(v, u), touched[0] - untouched[0], tolerance);
         ASSERT_NEAR(gy(v, u), touched[1] - untouched[1], tolerance);
         steepest = std::max({steepest, std::abs(touched[0]), std::abs(touched[1])});

@@ -6,7 +6,6 @@
 #include <opencv2/core.hpp>
 
 #include "../support/temporary_folder.hpp"
-#include "gelslam/core/error.hpp"
 #include "pth_file.hpp"
 
 namespace gelslam::test {
@@ -32,7 +31,7 @@ ModelFile some_file() {
 std::string refusal(const std::string& contents) {
   const TemporaryFolder folder;
   write_bytes(folder / "model.json", contents);
-  return message_of<Error>([&] { read_model(folder / "model.json"); });
+  return message_of([&] { read_model(folder / "model.json"); });
 }
 
 std::string good_text() {
@@ -75,7 +74,7 @@ TEST(ModelFile, KeepsTheUncertaintyAndReadsFilesWithout) {
     EXPECT_NEAR(read[k], written.model.sigma_rad[k], 6e-5) << "kept to a ten-thousandth";
   written.model.sigma_rad[7] = -1;
   write_model_file(folder / "bad.json", written);
-  EXPECT_THAT(message_of<Error>([&] { read_model(folder / "bad.json"); }), HasSubstr("slope_sigma_rad"));
+  EXPECT_THAT(message_of([&] { read_model(folder / "bad.json"); }), HasSubstr("slope_sigma_rad"));
 }
 
 TEST(ModelFile, ReadsBothKindsByContentNotByName) {

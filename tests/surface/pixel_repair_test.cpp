@@ -36,6 +36,19 @@ SurfacePtr surface_of(const cv::Mat3b& image) {
   return SurfaceEstimator(linear_gel_model(), kBare, SurfaceOptions{}).estimate(image);
 }
 
+/// Heights are those of the truth to 0.03 mm, and the contact is what it is without the disturbance.
+void expect_undisturbed(const Surface& surface, const cv::Mat1f& truth_mm, const Surface& undisturbed) {
+  EXPECT_LT(cv::norm(surface.height_mm, truth_mm, cv::NORM_INF), 0.03);
+  const cv::Mat differing = surface.contact != undisturbed.contact;
+  EXPECT_LT(cv::countNonZero(differing), undisturbed.contact_pixels / 50);
+}
+
+/// Takes the share `shade` of `strength` of the light away.
+void darken(cv::Mat3b& image, const cv::Mat1f& shade, double strength) {
+  for (int v = 0; v < image.rows; ++v)
+    for (int u = 0; u < image.cols; ++u) image(v, u) *= 1.0 - strength * static_cast<double>(shade(v, u));
+}
+
 /// Dots 32 pixels apart, moved by `shift_px`; one is missing, one is small, and one lies out of line.
 cv::Mat3b with_dots(const cv::Mat3b& image, double shift_px = 0.0) {
   cv::Mat1f ink(image.size(), 0.0F);
@@ -49,8 +62,7 @@ cv::Mat3b with_dots(const cv::Mat3b& image, double shift_px = 0.0) {
   cv::circle(ink, {208, 136}, 5, 1.0, cv::FILLED);
   cv::GaussianBlur(ink, ink, {}, 0.8);
   cv::Mat3b result = image.clone();
-  for (int v = 0; v < image.rows; ++v)
-    for (int u = 0; u < image.cols; ++u) result(v, u) *= 1.0 - 0.7 * static_cast<double>(ink(v, u));
+  darken(result, ink, 0.7);
   return result;
 }
 
@@ -100,9 +112,7 @@ TEST(Highlights, ShinesNeitherThroughTheHeightsNorTheContact) {
   shine(image, kOnContact);
   shine(image, kOnGel);
   const SurfacePtr surface = surface_of(image);
-  EXPECT_LT(cv::norm(surface->height_mm, truth, cv::NORM_INF), 0.03);
-  cv::Mat differing = surface->contact != undisturbed->contact;
-  EXPECT_LT(cv::countNonZero(differing), undisturbed->contact_pixels / 50);
+  expect_undisturbed(*surface, truth, *undisturbed);
   for (const cv::Point& place : kOnGel) EXPECT_EQ(surface->contact(place), 0) << place;
 }
 
@@ -120,9 +130,7 @@ TEST(Highlights, ARingThatFillsNoChannelIsNeitherHeightNorContact) {
             cv::Vec3b::all(cv::saturate_cast<unsigned char>(100 * std::exp(-0.5 * across_px * across_px)));
       }
     const SurfacePtr surface = surface_of(image);
-    EXPECT_LT(cv::norm(surface->height_mm, truth, cv::NORM_INF), 0.03) << brighter;
-    cv::Mat differing = surface->contact != undisturbed->contact;
-    EXPECT_LT(cv::countNonZero(differing), undisturbed->contact_pixels / 50) << brighter;
+    expect_undisturbed(*surface, truth, *undisturbed);
   }
 }
 
@@ -141,8 +149,7 @@ void lay_hair(cv::Mat3b& image) {
   cv::polylines(shade, std::vector<std::vector<cv::Point>>{{{30, 60}, {120, 100}, {190, 125}, {290, 220}}},
                 false, 1.0, 3);
   cv::GaussianBlur(shade, shade, {}, 1.0);
-  for (int v = 0; v < image.rows; ++v)
-    for (int u = 0; u < image.cols; ++u) image(v, u) *= 1.0F - 0.9F * shade(v, u);
+  darken(image, shade, 0.9);
 }
 
 // As above: what is filled in is as wide.
@@ -152,9 +159,7 @@ TEST(DarkSpots, AHairIsNeitherHeightNorContact) {
   const SurfacePtr undisturbed = surface_of(image);
   lay_hair(image);
   const SurfacePtr surface = surface_of(image);
-  EXPECT_LT(cv::norm(surface->height_mm, truth, cv::NORM_INF), 0.03);
-  cv::Mat differing = surface->contact != undisturbed->contact;
-  EXPECT_LT(cv::countNonZero(differing), undisturbed->contact_pixels / 50);
+  expect_undisturbed(*surface, truth, *undisturbed);
 }
 
 // Then it is the light, and a touch must still be seen.
@@ -181,8 +186,7 @@ TEST(WrongPixels, AreNotSeen) {
   const SurfacePtr undisturbed = surface_of(image), surface = surface_of(peppered(image, 5));
   // What is filled in is a neighbor's value: two gray levels, and so few of them are nothing in a height.
   EXPECT_LT(cv::norm(surface->height_mm, undisturbed->height_mm, cv::NORM_INF), 0.01);
-  cv::Mat differing = surface->contact != undisturbed->contact;
-  EXPECT_LT(cv::countNonZero(differing), undisturbed->contact_pixels / 50);
+  expect_undisturbed(*surface, undisturbed->height_mm, *undisturbed);
   const SurfacePtr from_hot_background =
       SurfaceEstimator(linear_gel_model(), peppered(kBare, 5), SurfaceOptions{}).estimate(peppered(image, 5));
   EXPECT_LT(cv::norm(from_hot_background->height_mm, undisturbed->height_mm, cv::NORM_INF), 0.01);

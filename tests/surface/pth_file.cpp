@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <random>
 #include <stdexcept>
 #include <string_view>
@@ -141,6 +142,26 @@ std::map<std::string, std::string> PthFile::entries() const {
                                                       : bytes_of<float>(tensor.values);
   for (const auto& [name, contents] : more_entries) result[join({root, "/", name})] = contents;
   return result;
+}
+
+std::vector<double> naive_outputs(const PthFile& file, std::vector<double> values) {
+  for (std::size_t l = 0; l < file.layers.size(); ++l) {
+    const PthLayer& layer = file.layers[l];
+    std::vector<double> next;
+    for (std::size_t o = 0; o < layer.bias.size(); ++o) {
+      auto sum = static_cast<double>(layer.bias[o]);
+      for (std::size_t i = 0; i < values.size(); ++i)
+        sum += static_cast<double>(layer.weight[o * values.size() + i]) * values[i];
+      const auto at = [&](const std::vector<float>& numbers) { return static_cast<double>(numbers[o]); };
+      if (l < file.norms.size()) {
+        const PthNorm& n = file.norms[l];
+        sum = (sum - at(n.mean)) / std::sqrt(at(n.variance) + 1e-5) * at(n.gain) + at(n.shift);
+      }
+      next.push_back(l + 1 < file.layers.size() ? std::max(sum, 0.0) : sum);
+    }
+    values = std::move(next);
+  }
+  return values;
 }
 
 std::string zip_archive(const std::map<std::string, std::string>& entries) {

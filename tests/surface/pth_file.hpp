@@ -39,6 +39,9 @@ struct PthFile {
   std::map<std::string, std::string> entries() const;  ///< names and contents
 };
 
+/// What the network gives for these inputs, by its definition in double precision.
+std::vector<double> naive_outputs(const PthFile& file, std::vector<double> values);
+
 /// Entries, stored or compressed, as the bytes of a zip archive.
 std::string zip_archive(const std::map<std::string, std::string>& entries);
 

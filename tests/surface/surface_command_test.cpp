@@ -10,7 +10,6 @@
 #include "gelslam/core/npy.hpp"
 #include "gelslam/core/sensor_optics.hpp"
 #include "linear_gel.hpp"
-#include "pth_file.hpp"
 
 namespace gelslam::test {
 namespace {
@@ -24,9 +23,7 @@ const cv::Size kSensor(320, 240);
 class SurfaceCommand : public ::testing::Test {
  protected:
   void SetUp() override {
-    PthFile file;
-    file.layers = layers_of(linear_gel_model());
-    write_bytes(folder_ / "nnmodel.pth", zip_archive(file.entries()));
+    write_pth_model(folder_ / "nnmodel.pth", linear_gel_model());
     write_optics(folder_ / kOpticsFileName, {});  // as they are rendered
     write_bytes(folder_ / "sensor.yaml", "device_config:\n  ppmm: 0.05\n");
     write_picture("background.png", render(cv::Mat1f(kSensor, 0.0F), kPitchMm, 0.0, 1));
@@ -45,7 +42,7 @@ class SurfaceCommand : public ::testing::Test {
         "--model",  (folder_ / "nnmodel.pth").string(), "-o",           (folder_ / "OUT").string(),
         "--config", (folder_ / "sensor.yaml").string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    return run_program(GELSLAM_PROGRAM, arguments);
+    return gelslam(arguments);
   }
 
   void expect_mistake(const ProgramResult& result, const std::string& expected) {
@@ -61,12 +58,8 @@ TEST_F(SurfaceCommand, WritesTheHeightAndItsPictures) {
   const ProgramResult result = run("touch.png");
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("contact "));
-  std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(folder_ / "OUT"))
-    names.push_back(entry.path().filename());
-  std::sort(names.begin(), names.end());
-  EXPECT_THAT(names, ElementsAre("contact.png", "curvature.png", "height.png", "height_mm.npy", "normals.png",
-                                 "surface.ply"));
+  EXPECT_THAT(names_in(folder_ / "OUT"), ElementsAre("contact.png", "curvature.png", "height.png",
+                                                     "height_mm.npy", "normals.png", "surface.ply"));
   const NpyArray height = read_npy(folder_ / "OUT" / "height_mm.npy");
   ASSERT_THAT(height.shape, ElementsAre(240U, 320U));
   EXPECT_EQ(height.type, NpyType::float32);
@@ -85,9 +78,9 @@ TEST_F(SurfaceCommand, WritesTheHeightAndItsPictures) {
 }
 
 TEST_F(SurfaceCommand, SaysHowRoundTheMiddleIs) {
-  EXPECT_THAT(run("touch.png").out, HasSubstr("; its middle is round as a ball of "));
+  const std::string out = run("touch.png").out;
+  ASSERT_THAT(out, HasSubstr("; its middle is round as a ball of "));
   double found_mm = 0;
-  const std::string out = run("touch.png", {"--overwrite"}).out;
   std::sscanf(out.c_str() + out.find("ball of "), "ball of %lf", &found_mm);
   EXPECT_NEAR(found_mm, 8.0, 0.4);  // what docs/getting-started.md compares, within 5 %
 }

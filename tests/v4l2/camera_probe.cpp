@@ -4,7 +4,6 @@
 // Exit code 2 and one line on stderr when the camera cannot be opened or is lost.
 #include <iostream>
 #include <opencv2/core.hpp>
-#include <string>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/camera.hpp"

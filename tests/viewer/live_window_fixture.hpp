@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <memory>
 #include <string>
 
@@ -18,8 +17,7 @@ namespace gelslam::test {
 using namespace viewer;
 using namespace viewer::detail;
 
-/// The live window on a session that does what a test says, drawn into pictures without a display. With
-/// GELSLAM_PICTURES=FOLDER they are kept to be looked at.
+/// The live window on a session that does what a test says, drawn into pictures without a display.
 class Window : public testing::Test {
  protected:
   void SetUp() override {
@@ -46,10 +44,7 @@ class Window : public testing::Test {
   /// The window as it is now, a frame after everything has arrived.
   cv::Mat3b picture(const std::string& name) {
     window_->turn(now_s_ += 0.6, true);
-    const cv::Mat3b result = window_->picture(now_s_ += 0.02);
-    if (const char* kept = std::getenv("GELSLAM_PICTURES"))
-      write_png(std::string(kept) + "/" + name + ".png", result);
-    return result;
+    return kept(window_->picture(now_s_ += 0.02), name);
   }
   /// The first that is drawn, or the last: a dialog's words may stand on a button below it, too.
   const DrawnText* find(const std::string& text, bool topmost = false) const {

@@ -7,13 +7,7 @@
 namespace gelslam::viewer::detail {
 namespace {
 
-using Eigen::Vector3d;
-
-Pose at(double x, double y, double z) {
-  Pose pose = Pose::Identity();
-  pose.translation() = Vector3d(x, y, z);
-  return pose;
-}
+Pose at(double x, double y, double z) { return Pose(Eigen::Translation3d(x, y, z)); }
 
 /// Two keyframes of the map, two of a trial that is not joined to it, 1 mm apart.
 class LoosePieceTest : public testing::Test {

@@ -1,12 +1,9 @@
-// The window of a sensor in a known map, drawn into pictures without a display. With GELSLAM_PICTURES=FOLDER
-// they are kept to be looked at.
+// The window of a sensor in a known map, drawn into pictures without a display.
 
 #include "locate/map_window.hpp"
 
 #include <GLFW/glfw3.h>
 #include <gtest/gtest.h>
-
-#include <cstdlib>
 
 #include "../support/round_touch.hpp"
 #include "window_pictures.hpp"
@@ -70,10 +67,7 @@ class MapWindowPicture : public testing::Test {
   cv::Mat3b picture(const std::string& name) {
     for (int i = 0; i < 5; ++i) window_->turn(now_s_ += 0.1);
     window_->turn_to_touch();
-    const cv::Mat3b result = window_->picture(now_s_ += 0.02);
-    if (const char* kept = std::getenv("GELSLAM_PICTURES"))
-      write_png(std::string(kept) + "/" + name + ".png", result);
-    return result;
+    return kept(window_->picture(now_s_ += 0.02), name);
   }
   bool shows(const std::string& text, Color color) const {
     return std::any_of(window_->texts().begin(), window_->texts().end(),

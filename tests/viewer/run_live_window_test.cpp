@@ -13,14 +13,6 @@ namespace gelslam::test {
 namespace {
 
 namespace theme = viewer::theme;
-WindowOptions hidden(int width_px, int height_px) {
-  WindowOptions options;
-  options.visible = false;
-  options.width_px = width_px;
-  options.height_px = height_px;
-  return options;
-}
-
 TEST(LiveSnapshot, IsDrawnWithoutADisplay) {
   if (!can_draw()) GTEST_SKIP() << "no OpenGL here, not even without a display";
   const TemporaryFolder folder;
@@ -41,7 +33,10 @@ TEST(RunLiveWindow, FramesComeAfterItsFirstPictureAndItsLastIsKept) {
   const TemporaryFolder folder;
   FakeSession session(4, 1);
   session.looks_until_finished = 10;
-  WindowOptions options = hidden(900, 600);
+  WindowOptions options;
+  options.visible = false;
+  options.width_px = 900;
+  options.height_px = 600;
   options.snapshot = folder / "last.png";
   options.asks_to_end = [] { return true; };
   bool shown = false;

@@ -9,14 +9,9 @@
 namespace gelslam::test {
 namespace {
 
-using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-Pose at(double x, double y, double z) {
-  Pose pose = Pose::Identity();
-  pose.translation() = Vector3d(x, y, z);
-  return pose;
-}
+Pose at(double x, double y, double z) { return Pose(Eigen::Translation3d(x, y, z)); }
 
 MapSnapshot chain_of_three(bool outlier) {
   MapSnapshot map;
@@ -67,11 +62,10 @@ TEST_F(SceneMap, TheTouchGlowsWhereItIs) {
 
 TEST_F(SceneMap, TheTouchLiesOnTheMeshAndBehindWhatIsNearer) {
   Scene scene;
-  const Pose pose = at(0, 0, 0);
   Mesh ground = flipped(plane(-0.4, 20, 12));  // a little over the touch, as a map that is not yet right
   scene.update(std::vector{block(1, ground)});
   const cv::Mat3b before = draw(scene);
-  scene.set_touch(TouchPatch{round_touch(), pose, 1.0});
+  scene.set_touch(TouchPatch{round_touch(), at(0, 0, 0), 1.0});
   EXPECT_GT(largest_difference(draw(scene), before), 60);
   scene.update(std::vector{block(2, flipped(plane(-5, 20, 12)))});
   const cv::Mat3b covered = draw(scene);
@@ -83,11 +77,8 @@ TEST_F(SceneMap, DepthIsDividedByTheGain) {
   Scene scene;
   camera.look_along(Vector3f::UnitX(), -Vector3f::UnitZ());  // from the side, outside up
   camera.set_distance_mm(8);
-  style.sensor = true;
   const auto top = [&](double gain) {
-    auto bump = std::make_shared<Surface>(*round_touch(1.0));
-    scene.set_touch(TouchPatch{bump, at(0, 0, 0), gain});
-    style.sensor = false;
+    scene.set_touch(TouchPatch{round_touch(1.0), at(0, 0, 0), gain});
     return cv::boundingRect(mask_of(draw(scene))).y;
   };
   // Seen edge on nothing of a flat touch shows, so it is looked at from a little above.

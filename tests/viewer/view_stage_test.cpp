@@ -12,27 +12,20 @@ namespace {
 
 using viewer::detail::ViewStage;
 
-class ViewStagePicture : public SceneDrawing {
- protected:
-  static ViewContent ball(double radius_mm) { return {"ball", sphere(radius_mm, 96), std::nullopt}; }
-  static cv::Mat3b picture_of(ViewStage& stage, const OrbitCamera& view, const SceneStyle& style,
-                              int width_px = kWidth, int height_px = kHeight) {
-    RenderTarget target(width_px, height_px);
-    target.bind();
-    stage.draw(view, {0, 0, width_px, height_px}, style);
-    return target.read();
-  }
-};
+class ViewStagePicture : public SceneDrawing {};
 
 TEST_F(ViewStagePicture, BesideEachOtherUnderOneCameraWithDistances) {
-  ViewStage stage(ball(5), ball(4.9));
+  ViewStage stage({"ball", sphere(5, 96), std::nullopt}, ViewContent{"ball", sphere(4.9, 96), std::nullopt});
   ASSERT_TRUE(stage.has_second());
   style.color = SceneColor::distance;
   const auto legend = stage.legend(style);
   ASSERT_TRUE(legend);
   EXPECT_FLOAT_EQ(legend->max, 0.2F) << "0.1 mm and a little, by the facets";
   const OrbitCamera view = stage.first_view(kWhole);
-  const cv::Mat3b picture = picture_of(stage, view, style);
+  RenderTarget target(kWidth, kHeight);
+  target.bind();
+  stage.draw(view, kWhole, style);
+  const cv::Mat3b picture = target.read();
   const auto saturation = [&](int x) {
     const cv::Vec3b c = picture(kHeight / 2, x);
     return *std::max_element(c.val, c.val + 3) - *std::min_element(c.val, c.val + 3);

@@ -9,6 +9,7 @@
 #include "scene_fixture.hpp"
 #include "temporary_folder.hpp"
 #include "view_run.hpp"
+#include "window_pictures.hpp"
 
 namespace gelslam::test {
 namespace {
@@ -29,12 +30,6 @@ class ViewWindowPicture : public SceneDrawing {
     options.width_px = 900;
     options.height_px = 600;
     options.picture_folder = folder.path();
-  }
-  static void press_key(ViewWindow& loop, int key) { loop.host().push({InputEvent::Kind::key, key, true}); }
-  static std::vector<std::string> words(const ViewWindow& loop) {
-    std::vector<std::string> result;
-    for (const DrawnText& text : loop.texts()) result.push_back(text.text);
-    return result;
   }
 
   TemporaryFolder folder;
@@ -57,7 +52,7 @@ TEST_F(ViewWindowPicture, PressingTheSliderSetsTheTimeAndTheTouchFollows) {
   EXPECT_NEAR(*loop.controls().time_s(), 0.6 * 4.9, 0.02);
   loop.host().push({InputEvent::Kind::button, 0, false});
   loop.turn(1.4);
-  EXPECT_THAT(words(loop), Contains("2.9 s"));
+  EXPECT_THAT(words_of(loop), Contains("2.9 s"));
   const auto orange = [](const cv::Mat3b& picture) {
     const cv::Mat3b view = picture.rowRange(60, picture.rows - 140);
     return std::count_if(view.begin(), view.end(), [](const cv::Vec3b& c) { return c[2] > c[0] + 90; });
@@ -74,9 +69,9 @@ TEST_F(ViewWindowPicture, ASnapshotHasMarksButNoButtons) {
   EXPECT_EQ(cv::imread((folder / "s.png").string()).size(), cv::Size(640, 480));
   ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
   loop.snapshot();
-  EXPECT_THAT(words(loop), Contains("RUN"));
-  EXPECT_THAT(words(loop), Contains("height"));
-  EXPECT_THAT(words(loop), Not(Contains("Close")));
+  EXPECT_THAT(words_of(loop), Contains("RUN"));
+  EXPECT_THAT(words_of(loop), Contains("height"));
+  EXPECT_THAT(words_of(loop), Not(Contains("Close")));
 }
 
 TEST_F(ViewWindowPicture, TwoSurfacesTheirNamesAndTheDistance) {
@@ -85,8 +80,8 @@ TEST_F(ViewWindowPicture, TwoSurfacesTheirNamesAndTheDistance) {
   truth.name = "truth";
   ViewWindow loop(load_view(folder / "RUN"), truth, options);
   for (int i = 1; i < 10; ++i) loop.turn(0.03 * i);
-  EXPECT_THAT(words(loop), testing::IsSupersetOf({"RUN", "truth", "distance", "mean 0.000 mm"}));
-  EXPECT_THAT(words(loop), Contains(HasSubstr("90 % below")));
+  EXPECT_THAT(words_of(loop), testing::IsSupersetOf({"RUN", "truth", "distance", "mean 0.000 mm"}));
+  EXPECT_THAT(words_of(loop), Contains(HasSubstr("90 % below")));
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <opencv2/core.hpp>
 #include <set>
 #include <sstream>
@@ -14,6 +15,7 @@
 #include "gelslam/viewer/controls.hpp"
 #include "gelslam/viewer/gl_context.hpp"
 #include "gelslam/viewer/ui.hpp"
+#include "gelslam/viewer/window_host.hpp"
 
 // What is to be seen in pictures of the window.
 namespace gelslam::test {
@@ -49,23 +51,41 @@ void expect_keys_of_one_meaning(const Rows& rows) {
   }
 }
 
+/// The words that a window shows.
+template <class Window>
+std::vector<std::string> words_of(const Window& window) {
+  std::vector<std::string> words;
+  for (const auto& text : window.texts()) words.push_back(text.text);
+  return words;
+}
+
+/// With GELSLAM_PICTURES=FOLDER pictures are kept to be looked at.
+inline cv::Mat3b kept(const cv::Mat3b& picture, const std::string& name) {
+  if (const char* folder = std::getenv("GELSLAM_PICTURES"))
+    viewer::write_png(std::string(folder) + "/" + name + ".png", picture);
+  return picture;
+}
+
+/// The pixels in `box`.
+inline cv::Mat3b within(const cv::Mat3b& picture, const Box& box) {
+  const cv::Rect rect(cvFloor(box.x), cvFloor(box.y), cvCeil(box.width), cvCeil(box.height));
+  return picture(rect & cv::Rect({0, 0}, picture.size())).clone();
+}
+
 /// Share of pixels in `box` that are within 60 gray levels of `color`.
 inline double share_of(const cv::Mat3b& picture, const Box& box, Color color) {
-  const cv::Rect rect = cv::Rect(cvFloor(box.x), cvFloor(box.y), cvCeil(box.width), cvCeil(box.height)) &
-                        cv::Rect({0, 0}, picture.size());
-  int hits = 0;
-  for (const cv::Vec3b& pixel : cv::Mat3b(picture(rect).clone()))
-    hits += cv::norm(cv::Vec3d(pixel) - bgr(color)) < 60;
-  return rect.empty() ? 0 : static_cast<double>(hits) / rect.area();
+  const cv::Mat3b pixels = within(picture, box);
+  const auto hits = std::count_if(pixels.begin(), pixels.end(), [&](const cv::Vec3b& pixel) {
+    return cv::norm(cv::Vec3d(pixel) - bgr(color)) < 60;
+  });
+  return pixels.empty() ? 0 : static_cast<double>(hits) / static_cast<double>(pixels.total());
 }
 
 /// How much of `box` the letters of a text cover: where its pixels lie, on average, between what is behind
 /// the text (the median: letters cover less than half) and `color`.
 inline double ink_in(const cv::Mat3b& picture, const Box& box, Color color) {
-  const cv::Rect rect = cv::Rect(cvFloor(box.x), cvFloor(box.y), cvCeil(box.width), cvCeil(box.height)) &
-                        cv::Rect({0, 0}, picture.size());
   std::array<std::vector<uchar>, 3> channels;
-  const cv::Mat3b cut = picture(rect).clone();
+  const cv::Mat3b cut = within(picture, box);
   for (const cv::Vec3b& pixel : cut)
     for (int i = 0; i < 3; ++i) channels[static_cast<std::size_t>(i)].push_back(pixel[i]);
   cv::Vec3d behind;
@@ -80,7 +100,7 @@ inline double ink_in(const cv::Mat3b& picture, const Box& box, Color color) {
   double sum = 0;
   for (const cv::Vec3b& pixel : cut)
     sum += std::clamp((cv::Vec3d(pixel) - behind).dot(span) / span.dot(span), 0.0, 1.0);
-  return sum / rect.area();
+  return sum / static_cast<double>(cut.total());
 }
 
 /// Share of the view's pixels, below the words, that differ between two pictures.
@@ -94,11 +114,10 @@ inline double change(const cv::Mat3b& a, const cv::Mat3b& b, const Box& view) {
 
 /// Pixels that glow, below the words: much red, less green, little blue.
 inline int glowing(const cv::Mat3b& picture, const Box& view) {
-  const cv::Rect rect(0, 100, static_cast<int>(view.width), static_cast<int>(view.height) - 100);
-  int count = 0;
-  for (const cv::Vec3b& p : cv::Mat3b(picture(rect).clone()))
-    count += p[2] > 130 && p[2] - p[0] > 70 && p[2] > p[1];
-  return count;
+  const cv::Mat3b pixels = within(picture, {0, 100, view.width, view.height - 100});
+  return static_cast<int>(std::count_if(pixels.begin(), pixels.end(), [](const cv::Vec3b& p) {
+    return p[2] > 130 && p[2] - p[0] > 70 && p[2] > p[1];
+  }));
 }
 
 }  // namespace gelslam::test

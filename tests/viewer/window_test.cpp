@@ -121,9 +121,9 @@ TEST_F(Window, TheCardsLeaveTheObjectFree) {
 
 /// Pixels of the color in which a piece is drawn that is not joined to the map.
 int bluish(const cv::Mat3b& picture, const Box& view) {
-  const cv::Rect rect(0, 130, static_cast<int>(view.width), static_cast<int>(view.height) - 130);
   int count = 0;
-  for (const cv::Vec3b& p : cv::Mat3b(picture(rect).clone())) count += p[0] > 130 && p[0] > p[2] + 60;
+  for (const cv::Vec3b& p : within(picture, {0, 130, view.width, view.height - 130}))
+    count += p[0] > 130 && p[0] > p[2] + 60;
   return count;
 }
 
