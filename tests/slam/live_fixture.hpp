@@ -114,6 +114,7 @@ class Live : public testing::Test {
     options.config.sensor.calibration_model_path = folder / "model.pth";
     options.drop_when_behind = false;
     options.run_folder = folder / "run";
+    options.mesh_feed = std::make_shared<MeshFeed>();
   }
 
   LiveSession& start() {

@@ -141,7 +141,7 @@ void FakeSession::uncover(const Pose& object_T_sensor) {
       const int a = vertex(t.x()), b = vertex(t.y()), c = vertex(t.z());
       block.mesh.triangles.emplace_back(a, b, c);
     }
-    changes_.blocks.push_back(std::move(block));
+    mesh_->add(false, {std::move(block)});
   }
 }
 

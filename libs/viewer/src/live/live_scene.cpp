@@ -24,9 +24,11 @@ std::shared_ptr<const LiveTouch> on_map(const std::shared_ptr<const LiveTouch>& 
 
 bool LiveScene::take_news(LiveSession& session, const OrbitCamera& camera) {
   bool news = false;
-  if (const MeshChanges changes = session.take_mesh_changes(); changes.cleared || !changes.blocks.empty()) {
+  if (const auto mesh = session.mesh()) {
+    const MeshFeed::Changes changes = mesh->since(mesh_version_, SIZE_MAX);
+    mesh_version_ = changes.version;
     scene_.update(changes);
-    news = true;
+    news = changes.cleared || !changes.blocks.empty();
   }
   if (const auto touch = session.touch(); touch != newest_) {
     take_touch(touch);

@@ -39,6 +39,7 @@ class LiveScene {
   void rebuild_trajectory();
 
   Scene scene_;
+  std::uint64_t mesh_version_ = 0;
   Texture tactile_, normals_;
   cv::Vec3b outline_bgr_;
   std::shared_ptr<const LiveTouch> newest_, touch_;  // as it came; on the map
