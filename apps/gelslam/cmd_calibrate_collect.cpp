@@ -108,7 +108,7 @@ int run_collect(CollectArguments arguments) {
   if (!is_labeling && !(collect.diameter_mm > 0)) throw CLI::RequiredError("--diameter");
   PressWindowOptions window;
   // Where no window can be opened, no camera should have been disturbed.
-  if (!collect.headless) GlContext::window({.title = "GelSLAM", .visible = false});
+  if (!collect.headless) GlContext::window({.visible = false});
   if (is_labeling) return label_presses(arguments, window);
   LogInput input;
   input.log = arguments.input;

@@ -190,7 +190,7 @@ WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& ar
   if (options.continued && !arguments.quiet)
     std::cerr << fmt::format("continuing {}: {}\n", options.run_folder.string(),
                              counted(std::ssize(options.continued->record.keyframes), "keyframe"));
-  if (!arguments.headless) GlContext::window({.title = "GelSLAM", .visible = false});
+  if (!arguments.headless) GlContext::window({.visible = false});
   return window;
 }
 

@@ -36,7 +36,7 @@ WindowOptions MapWindowArguments::window_options() const {
   check_output_file(snapshot, overwrite);
   WindowOptions options;
   options.snapshot = snapshot;
-  if (window) GlContext::window({.title = "GelSLAM", .visible = false});
+  if (window) GlContext::window({.visible = false});
   return options;
 }
 
