@@ -29,7 +29,7 @@ class Scan {
   explicit Scan(const SlamOptions& options = {}, const View& view = {}) : slam_(options), view_(view) {}
 
   void background(int count) {
-    for (int i = 0; i < count; ++i) slam_.skip(next_++, 0);
+    for (int i = 0; i < count; ++i) slam_.process(next_++, 0, nullptr, timer_);
   }
   TrackedFrame see(const Pose& texture_T_sensor) {
     const std::int64_t frame = next_++;

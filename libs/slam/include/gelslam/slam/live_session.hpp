@@ -52,17 +52,11 @@ struct LiveStatus {
 };
 
 /// The newest frame that went through the tracker.
-struct LiveTouch {
-  std::int64_t index = 0;
-  double time_s = 0;
-  cv::Mat3b image;     ///< at the profile's resolution
-  SurfacePtr surface;  ///< null while the background is measured
-  TrackStatus status = TrackStatus::no_contact;
-  int keyframe = -1;  ///< -1 without contact
-  Pose keyframe_T_frame = Pose::Identity();
-  int trial = -1;
+struct LiveTouch : FrameRecord {
+  cv::Mat3b image{};     ///< at the profile's resolution
+  SurfacePtr surface{};  ///< null while the background is measured
   Pose trial_T_frame = Pose::Identity();
-  std::string hidden;  ///< motions that have not been observable for a while, in words; or ""
+  std::string hidden{};  ///< motions that have not been observable for a while, in words; or ""
 };
 
 /// As they came from the camera.
