@@ -108,12 +108,9 @@ int run_collect(CollectArguments arguments) {
   if (!is_labeling && !(collect.diameter_mm > 0)) throw CLI::RequiredError("--diameter");
   PressWindowOptions window;
   // Where no window can be opened, no camera should have been disturbed.
-  if (!collect.headless) GlContext::window({.title = "GelSLAM", .visible = false});
+  if (!collect.headless) GlContext::window({.visible = false});
   if (is_labeling) return label_presses(arguments, window);
-  LogInput input;
-  input.log = arguments.input;
-  input.config = arguments.config;
-  const Config config = find_config(input);
+  const Config config = find_config({.log = arguments.input, .config = arguments.config});
   window.pixel_pitch_mm = config.sensor.pixel_pitch_mm;
   const std::optional<SensorOptics> folder_optics = find_optics(collect.folder / "catalog.csv");
   collect.optics = folder_optics.value_or(config.surface.optics);

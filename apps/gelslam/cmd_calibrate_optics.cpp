@@ -48,12 +48,10 @@ std::vector<SeenFrame> seen_frames(const LogInput& input, const Config& config, 
   progress.begin("tracking", stream.frame_count());
   while (const auto item = stream.next()) {
     stop_if_asked(interrupt);
-    if (item->surface)
-      slam.process(item->frame, item->time_s, item->surface, timer);
-    else
-      slam.skip(item->frame, item->time_s);
-    if (item->surface && item->frame % every == 0) kept[item->frame] = item->surface;
-    progress.update(item->frame + 1);
+    const std::int64_t frame = item->image.index;
+    slam.process(frame, item->image.time_s, item->surface, timer);
+    if (item->surface && frame % every == 0) kept[frame] = item->surface;
+    progress.update(frame + 1);
   }
   progress.end();
   const SlamMap map = slam.finish(/*refine=*/true, &progress);

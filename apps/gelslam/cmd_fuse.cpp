@@ -29,10 +29,8 @@ int join(const FuseArguments& arguments) {
   if (arguments.output.empty()) throw CLI::RequiredError("--output");
   if (arguments.voxel_size_mm)
     throw Error("--voxel-size-mm is for one run: join the runs first, then fuse the result");
-  MergeRequest request;
-  request.runs.assign(arguments.runs.begin(), arguments.runs.end());
-  request.run_folder = arguments.output;
-  request.overwrite = arguments.overwrite;
+  const MergeRequest request{
+      {arguments.runs.begin(), arguments.runs.end()}, arguments.output, arguments.overwrite};
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const RunReport report = merge_scans(request, *progress, [&] { return interrupt.requested(); }).report;
@@ -42,11 +40,7 @@ int join(const FuseArguments& arguments) {
 
 int fuse_one(const FuseArguments& arguments) {
   const std::string& run = arguments.runs.front();
-  FuseRequest request;
-  request.run = run;
-  request.output = arguments.output;
-  request.overwrite = arguments.overwrite;
-  request.voxel_size_mm = arguments.voxel_size_mm;
+  const FuseRequest request{run, arguments.output, arguments.overwrite, arguments.voxel_size_mm, {}};
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const FuseSummary summary = fuse_run(request, *progress, [&] { return interrupt.requested(); });

@@ -34,7 +34,7 @@ void say_unit(const std::filesystem::path& mesh, const std::string& given) {
 
 int run_map(const MapArguments& arguments) {
   MeshMapOptions options = arguments.options;
-  options.camera = configured_camera(find_config({{}, arguments.config, {}, {}, false}));
+  options.camera = configured_camera(find_config({.config = arguments.config}));
   RunFolder folder(arguments.output, map_folder_options(arguments.mesh, arguments.overwrite));
   const Mesh mesh = read_mesh(arguments.mesh, named_unit_mm(arguments.mesh, arguments.unit));
   StoppableProgress progress(arguments.quiet, [] { throw Error("stopped; nothing was written"); });

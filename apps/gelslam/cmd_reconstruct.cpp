@@ -33,12 +33,9 @@ int run_served(const ReconstructArguments& arguments) {
 
 int run(const ReconstructArguments& arguments) {
   if (!arguments.serve.empty()) return run_served(arguments);
-  ReconstructRequest request;
-  request.input = with_settings_of_run(arguments.settings.input(arguments.log), arguments.continued);
-  request.config = resolve_config(request.input);
-  request.run_folder = arguments.run_folder;
-  request.overwrite = arguments.overwrite;
-  request.continued_run = arguments.continued;
+  const LogInput input = with_settings_of_run(arguments.settings.input(arguments.log), arguments.continued);
+  const ReconstructRequest request{input, resolve_config(input), arguments.run_folder, arguments.overwrite,
+                                   arguments.continued};
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const RunReport report = reconstruct(request, *progress, [&] { return interrupt.requested(); }).report;

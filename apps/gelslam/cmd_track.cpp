@@ -88,7 +88,7 @@ class PoseOutlet {
     std::cout << (tum_ ? line.tum : line.ndjson) << std::flush;
     if (!service_) return;
     show(line, source);
-    StreamedFrame frame{std::move(line.ndjson), std::move(line.tum), line.touch.index, line.touch.time_s};
+    StreamedFrame frame{std::move(line.ndjson), std::move(line.tum), line.touch.frame, line.touch.time_s};
     frame.picture = line.touch.image;
     feed_.write(std::move(frame));
   }

@@ -43,17 +43,22 @@ LogInput LogOptions::input(const std::string& log) const {
 
 std::optional<FrameRange> LogOptions::named_frames() const {
   if (background_frames.empty()) return std::nullopt;
-  constexpr std::int64_t most = 10000;  // all are held at once
-  FrameRange range;
-  const char *const begin = background_frames.data(), *const end = begin + background_frames.size();
-  const auto first = std::from_chars(begin, end, range.first);
-  const bool has_dash = first.ec == std::errc() && first.ptr != end && *first.ptr == '-';
-  const auto last = has_dash ? std::from_chars(first.ptr + 1, end, range.last) : first;
-  if (!has_dash || last.ec != std::errc() || last.ptr != end || range.first < 0 || range.last < range.first ||
-      range.last - range.first >= most)
+  constexpr int most = 10000;  // all are held at once
+  const auto range = two_numbers(background_frames, '-');
+  if (!range || range->second < range->first || range->second - range->first >= most)
     throw Error("--background-frames " + background_frames +
                 ": give the first and the last frame, as 12-21 (at most 10000)");
-  return range;
+  return FrameRange{range->first, range->second};
+}
+
+std::optional<std::pair<int, int>> two_numbers(const std::string& text, char between) {
+  std::pair<int, int> numbers;
+  const char* const end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, numbers.first);
+  if (first.ec != std::errc() || first.ptr == end || *first.ptr != between) return std::nullopt;
+  const auto second = std::from_chars(first.ptr + 1, end, numbers.second);
+  const bool is_whole = second.ec == std::errc() && second.ptr == end;
+  return is_whole && std::min(numbers.first, numbers.second) >= 0 ? std::optional(numbers) : std::nullopt;
 }
 
 void say_mesh_unit(const std::filesystem::path& file) {

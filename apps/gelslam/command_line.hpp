@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "gelslam/slam/surface_stream.hpp"
 
@@ -34,6 +35,9 @@ void check_output_file(const std::filesystem::path& file, bool overwrite);
 
 /// --keep-free, in every command that records.
 void add_keep_free_option(CLI::App& command, std::int64_t& bytes);
+
+/// "12-21" or "1280x800": two whole numbers, not negative, and nothing else.
+std::optional<std::pair<int, int>> two_numbers(const std::string& text, char between);
 
 /// Checks of option values for CLI::Option::check(): "" or the reason for a refusal.
 /// A picture's file must end in .png.

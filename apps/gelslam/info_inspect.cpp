@@ -186,10 +186,7 @@ InfoReport inspect_log(const fs::path& log, ProgressSink& progress) {
   InfoReport report{log, is_data ? "a data folder" : is_folder ? "a folder of images" : "a log"};
   SensorProfile profile;
   if (fs::exists(config, code))
-    attempt(report, [&] {
-      profile =
-          add_config(report, find_config({.log = log, .config = config, .model = {}, .background = {}}));
-    });
+    attempt(report, [&] { profile = add_config(report, find_config({.log = log, .config = config})); });
   const auto add = [&] { add_log(report, log, profile, progress); };
   is_data ? attempt(report, add) : add();
   if (!profile.calibration_model_path.empty())
@@ -204,10 +201,8 @@ InfoReport inspect_log(const fs::path& log, ProgressSink& progress) {
 
 InfoReport inspect_recorded_log(const fs::path& file, ProgressSink& progress) {
   InfoReport report{file, "a recorded log"};
-  LogInput input;
-  input.log = file;
   SensorProfile profile;
-  attempt(report, [&] { profile = add_config(report, find_config(input)); });
+  attempt(report, [&] { profile = add_config(report, find_config({.log = file})); });
   if (!read_log_attachments(file).model.empty()) attempt(report, [&] { add_model(report, file); });
   add_log(report, file, profile, progress);
   return report;
@@ -228,9 +223,7 @@ InfoReport inspect_file(const fs::path& file, ProgressSink& progress) {
     report.commands = {"reconstruct --model", "scan --model"};
   } else if (ending == ".yaml" || ending == ".yml") {
     report.kind = "a configuration";
-    const fs::path model =
-        add_config(report, find_config({.log = {}, .config = file, .model = {}, .background = {}}))
-            .calibration_model_path;
+    const fs::path model = add_config(report, find_config({.config = file})).calibration_model_path;
     if (!model.empty()) attempt(report, [&] { add_model(report, model); });
     report.commands = {"reconstruct --config", "scan --config"};
   } else if (ending == ".ply" || ending == ".obj" || ending == ".stl") {

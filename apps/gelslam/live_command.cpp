@@ -161,7 +161,6 @@ Config LiveArguments::config(const std::string& source) const {
 LiveOptions LiveArguments::options(const Config& config) const {
   LiveOptions options;
   options.config = config;
-  options.show_mesh = !headless || !snapshot.empty();
   options.background = log.background;
   options.force = log.force;
   options.background_frames = log.named_frames();
@@ -172,7 +171,8 @@ LiveOptions LiveArguments::options(const Config& config) const {
   stream.check();
   if (!stream.target.empty() || !stream.serve.empty())
     options.stream = std::make_shared<PoseStream>(config.slam.gradient_scale.sigma);
-  if (!stream.serve.empty()) options.mesh_feed = std::make_shared<MeshFeed>();
+  if (!headless || !snapshot.empty() || !stream.serve.empty())
+    options.mesh_feed = std::make_shared<MeshFeed>();
   return options;
 }
 
@@ -190,7 +190,7 @@ WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& ar
   if (options.continued && !arguments.quiet)
     std::cerr << fmt::format("continuing {}: {}\n", options.run_folder.string(),
                              counted(std::ssize(options.continued->record.keyframes), "keyframe"));
-  if (!arguments.headless) GlContext::window({.title = "GelSLAM", .visible = false});
+  if (!arguments.headless) GlContext::window({.visible = false});
   return window;
 }
 

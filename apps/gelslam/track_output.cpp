@@ -70,16 +70,6 @@ class TumStream {
   std::map<int, Pose> first_T_trial_;
 };
 
-LiveTouch touch_of(const SurfaceStream::Item& item, TrackStatus status) {
-  LiveTouch touch;
-  touch.index = item.frame;
-  touch.time_s = item.time_s;
-  touch.image = item.picture;
-  touch.surface = item.surface;
-  touch.status = status;
-  return touch;
-}
-
 class TrialOutput final : public PoseOutput {
  public:
   TrialOutput(const SlamOptions& options, const LineFormats& formats)
@@ -89,14 +79,12 @@ class TrialOutput final : public PoseOutput {
         drift_(options.gradient_scale.sigma) {}
 
   PoseLine line(const SurfaceStream::Item& item) override {
-    TrackedFrame frame = item.surface ? tracker_.track(item.frame, item.time_s, item.surface)
-                                      : background_frame(item.frame, item.time_s, item.unix_us);
-    frame.unix_us = item.unix_us;
+    const TactileImage& image = item.image;
+    const TrackedFrame frame = tracker_.track(image.index, image.time_s, item.surface, image.unix_us);
     PoseLine line;
     line.has_pose = frame.status == TrackStatus::tracked;
-    line.touch = touch_of(item, frame.status);
-    line.touch.trial = line.has_pose ? frame.trial : -1;
-    line.touch.trial_T_frame = frame.trial_T_frame;
+    line.touch = {record_of(frame), image.bgr, item.surface, frame.trial_T_frame};
+    if (!line.has_pose) line.touch.trial = -1;
     if (frame.status == TrackStatus::lost)
       line.words = "lost: " + std::string(describe(frame.registration.status));
     if (formats_.tum) line.tum = tum_.line(frame);
@@ -121,21 +109,17 @@ class MapOutput final : public PoseOutput {
       : formats_(formats), localizer_(std::move(map), options), touches_(touches) {}
 
   PoseLine line(const SurfaceStream::Item& item) override {
-    LocalizedFrame frame;
-    if (item.surface)
-      frame = localizer_.process(item.frame, item.time_s, item.surface);
-    else
-      frame.tracked = background_frame(item.frame, item.time_s, item.unix_us);
-    frame.tracked.unix_us = item.unix_us;
+    const TactileImage& image = item.image;
+    const LocalizedFrame frame = localizer_.process(image.index, image.time_s, item.surface, image.unix_us);
     if (touches_ != nullptr) {
-      const auto touch =
-          std::make_shared<const LocatedTouch>(LocatedTouch{item.picture, item.surface, frame});
+      const auto touch = std::make_shared<const LocatedTouch>(LocatedTouch{image.bgr, item.surface, frame});
       touches_->newest = touch;
       if (!frame.hypotheses.empty()) touches_->placed = touch;
     }
     PoseLine line;
     line.has_pose = frame.status == PlaceStatus::localized;
-    line.touch = touch_of(item, frame.tracked.status);
+    line.touch = {record_of(frame.tracked), image.bgr, item.surface};
+    line.touch.trial = -1;
     if (line.has_pose) {
       line.touch.trial = 0;
       line.touch.trial_T_frame = frame.hypotheses.front().map_T_sensor;
@@ -145,7 +129,7 @@ class MapOutput final : public PoseOutput {
       line.words = "not in the map: " + frame.reason;
     }
     if (formats_.tum && line.has_pose)
-      line.tum = tum_line(stamp_s(item.unix_us, item.time_s), line.touch.trial_T_frame);
+      line.tum = tum_line(stamp_s(image.unix_us, image.time_s), line.touch.trial_T_frame);
     if (formats_.ndjson) line.ndjson = map_json(frame, item.surface.get()).dump() + "\n";
     return line;
   }

@@ -36,7 +36,7 @@ WindowOptions MapWindowArguments::window_options() const {
   check_output_file(snapshot, overwrite);
   WindowOptions options;
   options.snapshot = snapshot;
-  if (window) GlContext::window({.title = "GelSLAM", .visible = false});
+  if (window) GlContext::window({.visible = false});
   return options;
 }
 
@@ -46,7 +46,7 @@ ShownMap read_shown_map(const std::string& folder, const Session& session, Progr
   if (std::filesystem::exists(mesh))
     map.mesh = read_mesh(mesh);
   else
-    map.mesh = fuse(session.patches, {.gradient_scale = session.gradient_scale}, &progress);
+    map.mesh = fuse(session.patches, {}, session.gradient_scale, &progress);
   return map;
 }
 

@@ -257,10 +257,8 @@ TEST(Fusion, GradientScaleIsTakenOut) {
     for (cv::Vec3f& n : surface->normals) n = cv::normalize(cv::Vec3f(n[0] * 1.1f, n[1] * 1.1f, n[2]));
     patches.push_back({patches.empty() ? 0 : 1, pose, SurfacePtr(surface)});
   }
-  FusionOptions options;
-  EXPECT_GT(accuracy(fuse(patches, options), ball).mean_mm, 0.03);
-  options.gradient_scale = 1.1;
-  const Accuracy a = accuracy(fuse(patches, options), ball);
+  EXPECT_GT(accuracy(fuse(patches, {}), ball).mean_mm, 0.03);
+  const Accuracy a = accuracy(fuse(patches, {}, 1.1), ball);
   EXPECT_LT(a.mean_mm, 0.002);
   EXPECT_LT(a.normal_mean_rad, 0.005);
 }
@@ -317,10 +315,11 @@ TEST(Fusion, DamagedInputIsNamedOrIgnored) {
   EXPECT_THROW(fuse({{0, lost, good}}, {}), Error);
   lost.translation().x() = 1e9;
   EXPECT_THROW(fuse({{0, lost, good}}, {}), Error);
+  EXPECT_THROW(fuse({{0, pose, good}}, {}, 0), Error);
 
   for (const auto& spoil : std::vector<void (*)(FusionOptions&)>{
-           [](FusionOptions& o) { o.gradient_scale = 0; }, [](FusionOptions& o) { o.voxel_size_mm = 0; },
-           [](FusionOptions& o) { o.truncation_mm = 0.01; }, [](FusionOptions& o) { o.min_weight = -1; }}) {
+           [](FusionOptions& o) { o.voxel_size_mm = 0; }, [](FusionOptions& o) { o.truncation_mm = 0.01; },
+           [](FusionOptions& o) { o.min_weight = -1; }}) {
     FusionOptions options;
     spoil(options);
     EXPECT_THROW(fuse({{0, pose, good}}, options), Error);

@@ -31,9 +31,8 @@ FusionOptions with_debris() {
 
 void expect_same_as_fuse(const Shown& shown, const std::vector<PosedSurface>& patches,
                          double gradient_scale) {
-  FusionOptions options = with_debris();
-  options.gradient_scale = gradient_scale;
-  const std::vector<Facet> wanted = facets_of(fuse(patches, options)), got = facets_of(shown);
+  const std::vector<Facet> wanted = facets_of(fuse(patches, with_debris(), gradient_scale)),
+                           got = facets_of(shown);
   EXPECT_EQ(got.size(), wanted.size());
   EXPECT_TRUE(got == wanted);
 }
@@ -93,9 +92,9 @@ TEST_P(AnyHistory, EndsWhereFuseDoes) {
 
 TEST(IncrementalFusion, FinishIsFuseToTheLastBitWhateverHappenedBefore) {
   const auto& patches = peanut_patches();
-  FusionOptions options;
-  options.gradient_scale = 1.02;
-  const Mesh wanted = fuse(patches, options);
+  constexpr double scale = 1.02;
+  const FusionOptions options;
+  const Mesh wanted = fuse(patches, options, scale);
   ASSERT_GT(wanted.triangles.size(), 1000u);
   std::mt19937 random(7);
   std::vector<PosedSurface> before;
@@ -109,7 +108,7 @@ TEST(IncrementalFusion, FinishIsFuseToTheLastBitWhateverHappenedBefore) {
     IncrementalFusion fusion({}, one_step);
     fusion.set_patches(before, 1.0);
     for (int step = 0; step < steps && fusion.work(); ++step) continue;
-    fusion.set_patches(patches, options.gradient_scale);
+    fusion.set_patches(patches, scale);
     const Mesh mesh = fusion.finish(2, options.min_piece_mm2);
     EXPECT_EQ(mesh.vertices_mm, wanted.vertices_mm) << steps;
     EXPECT_EQ(mesh.confidence, wanted.confidence) << steps;

@@ -100,6 +100,7 @@ class Live : public testing::Test {
     options.config.sensor.calibration_model_path = folder / "model.pth";
     options.drop_when_behind = false;
     options.run_folder = folder / "run";
+    options.mesh_feed = std::make_shared<MeshFeed>();
   }
 
   LiveSession& start() {
@@ -117,7 +118,7 @@ class Live : public testing::Test {
   }
   /// In the source's thread: until the tracker has seen this frame.
   void wait_for_touch(std::int64_t index) {
-    EXPECT_TRUE(comes_true([&] { return session->touch() && session->touch()->index >= index; }));
+    EXPECT_TRUE(comes_true([&] { return session->touch() && session->touch()->frame >= index; }));
   }
   std::string read(const fs::path& file) const { return read_bytes(options.run_folder / file); }
 

@@ -16,8 +16,7 @@ TEST_F(Live, TheWindowSeesTheMeshGrowAndAtLastTheSavedOne) {
   std::size_t triangles_before_the_end = 0;
   source->before(kBackgroundFrames + kScanFrames - 1, [&] {
     EXPECT_TRUE(comes_true([&] {
-      for (const MeshBlock& block : session->take_mesh_changes().blocks)
-        triangles_before_the_end += block.mesh.triangles.size();
+      triangles_before_the_end = session->mesh()->whole().triangles.size();
       return triangles_before_the_end > 0;
     }));
     EXPECT_EQ(session->status().words, "tracking");
@@ -28,10 +27,7 @@ TEST_F(Live, TheWindowSeesTheMeshGrowAndAtLastTheSavedOne) {
   const RunReport summary = start().wait();
   EXPECT_EQ(session->status().phase, LivePhase::finished);
   EXPECT_EQ(session->status().age_s, session->status().age_s);  // the clock has stopped
-  const MeshChanges changes = session->take_mesh_changes();
-  EXPECT_TRUE(changes.cleared);
-  ASSERT_EQ(changes.blocks.size(), 1U);
-  EXPECT_EQ(changes.blocks.front().mesh.triangles.size(), summary.mesh.triangles);
+  EXPECT_EQ(session->mesh()->whole().triangles.size(), summary.mesh.triangles);
   EXPECT_GT(summary.mesh.triangles, 1000U);
 }
 
@@ -159,7 +155,7 @@ TEST_F(Live, ALogWaitsForTheEndOfAPause) {
   Pictures& pictures = *source;
   session = begin_live_scan(pace(std::move(source), Pace::as_taken), options);
   pictures.open();
-  EXPECT_TRUE(comes_true([&] { return session->touch() && session->touch()->index == 29; }));
+  EXPECT_TRUE(comes_true([&] { return session->touch() && session->touch()->frame == 29; }));
   EXPECT_EQ(session->status().frames, 30) << "frame 30 waits";
   session->set_paused(false);
   const RunReport summary = session->wait();

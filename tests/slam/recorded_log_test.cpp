@@ -54,7 +54,7 @@ TEST_F(RecordedLog, StandsOnItsOwn) {
   for (int i = 0; i < 12; ++i) {
     const auto item = stream.next();
     ASSERT_TRUE(item);
-    EXPECT_NEAR(item->time_s, 0.041 * i, 1e-6);
+    EXPECT_NEAR(item->image.time_s, 0.041 * i, 1e-6);
     ASSERT_EQ(item->surface != nullptr, i >= 10);
     if (i >= 10) {
       EXPECT_GT(item->surface->contact_pixels, 500);

@@ -51,7 +51,7 @@ class Strokes {
     process(nothing);
   }
   void background(int count) {
-    for (int i = 0; i < count; ++i) slam_.skip(next_++, 0);
+    for (int i = 0; i < count; ++i) slam_.process(next_++, 0, nullptr, timer_);
   }
   SlamMap finish() const {
     SlamMap map = slam_.finish();

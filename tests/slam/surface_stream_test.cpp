@@ -75,8 +75,8 @@ TEST_F(StreamOfALog, HandsOutBackgroundFirstAndThenSurfaces) {
   for (int i = 0; i < 13; ++i) {
     const auto item = stream.next();
     ASSERT_TRUE(item);
-    EXPECT_EQ(item->frame, i);
-    EXPECT_NEAR(item->time_s, i / 25.0, 1e-9);
+    EXPECT_EQ(item->image.index, i);
+    EXPECT_NEAR(item->image.time_s, i / 25.0, 1e-9);
     ASSERT_EQ(item->surface != nullptr, i >= 10) << i;
     if (item->surface) {
       const double radius_px = contact_radius_px(kPitchMm, 5, 0.8);
@@ -115,7 +115,7 @@ TEST_F(StreamOfALog, TheBackgroundIsFoundBehindOldPictures) {
   for (int i = 0; i < 12; ++i) {
     const auto item = stream.next();
     ASSERT_TRUE(item);
-    EXPECT_EQ(item->frame, i);
+    EXPECT_EQ(item->image.index, i);
     ASSERT_EQ(item->surface != nullptr, i >= 9) << i;
     if (item->surface) {
       EXPECT_GT(item->surface->contact_pixels, 500);
@@ -131,7 +131,8 @@ TEST_F(StreamOfALog, ADamagedPictureHasANumberInTheBackground) {
   for (const int damaged : {4, 9}) {
     write_bytes(folder / ("log/" + std::to_string(damaged) + ".png"), "no picture");
     SurfaceStream stream = open();
-    while (const auto item = stream.next()) EXPECT_EQ(item->surface != nullptr, item->frame >= 10) << damaged;
+    while (const auto item = stream.next())
+      EXPECT_EQ(item->surface != nullptr, item->image.index >= 10) << damaged;
     EXPECT_THAT(stream.background_doubts(), testing::Not(Contains(HasSubstr("the background is that of"))));
   }
 }

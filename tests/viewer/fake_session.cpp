@@ -141,7 +141,7 @@ void FakeSession::uncover(const Pose& object_T_sensor) {
       const int a = vertex(t.x()), b = vertex(t.y()), c = vertex(t.z());
       block.mesh.triangles.emplace_back(a, b, c);
     }
-    changes_.blocks.push_back(std::move(block));
+    mesh_->add(false, {std::move(block)});
   }
 }
 
@@ -169,7 +169,7 @@ void FakeSession::advance(int frames) {
         static_cast<int>(frame_ / frames_per_place_ % static_cast<std::int64_t>(places_.size()));
     const FakePlace& at = places_[static_cast<std::size_t>(place)];
     auto touch = std::make_shared<LiveTouch>();
-    touch->index = frame_;
+    touch->frame = frame_;
     touch->time_s = static_cast<double>(frame_) / 25;
     touch->image = gel_picture(*at.surface);
     touch->surface = at.surface;
@@ -212,7 +212,7 @@ void FakeSession::release() {
   touch->surface = surface;
   touch->status = TrackStatus::no_contact;
   touch->keyframe = -1;
-  ++touch->index;
+  ++touch->frame;
   touch_ = std::move(touch);
   say(LivePhase::scanning, "no contact", TrackStatus::no_contact);
 }

@@ -40,7 +40,7 @@ class FakeSession : public LiveSession {
   LiveStatus status() const override;
   std::shared_ptr<const LiveTouch> touch() const override { return touch_; }
   std::shared_ptr<const MapSnapshot> map() const override { return map_; }
-  MeshChanges take_mesh_changes() override { return std::exchange(changes_, {}); }
+  std::shared_ptr<const MeshFeed> mesh() const override { return mesh_; }
   void set_paused(bool paused) override;
   void undo_last_trial() override { calls.emplace_back("undo"); }
   void save_now() override { calls.emplace_back("save"); }
@@ -64,7 +64,7 @@ class FakeSession : public LiveSession {
   mutable int looks_ = 0;
   std::shared_ptr<const LiveTouch> touch_;
   std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
-  MeshChanges changes_;
+  std::shared_ptr<MeshFeed> mesh_ = std::make_shared<MeshFeed>();
 };
 
 }  // namespace gelslam::test

@@ -93,7 +93,7 @@ TEST_F(SceneColors, ACertainPlaceIsClayAndADoubtfulOneIsTinted) {
   ball.mesh.confidence.assign(ball.mesh.vertices_mm.size(), 20.0F);
   for (const Vector3f& p : ball.mesh.vertices_mm) ball.keyframe.push_back(p.x() < 0 ? 0 : 10);
   Scene scene;
-  scene.update(std::vector{ball});
+  scene.update(changes({ball}));
   scene.set_map(map);
   style.color = SceneColor::certainty;
   const cv::Mat3b picture = draw(scene);

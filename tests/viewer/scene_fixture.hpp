@@ -80,6 +80,13 @@ inline MeshBlock block(std::int64_t key, Mesh mesh) {
   return result;
 }
 
+inline MeshFeed::Changes changes(const std::vector<MeshBlock>& blocks, bool cleared = false) {
+  MeshFeed::Changes result;
+  result.cleared = cleared;
+  for (const MeshBlock& block : blocks) result.blocks.push_back(std::make_shared<const MeshBlock>(block));
+  return result;
+}
+
 inline double largest_difference(const cv::Mat3b& a, const cv::Mat3b& b) {
   return cv::norm(a, b, cv::NORM_INF);
 }

@@ -63,11 +63,11 @@ TEST_F(SceneMap, TheTouchGlowsWhereItIs) {
 TEST_F(SceneMap, TheTouchLiesOnTheMeshAndBehindWhatIsNearer) {
   Scene scene;
   Mesh ground = flipped(plane(-0.4, 20, 12));  // a little over the touch, as a map that is not yet right
-  scene.update(std::vector{block(1, ground)});
+  scene.update(changes({block(1, ground)}));
   const cv::Mat3b before = draw(scene);
   scene.set_touch(TouchPatch{round_touch(), at(0, 0, 0), 1.0});
   EXPECT_GT(largest_difference(draw(scene), before), 60);
-  scene.update(std::vector{block(2, flipped(plane(-5, 20, 12)))});
+  scene.update(changes({block(2, flipped(plane(-5, 20, 12)))}));
   const cv::Mat3b covered = draw(scene);
   scene.set_touch(std::nullopt);
   EXPECT_EQ(largest_difference(draw(scene), covered), 0);

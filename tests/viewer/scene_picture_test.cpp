@@ -48,10 +48,10 @@ TEST_F(ScenePicture, LightComesFromUpperLeftWhereverTheViewerIs) {
 TEST_F(ScenePicture, NearHidesFarInAnyOrder) {
   const Mesh near = moved(sphere(1.5, 64), {1, 0.5F, -8}), far = sphere(5, 64);
   Scene both, reversed, only_near;
-  both.update(std::vector{block(1, near), block(2, far)});
-  reversed.update(std::vector{block(2, far), block(1, near)});
+  both.update(changes({block(1, near), block(2, far)}));
+  reversed.update(changes({block(2, far), block(1, near)}));
   // The far one behind the eye: texture is drawn the stronger, the smoother the whole mesh is.
-  only_near.update(std::vector{block(1, near), block(2, moved(far, {0, 0, -200}))});
+  only_near.update(changes({block(1, near), block(2, moved(far, {0, 0, -200}))}));
   const cv::Mat3b picture = draw(both), alone = draw(only_near);
   cv::Mat1b inside;
   cv::erode(mask_of(alone), inside, cv::Mat(), {-1, -1}, 2);
@@ -79,16 +79,16 @@ TEST_F(ScenePicture, InsidesAreGray) {
 TEST_F(ScenePicture, AnUpdateReplacesAndAnEmptyOneRemoves) {
   const Mesh left = moved(sphere(2, 48), {-4, 0, 0}), right = moved(sphere(2, 48), {4, 0, 0});
   Scene scene, expected, empty;
-  expected.update(std::vector{block(7, right)});
-  scene.update(std::vector{block(7, left)});
+  expected.update(changes({block(7, right)}));
+  scene.update(changes({block(7, left)}));
   EXPECT_GT(largest_difference(draw(scene), draw(expected)), 50);
-  scene.update(std::vector{block(7, right)});
+  scene.update(changes({block(7, right)}));
   EXPECT_EQ(largest_difference(draw(scene), draw(expected)), 0);
-  scene.update(std::vector{block(7, Mesh())});
+  scene.update(changes({block(7, Mesh())}));
   EXPECT_EQ(largest_difference(draw(scene), draw(empty)), 0);
   EXPECT_TRUE(scene.bounds_mm().isEmpty());
-  scene.update(std::vector{block(7, left), block(8, right)});
-  scene.update(MeshChanges{true, {block(9, right)}});
+  scene.update(changes({block(7, left), block(8, right)}));
+  scene.update(changes({block(9, right)}, /*cleared=*/true));
   EXPECT_EQ(largest_difference(draw(scene), draw(expected)), 0) << "cleared first";
 }
 

@@ -15,18 +15,12 @@ std::shared_ptr<Surface> surface_with_disc(int radius_px) {
   return surface;
 }
 
-LiveTouch touch_of(const std::shared_ptr<Surface>& surface) {
-  LiveTouch touch;
-  touch.image = cv::Mat3b(120, 160, cv::Vec3b(90, 100, 110));
-  touch.surface = surface;
-  return touch;
-}
-
 double distance_to(const cv::Vec3b& a, const cv::Vec3b& b) { return cv::norm(cv::Vec3d(a) - cv::Vec3d(b)); }
 
 TEST(TactilePicture, OutlinesTheContactWhereItIs) {
   const cv::Vec3b ink(0, 255, 0);
-  const cv::Mat3b picture = tactile_picture(touch_of(surface_with_disc(40)), 320, ink);
+  const cv::Mat3b picture =
+      tactile_picture(cv::Mat3b(120, 160, cv::Vec3b(90, 100, 110)), surface_with_disc(40).get(), 320, ink);
   ASSERT_EQ(picture.size(), cv::Size(320, 240));
   int inked = 0;
   for (int v = 0; v < picture.rows; ++v)

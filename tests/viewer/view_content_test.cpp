@@ -15,8 +15,8 @@ TEST(ViewContent, LoopsThatHaveNoSayAreMarked) {
   const TemporaryFolder folder;
   write_run(folder / "RUN", 5, /*loop_is_outlier=*/true);
   const RunHistory history = *load_view(folder / "RUN").history;
-  ASSERT_EQ(history.edges.size(), 5U);
-  for (const MapSnapshot::Edge& edge : history.edges) {
+  ASSERT_EQ(history.session.edges.size(), 5U);
+  for (const MapSnapshot::Edge& edge : history.session.edges) {
     EXPECT_EQ(edge.outlier, edge.from == 0 && edge.to == 8);
     EXPECT_EQ(edge.kind, edge.outlier ? EdgeKind::loop : EdgeKind::odometry);
   }

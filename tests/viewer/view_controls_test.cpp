@@ -10,7 +10,7 @@ namespace {
 /// Keyframes at 10, 12, 14 s, poses from 10 to 50 s.
 RunHistory history() {
   RunHistory result;
-  for (int k = 0; k < 3; ++k) result.keyframes.push_back({10.0 + 2 * k, {}});
+  for (int k = 0; k < 3; ++k) result.keyframes_s.push_back(10.0 + 2 * k);
   for (int i = 0; i <= 40; ++i) result.trajectory.push_back({10.0 + i, Pose::Identity()});
   return result;
 }

@@ -91,10 +91,10 @@ class VideoSource final : public TrialFrames {
 
   std::optional<TrialFrame> next() override {
     while (std::optional<SurfaceStream::Item> item = stream_->next()) {
-      const std::int64_t index = item->frame - truth_.background_frames;
+      const std::int64_t index = item->image.index - truth_.background_frames;
       if (index < 0 || !item->surface) continue;
       if (index >= static_cast<std::int64_t>(truth_.start_T_currs.size())) return std::nullopt;
-      return TrialFrame{item->frame, item->time_s, std::move(item->surface),
+      return TrialFrame{item->image.index, item->image.time_s, std::move(item->surface),
                         truth_.start_T_currs[static_cast<std::size_t>(index)]};
     }
     return std::nullopt;

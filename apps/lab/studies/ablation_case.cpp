@@ -132,14 +132,14 @@ Json measure(const AblationCase& measured, const std::string& variant, const Con
   int frames = 0;
   while (const std::optional<SurfaceStream::Item> item = stream.next()) {
     if (!item->surface) {
-      slam.skip(item->frame, item->time_s);
+      slam.process(item->image.index, item->image.time_s, nullptr, timer);
       continue;
     }
     ++frames;
     OptionalPose pose;
     if (truth)
-      pose = truth->start_T_currs.at(static_cast<std::size_t>(item->frame - truth->background_frames));
-    live.judge(slam.process(item->frame, item->time_s, item->surface, timer), pose);
+      pose = truth->start_T_currs.at(static_cast<std::size_t>(item->image.index - truth->background_frames));
+    live.judge(slam.process(item->image.index, item->image.time_s, item->surface, timer), pose);
   }
   const Clock::time_point start = Clock::now();
   const SlamMap map = slam.finish();

@@ -16,10 +16,10 @@
 #include "gelslam/core/process.hpp"
 #include "gelslam/evaluation/mesh_metrics.hpp"
 #include "gelslam/evaluation/trajectory_metrics.hpp"
-#include "gelslam/fusion/fusion.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/simulation/simulator.hpp"
 #include "gelslam/slam/gel_slam.hpp"
+#include "gelslam/slam/reconstruct.hpp"
 #include "gelslam/surface/model_file.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
 #include "judgement.hpp"
@@ -120,7 +120,7 @@ Scan run_scan(const Simulator& simulator, const std::filesystem::path& out, GelS
   while (std::optional<SimulatedFrame> frame = pictures.next()) {
     scan.truth.push_back(frame->start_T_sensor);
     if (frame->index < simulator.spec().background_frames) {
-      slam.skip(frame->index, frame->time_s);
+      slam.process(frame->index, frame->time_s, nullptr, timer);
       continue;
     }
     const double start = thread_cpu_ms();
@@ -159,9 +159,7 @@ Json summary(const Simulator& simulator, const Scan& scan, const SlamOptions& op
   const double start = wall_s();
   const SlamMap map = slam.finish();
   const double closed = wall_s();
-  FusionOptions fusion = options.fusion;
-  fusion.gradient_scale = map.gradient_scale.mean();
-  const Mesh mesh = fuse(posed_surfaces(map), fusion);
+  const Mesh mesh = fuse_map(map, options.fusion);
   const double fused = wall_s();
   result.update({{"peak_memory_mb", peak_memory_mb() - scan.memory_before_mb},
                  {"closing_s", closed - start},

@@ -35,7 +35,7 @@ std::map<int, SurfacePtr> surfaces_of(const std::filesystem::path& folder, const
   SurfaceStream stream(input, resolve_config(input), timer);
   std::map<int, SurfacePtr> surfaces;
   while (std::optional<SurfaceStream::Item> item = stream.next()) {
-    const int index = static_cast<int>(item->frame) - truth.background_frames;
+    const int index = static_cast<int>(item->image.index) - truth.background_frames;
     if (wanted.empty() || index > *wanted.rbegin()) break;
     if (item->surface && wanted.contains(index)) surfaces[index] = std::move(item->surface);
   }

@@ -126,10 +126,11 @@ Json watch(LiveSession& session, double for_minutes) {
   const Clock::time_point start = Clock::now();
   const auto minutes = [&] { return std::chrono::duration<double>(Clock::now() - start).count() / 60; };
   Json rows = Json::array();
+  std::uint64_t version = 0;
   for (double next = 1.0 / 6; minutes() < for_minutes; next += 1.0 / 6) {
     std::this_thread::sleep_until(
         start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(60 * next)));
-    session.take_mesh_changes();  // as a window does
+    version = session.mesh()->since(version, SIZE_MAX).version;  // as a window does
     rows.push_back(row_of(minutes(), session.status()));
     std::cerr << rows.back().dump() << "\n";
   }
@@ -159,6 +160,7 @@ void run(const SoakArguments& arguments) {
   options.config = resolve_config({arguments.log, {}, arguments.model, {}, false});
   options.run_folder = arguments.run_folder;
   options.overwrite = true;
+  options.mesh_feed = std::make_shared<MeshFeed>();
   if (!arguments.run_folder.empty()) options.record = attachments_of(options.config);
   const SensorProfile& profile = options.config.sensor;
   std::cerr << "compressing pictures of " << profile.raw_width_px << "x" << profile.raw_height_px << "\n";

@@ -74,10 +74,15 @@ void Tracker::limit_relocalization(double share_of_time, Clock clock) {
   clock_ = std::move(clock);
 }
 
-TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surface) {
+TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surface, std::int64_t unix_us) {
   TrackedFrame result;
   result.frame = frame;
   result.time_s = time_s;
+  result.unix_us = unix_us;
+  if (!surface) {
+    result.status = TrackStatus::background;
+    return result;
+  }
   relocalization_debt_s_ = std::max(
       0.0, relocalization_debt_s_ - relocalization_share_ * (time_s - std::exchange(last_time_s_, time_s)));
   if (in_trial_ ? surface->contact_pixels < options_.contact_threshold_px / kContactShrinks

@@ -225,14 +225,15 @@ Mesh IncrementalFusion::finish(int threads, double min_piece_mm2, ProgressSink* 
   return without_small_pieces(impl_->finish(threads, progress), min_piece_mm2);
 }
 
-Mesh fuse(const std::vector<PosedSurface>& patches, const FusionOptions& options, ProgressSink* progress) {
+Mesh fuse(const std::vector<PosedSurface>& patches, const FusionOptions& options, double gradient_scale,
+          ProgressSink* progress) {
   std::vector<PosedSurface> numbered = patches;  // in the given order; an id may come twice
   for (std::size_t i = 0; i < numbered.size(); ++i) {
     check_patch(numbered[i]);
     numbered[i].id = static_cast<int>(i);
   }
   IncrementalFusion fusion(options, {});
-  fusion.set_patches(numbered, options.gradient_scale);
+  fusion.set_patches(numbered, gradient_scale);
   return fusion.finish(options.threads, options.min_piece_mm2, progress);
 }
 

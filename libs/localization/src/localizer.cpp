@@ -41,6 +41,7 @@ bool is_known_well(const Matrix6d& covariance) {
 }
 
 std::string reason_without_track(const TrackedFrame& tracked) {
+  if (tracked.status == TrackStatus::background) return "";
   if (tracked.status == TrackStatus::no_contact) return "nothing touches the sensor";
   return "track was lost: " + std::string(describe(tracked.registration.status));
 }
@@ -68,9 +69,10 @@ Localizer::Localizer(std::shared_ptr<const SurfaceMap> map, const SlamOptions& o
       options_(options),
       tracker_(options.tracker, options.registration, options.verification) {}
 
-LocalizedFrame Localizer::process(std::int64_t frame, double time_s, SurfacePtr surface) {
+LocalizedFrame Localizer::process(std::int64_t frame, double time_s, SurfacePtr surface,
+                                  std::int64_t unix_us) {
   LocalizedFrame result;
-  result.tracked = tracker_.track(frame, time_s, surface);
+  result.tracked = tracker_.track(frame, time_s, surface, unix_us);
   if (result.tracked.status != TrackStatus::tracked) {
     result.reason = reason_without_track(result.tracked);
     return result;

@@ -23,11 +23,7 @@ namespace fs = std::filesystem;
 constexpr double kMinDiameterMm = 0.1, kMaxDiameterMm = 1000.0;
 constexpr std::size_t kMaxLine = 4096, kMaxCatalogBytes = kMaxPresses * kMaxLine;
 
-std::string trimmed(const std::string& text) {
-  const std::size_t first = text.find_first_not_of(" \t\r\"");
-  if (first == std::string::npos) return "";
-  return text.substr(first, text.find_last_not_of(" \t\r\"") - first + 1);
-}
+constexpr const char* kBlanks = " \t\r\"";
 
 /// A name from a file must not lead out of the folder.
 bool stays_inside(const fs::path& name) {
@@ -38,7 +34,7 @@ bool stays_inside(const fs::path& name) {
 /// The number behind a line's last comma, and nothing else behind it.
 std::optional<double> diameter_in(const std::string& line) {
   const std::size_t comma = line.rfind(',');
-  const std::string number = comma == std::string::npos ? "" : trimmed(line.substr(comma + 1));
+  const std::string number = comma == std::string::npos ? "" : trimmed(line.substr(comma + 1), kBlanks);
   double diameter_mm = 0.0;
   const char* end = number.data() + number.size();
   const auto [stop, failure] = std::from_chars(number.data(), end, diameter_mm);
@@ -52,7 +48,7 @@ CalibrationPress parse_line(const std::string& line, const std::string& where) {
   press.diameter_mm = *diameter_mm;
   if (!(press.diameter_mm >= kMinDiameterMm && press.diameter_mm <= kMaxDiameterMm))
     throw Error(where + ": the diameter must be between 0.1 and 1000 mm");
-  press.name = trimmed(line.substr(0, line.rfind(',')));
+  press.name = trimmed(line.substr(0, line.rfind(',')), kBlanks);
   std::replace(press.name.begin(), press.name.end(), '\\', '/');  // of a catalog made on Windows
   if (!stays_inside(press.name)) throw Error(where + ": the press must lie inside the calibration folder");
   return press;
@@ -72,7 +68,7 @@ std::vector<CalibrationPress> read_catalog(const fs::path& path) {
   if (diameter_in(line))
     throw Error(quoted(path) + " has no header: its first line must be experiment_reldir,diameter(mm)");
   for (int number = 2; std::getline(stream, line); ++number) {
-    if (trimmed(line).empty()) continue;
+    if (trimmed(line, kBlanks).empty()) continue;
     const std::string where = quoted(path) + " line " + std::to_string(number);
     if (line.size() > kMaxLine) throw Error(where + " is too long");
     presses.push_back(parse_line(line, where));

@@ -152,7 +152,7 @@ class ScanService final : public HttpService {
       touch_ = scan_.touch();
       const bool touches = touch_ && status.phase < LivePhase::finishing;
       last_ = status_json(status);
-      last_["frame"] = touch_ ? Json(touch_->index) : Json(nullptr);
+      last_["frame"] = touch_ ? Json(touch_->frame) : Json(nullptr);
       last_["touch"] = touches ? touch_json(*touch_, map.get()) : Json(nullptr);
       last_["surface"] = mesh_ != nullptr;
       last_["scan"] = scan_.is_scan;

@@ -76,7 +76,8 @@ Json touch_json(const LiveTouch& touch, const MapSnapshot* map) {
   std::optional<Pose> map_T_touch;
   if (map == nullptr) {
     if (touch.trial >= 0) map_T_touch = touch.trial_T_frame;
-  } else if (const auto place = place_of(touch, *map); place && place->component == map->shown_component) {
+  } else if (const auto place = place_of(touch, touch.trial_T_frame, *map);
+             place && place->component == map->shown_component) {
     map_T_touch = place->map_T_frame;
   }
   const double scale = map != nullptr ? map->gradient_scale.mean() : 1;

@@ -1,17 +1,11 @@
 #include <charconv>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/sensor/camera.hpp"
 
 namespace gelslam {
 namespace {
-
-constexpr const char* kBlanks = " \t";
-
-std::string trimmed(const std::string& text) {
-  const std::size_t first = text.find_first_not_of(kBlanks);
-  return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
-}
 
 std::pair<std::string, std::int64_t> parse_control(const std::string& text) {
   const std::size_t equals = text.find('=');

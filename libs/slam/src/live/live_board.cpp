@@ -160,25 +160,10 @@ void LiveBoard::set_map(std::shared_ptr<const MapSnapshot> newest) {
   status_.gradient_scale = map_->gradient_scale;
 }
 
-void LiveBoard::add_blocks(bool cleared, std::vector<MeshBlock> blocks) {
-  const std::lock_guard lock(mutex_);
-  if (cleared) {
-    changed_blocks_.clear();
-    mesh_cleared_ = true;
-  }
-  for (MeshBlock& block : blocks) {
-    const std::int64_t key = block.key;
-    changed_blocks_[key] = std::move(block);
-  }
-}
-
-void LiveBoard::show_saved(const SlamMap& saved, const Mesh& mesh) {
+void LiveBoard::show_saved(const SlamMap& saved) {
   auto snapshot = std::make_shared<MapSnapshot>(snapshot_of(saved));
   snapshot->version = map()->version + 1;
   set_map(std::move(snapshot));
-  MeshBlock whole;
-  whole.mesh = mesh;
-  add_blocks(true, {std::move(whole)});
 }
 
 bool LiveBoard::has_contact() const {
@@ -237,15 +222,6 @@ std::shared_ptr<const LiveTouch> LiveBoard::touch() const {
 std::shared_ptr<const MapSnapshot> LiveBoard::map() const {
   const std::lock_guard lock(mutex_);
   return map_;
-}
-
-MeshChanges LiveBoard::take_mesh_changes() {
-  const std::lock_guard lock(mutex_);
-  MeshChanges changes;
-  changes.cleared = std::exchange(mesh_cleared_, false);
-  for (auto& [key, block] : changed_blocks_) changes.blocks.push_back(std::move(block));
-  changed_blocks_.clear();
-  return changes;
 }
 
 }  // namespace gelslam::slam::detail

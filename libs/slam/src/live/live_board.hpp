@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <deque>
-#include <map>
 #include <mutex>
 #include <optional>
 #include <set>
@@ -56,15 +55,13 @@ class LiveBoard {
   void set_log_bytes(std::int64_t bytes);
   void set_touch(LiveTouch touch, const std::string& why_lost, LiveClock::time_point captured);
   void set_map(std::shared_ptr<const MapSnapshot> map);
-  void add_blocks(bool cleared, std::vector<MeshBlock> blocks);
   /// In place of what was good enough while it grew: what was saved.
-  void show_saved(const SlamMap& map, const Mesh& mesh);
+  void show_saved(const SlamMap& map);
 
   // The window.
   LiveStatus status() const;
   std::shared_ptr<const LiveTouch> touch() const;
   std::shared_ptr<const MapSnapshot> map() const;
-  MeshChanges take_mesh_changes();
 
  private:
   struct Warning {
@@ -87,8 +84,6 @@ class LiveBoard {
   double sigma_mm_ = 0;  // of the place of what is touched, as far as the map knows
   std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
   std::set<int> shown_trials_;
-  bool mesh_cleared_ = false;
-  std::map<std::int64_t, MeshBlock> changed_blocks_;
 };
 
 /// Puts on the board what is done while finishing, and how far it is.

@@ -13,17 +13,15 @@
 #include "gelslam/sensor/raw_frame.hpp"
 #include "gelslam/slam/live_slam.hpp"
 #include "gelslam/slam/store.hpp"
-#include "gelslam/surface/surface.hpp"
+#include "gelslam/slam/surface_stream.hpp"
 #include "live/live_board.hpp"
 
 namespace gelslam::slam::detail {
 
 using RawFramePtr = std::shared_ptr<const RawFrame>;
 
-/// From the surface stage to the tracker. Without a surface it is a background frame.
-struct SurfacedFrame {
-  TactileImage image;
-  SurfacePtr surface;
+/// From the surface stage to the tracker.
+struct SurfacedFrame : SurfaceStream::Item {
   LiveClock::time_point arrived, captured;
 };
 

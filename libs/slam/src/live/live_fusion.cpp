@@ -1,5 +1,4 @@
 #include "gelslam/core/error.hpp"
-#include "gelslam/slam/mesh_feed.hpp"
 #include "live/live_stages.hpp"
 
 namespace gelslam::slam::detail {
@@ -40,10 +39,7 @@ bool FusionStage::work() {
   const auto scope = context_.timer.measure("fusion");
   try {
     const bool work_left = fusion_->work();
-    const bool cleared = std::exchange(cleared_, false);
-    std::vector<MeshBlock> blocks = fusion_->take_changed_blocks();
-    if (context_.options.mesh_feed) context_.options.mesh_feed->add(cleared, blocks);
-    if (context_.options.show_mesh) context_.board.add_blocks(cleared, std::move(blocks));
+    context_.options.mesh_feed->add(std::exchange(cleared_, false), fusion_->take_changed_blocks());
     return work_left;
   } catch (const Error& error) {
     context_.board.warn(error.what());

@@ -66,7 +66,7 @@ void MappingStage::keep_loops(int keyframe, const std::vector<PoseGraphEdge>& lo
 void MappingStage::publish() {
   auto map = std::make_shared<const MapSnapshot>(mapper_.snapshot());
   if (context_.options.stream) context_.options.stream->write_map(map);
-  if (context_.options.show_mesh || context_.options.mesh_feed) fusion_.set_map(map);
+  if (context_.options.mesh_feed) fusion_.set_map(map);
   context_.board.set_map(std::move(map));
 }
 

@@ -9,7 +9,6 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/sensor/log_recorder.hpp"
-#include "gelslam/slam/mesh_feed.hpp"
 #include "gelslam/slam/pose_stream.hpp"
 #include "live/live_stages.hpp"
 #include "run_folder/live_run.hpp"
@@ -52,7 +51,7 @@ class LiveSlam final : public LiveSession, private LiveContext {
   LiveStatus status() const override;
   std::shared_ptr<const LiveTouch> touch() const override { return board.touch(); }
   std::shared_ptr<const MapSnapshot> map() const override { return board.map(); }
-  MeshChanges take_mesh_changes() override { return board.take_mesh_changes(); }
+  std::shared_ptr<const MeshFeed> mesh() const override { return options.mesh_feed; }
 
   void set_paused(bool pause) override;
   void undo_last_trial() override { surfaced.push_beyond_limit(UndoTrial{}); }
@@ -261,8 +260,10 @@ void LiveSlam::finish() {
   fusion_thread_.join();  // what it drew must not come after what is saved
   captured_.wait();
   const Run saved = save(std::move(map), aborted || lost || failed(), &progress);
-  if (options.show_mesh || options.mesh_feed) board.show_saved(saved.map, saved.mesh);
-  if (options.mesh_feed) options.mesh_feed->set_whole(saved.mesh);
+  if (options.mesh_feed) {
+    board.show_saved(saved.map);
+    options.mesh_feed->set_whole(saved.mesh);
+  }
   board.set_words(run_ ? "done: saved in " + run_->folder().string() : "done", TrackStatus::background);
 }
 

@@ -82,7 +82,7 @@ class FusionStage {
   LiveContext& context_;
   std::unique_ptr<IncrementalFusion> fusion_;
   int component_ = -1;    // what fusion_ holds
-  bool cleared_ = false;  // not told to the board yet
+  bool cleared_ = false;  // not told yet
 
   std::mutex mutex_;
   std::condition_variable changed_;

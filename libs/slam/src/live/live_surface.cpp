@@ -35,7 +35,7 @@ void SurfaceStage::run() {
     }
     const LiveClock::time_point arrived = (*frame)->arrived;
     if (!context_.surfaced.push(
-            SurfacedFrame{std::move(*image), std::move(surface), arrived, arrived - (*frame)->age}))
+            SurfacedFrame{{std::move(*image), std::move(surface)}, arrived, arrived - (*frame)->age}))
       return;
   }
 }

@@ -26,42 +26,22 @@ void TrackingStage::run() {
 }
 
 void TrackingStage::handle(const SurfacedFrame& frame) {
-  const std::int64_t index = first_frame_ + frame.image.index;
-  const double time_s = first_time_s_ + frame.image.time_s;
-  if (!frame.surface) {
-    const TrackedFrame background = background_frame(index, time_s, frame.image.unix_us);
-    record(record_of(background));
-    LiveTouch bare;
-    bare.index = index;
-    bare.time_s = time_s;
-    bare.image = frame.image.bgr;
-    bare.status = TrackStatus::background;
-    context_.board.set_touch(std::move(bare), "", frame.captured);
-    return stream(background, frame);
-  }
+  const TactileImage& image = frame.image;
   TrackedFrame tracked;
   {
-    const auto scope = context_.timer.measure("tracking");
-    tracked = tracker_.track(index, time_s, frame.surface);
-    tracked.unix_us = frame.image.unix_us;
+    const auto scope = context_.timer.measure(frame.surface ? "tracking" : "background");
+    tracked = tracker_.track(first_frame_ + image.index, first_time_s_ + image.time_s, frame.surface,
+                             image.unix_us);
   }
   stream(tracked, frame);
-  context_.timer.add("capture to pose",
-                     std::chrono::duration<double, std::milli>(LiveClock::now() - frame.captured).count());
+  if (frame.surface)
+    context_.timer.add("capture to pose",
+                       std::chrono::duration<double, std::milli>(LiveClock::now() - frame.captured).count());
   record(record_of(tracked));
   for (const NewKeyframe& added : tracked.new_keyframes)
     context_.measured.push_beyond_limit([added](Store& store) { store.add(added); });
   if (tracked.status == TrackStatus::tracked) hidden_.pass(tracked.trial, tracked.registration.observable);
-  LiveTouch touch{tracked.frame,
-                  tracked.time_s,
-                  frame.image.bgr,
-                  frame.surface,
-                  tracked.status,
-                  tracked.keyframe ? tracked.keyframe->id : -1,
-                  tracked.keyframe_T_frame,
-                  tracked.trial,
-                  tracked.trial_T_frame,
-                  hidden_.words()};
+  LiveTouch touch{record_of(tracked), image.bgr, frame.surface, tracked.trial_T_frame, hidden_.words()};
   const std::string why_lost = tracked.status == TrackStatus::lost
                                    ? std::string(describe(tracked.registration.status))
                                    : std::string();

@@ -86,9 +86,7 @@ void count(const Run& run, RunReport& report) {
 }  // namespace
 
 Mesh fuse_map(const SlamMap& map, const FusionOptions& options, ProgressSink* progress) {
-  FusionOptions fusion = options;
-  fusion.gradient_scale = map.gradient_scale.mean();
-  return fuse(posed_surfaces(map), fusion, progress);
+  return fuse(posed_surfaces(map), options, map.gradient_scale.mean(), progress);
 }
 
 Run finish_scan(const Config& config, SlamMap map, RunReport report, StageTimer& timer,

@@ -98,9 +98,7 @@ FuseSummary fuse_run(const FuseRequest& request, ProgressSink& progress,
   if (!session || !session->warning.empty() || has_incomplete_save(request.run))
     return finish_killed(request, config, target, progress, stop_requested);
   if (session->patches.empty()) throw Error(request.run.string() + ": holds no keyframe to fuse");
-  FusionOptions fusion = config.slam.fusion;
-  fusion.gradient_scale = session->gradient_scale;
-  const Mesh mesh = fuse(session->patches, fusion, &progress);
+  const Mesh mesh = fuse(session->patches, config.slam.fusion, session->gradient_scale, &progress);
   if (stop_requested()) throw Error("stopped; nothing was changed");
   const auto write = [&](const fs::path& folder) { write_fused(folder, request.run, config, mesh); };
   if (target.folder) {

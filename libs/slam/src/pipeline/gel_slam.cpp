@@ -28,20 +28,15 @@ TrackedFrame GelSlam::process(std::int64_t frame, double time_s, SurfacePtr surf
                               std::int64_t unix_us) {
   TrackedFrame tracked;
   {
-    const auto scope = timer.measure("tracking");
-    tracked = impl_->tracker.track(frame, time_s, std::move(surface));
+    const auto scope = timer.measure(surface ? "tracking" : "background");
+    tracked = impl_->tracker.track(frame, time_s, std::move(surface), unix_us);
   }
   for (const NewKeyframe& added : tracked.new_keyframes) {
     const auto scope = timer.measure("loop closure");
     impl_->mapper.add_keyframe(added);
   }
-  tracked.unix_us = unix_us;
   impl_->frames.push_back(record_of(tracked));
   return tracked;
-}
-
-void GelSlam::skip(std::int64_t frame, double time_s, std::int64_t unix_us) {
-  impl_->frames.push_back(record_of(background_frame(frame, time_s, unix_us)));
 }
 
 SlamMap GelSlam::finish(bool refine, ProgressSink* progress,

@@ -53,8 +53,9 @@ std::vector<bool> placed_keyframes(const std::vector<PoseGraphEdge>& edges, cons
   std::map<int, int> per_group;
   for (const auto& [id, component] : solution.component_of_node)
     per_group[groups.root(id)] += frames[index(id)];
-  const int largest = largest_component(per_group);
   std::vector<bool> placed(frames.size(), false);
+  if (per_group.empty()) return placed;
+  const int largest = largest_component(per_group);
   for (const auto& [id, component] : solution.component_of_node)
     placed[index(id)] = groups.root(id) == largest;
   return placed;
@@ -269,26 +270,14 @@ void Mapper::assess() {
 }
 
 MapSnapshot Mapper::snapshot() const {
-  MapSnapshot snapshot;
+  const std::vector<int> frames(measured_.keyframes.size(), 1);
+  MapSnapshot snapshot =
+      snapshot_of(measured_, live_edges_, live_, placed_keyframes(live_edges_, live_, frames));
   snapshot.version = version_;
   snapshot.gradient_scale = gradient_scale_of(live_);
-  for (const auto& [id, component] : live_.component_of_node) {
-    const Keyframe& keyframe = *measured_.keyframes[static_cast<std::size_t>(id)];
-    const auto sigma = sigma_mm_.find(id);
-    snapshot.nodes.push_back({id, keyframe.frame, keyframe.trial, component, live_.component_T_node.at(id),
-                              keyframe.surface, keyframe.trial_T_keyframe,
-                              sigma == sigma_mm_.end() ? -1 : sigma->second});
-  }
-  for (std::size_t i = 0; i < live_.edge_outlier.size(); ++i)
-    snapshot.edges.push_back(
-        {live_edges_[i].from, live_edges_[i].to, live_edges_[i].kind, live_.edge_outlier[i]});
-  if (snapshot.nodes.empty()) return snapshot;
-  const std::vector<bool> placed =
-      placed_keyframes(live_edges_, live_, std::vector<int>(measured_.keyframes.size(), 1));
-  for (MapSnapshot::Node& node : snapshot.nodes) {
-    node.placed = placed[index(node.keyframe)];
-    if (node.placed) snapshot.shown_component = node.component;
-  }
+  for (MapSnapshot::Node& node : snapshot.nodes)
+    if (const auto sigma = sigma_mm_.find(node.keyframe); sigma != sigma_mm_.end())
+      node.sigma_mm = sigma->second;
   return snapshot;
 }
 

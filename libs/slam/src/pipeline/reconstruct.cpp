@@ -32,7 +32,7 @@ class SurfacesAhead {
   void make_all(SurfaceStream& stream) {
     try {
       while (std::optional<SurfaceStream::Item> item = stream.next()) {
-        item->picture.release();
+        item->image.bgr.release();
         if (!queue_.push(*std::move(item))) break;
       }
     } catch (...) {
@@ -55,12 +55,9 @@ bool track_log(SurfaceStream& stream, GelSlam& slam, const ScanRecord& so_far, S
   bool stopped = false;
   std::int64_t done = 0;
   while (const std::optional<SurfaceStream::Item> item = surfaces.next()) {
-    const std::int64_t frame = so_far.next_frame() + item->frame;
-    const double time_s = so_far.next_time_s() + item->time_s;
-    if (item->surface)
-      slam.process(frame, time_s, item->surface, timer, item->unix_us);
-    else
-      slam.skip(frame, time_s, item->unix_us);
+    const TactileImage& image = item->image;
+    slam.process(so_far.next_frame() + image.index, so_far.next_time_s() + image.time_s, item->surface, timer,
+                 image.unix_us);
     progress.update(++done);
     if (stop_requested()) {
       stopped = true;

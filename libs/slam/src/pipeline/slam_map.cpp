@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "gelslam/core/index.hpp"
 #include "gelslam/slam/map_snapshot.hpp"
 
 namespace gelslam {
@@ -23,15 +24,6 @@ FrameRecord record_of(const TrackedFrame& tracked) {
   if (tracked.status == TrackStatus::tracked) record.observable = tracked.registration.observable;
   record.unix_us = tracked.unix_us;
   return record;
-}
-
-TrackedFrame background_frame(std::int64_t frame, double time_s, std::int64_t unix_us) {
-  TrackedFrame background;
-  background.frame = frame;
-  background.time_s = time_s;
-  background.unix_us = unix_us;
-  background.status = TrackStatus::background;
-  return background;
 }
 
 std::optional<std::int64_t> ScanRecord::start_unix_us() const {
@@ -65,28 +57,30 @@ const MapSnapshot::Node* MapSnapshot::newest_of(int trial) const {
 std::vector<PosedSurface> posed_surfaces(const MapSnapshot& map) {
   std::vector<PosedSurface> patches;
   for (const MapSnapshot::Node& node : map.nodes)
-    if (node.component == map.shown_component && node.placed)
-      patches.push_back({node.keyframe, node.component_T_keyframe, node.surface});
+    if (node.placed) patches.push_back({node.keyframe, node.component_T_keyframe, node.surface});
   return patches;
 }
 
-MapSnapshot snapshot_of(const SlamMap& map) {
+MapSnapshot snapshot_of(const ScanRecord& scan, const std::vector<PoseGraphEdge>& edges,
+                        const PoseGraphSolution& solution, const std::vector<bool>& placed) {
   MapSnapshot snapshot;
+  for (const auto& [id, component] : solution.component_of_node) {
+    const Keyframe& keyframe = *scan.keyframes[index(id)];
+    snapshot.nodes.push_back({id, keyframe.frame, keyframe.trial, component, solution.component_T_node.at(id),
+                              keyframe.surface, keyframe.trial_T_keyframe, -1, placed[index(id)]});
+    if (placed[index(id)]) snapshot.shown_component = component;
+  }
+  for (std::size_t i = 0; i < solution.edge_outlier.size(); ++i)
+    snapshot.edges.push_back({edges[i].from, edges[i].to, edges[i].kind, solution.edge_outlier[i]});
+  return snapshot;
+}
+
+MapSnapshot snapshot_of(const SlamMap& map) {
+  MapSnapshot snapshot = snapshot_of(map, map.solved_edges, map.solution, map.in_map);
   snapshot.gradient_scale = map.gradient_scale;
-  for (const auto& [id, component] : map.solution.component_of_node)
-    if (map.in_map[static_cast<std::size_t>(id)]) snapshot.shown_component = component;
-  for (const auto& [id, component] : map.solution.component_of_node) {
-    const Keyframe& keyframe = *map.keyframes[static_cast<std::size_t>(id)];
-    const bool shown = component == snapshot.shown_component;
-    snapshot.nodes.push_back({id, keyframe.frame, keyframe.trial, component,
-                              shown ? map.anchor_T_keyframe(id) : map.solution.component_T_node.at(id),
-                              keyframe.surface, keyframe.trial_T_keyframe});
-    snapshot.nodes.back().placed = map.in_map[static_cast<std::size_t>(id)];
-  }
-  for (std::size_t i = 0; i < map.solved_edges.size(); ++i) {
-    const PoseGraphEdge& edge = map.solved_edges[i];
-    snapshot.edges.push_back({edge.from, edge.to, edge.kind, map.solution.edge_outlier[i]});
-  }
+  for (MapSnapshot::Node& node : snapshot.nodes)
+    if (node.component == snapshot.shown_component)
+      node.component_T_keyframe = map.anchor_T_keyframe(node.keyframe);
   return snapshot;
 }
 
@@ -99,13 +93,6 @@ std::vector<StampedPose> SlamMap::trajectory() const {
   return poses;
 }
 
-std::vector<PosedSurface> posed_surfaces(const SlamMap& map) {
-  std::vector<PosedSurface> patches;
-  for (std::size_t id = 0; id < map.keyframes.size(); ++id)
-    if (map.in_map[id])
-      patches.push_back(
-          {static_cast<int>(id), map.anchor_T_keyframe(static_cast<int>(id)), map.keyframes[id]->surface});
-  return patches;
-}
+std::vector<PosedSurface> posed_surfaces(const SlamMap& map) { return posed_surfaces(snapshot_of(map)); }
 
 }  // namespace gelslam

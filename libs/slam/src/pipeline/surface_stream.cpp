@@ -25,7 +25,7 @@ std::string ended_early(std::size_t frames, const LogInput& input, int wanted) {
 }
 
 SurfaceStream::Item bare_item(const TactileImage& image) {
-  return {image.index, image.time_s, nullptr, {}, image.unix_us};
+  return {{{}, image.time_s, image.index, image.unix_us}, nullptr};
 }
 
 }  // namespace
@@ -152,8 +152,7 @@ SurfaceStream::SurfaceStream(std::unique_ptr<FrameSource> source, const LogInput
     background_items_.push_back(bare_item(*image));
     if (!ask) seen.push_back({image->bgr.clone(), image->time_s, image->index, image->unix_us});
     if (SurfacePtr surface = frames_.push(image->bgr, image->index))  // behind a damaged picture
-      background_items_.back() = {image->index, image->time_s, std::move(surface), image->bgr,
-                                  image->unix_us};
+      background_items_.back() = {*std::move(image), std::move(surface)};
     const BackgroundCheck& refusal = frames_.refusal();
     if (!refusal.contact && !refusal.markers) continue;
     if (!ask && look_further(seen, kLookAhead * static_cast<std::size_t>(config.background_frames))) return;
@@ -193,7 +192,7 @@ std::optional<SurfaceStream::Item> SurfaceStream::next() {
   std::optional<TactileImage> image = next_image();
   if (!image) return std::nullopt;
   SurfacePtr surface = frames_.push(image->bgr, image->index);
-  return Item{image->index, image->time_s, std::move(surface), std::move(image->bgr), image->unix_us};
+  return Item{*std::move(image), std::move(surface)};
 }
 
 std::optional<TactileImage> SurfaceStream::next_image() {

@@ -16,16 +16,14 @@ void MeshFeed::put(BlockPtr block) {
   by_version_.emplace(version, std::move(block));
 }
 
-void MeshFeed::add(bool cleared, const std::vector<MeshBlock>& blocks) {
-  std::vector<BlockPtr> shared;
-  for (const MeshBlock& block : blocks) shared.push_back(std::make_shared<const MeshBlock>(block));
+void MeshFeed::add(bool cleared, std::vector<MeshBlock> blocks) {
   const std::lock_guard lock(mutex_);
   if (cleared) {
     by_version_.clear();
     version_of_.clear();
     cleared_at_ = ++version_;
   }
-  for (BlockPtr& block : shared) put(std::move(block));
+  for (MeshBlock& block : blocks) put(std::make_shared<const MeshBlock>(std::move(block)));
 }
 
 void MeshFeed::set_whole(const Mesh& mesh) {
@@ -36,7 +34,7 @@ void MeshFeed::set_whole(const Mesh& mesh) {
     parts.push_back({static_cast<std::int64_t>(parts.size()), submesh(mesh, {begin, end}), {}});
     begin = end;
   }
-  add(true, parts);
+  add(true, std::move(parts));
 }
 
 MeshFeed::Changes MeshFeed::since(std::uint64_t version, std::size_t most_vertices) const {

@@ -1,32 +1,23 @@
 #include "gelslam/slam/pose_stream.hpp"
 
 #include "gelslam/core/trajectory.hpp"
-#include "gelslam/slam/live_session.hpp"
 
 namespace gelslam {
 
-namespace {
-
-std::optional<MapPlace> place_at(int keyframe, const Pose& keyframe_T_frame, int trial,
-                                 const Pose& trial_T_frame, const MapSnapshot& map) {
-  if (const MapSnapshot::Node* node = map.find(keyframe))
-    return MapPlace{normalized(node->component_T_keyframe * keyframe_T_frame), node->component};
-  const MapSnapshot::Node* newest = map.newest_of(trial);
+std::optional<MapPlace> place_of(const FrameRecord& frame, const Pose& trial_T_frame,
+                                 const MapSnapshot& map) {
+  if (frame.keyframe < 0) return std::nullopt;
+  if (const MapSnapshot::Node* node = map.find(frame.keyframe))
+    return MapPlace{normalized(node->component_T_keyframe * frame.keyframe_T_frame), node->component};
+  const MapSnapshot::Node* newest = map.newest_of(frame.trial);
   if (newest == nullptr) return std::nullopt;
   const Pose newest_T_frame = newest->trial_T_keyframe.inverse() * trial_T_frame;
   return MapPlace{normalized(newest->component_T_keyframe * newest_T_frame), newest->component};
 }
 
-}  // namespace
-
 std::optional<MapPlace> place_of(const TrackedFrame& frame, const MapSnapshot& map) {
   if (frame.status != TrackStatus::tracked) return std::nullopt;
-  return place_at(frame.keyframe->id, frame.keyframe_T_frame, frame.trial, frame.trial_T_frame, map);
-}
-
-std::optional<MapPlace> place_of(const LiveTouch& touch, const MapSnapshot& map) {
-  if (touch.keyframe < 0) return std::nullopt;
-  return place_at(touch.keyframe, touch.keyframe_T_frame, touch.trial, touch.trial_T_frame, map);
+  return place_of(record_of(frame), frame.trial_T_frame, map);
 }
 
 void PoseStream::write(FrameReport report, const MapSnapshot& map) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <iterator>
 #include <limits>
-#include <set>
 #include <system_error>
 
 #include "gelslam/core/error.hpp"
@@ -12,7 +11,6 @@
 #include "gelslam/core/run_report.hpp"
 #include "gelslam/evaluation/evaluation.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
-#include "gelslam/slam/store.hpp"
 
 namespace gelslam {
 namespace {
@@ -23,21 +21,14 @@ constexpr double kGapS = 0.25;
 
 /// `start_s`: in the run's trajectories; here times count from there.
 RunHistory read_history(const fs::path& run, double start_s) {
-  RunHistory history;
-  Session session = load_session(run);
-  history.gradient_scale = session.gradient_scale;
-  const std::vector<StampedPose> keyframes = read_tum(run / "keyframes.tum");
-  if (keyframes.size() != session.patches.size()) {
-    throw Error(run.string() + ": keyframes.tum lists " + std::to_string(keyframes.size()) +
-                " keyframes, session.db " + std::to_string(session.patches.size()) +
-                "; the folder holds files of two runs");
-  }
-  for (std::size_t i = 0; i < keyframes.size(); ++i) {
-    history.keyframes.push_back({keyframes[i].time_s - start_s, std::move(session.patches[i])});
-  }
-  history.trajectory = read_tum(run / "trajectory.tum");
+  RunHistory history{load_session(run), {}, read_tum(run / "trajectory.tum")};
   for (StampedPose& pose : history.trajectory) pose.time_s -= start_s;
-  history.edges = std::move(session.edges);
+  for (const StampedPose& keyframe : read_tum(run / "keyframes.tum"))
+    history.keyframes_s.push_back(keyframe.time_s - start_s);
+  if (history.keyframes_s.size() != history.session.patches.size())
+    throw Error(run.string() + ": keyframes.tum lists " + std::to_string(history.keyframes_s.size()) +
+                " keyframes, session.db " + std::to_string(history.session.patches.size()) +
+                "; the folder holds files of two runs");
   return history;
 }
 
@@ -62,33 +53,29 @@ void check_exists(const fs::path& path) {
 double RunHistory::start_s() const {
   double start_s = std::numeric_limits<double>::infinity();
   if (!trajectory.empty()) start_s = trajectory.front().time_s;
-  if (!keyframes.empty()) start_s = std::min(start_s, keyframes.front().time_s);
+  if (!keyframes_s.empty()) start_s = std::min(start_s, keyframes_s.front());
   return start_s;
 }
 
 double RunHistory::end_s() const {
   double end_s = -std::numeric_limits<double>::infinity();
   if (!trajectory.empty()) end_s = trajectory.back().time_s;
-  if (!keyframes.empty()) end_s = std::max(end_s, keyframes.back().time_s);
+  if (!keyframes_s.empty()) end_s = std::max(end_s, keyframes_s.back());
   return end_s;
 }
 
 MapSnapshot RunHistory::map_at(double time_s) const {
   MapSnapshot map;
   map.shown_component = 0;
-  for (const KeyframeAt& keyframe : keyframes) {
-    if (keyframe.time_s > time_s) break;
-    MapSnapshot::Node node;
-    node.keyframe = keyframe.patch.id;
-    node.component = map.shown_component;
-    node.component_T_keyframe = keyframe.patch.map_T_keyframe;
-    node.surface = keyframe.patch.surface;
-    map.nodes.push_back(node);
+  for (std::size_t i = 0; i < keyframes_s.size() && keyframes_s[i] <= time_s; ++i) {
+    const PosedSurface& patch = session.patches[i];
+    map.nodes.push_back({.keyframe = patch.id,
+                         .component = map.shown_component,
+                         .component_T_keyframe = patch.map_T_keyframe,
+                         .surface = patch.surface});
   }
-  std::set<int> ids;
-  for (const MapSnapshot::Node& node : map.nodes) ids.insert(node.keyframe);
-  std::copy_if(edges.begin(), edges.end(), std::back_inserter(map.edges),
-               [&](const MapSnapshot::Edge& e) { return ids.contains(e.from) && ids.contains(e.to); });
+  std::copy_if(session.edges.begin(), session.edges.end(), std::back_inserter(map.edges),
+               [&](const MapSnapshot::Edge& e) { return map.find(e.from) && map.find(e.to); });
   return map;
 }
 

@@ -72,15 +72,15 @@ struct ViewStage::Impl {
     first_scene.set_map(history.map_at(time_s));
     const std::vector<std::vector<Pose>> trajectory = history.trajectory_at(time_s);
     first_scene.set_trajectory(trajectory);
-    const auto next =
-        std::upper_bound(history.keyframes.begin(), history.keyframes.end(), time_s,
-                         [](double t, const RunHistory::KeyframeAt& k) { return t < k.time_s; });
-    if (next == history.keyframes.begin() || time_s >= history.end_s()) {
+    const std::vector<double>& all_s = history.keyframes_s;
+    const auto next = std::upper_bound(all_s.begin(), all_s.end(), time_s);
+    if (next == all_s.begin() || time_s >= history.end_s()) {
       first_scene.set_touch(std::nullopt);
       return;
     }
-    const PosedSurface& patch = std::prev(next)->patch;
-    first_scene.set_touch(TouchPatch{patch.surface.get(), patch.map_T_keyframe, history.gradient_scale});
+    const Session& session = history.session;
+    const PosedSurface& patch = session.patches[static_cast<std::size_t>(next - all_s.begin()) - 1];
+    first_scene.set_touch(TouchPatch{patch.surface.get(), patch.map_T_keyframe, session.gradient_scale});
   }
 };
 

@@ -78,19 +78,16 @@ void ViewControls::seek(double share) {
 void ViewControls::step(int keyframes) {
   if (!has_time()) return;
   plays_ = false;
-  const auto& all = history_->keyframes;
+  const std::vector<double>& all_s = history_->keyframes_s;
   const double now_s = time_s_.value_or(history_->end_s());
-  const auto after = std::upper_bound(all.begin(), all.end(), now_s,
-                                      [](double t, const RunHistory::KeyframeAt& k) { return t < k.time_s; });
-  const std::ptrdiff_t newest = after - all.begin() - 1;
+  const std::ptrdiff_t newest = std::upper_bound(all_s.begin(), all_s.end(), now_s) - all_s.begin() - 1;
   // Beyond the last keyframe lies the run as it was saved; back from there the last keyframe is the first
   // stop.
   const std::ptrdiff_t wanted = !time_s_ && keyframes < 0 ? newest : newest + keyframes;
-  if (wanted >= static_cast<std::ptrdiff_t>(all.size())) {
+  if (wanted >= std::ssize(all_s))
     time_s_.reset();
-  } else {
-    time_s_ = all[static_cast<std::size_t>(std::max<std::ptrdiff_t>(wanted, 0))].time_s;
-  }
+  else
+    time_s_ = all_s[static_cast<std::size_t>(std::max<std::ptrdiff_t>(wanted, 0))];
 }
 
 void ViewControls::play_or_pause() {
@@ -177,8 +174,8 @@ void ViewWindow::draw_slider(Ui& ui) {
               at = track_.x + static_cast<float>(controls_.share()) * track_.width;
   const double length_s = std::max(history.end_s() - history.start_s(), 1e-9);
   ui.begin_panel("##slider", slider_);
-  for (const RunHistory::KeyframeAt& keyframe : history.keyframes) {
-    const auto share = static_cast<float>((keyframe.time_s - history.start_s()) / length_s);
+  for (const double time_s : history.keyframes_s) {
+    const auto share = static_cast<float>((time_s - history.start_s()) / length_s);
     ui.fill({track_.x + share * track_.width, middle - ui.px(7), ui.px(1), ui.px(14)}, theme::kLine);
   }
   ui.fill({track_.x, middle - ui.px(2), track_.width, ui.px(4)}, theme::kRaised, 2);

@@ -95,15 +95,15 @@ struct GlContext::Impl {
     return context != EGL_NO_CONTEXT && make_current();
   }
 
-  void open_window(const GlWindowOptions& options) {
+  void open_window(const viewer::WindowLoopOptions& options, int samples) {
     // Not asked of GLFW: from version 3.4 on, Wayland's library writes to stderr when there is none.
     const std::string problem = !has_display()            ? "there is no display (DISPLAY is not set)"
                                 : glfwInit() != GLFW_TRUE ? glfw_reason()
                                                           : "";
     if (!problem.empty()) throw Error("cannot open a window: " + problem + "; " + kWithoutWindow);
-    create_window(options, options.samples);
+    create_window(options, samples);
     // Where the processor draws, several samples per pixel take it twice as long.
-    if (options.samples > 0 && viewer::detail::is_software_renderer()) {
+    if (samples > 0 && viewer::detail::is_software_renderer()) {
       glfwDestroyWindow(std::exchange(window, nullptr));
       create_window(options, 0);
     }
@@ -130,7 +130,7 @@ struct GlContext::Impl {
     glfwSetWindowPos(window, room_x + left, room_y + top);
   }
 
-  void create_window(const GlWindowOptions& options, int samples) {
+  void create_window(const viewer::WindowLoopOptions& options, int samples) {
     glfwDefaultWindowHints();
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
@@ -152,9 +152,9 @@ struct GlContext::Impl {
 GlContext::GlContext(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 GlContext::~GlContext() = default;
 
-std::unique_ptr<GlContext> GlContext::window(const GlWindowOptions& options) {
+std::unique_ptr<GlContext> GlContext::window(const viewer::WindowLoopOptions& options) {
   auto impl = std::make_unique<Impl>();
-  impl->open_window(options);
+  impl->open_window(options, viewer::detail::kSamples);
   return std::unique_ptr<GlContext>(new GlContext(std::move(impl)));
 }
 
@@ -167,10 +167,7 @@ std::unique_ptr<GlContext> GlContext::offscreen() {
           "cannot draw: there is neither a display nor EGL; install Mesa's drivers (libegl1, "
           "libgl1-mesa-dri)");
     }
-    GlWindowOptions options;
-    options.visible = false;
-    options.samples = 0;
-    impl->open_window(options);
+    impl->open_window({.visible = false}, 0);
   }
   return std::unique_ptr<GlContext>(new GlContext(std::move(impl)));
 }

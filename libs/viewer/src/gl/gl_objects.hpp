@@ -3,18 +3,23 @@
 #include <epoxy/gl.h>
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <utility>
+#include <vector>
 
 namespace gelslam::viewer::detail {
 
-/// Owns one OpenGL name. The context it was made in must be current when it goes.
-template <void (*Create)(GLuint&), void (*Destroy)(GLuint)>
+inline constexpr int kSamples = 4;  ///< of a pixel
+
+/// Owns one OpenGL name. The context it was made in must be current when it goes. The functions are pointers
+/// that epoxy fills in.
+template <auto* create, auto* destroy>
 class GlHandle {
  public:
-  GlHandle() { Create(name_); }
+  GlHandle() { (*create)(1, &name_); }
   ~GlHandle() {
-    if (name_ != 0) Destroy(name_);
+    if (name_ != 0) (*destroy)(1, &name_);
   }
   GlHandle(GlHandle&& other) noexcept : name_(std::exchange(other.name_, 0)) {}
   GlHandle& operator=(GlHandle&& other) noexcept {
@@ -27,22 +32,26 @@ class GlHandle {
   GLuint name_ = 0;
 };
 
-void create_buffer(GLuint& name);
-void destroy_buffer(GLuint name);
-void create_vertex_array(GLuint& name);
-void destroy_vertex_array(GLuint name);
-void create_texture(GLuint& name);
-void destroy_texture(GLuint name);
-void create_framebuffer(GLuint& name);
-void destroy_framebuffer(GLuint name);
-void create_renderbuffer(GLuint& name);
-void destroy_renderbuffer(GLuint name);
+using GlBuffer = GlHandle<&glGenBuffers, &glDeleteBuffers>;
+using GlVertexArray = GlHandle<&glGenVertexArrays, &glDeleteVertexArrays>;
+using GlTexture = GlHandle<&glGenTextures, &glDeleteTextures>;
+using GlFramebuffer = GlHandle<&glGenFramebuffers, &glDeleteFramebuffers>;
+using GlRenderbuffer = GlHandle<&glGenRenderbuffers, &glDeleteRenderbuffers>;
 
-using GlBuffer = GlHandle<create_buffer, destroy_buffer>;
-using GlVertexArray = GlHandle<create_vertex_array, destroy_vertex_array>;
-using GlTexture = GlHandle<create_texture, destroy_texture>;
-using GlFramebuffer = GlHandle<create_framebuffer, destroy_framebuffer>;
-using GlRenderbuffer = GlHandle<create_renderbuffer, destroy_renderbuffer>;
+/// Replaces what a buffer holds; it stays bound to `target`.
+template <typename T>
+void upload(GLenum target, const GlBuffer& buffer, const std::vector<T>& elements, GLenum usage) {
+  glBindBuffer(target, buffer.name());
+  glBufferData(target, static_cast<GLsizeiptr>(elements.size() * sizeof(T)), elements.data(), usage);
+}
+
+/// Says where an attribute of `size` numbers lies in each Vertex of the buffer that is bound.
+template <typename Vertex>
+void set_attribute(GLuint place, GLint size, std::size_t offset, GLenum type = GL_FLOAT) {
+  glEnableVertexAttribArray(place);
+  glVertexAttribPointer(place, size, type, type == GL_INT_2_10_10_10_REV || type == GL_UNSIGNED_BYTE,
+                        sizeof(Vertex), reinterpret_cast<const void*>(offset));
+}
 
 /// A linked pair of shaders. A mistake in their text is ours: std::logic_error with the compiler's words.
 class GlProgram {

@@ -17,7 +17,7 @@ struct RenderTarget::Impl {
   GlRenderbuffer color, depth, resolved_color;
 };
 
-RenderTarget::RenderTarget(int width_px, int height_px, int samples) {
+RenderTarget::RenderTarget(int width_px, int height_px) {
   if (std::min(width_px, height_px) < 1 || std::max(width_px, height_px) > kMaxSidePx) {
     throw Error("cannot draw a picture of " + std::to_string(width_px) + "x" + std::to_string(height_px) +
                 " pixels: each side must be 1 to " + std::to_string(kMaxSidePx));
@@ -25,7 +25,7 @@ RenderTarget::RenderTarget(int width_px, int height_px, int samples) {
   impl_ = std::make_unique<Impl>(Impl{width_px, height_px, {}, {}, {}, {}, {}});
   GLint most = 0;
   glGetIntegerv(GL_MAX_SAMPLES, &most);
-  const GLsizei used = std::clamp(samples, 0, most);
+  const GLsizei used = std::min(kSamples, most);
   const auto attach = [&](const GlRenderbuffer& buffer, GLenum format, GLsizei of_samples, GLenum place) {
     glBindRenderbuffer(GL_RENDERBUFFER, buffer.name());
     glRenderbufferStorageMultisample(GL_RENDERBUFFER, of_samples, format, width_px, height_px);

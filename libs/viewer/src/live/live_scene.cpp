@@ -24,9 +24,11 @@ std::shared_ptr<const LiveTouch> on_map(const std::shared_ptr<const LiveTouch>& 
 
 bool LiveScene::take_news(LiveSession& session, const OrbitCamera& camera) {
   bool news = false;
-  if (const MeshChanges changes = session.take_mesh_changes(); changes.cleared || !changes.blocks.empty()) {
+  if (const auto mesh = session.mesh()) {
+    const MeshFeed::Changes changes = mesh->since(mesh_version_, SIZE_MAX);
+    mesh_version_ = changes.version;
     scene_.update(changes);
-    news = true;
+    news = changes.cleared || !changes.blocks.empty();
   }
   if (const auto touch = session.touch(); touch != newest_) {
     take_touch(touch);
@@ -58,7 +60,7 @@ void LiveScene::take_touch(const std::shared_ptr<const LiveTouch>& touch) {
   newest_ = touch;
   if (!touch) return;
   if (touch->keyframe >= 0) samples_.push_back({touch->keyframe, touch->keyframe_T_frame});
-  tactile_.set(tactile_picture(*touch, kPictureWidthPx, outline_bgr_));
+  tactile_.set(tactile_picture(touch->image, touch->surface.get(), kPictureWidthPx, outline_bgr_));
   if (touch->surface) normals_.set(normal_picture(*touch->surface, kPictureWidthPx));
 }
 
@@ -111,15 +113,15 @@ cv::Mat1b enlarged(const cv::Mat1b& mask, const cv::Size& size) {
 
 }  // namespace
 
-cv::Mat3b tactile_picture(const LiveTouch& touch, int width_px, const cv::Vec3b& outline_bgr) {
-  if (touch.image.empty()) return {};
-  const cv::Size size = scaled_size(touch.image.size(), width_px);
+cv::Mat3b tactile_picture(const cv::Mat3b& image, const Surface* surface, int width_px,
+                          const cv::Vec3b& outline_bgr) {
+  if (image.empty()) return {};
+  const cv::Size size = scaled_size(image.size(), width_px);
   cv::Mat3b picture;
-  cv::resize(touch.image, picture, size, 0, 0,
-             size.width < touch.image.cols ? cv::INTER_AREA : cv::INTER_CUBIC);
-  if (!touch.surface || touch.surface->contact.empty()) return picture;
+  cv::resize(image, picture, size, 0, 0, size.width < image.cols ? cv::INTER_AREA : cv::INTER_CUBIC);
+  if (!surface || surface->contact.empty()) return picture;
   std::vector<std::vector<cv::Point>> borders;
-  cv::findContours(enlarged(touch.surface->contact, size), borders, cv::RETR_CCOMP, cv::CHAIN_APPROX_NONE);
+  cv::findContours(enlarged(surface->contact, size), borders, cv::RETR_CCOMP, cv::CHAIN_APPROX_NONE);
   const int thickness = std::max(1, size.width / 120);
   cv::polylines(picture, borders, true, cv::Scalar(20, 20, 20), thickness + 2, cv::LINE_AA);
   cv::polylines(picture, borders, true, cv::Scalar(outline_bgr), thickness, cv::LINE_AA);

@@ -39,6 +39,7 @@ class LiveScene {
   void rebuild_trajectory();
 
   Scene scene_;
+  std::uint64_t mesh_version_ = 0;
   Texture tactile_, normals_;
   cv::Vec3b outline_bgr_;
   std::shared_ptr<const LiveTouch> newest_, touch_;  // as it came; on the map
@@ -54,7 +55,8 @@ inline constexpr int kPictureWidthPx = 640;  ///< more than the panel shows, for
 /// The camera's picture with the border of the contact drawn over it: what the sensor sees, and what counts
 /// as touched. BGR, `width_px` wide. A picture without a surface (before the background is known) is shown as
 /// it is.
-cv::Mat3b tactile_picture(const LiveTouch& touch, int width_px, const cv::Vec3b& outline_bgr);
+cv::Mat3b tactile_picture(const cv::Mat3b& image, const Surface* surface, int width_px,
+                          const cv::Vec3b& outline_bgr);
 
 /// Normals as colors (x red, y green, z blue, as is usual), BGR; what is not touched is faded toward gray.
 cv::Mat3b normal_picture(const Surface& surface, int width_px);

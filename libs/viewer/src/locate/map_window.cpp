@@ -92,12 +92,7 @@ bool MapWindow::advance(double /*now_s*/, double dt_s) {
 void MapWindow::show(const std::shared_ptr<const LocatedTouch>& touch) {
   touch_ = touch;
   frame_.words = place_words(touch.get());
-  if (!touch->picture.empty()) {
-    LiveTouch seen;
-    seen.image = touch->picture;
-    seen.surface = touch->surface;
-    tactile_.set(tactile_picture(seen, kPictureWidthPx, bgr_of(theme::kGreen)));
-  }
+  tactile_.set(tactile_picture(touch->picture, touch->surface.get(), kPictureWidthPx, bgr_of(theme::kGreen)));
   if (touch->surface) normals_.set(normal_picture(*touch->surface, kPictureWidthPx));
   std::optional<TouchPatch> patch;
   for (const PlaceHypothesis& place : places()) {

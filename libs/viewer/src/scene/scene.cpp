@@ -196,14 +196,10 @@ struct Scene::Impl {
 Scene::Scene() : impl_(std::make_unique<Impl>()) {}
 Scene::~Scene() = default;
 
-void Scene::update(std::span<const MeshBlock> blocks) {
-  for (const MeshBlock& block : blocks)
-    impl_->mesh.put(block.key, make_drawable(block.mesh, {block.keyframe.begin(), block.keyframe.end()}));
-}
-
-void Scene::update(const MeshChanges& changes) {
+void Scene::update(const MeshFeed::Changes& changes) {
   if (changes.cleared) clear_mesh();
-  update(changes.blocks);
+  for (const MeshFeed::BlockPtr& block : changes.blocks)
+    impl_->mesh.put(block->key, make_drawable(block->mesh, {block->keyframe.begin(), block->keyframe.end()}));
 }
 
 void Scene::clear_mesh() { impl_->mesh.clear(); }

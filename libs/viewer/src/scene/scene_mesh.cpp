@@ -55,25 +55,6 @@ bool may_hit(const PickRay& ray, const AlignedBox3f& box) {
   return nearest <= furthest;
 }
 
-template <typename T>
-void upload(GLenum kind, const GlBuffer& buffer, const std::vector<T>& elements) {
-  glBindBuffer(kind, buffer.name());
-  glBufferData(kind, static_cast<GLsizeiptr>(elements.size() * sizeof(T)), elements.data(), GL_STATIC_DRAW);
-}
-
-/// Says how the vertices lie in the buffer that is bound.
-void set_attributes() {
-  const auto attribute = [](GLuint place, GLint size, GLenum type, GLboolean normalized, std::size_t offset) {
-    glEnableVertexAttribArray(place);
-    glVertexAttribPointer(place, size, type, normalized, sizeof(PackedVertex),
-                          reinterpret_cast<const void*>(offset));
-  };
-  attribute(0, 3, GL_FLOAT, GL_FALSE, offsetof(PackedVertex, position_mm));
-  attribute(1, 4, GL_INT_2_10_10_10_REV, GL_TRUE, offsetof(PackedVertex, normal));
-  attribute(2, 2, GL_HALF_FLOAT, GL_FALSE, offsetof(PackedVertex, curvature));
-  attribute(3, 1, GL_FLOAT, GL_FALSE, offsetof(PackedVertex, value));
-}
-
 }  // namespace
 
 void SceneMesh::put(std::int64_t key, DrawableMesh mesh) {
@@ -88,9 +69,12 @@ void SceneMesh::put(std::int64_t key, DrawableMesh mesh) {
   for (float& curvature : bend) curvature = std::abs(curvature);
   block.curvature_p80 = quantile_in_place(bend, 0.8);
   glBindVertexArray(block.vertex_array.name());
-  upload(GL_ARRAY_BUFFER, block.vertices, pack(block.mesh));
-  set_attributes();
-  upload(GL_ELEMENT_ARRAY_BUFFER, block.indices, block.mesh.indices);
+  upload(GL_ARRAY_BUFFER, block.vertices, pack(block.mesh), GL_STATIC_DRAW);
+  set_attribute<PackedVertex>(0, 3, offsetof(PackedVertex, position_mm));
+  set_attribute<PackedVertex>(1, 4, offsetof(PackedVertex, normal), GL_INT_2_10_10_10_REV);
+  set_attribute<PackedVertex>(2, 2, offsetof(PackedVertex, curvature), GL_HALF_FLOAT);
+  set_attribute<PackedVertex>(3, 1, offsetof(PackedVertex, value));
+  upload(GL_ELEMENT_ARRAY_BUFFER, block.indices, block.mesh.indices, GL_STATIC_DRAW);
   glBindVertexArray(0);
 }
 

@@ -27,6 +27,9 @@ bool natural_less(std::string_view a, std::string_view b);
 /// 'a/b c', as messages name files.
 std::string quoted(const std::filesystem::path& path);
 
+/// Without these characters at both ends.
+std::string trimmed(std::string_view text, std::string_view blanks = " \t");
+
 /// ASCII letters only.
 std::string lower_case(std::string text);
 

@@ -55,7 +55,7 @@ struct TrackedFrame {
   /// some time ago that alone showed a part of the object before the motion turned back (no frame refers to
   /// that).
   std::vector<NewKeyframe> new_keyframes;
-  std::int64_t unix_us = 0;  ///< TactileImage::unix_us, from who called track()
+  std::int64_t unix_us = 0;  ///< as given to track()
 };
 
 /// Registers each frame to the current keyframe and decides on keyframes and trials (Huang et al., T-RO 2026,
@@ -83,7 +83,8 @@ class Tracker {
   Tracker(const TrackerOptions& options, std::shared_ptr<const Registrar> registrar,
           const NormalFlowOptions& registration = {}, const VerificationOptions& verification = {});
 
-  TrackedFrame track(std::int64_t frame, double time_s, SurfacePtr surface);
+  /// `surface` is null for a frame of the background. `unix_us`: TactileImage::unix_us.
+  TrackedFrame track(std::int64_t frame, double time_s, SurfacePtr surface, std::int64_t unix_us = 0);
 
   /// The next frame in contact starts a new trial: frames were left out on purpose, and the object may have
   /// moved.

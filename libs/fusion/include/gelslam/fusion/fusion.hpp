@@ -17,8 +17,6 @@ struct PosedSurface {
 };
 
 struct FusionOptions {
-  double gradient_scale =
-      1.0;  ///< heights and slopes are divided by this before fusing (backend/pose_graph.hpp)
   double voxel_size_mm = 0.08;  ///< edge of the mesh's cells; about 1.25 pixels of the sensor
   double truncation_mm = 1.0;   ///< sheets of one side less than about 0.85 of this apart become one
   double min_weight = 0.03;  ///< best single weight below which nothing counts as touched (a clean pixel: 1)
@@ -32,8 +30,9 @@ struct FusionOptions {
 /// distances, opposite sides of thin objects kept apart by their touch directions (own; docs/algorithms.md).
 /// Independent of the patches' order up to rounding; deterministic for a given order. Returns an empty mesh
 /// when no patch has contact; throws Error for options that make no sense and for poses that are not finite.
-/// `progress` (may be null) receives the task "fusing".
-Mesh fuse(const std::vector<PosedSurface>& patches, const FusionOptions& options,
+/// `gradient_scale`: heights and slopes are divided by it before (backend/pose_graph.hpp). `progress` (may be
+/// null) receives the task "fusing".
+Mesh fuse(const std::vector<PosedSurface>& patches, const FusionOptions& options, double gradient_scale = 1.0,
           ProgressSink* progress = nullptr);
 
 }  // namespace gelslam

@@ -20,7 +20,7 @@ struct IncrementalOptions {
 /// made again, from the same field by the same mesher. When work() has nothing left to do, the blocks
 /// together are the mesh of fuse() for the poses in use, with the same vertices and triangles, whatever
 /// happened before; only pieces below `min_piece_mm2` are still there. Not thread-safe; all but finish() runs
-/// in the calling thread (`FusionOptions::threads` and `gradient_scale` are not used). docs/algorithms.md.
+/// in the calling thread (`FusionOptions::threads` is not used). docs/algorithms.md.
 class IncrementalFusion {
  public:
   /// Throws Error for options that make no sense.

@@ -43,7 +43,7 @@ class Localizer {
   Localizer(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options);
 
   /// Finds the next frame; frames must come in order.
-  LocalizedFrame process(std::int64_t frame, double time_s, SurfacePtr surface);
+  LocalizedFrame process(std::int64_t frame, double time_s, SurfacePtr surface, std::int64_t unix_us = 0);
 
  private:
   /// A frame by which hypotheses are judged.

@@ -48,14 +48,15 @@ struct FrameRange {
 
 /// What a person names on the command line.
 struct LogInput {
-  std::filesystem::path log;  ///< recorded log, video, folder of images, or data folder of the public layout
   std::filesystem::path
-      config;  ///< empty: the one in the log, else config.yaml in or beside it, else the defaults
+      log{};  ///< recorded log, video, folder of images, or data folder of the public layout
+  std::filesystem::path
+      config{};  ///< empty: the one in the log, else config.yaml in or beside it, else the defaults
   /// nnmodel.pth or a log that holds one. Empty: the one that `config` names, else the one in the log, else
   /// the one that the log's configuration names.
-  std::filesystem::path model;
-  std::filesystem::path background;  ///< an image; empty: the log's first frames
-  bool force = false;                ///< go on although the background frames seem to show contact
+  std::filesystem::path model{};
+  std::filesystem::path background{};  ///< an image; empty: the log's first frames
+  bool force = false;                  ///< go on although the background frames seem to show contact
   /// The frames that show the bare gel; earlier ones are left out.
   std::optional<FrameRange> background_frames = {};
   bool cropped = false;            ///< SensorProfile::cropped, whatever the configuration says

@@ -29,13 +29,10 @@ class GelSlam {
   ~GelSlam();
   GelSlam(GelSlam&&) noexcept;
 
-  /// Track, close loops. `surface`: of the next frame. Returns its pose in its trial, and the keyframes made
-  /// of it.
+  /// Track, close loops. `surface`: of the next frame; null: it belongs to the background. Returns its pose
+  /// in its trial, and the keyframes made of it.
   TrackedFrame process(std::int64_t frame, double time_s, SurfacePtr surface, StageTimer& timer,
                        std::int64_t unix_us = 0);
-
-  /// A frame that has no surface (background).
-  void skip(std::int64_t frame, double time_s, std::int64_t unix_us = 0);
 
   /// Optimize: all keyframes' poses in the frame of the map's anchor, and how well they are known. May be
   /// called at any time; frames may follow. `refine` true: with overlap edges; false: with the edges that are

@@ -9,9 +9,9 @@
 #include "gelslam/core/run_report.hpp"
 #include "gelslam/core/stage_timer.hpp"
 #include "gelslam/frontend/tracker.hpp"
-#include "gelslam/mesh/mesh.hpp"
 #include "gelslam/sensor/raw_frame.hpp"
 #include "gelslam/slam/map_snapshot.hpp"
+#include "gelslam/slam/mesh_feed.hpp"
 #include "gelslam/slam/slam_map.hpp"
 
 namespace gelslam {
@@ -52,23 +52,11 @@ struct LiveStatus {
 };
 
 /// The newest frame that went through the tracker.
-struct LiveTouch {
-  std::int64_t index = 0;
-  double time_s = 0;
-  cv::Mat3b image;     ///< at the profile's resolution
-  SurfacePtr surface;  ///< null while the background is measured
-  TrackStatus status = TrackStatus::no_contact;
-  int keyframe = -1;  ///< -1 without contact
-  Pose keyframe_T_frame = Pose::Identity();
-  int trial = -1;
+struct LiveTouch : FrameRecord {
+  cv::Mat3b image{};     ///< at the profile's resolution
+  SurfacePtr surface{};  ///< null while the background is measured
   Pose trial_T_frame = Pose::Identity();
-  std::string hidden;  ///< motions that have not been observable for a while, in words; or ""
-};
-
-/// What changed in the mesh of the shown component since it was last asked for.
-struct MeshChanges {
-  bool cleared = false;  ///< forget every block first: another component is shown
-  std::vector<MeshBlock> blocks;
+  std::string hidden{};  ///< motions that have not been observable for a while, in words; or ""
 };
 
 /// As they came from the camera.
@@ -82,7 +70,8 @@ class LiveSession {
   virtual LiveStatus status() const = 0;
   virtual std::shared_ptr<const LiveTouch> touch() const = 0;  ///< null before the first frame
   virtual std::shared_ptr<const MapSnapshot> map() const = 0;  ///< never null
-  virtual MeshChanges take_mesh_changes() = 0;
+  /// LiveOptions::mesh_feed.
+  virtual std::shared_ptr<const MeshFeed> mesh() const = 0;
 
   /// A log waits meanwhile. A camera cannot: its frames are left out, and the trial ends.
   virtual void set_paused(bool paused) = 0;

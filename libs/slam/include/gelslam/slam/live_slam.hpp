@@ -15,7 +15,6 @@
 
 namespace gelslam {
 
-class MeshFeed;
 class PoseStream;
 
 struct LiveOptions {
@@ -32,12 +31,12 @@ struct LiveOptions {
   std::optional<ContinuedScan> continued = {};  ///< the scan in `run_folder` goes on
   /// Record every frame that arrives into the run folder's log.mkv, with these attachments.
   std::optional<LogAttachments> record;
-  std::int64_t keep_free_bytes = 0;     ///< LogRecorderOptions
-  std::shared_ptr<PoseStream> stream;   ///< gets every frame's pose; null: none
-  std::shared_ptr<MeshFeed> mesh_feed;  ///< gets the mesh as it grows; null: none
+  std::int64_t keep_free_bytes = 0;    ///< LogRecorderOptions
+  std::shared_ptr<PoseStream> stream;  ///< gets every frame's pose; null: none
+  /// Gets the mesh of the shown component as it grows, then the saved one; null: nobody looks at it.
+  std::shared_ptr<MeshFeed> mesh_feed;
   /// A log waits until this is true; what a camera sees before is recorded, and left out. None: at once.
   std::function<bool()> begins;
-  bool show_mesh = true;  ///< false: nobody calls take_mesh_changes()
 };
 
 /// Throws Error when begin_live_scan() would refuse the run folder: to be asked before a camera is disturbed.

@@ -18,7 +18,7 @@ struct MapSnapshot {
     int trial = 0;
     int component = 0;  ///< smallest keyframe id of the component
     Pose component_T_keyframe = Pose::Identity();
-    StoredSurface surface;
+    StoredSurface surface{};
     Pose trial_T_keyframe = Pose::Identity();  ///< Keyframe::trial_T_keyframe
     /// Standard deviation of the place in its worst direction, mm, relative to the component's first
     /// keyframe; negative: not known yet, or not in the shown component.

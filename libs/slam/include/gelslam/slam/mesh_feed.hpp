@@ -22,7 +22,7 @@ class MeshFeed {
   };
 
   /// `cleared`: forget every block first. Blocks replace those with the same key.
-  void add(bool cleared, const std::vector<MeshBlock>& blocks);
+  void add(bool cleared, std::vector<MeshBlock> blocks);
   /// In place of all that grew.
   void set_whole(const Mesh& mesh);
 

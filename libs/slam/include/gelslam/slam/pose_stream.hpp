@@ -10,12 +10,11 @@
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/slam/line_feed.hpp"
 #include "gelslam/slam/map_snapshot.hpp"
+#include "gelslam/slam/scan_record.hpp"
 #include "gelslam/slam/trial_drift.hpp"
 #include "gelslam/surface/surface.hpp"
 
 namespace gelslam {
-
-struct LiveTouch;
 
 /// Where a frame lies in the map of all trials.
 struct MapPlace {
@@ -47,8 +46,9 @@ void add_sigma(nlohmann::ordered_json& json, const std::optional<Matrix6d>& cova
 
 /// Where a frame lies in the map: at its keyframe, or at the newest one of its trial that the map holds.
 /// Nothing where there is none.
+std::optional<MapPlace> place_of(const FrameRecord& frame, const Pose& trial_T_frame, const MapSnapshot& map);
+/// The same of a frame that was tracked.
 std::optional<MapPlace> place_of(const TrackedFrame& frame, const MapSnapshot& map);
-std::optional<MapPlace> place_of(const LiveTouch& touch, const MapSnapshot& map);
 
 /// Poses of a live scan for other programs, as soon as they are known.
 class PoseStream {

@@ -33,8 +33,6 @@ struct FrameRecord {
 };
 
 FrameRecord record_of(const TrackedFrame& tracked);
-/// A frame of the background, tracked.
-TrackedFrame background_frame(std::int64_t frame, double time_s, std::int64_t unix_us);
 
 /// An unbroken recording: one log, or one live scan.
 struct ScanPart {

@@ -47,12 +47,15 @@ struct SlamMap : ScanRecord {
 };
 
 struct MapSnapshot;
+/// A solution of `edges`; `placed`, by keyframe id: what is shown of it.
+MapSnapshot snapshot_of(const ScanRecord& scan, const std::vector<PoseGraphEdge>& edges,
+                        const PoseGraphSolution& solution, const std::vector<bool>& placed);
 /// The map as a window draws it; poses of the largest component are in the anchor's frame.
 MapSnapshot snapshot_of(const SlamMap& map);
 
 /// The patches of the map's largest component at their places, in the anchor's frame.
 std::vector<PosedSurface> posed_surfaces(const SlamMap& map);
-/// Those of a snapshot's shown component, in its frame.
+/// Those that are placed in a snapshot, in its frame.
 std::vector<PosedSurface> posed_surfaces(const MapSnapshot& map);
 
 }  // namespace gelslam

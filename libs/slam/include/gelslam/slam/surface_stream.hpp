@@ -71,11 +71,8 @@ class FrameToSurface {
 class SurfaceStream {
  public:
   struct Item {
-    std::int64_t frame = 0;
-    double time_s = 0;
-    SurfacePtr surface;        ///< null for background frames
-    cv::Mat3b picture{};       ///< that it was made of; empty for background frames
-    std::int64_t unix_us = 0;  ///< TactileImage::unix_us
+    TactileImage image;  ///< without its picture for background frames
+    SurfacePtr surface;  ///< null for background frames
   };
 
   /// Reads the background: the first frames, or, where they show no bare gel, the longest stretch of frames

@@ -4,6 +4,8 @@
 #include <opencv2/core/mat.hpp>
 #include <string>
 
+#include "gelslam/viewer/window_options.hpp"
+
 struct GLFWwindow;
 
 namespace gelslam {
@@ -11,20 +13,13 @@ namespace gelslam {
 /// True when the environment names a display that a window could open on.
 bool has_display();
 
-struct GlWindowOptions {
-  std::string title = "GelSLAM";
-  int width_px = 1280, height_px = 800;  ///< of the content, in screen coordinates
-  bool visible = true;
-  int samples = 4;  ///< per pixel; none where the processor draws
-};
-
 /// An OpenGL 3.3 core context, current on the thread that made it until another one is made current. One
 /// thread only.
 class GlContext {
  public:
-  /// A window on the main thread (GLFW), swaps tied to the screen's rate. Throws Error, with what to do
-  /// instead, when there is no display or no OpenGL 3.3.
-  static std::unique_ptr<GlContext> window(const GlWindowOptions& options);
+  /// A window on the main thread (GLFW), swaps tied to the screen's rate; hidden where options.visible is
+  /// false. Throws Error, with what to do instead, when there is no display or no OpenGL 3.3.
+  static std::unique_ptr<GlContext> window(const viewer::WindowLoopOptions& options);
   /// Without display or window: EGL without a surface, else a hidden window. There is nothing to draw into
   /// but a RenderTarget. Throws Error when neither works.
   static std::unique_ptr<GlContext> offscreen();
@@ -50,7 +45,7 @@ class RenderTarget {
   static constexpr int kMaxSidePx = 8192;
 
   /// Throws Error when a side is not within 1 to kMaxSidePx or the driver has no memory for it.
-  RenderTarget(int width_px, int height_px, int samples = 4);
+  RenderTarget(int width_px, int height_px);
   ~RenderTarget();
   RenderTarget(const RenderTarget&) = delete;
   RenderTarget& operator=(const RenderTarget&) = delete;

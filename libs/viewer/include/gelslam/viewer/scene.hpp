@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "gelslam/mesh/mesh.hpp"
@@ -43,8 +42,7 @@ class Scene {
   /// Blocks replace those with the same key; empty ones remove them. Only these are sent to the GPU.
   /// Triangles with indices out of range, or corners that are not finite or further than 1 km away, are left
   /// out; missing normals are made.
-  void update(std::span<const MeshBlock> blocks);
-  void update(const MeshChanges& changes);
+  void update(const MeshFeed::Changes& changes);
   void clear_mesh();
   /// The whole mesh at once. `distance_mm`: of each vertex to another surface, which SceneColor::distance
   /// shows; NaN, or none at all, is drawn gray.

@@ -6,23 +6,17 @@
 #include <vector>
 
 #include "gelslam/core/trajectory.hpp"
-#include "gelslam/fusion/fusion.hpp"
 #include "gelslam/mesh/mesh.hpp"
-#include "gelslam/slam/live_session.hpp"
+#include "gelslam/slam/store.hpp"
 
 namespace gelslam {
 
 /// How a run came about, for looking back: times are seconds since the log's first frame, poses in the map
 /// frame, mm.
 struct RunHistory {
-  struct KeyframeAt {
-    double time_s = 0;
-    PosedSurface patch;
-  };
-  double gradient_scale = 1.0;
-  std::vector<KeyframeAt> keyframes;     ///< ascending in time
-  std::vector<StampedPose> trajectory;   ///< the same
-  std::vector<MapSnapshot::Edge> edges;  ///< between keyframes of the map
+  Session session;
+  std::vector<double> keyframes_s;      ///< of session.patches, ascending
+  std::vector<StampedPose> trajectory;  ///< ascending in time
 
   double start_s() const;
   double end_s() const;

@@ -26,8 +26,7 @@ struct WindowOptions : viewer::WindowLoopOptions {
 bool run_live_window(LiveSession& session, const WindowOptions& options);
 
 /// The window as it would look now (map, touch, figures, words), drawn without a display and written as PNG:
-/// what `--headless --snapshot` leaves behind. Takes the session's mesh changes: not while a window is open.
-/// Throws Error when it cannot be drawn or written.
+/// what `--headless --snapshot` leaves behind. Throws Error when it cannot be drawn or written.
 void write_live_snapshot(LiveSession& session, const std::filesystem::path& png,
                          const WindowOptions& options = {});
 

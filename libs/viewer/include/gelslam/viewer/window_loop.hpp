@@ -45,7 +45,6 @@ class WindowLoop {
   virtual void scrolled(double /*steps*/, const Eigen::Vector2f& /*at_px*/) {}
 
   void set_view(const Box& view) { view_ = view; }
-  const std::filesystem::path& picture_folder() const { return options_.picture_folder; }
   void set_picture_folder(const std::filesystem::path& folder) { options_.picture_folder = folder; }
 
  private:

@@ -9,13 +9,14 @@ namespace gelslam::viewer {
 /// What all windows have in common.
 struct WindowLoopOptions {
   std::string title = "GelSLAM";
-  int width_px = 1280, height_px = 800;
+  int width_px = 1280, height_px = 800;        ///< of the content, in screen coordinates
   bool visible = true;                         ///< false: drawn without a display, for tests and pictures
   std::filesystem::path picture_folder = ".";  ///< of screenshots
   std::string picture_stem = "screenshot";
-  std::filesystem::path snapshot;  ///< PNG of the window as it was last, written when it closes; empty: none
+  std::filesystem::path
+      snapshot{};  ///< PNG of the window as it was last, written when it closes; empty: none
   /// Whether somebody wants the end from elsewhere (Ctrl-C, log-out). Empty: never.
-  std::function<bool()> asks_to_end;
+  std::function<bool()> asks_to_end{};
   double poll_s = 0.1;    ///< how often an idle window looks for news
   double redraw_s = 1e9;  ///< an idle window is drawn again after this time
   bool yields = false;    ///< other threads need the processor: sleeps as long as a frame took
