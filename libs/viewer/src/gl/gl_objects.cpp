@@ -23,17 +23,6 @@ GLuint compile(GLenum kind, const char* text) {
 
 }  // namespace
 
-void create_buffer(GLuint& name) { glGenBuffers(1, &name); }
-void destroy_buffer(GLuint name) { glDeleteBuffers(1, &name); }
-void create_vertex_array(GLuint& name) { glGenVertexArrays(1, &name); }
-void destroy_vertex_array(GLuint name) { glDeleteVertexArrays(1, &name); }
-void create_texture(GLuint& name) { glGenTextures(1, &name); }
-void destroy_texture(GLuint name) { glDeleteTextures(1, &name); }
-void create_framebuffer(GLuint& name) { glGenFramebuffers(1, &name); }
-void destroy_framebuffer(GLuint name) { glDeleteFramebuffers(1, &name); }
-void create_renderbuffer(GLuint& name) { glGenRenderbuffers(1, &name); }
-void destroy_renderbuffer(GLuint name) { glDeleteRenderbuffers(1, &name); }
-
 GlProgram::GlProgram(const char* vertex_shader, const char* fragment_shader) {
   const GLuint vertex = compile(GL_VERTEX_SHADER, vertex_shader);
   const GLuint fragment = compile(GL_FRAGMENT_SHADER, fragment_shader);

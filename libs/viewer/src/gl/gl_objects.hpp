@@ -9,12 +9,12 @@
 namespace gelslam::viewer::detail {
 
 /// Owns one OpenGL name. The context it was made in must be current when it goes.
-template <void (*Create)(GLuint&), void (*Destroy)(GLuint)>
+template <auto& Generate, auto& Delete>
 class GlHandle {
  public:
-  GlHandle() { Create(name_); }
+  GlHandle() { Generate(1, &name_); }
   ~GlHandle() {
-    if (name_ != 0) Destroy(name_);
+    if (name_ != 0) Delete(1, &name_);
   }
   GlHandle(GlHandle&& other) noexcept : name_(std::exchange(other.name_, 0)) {}
   GlHandle& operator=(GlHandle&& other) noexcept {
@@ -27,22 +27,11 @@ class GlHandle {
   GLuint name_ = 0;
 };
 
-void create_buffer(GLuint& name);
-void destroy_buffer(GLuint name);
-void create_vertex_array(GLuint& name);
-void destroy_vertex_array(GLuint name);
-void create_texture(GLuint& name);
-void destroy_texture(GLuint name);
-void create_framebuffer(GLuint& name);
-void destroy_framebuffer(GLuint name);
-void create_renderbuffer(GLuint& name);
-void destroy_renderbuffer(GLuint name);
-
-using GlBuffer = GlHandle<create_buffer, destroy_buffer>;
-using GlVertexArray = GlHandle<create_vertex_array, destroy_vertex_array>;
-using GlTexture = GlHandle<create_texture, destroy_texture>;
-using GlFramebuffer = GlHandle<create_framebuffer, destroy_framebuffer>;
-using GlRenderbuffer = GlHandle<create_renderbuffer, destroy_renderbuffer>;
+using GlBuffer = GlHandle<glGenBuffers, glDeleteBuffers>;
+using GlVertexArray = GlHandle<glGenVertexArrays, glDeleteVertexArrays>;
+using GlTexture = GlHandle<glGenTextures, glDeleteTextures>;
+using GlFramebuffer = GlHandle<glGenFramebuffers, glDeleteFramebuffers>;
+using GlRenderbuffer = GlHandle<glGenRenderbuffers, glDeleteRenderbuffers>;
 
 /// A linked pair of shaders. A mistake in their text is ours: std::logic_error with the compiler's words.
 class GlProgram {
