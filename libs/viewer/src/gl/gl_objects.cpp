@@ -61,6 +61,13 @@ void GlProgram::set(const char* uniform, const Eigen::Matrix4f& value) const {
   glUniformMatrix4fv(glGetUniformLocation(name_, uniform), 1, GL_FALSE, value.data());
 }
 
+void set_attribute(GLuint place, GLint numbers, GLenum type, bool normalized, std::size_t vertex_bytes,
+                   std::size_t offset) {
+  glEnableVertexAttribArray(place);
+  glVertexAttribPointer(place, numbers, type, normalized ? GL_TRUE : GL_FALSE,
+                        static_cast<GLsizei>(vertex_bytes), reinterpret_cast<const void*>(offset));
+}
+
 void fill_texture(const GlTexture& texture, int width, int height, const std::uint8_t* rgba) {
   glBindTexture(GL_TEXTURE_2D, texture.name());
   // Others (a toolkit's font upload) may have left these as they needed them.

@@ -3,8 +3,10 @@
 #include <epoxy/gl.h>
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <utility>
+#include <vector>
 
 namespace gelslam::viewer::detail {
 
@@ -52,6 +54,17 @@ class GlProgram {
  private:
   GLuint name_ = 0;
 };
+
+/// Where vertices in the bound buffer, of `vertex_bytes` each, have an attribute.
+void set_attribute(GLuint place, GLint numbers, GLenum type, bool normalized, std::size_t vertex_bytes,
+                   std::size_t offset);
+
+/// Replaces a buffer's contents; it stays bound.
+template <typename T>
+void fill_buffer(GLenum kind, const GlBuffer& buffer, const std::vector<T>& elements, GLenum usage) {
+  glBindBuffer(kind, buffer.name());
+  glBufferData(kind, static_cast<GLsizeiptr>(elements.size() * sizeof(T)), elements.data(), usage);
+}
 
 /// A lookup table of 8-bit RGBA texels, linear between them, clamped at its ends.
 void fill_texture(const GlTexture& texture, int width, int height, const std::uint8_t* rgba);

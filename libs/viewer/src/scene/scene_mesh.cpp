@@ -55,23 +55,13 @@ bool may_hit(const PickRay& ray, const AlignedBox3f& box) {
   return nearest <= furthest;
 }
 
-template <typename T>
-void upload(GLenum kind, const GlBuffer& buffer, const std::vector<T>& elements) {
-  glBindBuffer(kind, buffer.name());
-  glBufferData(kind, static_cast<GLsizeiptr>(elements.size() * sizeof(T)), elements.data(), GL_STATIC_DRAW);
-}
-
 /// Says how the vertices lie in the buffer that is bound.
 void set_attributes() {
-  const auto attribute = [](GLuint place, GLint size, GLenum type, GLboolean normalized, std::size_t offset) {
-    glEnableVertexAttribArray(place);
-    glVertexAttribPointer(place, size, type, normalized, sizeof(PackedVertex),
-                          reinterpret_cast<const void*>(offset));
-  };
-  attribute(0, 3, GL_FLOAT, GL_FALSE, offsetof(PackedVertex, position_mm));
-  attribute(1, 4, GL_INT_2_10_10_10_REV, GL_TRUE, offsetof(PackedVertex, normal));
-  attribute(2, 2, GL_HALF_FLOAT, GL_FALSE, offsetof(PackedVertex, curvature));
-  attribute(3, 1, GL_FLOAT, GL_FALSE, offsetof(PackedVertex, value));
+  constexpr std::size_t bytes = sizeof(PackedVertex);
+  set_attribute(0, 3, GL_FLOAT, false, bytes, offsetof(PackedVertex, position_mm));
+  set_attribute(1, 4, GL_INT_2_10_10_10_REV, true, bytes, offsetof(PackedVertex, normal));
+  set_attribute(2, 2, GL_HALF_FLOAT, false, bytes, offsetof(PackedVertex, curvature));
+  set_attribute(3, 1, GL_FLOAT, false, bytes, offsetof(PackedVertex, value));
 }
 
 }  // namespace
@@ -88,9 +78,9 @@ void SceneMesh::put(std::int64_t key, DrawableMesh mesh) {
   for (float& curvature : bend) curvature = std::abs(curvature);
   block.curvature_p80 = quantile_in_place(bend, 0.8);
   glBindVertexArray(block.vertex_array.name());
-  upload(GL_ARRAY_BUFFER, block.vertices, pack(block.mesh));
+  fill_buffer(GL_ARRAY_BUFFER, block.vertices, pack(block.mesh), GL_STATIC_DRAW);
   set_attributes();
-  upload(GL_ELEMENT_ARRAY_BUFFER, block.indices, block.mesh.indices);
+  fill_buffer(GL_ELEMENT_ARRAY_BUFFER, block.indices, block.mesh.indices, GL_STATIC_DRAW);
   glBindVertexArray(0);
 }
 

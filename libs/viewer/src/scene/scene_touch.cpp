@@ -81,27 +81,17 @@ SceneTouch::SceneTouch() {
   using Vertex = TouchMesh::Vertex;
   glBindVertexArray(vertex_array_.name());
   glBindBuffer(GL_ARRAY_BUFFER, vertices_.name());
-  const auto attribute = [](GLuint place, GLint size, std::size_t offset) {
-    glEnableVertexAttribArray(place);
-    glVertexAttribPointer(place, size, GL_FLOAT, GL_FALSE, sizeof(Vertex),
-                          reinterpret_cast<const void*>(offset));
-  };
-  attribute(0, 3, offsetof(Vertex, position_mm));
-  attribute(1, 3, offsetof(Vertex, normal));
-  attribute(2, 1, offsetof(Vertex, inside));
+  set_attribute(0, 3, GL_FLOAT, false, sizeof(Vertex), offsetof(Vertex, position_mm));
+  set_attribute(1, 3, GL_FLOAT, false, sizeof(Vertex), offsetof(Vertex, normal));
+  set_attribute(2, 1, GL_FLOAT, false, sizeof(Vertex), offsetof(Vertex, inside));
   glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_.name());
   glBindVertexArray(0);
 }
 
 void SceneTouch::set(const TouchMesh& mesh) {
   count_ = static_cast<GLsizei>(mesh.indices.size());
-  const auto bytes = [](const auto& elements) {
-    return static_cast<GLsizeiptr>(elements.size() * sizeof(elements[0]));
-  };
-  glBindBuffer(GL_COPY_WRITE_BUFFER, vertices_.name());
-  glBufferData(GL_COPY_WRITE_BUFFER, bytes(mesh.vertices), mesh.vertices.data(), GL_STREAM_DRAW);
-  glBindBuffer(GL_COPY_WRITE_BUFFER, indices_.name());
-  glBufferData(GL_COPY_WRITE_BUFFER, bytes(mesh.indices), mesh.indices.data(), GL_STREAM_DRAW);
+  fill_buffer(GL_COPY_WRITE_BUFFER, vertices_, mesh.vertices, GL_STREAM_DRAW);
+  fill_buffer(GL_COPY_WRITE_BUFFER, indices_, mesh.indices, GL_STREAM_DRAW);
 }
 
 void SceneTouch::draw() const {
