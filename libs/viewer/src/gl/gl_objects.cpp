@@ -68,8 +68,8 @@ void set_attribute(GLuint place, GLint numbers, GLenum type, bool normalized, st
                         static_cast<GLsizei>(vertex_bytes), reinterpret_cast<const void*>(offset));
 }
 
-void fill_texture(const GlTexture& texture, int width, int height, const std::uint8_t* rgba) {
-  glBindTexture(GL_TEXTURE_2D, texture.name());
+void fill_texture(GLuint texture, int width, int height, const std::uint8_t* rgba) {
+  glBindTexture(GL_TEXTURE_2D, texture);
   // Others (a toolkit's font upload) may have left these as they needed them.
   glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);

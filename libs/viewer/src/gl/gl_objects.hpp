@@ -66,8 +66,8 @@ void fill_buffer(GLenum kind, const GlBuffer& buffer, const std::vector<T>& elem
   glBufferData(kind, static_cast<GLsizeiptr>(elements.size() * sizeof(T)), elements.data(), usage);
 }
 
-/// A lookup table of 8-bit RGBA texels, linear between them, clamped at its ends.
-void fill_texture(const GlTexture& texture, int width, int height, const std::uint8_t* rgba);
+/// A picture or lookup table of 8-bit RGBA texels, linear between them, clamped at its ends.
+void fill_texture(GLuint texture, int width, int height, const std::uint8_t* rgba);
 
 /// Whether the current context is one of Mesa's without a GPU.
 bool is_software_renderer();

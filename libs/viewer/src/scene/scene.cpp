@@ -110,7 +110,7 @@ struct Scene::Impl {
     if (has_map && color_map_for != style.color) {
       std::vector<std::uint8_t> rgba;
       for (const auto& [r, g, b] : color_map_rgb(style.color)) rgba.insert(rgba.end(), {r, g, b, 255});
-      fill_texture(color_map, 256, 1, rgba.data());
+      fill_texture(color_map.name(), 256, 1, rgba.data());
       color_map_for = style.color;
     }
     const auto [low, high] = range(style);
@@ -245,7 +245,7 @@ void Scene::set_map(const MapSnapshot& map) {
   impl_->keyframes.set(keyframe_lines(map));
   impl_->edges.set(edge_lines(map));
   const cv::Mat4b doubt = doubt_by_keyframe(map, kCertainMm, kUncertainMm);
-  fill_texture(impl_->certainty, doubt.cols, doubt.rows, doubt.ptr());
+  fill_texture(impl_->certainty.name(), doubt.cols, doubt.rows, doubt.ptr());
 }
 
 Eigen::AlignedBox3f Scene::bounds_mm() const { return impl_->mesh.box_mm(); }
