@@ -109,8 +109,7 @@ bool ViewStage::has_second() const { return impl_->second_scene != nullptr; }
 OrbitCamera ViewStage::first_view(const Viewport& whole) const {
   OrbitCamera camera;
   look_at_broad_side(impl_->first.mesh, camera);
-  camera.fit(outline_mm(), parts(whole).front());
-  return camera;
+  return camera.fitted(outline_mm(), parts(whole).front());
 }
 
 std::vector<Eigen::Vector3f> ViewStage::outline_mm() const {
