@@ -58,8 +58,8 @@ void LiveScene::take_touch(const std::shared_ptr<const LiveTouch>& touch) {
   newest_ = touch;
   if (!touch) return;
   if (touch->keyframe >= 0) samples_.push_back({touch->keyframe, touch->keyframe_T_frame});
-  tactile_.set(tactile_picture(*touch, kPictureWidthPx, outline_bgr_));
-  if (touch->surface) normals_.set(normal_picture(*touch->surface, kPictureWidthPx));
+  tactile_.set(tactile_picture(*touch));
+  if (touch->surface) normals_.set(normal_picture(*touch->surface));
 }
 
 void LiveScene::place_touch() {
@@ -95,9 +95,11 @@ void LiveScene::draw(const OrbitCamera& camera, const Viewport& viewport, const 
 
 namespace {
 
-cv::Size scaled_size(const cv::Size& from, int width_px) {
-  const int width = std::max(1, width_px);
-  return {width, std::max(1, cvRound(static_cast<double>(from.height) * width / from.width))};
+const cv::Scalar kOutline(theme::kGreen >> 16U & 0xFFU, theme::kGreen >> 8U & 0xFFU, theme::kGreen & 0xFFU);
+
+cv::Size scaled_size(const cv::Size& from) {
+  const double height = static_cast<double>(from.height) * kPictureWidthPx / from.width;
+  return {kPictureWidthPx, std::max(1, cvRound(height))};
 }
 
 /// Enlarged mask, smooth again: its border is to be drawn without steps.
@@ -111,9 +113,9 @@ cv::Mat1b enlarged(const cv::Mat1b& mask, const cv::Size& size) {
 
 }  // namespace
 
-cv::Mat3b tactile_picture(const LiveTouch& touch, int width_px, const cv::Vec3b& outline_bgr) {
+cv::Mat3b tactile_picture(const LiveTouch& touch) {
   if (touch.image.empty()) return {};
-  const cv::Size size = scaled_size(touch.image.size(), width_px);
+  const cv::Size size = scaled_size(touch.image.size());
   cv::Mat3b picture;
   cv::resize(touch.image, picture, size, 0, 0,
              size.width < touch.image.cols ? cv::INTER_AREA : cv::INTER_CUBIC);
@@ -122,11 +124,11 @@ cv::Mat3b tactile_picture(const LiveTouch& touch, int width_px, const cv::Vec3b&
   cv::findContours(enlarged(touch.surface->contact, size), borders, cv::RETR_CCOMP, cv::CHAIN_APPROX_NONE);
   const int thickness = std::max(1, size.width / 120);
   cv::polylines(picture, borders, true, cv::Scalar(20, 20, 20), thickness + 2, cv::LINE_AA);
-  cv::polylines(picture, borders, true, cv::Scalar(outline_bgr), thickness, cv::LINE_AA);
+  cv::polylines(picture, borders, true, kOutline, thickness, cv::LINE_AA);
   return picture;
 }
 
-cv::Mat3b normal_picture(const Surface& surface, int width_px) {
+cv::Mat3b normal_picture(const Surface& surface) {
   if (surface.normals.empty()) return {};
   const bool has_contact = surface.contact.size() == surface.normals.size();
   cv::Mat3b colors(surface.normals.size());
@@ -141,7 +143,7 @@ cv::Mat3b normal_picture(const Surface& surface, int width_px) {
       }
     }
   cv::Mat3b picture;
-  const cv::Size size = scaled_size(colors.size(), width_px);
+  const cv::Size size = scaled_size(colors.size());
   cv::resize(colors, picture, size, 0, 0, size.width < colors.cols ? cv::INTER_AREA : cv::INTER_LINEAR);
   return picture;
 }

@@ -27,7 +27,6 @@ struct Layout {
   Box view, side, bar;
 };
 Layout lay_out(const Ui& ui, bool shows_panels);
-cv::Vec3b bgr_of(Color color);
 Color color_of(Tone tone);
 
 /// The touch and its normals below each other, as wide as fits into the height.

@@ -96,9 +96,9 @@ void MapWindow::show(const std::shared_ptr<const LocatedTouch>& touch) {
     LiveTouch seen;
     seen.image = touch->picture;
     seen.surface = touch->surface;
-    tactile_.set(tactile_picture(seen, kPictureWidthPx, bgr_of(theme::kGreen)));
+    tactile_.set(tactile_picture(seen));
   }
-  if (touch->surface) normals_.set(normal_picture(*touch->surface, kPictureWidthPx));
+  if (touch->surface) normals_.set(normal_picture(*touch->surface));
   std::optional<TouchPatch> patch;
   for (const PlaceHypothesis& place : places()) {
     const double opacity = touch->place.status == PlaceStatus::localized
