@@ -29,7 +29,8 @@ class ViewStage {
 
   /// From outside, in front of most of the surface, its long side lying; all of it in view.
   OrbitCamera first_view(const Viewport& whole) const;
-  std::vector<Eigen::Vector3f> outline_mm() const;  ///< points all over both meshes, for OrbitCamera::fitted()
+  std::vector<Eigen::Vector3f> outline_mm()
+      const;  ///< points all over both meshes, for OrbitCamera::fitted()
   std::optional<Eigen::Vector3f> pick(std::size_t part, const PickRay& ray) const;
 
   /// The parts side by side: first, then second. Only the first is colored by distance.

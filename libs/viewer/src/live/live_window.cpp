@@ -134,7 +134,7 @@ void LiveWindow::draw_frame(Ui& ui, double now_s) {
 bool LiveWindow::closes_by_itself() {
   if (frame_.status.phase != LivePhase::finished) return false;
   const bool begins_another = controls_.wants_new_scan() && frame_.status.failure.empty();
-  return begins_another || (options_.asks_to_end && options_.asks_to_end());
+  return begins_another || asks_to_end();
 }
 
 /// Beside what covers the view, if that leaves half of it.

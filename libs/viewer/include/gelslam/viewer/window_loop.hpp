@@ -36,7 +36,7 @@ class WindowLoop {
   virtual bool advance(double now_s, double dt_s) = 0;
   /// Lays the window out in `ui.window()`, sets the view, and draws the scene and the panels.
   virtual void draw_frame(Ui& ui, double now_s) = 0;
-  virtual bool closes_by_itself() { return false; }
+  virtual bool closes_by_itself() { return asks_to_end(); }
 
   // The mouse on the view, not on a panel.
   virtual void pressed(int /*button*/, const Eigen::Vector2f& /*at_px*/, double /*now_s*/) {}
@@ -44,6 +44,7 @@ class WindowLoop {
   virtual void released(int /*button*/) {}
   virtual void scrolled(double /*steps*/, const Eigen::Vector2f& /*at_px*/) {}
 
+  bool asks_to_end() const { return options_.asks_to_end && options_.asks_to_end(); }
   void set_view(const Box& view) { view_ = view; }
   const std::filesystem::path& picture_folder() const { return options_.picture_folder; }
   void set_picture_folder(const std::filesystem::path& folder) { options_.picture_folder = folder; }
