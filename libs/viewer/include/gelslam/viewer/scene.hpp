@@ -45,7 +45,6 @@ class Scene {
   /// out; missing normals are made.
   void update(std::span<const MeshBlock> blocks);
   void update(const MeshChanges& changes);
-  void clear_mesh();
   /// The whole mesh at once. `distance_mm`: of each vertex to another surface, which SceneColor::distance
   /// shows; NaN, or none at all, is drawn gray.
   void set_mesh(const Mesh& mesh, const std::vector<float>& distance_mm = {});
