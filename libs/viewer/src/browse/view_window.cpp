@@ -78,8 +78,7 @@ void ViewControls::step(int keyframes) {
   plays_ = false;
   const auto& all = history_->keyframes;
   const double now_s = time_s_.value_or(history_->end_s());
-  const auto after = std::upper_bound(all.begin(), all.end(), now_s,
-                                      [](double t, const RunHistory::KeyframeAt& k) { return t < k.time_s; });
+  const auto after = std::ranges::upper_bound(all, now_s, {}, &RunHistory::KeyframeAt::time_s);
   const std::ptrdiff_t newest = after - all.begin() - 1;
   // Beyond the last keyframe lies the run as it was saved; back from there the last keyframe is the first
   // stop.
