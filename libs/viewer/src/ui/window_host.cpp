@@ -25,14 +25,6 @@ WindowHost& host_of(GLFWwindow* window) {
   return *static_cast<WindowHost*>(glfwGetWindowUserPointer(window));
 }
 
-GlWindowOptions window_options(const WindowLoopOptions& options) {
-  GlWindowOptions result;
-  result.title = options.title;
-  result.width_px = options.width_px;
-  result.height_px = options.height_px;
-  return result;
-}
-
 /// Sizes in design pixels, small to large: the order in the atlas.
 constexpr std::array<float, 5> kFontSizes = {14, 17, 22, 21, 46};
 
@@ -112,7 +104,7 @@ bool load_fonts(float scale) {
 }  // namespace
 
 WindowHost::WindowHost(const WindowLoopOptions& options)
-    : gl_(options.visible ? GlContext::window(window_options(options)) : GlContext::offscreen()),
+    : gl_(options.visible ? GlContext::window(options) : GlContext::offscreen()),
       width_px_(options.width_px),
       height_px_(options.height_px) {
   if (!options.visible) target_ = std::make_unique<RenderTarget>(width_px_, height_px_);
@@ -266,10 +258,9 @@ void write_png(const std::filesystem::path& path, const cv::Mat3b& picture) {
   gelslam::write_png(path, picture);
 }
 
-std::filesystem::path free_name(const std::filesystem::path& folder, const std::string& stem,
-                                const std::string& extension) {
+std::filesystem::path free_name(const std::filesystem::path& folder, const std::string& stem) {
   for (int number = 1;; ++number) {
-    const std::filesystem::path path = folder / fmt::format("{}_{:03}.{}", stem, number, extension);
+    const std::filesystem::path path = folder / fmt::format("{}_{:03}.png", stem, number);
     std::error_code code;
     if (!std::filesystem::exists(path, code)) return path;
   }

@@ -65,7 +65,7 @@ void WindowLoop::draw(double now_s) {
 }
 
 void WindowLoop::save_screenshot(double now_s) {
-  const std::filesystem::path path = free_name(options_.picture_folder, options_.picture_stem, "png");
+  const std::filesystem::path path = free_name(options_.picture_folder, options_.picture_stem);
   try {
     write_png(path, host_.read());
     controls().say("Picture: " + path.string(), now_s);

@@ -78,7 +78,6 @@ class WindowHost {
 void write_png(const std::filesystem::path& path, const cv::Mat3b& picture);
 
 /// "screenshot_001.png": the first name of this kind that is not taken in the folder.
-std::filesystem::path free_name(const std::filesystem::path& folder, const std::string& stem,
-                                const std::string& extension);
+std::filesystem::path free_name(const std::filesystem::path& folder, const std::string& stem);
 
 }  // namespace gelslam::viewer

@@ -4,13 +4,13 @@
 #include <functional>
 #include <string>
 
+#include "gelslam/viewer/gl_context.hpp"
+
 namespace gelslam::viewer {
 
 /// What all windows have in common.
-struct WindowLoopOptions {
-  std::string title = "GelSLAM";
-  int width_px = 1280, height_px = 800;
-  bool visible = true;                         ///< false: drawn without a display, for tests and pictures
+struct WindowLoopOptions
+    : GlWindowOptions {  ///< not visible: drawn without a display, for tests and pictures
   std::filesystem::path picture_folder = ".";  ///< of screenshots
   std::string picture_stem = "screenshot";
   std::filesystem::path snapshot;  ///< PNG of the window as it was last, written when it closes; empty: none
