@@ -14,32 +14,23 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-const char* kind_name(CameraNode node) {
-  switch (node) {
-    case CameraNode::capture:
-      return "camera";
-    case CameraNode::metadata:
-      return "metadata";
-    case CameraNode::other:
-      return "other";
-    case CameraNode::unknown:
-      break;
-  }
-  return "unknown";
-}
+/// What a node is, for programs and for people.
+struct Kind {
+  const char *name, *words;
+};
 
-const char* kind_words(CameraNode node) {
+Kind kind_of(CameraNode node) {
   switch (node) {
     case CameraNode::capture:
-      return "camera";
+      return {"camera", "camera"};
     case CameraNode::metadata:
-      return "only metadata of this camera, no pictures";
+      return {"metadata", "only metadata of this camera, no pictures"};
     case CameraNode::other:
-      return "no camera (an output or a decoder)";
+      return {"other", "no camera (an output or a decoder)"};
     case CameraNode::unknown:
       break;
   }
-  return "cannot be opened";
+  return {"unknown", "cannot be opened"};
 }
 
 Json mode_json(const CameraMode& mode) {
@@ -54,7 +45,7 @@ Json mode_json(const CameraMode& mode) {
 
 Json camera_json(const CameraInfo& camera) {
   Json json{{"path", camera.path},
-            {"kind", kind_name(camera.node)},
+            {"kind", kind_of(camera.node).name},
             {"name", camera.name},
             {"driver", camera.driver},
             {"bus", camera.bus},
@@ -101,7 +92,7 @@ std::string camera_text(const CameraInfo& camera) {
     if (!words.empty()) text << "  " << key << one_line(words) << "\n";
   };
   text << camera.path << "  " << one_line(camera.name) << "\n";
-  line("kind      ", std::string(kind_words(camera.node)) +
+  line("kind      ", std::string(kind_of(camera.node).words) +
                          (camera.sensor.empty() ? "" : ", looks like a " + camera.sensor));
   line("bus       ", camera.bus + (camera.driver.empty() ? "" : " (" + camera.driver + ")"));
   for (const CameraMode& mode : camera.modes) {
