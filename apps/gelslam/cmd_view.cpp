@@ -26,19 +26,14 @@ struct ViewArguments {
   bool trajectory = false, graph = false, overwrite = false, quiet = false;
 };
 
-struct PictureSize {
-  int width_px, height_px;
-};
-
-/// "1280x800". Throws Error.
-PictureSize parse_size(const std::string& text) {
-  PictureSize size{};
+/// Of "1280x800". Throws Error.
+void set_size(const std::string& text, ViewWindowOptions& options) {
   const char* const end = text.data() + text.size();
-  const auto width = std::from_chars(text.data(), end, size.width_px);
+  const auto width = std::from_chars(text.data(), end, options.width_px);
   if (width.ec == std::errc() && width.ptr != end && *width.ptr == 'x') {
-    const auto height = std::from_chars(width.ptr + 1, end, size.height_px);
-    const int least = std::min(size.width_px, size.height_px), most = std::max(size.width_px, size.height_px);
-    if (height.ec == std::errc() && height.ptr == end && least >= 16 && most <= 8192) return size;
+    const auto height = std::from_chars(width.ptr + 1, end, options.height_px);
+    const auto [least, most] = std::minmax({options.width_px, options.height_px});
+    if (height.ec == std::errc() && height.ptr == end && least >= 16 && most <= 8192) return;
   }
   throw Error("--size " + text + ": give width and height in pixels, 16 to 8192, as 1280x800");
 }
@@ -75,31 +70,22 @@ void check(const ViewArguments& arguments, const ViewContent& content, const Sce
   if (arguments.time_s) throw Error("--time needs a run folder with its session");
 }
 
-ViewWindowOptions window_options(const ViewArguments& arguments, const PictureSize& size,
-                                 const SceneStyle& style) {
-  ViewWindowOptions options;
-  options.width_px = size.width_px;
-  options.height_px = size.height_px;
-  options.style = style;
-  options.time_s = arguments.time_s;
-  return options;
-}
-
 void view(const ViewArguments& arguments) {
   check_output_file(arguments.snapshot, arguments.overwrite);
-  const PictureSize size = parse_size(arguments.size);
+  ViewWindowOptions options;
+  set_size(arguments.size, options);
+  options.style = style_of(arguments);
+  options.time_s = arguments.time_s;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   progress->begin("reading", std::nullopt);
   ViewContent content = load_view(arguments.source);
   std::optional<ViewContent> second = second_surface(arguments);
   progress->end();
-  const SceneStyle style = style_of(arguments);
-  check(arguments, content, style);
+  check(arguments, content, options.style);
   if (!arguments.quiet)
     for (const std::filesystem::path& shown : {arguments.source, arguments.compare, arguments.truth})
       say_mesh_unit(shown);
   if (!arguments.quiet) say_where_warnings_are(arguments.source);
-  ViewWindowOptions options = window_options(arguments, size, style);
   if (arguments.snapshot.empty()) {
     options.title = content.name + " - GelSLAM";
     return run_view_window(std::move(content), std::move(second), options);
