@@ -114,7 +114,7 @@ int run_collect(CollectArguments arguments) {
   input.log = arguments.input;
   input.config = arguments.config;
   const Config config = find_config(input);
-  window.pixel_pitch_mm = config.sensor.pixel_pitch_mm;
+  collect.pixel_pitch_mm = window.pixel_pitch_mm = config.sensor.pixel_pitch_mm;
   const std::optional<SensorOptics> folder_optics = find_optics(collect.folder / "catalog.csv");
   collect.optics = folder_optics.value_or(config.surface.optics);
   collect.keep_optics =  // not what any such sensor has
