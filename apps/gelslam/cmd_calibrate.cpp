@@ -39,10 +39,6 @@ PressSet read_presses(PressOptions& options, const ModelFile& model) {
   return set;
 }
 
-void stop_if_asked(const InterruptWatch& interrupt) {
-  if (interrupt.requested()) throw Error("stopped; nothing was written");
-}
-
 void add_calibrate_command(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("calibrate", "Make and judge a sensor's model from presses of a ball");

@@ -38,16 +38,14 @@ std::unique_ptr<RawFrameSource> open_source(const CollectArguments& arguments, c
 
 /// The circles of all presses that are there.
 LabelSession find_circles(PressSet set, double pitch_mm, bool quiet) {
-  const InterruptWatch interrupt;
-  const std::unique_ptr<ProgressSink> progress = make_progress(quiet);
+  StoppableProgress progress(quiet);
   std::vector<FoundCircle> found;
-  if (!set.presses.empty()) progress->begin("looking at presses", std::ssize(set.presses));
+  if (!set.presses.empty()) progress.begin("looking at presses", std::ssize(set.presses));
   for (const CalibrationPress& press : set.presses) {
-    stop_if_asked(interrupt);
     found.push_back(find_circle(press.bgr, set.background, set.camera(pitch_mm), press.diameter_mm));
-    progress->update(std::ssize(found));
+    progress.update(std::ssize(found));
   }
-  if (!set.presses.empty()) progress->end();
+  if (!set.presses.empty()) progress.end();
   return {std::move(set), std::move(found)};
 }
 
