@@ -53,7 +53,10 @@ std::vector<std::string> distance_notes(const Mesh& mesh, const TriangleScene& t
 ViewStage::ViewStage(ViewContent first, std::optional<ViewContent> second)
     : first_(std::move(first)), second_(std::move(second)) {
   set_time(std::nullopt);
-  if (!second_) return first_scene_.set_mesh(first_.mesh);
+  if (!second_) {
+    first_scene_.set_mesh(first_.mesh);
+    return;
+  }
   second_scene_.emplace().set_mesh(second_->mesh);
   const TriangleScene target(second_->mesh);
   distance_notes_ = distance_notes(first_.mesh, target);
