@@ -8,9 +8,9 @@
 
 namespace gelslam::viewer {
 
-/// What all windows have in common.
-struct WindowLoopOptions
-    : GlWindowOptions {  ///< not visible: drawn without a display, for tests and pictures
+/// What all windows have in common. One that is not visible is drawn without a display, for tests and
+/// pictures.
+struct WindowLoopOptions : GlWindowOptions {
   std::filesystem::path picture_folder = ".";  ///< of screenshots
   std::string picture_stem = "screenshot";
   std::filesystem::path snapshot;  ///< PNG of the window as it was last, written when it closes; empty: none
