@@ -103,8 +103,7 @@ class PressFilm {
         rest_(gel_at_rest(optics_.gel_grid())) {}
 
   void show(const GelShape& gel, int frames) {
-    for (int k = 0; k < frames; ++k, ++frame_)
-      take_(optics_.render(gel, frame_, frame_ / spec_.frame_rate_hz, false));
+    for (int k = 0; k < frames; ++k, ++frame_) take_(optics_.render(gel, frame_, false));
   }
   void show_bare(int frames) { show(rest_, frames); }
 
