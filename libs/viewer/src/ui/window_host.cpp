@@ -246,7 +246,6 @@ cv::Mat3b WindowHost::read() {
 }
 
 void WindowHost::present() {
-  if (std::exchange(wants_picture_, false)) picture_ = read();
   if (!target_) glfwSwapBuffers(gl_->glfw_window());
 }
 

@@ -19,8 +19,9 @@ class WindowLoop {
 
   /// Until the person closes it, or it closes by itself.
   void run();
-  /// One turn at `now_s` of the window's clock; `draw_anyway` even if nothing has changed. True when it drew.
-  bool turn(double now_s, bool draw_anyway = false);
+  /// One turn at `now_s` of the window's clock; `draw_anyway` even if nothing has changed. True when it drew;
+  /// then `picture` (or null) is the frame.
+  bool turn(double now_s, bool draw_anyway = false, cv::Mat3b* picture = nullptr);
   /// Draws a frame and reads it back.
   cv::Mat3b picture(double now_s);
   bool wants_to_close();
@@ -51,7 +52,7 @@ class WindowLoop {
 
  private:
   void handle_input(double now_s);
-  void draw(double now_s);
+  void draw(double now_s, cv::Mat3b* picture);
   void save_screenshot(double now_s);
   bool on_panel() const;
 
