@@ -20,6 +20,22 @@ std::shared_ptr<const LiveTouch> on_map(const std::shared_ptr<const LiveTouch>& 
   return placed;
 }
 
+const cv::Scalar kOutline(theme::kGreen >> 16U & 0xFFU, theme::kGreen >> 8U & 0xFFU, theme::kGreen & 0xFFU);
+
+cv::Size scaled_size(const cv::Size& from) {
+  const double height = static_cast<double>(from.height) * kPictureWidthPx / from.width;
+  return {kPictureWidthPx, std::max(1, cvRound(height))};
+}
+
+/// Enlarged mask, smooth again: its border is to be drawn without steps.
+cv::Mat1b enlarged(const cv::Mat1b& mask, const cv::Size& size) {
+  cv::Mat1b large;
+  cv::resize(mask, large, size, 0, 0, cv::INTER_CUBIC);
+  cv::GaussianBlur(large, large, {5, 5}, 0);
+  cv::threshold(large, large, 127, 255, cv::THRESH_BINARY);
+  return large;
+}
+
 }  // namespace
 
 bool LiveScene::take_news(LiveSession& session, const OrbitCamera& camera) {
@@ -92,26 +108,6 @@ void LiveScene::draw(const OrbitCamera& camera, const Viewport& viewport, const 
   if (style.trajectory && trajectory_is_old_) rebuild_trajectory();
   scene_.draw(camera, viewport, style);
 }
-
-namespace {
-
-const cv::Scalar kOutline(theme::kGreen >> 16U & 0xFFU, theme::kGreen >> 8U & 0xFFU, theme::kGreen & 0xFFU);
-
-cv::Size scaled_size(const cv::Size& from) {
-  const double height = static_cast<double>(from.height) * kPictureWidthPx / from.width;
-  return {kPictureWidthPx, std::max(1, cvRound(height))};
-}
-
-/// Enlarged mask, smooth again: its border is to be drawn without steps.
-cv::Mat1b enlarged(const cv::Mat1b& mask, const cv::Size& size) {
-  cv::Mat1b large;
-  cv::resize(mask, large, size, 0, 0, cv::INTER_CUBIC);
-  cv::GaussianBlur(large, large, {5, 5}, 0);
-  cv::threshold(large, large, 127, 255, cv::THRESH_BINARY);
-  return large;
-}
-
-}  // namespace
 
 cv::Mat3b tactile_picture(const LiveTouch& touch) {
   if (touch.image.empty()) return {};
