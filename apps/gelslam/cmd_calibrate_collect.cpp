@@ -108,10 +108,8 @@ int run_collect(CollectArguments arguments) {
   // Where no window can be opened, no camera should have been disturbed.
   if (!collect.headless) GlContext::window({.title = "GelSLAM", .visible = false});
   if (is_labeling) return label_presses(arguments, window);
-  LogInput input;
-  input.log = arguments.input;
-  input.config = arguments.config;
-  const Config config = find_config(input);
+  const Config config =
+      find_config({.log = arguments.input, .config = arguments.config, .model = {}, .background = {}});
   collect.pixel_pitch_mm = window.pixel_pitch_mm = config.sensor.pixel_pitch_mm;
   const std::optional<SensorOptics> folder_optics = find_optics(collect.folder / "catalog.csv");
   collect.optics = folder_optics.value_or(config.surface.optics);

@@ -61,11 +61,8 @@ int run(const RecordArguments& arguments) {
   std::error_code code;
   if (fs::exists(log, code))
     throw Error(log.string() + ": exists already; name another file");  // before a camera is disturbed
-  LogInput input;
-  input.log = arguments.from;
-  input.config = arguments.config;
-  input.model = arguments.model;
-  const Config config = find_config(input);
+  const Config config = find_config(
+      {.log = arguments.from, .config = arguments.config, .model = arguments.model, .background = {}});
   const CameraInput source = arguments.from.empty() ? open_camera_input(config, arguments.device, kAwayS)
                                                     : open_log(arguments, config);
   LogRecorderOptions options;

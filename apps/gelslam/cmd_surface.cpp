@@ -94,11 +94,8 @@ void write_surface(const fs::path& folder, const Surface& surface) {
 }
 
 Config config_for(const SurfaceArguments& arguments) {
-  LogInput input;
-  input.log = arguments.image;
-  input.config = arguments.config;
-  input.model = arguments.model;
-  Config config = find_config(input);
+  Config config = find_config(
+      {.log = arguments.image, .config = arguments.config, .model = arguments.model, .background = {}});
   if (config.sensor.calibration_model_path.empty())
     throw Error("no gradient model: give --model nnmodel.pth, or --config with calibration_model_path");
   config.background_frames = 1;

@@ -204,10 +204,10 @@ InfoReport inspect_log(const fs::path& log, ProgressSink& progress) {
 
 InfoReport inspect_recorded_log(const fs::path& file, ProgressSink& progress) {
   InfoReport report{file, "a recorded log"};
-  LogInput input;
-  input.log = file;
   SensorProfile profile;
-  attempt(report, [&] { profile = add_config(report, find_config(input)); });
+  attempt(report, [&] {
+    profile = add_config(report, find_config({.log = file, .config = {}, .model = {}, .background = {}}));
+  });
   if (!read_log_attachments(file).model.empty()) attempt(report, [&] { add_model(report, file); });
   add_log(report, file, profile, progress);
   return report;
