@@ -37,11 +37,6 @@ void print_catalog(const std::string& title, const std::vector<CatalogEntry>& en
     std::cout << "  " << std::left << std::setw(12) << entry.name << entry.description << "\n";
 }
 
-void print_lists() {
-  print_catalog("objects (or a .ply, .obj or .stl file):", shape_catalog());
-  print_catalog("motions:", motion_catalog());
-}
-
 /// `truth`: the file by which a folder is known to be simulated. A mesh to simulate is an input, too.
 RunFolderOptions folder_options(const SimulateArguments& arguments, const char* truth) {
   const std::filesystem::path object = arguments.scan.object.name;
@@ -165,10 +160,12 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   simulate->footer(
       "Examples:\n  gelslam simulate --list\n  gelslam simulate scan --object coin --motion wobble -o coin");
   simulate->callback([simulate, arguments, &exit_code] {
-    if (arguments->list)
-      print_lists();
-    else if (simulate->get_subcommands().empty())
+    if (arguments->list) {
+      print_catalog("objects (or a .ply, .obj or .stl file):", shape_catalog());
+      print_catalog("motions:", motion_catalog());
+    } else if (simulate->get_subcommands().empty()) {
       std::cout << simulate->help();
+    }
     exit_code = kExitDone;
   });
 }
