@@ -8,8 +8,6 @@
 #include <vector>
 
 #include "gelslam/calibration/press_set.hpp"
-#include "gelslam/core/process.hpp"
-#include "gelslam/core/progress.hpp"
 #include "gelslam/surface/model_file.hpp"
 
 namespace gelslam {
@@ -36,8 +34,5 @@ struct PressOptions {
 /// pitch is used where no other is given; optics are those of the model, else of optics.yaml, else of the
 /// configuration.
 PressSet read_presses(PressOptions& options, const ModelFile& model = {});
-
-/// Throws Error when Ctrl-C was pressed.
-void stop_if_asked(const InterruptWatch& interrupt);
 
 }  // namespace gelslam

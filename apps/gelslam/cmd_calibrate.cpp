@@ -20,9 +20,7 @@ void PressOptions::add_to(CLI::App& command) {
 }
 
 PressSet read_presses(PressOptions& options, const ModelFile& model) {
-  LogInput named;
-  named.config = options.config;
-  const Config config = find_config(named);
+  const Config config = find_config({.log = {}, .config = options.config, .model = {}, .background = {}});
   if (model.record) options.pitch_mm = model.record->pixel_pitch_mm;
   if (!options.config.empty()) options.pitch_mm = config.surface.pixel_pitch_mm;
   options.device_name = config.sensor.device_name;
@@ -37,10 +35,6 @@ PressSet read_presses(PressOptions& options, const ModelFile& model) {
                               [](const std::string& doubt) { std::cerr << "note: " << doubt << "\n"; });
   fill_markers(set);
   return set;
-}
-
-void stop_if_asked(const InterruptWatch& interrupt) {
-  if (interrupt.requested()) throw Error("stopped; nothing was written");
 }
 
 void add_calibrate_command(CLI::App& app, int& exit_code) {

@@ -48,24 +48,20 @@ int run_check(CheckArguments arguments) {
       std::filesystem::is_regular_file(arguments.presses.folder))
     throw Error("'" + arguments.model.string() + "' is a folder, and '" + arguments.presses.folder.string() +
                 "' a file: the model comes first, then the presses");
-  const InterruptWatch interrupt;
-  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.presses.quiet);
+  StoppableProgress progress(arguments.presses.quiet);
   const ModelFile file = read_model_file(arguments.model);
   const PressSet set = read_presses(arguments.presses, file);
   std::vector<std::string> findings = {"optics: " + optics_text(*set.optics)};
   if (file.record) findings.push_back(drift_since(*file.record, set));
-  const auto show = [&](std::size_t done) {
-    stop_if_asked(interrupt);
-    progress->update(static_cast<std::int64_t>(done));
-  };
-  progress->begin("looking at presses", std::ssize(set.presses));
+  const auto show = [&](std::size_t done) { progress.update(static_cast<std::int64_t>(done)); };
+  progress.begin("looking at presses", std::ssize(set.presses));
   const BallZones zones = find_ball_zones(set, arguments.presses.pitch_mm, /*automatic=*/true, show);
-  progress->end();
+  progress.end();
   for (const RejectedPress& press : zones.rejected)
     std::cerr << "left out: " << set.presses[press.press].name << ": " << press.reason << "\n";
-  progress->begin("checking", std::ssize(zones.zones));
+  progress.begin("checking", std::ssize(zones.zones));
   const ModelCheck check = check_model(file.model, set, zones.zones, arguments.presses.pitch_mm, show);
-  progress->end();
+  progress.end();
   print_for_people(check, findings);
   return check.verdict == Verdict::recalibrate ? kExitNotGood : kExitDone;
 }

@@ -38,16 +38,14 @@ std::unique_ptr<RawFrameSource> open_source(const CollectArguments& arguments, c
 
 /// The circles of all presses that are there.
 LabelSession find_circles(PressSet set, double pitch_mm, bool quiet) {
-  const InterruptWatch interrupt;
-  const std::unique_ptr<ProgressSink> progress = make_progress(quiet);
+  StoppableProgress progress(quiet);
   std::vector<FoundCircle> found;
-  if (!set.presses.empty()) progress->begin("looking at presses", std::ssize(set.presses));
+  if (!set.presses.empty()) progress.begin("looking at presses", std::ssize(set.presses));
   for (const CalibrationPress& press : set.presses) {
-    stop_if_asked(interrupt);
     found.push_back(find_circle(press.bgr, set.background, set.camera(pitch_mm), press.diameter_mm));
-    progress->update(std::ssize(found));
+    progress.update(std::ssize(found));
   }
-  if (!set.presses.empty()) progress->end();
+  if (!set.presses.empty()) progress.end();
   return {std::move(set), std::move(found)};
 }
 
@@ -111,7 +109,7 @@ int run_collect(CollectArguments arguments) {
   if (!collect.headless) GlContext::window({.visible = false});
   if (is_labeling) return label_presses(arguments, window);
   const Config config = find_config({.log = arguments.input, .config = arguments.config});
-  window.pixel_pitch_mm = config.sensor.pixel_pitch_mm;
+  collect.pixel_pitch_mm = window.pixel_pitch_mm = config.sensor.pixel_pitch_mm;
   const std::optional<SensorOptics> folder_optics = find_optics(collect.folder / "catalog.csv");
   collect.optics = folder_optics.value_or(config.surface.optics);
   collect.keep_optics =  // not what any such sensor has

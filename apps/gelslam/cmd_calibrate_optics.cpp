@@ -38,8 +38,7 @@ OpticsFit from_picture(const fs::path& file, const Config& config) {
 }
 
 /// Some of a log's frames with their poses in the largest piece of the map.
-std::vector<SeenFrame> seen_frames(const LogInput& input, const Config& config, ProgressSink& progress,
-                                   const InterruptWatch& interrupt) {
+std::vector<SeenFrame> seen_frames(const LogInput& input, const Config& config, ProgressSink& progress) {
   StageTimer timer;
   SurfaceStream stream(input, config, timer);
   GelSlam slam(config.slam);
@@ -47,7 +46,6 @@ std::vector<SeenFrame> seen_frames(const LogInput& input, const Config& config, 
   std::map<std::int64_t, SurfacePtr> kept;
   progress.begin("tracking", stream.frame_count());
   while (const auto item = stream.next()) {
-    stop_if_asked(interrupt);
     const std::int64_t frame = item->image.index;
     slam.process(frame, item->image.time_s, item->surface, timer);
     if (item->surface && frame % every == 0) kept[frame] = item->surface;
@@ -65,8 +63,7 @@ std::vector<SeenFrame> seen_frames(const LogInput& input, const Config& config, 
 
 int run_optics(const OpticsArguments& arguments) {
   check_output_file(arguments.output, arguments.overwrite);
-  const InterruptWatch interrupt;
-  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
+  StoppableProgress progress(arguments.quiet);
   const std::string ending = arguments.input.log.extension().string();
   const bool picture = ending == ".png" || ending == ".jpg" || ending == ".jpeg";
   LogInput input = arguments.input;
@@ -76,10 +73,11 @@ int run_optics(const OpticsArguments& arguments) {
   if (picture) {
     fit = from_picture(arguments.input.log, config);
   } else {
-    const std::vector<SeenFrame> frames = seen_frames(input, config, *progress, interrupt);
-    progress->begin("fitting optics", std::nullopt);
-    fit = optics_from_motion(frames, [&] { return interrupt.requested(); });
-    progress->end();
+    const std::vector<SeenFrame> frames = seen_frames(input, config, progress);
+    progress.begin("fitting optics", std::nullopt);
+    fit = optics_from_motion(frames);
+    progress.update(0);  // throws where it was stopped
+    progress.end();
   }
   const std::string problem = why_impossible(fit.optics, config.sensor.width_px, config.sensor.height_px,
                                              config.surface.pixel_pitch_mm);

@@ -24,14 +24,12 @@ struct TrainArguments {
 int run_train(TrainArguments arguments) {
   check_output_file(arguments.output, arguments.overwrite);
   check_output_file(arguments.pth, arguments.overwrite);
-  const InterruptWatch interrupt;
-  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.presses.quiet);
+  StoppableProgress progress(arguments.presses.quiet);
   const PressSet set = read_presses(arguments.presses);
   const CalibrationOptions options{{.pixel_pitch_mm = arguments.presses.pitch_mm, .steps = arguments.steps},
                                    arguments.automatic};
   const Calibration calibration = calibrate(
-      set, options, *progress, [&] { return interrupt.requested(); },
-      [](const std::string& press) { std::cerr << "left out: " << press << "\n"; });
+      set, options, progress, [](const std::string& press) { std::cerr << "left out: " << press << "\n"; });
   const ModelCheck& check = calibration.check;
   write_calibration(arguments.output, calibration);
   if (!arguments.pth.empty()) write_pth_model(arguments.pth, calibration.file.model);

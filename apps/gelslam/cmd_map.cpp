@@ -7,7 +7,6 @@
 
 #include "command_line.hpp"
 #include "commands.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/localization/maps.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
@@ -37,7 +36,7 @@ int run_map(const MapArguments& arguments) {
   options.camera = configured_camera(find_config({.config = arguments.config}));
   RunFolder folder(arguments.output, map_folder_options(arguments.mesh, arguments.overwrite));
   const Mesh mesh = read_mesh(arguments.mesh, named_unit_mm(arguments.mesh, arguments.unit));
-  StoppableProgress progress(arguments.quiet, [] { throw Error("stopped; nothing was written"); });
+  StoppableProgress progress(arguments.quiet);
   const MeshMap map = make_mesh_map(mesh, options, progress);
   write_map(folder.path(), map, mesh, std::filesystem::absolute(arguments.mesh).string());
   folder.commit();

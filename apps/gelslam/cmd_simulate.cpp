@@ -9,7 +9,6 @@
 
 #include "command_line.hpp"
 #include "commands.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/sensor/sensor_profile.hpp"
@@ -37,13 +36,6 @@ void print_catalog(const std::string& title, const std::vector<CatalogEntry>& en
   for (const CatalogEntry& entry : entries)
     std::cout << "  " << std::left << std::setw(12) << entry.name << entry.description << "\n";
 }
-
-void print_lists() {
-  print_catalog("objects (or a .ply, .obj or .stl file):", shape_catalog());
-  print_catalog("motions:", motion_catalog());
-}
-
-void throw_stopped() { throw Error("stopped; nothing was written"); }
 
 /// `truth`: the file by which a folder is known to be simulated. A mesh to simulate is an input, too.
 RunFolderOptions folder_options(const SimulateArguments& arguments, const char* truth) {
@@ -80,7 +72,7 @@ std::filesystem::path model_of(const SimulateArguments& arguments, const std::fi
 
 void run_scan(SimulateArguments& arguments) {
   prepare(arguments);
-  StoppableProgress progress(arguments.quiet, throw_stopped);
+  StoppableProgress progress(arguments.quiet);
   RunFolder folder(arguments.output, folder_options(arguments, "meta.json"));
   arguments.folder.name = name_of(folder.final_path());
   const Simulator simulator(arguments.scan);  // first: it knows whether object and motion exist
@@ -148,7 +140,7 @@ void add_presses(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& a
   presses->callback([arguments, &exit_code] {
     RunFolder folder(arguments->output, folder_options(*arguments, "touches.csv"));
     prepare(*arguments);
-    StoppableProgress progress(arguments->quiet, throw_stopped);
+    StoppableProgress progress(arguments->quiet);
     write_press_log(folder.path(), arguments->press_log, progress);
     folder.commit();
     exit_code = kExitDone;
@@ -168,10 +160,12 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   simulate->footer(
       "Examples:\n  gelslam simulate --list\n  gelslam simulate scan --object coin --motion wobble -o coin");
   simulate->callback([simulate, arguments, &exit_code] {
-    if (arguments->list)
-      print_lists();
-    else if (simulate->get_subcommands().empty())
+    if (arguments->list) {
+      print_catalog("objects (or a .ply, .obj or .stl file):", shape_catalog());
+      print_catalog("motions:", motion_catalog());
+    } else if (simulate->get_subcommands().empty()) {
       std::cout << simulate->help();
+    }
     exit_code = kExitDone;
   });
 }

@@ -180,10 +180,10 @@ int run(const TrackArguments& arguments) {
   const ShownMap shown =
       arguments.window.shows_map() ? read_shown_map(arguments.map, map, *progress) : ShownMap();
   LocatedTouches touches;
-  outlet.watch([&stopper] { stopper.stop(); });
+  const auto stop = [&stopper] { stopper.stop(); };
+  outlet.watch(stop);
   const InterruptStopper interrupt(
-      arguments.is_camera ? InterruptWatch::Ends::regularly : InterruptWatch::Ends::early,
-      [&stopper] { stopper.stop(); });
+      arguments.is_camera ? InterruptWatch::Ends::regularly : InterruptWatch::Ends::early, stop);
   const auto compute = [&] {
     std::shared_ptr<const SurfaceMap> surfaces;
     if (!arguments.map.empty())
@@ -199,8 +199,7 @@ int run(const TrackArguments& arguments) {
   bool any = false;
   if (arguments.window.window) {
     window.asks_to_end = [&interrupt] { return interrupt.requested(); };
-    any = compute_in_window(
-        compute, [&stopper] { stopper.stop(); }, shown, touches, std::move(window));
+    any = compute_in_window(compute, stop, shown, touches, std::move(window));
   } else {
     any = compute();
     if (arguments.window.shows_map()) write_map_snapshot(shown, touches, arguments.window.snapshot);

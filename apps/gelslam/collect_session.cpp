@@ -13,15 +13,6 @@
 namespace gelslam {
 namespace {
 
-CollectorOptions collector_options(const CollectOptions& options, const SensorProfile& profile) {
-  CollectorOptions collector;
-  collector.diameter_mm = options.diameter_mm;
-  collector.pixel_pitch_mm = profile.pixel_pitch_mm;
-  collector.optics = options.optics;
-  collector.any_background = options.any_background;
-  return collector;
-}
-
 const char* headline_for(const CollectorStatus& status) {
   switch (status.phase) {
     case CollectPhase::background:
@@ -44,7 +35,7 @@ CollectSession::CollectSession(RawFrameSource& source, const SensorProfile& prof
       profile_(profile),
       options_(options),
       say_(std::move(say)),
-      collector_(collector_options(options, profile)),
+      collector_(options),
       folder_(std::move(folder)),
       coverage_(cv::Size(profile.width_px, profile.height_px), options.presses) {}
 
@@ -110,7 +101,7 @@ void CollectSession::begin_presses() {
 
 void CollectSession::add(const ContactCircle& circle) {
   coverage_.add(circle);
-  const double ball_px = 0.5 * options_.diameter_mm / profile_.pixel_pitch_mm;
+  const double ball_px = 0.5 * options_.diameter_mm / options_.pixel_pitch_mm;
   rim_slopes_.push_back(rim_slope(circle.on_ball_px(), ball_px));
 }
 

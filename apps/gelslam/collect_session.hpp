@@ -17,14 +17,11 @@
 
 namespace gelslam {
 
-struct CollectOptions {
+struct CollectOptions : CollectorOptions {
   std::filesystem::path folder;
-  double diameter_mm = 0.0;
-  int presses = 50;  ///< of this ball, those that are there already included
-  SensorOptics optics;
+  int presses = 50;          ///< of this ball, those that are there already included
   bool keep_optics = false;  ///< beside the presses
-  bool any_background = false;
-  bool headless = false;  ///< ends with enough presses, else when the source ends or with stop()
+  bool headless = false;     ///< ends with enough presses, else when the source ends or with stop()
 };
 
 /// Brings a source's pictures to a PressCollector, its presses into a folder, and words to people.

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <iostream>
 
+#include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 
 namespace gelslam {
@@ -124,13 +125,19 @@ std::unique_ptr<ProgressSink> make_progress(bool quiet) {
 StoppableProgress::StoppableProgress(bool quiet, std::function<void()> stop)
     : stop_(std::move(stop)), shown_(make_progress(quiet)) {}
 
+void StoppableProgress::stop_if_asked() {
+  if (!interrupt_.requested()) return;
+  if (stop_) stop_();
+  throw Error("stopped; nothing was written");
+}
+
 void StoppableProgress::begin(std::string_view task, std::optional<std::int64_t> total) {
-  if (interrupt_.requested()) stop_();
+  stop_if_asked();
   shown_->begin(task, total);
 }
 
 void StoppableProgress::update(std::int64_t done) {
-  if (interrupt_.requested()) stop_();
+  stop_if_asked();
   shown_->update(done);
 }
 

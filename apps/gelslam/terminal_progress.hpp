@@ -54,16 +54,18 @@ std::string amber(const std::string& words, int output);
 /// Progress on stderr; nothing when it is no terminal or the person asked for quiet.
 std::unique_ptr<ProgressSink> make_progress(bool quiet);
 
-/// The same, and ends the work at Ctrl-C: update() then calls `stop`, which throws. What is half-written is
-/// taken away on the way out.
+/// The same, and ends the work at Ctrl-C: begin() or update() then calls `stop`, which throws, or without it
+/// throws Error "stopped; nothing was written". What is half-written is taken away on the way out.
 class StoppableProgress final : public ProgressSink {
  public:
-  StoppableProgress(bool quiet, std::function<void()> stop);
+  explicit StoppableProgress(bool quiet, std::function<void()> stop = nullptr);
   void begin(std::string_view task, std::optional<std::int64_t> total) override;
   void update(std::int64_t done) override;
   void end() override;
 
  private:
+  void stop_if_asked();
+
   std::function<void()> stop_;
   InterruptWatch interrupt_;
   std::unique_ptr<ProgressSink> shown_;

@@ -29,14 +29,10 @@ PythonCalibration calibrate_presses(const fs::path& presses, const fs::path& out
   CalibrationOptions options{{pixel_pitch_mm, seed}, automatic};
   if (steps) options.training.steps = *steps;
   PythonCalibration result;
-  const auto stop = [] {
-    check_signals();
-    return false;
-  };
   const auto leave_out = [&](const std::string& press) { result.left_out.push_back(press); };
   PressSet set = read_press_set(presses);
   fill_markers(set);
-  const Calibration calibration = calibrate(set, options, sink, stop, leave_out);
+  const Calibration calibration = calibrate(set, options, sink, leave_out);
   write_calibration(output, calibration);
   const ModelCheck& check = calibration.check;
   result.verdict = verdict_name(check.verdict);

@@ -21,8 +21,8 @@ using ::testing::HasSubstr;
 constexpr double kPitchMm = 0.0634;
 
 FoundCircle found_in(const SimulatedPresses& presses, std::size_t k) {
-  return find_circle(presses.set.presses[k].bgr, presses.set.background,
-                     0.5 * presses.set.presses[k].diameter_mm / kPitchMm);
+  return find_circle(presses.set.presses[k].bgr, presses.set.background, presses.set.camera(kPitchMm),
+                     presses.set.presses[k].diameter_mm);
 }
 
 TEST(FindCircle, FindsTheBallThatWasPressed) {
@@ -64,7 +64,7 @@ TEST(FindCircle, SaysWhenTwoThingsTouch) {
     if (!found_in(presses, k).problem.empty()) continue;
     const double far_px = 4.0 * presses.truth[k].radius_px * inward(presses, k);
     const FoundCircle found = find_circle(touched_again(presses, k, far_px, 0.0), presses.set.background,
-                                          0.5 * presses.set.presses[k].diameter_mm / kPitchMm);
+                                          presses.set.camera(kPitchMm), presses.set.presses[k].diameter_mm);
     EXPECT_EQ(found.problem, "two things touch the gel") << k;
   }
 }
@@ -86,7 +86,7 @@ TEST(FindCircle, SaysWhenTheBallSlid) {
     }
     cv::add(background, sum, slid, cv::noArray(), CV_8UC3);
     const FoundCircle found =
-        find_circle(slid, background, 0.5 * presses.set.presses[k].diameter_mm / kPitchMm);
+        find_circle(slid, background, presses.set.camera(kPitchMm), presses.set.presses[k].diameter_mm);
     EXPECT_EQ(found.problem, "the ball slid while the picture was taken") << k;
   }
 }

@@ -196,7 +196,7 @@ std::vector<SeenFrame> slid_over(const Field& field, double reach_mm, int count)
 }
 
 TEST(OpticsFromMotion, FindsAllNumbersWithThePoses) {
-  const OpticsFit fit = optics_from_motion(slid_over(textured_plane(7, 0.3), 5, 40), [] { return false; });
+  const OpticsFit fit = optics_from_motion(slid_over(textured_plane(7, 0.3), 5, 40));
   EXPECT_NEAR(fit.optics.lens_k1, kTrue.lens_k1, 0.001) << fit.words();
   EXPECT_NEAR(fit.optics.pixel_aspect, kTrue.pixel_aspect, 0.001);
   EXPECT_NEAR(fit.optics.camera_distance_mm, kTrue.camera_distance_mm, 0.3);
@@ -206,9 +206,9 @@ TEST(OpticsFromMotion, FindsAllNumbersWithThePoses) {
 }
 
 TEST(OpticsFromMotion, SaysWhatLittleMotionDoesNotShow) {
-  const OpticsFit fit = optics_from_motion(slid_over(textured_plane(7, 0.3), 0.8, 12), [] { return false; });
+  const OpticsFit fit = optics_from_motion(slid_over(textured_plane(7, 0.3), 0.8, 12));
   EXPECT_NE(fit.not_shown(), "") << fit.words();
-  EXPECT_THROW(optics_from_motion(slid_over(textured_plane(7, 0.3), 0.02, 4), [] { return false; }), Error);
+  EXPECT_THROW(optics_from_motion(slid_over(textured_plane(7, 0.3), 0.02, 4)), Error);
 }
 
 }  // namespace

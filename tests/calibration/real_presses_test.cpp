@@ -33,7 +33,7 @@ TEST_F(RealPresses, CirclesAreWhereAPersonDrewThem) {
   const PressSet set = read_press_set(data_ / "calibration_b");
   std::vector<double> centers, radii;
   for (const CalibrationPress& press : set.presses) {
-    const FoundCircle found = find_circle(press.bgr, set.background, 0.5 * press.diameter_mm / kPitchMm);
+    const FoundCircle found = find_circle(press.bgr, set.background, set.camera(kPitchMm), press.diameter_mm);
     EXPECT_EQ(found.problem, "") << press.name;
     centers.push_back(
         std::hypot(found.circle.u_px - press.label->u_px, found.circle.v_px - press.label->v_px));

@@ -38,7 +38,7 @@ inline BallPress press_number(int number) {
   const double y = random.uniform(-1, 1) * (geometry.half_height_mm() - 0.3);
   const PressedBall ball =
       press_ball(optics.gel_grid(), {}, radius, x, y, random.uniform(0.08, 0.33) * radius);
-  press.bgr = optics.render(ball.gel, -1 - number, 0, false);
+  press.bgr = optics.render(ball.gel, -1 - number, false);
   press.gel = ball.gel;
   const ImageCircle circle = seen_circle(optics, ball);
   press.center_px = circle.center_px;
@@ -64,7 +64,7 @@ inline cv::Mat3b bare_gel(const OpticsOptions& options = {}) {
   const GelShape rest = gel_at_rest(optics.gel_grid());
   cv::Mat3f sum(rest.height_mm.size(), cv::Vec3f(0, 0, 0));
   for (int k = 0; k < 10; ++k)
-    cv::add(sum, optics.render(rest, -3'000'000 - k, 0, false), sum, cv::noArray(), CV_32F);
+    cv::add(sum, optics.render(rest, -3'000'000 - k, false), sum, cv::noArray(), CV_32F);
   cv::Mat3b mean;
   sum.convertTo(mean, CV_8U, 0.1);
   return mean;

@@ -20,7 +20,7 @@ constexpr double kPitchMm = 0.0634;
 
 GradientModel trained(const PressSet& set, const BallZones& zones, int steps, std::uint64_t seed) {
   NoProgress quiet;
-  return train_model(set, zones.zones, {kPitchMm, seed, steps}, quiet, [] { return false; });
+  return train_model(set, zones.zones, {kPitchMm, seed, steps}, quiet);
 }
 
 /// A rough model of the labelled presses, trained once for what does not ask how well it was.
@@ -28,6 +28,13 @@ const GradientModel& rough_model() {
   static const GradientModel model = trained(forty_labelled(), zones_of_labelled(), 500, 1);
   return model;
 }
+
+class Stopping final : public ProgressSink {
+ public:
+  void begin(std::string_view, std::optional<std::int64_t>) override {}
+  void update(std::int64_t) override { throw Error("stopped"); }
+  void end() override {}
+};
 
 TEST(TrainModel, IsTheSameForTheSameSeed) {
   const PressSet& set = forty_labelled();
@@ -42,11 +49,12 @@ TEST(TrainModel, StopsWhenAskedAndRefusesTooLittle) {
   const PressSet& set = forty_labelled();
   BallZones zones = zones_of_labelled();
   NoProgress quiet;
-  EXPECT_THAT(message_of([&] { train_model(set, zones.zones, {kPitchMm}, quiet, [] { return true; }); }),
+  Stopping stopping;
+  EXPECT_THAT(message_of([&] { train_model(set, zones.zones, {kPitchMm}, stopping); }),
               ::testing::HasSubstr("stopped"));
   zones.zones.resize(1);
   zones.zones[0].radius_px = 8.0;
-  EXPECT_THAT(message_of([&] { train_model(set, zones.zones, {kPitchMm}, quiet, [] { return false; }); }),
+  EXPECT_THAT(message_of([&] { train_model(set, zones.zones, {kPitchMm}, quiet); }),
               ::testing::HasSubstr("too few to train on"));
 }
 
@@ -59,8 +67,7 @@ TEST(HeldOutSigma, IsMeasuredWherePressesAreAndTheDefaultElsewhere) {
     if (zone.u_px + zone.radius_px < 0.5 * set.background.cols) left.push_back(zone);
   ASSERT_GT(left.size(), 2U);
   NoProgress quiet;
-  const std::vector<float> sigma =
-      held_out_sigma_rad(set, left, {kPitchMm, 1, 600}, quiet, [] { return false; });
+  const std::vector<float> sigma = held_out_sigma_rad(set, left, {kPitchMm, 1, 600}, quiet);
   const cv::Mat1f standard = default_uncertainty(set.background.size(), kPitchMm).sigma_rad;
   ASSERT_EQ(sigma.size(), standard.total());
   int lower = 0;

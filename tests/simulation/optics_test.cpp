@@ -31,8 +31,8 @@ OpticsOptions quiet() {
 /// Change of color per unit of slope at the center, BGR.
 cv::Vec3d sensitivity(float gx, float gy) {
   const Optics optics(kSensor, quiet());
-  const cv::Mat3b up = optics.render(gel_with_slope(gx, gy), 0, 0, true),
-                  down = optics.render(gel_with_slope(-gx, -gy), 0, 0, true);
+  const cv::Mat3b up = optics.render(gel_with_slope(gx, gy), 0, true),
+                  down = optics.render(gel_with_slope(-gx, -gy), 0, true);
   const double twice = 2 * std::hypot(gx, gy);
   return (cv::Vec3d(up(120, 160)) - cv::Vec3d(down(120, 160))) / twice;
 }
@@ -51,8 +51,8 @@ TEST(Optics, AnswersToSlopesLikeARealSensor) {
 cv::Mat1d ink_on(const GelShape& gel) {
   OpticsOptions dotted = quiet();
   dotted.dot_spacing_mm = 2.0;
-  const cv::Mat3b with = Optics(kSensor, dotted).render(gel, 0, 0, true),
-                  without = Optics(kSensor, quiet()).render(gel, 0, 0, true);
+  const cv::Mat3b with = Optics(kSensor, dotted).render(gel, 0, true),
+                  without = Optics(kSensor, quiet()).render(gel, 0, true);
   cv::Mat1d ink(with.size());
   for (int v = 0; v < ink.rows; ++v)
     for (int u = 0; u < ink.cols; ++u)
@@ -156,8 +156,8 @@ TEST(Optics, TheBareGelIsDomedAndDotsLieWhereTheCameraProjectsThem) {
 
 TEST(Optics, NoiseHasTheStatedSizeAndNoMean) {
   const Optics optics(kSensor, {});
-  const cv::Mat3b a = optics.render(gel_with_slope(0, 0), 1, 0, false),
-                  b = optics.render(gel_with_slope(0, 0), 2, 0, false);
+  const cv::Mat3b a = optics.render(gel_with_slope(0, 0), 1, false),
+                  b = optics.render(gel_with_slope(0, 0), 2, false);
   double squares = 0, sum = 0, expected = 0;
   for (int v = 0; v < a.rows; ++v)
     for (int u = 0; u < a.cols; ++u)

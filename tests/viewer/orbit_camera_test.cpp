@@ -97,7 +97,7 @@ TEST(OrbitCamera, OrbitDragsTheFrontWithTheCursorAndKeepsTheCenter) {
   EXPECT_NEAR((camera.eye_mm() - center).norm(), 35, 1e-3);
 }
 
-TEST(OrbitCamera, FitShowsAllAndFillsTheView) {
+TEST(OrbitCamera, FittedShowsAllAndFillsTheView) {
   std::mt19937 random(7);
   std::uniform_real_distribution<float> place(-1, 1);
   for (int trial = 0; trial < 60; ++trial) {
@@ -110,7 +110,7 @@ TEST(OrbitCamera, FitShowsAllAndFillsTheView) {
     }
     OrbitCamera camera;
     camera.look_along(Vector3f(place(random), place(random), place(random)), Vector3f(0, 1, 0.1F));
-    camera.fit(points, viewport);
+    camera = camera.fitted(points, viewport);
     Eigen::AlignedBox2f seen;
     for (const Vector3f& point : points) seen.extend(on_screen(camera, point, viewport));
     const Eigen::AlignedBox2f all(

@@ -13,13 +13,13 @@ using Eigen::Vector3f;
 class SceneColors : public SceneDrawing {
  protected:
   /// Where on a color map a lit pixel comes from, by its hue alone: 0 to 1. Light is nearly white.
-  static double place_on_map(const cv::Vec3b& pixel, SceneColor color) {
+  double place_on_map(const cv::Vec3b& pixel, const Scene& scene) const {
     const auto chromaticity = [](double r, double g, double b) {
       const Vector3d linear(std::pow(r / 255, 2.2), std::pow(g / 255, 2.2), std::pow(b / 255, 2.2));
       return Vector3d(linear / std::max(linear.sum(), 1e-6));
     };
     const Vector3d seen = chromaticity(pixel[2], pixel[1], pixel[0]);
-    const auto map = color_map_rgb(color);
+    const auto map = scene.legend(style)->colors_rgb;
     double best = 0, nearest = 1e9;
     for (std::size_t i = 0; i < map.size(); ++i) {
       const double distance = (chromaticity(map[i][0], map[i][1], map[i][2]) - seen).norm();
@@ -55,7 +55,7 @@ TEST_F(SceneColors, DistanceToAShiftedBallIsReadOffTheColors) {
       const auto p = on_ball(5, x, y);
       if (!p || p->z() > -2.5F) continue;  // not at the rim, where the light is poor
       const double expected = distance(*p) / 0.6;
-      errors.push_back(std::abs(place_on_map(picture(y, x), style.color) - expected));
+      errors.push_back(std::abs(place_on_map(picture(y, x), scene) - expected));
     }
   }
   ASSERT_GT(errors.size(), 80U);
@@ -75,7 +75,7 @@ TEST_F(SceneColors, HeightRunsAlongTheMapNotTheView) {
   const cv::Mat3b picture = draw(scene);
   for (const int x : {180, 240, 300}) {
     const float expected = (5 - on_ball(5, x, 180)->z()) / 10;
-    EXPECT_NEAR(place_on_map(picture(180, x), style.color), expected, 0.08) << x;
+    EXPECT_NEAR(place_on_map(picture(180, x), scene), expected, 0.08) << x;
   }
 }
 

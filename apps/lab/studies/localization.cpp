@@ -70,7 +70,7 @@ class Sensor {
   void restart() { estimator_.emplace(model_, background_, SurfaceOptions{}); }
   SurfacePtr read(const Shape& shape, const Pose& sensor_T_object) {
     return estimator_->estimate(
-        optics_.render(press_object(shape, sensor_T_object, {}, {}), ++picture_, 0, true));
+        optics_.render(press_object(shape, sensor_T_object, {}, {}), ++picture_, true));
   }
 
  private:

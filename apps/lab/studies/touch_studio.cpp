@@ -205,10 +205,10 @@ TouchPair TouchStudio::make(const TouchSpec& spec) {
   SurfaceEstimator estimator(model_, seen_by.background, SurfaceOptions{});
   // Two pictures do not share their noise, and places neither their noise nor their light.
   const std::int64_t picture = 2 * spec.place;
-  const cv::Mat3b first_picture = seen_by.optics.render(reference.gel, picture, 0, true);
+  const cv::Mat3b first_picture = seen_by.optics.render(reference.gel, picture, true);
   pair.reference = estimator.estimate(first_picture);
   pair.target =
-      estimate_relit(estimator, spec, first_picture, seen_by.optics.render(target.gel, picture + 1, 0, true));
+      estimate_relit(estimator, spec, first_picture, seen_by.optics.render(target.gel, picture + 1, true));
   return pair;
 }
 

@@ -137,7 +137,6 @@ std::string meta_json(const std::string& name, const Simulator& simulator, const
   meta["fps"] = spec.motion.frame_rate_hz;
   meta["contact_start_frame"] = simulator.contact_start_frame();
   meta["noise_gain"] = spec.optics.noise_gain;
-  meta["light_drift"] = spec.optics.light_drift;
   meta["dirt"] = spec.optics.dirt;
   meta["chroma"] = "yuvj444p";
   meta["start_T_object"] = matrix_json(simulator.start_T_object());

@@ -293,7 +293,6 @@ const MotionEntry& find_motion(const MotionSpec& spec) {
   if (!(spec.speed >= 0 && spec.speed <= 5)) throw Error("motion speed factor must be between 0 and 5");
   if (!(spec.indentation_mm >= 0.05 && spec.indentation_mm <= 1.5))
     throw Error("indentation must be between 0.05 and 1.5 mm");
-  if (!(spec.place_mm.norm() <= 30)) throw Error("the place must be within 30 mm of the gel's center");
   if (!(spec.frame_rate_hz >= 1 && spec.frame_rate_hz <= 1000))
     throw Error("frame rate must be between 1 and 1000 Hz");
   std::string names;
@@ -337,7 +336,7 @@ std::vector<Pose> make_motion(const MotionSpec& spec, const Shape& shape, const 
   }
   shifts = smoothed(shifts, kLateralSmoothingFrames);
   for (std::size_t k = 0; k < frames; ++k) {
-    shifts[k] += grips[k].shift_mm + spec.place_mm;
+    shifts[k] += grips[k].shift_mm;
     supports[k] = lowest_in_view(turns[k], shifts[k], points, geometry);
   }
   const std::vector<double> steady = smoothed(supports, kSupportSmoothingFrames);

@@ -1,6 +1,7 @@
 #include "gelslam/simulation/optics.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
@@ -40,7 +41,6 @@ const cv::Vec3f kAmbientLevel = {42.0F, 30.0F, 23.0F};  // BGR: light that has b
 constexpr double kLensBlurPx = 0.6;
 constexpr float kReadNoise = 0.7F;   // gray levels
 constexpr float kShotNoise = 0.01F;  // variance per gray level
-constexpr double kDriftAmplitude = 0.06;
 
 float spread(const Light& light, float x, float y) {
   const float dx = (x - light.center_mm[0]) / light.width_mm[0],
@@ -233,32 +233,18 @@ ImageCircle seen_circle(const Optics& optics, const PressedBall& ball) {
   return {{middle.x(), middle.y()}, 0.25 * ((right - left).norm() + (below - above).norm())};
 }
 
-std::array<float, 3> Optics::drift(double time_s) const {
-  std::array<float, 3> factor = {1, 1, 1};
-  if (!options_.light_drift) return factor;
-  Random random(hash(options_.seed, 0x11947));
-  for (float& f : factor) {
-    const double period = random.uniform(15, 40), phase = random.uniform(0, 2 * std::numbers::pi);
-    // Starts at 1: the background was taken under the lights as they were then.
-    const double wave = std::sin(2 * std::numbers::pi * time_s / period + phase) - std::sin(phase);
-    f = static_cast<float>(1.0 + kDriftAmplitude * wave);
-  }
-  return factor;
-}
-
-cv::Mat3b Optics::render(const GelShape& gel, std::int64_t frame, double time_s, bool in_use) const {
+cv::Mat3b Optics::render(const GelShape& gel, std::int64_t frame, bool in_use) const {
   GelView seen = view(gel);
   if (in_use && !late_dirt_slope_.empty())
     cv::add(seen.slope, rays_->take(late_dirt_slope_, seen.place_px), seen.slope);
   const cv::Mat3f picture = draw(seen);
-  const std::array<float, 3> factor = drift(time_s);
   const auto gain = static_cast<float>(options_.noise_gain);
   const std::uint64_t key = hash(options_.seed, static_cast<std::uint64_t>(frame));
   cv::Mat3b result(picture.size());
   for (int v = 0; v < picture.rows; ++v)
     for (int u = 0; u < picture.cols; ++u)
       for (int c = 0; c < 3; ++c) {
-        const float level = picture(v, u)[c] * factor[static_cast<std::size_t>(c)];
+        const float level = picture(v, u)[c];
         const auto index = static_cast<std::uint64_t>((v * picture.cols + u) * 3 + c);
         const float sigma = gain * std::sqrt(kReadNoise * kReadNoise + kShotNoise * level);
         const float noisy = level + sigma * cheap_normal(hash(key + index));

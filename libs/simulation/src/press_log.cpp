@@ -103,8 +103,7 @@ class PressFilm {
         rest_(gel_at_rest(optics_.gel_grid())) {}
 
   void show(const GelShape& gel, int frames) {
-    for (int k = 0; k < frames; ++k, ++frame_)
-      take_(optics_.render(gel, frame_, frame_ / spec_.frame_rate_hz, false));
+    for (int k = 0; k < frames; ++k, ++frame_) take_(optics_.render(gel, frame_, false));
   }
   void show_bare(int frames) { show(rest_, frames); }
 
@@ -151,21 +150,8 @@ class PressFilm {
 }  // namespace
 
 const char* touch_kind_name(TouchKind kind) {
-  switch (kind) {
-    case TouchKind::good:
-      return "good";
-    case TouchKind::sliding:
-      return "sliding";
-    case TouchKind::too_deep:
-      return "too deep";
-    case TouchKind::too_shallow:
-      return "too shallow";
-    case TouchKind::off_the_gel:
-      return "off the gel";
-    case TouchKind::two_contacts:
-      return "two contacts";
-  }
-  return "";
+  constexpr std::array kNames = {"good", "sliding", "too deep", "too shallow", "off the gel", "two contacts"};
+  return kNames.at(static_cast<std::size_t>(kind));
 }
 
 std::vector<SimulatedTouch> simulate_press_log(const PressLogSpec& spec,

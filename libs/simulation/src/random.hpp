@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 
 namespace gelslam::simulation::detail {
@@ -22,14 +21,8 @@ inline std::uint64_t hash(std::uint64_t a, std::uint64_t b) {
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(hash(seed)) {}
-  std::uint64_t bits() { return hash(state_++); }
-  double uniform() { return static_cast<double>(bits() >> 11) * 0x1.0p-53; }
+  double uniform() { return static_cast<double>(hash(state_++) >> 11) * 0x1.0p-53; }
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
-  std::uint64_t below(std::uint64_t n) { return bits() % n; }
-  double normal() {
-    const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
-    return radius * std::cos(6.283185307179586 * uniform());
-  }
 
  private:
   std::uint64_t state_;

@@ -63,7 +63,7 @@ SimulatedFrame Simulator::frame(int index) const {
     gel = press_object(*shape_, frame.sensor_T_object, optics_.gel_grid(), spec_.gel);
     if (touches(gel)) frame.start_T_sensor = start_T_object_ * frame.sensor_T_object.inverse();
   }
-  frame.bgr = optics_.render(gel, index, frame.time_s, !background);
+  frame.bgr = optics_.render(gel, index, !background);
   const SensorGeometry& grid = optics_.gel_grid();
   const cv::Rect view((grid.width_px - spec_.geometry.width_px) / 2,
                       (grid.height_px - spec_.geometry.height_px) / 2, spec_.geometry.width_px,

@@ -187,7 +187,7 @@ class Adjustment {
       problem_.SetParameterBlockConstant(steps_[first_].data());
   }
 
-  void solve(const std::function<bool()>& stop) {
+  void solve() {
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
     options.max_num_iterations = 15;
@@ -196,7 +196,6 @@ class Adjustment {
     options.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;
     ceres::Solve(options, &problem_, &summary);
-    if (stop()) throw Error("stopped; nothing was written");
     if (!summary.IsSolutionUsable()) throw Error("the frames do not fit each other: no optics were found");
   }
 
@@ -313,11 +312,11 @@ OpticsNumbers Adjustment::variance(double& rmse_rad) {
 
 }  // namespace
 
-OpticsFit optics_from_motion(const std::vector<SeenFrame>& frames, const std::function<bool()>& stop) {
+OpticsFit optics_from_motion(const std::vector<SeenFrame>& frames) {
   if (frames.empty()) throw Error("nothing touches the gel");
   const SensorOptics start = frames.front().surface->optics;
   Adjustment adjustment(frames, start);
-  adjustment.solve(stop);
+  adjustment.solve();
   OpticsFit fit;
   fit.measurements = adjustment.pairs();
   conclude(adjustment.numbers(), adjustment.variance(fit.residual), start, fit);

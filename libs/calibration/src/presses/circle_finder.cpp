@@ -124,10 +124,6 @@ double rest_px_per_raw_px(const CameraModel& camera, const Eigen::Vector2d& raw_
   return std::sqrt(std::abs(x.x() * y.y() - x.y() * y.x()));
 }
 
-FoundCircle find_circle(const cv::Mat3b& bgr, const cv::Mat3b& background, double ball_px) {
-  return find_circle(bgr, background, CameraModel{bgr.size(), 1.0}, 2.0 * ball_px);
-}
-
 FoundCircle find_circle(const cv::Mat3b& bgr, const cv::Mat3b& background, const CameraModel& camera,
                         double diameter_mm) {
   const double ball_px = 0.5 * diameter_mm / camera.pitch_mm;

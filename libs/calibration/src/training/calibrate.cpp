@@ -35,13 +35,9 @@ CalibrationRecord record_of(const PressSet& set, const ModelCheck& check, const 
 }  // namespace
 
 Calibration calibrate(const PressSet& set, const CalibrationOptions& options, ProgressSink& progress,
-                      const std::function<bool()>& stop,
                       const std::function<void(const std::string&)>& say_left_out) {
   const ModelTraining& training = options.training;
-  const auto count = [&](std::size_t done) {
-    if (stop()) throw Error("stopped; nothing was written");
-    progress.update(static_cast<std::int64_t>(done));
-  };
+  const auto count = [&](std::size_t done) { progress.update(static_cast<std::int64_t>(done)); };
   if (!options.automatic) require_labels(set);
   progress.begin("looking at presses", static_cast<std::int64_t>(set.presses.size()));
   const BallZones zones = find_ball_zones(set, training.pixel_pitch_mm, options.automatic, count);
@@ -50,8 +46,8 @@ Calibration calibrate(const PressSet& set, const CalibrationOptions& options, Pr
     say_left_out(set.presses[press.press].name + ": " + press.reason);
   require_good_coverage(set, zones);
 
-  GradientModel model = train_model(set, zones.zones, training, progress, stop);
-  model.sigma_rad = held_out_sigma_rad(set, zones.zones, training, progress, stop);
+  GradientModel model = train_model(set, zones.zones, training, progress);
+  model.sigma_rad = held_out_sigma_rad(set, zones.zones, training, progress);
   model.optics = set.optics;
   progress.begin("checking", static_cast<std::int64_t>(zones.zones.size()));
   ModelCheck check = check_model(model, set, zones.zones, training.pixel_pitch_mm, count);

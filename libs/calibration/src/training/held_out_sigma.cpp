@@ -30,8 +30,7 @@ constexpr double kDefaultCount = 0.02;
 }  // namespace
 
 std::vector<float> held_out_sigma_rad(const PressSet& set, const std::vector<BallZone>& zones,
-                                      const ModelTraining& training, ProgressSink& progress,
-                                      const std::function<bool()>& stop) {
+                                      const ModelTraining& training, ProgressSink& progress) {
   ModelTraining half = training;
   half.steps = std::max(1, training.steps / 2);
   cv::Mat1d variance;
@@ -43,7 +42,7 @@ std::vector<float> held_out_sigma_rad(const PressSet& set, const std::vector<Bal
     std::vector<BallZone> taken;
     for (std::size_t k = 0; k < zones.size(); ++k)
       if (k % 2 != held_out) taken.push_back(zones[k]);
-    const GradientModel model = train_model(set, taken, half, progress, stop);
+    const GradientModel model = train_model(set, taken, half, progress);
     for (std::size_t k = held_out; k < zones.size(); k += 2) {
       CellErrors errors;
       for (const ZoneReading& pixel : read_zone(model, set, zones[k], training.pixel_pitch_mm))

@@ -83,14 +83,12 @@ class ModelTrainer {
                   " pixels of ball: too few to train on; take more presses");
   }
 
-  GradientModel run(ProgressSink& progress, const std::function<bool()>& stop) {
+  GradientModel run(ProgressSink& progress) {
     progress.begin("training", steps_);
     for (int step = 0; step < steps_; ++step) {
       const double rate = kLearningRate * 0.5 * (1.0 + std::cos(std::numbers::pi * step / steps_));
       train_step(rate, 2 * step > steps_);
-      if (step % kStepsPerReport != 0) continue;
-      if (stop()) throw Error("stopped; no model was written");
-      progress.update(step);
+      if (step % kStepsPerReport == 0) progress.update(step);
     }
     progress.update(steps_);
     progress.end();
@@ -212,9 +210,8 @@ class ModelTrainer {
 }  // namespace
 
 GradientModel train_model(const PressSet& set, const std::vector<BallZone>& zones,
-                          const ModelTraining& training, ProgressSink& progress,
-                          const std::function<bool()>& stop) {
-  return ModelTrainer(set, zones, training).run(progress, stop);
+                          const ModelTraining& training, ProgressSink& progress) {
+  return ModelTrainer(set, zones, training).run(progress);
 }
 
 }  // namespace gelslam

@@ -55,15 +55,8 @@ void draw_head(Ui& ui, const Box& head, const LabelSession& session) {
 }
 
 const char* text_of(LabelState state) {
-  switch (state) {
-    case LabelState::accepted:
-      return "Accepted";
-    case LabelState::left_out:
-      return "Left out";
-    case LabelState::open:
-      break;
-  }
-  return "Not decided";
+  constexpr const char* kTexts[] = {"Not decided", "Accepted", "Left out"};
+  return kTexts[static_cast<std::size_t>(state)];
 }
 
 std::string origin_of(const LabelSession& session) {

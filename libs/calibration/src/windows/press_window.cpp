@@ -45,7 +45,7 @@ void PressWindow::save_after(const std::exception& failure) {
 
 bool PressWindow::advance(double now_s, double /*dt_s*/) {
   if (camera_) follow_camera();
-  if (!end_asked_ && options_.asks_to_end && options_.asks_to_end()) {
+  if (!end_asked_ && asks_to_end()) {
     end_asked_ = true;
     controls_.perform(viewer::Action::close, now_s);
     return true;

@@ -57,6 +57,13 @@ void average_columns(const std::vector<float>& row, const std::vector<Footprint>
   }
 }
 
+/// Larger than the profile's pictures and of about their shape: whole, or cropped already.
+bool may_be_enlarged(std::int64_t width_px, std::int64_t height_px, const SensorProfile& profile) {
+  const double shape = (static_cast<double>(width_px) * profile.height_px) /
+                       (static_cast<double>(height_px) * profile.width_px);
+  return width_px >= profile.width_px && height_px >= profile.height_px && shape > 0.9 && shape < 1.1;
+}
+
 }  // namespace
 
 bool fits_any_sensor(std::int64_t width_px, std::int64_t height_px) {
@@ -70,17 +77,6 @@ void check_picture_size(const std::filesystem::path& path, std::int64_t width_px
     throw Error(path.string() + ": " + size_text(width_px, height_px) +
                 " pixels are more than any touch sensor has");
 }
-
-namespace {
-
-/// Larger than the profile's pictures and of about their shape: whole, or cropped already.
-bool may_be_enlarged(std::int64_t width_px, std::int64_t height_px, const SensorProfile& profile) {
-  const double shape = (static_cast<double>(width_px) * profile.height_px) /
-                       (static_cast<double>(height_px) * profile.width_px);
-  return width_px >= profile.width_px && height_px >= profile.height_px && shape > 0.9 && shape < 1.1;
-}
-
-}  // namespace
 
 PictureFit picture_fit(std::int64_t width_px, std::int64_t height_px, const SensorProfile& profile) {
   if (width_px == profile.width_px && height_px == profile.height_px) return PictureFit::as_it_is;

@@ -155,6 +155,27 @@ class ImageFolderSource final : public RawFrameSource {
   std::atomic<bool> stopped_ = false;
 };
 
+/// Throws Error where the names are those of several logs, or of one log in two formats: left_1.png and
+/// right_1.png, 1.png and 1.jpg.
+void refuse_mixture(const fs::path& folder, const std::vector<fs::path>& images) {
+  std::set<std::string> stems;
+  std::map<std::string, std::vector<std::string>> series;  // by the name without its digits
+  for (const fs::path& image : images) {
+    const std::string name = image.filename().string();
+    std::string stem = image.stem().string();
+    if (!stems.insert(stem).second)
+      throw Error(folder.string() + ": holds " + name + " in another format, too; keep one of them");
+    std::erase_if(stem, [](char c) { return c >= '0' && c <= '9'; });
+    series[stem].push_back(name);
+  }
+  constexpr std::size_t kMostSensors = 4;  // more series are names of another kind
+  if (series.size() < 2 || series.size() > kMostSensors) return;
+  const auto few = [](const auto& names) { return names.second.size() < 2; };
+  if (std::ranges::any_of(series, few)) return;
+  throw Error(folder.string() + ": holds several series of pictures (" + series.begin()->second.front() +
+              ", " + series.rbegin()->second.front() + "); give each a folder of its own");
+}
+
 }  // namespace
 
 bool has_image_ending(const fs::path& path) {
@@ -181,31 +202,6 @@ std::vector<fs::path> list_images(const fs::path& folder) {
   });
   return images;
 }
-
-namespace {
-
-/// Throws Error where the names are those of several logs, or of one log in two formats: left_1.png and
-/// right_1.png, 1.png and 1.jpg.
-void refuse_mixture(const fs::path& folder, const std::vector<fs::path>& images) {
-  std::set<std::string> stems;
-  std::map<std::string, std::vector<std::string>> series;  // by the name without its digits
-  for (const fs::path& image : images) {
-    const std::string name = image.filename().string();
-    std::string stem = image.stem().string();
-    if (!stems.insert(stem).second)
-      throw Error(folder.string() + ": holds " + name + " in another format, too; keep one of them");
-    std::erase_if(stem, [](char c) { return c >= '0' && c <= '9'; });
-    series[stem].push_back(name);
-  }
-  constexpr std::size_t kMostSensors = 4;  // more series are names of another kind
-  if (series.size() < 2 || series.size() > kMostSensors) return;
-  const auto few = [](const auto& names) { return names.second.size() < 2; };
-  if (std::ranges::any_of(series, few)) return;
-  throw Error(folder.string() + ": holds several series of pictures (" + series.begin()->second.front() +
-              ", " + series.rbegin()->second.front() + "); give each a folder of its own");
-}
-
-}  // namespace
 
 std::unique_ptr<RawFrameSource> open_image_folder(const fs::path& folder, std::vector<fs::path> images,
                                                   const SensorProfile& profile) {

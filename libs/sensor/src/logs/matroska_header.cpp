@@ -23,6 +23,33 @@ std::string shortest_length(std::uint64_t length) {
   return last_bytes(length | (std::uint64_t{1} << (7 * count)), count);
 }
 
+// EBML (RFC 8794), the syntax of Matroska: an element is its id, its length and its payload. Ids are given
+// with their length marker, as the specifications print them.
+
+/// Id and length of an element whose payload follows elsewhere.
+std::string ebml_head(std::uint32_t id, std::uint64_t payload_bytes) {
+  const int id_bytes = (std::bit_width(id) + 7) / 8;
+  return last_bytes(id, id_bytes) + shortest_length(payload_bytes);
+}
+
+std::string ebml_element(std::uint32_t id, std::string_view payload) {
+  std::string element = ebml_head(id, payload.size());
+  element += payload;
+  return element;
+}
+
+std::string ebml_number(std::uint32_t id, std::uint64_t value) {
+  return ebml_element(id, last_bytes(value, 8));
+}
+
+/// An element without meaning that keeps `total_bytes` (2 or more) free.
+std::string ebml_void(std::size_t total_bytes) {
+  constexpr std::uint32_t void_id = 0xec;
+  assert(total_bytes >= 2);
+  if (total_bytes <= 128) return ebml_element(void_id, std::string(total_bytes - 2, '\0'));
+  return last_bytes(void_id, 1) + ebml_length_8(total_bytes - 9) + std::string(total_bytes - 9, '\0');
+}
+
 // RFC 9559 (Matroska), names as there.
 namespace id {
 constexpr std::uint32_t kEbml = 0x1a45dfa3, kEbmlVersion = 0x4286, kEbmlReadVersion = 0x42f7,
@@ -116,41 +143,12 @@ std::string attachment_list(const LogAttachments& stored) {
 
 }  // namespace
 
-std::string ebml_head(std::uint32_t id, std::uint64_t payload_bytes) {
-  const int id_bytes = (std::bit_width(id) + 7) / 8;
-  return last_bytes(id, id_bytes) + shortest_length(payload_bytes);
-}
-
-std::string ebml_element(std::uint32_t id, std::string_view payload) {
-  std::string element = ebml_head(id, payload.size());
-  element += payload;
-  return element;
-}
-
-std::string ebml_number(std::uint32_t id, std::uint64_t value) {
-  return ebml_element(id, big_endian_8(value));
-}
-
-std::string ebml_real(std::uint32_t id, double value) {
-  return ebml_element(id, big_endian_8(std::bit_cast<std::uint64_t>(value)));
-}
-
-std::string ebml_unknown_length() { return last_bytes(0x01ffffffffffffff, 8); }
 std::string ebml_length_8(std::uint64_t payload_bytes) {
   return last_bytes(payload_bytes | (std::uint64_t{1} << 56), 8);
 }
 
-std::string ebml_void(std::size_t total_bytes) {
-  constexpr std::uint32_t void_id = 0xec;
-  assert(total_bytes >= 2);
-  if (total_bytes <= 128) return ebml_element(void_id, std::string(total_bytes - 2, '\0'));
-  return last_bytes(void_id, 1) + ebml_length_8(total_bytes - 9) + std::string(total_bytes - 9, '\0');
-}
-
-std::string big_endian_8(std::uint64_t value) { return last_bytes(value, 8); }
-
 std::string duration_element(std::uint64_t ticks) {
-  return ebml_real(id::kDuration, static_cast<double>(ticks));
+  return ebml_number(id::kDuration, std::bit_cast<std::uint64_t>(static_cast<double>(ticks)));
 }
 
 std::string frames_element(std::int64_t frames) {
@@ -164,7 +162,7 @@ MatroskaHeader matroska_header(const LogAttachments& stored, const MatroskaTrack
   bytes = file_type() + ebml_head(id::kSegment, 0);
   bytes.pop_back();  // the length of one byte
   header.segment_length_at = bytes.size();
-  bytes += ebml_unknown_length();
+  bytes += last_bytes(0x01ffffffffffffff, 8);  // unknown until close()
   header.segment_begins_at = bytes.size();
 
   const std::string space_for_duration = ebml_void(duration_element(0).size());
@@ -186,7 +184,7 @@ MatroskaHeader matroska_header(const LogAttachments& stored, const MatroskaTrack
 std::string cluster_head(std::uint64_t ticks, std::uint64_t sequence, std::size_t data_bytes) {
   const std::string additions =
       ebml_element(id::kBlockAdditions,
-                   ebml_element(id::kBlockMore, ebml_element(id::kBlockAdditional, big_endian_8(sequence))));
+                   ebml_element(id::kBlockMore, ebml_element(id::kBlockAdditional, last_bytes(sequence, 8))));
   // the track's number as a length is written, at the cluster's time, no lacing
   const std::string block_prefix = shortest_length(1) + std::string(3, '\0');
   const std::string block = ebml_head(id::kBlock, block_prefix.size() + data_bytes) + block_prefix;

@@ -25,17 +25,8 @@ constexpr std::size_t kSuccessors = 3;
 
 /// After the size in a log's description.
 const char* ending_of(FrameEncoding encoding) {
-  switch (encoding) {
-    case FrameEncoding::jpeg:
-      return ", jpeg";
-    case FrameEncoding::png:
-      return ", png";
-    case FrameEncoding::yuyv:
-      return ", yuyv";
-    case FrameEncoding::bgr:
-      break;
-  }
-  return "";
+  constexpr const char* kEndings[] = {", jpeg", ", png", "", ", yuyv"};
+  return kEndings[static_cast<std::size_t>(encoding)];
 }
 
 class VideoLog final : public RawFrameSource {

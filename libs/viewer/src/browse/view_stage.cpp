@@ -50,109 +50,80 @@ std::vector<std::string> distance_notes(const Mesh& mesh, const TriangleScene& t
 
 }  // namespace
 
-struct ViewStage::Impl {
-  ViewContent first;
-  std::optional<ViewContent> second;
-  Scene first_scene;
-  std::unique_ptr<Scene> second_scene;
-  std::vector<std::string> distance_notes;
-
-  Impl(ViewContent first_content, std::optional<ViewContent> second_content)
-      : first(std::move(first_content)), second(std::move(second_content)) {}
-
-  SceneStyle second_style(SceneStyle style) const {
-    if (const auto legend = first_scene.legend(style)) style.range = {legend->min, legend->max};
-    if (style.color == SceneColor::distance) style.color = SceneColor::plain;
-    return style;
-  }
-
-  /// Keyframes, edges, trajectory and touch of a time.
-  void show_map(double time_s) {
-    const RunHistory& history = *first.history;
-    first_scene.set_map(history.map_at(time_s));
-    const std::vector<std::vector<Pose>> trajectory = history.trajectory_at(time_s);
-    first_scene.set_trajectory(trajectory);
-    const std::vector<double>& all_s = history.keyframes_s;
-    const auto next = std::upper_bound(all_s.begin(), all_s.end(), time_s);
-    if (next == all_s.begin() || time_s >= history.end_s()) {
-      first_scene.set_touch(std::nullopt);
-      return;
-    }
-    const Session& session = history.session;
-    const PosedSurface& patch = session.patches[static_cast<std::size_t>(next - all_s.begin()) - 1];
-    first_scene.set_touch(TouchPatch{patch.surface.get(), patch.map_T_keyframe, session.gradient_scale});
-  }
-};
-
 ViewStage::ViewStage(ViewContent first, std::optional<ViewContent> second)
-    : impl_(std::make_unique<Impl>(std::move(first), std::move(second))) {
-  if (impl_->first.history) impl_->show_map(impl_->first.history->end_s());
-  if (!impl_->second) {
-    impl_->first_scene.set_mesh(impl_->first.mesh);
+    : first_(std::move(first)), second_(std::move(second)) {
+  set_time(std::nullopt);
+  if (!second_) {
+    first_scene_.set_mesh(first_.mesh);
     return;
   }
-  impl_->second_scene = std::make_unique<Scene>();
-  impl_->second_scene->set_mesh(impl_->second->mesh);
-  const TriangleScene target(impl_->second->mesh);
-  impl_->distance_notes = distance_notes(impl_->first.mesh, target);
-  impl_->first_scene.set_mesh(impl_->first.mesh, distances_mm(impl_->first.mesh, target));
+  second_scene_.emplace().set_mesh(second_->mesh);
+  const TriangleScene target(second_->mesh);
+  distance_notes_ = distance_notes(first_.mesh, target);
+  first_scene_.set_mesh(first_.mesh, distances_mm(first_.mesh, target));
 }
 
-ViewStage::~ViewStage() = default;
-
-const RunHistory* ViewStage::history() const {
-  return impl_->first.history ? &*impl_->first.history : nullptr;
+SceneStyle ViewStage::second_style(SceneStyle style) const {
+  if (const auto legend = first_scene_.legend(style)) style.range = {legend->min, legend->max};
+  if (style.color == SceneColor::distance) style.color = SceneColor::plain;
+  return style;
 }
-
-bool ViewStage::has_second() const { return impl_->second_scene != nullptr; }
 
 OrbitCamera ViewStage::first_view(const Viewport& whole) const {
   OrbitCamera camera;
-  look_at_broad_side(impl_->first.mesh, camera);
-  camera.fit(outline_mm(), parts(whole).front());
-  return camera;
+  look_at_broad_side(first_.mesh, camera);
+  return camera.fitted(outline_mm(), parts(whole).front());
 }
 
 std::vector<Eigen::Vector3f> ViewStage::outline_mm() const {
   std::vector<Eigen::Vector3f> points;
-  add_vertices(impl_->first.mesh, kOutlinePoints, points);
-  if (impl_->second) add_vertices(impl_->second->mesh, kOutlinePoints, points);
+  add_vertices(first_.mesh, kOutlinePoints, points);
+  if (second_) add_vertices(second_->mesh, kOutlinePoints, points);
   return points;
 }
 
 std::vector<Viewport> ViewStage::parts(const Viewport& whole) const {
-  if (!impl_->second_scene) return {whole};
+  if (!second_scene_) return {whole};
   const int left = whole.width / 2;
   return {{whole.x, whole.y, std::max(left, 1), whole.height},
           {whole.x + left, whole.y, std::max(whole.width - left, 1), whole.height}};
 }
 
-std::string ViewStage::title(std::size_t part) const {
-  return part == 0 ? impl_->first.name : impl_->second->name;
-}
+std::string ViewStage::title(std::size_t part) const { return part == 0 ? first_.name : second_->name; }
 
 std::string ViewStage::warning() const {
-  return impl_->first.warnings.empty() ? "" : "The run has warnings; gelslam info says them.";
+  return first_.warnings.empty() ? "" : "The run has warnings; gelslam info says them.";
 }
 
 std::optional<Eigen::Vector3f> ViewStage::pick(std::size_t part, const PickRay& ray) const {
-  return (part > 0 && impl_->second_scene ? *impl_->second_scene : impl_->first_scene).pick(ray);
+  return (part > 0 && second_scene_ ? *second_scene_ : first_scene_).pick(ray);
 }
 
 void ViewStage::draw(const OrbitCamera& camera, const Viewport& whole, const SceneStyle& style) {
   const std::vector<Viewport> shown = parts(whole);
-  impl_->first_scene.draw(camera, shown[0], style);
-  if (impl_->second_scene) impl_->second_scene->draw(camera, shown[1], impl_->second_style(style));
+  first_scene_.draw(camera, shown[0], style);
+  if (second_scene_) second_scene_->draw(camera, shown[1], second_style(style));
 }
 
 std::optional<ColorLegend> ViewStage::legend(const SceneStyle& style) const {
-  auto legend = impl_->first_scene.legend(style);
-  if (legend && style.color == SceneColor::distance) legend->notes = impl_->distance_notes;
+  auto legend = first_scene_.legend(style);
+  if (legend && style.color == SceneColor::distance) legend->notes = distance_notes_;
   return legend;
 }
 
-void ViewStage::set_time(std::optional<double> time_s) {
-  if (impl_->first.history) impl_->show_map(time_s.value_or(impl_->first.history->end_s()));
+void ViewStage::set_time(std::optional<double> given_s) {
+  if (!first_.history) return;
+  const RunHistory& history = *first_.history;
+  const double time_s = given_s.value_or(history.end_s());
+  first_scene_.set_map(history.map_at(time_s));
+  first_scene_.set_trajectory(history.trajectory_at(time_s));
+  const auto next = std::ranges::upper_bound(history.keyframes_s, time_s);
+  if (next == history.keyframes_s.begin() || time_s >= history.end_s())
+    return first_scene_.set_touch(std::nullopt);
+  const Session& session = history.session;
+  const PosedSurface& patch =
+      session.patches[static_cast<std::size_t>(next - history.keyframes_s.begin()) - 1];
+  first_scene_.set_touch(TouchPatch{patch.surface.get(), patch.map_T_keyframe, session.gradient_scale});
 }
 
 }  // namespace gelslam::viewer::detail

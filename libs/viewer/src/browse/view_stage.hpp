@@ -1,6 +1,5 @@
 #pragma once
 
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,19 +16,17 @@ class ViewStage {
  public:
   /// `first` lies in the frame of `second`, or the distances mean nothing.
   ViewStage(ViewContent first, std::optional<ViewContent> second);
-  ~ViewStage();
-  ViewStage(const ViewStage&) = delete;
-  ViewStage& operator=(const ViewStage&) = delete;
 
-  const RunHistory* history() const;  ///< null without one
-  bool has_second() const;
+  const RunHistory* history() const { return first_.history ? &*first_.history : nullptr; }
+  bool has_second() const { return second_.has_value(); }
 
   /// What was touched and known at that time, on the saved surface; or (nothing) as it was saved.
   void set_time(std::optional<double> time_s);
 
   /// From outside, in front of most of the surface, its long side lying; all of it in view.
   OrbitCamera first_view(const Viewport& whole) const;
-  std::vector<Eigen::Vector3f> outline_mm() const;  ///< points all over both meshes, for OrbitCamera::fit()
+  std::vector<Eigen::Vector3f> outline_mm()
+      const;  ///< points all over both meshes, for OrbitCamera::fitted()
   std::optional<Eigen::Vector3f> pick(std::size_t part, const PickRay& ray) const;
 
   /// The parts side by side: first, then second. Only the first is colored by distance.
@@ -41,8 +38,13 @@ class ViewStage {
   std::optional<ColorLegend> legend(const SceneStyle& style) const;
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  SceneStyle second_style(SceneStyle style) const;
+
+  ViewContent first_;
+  std::optional<ViewContent> second_;
+  Scene first_scene_;
+  std::optional<Scene> second_scene_;
+  std::vector<std::string> distance_notes_;
 };
 
 }  // namespace gelslam::viewer::detail

@@ -49,8 +49,6 @@ void ViewControls::act(Action action, double now_s) {
       return step(-1);
     case Action::step_on:
       return step(1);
-    case Action::close:
-      return close();
     default:
       return SceneControls::act(action, now_s);
   }
@@ -109,7 +107,6 @@ bool ViewControls::advance(double dt_s) {
 
 ViewWindow::ViewWindow(ViewContent first, std::optional<ViewContent> second, const ViewWindowOptions& options)
     : SceneLoop(options),
-      options_(options),
       stage_(std::move(first), std::move(second)),
       controls_(stage_.history(), stage_.has_second(), options.style, options.time_s) {}
 

@@ -54,7 +54,6 @@ class ViewWindow : public SceneLoop {
  private:
   bool advance(double now_s, double dt_s) override;
   void draw_frame(Ui& ui, double now_s) override;
-  SceneControls& scene_controls() override { return controls_; }
   OrbitCamera whole_view(const Viewport& viewport) const override { return stage_.first_view(viewport); }
   std::optional<Eigen::Vector3f> pick(std::size_t part, const PickRay& ray) const override {
     return stage_.pick(part, ray);
@@ -66,7 +65,6 @@ class ViewWindow : public SceneLoop {
   void draw_titles(Ui& ui) const;
   void draw_slider(Ui& ui);
 
-  ViewWindowOptions options_;
   ViewStage stage_;
   ViewControls controls_;
   std::optional<double> shown_time_s_;  ///< as the stage knows it

@@ -61,8 +61,8 @@ void GlProgram::set(const char* uniform, const Eigen::Matrix4f& value) const {
   glUniformMatrix4fv(glGetUniformLocation(name_, uniform), 1, GL_FALSE, value.data());
 }
 
-void fill_texture(const GlTexture& texture, int width, int height, const std::uint8_t* rgba) {
-  glBindTexture(GL_TEXTURE_2D, texture.name());
+void fill_texture(GLuint texture, int width, int height, const std::uint8_t* rgba) {
+  glBindTexture(GL_TEXTURE_2D, texture);
   // Others (a toolkit's font upload) may have left these as they needed them.
   glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);

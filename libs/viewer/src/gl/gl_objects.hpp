@@ -73,8 +73,8 @@ class GlProgram {
   GLuint name_ = 0;
 };
 
-/// A lookup table of 8-bit RGBA texels, linear between them, clamped at its ends.
-void fill_texture(const GlTexture& texture, int width, int height, const std::uint8_t* rgba);
+/// A picture or lookup table of 8-bit RGBA texels, linear between them, clamped at its ends.
+void fill_texture(GLuint texture, int width, int height, const std::uint8_t* rgba);
 
 /// Whether the current context is one of Mesa's without a GPU.
 bool is_software_renderer();

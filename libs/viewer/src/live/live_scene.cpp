@@ -20,6 +20,22 @@ std::shared_ptr<const LiveTouch> on_map(const std::shared_ptr<const LiveTouch>& 
   return placed;
 }
 
+const cv::Scalar kOutline(theme::kGreen >> 16U & 0xFFU, theme::kGreen >> 8U & 0xFFU, theme::kGreen & 0xFFU);
+
+cv::Size scaled_size(const cv::Size& from) {
+  const double height = static_cast<double>(from.height) * kPictureWidthPx / from.width;
+  return {kPictureWidthPx, std::max(1, cvRound(height))};
+}
+
+/// Enlarged mask, smooth again: its border is to be drawn without steps.
+cv::Mat1b enlarged(const cv::Mat1b& mask, const cv::Size& size) {
+  cv::Mat1b large;
+  cv::resize(mask, large, size, 0, 0, cv::INTER_CUBIC);
+  cv::GaussianBlur(large, large, {5, 5}, 0);
+  cv::threshold(large, large, 127, 255, cv::THRESH_BINARY);
+  return large;
+}
+
 }  // namespace
 
 bool LiveScene::take_news(LiveSession& session, const OrbitCamera& camera) {
@@ -60,8 +76,8 @@ void LiveScene::take_touch(const std::shared_ptr<const LiveTouch>& touch) {
   newest_ = touch;
   if (!touch) return;
   if (touch->keyframe >= 0) samples_.push_back({touch->keyframe, touch->keyframe_T_frame});
-  tactile_.set(tactile_picture(touch->image, touch->surface.get(), kPictureWidthPx, outline_bgr_));
-  if (touch->surface) normals_.set(normal_picture(*touch->surface, kPictureWidthPx));
+  tactile_.set(tactile_picture(touch->image, touch->surface.get()));
+  if (touch->surface) normals_.set(normal_picture(*touch->surface));
 }
 
 void LiveScene::place_touch() {
@@ -95,28 +111,9 @@ void LiveScene::draw(const OrbitCamera& camera, const Viewport& viewport, const 
   scene_.draw(camera, viewport, style);
 }
 
-namespace {
-
-cv::Size scaled_size(const cv::Size& from, int width_px) {
-  const int width = std::max(1, width_px);
-  return {width, std::max(1, cvRound(static_cast<double>(from.height) * width / from.width))};
-}
-
-/// Enlarged mask, smooth again: its border is to be drawn without steps.
-cv::Mat1b enlarged(const cv::Mat1b& mask, const cv::Size& size) {
-  cv::Mat1b large;
-  cv::resize(mask, large, size, 0, 0, cv::INTER_CUBIC);
-  cv::GaussianBlur(large, large, {5, 5}, 0);
-  cv::threshold(large, large, 127, 255, cv::THRESH_BINARY);
-  return large;
-}
-
-}  // namespace
-
-cv::Mat3b tactile_picture(const cv::Mat3b& image, const Surface* surface, int width_px,
-                          const cv::Vec3b& outline_bgr) {
+cv::Mat3b tactile_picture(const cv::Mat3b& image, const Surface* surface) {
   if (image.empty()) return {};
-  const cv::Size size = scaled_size(image.size(), width_px);
+  const cv::Size size = scaled_size(image.size());
   cv::Mat3b picture;
   cv::resize(image, picture, size, 0, 0, size.width < image.cols ? cv::INTER_AREA : cv::INTER_CUBIC);
   if (!surface || surface->contact.empty()) return picture;
@@ -124,11 +121,11 @@ cv::Mat3b tactile_picture(const cv::Mat3b& image, const Surface* surface, int wi
   cv::findContours(enlarged(surface->contact, size), borders, cv::RETR_CCOMP, cv::CHAIN_APPROX_NONE);
   const int thickness = std::max(1, size.width / 120);
   cv::polylines(picture, borders, true, cv::Scalar(20, 20, 20), thickness + 2, cv::LINE_AA);
-  cv::polylines(picture, borders, true, cv::Scalar(outline_bgr), thickness, cv::LINE_AA);
+  cv::polylines(picture, borders, true, kOutline, thickness, cv::LINE_AA);
   return picture;
 }
 
-cv::Mat3b normal_picture(const Surface& surface, int width_px) {
+cv::Mat3b normal_picture(const Surface& surface) {
   if (surface.normals.empty()) return {};
   const bool has_contact = surface.contact.size() == surface.normals.size();
   cv::Mat3b colors(surface.normals.size());
@@ -143,7 +140,7 @@ cv::Mat3b normal_picture(const Surface& surface, int width_px) {
       }
     }
   cv::Mat3b picture;
-  const cv::Size size = scaled_size(colors.size(), width_px);
+  const cv::Size size = scaled_size(colors.size());
   cv::resize(colors, picture, size, 0, 0, size.width < colors.cols ? cv::INTER_AREA : cv::INTER_LINEAR);
   return picture;
 }

@@ -14,8 +14,6 @@ namespace gelslam::viewer::detail {
 /// The session as a scene: takes what is new from it. Needs the window's context to be current.
 class LiveScene {
  public:
-  explicit LiveScene(const cv::Vec3b& outline_bgr) : outline_bgr_(outline_bgr) {}
-
   /// True when something has come that is to be drawn. `camera` shows it.
   bool take_news(LiveSession& session, const OrbitCamera& camera);
   void draw(const OrbitCamera& camera, const Viewport& viewport, const SceneStyle& style);
@@ -41,7 +39,6 @@ class LiveScene {
   Scene scene_;
   std::uint64_t mesh_version_ = 0;
   Texture tactile_, normals_;
-  cv::Vec3b outline_bgr_;
   std::shared_ptr<const LiveTouch> newest_, touch_;  // as it came; on the map
   std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
   LoosePiece piece_;
@@ -52,13 +49,13 @@ class LiveScene {
 
 inline constexpr int kPictureWidthPx = 640;  ///< more than the panel shows, for large screens
 
-/// The camera's picture with the border of the contact drawn over it: what the sensor sees, and what counts
-/// as touched. BGR, `width_px` wide. A picture without a surface (before the background is known) is shown as
-/// it is.
-cv::Mat3b tactile_picture(const cv::Mat3b& image, const Surface* surface, int width_px,
-                          const cv::Vec3b& outline_bgr);
+/// The camera's picture with the border of the contact drawn over it in green: what the sensor sees, and what
+/// counts as touched. BGR, kPictureWidthPx wide. A picture without a surface (before the background is known)
+/// is shown as it is.
+cv::Mat3b tactile_picture(const cv::Mat3b& image, const Surface* surface);
 
-/// Normals as colors (x red, y green, z blue, as is usual), BGR; what is not touched is faded toward gray.
-cv::Mat3b normal_picture(const Surface& surface, int width_px);
+/// Normals as colors (x red, y green, z blue, as is usual), BGR, as wide; what is not touched is faded toward
+/// gray.
+cv::Mat3b normal_picture(const Surface& surface);
 
 }  // namespace gelslam::viewer::detail

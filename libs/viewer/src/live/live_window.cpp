@@ -27,10 +27,6 @@ std::int64_t free_bytes(const std::filesystem::path& folder) {
 
 }  // namespace
 
-cv::Vec3b bgr_of(Color color) {
-  return {static_cast<uchar>(color >> 16U), static_cast<uchar>(color >> 8U), static_cast<uchar>(color)};
-}
-
 Color color_of(Tone tone) {
   constexpr Color kColors[] = {theme::kGray, theme::kBlue, theme::kGreen, theme::kAmber, theme::kRed};
   return kColors[static_cast<int>(tone)];
@@ -40,7 +36,6 @@ LiveWindow::LiveWindow(LiveSession& session, const WindowOptions& options)
     : SceneLoop(options),
       session_(session),
       options_(options),
-      scene_(bgr_of(theme::kGreen)),
       controls_(session, options.keeps_run, options.next_run_folder) {}
 
 bool LiveWindow::advance(double now_s, double dt_s) {
@@ -139,7 +134,7 @@ void LiveWindow::draw_frame(Ui& ui, double now_s) {
 bool LiveWindow::closes_by_itself() {
   if (frame_.status.phase != LivePhase::finished) return false;
   const bool begins_another = controls_.wants_new_scan() && frame_.status.failure.empty();
-  return begins_another || (options_.asks_to_end && options_.asks_to_end());
+  return begins_another || asks_to_end();
 }
 
 /// Beside what covers the view, if that leaves half of it.

@@ -27,7 +27,6 @@ struct Layout {
   Box view, side, bar;
 };
 Layout lay_out(const Ui& ui, bool shows_panels);
-cv::Vec3b bgr_of(Color color);
 Color color_of(Tone tone);
 
 /// The touch and its normals below each other, as wide as fits into the height.
@@ -56,7 +55,6 @@ class LiveWindow : public SceneLoop {
   bool advance(double now_s, double dt_s) override;
   void draw_frame(Ui& ui, double now_s) override;
   bool closes_by_itself() override;
-  SceneControls& scene_controls() override { return controls_; }
   OrbitCamera whole_view(const Viewport& viewport) const override;
   std::optional<Eigen::Vector3f> pick(std::size_t part, const PickRay& ray) const override;
 

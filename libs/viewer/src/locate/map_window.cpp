@@ -42,13 +42,6 @@ std::string percent(double share) { return fmt::format("{:.0f} %", 100 * share);
 
 }  // namespace
 
-MapControls::MapControls() : SceneControls(map_rows(), gray_style(), {SceneColor::plain}) {}
-
-void MapControls::act(Action action, double now_s) {
-  if (action == Action::close) return close();
-  SceneControls::act(action, now_s);
-}
-
 StateWords place_words(const LocatedTouch* touch) {
   if (touch == nullptr || touch->place.tracked.status == TrackStatus::background)
     return {"background", Tone::blue, "Getting ready",
@@ -71,7 +64,10 @@ StateWords place_words(const LocatedTouch* touch) {
 }
 
 MapWindow::MapWindow(const ShownMap& map, const LocatedTouches& touches, const WindowOptions& options)
-    : SceneLoop(options), map_(map), touches_(touches), options_(options) {
+    : SceneLoop(options),
+      map_(map),
+      touches_(touches),
+      controls_(map_rows(), gray_style(), {SceneColor::plain}) {
   scene_.set_mesh(map.mesh);
   frame_.words = place_words(nullptr);
 }
@@ -92,8 +88,8 @@ bool MapWindow::advance(double /*now_s*/, double dt_s) {
 void MapWindow::show(const std::shared_ptr<const LocatedTouch>& touch) {
   touch_ = touch;
   frame_.words = place_words(touch.get());
-  tactile_.set(tactile_picture(touch->picture, touch->surface.get(), kPictureWidthPx, bgr_of(theme::kGreen)));
-  if (touch->surface) normals_.set(normal_picture(*touch->surface, kPictureWidthPx));
+  tactile_.set(tactile_picture(touch->picture, touch->surface.get()));
+  if (touch->surface) normals_.set(normal_picture(*touch->surface));
   std::optional<TouchPatch> patch;
   for (const PlaceHypothesis& place : places()) {
     const double opacity = touch->place.status == PlaceStatus::localized

@@ -8,14 +8,6 @@
 
 namespace gelslam::viewer::detail {
 
-class MapControls : public SceneControls {
- public:
-  MapControls();
-
- protected:
-  void act(Action action, double now_s) override;
-};
-
 /// What a frame's place means, or that there is no frame yet.
 StateWords place_words(const LocatedTouch* touch);
 
@@ -26,14 +18,12 @@ class MapWindow : public SceneLoop {
   MapWindow(const ShownMap& map, const LocatedTouches& touches, const WindowOptions& options);
   ~MapWindow() override { host().make_current(); }
 
-  MapControls& controls() override { return controls_; }
+  SceneControls& controls() override { return controls_; }
   void turn_to_touch() { follow_touch(1e9); }  ///< at once
 
  private:
   bool advance(double now_s, double dt_s) override;
   void draw_frame(Ui& ui, double now_s) override;
-  bool closes_by_itself() override { return options_.asks_to_end && options_.asks_to_end(); }
-  SceneControls& scene_controls() override { return controls_; }
   OrbitCamera whole_view(const Viewport& viewport) const override;
   std::optional<Eigen::Vector3f> pick(std::size_t part, const PickRay& ray) const override;
 
@@ -45,8 +35,7 @@ class MapWindow : public SceneLoop {
 
   const ShownMap& map_;
   const LocatedTouches& touches_;
-  WindowOptions options_;
-  MapControls controls_;
+  SceneControls controls_;
   Scene scene_;
   Texture tactile_, normals_;
   std::shared_ptr<const LocatedTouch> touch_;  ///< shown

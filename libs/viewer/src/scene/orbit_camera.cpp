@@ -59,10 +59,6 @@ void OrbitCamera::orbit(const Vector2f& movement_px, const Viewport& viewport) {
           .normalized();
 }
 
-void OrbitCamera::roll(double angle_rad) {
-  map_R_camera_ = (map_R_camera_ * AngleAxisf(static_cast<float>(angle_rad), Vector3f::UnitZ())).normalized();
-}
-
 void OrbitCamera::pan(const Vector2f& movement_px, const Viewport& viewport) {
   const float mm = mm_per_px(distance_mm_, viewport);
   center_mm_ -= map_R_camera_ * Vector3f(movement_px.x() * mm, -movement_px.y() * mm, 0);
@@ -99,16 +95,8 @@ OrbitCamera OrbitCamera::fitted(std::span<const Vector3f> points_mm, const Viewp
   return result;
 }
 
-void OrbitCamera::fit(std::span<const Vector3f> points_mm, const Viewport& viewport) {
-  *this = fitted(points_mm, viewport);
-}
-
 OrbitCamera OrbitCamera::fitted(const Eigen::AlignedBox3f& box_mm, const Viewport& viewport) const {
   return is_usable(box_mm) ? fitted(std::span<const Vector3f>(corners(box_mm)), viewport) : *this;
-}
-
-void OrbitCamera::fit(const Eigen::AlignedBox3f& box_mm, const Viewport& viewport) {
-  *this = fitted(box_mm, viewport);
 }
 
 void OrbitCamera::look_along(const Vector3f& direction, const Vector3f& up) {

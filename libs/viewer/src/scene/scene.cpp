@@ -5,6 +5,7 @@
 #include <iterator>
 #include <utility>
 
+#include "gelslam/image/color_map.hpp"
 #include "scene/scene_lines.hpp"
 #include "scene/scene_mesh.hpp"
 #include "scene/scene_shaders.hpp"
@@ -29,6 +30,12 @@ const Vector3f kTouchGlow(1.0F, 0.36F, 0.05F), kPieceGlow(0.06F, 0.50F, 0.95F);
 
 Rgba outline_color(double opacity) {
   return {255, 150, 40, static_cast<std::uint8_t>(255 * std::clamp(opacity, 0.0, 1.0))};
+}
+
+std::vector<std::array<std::uint8_t, 3>> colors_of(SceneColor color) {
+  return color_map_rgb(color == SceneColor::distance ? ColorMap::distance
+                       : color == SceneColor::height ? ColorMap::height
+                                                     : ColorMap::confidence);
 }
 
 }  // namespace
@@ -109,8 +116,8 @@ struct Scene::Impl {
     const bool has_map = style.color != SceneColor::plain && style.color != SceneColor::certainty;
     if (has_map && color_map_for != style.color) {
       std::vector<std::uint8_t> rgba;
-      for (const auto& [r, g, b] : color_map_rgb(style.color)) rgba.insert(rgba.end(), {r, g, b, 255});
-      fill_texture(color_map, 256, 1, rgba.data());
+      for (const auto& [r, g, b] : colors_of(style.color)) rgba.insert(rgba.end(), {r, g, b, 255});
+      fill_texture(color_map.name(), 256, 1, rgba.data());
       color_map_for = style.color;
     }
     const auto [low, high] = range(style);
@@ -197,15 +204,13 @@ Scene::Scene() : impl_(std::make_unique<Impl>()) {}
 Scene::~Scene() = default;
 
 void Scene::update(const MeshFeed::Changes& changes) {
-  if (changes.cleared) clear_mesh();
+  if (changes.cleared) impl_->mesh.clear();
   for (const MeshFeed::BlockPtr& block : changes.blocks)
     impl_->mesh.put(block->key, make_drawable(block->mesh, {block->keyframe.begin(), block->keyframe.end()}));
 }
 
-void Scene::clear_mesh() { impl_->mesh.clear(); }
-
 void Scene::set_mesh(const Mesh& mesh, const std::vector<float>& distance_mm) {
-  clear_mesh();
+  impl_->mesh.clear();
   impl_->mesh.put(0, make_drawable(mesh, distance_mm));
   impl_->distance_limit_mm = round_limit_mm(distance_mm);
 }
@@ -241,7 +246,7 @@ void Scene::set_map(const MapSnapshot& map) {
   impl_->keyframes.set(keyframe_lines(map));
   impl_->edges.set(edge_lines(map));
   const cv::Mat4b doubt = doubt_by_keyframe(map, kCertainMm, kUncertainMm);
-  fill_texture(impl_->certainty, doubt.cols, doubt.rows, doubt.ptr());
+  fill_texture(impl_->certainty.name(), doubt.cols, doubt.rows, doubt.ptr());
 }
 
 Eigen::AlignedBox3f Scene::bounds_mm() const { return impl_->mesh.box_mm(); }
@@ -281,7 +286,7 @@ std::optional<ColorLegend> Scene::legend(const SceneStyle& style) const {
   const auto [low, high] = impl_->range(style);
   const bool is_length = style.color == SceneColor::height || style.color == SceneColor::distance;
   const char* unit = is_length ? "mm" : style.color == SceneColor::confidence ? "touches" : "";
-  return ColorLegend{kTitles[static_cast<int>(style.color)], unit, low, high, color_map_rgb(style.color), {}};
+  return ColorLegend{kTitles[static_cast<int>(style.color)], unit, low, high, colors_of(style.color), {}};
 }
 
 }  // namespace gelslam

@@ -151,6 +151,8 @@ void SceneControls::act(Action action, double now_s) {
     case Action::show_all:
       show_all_ = true;
       return;
+    case Action::close:
+      return close();
     default:
       return;
   }

@@ -71,9 +71,9 @@ void draw_legend(Ui& ui, const Box& view, const ColorLegend& legend) {
 }  // namespace
 
 bool SceneLoop::move_camera(double dt_s) {
-  if (scene_controls().take_show_all()) {
+  if (controls().take_show_all()) {
     show_all();
-    scene_controls().set_follows(false);
+    controls().set_follows(false);
   }
   if (glide_ == Glide::none) return false;
   if (glide_ == Glide::all) goal_ = whole_view(viewport());
@@ -131,7 +131,7 @@ void SceneLoop::pressed(int button, const Eigen::Vector2f& at_px, double now_s) 
   if (!twice) return;
   const Cursor cursor = cursor_in_part(at_px);
   if (const auto place = pick(cursor.part, camera_.pick_ray(cursor.at_px, cursor.viewport))) {
-    scene_controls().set_follows(false);
+    controls().set_follows(false);
     goal_ = camera_;
     goal_.look_at(*place);
     glide_ = Glide::place;
@@ -143,7 +143,7 @@ void SceneLoop::moved(const Eigen::Vector2f& to_px) {
   last_px_ = to_px;
   if (!drag_button_ || movement.isZero()) return;
   glide_ = Glide::none;
-  scene_controls().set_follows(false);
+  controls().set_follows(false);
   if (*drag_button_ == GLFW_MOUSE_BUTTON_LEFT)
     camera_.orbit(movement, viewport());
   else

@@ -13,8 +13,9 @@ class SceneLoop : public WindowLoop {
  public:
   using WindowLoop::WindowLoop;
 
+  SceneControls& controls() override = 0;
+
  protected:
-  virtual SceneControls& scene_controls() = 0;
   virtual OrbitCamera whole_view(const Viewport& viewport) const = 0;  ///< where all of it is in view
   /// The surface under the cursor of a part.
   virtual std::optional<Eigen::Vector3f> pick(std::size_t part, const PickRay& ray) const = 0;

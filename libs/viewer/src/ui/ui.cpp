@@ -1,12 +1,14 @@
 #include "gelslam/viewer/ui.hpp"
 
-#include <epoxy/gl.h>
 #include <imgui.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cfloat>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "gl/gl_objects.hpp"
 
 namespace gelslam::viewer {
 namespace {
@@ -94,18 +96,11 @@ Texture::~Texture() {
 
 void Texture::set(const cv::Mat3b& bgr) {
   if (bgr.empty()) return;
-  const cv::Mat3b rows = bgr.isContinuous() ? bgr : bgr.clone();
   if (id_ == 0) glGenTextures(1, &id_);
-  glBindTexture(GL_TEXTURE_2D, id_);
-  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB8, rows.cols, rows.rows, 0, GL_BGR, GL_UNSIGNED_BYTE, rows.data);
-  glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
-  for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
-    glTexParameteri(GL_TEXTURE_2D, filter, GL_LINEAR);
-  for (const GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T})
-    glTexParameteri(GL_TEXTURE_2D, wrap, GL_CLAMP_TO_EDGE);
-  glBindTexture(GL_TEXTURE_2D, 0);
-  size_ = rows.size();
+  cv::Mat rgba;
+  cv::cvtColor(bgr, rgba, cv::COLOR_BGR2RGBA);
+  detail::fill_texture(id_, rgba.cols, rgba.rows, rgba.ptr());
+  size_ = rgba.size();
 }
 
 Ui::Ui(float scale) : scale_(scale) {}

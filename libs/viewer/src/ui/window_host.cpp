@@ -246,7 +246,6 @@ cv::Mat3b WindowHost::read() {
 }
 
 void WindowHost::present() {
-  if (std::exchange(wants_picture_, false)) picture_ = read();
   if (!target_) glfwSwapBuffers(gl_->glfw_window());
 }
 
@@ -258,10 +257,9 @@ void write_png(const std::filesystem::path& path, const cv::Mat3b& picture) {
   gelslam::write_png(path, picture);
 }
 
-std::filesystem::path free_name(const std::filesystem::path& folder, const std::string& stem,
-                                const std::string& extension) {
+std::filesystem::path free_name(const std::filesystem::path& folder, const std::string& stem) {
   for (int number = 1;; ++number) {
-    const std::filesystem::path path = folder / fmt::format("{}_{:03}.{}", stem, number, extension);
+    const std::filesystem::path path = folder / fmt::format("{}_{:03}.png", stem, number);
     std::error_code code;
     if (!std::filesystem::exists(path, code)) return path;
   }

@@ -36,19 +36,19 @@ void WindowLoop::run() {
 
 bool WindowLoop::wants_to_close() { return controls().wants_to_close() || closes_by_itself(); }
 
-bool WindowLoop::turn(double now_s, bool draw_anyway) {
+bool WindowLoop::turn(double now_s, bool draw_anyway, cv::Mat3b* picture) {
   const bool due = std::exchange(draw_next_, false);
   handle_input(now_s);
   bool changed = controls().drop_old_toasts(now_s);
   changed |= advance(now_s, std::clamp(now_s - drawn_s_, 1e-3, 0.1));
   changed |= input_seen_ || due || draw_anyway;
   if (!changed && now_s - drawn_s_ < options_.redraw_s) return false;
-  draw(now_s);
+  draw(now_s, picture);
   drawn_s_ = now_s;
   return true;
 }
 
-void WindowLoop::draw(double now_s) {
+void WindowLoop::draw(double now_s, cv::Mat3b* picture) {
   host_.begin_frame(std::max(1e-3, now_s - drawn_s_));
   {
     Ui ui(host_.ui_scale());
@@ -61,11 +61,12 @@ void WindowLoop::draw(double now_s) {
   }
   host_.end_frame();
   if (controls().take_screenshot()) save_screenshot(now_s);
+  if (picture != nullptr) *picture = host_.read();
   host_.present();
 }
 
 void WindowLoop::save_screenshot(double now_s) {
-  const std::filesystem::path path = free_name(options_.picture_folder, options_.picture_stem, "png");
+  const std::filesystem::path path = free_name(options_.picture_folder, options_.picture_stem);
   try {
     write_png(path, host_.read());
     controls().say("Picture: " + path.string(), now_s);
@@ -76,9 +77,9 @@ void WindowLoop::save_screenshot(double now_s) {
 }
 
 cv::Mat3b WindowLoop::picture(double now_s) {
-  host_.want_picture();
-  turn(now_s, true);
-  return host_.take_picture();
+  cv::Mat3b picture;
+  turn(now_s, true, &picture);
+  return picture;
 }
 
 bool WindowLoop::on_panel() const {

@@ -23,9 +23,8 @@ struct Calibration {
 
 /// Presses to a model: finds the balls, refuses sets that cannot make a calibration (labels missing, gaps in
 /// the coverage), trains, and checks. `say_left_out` is told of every press that cannot be used. Throws
-/// Error, also once `stop` says true.
+/// Error. `progress` may stop it by an exception.
 Calibration calibrate(const PressSet& set, const CalibrationOptions& options, ProgressSink& progress,
-                      const std::function<bool()>& stop,
                       const std::function<void(const std::string&)>& say_left_out);
 
 /// Writes PyTorch's format if the name ends in .pth, else our own. Throws Error when the disk does not take

@@ -17,13 +17,12 @@ struct FoundCircle {
 };
 
 /// Finds the contact circle by fitting a press to the picture (own): the relative color change is a
-/// quadratic function of the slope, common to the whole contact, and the slope is that of a ball of `ball_px`
-/// pixels radius inside the contact and dies away exponentially outside. Center, radius and decay are fitted
+/// quadratic function of the slope, common to the whole contact, and the slope is that of a ball of
+/// `diameter_mm` inside the contact and dies away exponentially outside. Center, radius and decay are fitted
 /// by robust least squares with the color function eliminated (variable projection), sub-pixel, and again
 /// with one of degree 4, which follows shadows. Parts outside the picture are not needed. Both images of one
-/// size. Never throws on a picture: without contact `problem` says so.
-FoundCircle find_circle(const cv::Mat3b& bgr, const cv::Mat3b& background, double ball_px);
-/// The same seen by a camera with optics; the circle is that of the picture. `diameter_mm`: of the ball.
+/// size; the circle is that of the picture, whatever the camera's optics. Never throws on a picture: without
+/// contact `problem` says so.
 FoundCircle find_circle(const cv::Mat3b& bgr, const cv::Mat3b& background, const CameraModel& camera,
                         double diameter_mm);
 

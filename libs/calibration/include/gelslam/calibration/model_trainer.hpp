@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -20,18 +19,15 @@ struct ModelTraining {
 
 /// Trains a gradient model on the zones of a set: the difference of its readings of press and background, as
 /// they are used later, is fitted to the ball's slopes. Deterministic for a seed, one kind of processor.
-/// `stop` is asked now and then; when it says true, Error "stopped" is thrown. Throws Error when there are
-/// fewer than one batch of samples.
+/// Throws Error when there are fewer than one batch of samples. `progress` may stop it by an exception.
 GradientModel train_model(const PressSet& set, const std::vector<BallZone>& zones,
-                          const ModelTraining& training, ProgressSink& progress,
-                          const std::function<bool()>& stop);
+                          const ModelTraining& training, ProgressSink& progress);
 
 /// The standard deviation of the slopes that such a model reads (GradientModel::sigma_rad), from presses not
 /// trained on: two models, each of every second zone and half of the steps, read the other's. A cell counts
 /// every press once, and default_uncertainty() a little: where no press was, it remains. Throws as
 /// train_model.
 std::vector<float> held_out_sigma_rad(const PressSet& set, const std::vector<BallZone>& zones,
-                                      const ModelTraining& training, ProgressSink& progress,
-                                      const std::function<bool()>& stop);
+                                      const ModelTraining& training, ProgressSink& progress);
 
 }  // namespace gelslam

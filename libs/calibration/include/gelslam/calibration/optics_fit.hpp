@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstddef>
-#include <functional>
 #include <opencv2/core/mat.hpp>
 #include <string>
 #include <vector>
@@ -43,7 +42,7 @@ struct SeenFrame {
 /// From a scan (own): a rigid body looks the same in whatever part of the picture it lies. Poses and optics
 /// are found together by least squares over the normals and heights of overlapping contacts (bundle
 /// adjustment). Standard deviations allow for errors that frames in a row have in common (sandwich estimator,
-/// White 1980). Throws Error when fewer than ten pairs of frames overlap, and once `stop` says true.
-OpticsFit optics_from_motion(const std::vector<SeenFrame>& frames, const std::function<bool()>& stop);
+/// White 1980). Throws Error when fewer than ten pairs of frames overlap.
+OpticsFit optics_from_motion(const std::vector<SeenFrame>& frames);
 
 }  // namespace gelslam

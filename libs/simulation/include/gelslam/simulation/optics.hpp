@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <opencv2/core/mat.hpp>
@@ -12,15 +11,14 @@ namespace gelslam {
 
 /// Imperfections of the sensor.
 struct OpticsOptions {
-  double noise_gain = 1.0;   ///< factor on read and shot noise; 0: none
-  bool light_drift = false;  ///< the lights' brightness wanders by some per cent, each by itself
+  double noise_gain = 1.0;  ///< factor on read and shot noise; 0: none
   /// specks that move with the gel; some are there from the start, some come with contact
   bool dirt = false;
   int late_grains = 30;  ///< with dirt: specks that come with contact, 0 .. 10000
   /// Distance of printed dots, a third as wide, 0.5 .. 10; 0: none. They move with the gel: ink half a
   /// millimeter deep is carried sideways by half a millimeter times the slope, away from what presses.
   double dot_spacing_mm = 0.0;
-  std::uint64_t seed = 1;  ///< of this sensor: noise, drift, dirt
+  std::uint64_t seed = 1;  ///< of this sensor: noise, dirt
 };
 
 namespace simulation::detail {
@@ -49,17 +47,16 @@ class Optics {
   Eigen::Vector2d image_px(const Eigen::Vector3d& point_mm) const;
 
   /// Deterministic: depends on the constructor's arguments, the gel and `frame` (the number of the picture,
-  /// for noise and drift) only. `in_use`: specks that came with contact are drawn.
-  cv::Mat3b render(const GelShape& gel, std::int64_t frame, double time_s, bool in_use) const;
+  /// for noise) only. `in_use`: specks that came with contact are drawn.
+  cv::Mat3b render(const GelShape& gel, std::int64_t frame, bool in_use) const;
 
-  /// Without contact, noise and drift, not rounded; BGR in gray levels.
+  /// Without contact and noise, not rounded; BGR in gray levels.
   cv::Mat3f background() const { return background_; }
 
  private:
   cv::Mat3f shade(const cv::Mat2f& slope) const;
   cv::Mat3f draw(const GelView& view) const;
   void print_dots(const GelView& view, cv::Mat3f& picture) const;
-  std::array<float, 3> drift(double time_s) const;
 
   SensorGeometry geometry_;
   OpticsOptions options_;

@@ -18,8 +18,6 @@ struct MotionSpec {
   int frames = 245;             ///< pictures with the object near, without the background frames
   double speed = 1.0;           ///< factor on how far the hand moves, 0 .. 5
   double indentation_mm = 0.5;  ///< what the deepest point is held at, roughly: 0.05 .. 1.5
-  Eigen::Vector2d place_mm = {0,
-                              0};  ///< where on the gel the contact is, from its center; may leave the view
   double frame_rate_hz = 25.0;
   std::uint64_t seed = 1;
 };

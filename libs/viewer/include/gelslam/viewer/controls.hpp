@@ -114,7 +114,7 @@ class Controls {
   bool take_screenshot() { return std::exchange(screenshot_, false); }  ///< a wish is handed out once
 
  protected:
-  virtual void act(Action action, double now_s) = 0;  ///< what is not common to all windows; close too
+  virtual void act(Action action, double now_s) = 0;  ///< what is not common to all windows; close, too
   void ask(Question question) { question_ = std::move(question); }
   void close() { wants_to_close_ = true; }
 

@@ -34,16 +34,11 @@ class OrbitCamera {
   void pan(const Eigen::Vector2f& movement_px, const Viewport& viewport);
   /// Positive steps come nearer; what is under the cursor in the center's plane stays there.
   void zoom(double steps, const Eigen::Vector2f& cursor_px, const Viewport& viewport);
-  /// Turns about the line of sight.
-  void roll(double angle_rad);
 
-  /// All of the points come into view, filling it, from the present direction. None, or one that is not
-  /// finite, changes nothing.
-  void fit(std::span<const Eigen::Vector3f> points_mm, const Viewport& viewport);
-  /// Where fit() would go, for a glide there: camera.glide_to(goal, dt_s) in every frame.
+  /// From where all of the points are in view, filling it, in the present direction. The same camera for
+  /// none, or one that is not finite. For a glide there: camera.glide_to(goal, dt_s) in every frame.
   OrbitCamera fitted(std::span<const Eigen::Vector3f> points_mm, const Viewport& viewport) const;
   /// The same for the corners of a box.
-  void fit(const Eigen::AlignedBox3f& box_mm, const Viewport& viewport);
   OrbitCamera fitted(const Eigen::AlignedBox3f& box_mm, const Viewport& viewport) const;
   void look_along(const Eigen::Vector3f& direction, const Eigen::Vector3f& up);
   void look_at(const Eigen::Vector3f& center_mm) { center_mm_ = center_mm; }

@@ -43,7 +43,6 @@ class Scene {
   /// Triangles with indices out of range, or corners that are not finite or further than 1 km away, are left
   /// out; missing normals are made.
   void update(const MeshFeed::Changes& changes);
-  void clear_mesh();
   /// The whole mesh at once. `distance_mm`: of each vertex to another surface, which SceneColor::distance
   /// shows; NaN, or none at all, is drawn gray.
   void set_mesh(const Mesh& mesh, const std::vector<float>& distance_mm = {});

@@ -35,9 +35,6 @@ struct SceneStyle {
   std::optional<std::array<float, 2>> range;
 };
 
-/// 256 colors from low to high: of the ColorMap of that name.
-std::vector<std::array<std::uint8_t, 3>> color_map_rgb(SceneColor color);
-
 /// What the mesh's colors mean: `colors` from `min` to `max`, for a bar beside the picture.
 struct ColorLegend {
   std::string title;  ///< "distance"

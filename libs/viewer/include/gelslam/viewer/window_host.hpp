@@ -55,9 +55,6 @@ class WindowHost {
   void end_frame();
   cv::Mat3b read();  ///< BGR; between end_frame() and present()
   void present();
-  /// The next frame presented is kept as a picture, for take_picture().
-  void want_picture() { wants_picture_ = true; }
-  cv::Mat3b take_picture() { return std::exchange(picture_, cv::Mat3b()); }
   GLFWwindow* glfw_window() const;  ///< null when it is a picture
 
  private:
@@ -69,8 +66,6 @@ class WindowHost {
   ImGuiContext* imgui_ = nullptr;
   std::deque<InputEvent> events_;
   int width_px_ = 0, height_px_ = 0;
-  bool wants_picture_ = false;
-  cv::Mat3b picture_;
   float pixels_per_unit_ = 1;  // framebuffer pixels per GLFW screen coordinate
 };
 
@@ -78,7 +73,6 @@ class WindowHost {
 void write_png(const std::filesystem::path& path, const cv::Mat3b& picture);
 
 /// "screenshot_001.png": the first name of this kind that is not taken in the folder.
-std::filesystem::path free_name(const std::filesystem::path& folder, const std::string& stem,
-                                const std::string& extension);
+std::filesystem::path free_name(const std::filesystem::path& folder, const std::string& stem);
 
 }  // namespace gelslam::viewer

@@ -19,8 +19,9 @@ class WindowLoop {
 
   /// Until the person closes it, or it closes by itself.
   void run();
-  /// One turn at `now_s` of the window's clock; `draw_anyway` even if nothing has changed. True when it drew.
-  bool turn(double now_s, bool draw_anyway = false);
+  /// One turn at `now_s` of the window's clock; `draw_anyway` even if nothing has changed. True when it drew;
+  /// then `picture` (or null) is the frame.
+  bool turn(double now_s, bool draw_anyway = false, cv::Mat3b* picture = nullptr);
   /// Draws a frame and reads it back.
   cv::Mat3b picture(double now_s);
   bool wants_to_close();
@@ -36,7 +37,7 @@ class WindowLoop {
   virtual bool advance(double now_s, double dt_s) = 0;
   /// Lays the window out in `ui.window()`, sets the view, and draws the scene and the panels.
   virtual void draw_frame(Ui& ui, double now_s) = 0;
-  virtual bool closes_by_itself() { return false; }
+  virtual bool closes_by_itself() { return asks_to_end(); }
 
   // The mouse on the view, not on a panel.
   virtual void pressed(int /*button*/, const Eigen::Vector2f& /*at_px*/, double /*now_s*/) {}
@@ -44,12 +45,13 @@ class WindowLoop {
   virtual void released(int /*button*/) {}
   virtual void scrolled(double /*steps*/, const Eigen::Vector2f& /*at_px*/) {}
 
+  bool asks_to_end() const { return options_.asks_to_end && options_.asks_to_end(); }
   void set_view(const Box& view) { view_ = view; }
   void set_picture_folder(const std::filesystem::path& folder) { options_.picture_folder = folder; }
 
  private:
   void handle_input(double now_s);
-  void draw(double now_s);
+  void draw(double now_s, cv::Mat3b* picture);
   void save_screenshot(double now_s);
   bool on_panel() const;
 

@@ -13,8 +13,8 @@ struct WindowLoopOptions {
   bool visible = true;                         ///< false: drawn without a display, for tests and pictures
   std::filesystem::path picture_folder = ".";  ///< of screenshots
   std::string picture_stem = "screenshot";
-  std::filesystem::path
-      snapshot{};  ///< PNG of the window as it was last, written when it closes; empty: none
+  /// PNG of the window as it was last, written when it closes; empty: none.
+  std::filesystem::path snapshot{};
   /// Whether somebody wants the end from elsewhere (Ctrl-C, log-out). Empty: never.
   std::function<bool()> asks_to_end{};
   double poll_s = 0.1;    ///< how often an idle window looks for news
