@@ -141,31 +141,20 @@ std::string name_of(const fs::path& path) {
   return (clean.has_filename() ? clean : clean.parent_path()).filename().string();
 }
 
-struct FolderLock::Directory {
-  FileDescriptor descriptor;
-};
-
-FolderLock::FolderLock() = default;
-FolderLock::~FolderLock() = default;
-FolderLock::FolderLock(FolderLock&&) noexcept = default;
-FolderLock& FolderLock::operator=(FolderLock&&) noexcept = default;
-
 FolderLock::FolderLock(const fs::path& folder, const fs::path& shown) {
   const std::string name = quoted(shown.empty() ? folder : shown);
   do {
-    directory_.reset(
-        new Directory{FileDescriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC))});
-    const FileDescriptor& directory = directory_->descriptor;
-    if (!directory.ok()) throw Error(name + " cannot be opened: " + errno_text());
-    if (::flock(directory.get(), LOCK_EX | LOCK_NB) == 0) continue;
+    directory_ = FileDescriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    if (!directory_.ok()) throw Error(name + " cannot be opened: " + errno_text());
+    if (::flock(directory_.get(), LOCK_EX | LOCK_NB) == 0) continue;
     if (errno != EWOULDBLOCK) return;
-    throw Error("another program" + holder_of(directory) + " is writing to " + name +
+    throw Error("another program" + holder_of(directory_) + " is writing to " + name +
                 ": end it first, or name another folder");
-  } while (!leads_to(folder, directory_->descriptor));
+  } while (!leads_to(folder, directory_));
 }
 
 bool FolderLock::is_of(const fs::path& folder) const {
-  return directory_ && leads_to(folder, directory_->descriptor);
+  return directory_.ok() && leads_to(folder, directory_);
 }
 
 FolderLock::State FolderLock::state(const std::filesystem::path& folder) {

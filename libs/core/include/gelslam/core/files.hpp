@@ -1,9 +1,10 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <string_view>
+
+#include "gelslam/core/file_descriptor.hpp"
 
 namespace gelslam {
 
@@ -47,24 +48,20 @@ class FolderLock {
  public:
   enum class State { free, taken, unknown };  ///< unknown: cannot be opened, or a file system without locks
 
-  FolderLock();  ///< locks nothing
+  FolderLock() = default;  ///< locks nothing
   /// Throws Error when another program holds the lock (naming that program and its process number, where the
   /// system tells), or when the folder cannot be opened. `shown`: the folder's name in the message; empty:
   /// its path.
   explicit FolderLock(const std::filesystem::path& folder, const std::filesystem::path& shown = {});
-  ~FolderLock();
-  FolderLock(FolderLock&&) noexcept;
-  FolderLock& operator=(FolderLock&&) noexcept;
 
   /// Whether this is the folder that is locked: it may have been moved away, and another one put there.
   bool is_of(const std::filesystem::path& folder) const;
-  bool holds() const { return directory_ != nullptr; }  ///< a folder was given
+  bool holds() const { return directory_.ok(); }  ///< a folder was given
   /// Whether somebody (this process included) has the folder now.
   static State state(const std::filesystem::path& folder);
 
  private:
-  struct Directory;
-  std::unique_ptr<Directory> directory_;
+  FileDescriptor directory_;
 };
 
 }  // namespace gelslam
