@@ -30,8 +30,7 @@ inline SurfacePtr surface_of_frame(int i) { return surface_at(place_of_frame(i))
 inline void write_public_trial(const std::filesystem::path& folder, int frames,
                                const std::vector<int>& untouched = {}) {
   std::filesystem::create_directories(folder);
-  std::vector<float> gradients;
-  std::vector<std::uint8_t> masks;
+  std::vector<float> gradients, masks;
   std::vector<double> poses;
   for (int i = 0; i < frames; ++i) {
     const bool touches = std::find(untouched.begin(), untouched.end(), i) == untouched.end();
@@ -41,7 +40,7 @@ inline void write_public_trial(const std::filesystem::path& folder, int frames,
         const cv::Vec3f n = surface->normals(v, u);
         gradients.push_back(touches ? -n[0] / n[2] : 0.0F);
         gradients.push_back(touches ? -n[1] / n[2] : 0.0F);
-        masks.push_back(touches && surface->contact(v, u) ? 1 : 0);
+        masks.push_back(touches && surface->contact(v, u) ? 1.0F : 0.0F);
       }
     Eigen::Matrix4d pose = (place_of_frame(0).inverse() * place_of_frame(i)).matrix();
     pose.topRightCorner<3, 1>() *= 1e-3;
@@ -51,7 +50,7 @@ inline void write_public_trial(const std::filesystem::path& folder, int frames,
   }
   const auto count = static_cast<std::size_t>(frames);
   write_npy(folder / "gradient_maps.npy", {count, 120, 160, 2}, std::span<const float>(gradients));
-  write_npy_boolean(folder / "contact_masks.npy", {count, 120, 160}, masks);
+  write_npy(folder / "contact_masks.npy", {count, 120, 160}, std::span<const float>(masks));
   write_npy(folder / "true_start_T_currs.npy", {count, 4, 4}, std::span<const double>(poses));
 }
 

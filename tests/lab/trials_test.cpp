@@ -62,7 +62,7 @@ TEST(TrialFrames, RefuseWhatDoesNotBelongTogether) {
   const std::vector<float> one(120 * 160 * 2), no_pair(2 * 120 * 160);
   write_npy(trial / "gradient_maps.npy", {1, 120, 160, 2}, std::span<const float>(one));
   EXPECT_THAT(problem_with(data.path()), HasSubstr("N x H x W x 2")) << "the masks are still of two frames";
-  write_npy_boolean(trial / "contact_masks.npy", {1, 120, 160}, std::vector<std::uint8_t>(120 * 160));
+  write_npy(trial / "contact_masks.npy", {1, 120, 160}, std::vector<float>(120 * 160));
   EXPECT_THAT(problem_with(data.path()), HasSubstr("has 1 frames, but the truth has 2"));
   write_npy(trial / "gradient_maps.npy", {2, 120, 160}, std::span<const float>(no_pair));
   EXPECT_THAT(problem_with(data.path()), HasSubstr("N x H x W x 2"));

@@ -200,16 +200,5 @@ void write_npy(const std::filesystem::path& path, const std::vector<std::size_t>
                std::span<const float> values) {
   write_array(path, NpyType::float32, shape, bytes_of(values));
 }
-void write_npy(const std::filesystem::path& path, const std::vector<std::size_t>& shape,
-               std::span<const std::int64_t> values) {
-  write_array(path, NpyType::int64, shape, bytes_of(values));
-}
-void write_npy_boolean(const std::filesystem::path& path, const std::vector<std::size_t>& shape,
-                       std::span<const std::uint8_t> values) {
-  if (std::any_of(values.begin(), values.end(), [](std::uint8_t v) { return v > 1; })) {
-    throw std::invalid_argument("write_npy_boolean: a value is neither 0 nor 1");
-  }
-  write_array(path, NpyType::boolean, shape, bytes_of(values));
-}
 
 }  // namespace gelslam

@@ -40,10 +40,5 @@ void write_npy(const std::filesystem::path& path, const std::vector<std::size_t>
                std::span<const double> values);
 void write_npy(const std::filesystem::path& path, const std::vector<std::size_t>& shape,
                std::span<const float> values);
-void write_npy(const std::filesystem::path& path, const std::vector<std::size_t>& shape,
-               std::span<const std::int64_t> values);
-/// Same bytes as a numpy bool array; every value must be 0 or 1.
-void write_npy_boolean(const std::filesystem::path& path, const std::vector<std::size_t>& shape,
-                       std::span<const std::uint8_t> values);
 
 }  // namespace gelslam
