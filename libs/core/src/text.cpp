@@ -20,8 +20,8 @@ std::string_view number_at(std::string_view text, std::size_t at, std::size_t& e
   return text.substr(at, end - at);
 }
 
-}  // namespace
-
+/// Least number of insertions, deletions and replacements of one byte and swaps of two neighbors that turn
+/// `a` into `b` (optimal string alignment: no byte is edited twice).
 int edit_distance(std::string_view a, std::string_view b) {
   // Three rows of the table: the current one and, because a swap looks two letters back, two before it.
   std::vector<int> before_previous, previous(b.size() + 1), row(b.size() + 1);
@@ -38,6 +38,8 @@ int edit_distance(std::string_view a, std::string_view b) {
   }
   return previous[b.size()];
 }
+
+}  // namespace
 
 std::string nearest_name(std::string_view word, const std::vector<std::string>& candidates) {
   constexpr std::size_t longest_word =

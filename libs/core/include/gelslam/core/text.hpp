@@ -8,10 +8,6 @@
 
 namespace gelslam {
 
-/// Least number of insertions, deletions and replacements of one byte and swaps of two neighbors that turn
-/// `a` into `b` (optimal string alignment: no byte is edited twice).
-int edit_distance(std::string_view a, std::string_view b);
-
 /// The candidate a person most likely meant by `word`, or "" if none is near (more than about a third of the
 /// letters differ). The first of equally near ones.
 std::string nearest_name(std::string_view word, const std::vector<std::string>& candidates);
