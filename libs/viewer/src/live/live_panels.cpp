@@ -75,8 +75,7 @@ float draw_banner(Ui& ui, const Box& view, const LiveFrame& frame, double now_s)
 
 void draw_side(Ui& ui, const Box& side, const LiveFrame& frame) {
   ui.begin_panel("##side", side, kPadding);
-  ui.row(Face::small, frame.status.source, duration_text(frame.status.age_s), theme::kDim, theme::kText,
-         Cut::middle);
+  ui.row(Face::small, frame.status.source, duration_text(frame.status.age_s), theme::kText, Cut::middle);
   ui.gap(8);
   const float figures = 2 * (ui.height_of(Face::small) + ui.height_of(Face::figure) + ui.px(9));
   ui.begin_child("##upper", ui.room().height - figures);

@@ -105,7 +105,7 @@ float draw_end(Ui& ui, const Box& view, const LiveFrame& frame) {
   const float width = std::min(ui.px(380), view.width - ui.px(2 * kCardMargin));
   ui.begin_panel("##end", {view.x + ui.px(kCardMargin), view.y + ui.px(10), width, 0}, 16, 10);
   for (const Fact& fact : facts_of(frame)) {
-    ui.row(Face::body, fact.label, fact.value, theme::kDim, fact.color);
+    ui.row(Face::body, fact.label, fact.value, fact.color);
     ui.gap(5);
   }
   if (!frame.output_folder.empty()) {

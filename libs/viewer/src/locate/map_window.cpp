@@ -172,7 +172,7 @@ void MapWindow::draw_side(Ui& ui, const Box& side) const {
   ui.gap(8);
   double elsewhere = 1;
   const auto line = [&](const std::string& name, double share, Color color) {
-    ui.row(Face::body, name, percent(share), theme::kDim, theme::kText);
+    ui.row(Face::body, name, percent(share));
     ui.gap(2);
     ui.bar(share, color, 4);
     ui.gap(5);

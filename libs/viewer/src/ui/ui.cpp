@@ -268,11 +268,10 @@ void Ui::paragraph(Face face, Color color, std::string_view text) {
   ImGui::Dummy({wrap, height_of(face, text, wrap)});
 }
 
-void Ui::row(Face face, std::string_view name, std::string_view value, Color name_color, Color value_color,
-             Cut cut) {
+void Ui::row(Face face, std::string_view name, std::string_view value, Color value_color, Cut cut) {
   const Box place = room();
   const float left = place.width - width_of(face, value) - px(value.empty() ? 0 : 10);
-  text_at(face, place.x, place.y, name_color, fitted(face, name, left, cut));
+  text_at(face, place.x, place.y, theme::kDim, fitted(face, name, left, cut));
   if (!value.empty()) text_right(face, place.right(), place.y, value_color, value);
   ImGui::Dummy({place.width, height_of(face)});
 }

@@ -137,8 +137,8 @@ class Ui {
   void text(Face face, Color color, std::string_view text, Cut cut = Cut::end);
   void paragraph(Face face, Color color, std::string_view text);
   /// A name at the left (dim) and its value at the right of the room.
-  void row(Face face, std::string_view name, std::string_view value, Color name_color = theme::kDim,
-           Color value_color = theme::kText, Cut cut = Cut::end);
+  void row(Face face, std::string_view name, std::string_view value, Color value_color = theme::kText,
+           Cut cut = Cut::end);
   void bar(double share, Color color, double height);  ///< how much of it is full
   /// Columns of the same width, or as wide as their content asks for.
   bool begin_table(const char* id, int columns, double column_gap = 0, bool by_content = false);
