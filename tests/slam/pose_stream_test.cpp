@@ -99,8 +99,8 @@ TEST(NdjsonLine, SaysNullOfWhatIsNotKnown) {
   TrackedFrame frame;
   frame.status = TrackStatus::background;
   json object = json::parse(ndjson_line({frame}));
-  for (const char* key : {"time_unix_s", "trial", "keyframe", "pose", "map_pose", "component",
-                          "covariance", "contact"})
+  for (const char* key :
+       {"time_unix_s", "trial", "keyframe", "pose", "map_pose", "component", "covariance", "contact"})
     EXPECT_TRUE(object.at(key).is_null()) << key;
   frame.status = TrackStatus::no_contact;
   const SurfacePtr bare = pressed(0, 0, 0, 0);

@@ -54,12 +54,10 @@ std::string map_line(const MapSnapshot& map, int scan) {
 
 std::string image_line(const StreamedFrame& frame) {
   const std::vector<std::uint8_t> jpeg = encode_jpeg(frame.picture);
-  const Json line = {{"type", "image"},
-                     {"frame", frame.frame},
-                     {"time_s", frame.time_s},
-                     {"time_unix_s", unix_s(frame.unix_us)},
-                     {"scan", frame.scan},
-                     {"jpeg", base64({reinterpret_cast<const char*>(jpeg.data()), jpeg.size()})}};
+  const Json line = {
+      {"type", "image"},        {"frame", frame.frame},
+      {"time_s", frame.time_s}, {"time_unix_s", unix_s(frame.unix_us)},
+      {"scan", frame.scan},     {"jpeg", base64({reinterpret_cast<const char*>(jpeg.data()), jpeg.size()})}};
   return line.dump() + "\n";
 }
 

@@ -26,8 +26,8 @@ void PoseStream::write(FrameReport report, const MapSnapshot& map) {
   report.covariance = drift_.add(frame);
   if (!feed_.has_readers()) return;
   report.place = place_of(frame, map);
-  StreamedFrame lines{ndjson_line(report), "", frame.frame, frame.time_s, frame.unix_us, scan_,
-                      report.picture};
+  StreamedFrame lines{ndjson_line(report), "",    frame.frame,   frame.time_s,
+                      frame.unix_us,       scan_, report.picture};
   // One frame for all poses: that of the first contact.
   if (report.place && report.place->component == map.nodes.front().component)
     lines.tum = tum_line(stamp_s(frame.unix_us, frame.time_s), report.place->map_T_frame);
