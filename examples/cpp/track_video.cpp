@@ -17,7 +17,7 @@ int main(int argc, char** argv) try {
   gelslam::Tracker tracker(config.slam.tracker, config.slam.registration, config.slam.verification);
   while (const auto item = stream.next()) {
     if (!item->surface) continue;  // the bare gel, at the beginning
-    const gelslam::TrackedFrame frame = tracker.track(item->frame, item->time_s, item->surface);
+    const gelslam::TrackedFrame frame = tracker.track(item->image.index, item->image.time_s, item->surface);
     if (frame.status == gelslam::TrackStatus::tracked)
       std::cout << gelslam::tum_line(frame.time_s, frame.trial_T_frame);
   }

@@ -50,7 +50,7 @@ template <typename Vertex>
 void set_attribute(GLuint place, GLint size, std::size_t offset, GLenum type = GL_FLOAT) {
   glEnableVertexAttribArray(place);
   glVertexAttribPointer(place, size, type, type == GL_INT_2_10_10_10_REV || type == GL_UNSIGNED_BYTE,
-                        sizeof(Vertex), reinterpret_cast<const void*>(offset));
+                        sizeof(Vertex), reinterpret_cast<const void*>(offset));  // NOLINT: as OpenGL asks
 }
 
 /// A linked pair of shaders. A mistake in their text is ours: std::logic_error with the compiler's words.

@@ -146,7 +146,7 @@ void Ui::line(float x0, float y0, float x1, float y1, Color color, double thickn
 
 void Ui::image(const Texture& texture, const Box& box, double rounding) {
   list_at(panel_depth_)
-      ->AddImageRounded(reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(texture.id())),
+      ->AddImageRounded(reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(texture.id())),  // NOLINT
                         top_left(box), bottom_right(box), {0, 0}, {1, 1}, IM_COL32_WHITE, px(rounding));
 }
 
