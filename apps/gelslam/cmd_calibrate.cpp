@@ -20,7 +20,7 @@ void PressOptions::add_to(CLI::App& command) {
 }
 
 PressSet read_presses(PressOptions& options, const ModelFile& model) {
-  const Config config = find_config({.log = {}, .config = options.config, .model = {}, .background = {}});
+  const Config config = find_config({.config = options.config});
   if (model.record) options.pitch_mm = model.record->pixel_pitch_mm;
   if (!options.config.empty()) options.pitch_mm = config.surface.pixel_pitch_mm;
   options.device_name = config.sensor.device_name;

@@ -67,7 +67,7 @@ std::vector<Log> logs_in(const std::vector<fs::path>& data) {
 
 /// Without truth the first frames may show contact: there, background.png beside the log is taken.
 LogInput input_of(const AblationArguments& arguments, const Log& log, const std::string& model) {
-  LogInput input{.log = log.path, .config = {}, .model = {}, .background = {}};
+  LogInput input{.log = log.path};
   if (!arguments.config.empty()) input.config = arguments.config;
   if (model != kOwnModel) input.model = model;
   const fs::path background = fs::absolute(log.path).lexically_normal().parent_path() / "background.png";

@@ -3,14 +3,10 @@
 #include <sstream>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 
 namespace gelslam::lab {
 namespace {
-
-std::string trimmed(const std::string& text) {
-  const auto first = text.find_first_not_of(' ');
-  return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(' ') - first + 1);
-}
 
 /// `yaml` as write_config() writes it: a line per key, sections without a value.
 std::string replaced(const std::string& yaml, const std::string& key, const std::string& value,

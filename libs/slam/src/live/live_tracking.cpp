@@ -29,7 +29,8 @@ void TrackingStage::handle(const SurfacedFrame& frame) {
   const TactileImage& image = frame.image;
   TrackedFrame tracked;
   {
-    const auto scope = context_.timer.measure(frame.surface ? "tracking" : "background");
+    std::optional<StageTimer::Scope> scope;
+    if (frame.surface) scope.emplace(context_.timer, "tracking");
     tracked = tracker_.track(first_frame_ + image.index, first_time_s_ + image.time_s, frame.surface,
                              image.unix_us);
   }
@@ -37,11 +38,12 @@ void TrackingStage::handle(const SurfacedFrame& frame) {
   if (frame.surface)
     context_.timer.add("capture to pose",
                        std::chrono::duration<double, std::milli>(LiveClock::now() - frame.captured).count());
-  record(record_of(tracked));
+  const FrameRecord kept = record_of(tracked);
+  record(kept);
   for (const NewKeyframe& added : tracked.new_keyframes)
     context_.measured.push_beyond_limit([added](Store& store) { store.add(added); });
   if (tracked.status == TrackStatus::tracked) hidden_.pass(tracked.trial, tracked.registration.observable);
-  LiveTouch touch{record_of(tracked), image.bgr, frame.surface, tracked.trial_T_frame, hidden_.words()};
+  LiveTouch touch{kept, image.bgr, frame.surface, tracked.trial_T_frame, hidden_.words()};
   const std::string why_lost = tracked.status == TrackStatus::lost
                                    ? std::string(describe(tracked.registration.status))
                                    : std::string();

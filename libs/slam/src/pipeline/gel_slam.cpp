@@ -28,7 +28,8 @@ TrackedFrame GelSlam::process(std::int64_t frame, double time_s, SurfacePtr surf
                               std::int64_t unix_us) {
   TrackedFrame tracked;
   {
-    const auto scope = timer.measure(surface ? "tracking" : "background");
+    std::optional<StageTimer::Scope> scope;
+    if (surface) scope.emplace(timer, "tracking");
     tracked = impl_->tracker.track(frame, time_s, std::move(surface), unix_us);
   }
   for (const NewKeyframe& added : tracked.new_keyframes) {

@@ -26,7 +26,7 @@ constexpr double kInkShare = 0.65;  // of a gel with markers; real presses leave
 constexpr int kSpreadPx = 3;
 constexpr int kSmoothRounds = 20;  // numerics: over a dot of ten pixels' radius
 // No slope brightens all colors by more: it takes from one what it gives to another. Real presses reach 30.
-constexpr int kMaxBrighter = kWrongLevels;
+constexpr int kMaxBrighter = 35;
 constexpr double kUnlitLevel = 10;  // dark pixels in unlit regions carry no information
 constexpr int kOtherLightIn = 8;    // more than one in 8 pixels dark, or bright: the light changed
 
