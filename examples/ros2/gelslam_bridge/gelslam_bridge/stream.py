@@ -63,7 +63,7 @@ class Warn:
 
 
 def stamp_s(message):
-    """Return when it was captured: Unix time, or seconds since the first frame where that is not known."""
+    """Return the capture time: Unix time, or seconds since the first frame if that is unknown."""
     unix_s = message['time_unix_s']
     return message['time_s'] if unix_s is None else unix_s
 
