@@ -23,11 +23,11 @@ WORK = pathlib.Path(os.environ["GELSLAM_WORK"])
 TRIANGLES = "return [...parts.values()].reduce((sum, part) => sum + part.count / 3, 0)"
 
 
-def open_browser():
+def open_browser(*words):
     options = webdriver.ChromeOptions()
     options.binary_location = shutil.which("chromium")
     for word in ("--headless=new", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking",
-                 "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--window-size=1280,800"):
+                 "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--window-size=1280,800", *words):
         options.add_argument(word)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     driver = webdriver.chrome.service.Service(shutil.which("chromedriver"))
@@ -36,7 +36,10 @@ def open_browser():
 
 class Pages(unittest.TestCase):
     def setUp(self):
-        self.browser = open_browser()
+        self.open()
+
+    def open(self, *words):
+        self.browser = open_browser(*words)
         self.addCleanup(self.browser.quit)
 
     def tearDown(self):
@@ -135,8 +138,22 @@ class Pages(unittest.TestCase):
         self.wait(lambda: self.value(TRIANGLES), "the surface")
         self.assertLessEqual(self.value("return document.documentElement.scrollWidth"), 390)
         self.assertGreater(self.value("return by('view').clientHeight"), 844 / 2)
+        self.value("window.graphics = gl.getExtension('WEBGL_lose_context'); graphics.loseContext()")
+        self.value("graphics.restoreContext()")
+        self.wait(lambda: not self.value("return window.graphics") and self.value(TRIANGLES), "the surface when the graphics are back")
         self.program.kill()
         self.wait(lambda: self.text("headline") == "Connection lost", "that the program is gone")
+
+    def test_a_browser_without_webgl(self):
+        self.open("--disable-3d-apis")
+        self.browser.get(self.scan("0"))
+        self.assertIn("no WebGL", self.text("stage"))
+        self.wait(lambda: self.value("return pictured >= 0 && by('picture').getContext('2d').getImageData(5, 5, 1, 1).data[3] === 255"),
+                  "the camera's picture")
+        self.wait(lambda: self.value("return state.touch && by('figures').childElementCount"), "the figures")
+        self.click("stop")
+        self.click("yes")
+        self.wait(lambda: self.text("headline") == "Finished", "the end")
 
     def test_the_exported_page(self):
         subprocess.run([PROGRAM, "export", WORK / "run", "-o", WORK / "page.html", "--overwrite", "-q"], check=True)

@@ -10,7 +10,16 @@ const kPlain = [206, 198, 186];
 
 // Drawing: one program for the lit surface and, with a flat color, for lines and points.
 const gl = by("view").getContext("webgl2", {antialias: true});
-if (!gl) by("stage").textContent = "This browser shows no WebGL 2. The mesh can still be saved.";
+if (gl) {
+  // A phone takes the graphics away from a page that is not in front. All is there again when the page is read anew.
+  by("view").addEventListener("webglcontextlost", event => event.preventDefault());
+  by("view").addEventListener("webglcontextrestored", () => location.reload());
+} else {
+  by("view").replaceWith(Object.assign(document.createElement("p"), {
+    textContent: "This browser shows no WebGL 2. The mesh can still be saved.",
+    style: "position: absolute; inset: auto 1.5em 1em"}));
+  by("all").hidden = true;
+}
 function compile(kind, source) {
   const shader = gl.createShader(kind);
   gl.shaderSource(shader, "#version 300 es\nprecision highp float;\n" + source);
