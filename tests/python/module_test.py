@@ -138,7 +138,7 @@ class Module(unittest.TestCase):
                 models += [row[0] for row in session.execute("SELECT model_crc32 FROM parts")]
                 poses = session.execute("SELECT pose FROM poses WHERE in_map ORDER BY keyframe").fetchall()
             written = np.loadtxt(self.folder / folder / "keyframes.tum")[:, 1:4]
-            places_mm = [np.frombuffer(pose).reshape(3, 4)[:, 3] for (pose,) in poses]
+            places_mm = [np.frombuffer(pose, count=12).reshape(3, 4)[:, 3] for (pose,) in poses]
             np.testing.assert_allclose(np.array(places_mm) / 1000, written, atol=1e-9)
         self.assertEqual(models, 2 * models[:1], "only scans of one model are continued")
         self.assertNotEqual(models[0], 0)

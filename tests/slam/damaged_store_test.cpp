@@ -51,8 +51,8 @@ TEST_F(DamagedStore, IsNamedInOneLine) {
 TEST_F(DamagedStore, OfAnotherVersionOrWithOtherTablesIsRefused) {
   const std::string good = read_bytes(file);
   for (const auto& [change, why] : std::vector<std::pair<std::string, std::string>>{
-           {"PRAGMA user_version=5", "written by a newer version of the program (session version 5"},
-           {"PRAGMA user_version=2", "written by an older version of the program (session version 2"},
+           {"PRAGMA user_version=6", "written by a newer version of the program (session version 6"},
+           {"PRAGMA user_version=4", "written by an older version of the program (session version 4"},
            {"PRAGMA application_id=5", "not a session"},
            {"DROP TABLE searched", "not a session"},
            {"CREATE TABLE more(a)", "not a session"},
@@ -86,8 +86,8 @@ TEST_F(DamagedStore, NumbersThatNoScanHasAreRefused) {
            "UPDATE frames SET trial=NULL WHERE frame=59",
            "UPDATE frames SET keyframe=-1 WHERE frame=59",
            "UPDATE frames SET keyframe_T_frame=NULL WHERE frame=59",
-           "UPDATE frames SET keyframe_T_frame=x'00' WHERE frame=59",
-           "UPDATE frames SET keyframe_T_frame=zeroblob(96) WHERE frame=59",
+           "UPDATE frames SET keyframe_T_frame=CAST(zeroblob(96) || x'AE65F4BA' AS BLOB) WHERE frame=59",
+           "UPDATE frames SET keyframe_T_frame=CAST(x'55' || substr(keyframe_T_frame, 2) AS BLOB)",
            "UPDATE frames SET observable=64",
            "DELETE FROM frames WHERE frame=15",
            "UPDATE keyframes SET id=1000001 WHERE id=2",
@@ -101,8 +101,9 @@ TEST_F(DamagedStore, NumbersThatNoScanHasAreRefused) {
            "UPDATE edges SET from_keyframe=-1",
            "UPDATE edges SET kind='tunnel'",
            "UPDATE edges SET from_T_to=information",
-           "UPDATE edges SET information=shared_center_mm",
-           "UPDATE edges SET shared_center_mm=x'000000000000F07F000000000000F07F000000000000F07F'",
+           "UPDATE edges SET shared_center_mm=x'000000000000F07F000000000000F07F000000000000F07FC248A48D'",
+           "UPDATE edges SET from_T_to=CAST(x'55' || substr(from_T_to, 2) AS BLOB)",
+           "UPDATE edges SET shared_center_mm=CAST(x'55' || substr(shared_center_mm, 2) AS BLOB)",
            "UPDATE edges SET tentative=2",
        }) {
     write_bytes(file, good);
@@ -115,7 +116,8 @@ TEST_F(DamagedStore, NumbersThatNoScanHasAreRefused) {
            "UPDATE map SET last_frame='late'",
            "UPDATE poses SET keyframe=-1 WHERE keyframe=0",
            "UPDATE poses SET in_map=7",
-           "UPDATE poses SET pose=zeroblob(96)",
+           "UPDATE poses SET pose=CAST(zeroblob(96) || x'AE65F4BA' AS BLOB)",
+           "UPDATE poses SET pose=CAST(x'55' || substr(pose, 2) AS BLOB) WHERE NOT in_map",
            "UPDATE poses SET pose=zeroblob(88)",
            "UPDATE keyframes SET surface=zeroblob(200)",
            "INSERT INTO map_edges VALUES(NULL,-1,1,'loop',0)",

@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kApplicationId = 0x47534C4D;  // layout: GSLM
-constexpr int kVersion = 4;                 // layout
+constexpr int kVersion = 5;                 // layout
 constexpr int kLargestValueBytes = 1 << 28, kBusyMs = 10'000;
 
 /// docs/file-formats.md has their meaning.

@@ -63,7 +63,7 @@ class Transaction {
 
 /// Bytes, unlike text.
 struct Blob {
-  std::string_view bytes;
+  std::string bytes;
 };
 
 class Statement {

@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "gelslam/core/crc32.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/slam/store.hpp"
@@ -32,8 +33,12 @@ template <std::size_t count>
 Numbers<count> numbers_in(const Statement& row, int column, double most) {
   const std::string_view bytes = row.blob(column);
   Numbers<count> values;
-  if (bytes.size() != sizeof values) row.fail("the numbers of a row are incomplete");
+  std::uint32_t sum = 0;
+  if (bytes.size() != sizeof values + sizeof sum) row.fail("the numbers of a row are incomplete");
   std::memcpy(values.data(), bytes.data(), sizeof values);
+  std::memcpy(&sum, bytes.data() + sizeof values, sizeof sum);
+  if (sum != crc32_of(bytes.substr(0, sizeof values)))
+    row.fail("damaged: the checksum of a row does not match");
   for (const double value : values)
     if (!(std::abs(value) <= most)) row.fail("holds an impossible number");
   return values;
@@ -187,7 +192,8 @@ std::map<int, Pose> read_poses(Database& database, std::vector<int>& ids) {
   Rows rows(database, "SELECT keyframe, in_map, pose FROM poses ORDER BY 1");
   while (rows.next()) {
     ids.push_back(id_in(rows, 0));
-    if (flag_in(rows, 1)) map_T_keyframe.emplace(ids.back(), pose_in(rows, 2));
+    const Pose pose = pose_in(rows, 2);
+    if (flag_in(rows, 1)) map_T_keyframe.emplace(ids.back(), pose);
   }
   return map_T_keyframe;
 }
@@ -261,6 +267,9 @@ std::optional<Session> find_session(const fs::path& run) {
     session.warning =
         run.string() + ": the scan went on after its map was saved; fuse the run for the map of all of it";
   read_map_edges(database, session);
+  ScanRecord measured;  // what the map was made of must be whole, too
+  read_edges(database, measured);
+  read_frames(database, measured);
   return session;
 }
 

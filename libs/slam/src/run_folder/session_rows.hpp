@@ -9,7 +9,7 @@
 
 namespace gelslam::slam::detail {
 
-/// Numbers in a row of session.db, as docs/file-formats.md says.
+/// Numbers in a row of session.db, as docs/file-formats.md says. There a checksum follows them.
 template <std::size_t count>
 using Numbers = std::array<double, count>;
 

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "gelslam/core/crc32.hpp"
 #include "run_folder/session_rows.hpp"
 
 namespace gelslam {
@@ -17,7 +18,10 @@ constexpr std::size_t kFramesAtOnce = 25;  // about one second: as much as a kil
 
 template <std::size_t count>
 Blob blob_of(const Numbers<count>& numbers) {
-  return {{reinterpret_cast<const char*>(numbers.data()), sizeof numbers}};
+  Blob blob{{reinterpret_cast<const char*>(numbers.data()), sizeof numbers}};
+  const std::uint32_t sum = crc32_of(blob.bytes);
+  blob.bytes.append(reinterpret_cast<const char*>(&sum), sizeof sum);
+  return blob;
 }
 
 Numbers<12> numbers(const Pose& pose) {
@@ -65,9 +69,8 @@ void insert(Database& database, const std::vector<FrameRecord>& frames) {
 }
 
 void insert(Database& database, const Keyframe& keyframe) {
-  const std::string surface = keyframe.surface.packed().bytes();
   Statement(database, "INSERT INTO keyframes VALUES(?,?,?,?)")
-      .run(keyframe.id, keyframe.frame, keyframe.trial, Blob{surface});
+      .run(keyframe.id, keyframe.frame, keyframe.trial, Blob{keyframe.surface.packed().bytes()});
 }
 
 void insert(Database& database, const std::vector<PoseGraphEdge>& edges) {
