@@ -74,8 +74,9 @@ TEST(TriangleScene, ClosestIsExactAtFacesEdgesAndCorners) {
   EXPECT_NEAR(scene.closest(Eigen::Vector3d(8.0, 0.2, 4.0)).distance_mm, 5.0, 1e-7);  // over the edge x = 5
   EXPECT_NEAR(scene.closest(Eigen::Vector3d(6.0, 7.0, 2.0)).distance_mm, 3.0, 1e-7);  // off the corner
   EXPECT_NEAR(scene.closest(Eigen::Vector3d(0.0, 0.0, 1e4)).distance_mm, 1e4, 1e-3);
-  // A corner shared by six triangles: the lowest index, so that results do not depend on the order of
-  // traversal.
+  const std::vector centers(99, Eigen::Vector3d(0, 0, 0));  // as far from every triangle
+  EXPECT_NEAR(TriangleScene(test::sphere(5.0)).closest(centers).back().distance_mm, 5.0, 0.01);
+  // A corner shared by six triangles: the lowest index, whatever the order of traversal.
   EXPECT_EQ(scene.closest(Eigen::Vector3d(-4.0, -4.0, 1.0)).triangle, 0);
 }
 

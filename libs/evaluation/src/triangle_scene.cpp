@@ -27,8 +27,9 @@ using ScenePointer = std::unique_ptr<RTCSceneTy, SceneRelease>;
 
 namespace {
 
-/// A search may look at this many triangles on average: usual meshes need some dozens. Beyond it the mesh
-/// covers itself so often that measuring would not end. Judged by a few of the points, before all are asked.
+/// A search from the mesh itself may look at this many triangles on average: usual meshes need some dozens.
+/// Beyond it the mesh covers itself so often that measuring would not end. Judged by a few of its triangles:
+/// of points that are as far from all of a healthy mesh, as a ball's center is, a search looks at all of it.
 constexpr std::size_t kMaxVisits = 1000;
 constexpr std::size_t kJudgedPoints = 512;
 constexpr std::size_t kSearchesAtOnce = 1024;
@@ -204,9 +205,12 @@ ClosestPoint TriangleScene::closest(const Eigen::Vector3d& point_mm) const {
 
 std::vector<ClosestPoint> TriangleScene::closest(const std::vector<Eigen::Vector3d>& points_mm) const {
   std::size_t visits = 0;
-  const std::size_t step = 1 + points_mm.size() / kJudgedPoints;
-  for (std::size_t i = 0; i < points_mm.size(); i += step) {
-    impl_->closest(points_mm[i], visits);
+  const std::size_t step = 1 + mesh().triangles.size() / kJudgedPoints;
+  for (std::size_t i = 0; i < mesh().triangles.size(); i += step) {
+    Eigen::Vector3d center = Eigen::Vector3d::Zero();
+    for (const int corner : mesh().triangles[i])
+      center += mesh().vertices_mm[static_cast<std::size_t>(corner)].cast<double>() / 3;
+    impl_->closest(center, visits);
     if (visits > kMaxVisits * kJudgedPoints)
       throw Error("the mesh cannot be measured: thousands of its triangles lie at the same place");
   }
