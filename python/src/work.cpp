@@ -11,7 +11,8 @@ void check_signals() {
 }
 
 void warn(const std::string& message) {
-  if (PyErr_WarnEx(PyExc_UserWarning, message.c_str(), 1) != 0) throw py::error_already_set();
+  constexpr int kCaller = 2;  // of the function in Python that checks arguments
+  if (PyErr_WarnEx(PyExc_UserWarning, message.c_str(), kCaller) != 0) throw py::error_already_set();
 }
 
 PythonProgress::PythonProgress(py::object target)

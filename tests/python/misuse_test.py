@@ -45,8 +45,9 @@ class Misuse(unittest.TestCase):
         self.refused(TypeError, "background", gelslam.Sensor, simulated.MODEL, background=7)
         self.refused(TypeError, "", gelslam.Sensor, simulated.MODEL)
         self.refused(gelslam.Error, "", gelslam.Sensor, simulated.SCAN / "gelsight.avi", background=background)
-        with self.assertWarnsRegex(UserWarning, "dark"):  # doubts are warnings
+        with self.assertWarnsRegex(UserWarning, "dark") as told:  # doubts are warnings
             gelslam.Sensor(simulated.MODEL, background=np.ascontiguousarray(background // 8))
+        self.assertEqual(told.filename, __file__)
 
     def test_wrong_arguments_are_named_in_one_line(self):
         surface = self.sensor(self.images[20])
