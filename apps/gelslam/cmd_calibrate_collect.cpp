@@ -167,7 +167,7 @@ void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code) {
       ->add_option("--presses", collect.presses,
                    "Presses wanted of this ball, including those already there; at least 9, one in each "
                    "ninth of the gel")
-      ->check(CLI::Range(1, 1000))
+      ->transform(whole_number(1, 1000))
       ->capture_default_str();
   command->add_option("--config", arguments->config, "The sensor's configuration");
   command->add_flag("--force", collect.any_background,

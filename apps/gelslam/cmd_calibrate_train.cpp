@@ -64,7 +64,7 @@ void add_calibrate_train_command(CLI::App& calibrate, int& exit_code) {
   command
       ->add_option("--steps", arguments->steps,
                    "Training steps (default 36000, about 90 s; fewer: quicker, worse)")
-      ->check(CLI::Range(1, 1'000'000));
+      ->transform(whole_number(1, 1'000'000));
   command->add_flag("--automatic", arguments->automatic,
                     "Label presses that have no label, for this run only");
   add_overwrite_flag(*command, arguments->overwrite);

@@ -68,7 +68,7 @@ void add_map_command(CLI::App& app, int& exit_code) {
   command
       ->add_option("--touches", a->options.max_touches,
                    "Most touches to simulate, about 0.1 s each on one core")
-      ->check(CLI::Range(1, 100'000))
+      ->transform(whole_number(1, 100'000))
       ->capture_default_str();
   add_quiet_flag(*command, a->quiet);
   command->footer(

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <iomanip>
 #include <iostream>
+#include <limits>
 #include <memory>
 #include <string>
 
@@ -86,6 +87,7 @@ void add_common_options(CLI::App& command, SimulateArguments& arguments) {
   command.add_option("-o,--output", arguments.output, "Folder to write")->required();
   command
       .add_option("--seed", arguments.seed, "Seed of all random numbers; the same seed gives the same files")
+      ->transform(whole_number(0, std::numeric_limits<std::int64_t>::max()))
       ->capture_default_str();
   command
       .add_option(
@@ -109,6 +111,7 @@ void add_scan(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& argu
   scan->add_option("--motion", a.scan.motion.name, "Motion (see gelslam simulate --list)")
       ->capture_default_str();
   scan->add_option("--frames", a.scan.motion.frames, "Pictures after the 10 of the background")
+      ->transform(whole_number(1, 10'000'000))
       ->capture_default_str();
   scan->add_option("--speed", a.scan.motion.speed, "Factor on how far the hand moves")->capture_default_str();
   scan->add_option("--indentation", a.scan.motion.indentation_mm,
@@ -132,7 +135,9 @@ void add_presses(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& a
       "presses", "A hand that presses a ball all over the gel, as a log for gelslam calibrate collect");
   PressLogSpec& spec = arguments->press_log;
   presses->add_option("--diameter", spec.diameter_mm, "Diameter of the ball, mm")->capture_default_str();
-  presses->add_option("--presses", spec.presses, "Number of good presses")->capture_default_str();
+  presses->add_option("--presses", spec.presses, "Number of good presses")
+      ->transform(whole_number(1, 10'000))
+      ->capture_default_str();
   presses->add_flag("--mishaps", spec.mishaps,
                     "Bad presses between them: sliding, too deep, too shallow, off the gel, two at once");
   add_common_options(*presses, *arguments);
@@ -164,7 +169,7 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
       print_catalog("objects (or a .ply, .obj or .stl file):", shape_catalog());
       print_catalog("motions:", motion_catalog());
     } else if (simulate->get_subcommands().empty()) {
-      std::cout << simulate->help();
+      std::cout << simulate->help("gelslam");
     }
     exit_code = kExitDone;
   });

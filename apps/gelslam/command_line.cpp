@@ -12,6 +12,25 @@
 #include "gelslam/sensor/raw_log.hpp"
 
 namespace gelslam {
+namespace {
+
+/// "1.5GB" -> "1500000000".
+std::string bytes_of_size(std::string& text) {
+  constexpr std::pair<std::string_view, double> units[] = {{"", 1},     {"b", 1},    {"kb", 1e3},
+                                                           {"mb", 1e6}, {"gb", 1e9}, {"tb", 1e12}};
+  double number = 0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, code] = std::from_chars(text.data(), end, number);
+  for (const auto& [unit, bytes] : units) {
+    if (code != std::errc() || lower_case({rest, end}) != unit) continue;
+    if (!(number >= 0 && number * bytes <= 1e15)) break;
+    text = std::to_string(static_cast<std::int64_t>(number * bytes));
+    return "";
+  }
+  return text + " is no size: give a number and its unit (B, kB, MB, GB or TB), as 1.5GB";
+}
+
+}  // namespace
 
 void LogOptions::add_to(CLI::App& command) {
   command.add_option("--config", config,
@@ -76,7 +95,7 @@ void add_overwrite_flag(CLI::App& command, bool& overwrite) {
 void add_keep_free_option(CLI::App& command, std::int64_t& bytes) {
   bytes = 1'000'000'000;
   command.add_option("--keep-free", bytes, "Room to leave on the disk: the recording ends before, whole")
-      ->transform(CLI::AsSizeValue(true))
+      ->transform(CLI::Validator(bytes_of_size, "SIZE"))
       ->default_str("1GB");
 }
 
@@ -108,6 +127,20 @@ CLI::Validator number_between(double least, double most) {
            (rest != end && *rest == ',' ? " (write a point, not a comma)" : "");
   };
   return CLI::Validator(check, range);
+}
+
+CLI::Validator whole_number(std::int64_t least, std::int64_t most) {
+  const std::string range = fmt::format("{} to {}", least, most);
+  const auto to_decimal = [least, most, range](std::string& text) -> std::string {
+    std::int64_t value = 0;
+    const char* end = text.data() + text.size();
+    const auto [rest, code] = std::from_chars(text.data(), end, value);
+    if (code != std::errc() || rest != end || value < least || value > most)
+      return text + " is no whole number from " + range;
+    text = std::to_string(value);
+    return "";
+  };
+  return CLI::Validator(to_decimal, range);
 }
 
 }  // namespace gelslam

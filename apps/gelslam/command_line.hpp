@@ -39,10 +39,12 @@ void add_keep_free_option(CLI::App& command, std::int64_t& bytes);
 /// "12-21" or "1280x800": two whole numbers, not negative, and nothing else.
 std::optional<std::pair<int, int>> two_numbers(const std::string& text, char between);
 
-/// Checks of option values for CLI::Option::check(): "" or the reason for a refusal.
+/// Checks of option values: "" or the reason for a refusal.
 /// A picture's file must end in .png.
 std::string refuse_unless_png(const std::string& path);
 /// A number, all of it and nothing else: no comma, no unit.
 CLI::Validator number_between(double least, double most);
+/// For CLI::Option::transform(). CLI11 itself reads 010 as 8, and -1 as the largest number without a sign.
+CLI::Validator whole_number(std::int64_t least, std::int64_t most);
 
 }  // namespace gelslam

@@ -35,10 +35,14 @@ void StreamArguments::check() const {
 }
 
 CLI::Option* add_serve_option(CLI::App& command, std::string& serve) {
-  return command.add_option(
-      "--serve", serve,
-      "Serve a page to watch, poses and the surface at [HOST:]PORT (HTTP; without HOST for this "
-      "machine only)");
+  const auto refuse_empty = [](const std::string& text) {
+    return text.empty() ? "give PORT or HOST:PORT" : "";
+  };
+  return command
+      .add_option("--serve", serve,
+                  "Serve a page to watch, poses and the surface at [HOST:]PORT (HTTP; without HOST for this "
+                  "machine only)")
+      ->check(refuse_empty);
 }
 
 std::unique_ptr<HttpService> open_service(const std::string& serve, LineFeed& lines, const MeshFeed* mesh,

@@ -74,6 +74,10 @@ TEST(Cli, NumbersAreReadWholeOrRefused) {
   for (const char* text : {"", "nan", "inf", "0.4", "100.1", "-6.35", "0x10"})
     expect_mistake(diameter(text), "0.5 to 100");
   expect_mistake(diameter("6.35"), "x.mkv");  // the number is right, and what comes next is wrong
+  for (const char* text : {"-1", "18446744073709551616", "1e3", "1.5", "0x10", ""})
+    expect_mistake(gelslam({"simulate", "scan", "-o", "x/y", "--seed", text}),
+                   " is no whole number from 0 to");
+  expect_mistake(gelslam({"map", "x.ply", "-o", "x", "--touches", "08"}), "x.ply");  // not octal
 }
 
 TEST(Cli, AFullStandardOutputIsNoticed) {

@@ -63,6 +63,7 @@ TEST(Record, MistakesAreOneLineAndLeaveNothing) {
         Mistake{{"--from", from, "-o", (folder / "no/b.mkv").string()}, "cannot be created"},
         Mistake{{"--from", from, "-o", to, "--model", from}, "holds no gradient model"},
         Mistake{{"--from", from, "-o", to, "--seconds", "-3"}, "no number from 0.01"},
+        Mistake{{"--from", from, "-o", to, "--keep-free", "-1"}, "-1 is no size"},
         Mistake{{"--from", from, "--camera", "0"}, "excludes"}}) {
     std::vector<std::string> arguments{"record"};
     arguments.insert(arguments.end(), mistake.arguments.begin(), mistake.arguments.end());
