@@ -113,6 +113,7 @@ TEST(ReadOptions, HostileInputIsAnErrorOfOneLine) {
                                          "slam_config: &x {deep: *x}",
                                          "\t- x: :",
                                          "%YAML 9.9\n---\n...",
+                                         "---\n---\na: 1\n",
                                          many_aliases};
   for (const std::string& yaml : hostile) {
     const std::string message = error_in(yaml);

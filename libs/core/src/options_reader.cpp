@@ -219,7 +219,9 @@ void read_options_text(std::string_view yaml, const std::filesystem::path& name,
   if (yaml.size() > kLargestConfigBytes)
     throw Error(name.string() + ": too large for a configuration (more than 1 MiB)");
   try {
-    OptionReader reader(YAML::Load(std::string(yaml)), name);
+    const std::vector<YAML::Node> documents = YAML::LoadAll(std::string(yaml));
+    if (documents.size() > 1) throw Error(name.string() + ": holds several YAML documents (---), not one");
+    OptionReader reader(documents.empty() ? YAML::Node() : documents.front(), name);
     options(reader);
     reader.finish();
   } catch (const YAML::Exception& problem) {
