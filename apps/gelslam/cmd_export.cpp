@@ -194,7 +194,7 @@ int run_export(const ExportArguments& a) {
   check_contents(a, run);
   const bool as_asked = reduce_mesh(a, run, progress, say);
   const std::string words = write_output(a, run, progress);
-  say("wrote " + a.output.string() + ": " + words);
+  say("wrote " + one_line(a.output.string()) + ": " + words);
   if (!a.quiet) say_loose_pieces(run.mesh);
   if (!a.quiet && !run.folder.empty()) say_where_warnings_are(run.folder);
   return as_asked ? kExitDone : kExitNotGood;

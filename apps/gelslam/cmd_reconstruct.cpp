@@ -40,8 +40,7 @@ int run(const ReconstructArguments& arguments) {
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const RunReport report = reconstruct(request, *progress, [&] { return interrupt.requested(); }).report;
   std::cerr << run_words(report, arguments.run_folder, arguments.quiet);
-  if (report.frames.tracked == 0) std::cerr << "nothing ever touched the sensor: the mesh is empty\n";
-  return report.frames.tracked > 0 ? kExitDone : kExitNotGood;
+  return report.mesh.triangles > 0 ? kExitDone : kExitNotGood;
 }
 
 }  // namespace

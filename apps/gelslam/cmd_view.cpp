@@ -12,6 +12,7 @@
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/viewer/view_window.hpp"
 #include "reports.hpp"
 #include "terminal_progress.hpp"
@@ -89,7 +90,7 @@ void view(const ViewArguments& arguments) {
   progress->begin("drawing", std::nullopt);
   write_view_snapshot(std::move(content), std::move(second), options, arguments.snapshot);
   progress->end();
-  if (!arguments.quiet) std::cerr << "wrote " << arguments.snapshot.string() << "\n";
+  if (!arguments.quiet) std::cerr << "wrote " << one_line(arguments.snapshot.string()) << "\n";
 }
 
 }  // namespace

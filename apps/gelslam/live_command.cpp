@@ -118,7 +118,7 @@ std::string report_text(RunReport r, const LiveStatus& status, const std::vector
                       counted(status.frames, "frame"), r.seconds, status.lost_by_camera, status.dropped,
                       status.damaged);
   text += fmt::format("{} tracked, {}\n{}{}\n", r.frames.tracked, map_words(r), mesh_words(r),
-                      status.run_folder.empty() ? ", not kept (no -o)" : ": " + status.run_folder);
+                      status.run_folder.empty() ? ", not kept (no -o)" : ": " + one_line(status.run_folder));
   return text;
 }
 
@@ -289,7 +289,7 @@ LiveEnd run_to_its_end(std::unique_ptr<RawFrameSource> source, LiveOptions optio
   if (arguments.headless && !arguments.snapshot.empty())
     write_live_snapshot(*session, arguments.snapshot, window);
   std::cerr << report_text(report, session->status(), warned, arguments.quiet);
-  end.exit_code = report.frames.tracked == 0 || report.partial ? kExitNotGood : kExitDone;
+  end.exit_code = report.mesh.triangles == 0 || report.partial ? kExitNotGood : kExitDone;
   end.background = session->background_frames();
   end.wants_new_scan = (end.wants_new_scan || wants_new_scan) && !interrupt.requested();
   return end;

@@ -20,6 +20,9 @@ std::string map_words(const RunReport& r) {
 }
 
 std::string mesh_words(const RunReport& r) {
+  if (r.frames.tracked == 0) return "no mesh: nothing ever touched the sensor";
+  if (r.mesh.triangles == 0)
+    return "no mesh: no touch in the map is large enough, away from the border of the picture";
   return "mesh of " + std::to_string(r.mesh.vertices) + " vertices and " +
          counted(r.mesh.triangles, "triangle");
 }
@@ -43,7 +46,7 @@ std::string run_words(const RunReport& r, const std::string& run_folder, bool qu
   if (quiet) return text + last;
   for (const std::string& part : r.parts) text += part + "\n";
   text += fmt::format("{} of {} frames tracked, {}\n{}, in {} s: {}\n", r.frames.tracked, r.frames.total,
-                      map_words(r), mesh_words(r), short_number(r.seconds, 3), run_folder);
+                      map_words(r), mesh_words(r), short_number(r.seconds, 3), one_line(run_folder));
   return text + last;
 }
 

@@ -19,7 +19,7 @@ std::string ended_early(std::size_t frames, const LogInput& input, int wanted) {
   if (input.background_frames)
     return "the log ends before frame " + std::to_string(input.background_frames->last) +
            ", the last that was named for the background";
-  return "the log has only " + std::to_string(frames) + " frames, fewer than the " + std::to_string(wanted) +
+  return "the log has only " + counted(frames, "frame") + ", fewer than the " + std::to_string(wanted) +
          " without contact that it must start with (background_frames in the configuration, or name a "
          "background picture)";
 }
