@@ -165,8 +165,8 @@ void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code) {
       ->excludes(input);
   command
       ->add_option("--presses", collect.presses,
-                   "Presses wanted of this ball, including those already there; at least 9, one in each "
-                   "ninth of the gel")
+                   "Presses wanted of this ball, including those already there; at least 10, and one in "
+                   "each ninth of the gel")
       ->transform(whole_number(1, 1000))
       ->capture_default_str();
   command->add_option("--config", arguments->config, "The sensor's configuration");

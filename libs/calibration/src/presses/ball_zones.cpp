@@ -21,7 +21,6 @@ constexpr double kMinZonePx = 5.0;
 constexpr std::size_t kMinCompared = 5;  // labels, to tell how they were drawn
 constexpr double kCloseCenters = 0.12;   // of the radius: a label and what is found mean the same
 constexpr double kBesideRadii = 0.6;     // of the radius: a label that misses its contact
-constexpr std::size_t kMinPresses = 10;
 
 // Contacts are found with a ball this many times as large, whose slopes limit no width.
 constexpr double kFlatterBall = 4.0;
@@ -154,7 +153,7 @@ BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool autom
 }
 
 void require_good_coverage(const PressSet& set, const BallZones& zones) {
-  if (zones.zones.size() < kMinPresses) {
+  if (std::ssize(zones.zones) < kMinPresses) {
     std::string text = "'" + set.folder.string() + "': only " + std::to_string(zones.zones.size()) + " of " +
                        std::to_string(set.presses.size()) + " presses can be used, at least " +
                        std::to_string(kMinPresses) + " are needed (about 50 are good)";

@@ -24,7 +24,7 @@ double degrees(double slope) { return std::atan(slope) * kDegreesPerRadian; }
 }  // namespace
 
 PressCoverage::PressCoverage(const cv::Size& picture, int wanted)
-    : picture_(picture), wanted_(std::max(wanted, kSide * kSide)) {
+    : picture_(picture), wanted_(std::max(wanted, kMinPresses)) {
   if (picture.empty() || wanted < 1)
     throw std::invalid_argument("PressCoverage: no picture or nothing wanted");
 }

@@ -10,14 +10,16 @@
 
 namespace gelslam {
 
+inline constexpr int kMinPresses = 10;  ///< that a calibration needs
+
 /// Where on the gel presses lie, and where they are still missing: nine zones, row by row from the upper
 /// left.
 class PressCoverage {
  public:
   static constexpr int kSide = 3;
 
-  /// `wanted` presses in all, at least nine; each zone wants a ninth of them (rounded down), the rest may lie
-  /// anywhere.
+  /// `wanted` presses in all, at least kMinPresses; each zone wants a ninth of them (rounded down), the rest
+  /// may lie anywhere.
   PressCoverage(const cv::Size& picture, int wanted);
 
   void add(const ContactCircle& circle);
