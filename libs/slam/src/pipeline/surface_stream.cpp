@@ -122,7 +122,9 @@ std::optional<BareStretch> FrameToSurface::take_bare_stretch(const std::deque<Ta
   set_background(background_image({first, first + static_cast<std::ptrdiff_t>(stretch->count)}));
   doubts_.push_back("the background is that of frames " + std::to_string(seen[stretch->begin].index) +
                     " to " + std::to_string(seen[stretch->begin + stretch->count - 1].index) +
-                    ", not the old ones before; name others as background frames");
+                    (stretch->begin > 0
+                         ? ", not the old ones before; name others as background frames"
+                         : fmt::format(": of the {} asked for, only these show the bare gel", most)));
   return stretch;
 }
 
