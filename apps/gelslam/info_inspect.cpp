@@ -28,12 +28,13 @@ namespace fs = std::filesystem;
 const std::vector<std::string> kTakeLogs = {"reconstruct", "scan", "track", "record --from"},
                                kTakeSessions = {"fuse", "scan --continue", "track --map"};
 
-/// Runs one part of a folder's inspection; what is wrong with it becomes a problem and the rest goes on.
+/// Runs one part of a folder's inspection; what is wrong with it becomes one problem and the rest goes on.
 void attempt(InfoReport& report, const std::function<void()>& part) {
   try {
     part();
   } catch (const Error& error) {
-    report.problems.emplace_back(error.what());
+    if (std::ranges::find(report.problems, error.what()) == report.problems.end())
+      report.problems.emplace_back(error.what());
   }
 }
 
@@ -105,12 +106,7 @@ void add_mesh(InfoReport& report, const fs::path& file, const Mesh& mesh) {
 void add_session(InfoReport& report, const fs::path& run) {
   attempt(report, [&] {
     const std::optional<Session> session = find_session(run);
-    if (!session) {
-      const auto says_it = [](const std::string& problem) { return problem.ends_with(kUnfinishedScan); };
-      if (std::none_of(report.problems.begin(), report.problems.end(), says_it))
-        report.problems.emplace_back(kUnfinishedScan);
-      return;
-    }
+    if (!session) refuse_unfinished(run);
     if (!session->warning.empty()) report.problems.push_back(session->warning);
     if (fs::exists(run / "report.json")) read_scan(run, {});
     report.facts.emplace_back("session", counted(std::ssize(session->patches), "keyframe") + " in the map");

@@ -249,6 +249,12 @@ void check_run_files(const fs::path& folder) {
   }
 }
 
+void refuse_unfinished(const fs::path& folder) {
+  const FolderLock nobody_writes(folder);
+  throw Error(folder.string() +
+              ": the scan was not finished; fuse the run to make its map and mesh, or continue the scan");
+}
+
 bool has_incomplete_save(const fs::path& folder) {
   std::error_code code;
   return fs::exists(fs::symlink_status(folder / "saved.tmp", code));
@@ -264,7 +270,7 @@ void check_is_run(const fs::path& folder, RunNeeds needs) {
   if (holds("mesh.ply") || holds("trajectory.tum")) return;
   if (!holds("session.db"))
     throw Error(folder.string() + ": is no run folder (no session.db, mesh.ply or trajectory.tum)");
-  if (needs == RunNeeds::map) throw Error(folder.string() + ": " + kUnfinishedScan);
+  if (needs == RunNeeds::map) refuse_unfinished(folder);
 }
 
 }  // namespace gelslam

@@ -276,7 +276,7 @@ std::optional<Session> find_session(const fs::path& run) {
 Session load_session(const fs::path& run) {
   if (has_incomplete_save(run)) throw Error(run.string() + ": " + kIncompleteSave);
   if (std::optional<Session> session = find_session(run)) return *std::move(session);
-  throw Error(run.string() + ": " + kUnfinishedScan);
+  refuse_unfinished(run);
 }
 
 }  // namespace gelslam

@@ -66,8 +66,8 @@ class RunFolder {
   FolderLock lock_, final_lock_;  ///< of the temporary folder, and of the one that is replaced
 };
 
-inline constexpr const char* kUnfinishedScan =
-    "the scan was not finished; fuse the run to make its map and mesh, or continue the scan";
+/// Throws Error for a run without a map: who is still writing it, or that its scan was not finished.
+[[noreturn]] void refuse_unfinished(const std::filesystem::path& folder);
 
 /// Files of a save lie in FOLDER/saved.tmp until all of them are in their places.
 bool has_incomplete_save(const std::filesystem::path& folder);
