@@ -51,6 +51,8 @@ int fuse_one(const FuseArguments& arguments) {
                              summary.vertices, summary.triangles,
                              arguments.output.empty() ? run : arguments.output);
   }
+  if (summary.triangles == 0)
+    warn("the mesh is empty: its cells are larger than the touches, or no keyframe has a usable touch");
   if (!arguments.quiet) say_where_warnings_are(run);
   return summary.triangles == 0 ? kExitNotGood : kExitDone;
 }
