@@ -14,6 +14,7 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/evaluation/run_and_truth.hpp"
 #include "gelslam/exchange/run_export.hpp"
+#include "gelslam/localization/maps.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
@@ -27,6 +28,9 @@ namespace fs = std::filesystem;
 
 const std::vector<std::string> kTakeLogs = {"reconstruct", "scan", "track", "record --from"},
                                kTakeSessions = {"fuse", "scan --continue", "track --map"};
+
+/// Endings of what is written for other programs, or read as a part of a folder.
+constexpr const char* kOnlyWritten[] = {".glb", ".npy", ".html", ".mcap", ".g2o", ".csv"};
 
 /// Runs one part of a folder's inspection; what is wrong with it becomes one problem and the rest goes on.
 void attempt(InfoReport& report, const std::function<void()>& part) {
@@ -132,6 +136,16 @@ InfoReport inspect_session(const fs::path& file) {
   return report;
 }
 
+InfoReport inspect_map(const fs::path& folder) {
+  InfoReport report{folder, "a map of a mesh (gelslam map)"};
+  attempt(report, [&] {
+    add_mesh(report, folder / "mesh.ply", read_mesh(folder / "mesh.ply"));
+    report.facts.emplace_back("touches", std::to_string(read_map(folder).patches.size()));
+    name_users(report, {"track --map", "view", "export"});
+  });
+  return report;
+}
+
 InfoReport inspect_run(const fs::path& folder) {
   check_run_files(folder);
   InfoReport report{folder, "a run folder"};
@@ -142,7 +156,8 @@ InfoReport inspect_run(const fs::path& folder) {
     report.warnings = run.warnings;
     if (!fs::exists(folder / "mesh.ply")) return;
     add_mesh(report, folder / "mesh.ply", run.mesh);
-    name_users(report, {"view", "export", "evaluate"});
+    if (!run.mesh.triangles.empty()) name_users(report, {"view", "export"});
+    name_users(report, {"evaluate"});
   });
   std::error_code code;
   for (const char* name : {"mesh.ply", "config.yaml"})
@@ -206,8 +221,13 @@ InfoReport inspect_recorded_log(const fs::path& file, ProgressSink& progress) {
 
 InfoReport inspect_file(const fs::path& file, ProgressSink& progress) {
   const std::string ending = file.extension().string(), name = file.filename().string();
+  const fs::path folder = fs::absolute(file).parent_path();
+  std::error_code code;
+  if (name == "map.json" || (name == "session.db" && fs::exists(folder / "map.json", code)))
+    return inspect_map(folder);
   if (name == "session.db") return inspect_session(fs::absolute(file));
-  if (name == "report.json") return inspect_run(fs::absolute(file).parent_path());
+  if (name == "report.json") return inspect_run(folder);
+  if (name == "catalog.csv") return inspect_presses(folder);
   InfoReport report{file, ""};
   if (ending == ".tum") {
     report.kind = "a trajectory";
@@ -217,6 +237,10 @@ InfoReport inspect_file(const fs::path& file, ProgressSink& progress) {
     report.kind = "a gradient model";
     add_model(report, file);
     report.commands = {"reconstruct --model", "scan --model"};
+  } else if (name == kOpticsFileName || (ending == ".yaml" && read_file(file).starts_with("lens_k1:"))) {
+    report.kind = "the optics of a sensor's camera, for the log, model or catalog.csv beside it";
+    report.facts.emplace_back("optics", optics_text(read_optics(file)));
+    report.commands = {"simulate scan --optics"};
   } else if (ending == ".yaml" || ending == ".yml") {
     report.kind = "a configuration";
     const fs::path model = add_config(report, find_config({.config = file})).calibration_model_path;
@@ -225,7 +249,9 @@ InfoReport inspect_file(const fs::path& file, ProgressSink& progress) {
   } else if (ending == ".ply" || ending == ".obj" || ending == ".stl") {
     report.kind = "a mesh";
     add_mesh(report, file, read_mesh(file));
-    report.commands = {"view", "export", "map", "evaluate --mesh", "simulate scan --object"};
+    report.commands = {"view", "export", "map", "evaluate", "simulate scan --object"};
+  } else if (std::ranges::find(kOnlyWritten, ending) != std::end(kOnlyWritten)) {
+    throw Error(file.string() + ": not a file that gelslam reads by itself");
   } else {
     return is_matroska(file) ? inspect_recorded_log(file, progress) : inspect_log(file, progress);
   }
@@ -242,6 +268,7 @@ InfoReport inspect(const fs::path& path, ProgressSink& progress) {
   }
   if (!fs::is_directory(path, code)) return inspect_file(path, progress);
   if (fs::exists(path / "report.json", code)) return inspect_run(path);
+  if (fs::exists(path / "map.json", code)) return inspect_map(path);
   if (fs::exists(path / "session.db", code)) return inspect_session(path / "session.db");
   if (fs::exists(path / "height_mm.npy", code)) return inspect_surface(path);
   if (fs::exists(path / "catalog.csv", code)) return inspect_presses(path);

@@ -1,12 +1,16 @@
-"""What `gelslam export` writes of a simulated run, read back by readers of our own and compared with the run folder."""
+"""What `gelslam export` writes of a simulated run, read back by readers of our own and compared with the run folder; what
+`gelslam info` says of such files."""
 import base64
 import collections
+import contextlib
+import fcntl
 import json
 import math
 import os
 import pathlib
 import re
 import shutil
+import sqlite3
 import subprocess
 import unittest
 
@@ -51,6 +55,65 @@ def setUpModule():
     WORK.mkdir(parents=True)
     result = gelslam("reconstruct", SCAN, "-o", RUN, "-q")
     assert result.returncode == 0, result.stderr
+
+
+class Info(unittest.TestCase):
+    def info(self, path, exit_code=0):
+        result = gelslam("info", path)
+        self.assertEqual(result.returncode, exit_code, result.stderr)
+        return result.stdout + result.stderr
+
+    def test_a_mesh_can_be_evaluated(self):
+        self.assertRegex(self.info(RUN / "mesh.ply"), r"use +gelslam .*, evaluate,")
+
+    def test_a_map_of_a_mesh_is_no_run(self):
+        folder = WORK / "map"
+        self.assertEqual(gelslam("map", SCAN / "gt_mesh.ply", "-o", folder, "--touches", "20", "-q").returncode, 1)
+        for path in folder, folder / "session.db", folder / "map.json":
+            said = self.info(path)
+            self.assertRegex(said, r"map: a map of a mesh \(gelslam map\)\n  mesh .*\n  touches +20\n  use +gelslam track --map, view, export\n")
+
+    def test_a_run_that_somebody_writes_is_not_called_unfinished(self):
+        scan = WORK / "writing"
+        scan.mkdir()
+        shutil.copy(RUN / "session.db", scan)
+        with contextlib.closing(sqlite3.connect(scan / "session.db")) as session, session:
+            session.execute("DELETE FROM map")
+        self.assertIn("the scan was not finished", self.info(scan, 1))
+        lock = os.open(scan, os.O_RDONLY)
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        try:
+            for said in self.info(scan, 1), gelslam("view", scan, "--snapshot", WORK / "no.png").stderr:
+                self.assertRegex(said, rf"another program \(.*process {os.getpid()}\) is writing to '.*writing'")
+                self.assertNotIn("not finished", said)
+        finally:
+            os.close(lock)
+
+    def test_a_background_shorter_than_asked_for_has_nothing_before_it(self):
+        config = WORK / "eleven.yaml"
+        config.write_text("contact_mask_config:\n  background_frames: 11\n")
+        made = gelslam("reconstruct", SCAN, "--config", config, "--model", SCAN / "model.json", "-o", WORK / "eleven", "-q")
+        self.assertEqual(made.returncode, 0, made.stderr)
+        self.assertIn("the background is that of frames 0 to 9: of the 11 asked for, only these show the bare gel\n",
+                      self.info(WORK / "eleven"))
+
+    def test_optics_are_no_configuration(self):
+        shutil.copy(SCAN / "optics.yaml", WORK / "opt.yaml")
+        for file in SCAN / "optics.yaml", WORK / "opt.yaml":
+            self.assertRegex(self.info(file), r": the optics of .*\n  optics +camera at 22 mm, lens k1 0.037, dome")
+
+    def test_files_that_are_only_written_are_no_videos(self):
+        export("only.glb"), export("only.html"), export("only.mcap")
+        for file in WORK / "only.glb", WORK / "only.html", WORK / "only.mcap", RUN / "pose_graph.g2o", SCAN / "touched.npy":
+            self.assertEqual(self.info(file, 2), f"gelslam: error: {file}: not a file that gelslam reads by itself\n")
+        self.assertIn(": calibration presses\n", self.info(SCAN.parent / "presses/catalog.csv"))
+
+    def test_an_empty_mesh_has_a_reason_and_few_uses(self):
+        fused = gelslam("fuse", RUN, "--voxel-size-mm", "10", "-o", WORK / "coarse", "-q")
+        self.assertEqual(fused.returncode, 1)
+        self.assertIn("the mesh is empty: its cells are larger than the touches", fused.stderr)
+        self.assertRegex(self.info(WORK / "coarse"), r"use +gelslam evaluate, fuse, scan --continue, track --map\n")
+        self.assertEqual(gelslam("evaluate", WORK / "coarse", "--truth", SCAN).returncode, 0)
 
 
 class Export(unittest.TestCase):
