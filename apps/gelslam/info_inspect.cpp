@@ -93,7 +93,7 @@ void add_model(InfoReport& report, const fs::path& file) {
   const GradientModel model = read_gradient_model(file);
   const std::size_t weights = model.wide ? model.wide->numbers.size() : model.numbers.size();
   report.facts.emplace_back("model", fmt::format("network of {} weights, {}", weights, file.string()));
-  if (model.optics) report.facts.emplace_back("optics", optics_text(*model.optics));
+  if (model.optics) report.facts.emplace_back("made for", optics_text(*model.optics));
 }
 
 void add_mesh(InfoReport& report, const fs::path& file, const Mesh& mesh) {

@@ -7,8 +7,6 @@
 namespace gelslam::test {
 namespace {
 
-// What cameras there are depends on the machine; what the command owes does not.
-
 TEST(Devices, JsonIsOneObjectAndTheExitCodeSaysWhetherThereIsACamera) {
   const ProgramResult result = gelslam({"devices", "--json"});
   const auto cameras = nlohmann::json::parse(result.out).at("cameras");

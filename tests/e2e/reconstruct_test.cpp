@@ -101,6 +101,8 @@ TEST(Info, SaysWhatADataFolderIsGoodFor) {
     EXPECT_THAT(words.out, testing::HasSubstr(part));
   const json object = json::parse(gelslam({"info", scan().log().string(), "--json"}).out);
   EXPECT_EQ(object.at("use").at(0), "reconstruct");
+  EXPECT_EQ(json::parse(gelslam({"info", scan().run().string(), "--json"}).out).at("path"),
+            scan().run().string());
   EXPECT_TRUE(object.at("problems").empty());
 }
 
