@@ -27,9 +27,10 @@ using ScenePointer = std::unique_ptr<RTCSceneTy, SceneRelease>;
 
 namespace {
 
-/// A search from the mesh itself may look at this many triangles on average: usual meshes need some dozens.
-/// Beyond it the mesh covers itself so often that measuring would not end. Judged by a few of its triangles:
-/// of points that are as far from all of a healthy mesh, as a ball's center is, a search looks at all of it.
+/// A search may look at this many triangles on average: usual meshes need some dozens. Beyond it the mesh
+/// covers itself so often that measuring would not end, if searches from the mesh itself take as long: of
+/// points that are as far from all of a healthy mesh, as a ball's center is, a search looks at all of it.
+/// Judged by a few.
 constexpr std::size_t kMaxVisits = 1000;
 constexpr std::size_t kJudgedPoints = 512;
 constexpr std::size_t kSearchesAtOnce = 1024;
@@ -204,16 +205,21 @@ ClosestPoint TriangleScene::closest(const Eigen::Vector3d& point_mm) const {
 }
 
 std::vector<ClosestPoint> TriangleScene::closest(const std::vector<Eigen::Vector3d>& points_mm) const {
-  std::size_t visits = 0;
-  const std::size_t step = 1 + mesh().triangles.size() / kJudgedPoints;
-  for (std::size_t i = 0; i < mesh().triangles.size(); i += step) {
-    Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  const auto takes_long = [&](std::size_t count, const auto& point) {
+    std::size_t visits = 0;
+    for (std::size_t i = 0; i < count && visits <= kMaxVisits * kJudgedPoints; i += 1 + count / kJudgedPoints)
+      impl_->closest(point(i), visits);
+    return visits > kMaxVisits * kJudgedPoints;
+  };
+  const auto center = [&](std::size_t i) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (const int corner : mesh().triangles[i])
-      center += mesh().vertices_mm[static_cast<std::size_t>(corner)].cast<double>() / 3;
-    impl_->closest(center, visits);
-    if (visits > kMaxVisits * kJudgedPoints)
-      throw Error("the mesh cannot be measured: thousands of its triangles lie at the same place");
-  }
+      sum += mesh().vertices_mm[static_cast<std::size_t>(corner)].cast<double>();
+    return Eigen::Vector3d(sum / 3);
+  };
+  if (takes_long(points_mm.size(), [&](std::size_t i) { return points_mm[i]; }) &&
+      takes_long(mesh().triangles.size(), center))
+    throw Error("the mesh cannot be measured: thousands of its triangles lie at the same place");
   std::vector<ClosestPoint> result(points_mm.size());
   parallel_for_ranges(points_mm.size(), kSearchesAtOnce, 0, [&](std::size_t begin, std::size_t end) {
     std::size_t uncounted = 0;
