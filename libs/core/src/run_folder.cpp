@@ -115,7 +115,7 @@ std::vector<std::string> saved_entries() {
 
 std::vector<std::string> run_entries() {
   std::vector<std::string> entries;
-  for (std::string entry : saved_entries())
+  for (const std::string& entry : saved_entries())
     for (const char* folder : {"", "saving.tmp/", "saved.tmp/"}) entries.push_back(folder + entry);
   entries.insert(entries.end(),
                  {"session.db-wal", "session.db-shm", ".tmp-*", "*/.tmp-*", "screenshot_*", "mesh_mm_*"});
