@@ -30,6 +30,22 @@ std::string bytes_of_size(std::string& text) {
   return text + " is no size: give a number and its unit (B, kB, MB, GB or TB), as 1.5GB";
 }
 
+/// Puts a whole number down as CLI11 reads it.
+template <typename Number>
+CLI::Validator within(Number least, Number most, const char* kind, const std::string& range) {
+  const auto check = [least, most, kind, range](std::string& text) -> std::string {
+    Number value = 0;
+    const char* const end = text.data() + text.size();
+    const auto [rest, code] = std::from_chars(text.data(), end, value);
+    if (code != std::errc() || rest != end || !(value >= least && value <= most))
+      return text + " is no " + kind + " from " + range +
+             (rest != end && *rest == ',' ? " (write a point, not a comma)" : "");
+    if constexpr (std::is_integral_v<Number>) text = std::to_string(value);
+    return "";
+  };
+  return CLI::Validator(check, range);
+}
+
 }  // namespace
 
 void LogOptions::add_to(CLI::App& command) {
@@ -117,30 +133,11 @@ std::string refuse_unless_png(const std::string& path) {
 }
 
 CLI::Validator number_between(double least, double most) {
-  const std::string range = fmt::format("{:.10g} to {:.10g}", least, most);
-  const auto check = [least, most, range](const std::string& text) -> std::string {
-    double value = 0;
-    const char* end = text.data() + text.size();
-    const auto [rest, code] = std::from_chars(text.data(), end, value);
-    if (code == std::errc() && rest == end && value >= least && value <= most) return "";
-    return text + " is no number from " + range +
-           (rest != end && *rest == ',' ? " (write a point, not a comma)" : "");
-  };
-  return CLI::Validator(check, range);
+  return within(least, most, "number", fmt::format("{:.10g} to {:.10g}", least, most));
 }
 
 CLI::Validator whole_number(std::int64_t least, std::int64_t most) {
-  const std::string range = fmt::format("{} to {}", least, most);
-  const auto to_decimal = [least, most, range](std::string& text) -> std::string {
-    std::int64_t value = 0;
-    const char* end = text.data() + text.size();
-    const auto [rest, code] = std::from_chars(text.data(), end, value);
-    if (code != std::errc() || rest != end || value < least || value > most)
-      return text + " is no whole number from " + range;
-    text = std::to_string(value);
-    return "";
-  };
-  return CLI::Validator(to_decimal, range);
+  return within(least, most, "whole number", fmt::format("{} to {}", least, most));
 }
 
 }  // namespace gelslam

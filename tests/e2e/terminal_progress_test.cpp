@@ -22,6 +22,7 @@ TEST(ProgressLine, SaysHowFarHowFastAndHowLong) {
   EXPECT_EQ(progress_line("closing loops", 0, 60, 7.0, 80),
             "closing loops  [........................]  0%  0/60  7 s");
   EXPECT_EQ(progress_line("reading", 50, std::nullopt, 2.0, 80), "reading  50  25/s");
+  EXPECT_EQ(progress_line("closing loops", 0, std::nullopt, 75.0, 80), "closing loops  1:15 min");
 }
 
 TEST(TerminalProgress, DrawsAtMostTenTimesASecondAndEndsTheLine) {

@@ -1,6 +1,5 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
-#include <vector>
 
 #include "../support/round_touch.hpp"
 #include "scene/touch_mesh.hpp"

@@ -1,5 +1,4 @@
 #include <opencv2/imgproc.hpp>
-#include <vector>
 
 #include "scene_fixture.hpp"
 

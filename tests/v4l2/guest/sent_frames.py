@@ -1,13 +1,15 @@
 """Whether a log holds the pictures that were sent, byte for byte: sent_frames.py LOG INFO.json FOLDER_OF_SENT_PICTURES.
 
 A reader that lags behind v4l2loopback gets a buffer the driver is still writing to, the start of one picture and
-the rest of another. That is no fault of the recorder, so some of those may be there; anything else is one.
+the rest of another. That is no fault of the recorder, so a few of those may be there; anything else is one.
 """
 import json
 import pathlib
 import sys
 
 from readable import readable
+
+MOST_TORN = 0.1  # share of the frames
 
 
 def shared(a: bytes, b: bytes) -> int:
@@ -43,7 +45,7 @@ def main() -> None:
     assert found["state"] == "whole" and found["frames"] >= 5, info
     assert len(frames) == found["frames"], "frames begin otherwise than they were sent"
     assert whole + torn == len(frames), "frames were changed"
-    assert torn < whole, "most are torn"
+    assert torn <= max(1, MOST_TORN * len(frames)), "too many are torn"
 
 
 main()
