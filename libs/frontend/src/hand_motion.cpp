@@ -77,8 +77,9 @@ std::array<ExpectedMotion, 2> HandMotion::expect(const MotionState& before, doub
   const Pose moved = se3_exp(elapsed_s * before.velocity), &stopped = before.reference_T_frame;
   const Matrix6d turn = adjoint(moved.inverse());
   return {ExpectedMotion{stopped, stopped * moved, turn * before.covariance * turn.transpose() + step, step,
-                         elapsed_s},
-          ExpectedMotion{stopped, stopped, before.covariance + step, step, elapsed_s}};
+                         before.velocity, elapsed_s, elapsed_s * std::sqrt(change_variance_)},
+          ExpectedMotion{stopped, stopped, before.covariance + step, step, before.velocity, elapsed_s,
+                         elapsed_s * mm_per_s()}};
 }
 
 MotionState HandMotion::correct(const ExpectedMotion& expected, const RegistrationResult& registration) {
@@ -98,14 +99,19 @@ MotionState HandMotion::correct(const ExpectedMotion& expected, const Registrati
                     frame_T_reference * registration.shared_center_mm};
   const Vector6d speed =
       along * se3_log(expected.reference_T_before.inverse() * state.reference_T_frame) / expected.elapsed_s;
-  state.velocity = directions * gain(variance_along(along, expected.step), information).cwiseProduct(speed);
+  const Vector6d of_step = gain(variance_along(along, expected.step), information);
+  state.velocity = directions * of_step.cwiseProduct(speed);
 
   // Over the directions of the normals; the height is pressed, not moved by hand.
-  const double squares =
-      speed.cwiseAbs2().cwiseProduct(sizes_mm2(directions, state.center_mm)).head<5>().sum();
+  const Vector6d sizes = sizes_mm2(directions, state.center_mm);
   const double shown = gain(variance, information).head<5>().sum();
-  variance_ += (squares - shown * variance_) / 5 * std::min(1.0, expected.elapsed_s / kMemoryS);
-  variance_ = std::max(variance_, kRestMmPerS * kRestMmPerS);
+  const auto learn = [&](double& speed_variance, const Vector6d& measured) {
+    const double squares = measured.cwiseAbs2().cwiseProduct(sizes).head<5>().sum();
+    speed_variance += (squares - shown * speed_variance) / 5 * std::min(1.0, expected.elapsed_s / kMemoryS);
+    speed_variance = std::max(speed_variance, kRestMmPerS * kRestMmPerS);
+  };
+  learn(variance_, speed);
+  learn(change_variance_, of_step.cwiseProduct(speed - along * expected.velocity));
   return state;
 }
 

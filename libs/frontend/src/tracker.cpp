@@ -69,11 +69,6 @@ void Tracker::continue_after(int keyframe_id, int trial) {
   trial_ = trial;
 }
 
-void Tracker::limit_relocalization(double share_of_time, Clock clock) {
-  relocalization_share_ = share_of_time;
-  clock_ = std::move(clock);
-}
-
 TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surface, std::int64_t unix_us) {
   TrackedFrame result;
   result.frame = frame;
@@ -83,8 +78,6 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
     result.status = TrackStatus::background;
     return result;
   }
-  relocalization_debt_s_ = std::max(
-      0.0, relocalization_debt_s_ - relocalization_share_ * (time_s - std::exchange(last_time_s_, time_s)));
   if (in_trial_ ? surface->contact_pixels < options_.contact_threshold_px / kContactShrinks
                 : surface->contact_pixels < options_.contact_threshold_px) {
     end_trial(result);
@@ -127,11 +120,12 @@ Tracker::Attempt Tracker::register_to(const Reference& reference, const Surface&
 }
 
 /// Whether innovation and residual are those predicted: the uncertainty of the prediction grows with the
-/// time, and that of the registration is added; a residual grows by the noise of normals at most. Where a
-/// pattern may have moved by one period within the gate, the gate tells nothing.
+/// time, and that of the registration is added; a residual grows by the noise of normals at most. Where such
+/// expectations are wrong by a period of a pattern, the gate tells nothing.
 bool Tracker::passes_gate(const RegistrationResult& registration, const ExpectedMotion& expected) const {
   const double residual_increase_rad = registration.normal_rmse_rad - previous_.residual_rad;
-  return registration.ok() && kGateSigmas * hand_.mm_per_s() * expected.elapsed_s <= kMinPeriodMm &&
+  return registration.ok() && kGateSigmas * expected.sigma_mm <= kMinPeriodMm &&
+         innovation_mm(registration, expected.reference_T_frame.inverse()) <= kMinPeriodMm &&
          residual_increase_rad <= normal_flow_.normal_noise_rad &&
          expected.normalized_innovation(registration) <= kGateSigmas;
 }
@@ -143,16 +137,10 @@ bool Tracker::is_usual(const RegistrationResult& registration, const Reference& 
 }
 
 /// The only place where the frame fits, whether `registration` found it there or not. Not ok when there is
-/// none, there are several, or there is no time to search.
+/// none, or there are several.
 Tracker::Attempt Tracker::relocalize_on(const Reference& reference, const Surface& surface,
-                                        const Attempt& attempt) {
+                                        const Attempt& attempt) const {
   if (!options_.relocalize) return attempt;
-  if (relocalization_debt_s_ > 0) {
-    Attempt unconfirmed = attempt;
-    if (attempt.registration.ok()) unconfirmed.registration.status = RegistrationStatus::unconfirmed;
-    return unconfirmed;
-  }
-  const double start_s = clock_ ? clock_() : 0;
   // A body that is shaken turns back within a frame.
   const auto& [predicted, stopped] = reference.expected;
   const bool goes_on = innovation_mm(attempt.registration, predicted.reference_T_frame.inverse()) <=
@@ -161,7 +149,6 @@ Tracker::Attempt Tracker::relocalize_on(const Reference& reference, const Surfac
   const RegistrationResult place =
       relocalize(*reference.prepared.samples(), surface, expected.reference_T_frame.inverse(),
                  attempt.registration, normal_flow_, verification_);
-  if (clock_) relocalization_debt_s_ += clock_() - start_s;
   if (!place.ok()) return {place, expected};
   // Another method starts from there and decides.
   return {reference.prepared.register_to(surface, expected.prior_at(place)), expected, true};
@@ -240,7 +227,7 @@ void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr su
   if (attempt.searched) jump_ = Jump{previous_, hand_};
   previous_.state = hand_.correct(attempt.expected, registration);
   link.information = previous_.state.covariance.inverse();
-  result.registration.information = information_of_inverse(link.information, keyframe_T_frame.inverse());
+  result.registration.information = information_of_inverse(link.information, keyframe_T_frame);
   static_cast<Seen&>(previous_) = {result.frame, result.time_s, surface};
   previous_.link = link;
   previous_.residual_rad = registration.normal_rmse_rad;

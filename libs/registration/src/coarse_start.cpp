@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "gelslam/registration/relocalization.hpp"
 #include "texture_spectrum.hpp"
@@ -12,19 +13,16 @@ using namespace registration::detail;
 
 constexpr double kTwistStepRad = 0.12;  // numerics: textures turned by more than half of it still agree
 constexpr int kTwistSteps = 3;          // to either side of the expected twist
-constexpr int kPlacesPerTwist = 4;      // speed: the best of them; more would be periods of one pattern
+constexpr int kShrink = 4;  // numerics: a fourth of the shortest period; registration does the rest
+constexpr int kPlaces = 6;  // speed: the best of them; more would be periods of one pattern
 
 /// The reference turned by `twist_rad` and moved agrees with the target.
 struct Place {
+  int twist_step = 0;  // from the expected twist
   double twist_rad = 0;
   Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();  // of the coarse pixels
   double similarity = 0;                               // normalized cross-correlation
 };
-
-void sort_by_similarity(std::vector<Place>& places) {
-  std::stable_sort(places.begin(), places.end(),
-                   [](const Place& a, const Place& b) { return a.similarity > b.similarity; });
-}
 
 int wrapped(int shift, int size) { return shift > size / 2 ? shift - size : shift; }
 
@@ -35,23 +33,32 @@ bool is_peak(const cv::Mat1f& map, int y, int x) {
   return true;
 }
 
-/// The highest peaks of one twist, not counting those on the slopes of a higher one.
-std::vector<Place> best_places(const TextureSpectrum::Agreement& agreement, double twist_rad,
-                               double min_similarity, double min_shared_px, double min_distance_px) {
+/// All peaks of one twist.
+void add_peaks(const TextureSpectrum::Agreement& agreement, const Place& twist, double min_similarity,
+               double min_shared_px, std::vector<Place>& peaks) {
   const cv::Mat1f& similarity = agreement.similarity;
-  std::vector<Place> peaks;
   for (int y = 0; y < similarity.rows; ++y)
-    for (int x = 0; x < similarity.cols; ++x)
-      if (similarity(y, x) >= min_similarity && agreement.shared(y, x) >= min_shared_px &&
-          is_peak(similarity, y, x))
-        peaks.push_back(
-            {twist_rad, {wrapped(x, similarity.cols), wrapped(y, similarity.rows)}, similarity(y, x)});
-  sort_by_similarity(peaks);
+    for (int x = 0; x < similarity.cols; ++x) {
+      if (similarity(y, x) < min_similarity || agreement.shared(y, x) < min_shared_px ||
+          !is_peak(similarity, y, x))
+        continue;
+      Place& peak = peaks.emplace_back(twist);
+      peak.shift_px = {wrapped(x, similarity.cols), wrapped(y, similarity.rows)};
+      peak.similarity = similarity(y, x);
+    }
+}
+
+/// The highest peaks, not counting those on the slopes of a higher one: shifted a little, or turned by a
+/// step.
+std::vector<Place> best_places(std::vector<Place> peaks, double min_distance_px) {
+  std::stable_sort(peaks.begin(), peaks.end(),
+                   [](const Place& a, const Place& b) { return a.similarity > b.similarity; });
   std::vector<Place> places;
   for (const Place& peak : peaks) {
-    if (static_cast<int>(places.size()) == kPlacesPerTwist) break;
+    if (static_cast<int>(places.size()) == kPlaces) break;
     if (std::none_of(places.begin(), places.end(), [&](const Place& higher) {
-          return (higher.shift_px - peak.shift_px).norm() < min_distance_px;
+          return std::abs(higher.twist_step - peak.twist_step) <= 1 &&
+                 (higher.shift_px - peak.shift_px).norm() < min_distance_px;
         }))
       places.push_back(peak);
   }
@@ -66,15 +73,15 @@ Eigen::Vector3d vector(const cv::Vec3f& v) { return {v[0], v[1], v[2]}; }
 /// that brings the points that meet there together.
 Pose pose_at(const Place& place, const Surface& reference, const Surface& target) {
   const CameraModel camera = target.camera();
-  const Eigen::Vector2d shift_mm = place.shift_px * kTextureShrink * camera.pitch_mm;
+  const Eigen::Vector2d shift_mm = place.shift_px * kShrink * camera.pitch_mm;
   const Eigen::Matrix3d twist =
       Eigen::AngleAxisd(place.twist_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   Eigen::Vector3d reference_sum = Eigen::Vector3d::Zero(), target_sum = Eigen::Vector3d::Zero();
   Eigen::Vector2d gap = Eigen::Vector2d::Zero();
   double weight = 0;
   int count = 0;
-  for (int v = kTextureShrink / 2; v < camera.size.height; v += kTextureShrink)
-    for (int u = kTextureShrink / 2; u < camera.size.width; u += kTextureShrink) {
+  for (int v = kShrink / 2; v < camera.size.height; v += kShrink)
+    for (int u = kShrink / 2; u < camera.size.width; u += kShrink) {
       if (!reference.contact(v, u)) continue;
       const Eigen::Vector2d q = twist.topLeftCorner<2, 2>() * camera.to_mm(cv::Point(u, v)) + shift_mm;
       const std::optional<cv::Point> at = camera.pixel_of(camera.to_px(q));
@@ -103,23 +110,22 @@ std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target,
                                 const VerificationOptions& options) {
   if (reference.contact.size() != target.contact.size() || reference.pixel_pitch_mm != target.pixel_pitch_mm)
     return {};
-  const CoarseTexture texture(reference), target_texture(target);
+  const CoarseTexture texture(reference, kShrink), target_texture(target, kShrink);
   const double min_shared_px = options.curvature.min_scr * std::min(texture.pixels, target_texture.pixels);
   if (min_shared_px < 1) return {};
   // Before registration textures agree about half as well as after it.
   const double min_similarity = options.min_texture_correlation / 2;
   const TextureSpectrum target_spectrum(target_texture);
-  std::vector<Place> places;
+  std::vector<Place> peaks;
   for (int step = -kTwistSteps; step <= kTwistSteps; ++step) {
     const double twist_rad = twist_of(expected) + step * kTwistStepRad;
     const TextureSpectrum turned(texture.turned(twist_rad));
-    const std::vector<Place> found = best_places(turned.laid_on(target_spectrum), twist_rad, min_similarity,
-                                                 min_shared_px, kMinPeriodMm / texture.pixel_pitch_mm);
-    places.insert(places.end(), found.begin(), found.end());
+    add_peaks(turned.laid_on(target_spectrum), {.twist_step = step, .twist_rad = twist_rad}, min_similarity,
+              min_shared_px, peaks);
   }
-  sort_by_similarity(places);
   std::vector<Pose> starts;
-  for (const Place& place : places) starts.push_back(pose_at(place, reference, target));
+  for (const Place& place : best_places(std::move(peaks), kMinPeriodMm / texture.pixel_pitch_mm))
+    starts.push_back(pose_at(place, reference, target));
   return starts;
 }
 

@@ -55,8 +55,6 @@ std::string_view describe(RegistrationStatus status) {
       return "the alignment diverged";
     case RegistrationStatus::free_space_violation:
       return "the object would lie in untouched gel";
-    case RegistrationStatus::unconfirmed:
-      return "no time to confirm an unusual step";
     case RegistrationStatus::ambiguous:
       return "it fits at several places";
     case RegistrationStatus::too_little_surface:

@@ -37,10 +37,10 @@ cv::Mat1f correlate(const cv::Mat& a, const cv::Mat& b) {
 
 }  // namespace
 
-CoarseTexture::CoarseTexture(const Surface& surface)
-    : pixel_pitch_mm(surface.pixel_pitch_mm * kTextureShrink) {
+CoarseTexture::CoarseTexture(const Surface& surface, int shrink)
+    : pixel_pitch_mm(surface.pixel_pitch_mm * shrink) {
   read_contact(surface).convertTo(mask, CV_32F, 1.0 / 255.0);
-  cv::resize(mask, mask, {}, 1.0 / kTextureShrink, 1.0 / kTextureShrink, cv::INTER_NEAREST);
+  cv::resize(mask, mask, {}, 1.0 / shrink, 1.0 / shrink, cv::INTER_NEAREST);
   cv::resize(surface.curvature, curvature, mask.size(), 0, 0, cv::INTER_AREA);
   remove_mean();
 }

@@ -17,7 +17,7 @@ struct CoarseTexture {
   double pixel_pitch_mm = 0;
 
   CoarseTexture() = default;
-  explicit CoarseTexture(const Surface& surface);
+  explicit CoarseTexture(const Surface& surface, int shrink = kTextureShrink);
   /// Turned about the sensor's z axis.
   CoarseTexture turned(double angle_rad) const;
   /// To the contact, where no other texture has to be of the same size.

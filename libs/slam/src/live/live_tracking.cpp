@@ -12,11 +12,6 @@ TrackingStage::TrackingStage(LiveContext& context)
       first_frame_(context.so_far.next_frame()),
       first_time_s_(context.so_far.next_time_s()),
       records_(context.so_far.frames) {
-  // Half of the time is left for tracking. Without drops searches may take any time, and the result is that
-  // of the offline program.
-  if (context.options.drop_when_behind)
-    tracker_.limit_relocalization(
-        0.5, [] { return std::chrono::duration<double>(LiveClock::now().time_since_epoch()).count(); });
   tracker_.continue_after(context.so_far.last_keyframe(), context.so_far.last_trial());
 }
 

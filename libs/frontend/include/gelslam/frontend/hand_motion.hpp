@@ -23,7 +23,9 @@ struct ExpectedMotion {
   Pose reference_T_before, reference_T_frame;
   Matrix6d covariance;  ///< of reference_T_frame, as in MotionState
   Matrix6d step;        ///< of the motion since the frame before alone
+  Vector6d velocity;    ///< MotionState::velocity of the frame before
   double elapsed_s = 0;
+  double sigma_mm = 0;  ///< by how much such expectations have been wrong of late
 
   PosePrior prior() const;  ///< of frame_T_reference
   /// After a search: the surfaces fit at this place. Expected where they were along what they do not show.
@@ -41,7 +43,8 @@ struct ExpectedMotion {
 /// The error of a direction that is hardly shown (the gel's own pattern, dragged dots, a network's noise)
 /// persists from frame to frame. So the prior of a step alone tells how far a frame may move the pose, and
 /// the variances of the steps add up until the surfaces show the direction. Source: own; a speed learned from
-/// the motion itself after KISS-ICP (Vizzo et al., RA-L 2023).
+/// the motion itself, and how far motions depart from a constant velocity, after KISS-ICP (Vizzo et al., RA-L
+/// 2023, §III-D).
 class HandMotion {
  public:
   /// The motion goes on, or it stops or turns back.
@@ -53,8 +56,9 @@ class HandMotion {
   double mm_per_s() const;
 
  private:
-  static constexpr double kStartMmPerS = 1.6;      ///< before the surfaces have shown more
-  double variance_ = kStartMmPerS * kStartMmPerS;  ///< (mm/s)² per axis; turns by kMmPerRad
+  static constexpr double kStartMmPerS = 1.6;  ///< before the surfaces have shown more
+  // (mm/s)² per axis, turns by kMmPerRad: of the velocity, and of its change from frame to frame.
+  double variance_ = kStartMmPerS * kStartMmPerS, change_variance_ = variance_;
 };
 
 }  // namespace gelslam

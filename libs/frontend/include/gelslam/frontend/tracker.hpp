@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string_view>
@@ -63,16 +62,16 @@ struct TrackedFrame {
 ///  1. Contact begins a trial, and ends it with hysteresis.
 ///  2. Prediction: the motion goes on at constant velocity, or it stops (HandMotion). It is the prior.
 ///  3. One gate: innovation of a step within three standard deviations of its prediction, no larger residual.
+///     It tells nothing where motions depart from their prediction by a period of a pattern.
 ///  4. Fallback: where the keyframe is too far behind, the last tracked frame becomes one.
 ///  5. Relocalization of a step that the gate refuses; if several places fit, the frame is lost.
-///  6. Live, a time budget for that.
-///  7. After a loss, a later frame continues the trial, or begins a new one together with the lost frame.
-///  8. A keyframe is replaced when it shares too little of the frame's contact.
-///  9. Turning points become keyframes.
-///  10. A picture that was damaged on its way may look like a jump, or like more contact. What one frame
+///  6. After a loss, a later frame continues the trial, or begins a new one together with the lost frame.
+///  7. A keyframe is replaced when it shares too little of the frame's contact.
+///  8. Turning points become keyframes.
+///  9. A picture that was damaged on its way may look like a jump, or like more contact. What one frame
 ///  alone
 ///      shows makes no keyframe, and the frame after a searched step is expected where it was before, too.
-/// Deterministic without limit_relocalization(); frames must come in order.
+/// Deterministic; frames must come in order.
 class Tracker {
  public:
   /// Registers with NormalFlow.
@@ -92,13 +91,6 @@ class Tracker {
 
   /// Before the first frame: a scan is continued whose last keyframe and trial had these numbers.
   void continue_after(int keyframe_id, int trial);
-
-  using Clock = std::function<double()>;  ///< seconds
-
-  /// For live tracking: searches may take this share of the time that passes between frames. A search that
-  /// takes longer is paid back before the next one. Without this a slow search drops frames, the next step is
-  /// then a large one and is searched again, and so on.
-  void limit_relocalization(double share_of_time, Clock clock);
 
  private:
   struct Seen {
@@ -130,7 +122,7 @@ class Tracker {
   Attempt register_to(const Reference& reference, const Surface& surface) const;
   bool passes_gate(const RegistrationResult& registration, const ExpectedMotion& expected) const;
   bool is_usual(const RegistrationResult& registration, const Reference& reference) const;
-  Attempt relocalize_on(const Reference& reference, const Surface& surface, const Attempt& attempt);
+  Attempt relocalize_on(const Reference& reference, const Surface& surface, const Attempt& attempt) const;
   Attempt track_with_fallback(TrackedFrame& result, const Surface& surface);
   std::optional<Attempt> track_back(const Surface& surface, double time_s);
   void accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr surface);
@@ -158,12 +150,8 @@ class Tracker {
   TurningPoints turning_points_;
   Tracked previous_;  ///< the last tracked frame of the trial
   HandMotion hand_;
-  std::optional<Jump> jump_;          ///< if the last step had to be searched for
-  std::optional<Seen> lost_;          ///< the last frame, if it was lost
-  Clock clock_;                       ///< none: relocalization may take any time
-  double relocalization_share_ = 0;   ///< of the time that passes, that it may take
-  double relocalization_debt_s_ = 0;  ///< by how much it went beyond that
-  double last_time_s_ = 0;            ///< of the last frame, tracked or not
+  std::optional<Jump> jump_;  ///< if the last step had to be searched for
+  std::optional<Seen> lost_;  ///< the last frame, if it was lost
 };
 
 }  // namespace gelslam

@@ -33,7 +33,6 @@ enum class RegistrationStatus {
   diverged,              ///< steps did not shrink, or the pose left the sensor
   free_space_violation,  ///< the object would lie in gel that the other surface shows untouched
   ambiguous,             ///< the textures agree nearly as well at another place
-  unconfirmed,  ///< an unusual step, and no time to search for other places (Tracker::limit_relocalization)
   too_little_surface,  ///< a surface without enough contact or texture to register at all
 };
 
