@@ -228,8 +228,6 @@ WatchedScan watched(LiveSession& session, bool another, std::atomic<bool>& wants
   scan.touch = [&session] { return session.touch(); };
   scan.map = [&session] { return session.map(); };
   scan.ask = [&](ScanWish wish) {
-    if (wish == ScanWish::save) return session.save_now();
-    if (wish == ScanWish::undo) return session.undo_last_trial();
     if (wish == ScanWish::new_scan) wants_new_scan = true;
     session.stop();
   };

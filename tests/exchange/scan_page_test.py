@@ -103,11 +103,6 @@ class Pages(unittest.TestCase):
         self.browser.close()
         self.browser.switch_to.window(self.browser.window_handles[0])
 
-        self.click("save")
-        self.wait(lambda: "Saving what there is" in self.text("said"), "the answer to Save")
-        self.wait((WORK / "served/mesh.ply").exists, "what is saved")
-        self.click("undo")
-        self.wait(lambda: "taken back" in self.text("said"), "the answer to Undo")
         self.click("stop")
         self.assertIn("saved in", self.text("means"))
         self.click("no")

@@ -92,7 +92,7 @@ TEST(LineFeed, EachKeyframeComesOnceBeforeTheMapThatNamesIt) {
   EXPECT_EQ(lines[0]["keyframe"], 0);
   EXPECT_EQ(lines[1]["points"].size(), 24u * 32u);
   EXPECT_EQ(lines[2]["type"], "map");
-  feed.set_map(map_of({0, 2}), 0);  // 1 was undone
+  feed.set_map(map_of({0, 2}), 0);  // 1 is missing
   lines = parsed(all_of(*reader));
   ASSERT_EQ(lines.size(), 2u);
   EXPECT_EQ(lines[0]["keyframe"], 2);

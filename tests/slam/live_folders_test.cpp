@@ -27,32 +27,6 @@ std::string hear_all(LineFeed::Reader& reader) {
   return text;
 }
 
-TEST_F(Live, UndoTakesBackTheLastTrialOnly) {
-  // A second touch: one that is recognized, so that taking it back has to undo loops, too.
-  std::vector<cv::Mat3b> pictures = peanut_pictures();
-  pictures.insert(pictures.end(), 3, pictures.front());
-  pictures.insert(pictures.end(), peanut_pictures().begin() + 30, peanut_pictures().begin() + 45);
-  pictures.push_back(pictures.front());
-  source = std::make_unique<Pictures>(pictures);
-  const int last = static_cast<int>(pictures.size()) - 1;
-  int trials_before = 0;
-  source->before(last, [&] {
-    wait_for_touch(last - 1);
-    EXPECT_TRUE(comes_true(
-        [&] { return !session->map()->nodes.empty() && session->map()->nodes.back().trial == 1; }));
-    trials_before = session->status().trials;
-    session->undo_last_trial();
-    EXPECT_TRUE(comes_true([&] { return session->status().trials == 1; }));
-  });
-  const RunReport summary = start().wait();
-  EXPECT_EQ(trials_before, 2);
-  EXPECT_EQ(summary.components, 1);
-  EXPECT_THAT(read("report.json"), HasSubstr("\"undone\": 15"));
-  const std::string trajectory = read("trajectory.tum");
-  EXPECT_EQ(std::count(trajectory.begin(), trajectory.end(), '\n'), summary.frames.in_map);
-  EXPECT_LE(summary.frames.in_map, kScanFrames);
-}
-
 TEST_F(Live, TheNextScanHasTheSameBackgroundAndALogThatStandsAlone) {
   options.record = LogAttachments{};
   const int keyframes = start().wait().keyframes;
@@ -123,40 +97,6 @@ TEST_F(Live, AScanThatTouchedNothingGoesOn) {
     EXPECT_EQ(summary.components, 1);
     EXPECT_TRUE(fs::exists(options.run_folder / "mesh.ply"));
   }
-}
-
-TEST_F(Live, WhatIsSavedOnTheWayIsTheMapOfThatMoment) {
-  // The first of these keeps the mapper busy, while the tracker goes on: the last must not have its frames.
-  source->before(40, [&] {
-    wait_for_touch(39);
-    for (int i = 0; i < 5; ++i) session->save_now();
-  });
-  source->before(50, [&] {
-    wait_for_touch(49);
-    EXPECT_TRUE(comes_true([&] { return !session->map()->nodes.empty(); }));
-    session->undo_last_trial();  // the mapper hears of it after all saves
-    EXPECT_TRUE(comes_true([&] { return session->map()->nodes.empty(); }));
-    EXPECT_THAT(read("report.json"), HasSubstr("\"total\": 40"));
-  });
-  start().wait();
-}
-
-TEST_F(Live, ARunFolderThatCannotBeWrittenDoesNotEndTheScan) {
-  source->before(40, [&] {
-    wait_for_touch(39);
-    remove_in_use(options.run_folder);
-    std::ofstream(options.run_folder) << "in the way";
-    session->save_now();
-    EXPECT_TRUE(comes_true([&] {
-      return testing::Value(session->status().warnings,
-                            testing::Contains(testing::HasSubstr("/run: cannot be written: ")));
-    }));
-    EXPECT_NE(session->status().phase, LivePhase::finished);
-    fs::remove(options.run_folder);
-  });
-  const RunReport summary = start().wait();
-  EXPECT_EQ(summary.frames.total, kBackgroundFrames + kScanFrames);
-  EXPECT_TRUE(fs::exists(options.run_folder / "mesh.ply"));
 }
 
 }  // namespace

@@ -29,10 +29,10 @@ class FakeSession : public LiveSession {
   void leave_the_map();  ///< the touch goes on in a piece that no loop joins yet
   void join_the_map();   ///< a loop has joined it
 
-  /// "pause", "go on", "undo", "save", "stop": what the window asked for, in order.
+  /// "pause", "go on", "stop": what the window asked for, in order.
   std::vector<std::string> calls;
 
-  bool mapper_is_busy = false;  ///< no map comes, as during a save
+  bool mapper_is_busy = false;  ///< no map comes
 
   /// stop() is followed by so many looks at the status until it is finished; none: it stays finishing.
   int looks_until_finished = -1;
@@ -42,8 +42,6 @@ class FakeSession : public LiveSession {
   std::shared_ptr<const MapSnapshot> map() const override { return map_; }
   std::shared_ptr<const MeshFeed> mesh() const override { return mesh_; }
   void set_paused(bool paused) override;
-  void undo_last_trial() override { calls.emplace_back("undo"); }
-  void save_now() override { calls.emplace_back("save"); }
   void stop() override;
   void abort() override { stop(); }
   RunReport wait() override { return {}; }

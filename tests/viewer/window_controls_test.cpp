@@ -29,13 +29,6 @@ class Controls : public testing::Test {
   LiveControls controls_{session_, true, "RUN-2"};
 };
 
-TEST_F(Controls, SaveAndUndoReachTheSession) {
-  press(GLFW_KEY_S);
-  press(GLFW_KEY_U);
-  EXPECT_THAT(session_.calls, ElementsAre("save", "undo"));
-  EXPECT_EQ(newest_toast(), "The last trial is taken back.");
-}
-
 TEST_F(Controls, StopAndNewScanAskFirst) {
   press(GLFW_KEY_Q);
   EXPECT_EQ(question(), "Stop the scan?");
@@ -76,7 +69,7 @@ TEST_F(Controls, ANewScanMayBeginOnceThisOneIsFinishedAndNeedsACamera) {
 
 TEST_F(Controls, KeysDoNothingElseWhileADialogAsks) {
   press(GLFW_KEY_Q);
-  for (const int key : {GLFW_KEY_SPACE, GLFW_KEY_U, GLFW_KEY_S, GLFW_KEY_P, GLFW_KEY_T}) press(key);
+  for (const int key : {GLFW_KEY_SPACE, GLFW_KEY_P, GLFW_KEY_T}) press(key);
   EXPECT_THAT(session_.calls, IsEmpty());
   EXPECT_FALSE(controls_.take_screenshot());
   EXPECT_FALSE(controls_.style().trajectory);
@@ -98,10 +91,8 @@ TEST_F(Controls, ClosingDependsOnThePhase) {
 
 TEST_F(Controls, NothingReachesASessionThatIsOver) {
   session_.say(LivePhase::finished, "");
-  for (const int key : {GLFW_KEY_SPACE, GLFW_KEY_U, GLFW_KEY_S}) {
-    press(key);
-    EXPECT_TRUE(newest_toast().starts_with("The scan is over")) << newest_toast();
-  }
+  press(GLFW_KEY_SPACE);
+  EXPECT_TRUE(newest_toast().starts_with("The scan is over")) << newest_toast();
   EXPECT_THAT(session_.calls, IsEmpty());
   EXPECT_EQ(question(), "");
 }

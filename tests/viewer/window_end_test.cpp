@@ -27,9 +27,6 @@ TEST_F(Window, WithoutARunFolderNothingIsSaidToBeSaved) {
   options_.keeps_run = false;
   window_ = std::make_unique<LiveWindow>(session_, options_);
   scan(2);
-  press(GLFW_KEY_S);
-  ASSERT_FALSE(window_->controls().toasts().empty());
-  EXPECT_TRUE(window_->controls().toasts().back().trouble);
   press(GLFW_KEY_Q);
   expect_text(picture("stop_without_folder"), "nothing is kept", theme::kGray);
   press(GLFW_KEY_ENTER);

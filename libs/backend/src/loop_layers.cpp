@@ -235,8 +235,6 @@ const std::vector<bool>& GrowingConsistency::judge(const std::vector<PoseGraphEd
   return known_->accepted = Consistency(edges, *known_).run();
 }
 
-void GrowingConsistency::forget() { *known_ = {}; }
-
 namespace {
 
 /// The motion of the piece that holds one end of `link` (`to`, or else `from`) which makes the link hold

@@ -10,8 +10,8 @@ namespace gelslam {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Optics, from, lens_k1, lens_center_px, pixel_aspect,
                                    camera_distance_mm, gel_dome_per_mm)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Log, file, first_time_s)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Frames, total, background, no_contact, tracked, lost, undone,
-                                   in_map, not_in_mesh, left_out)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Frames, total, background, no_contact, tracked, lost, in_map,
+                                   not_in_mesh, left_out)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Drift, amount, frame, time_s)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Hidden, motion, first_frame, first_time_s, frames)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Uncertainty, drift_mm, drift_deg, not_observable)

@@ -41,8 +41,6 @@ std::string_view name(TrackStatus status) {
       return "tracked";
     case TrackStatus::lost:
       return "lost";
-    case TrackStatus::undone:
-      return "undone";
   }
   return "unknown";
 }

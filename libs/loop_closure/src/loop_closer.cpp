@@ -163,10 +163,4 @@ std::vector<PoseGraphEdge> LoopCloser::recognize(const Keyframe& keyframe) const
   return impl_->search(features, keyframe, impl_->index.most_alike(features, count, most), most);
 }
 
-void LoopCloser::forget_from(int keyframe_id) {
-  std::vector<Place>& places = impl_->places;
-  while (!places.empty() && places.back().keyframe.id >= keyframe_id) places.pop_back();
-  impl_->index.truncate(static_cast<int>(places.size()));
-}
-
 }  // namespace gelslam

@@ -78,16 +78,6 @@ void PlaceIndex::add(const PlaceFeatures& features) {
   ++keyframes_;
 }
 
-void PlaceIndex::truncate(int count) {
-  keyframes_ = std::min(keyframes_, count);
-  keyframe_of_.erase(std::lower_bound(keyframe_of_.begin(), keyframe_of_.end(), count), keyframe_of_.end());
-  descriptors_.resize(keyframe_of_.size() * kDescriptorSize);
-  for (auto& table : tables_)
-    for (std::vector<int>& bucket : table)
-      while (!bucket.empty() && static_cast<std::size_t>(bucket.back()) >= keyframe_of_.size())
-        bucket.pop_back();
-}
-
 std::vector<int> PlaceIndex::most_alike(const PlaceFeatures& features, int searched, int count) const {
   constexpr int kFar = std::numeric_limits<int>::max();
   std::vector<float> votes(static_cast<std::size_t>(searched), 0.0F);

@@ -20,9 +20,6 @@ class PlaceIndex {
   /// Keyframes are numbered 0, 1, 2 ... in the order they are added.
   void add(const PlaceFeatures& features);
 
-  /// Forgets all keyframes but the first `count`.
-  void truncate(int count);
-
   /// The `count` keyframes with most votes among the first `searched`, best first; ties to the older.
   std::vector<int> most_alike(const PlaceFeatures& features, int searched, int count) const;
 

@@ -132,8 +132,6 @@ class ScanService final : public HttpService {
         {"GET /mesh.ply", [this](const HttpQuery&) { return mesh_reply(false); }},
         {"GET /mesh.glb", [this](const HttpQuery&) { return mesh_reply(true); }},
         {"POST /stop", wish(ScanWish::stop, "Stopping.")},
-        {"POST /save", wish(ScanWish::save, "Saving what there is; the scan goes on.")},
-        {"POST /undo", wish(ScanWish::undo, "The last trial is taken back.")},
         {"POST /new", wish(ScanWish::new_scan, "The new scan begins when this one is saved.")},
     };
   }
@@ -212,8 +210,7 @@ class ScanService final : public HttpService {
     if (!scan_.ask) return refuse(409, "The scan is over.");
     if (wish != ScanWish::stop && !scan_.is_scan)
       return refuse(409, "This is no scan: it can be stopped only.");
-    const LiveStatus status = scan_.status();
-    const std::string why = refusal(wish, status, !status.run_folder.empty(), scan_.another);
+    const std::string why = refusal(wish, scan_.status(), scan_.another);
     if (!why.empty()) return refuse(409, why);
     scan_.ask(wish);
     return {.body = std::string(done) + "\n"};

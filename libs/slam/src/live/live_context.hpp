@@ -25,23 +25,10 @@ struct SurfacedFrame : SurfaceStream::Item {
   LiveClock::time_point arrived, captured;
 };
 
-// What a person asks for travels with the frames, so that it happens between two of them.
+/// Travels with the frames, so that it happens between two of them.
 struct BreakTrial {};
-struct UndoTrial {};
-struct SaveNow {};
 
-using TrackerMessage = std::variant<SurfacedFrame, BreakTrial, UndoTrial, SaveNow>;
-
-struct ForgetFromTrial {
-  int trial = 0;
-};
-/// With what had become of the frames when it was asked for: the tracker has gone on when the mapper hears
-/// of it.
-struct SaveSoFar {
-  std::vector<FrameRecord> records;
-};
-
-using MapperMessage = std::variant<NewKeyframe, ForgetFromTrial, SaveSoFar>;
+using TrackerMessage = std::variant<SurfacedFrame, BreakTrial>;
 
 /// What is to be written into the session, in this order.
 using SessionWork = std::function<void(Store&)>;
@@ -64,8 +51,8 @@ struct LiveContext {
   static constexpr std::size_t kQueuedFrames = 2;  ///< what is older is not worth its latency
   BoundedQueue<RawFramePtr> raw{kQueuedFrames};
   BoundedQueue<TrackerMessage> surfaced{kQueuedFrames};
-  BoundedQueue<MapperMessage> keyframes{1};  ///< its limit is never asked for: the tracker goes beyond it
-  BoundedQueue<SessionWork> measured{1};     ///< the same
+  BoundedQueue<NewKeyframe> keyframes{1};  ///< its limit is never asked for: the tracker goes beyond it
+  BoundedQueue<SessionWork> measured{1};   ///< the same
 };
 
 }  // namespace gelslam::slam::detail

@@ -22,15 +22,7 @@ void MappingStage::restore() {
   mapper_.optimize();
 }
 
-void MappingStage::run(const std::function<void(const SaveSoFar&)>& save) {
-  const auto handle = [&](const MapperMessage& message) {
-    if (const auto* added = std::get_if<NewKeyframe>(&message))
-      this->handle(*added);
-    else if (const auto* forget = std::get_if<ForgetFromTrial>(&message))
-      mapper_.forget_from_trial(forget->trial);
-    else
-      save(std::get<SaveSoFar>(message));
-  };
+void MappingStage::run() {
   restore();
   publish();
   while (context_.keyframes.wait_until(next_work())) {
@@ -39,9 +31,9 @@ void MappingStage::run(const std::function<void(const SaveSoFar&)>& save) {
     const LiveClock::time_point start = LiveClock::now();
     bool changed = false;
     while (LiveClock::now() - start < kMaxUpdateInterval) {
-      const std::optional<MapperMessage> message = context_.keyframes.try_pop();
-      if (!message) break;
-      handle(*message);
+      const std::optional<NewKeyframe> added = context_.keyframes.try_pop();
+      if (!added) break;
+      handle(*added);
       changed = true;
     }
     if (context_.keyframes.size() == 0 && optimize_if_due()) changed = true;
@@ -70,7 +62,7 @@ void MappingStage::publish() {
   context_.board.set_map(std::move(map));
 }
 
-/// Without a message.
+/// Without a keyframe.
 LiveClock::time_point MappingStage::next_work() const {
   return mapper_.has_new_loops() ? next_optimization_ : LiveClock::now() + std::chrono::hours(1);
 }

@@ -54,8 +54,6 @@ class LiveSlam final : public LiveSession, private LiveContext {
   std::shared_ptr<const MeshFeed> mesh() const override { return options.mesh_feed; }
 
   void set_paused(bool pause) override;
-  void undo_last_trial() override { surfaced.push_beyond_limit(UndoTrial{}); }
-  void save_now() override;
   void stop() override;
   void abort() override;
   RunReport wait() override;
@@ -68,9 +66,8 @@ class LiveSlam final : public LiveSession, private LiveContext {
   void take_frames();
   void report_log();
   void write_session();
-  void save_for_now(const SaveSoFar& so_far);
   void finish();
-  Run save(SlamMap map, bool partial, ProgressSink* progress);
+  Run save(SlamMap map, bool partial, ProgressSink& progress);
   bool failed();
   void join();
   template <typename Work>
@@ -84,8 +81,7 @@ class LiveSlam final : public LiveSession, private LiveContext {
   MappingStage mapping_{*this, fusion_};
   std::shared_ptr<LiveRun> run_;
   std::unique_ptr<LogRecorder> recorder_;  // null: nothing is recorded
-  std::atomic<bool> paused_{false}, leaves_out_{false}, stopped_{false}, saving_{false},
-      session_is_whole_{true};
+  std::atomic<bool> paused_{false}, leaves_out_{false}, stopped_{false}, session_is_whole_{true};
 
   mutable std::mutex mutex_;  // for what follows
   RunReport report_;
@@ -175,11 +171,9 @@ void LiveSlam::make_threads() {
   });
   threads_.push_back(thread([this] {
     lower_thread_priority();
-    guarded([this] { mapping_.run([this](const SaveSoFar& asked) { save_for_now(asked); }); });
-    source_->stop();  // if that failed early: nothing would be made of further frames,
+    guarded([this] { mapping_.run(); });
+    source_->stop();  // if that failed early: nothing would be made of further frames
     keyframes.close();
-    while (keyframes.try_pop()) {  // and nobody may wait for an answer
-    }
     mapped_.count_down();
   }));
 }
@@ -236,17 +230,6 @@ void LiveSlam::write_session() {
   }
 }
 
-/// Not being able to save is no reason to end a scan.
-void LiveSlam::save_for_now(const SaveSoFar& so_far) {
-  try {
-    SlamMap map = mapping_.finish(so_far.records, [this] { return stopped_.load(); });
-    save(std::move(map), true, nullptr);
-  } catch (const std::exception& error) {
-    board.warn(error.what());
-  }
-  saving_ = false;
-}
-
 void LiveSlam::finish() {
   board.set_phase(LivePhase::finishing);
   BoardProgress progress(board);
@@ -259,7 +242,7 @@ void LiveSlam::finish() {
   fusion_.stop();
   fusion_thread_.join();  // what it drew must not come after what is saved
   captured_.wait();
-  const Run saved = save(std::move(map), aborted || lost || failed(), &progress);
+  const Run saved = save(std::move(map), aborted || lost || failed(), progress);
   if (options.mesh_feed) {
     board.show_saved(saved.map);
     options.mesh_feed->set_whole(saved.mesh);
@@ -267,7 +250,7 @@ void LiveSlam::finish() {
   board.set_words(run_ ? "done: saved in " + run_->folder().string() : "done", TrackStatus::background);
 }
 
-Run LiveSlam::save(SlamMap map, bool partial, ProgressSink* progress) {
+Run LiveSlam::save(SlamMap map, bool partial, ProgressSink& progress) {
   const LiveStatus status = board.status();
   RunReport known;
   if (const auto& log = options.record && run_ ? run_->log() : options.log; !log.empty())
@@ -276,12 +259,12 @@ Run LiveSlam::save(SlamMap map, bool partial, ProgressSink* progress) {
   known.warnings = status.warnings;
   known.partial = partial;
   known.live = {status.rate_hz, status.frames, status.lost_by_camera, status.dropped, status.damaged};
-  Run finished = finish_scan(options.config, std::move(map), std::move(known), timer, begin_, progress);
+  Run finished = finish_scan(options.config, std::move(map), std::move(known), timer, begin_, &progress);
   {
     const std::lock_guard lock(mutex_);
     report_ = finished.report;
   }
-  if (progress) board.set_words("saving", TrackStatus::background);
+  board.set_words("saving", TrackStatus::background);
   if (run_) run_->save(finished, session_is_whole_);
   return finished;
 }
@@ -306,7 +289,6 @@ LiveStatus LiveSlam::status() const {
     status.words = std::move(absence);
     status.track = TrackStatus::lost;
   }
-  status.saving = saving_;
   if (run_) status.run_folder = run_->folder().string();
   const std::lock_guard lock(mutex_);
   status.failure = failure_in_words_;
@@ -322,12 +304,6 @@ void LiveSlam::set_paused(bool pause) {
   // A camera goes on, and the object may be elsewhere when the scan does. What was on its way to the tracker
   // when it was paused still belongs to the trial.
   if (leaves_out_.exchange(pause) && !pause) surfaced.push_beyond_limit(BreakTrial{});
-}
-
-void LiveSlam::save_now() {
-  if (!run_) return;
-  saving_ = true;
-  surfaced.push_beyond_limit(SaveNow{});
 }
 
 void LiveSlam::stop() {

@@ -51,8 +51,6 @@ class TrackingStage {
  private:
   void handle(const SurfacedFrame& frame);
   void handle(BreakTrial) { tracker_.break_trial(); }
-  void handle(UndoTrial);
-  void handle(SaveNow) { context_.keyframes.push_beyond_limit(SaveSoFar{records()}); }
   void record(const FrameRecord& record);
   void stream(const TrackedFrame& tracked, const SurfacedFrame& frame);
 
@@ -97,12 +95,10 @@ class MappingStage {
   MappingStage(LiveContext& context, FusionStage& fusion)
       : context_(context), fusion_(fusion), mapper_(context.options.config.slam) {}
 
-  /// `save` is called when a person asked for it.
-  void run(const std::function<void(const SaveSoFar&)>& save);
-  /// The final map; `stop_requested` leaves out the rest of the refinement. From the thread of run() or after
-  /// it.
+  void run();
+  /// The final map, after run(); `stop_requested` leaves out the rest of the refinement.
   SlamMap finish(const std::vector<FrameRecord>& records, const std::function<bool()>& stop_requested,
-                 ProgressSink* progress = nullptr) const;
+                 ProgressSink* progress) const;
 
  private:
   void restore();

@@ -53,24 +53,6 @@ void TrackingStage::stream(const TrackedFrame& tracked, const SurfacedFrame& fra
   context_.options.stream->write(std::move(report), *context_.board.map());
 }
 
-void TrackingStage::handle(UndoTrial) {
-  int trial = -1;
-  {
-    const std::lock_guard lock(mutex_);
-    for (const FrameRecord& record : records_)
-      if (record.keyframe >= 0) trial = std::max(trial, record.trial);
-    for (FrameRecord& record : records_) {
-      if (record.keyframe < 0 || record.trial != trial) continue;
-      record.status = TrackStatus::undone;
-      record.keyframe = -1;
-    }
-  }
-  tracker_.break_trial();
-  if (trial < 0) return;
-  context_.measured.push_beyond_limit([trial](Store& store) { store.forget_from_trial(trial); });
-  context_.keyframes.push_beyond_limit(ForgetFromTrial{trial});
-}
-
 void TrackingStage::record(const FrameRecord& record) {
   context_.measured.push_beyond_limit([record](Store& store) { store.add(record); });
   const std::lock_guard lock(mutex_);

@@ -82,7 +82,6 @@ StateWords state_words(const LiveStatus& status, bool keys) {
   StateWords words = usual_words(status);
   if (status.phase == LivePhase::scanning) {
     say_while_scanning(status.words, words);
-    if (status.saving) words.advice += words.advice.empty() ? "Saving\u2026" : " Saving\u2026";
   } else if (status.phase == LivePhase::background || status.phase == LivePhase::finishing) {
     const std::string progress = status.progress.empty() ? "" : ": " + status.progress;
     if (std::string said = sentences(status.words + progress); !said.empty()) words.advice = std::move(said);
@@ -117,20 +116,9 @@ std::vector<Figure> further_figures(const LiveStatus& s) {
           {"Log", s.log_bytes > 0 ? bytes_text(s.log_bytes) : "none"}};
 }
 
-std::string refusal(ScanWish wish, const LiveStatus& status, bool keeps_run, bool another) {
+std::string refusal(ScanWish wish, const LiveStatus& status, bool another) {
   const bool over = status.phase == LivePhase::finishing || status.phase == LivePhase::finished;
-  switch (wish) {
-    case ScanWish::undo:
-      if (over) return "The scan is over: too late to undo.";
-      return status.trials == 0 ? "There is no trial to undo." : "";
-    case ScanWish::save:
-      if (over) return "The scan is over: too late to save.";
-      return keeps_run ? "" : "There is no folder to save in: start with -o FOLDER.";
-    case ScanWish::new_scan:
-      return another ? "" : "There is no camera for another scan.";
-    case ScanWish::stop:
-      break;
-  }
+  if (wish == ScanWish::new_scan) return another ? "" : "There is no camera for another scan.";
   return over ? "The scan is over." : "";
 }
 

@@ -17,8 +17,7 @@ RunReport::Frames frame_counts(const SlamMap& map) {
                            .background = count[TrackStatus::background],
                            .no_contact = count[TrackStatus::no_contact],
                            .tracked = count[TrackStatus::tracked],
-                           .lost = count[TrackStatus::lost],
-                           .undone = count[TrackStatus::undone]};
+                           .lost = count[TrackStatus::lost]};
   frames.in_map = std::count_if(map.frames.begin(), map.frames.end(),
                                 [&](const FrameRecord& frame) { return map.has_pose(frame); });
   frames.not_in_mesh = frames.tracked - frames.in_map;

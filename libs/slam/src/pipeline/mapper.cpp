@@ -229,22 +229,6 @@ const std::vector<bool>& Mapper::judge_edges() {
                             gradient_scale_sigma(measured_.keyframes, options_.gradient_scale));
 }
 
-void Mapper::forget_from_trial(int trial) {
-  const auto first = std::find_if(measured_.keyframes.begin(), measured_.keyframes.end(),
-                                  [&](const auto& keyframe) { return keyframe && keyframe->trial >= trial; });
-  if (first == measured_.keyframes.end()) return;
-  const int id = (*first)->id;
-  measured_.keyframes.erase(first, measured_.keyframes.end());
-  sigma_mm_.erase(sigma_mm_.lower_bound(id), sigma_mm_.end());
-  measured_.searched.resize(measured_.keyframes.size());
-  loop_closer_.keep(std::exchange(restored_, {}));
-  loop_closer_.forget_from(id);
-  live_.component_T_node.erase(live_.component_T_node.lower_bound(id), live_.component_T_node.end());
-  std::erase_if(measured_.edges, [&](const PoseGraphEdge& edge) { return edge.from >= id || edge.to >= id; });
-  consistency_.forget();
-  optimize();
-}
-
 void Mapper::optimize() {
   live_edges_ = chosen(measured_.edges, judge_edges());
   live_ = solve_poses(live_.component_T_node, live_edges_,

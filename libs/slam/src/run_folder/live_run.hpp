@@ -9,7 +9,7 @@
 namespace gelslam::slam::detail {
 
 /// The run folder of a scan that is still going on: it is there from the start, for the growing log, and its
-/// files are replaced whole whenever the scan is saved.
+/// files are replaced whole at its end.
 class LiveRun {
  public:
   /// Throws Error like check_run_folder(). `input` is never replaced; empty: a camera.

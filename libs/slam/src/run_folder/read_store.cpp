@@ -71,9 +71,10 @@ EdgeKind kind_in(const Statement& row, int column) {
 
 TrackStatus status_in(const Statement& row, int column) {
   const std::string text = row.text(column);
-  for (const TrackStatus status : {TrackStatus::background, TrackStatus::no_contact, TrackStatus::tracked,
-                                   TrackStatus::lost, TrackStatus::undone})
+  for (const TrackStatus status :
+       {TrackStatus::background, TrackStatus::no_contact, TrackStatus::tracked, TrackStatus::lost})
     if (name(status) == text) return status;
+  if (text == "undone") return TrackStatus::lost;  // taken back, by an older program
   row.fail("unknown status of a frame");
 }
 
@@ -124,7 +125,7 @@ void read_keyframes(Database& database, const NormalFlowOptions& registration, S
     keyframe->frame = rows.integer(1, 0, kMaxFrame);
     keyframe->trial = rows.integer(2, 0, kMaxTrial);
     record.keyframes.resize(static_cast<std::size_t>(keyframe->id) + 1);
-    if (rows.is_null(3)) continue;  // taken back
+    if (rows.is_null(3)) continue;  // taken back, by an older program
     keyframe->surface = StoredSurface(surface_in(rows, 3, keyframe->id));
     keyframe->reference = StoredReference(keyframe->surface, registration);
     record.keyframes.back() = std::move(keyframe);

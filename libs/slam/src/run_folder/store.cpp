@@ -153,15 +153,6 @@ void Store::add_loops(int keyframe, const std::vector<PoseGraphEdge>& loops) {
   });
 }
 
-void Store::forget_from_trial(int trial) {
-  impl_->write([&] {
-    Statement(impl_->database, "UPDATE keyframes SET surface=NULL WHERE trial>=?").run(trial);
-    Statement(impl_->database,
-              "UPDATE frames SET status=?, keyframe=NULL WHERE trial>=? AND keyframe IS NOT NULL")
-        .run(name(TrackStatus::undone), trial);
-  });
-}
-
 void Store::flush() {
   impl_->write([] {});
 }

@@ -29,8 +29,6 @@ std::string reason(const TrackedFrame& frame, const std::optional<Matrix6d>& cov
       return "the bare gel; contact is detected by comparing with it";
     case TrackStatus::no_contact:
       return "nothing touches the sensor";
-    case TrackStatus::undone:
-      return "taken back";
     case TrackStatus::tracked:
       return covariance ? reservations(frame, sigma_of(*covariance)) : "";
     case TrackStatus::lost:

@@ -7,9 +7,7 @@ std::vector<ActionRow> live_rows() {
   using enum Action;
   std::vector<ActionRow> rows = {
       {pause, "space", "Space", "Pause", 0, 1, "Pause, go on"},
-      {undo, "u", "U", "Undo", 0, 4, "Undo the last trial"},
       {new_scan, "n", "N", "New scan", 0, 5, "Finish this scan and begin another (asks first)"},
-      {save, "s", "S", "Save", 0, 3, "Save now, and go on"},
       {close, "q esc", "Q", "Stop", 0, 0, "Stop and save (asks first)"},
       common_row(screenshot),
       common_row(follow),
@@ -44,12 +42,8 @@ void LiveControls::act(Action action, double now_s) {
   switch (action) {
     case Action::pause:
       return toggle_pause(now_s);
-    case Action::undo:
-      return undo(now_s);
     case Action::new_scan:
       return ask_for_new_scan(now_s);
-    case Action::save:
-      return save(now_s);
     case Action::close:
       return ask_to_close();
     case Action::diagnostics:
@@ -68,9 +62,7 @@ ButtonLook LiveControls::button(const ActionRow& row) const {
     case Action::pause:
       if (phase == LivePhase::paused) look.label = "Go on";
       [[fallthrough]];
-    case Action::save:
     case Action::follow:
-    case Action::undo:
       look.shown = !over;
       break;
     case Action::new_scan:
@@ -86,12 +78,6 @@ ButtonLook LiveControls::button(const ActionRow& row) const {
   return look;
 }
 
-bool LiveControls::refused(ScanWish wish, double now_s) {
-  const std::string why = refusal(wish, session_.status(), keeps_run_, !next_run_folder_.empty());
-  if (!why.empty()) complain(why, now_s);
-  return !why.empty();
-}
-
 void LiveControls::toggle_pause(double now_s) {
   const LivePhase phase = session_.status().phase;
   if (phase == LivePhase::finishing || phase == LivePhase::finished)
@@ -99,18 +85,6 @@ void LiveControls::toggle_pause(double now_s) {
   const bool paused = phase == LivePhase::paused;
   session_.set_paused(!paused);
   say(paused ? "Going on." : "Paused.", now_s);
-}
-
-void LiveControls::undo(double now_s) {
-  if (refused(ScanWish::undo, now_s)) return;
-  session_.undo_last_trial();
-  say("The last trial is taken back.", now_s);
-}
-
-void LiveControls::save(double now_s) {
-  if (refused(ScanWish::save, now_s)) return;
-  session_.save_now();
-  say("Saving what there is; the scan goes on.", now_s);
 }
 
 void LiveControls::ask_to_close() {
@@ -139,8 +113,10 @@ void LiveControls::ask_to_close() {
 }
 
 void LiveControls::ask_for_new_scan(double now_s) {
-  if (refused(ScanWish::new_scan, now_s)) return;
-  const LivePhase phase = session_.status().phase;
+  const LiveStatus status = session_.status();
+  const std::string why = refusal(ScanWish::new_scan, status, !next_run_folder_.empty());
+  if (!why.empty()) return complain(why, now_s);
+  const LivePhase phase = status.phase;
   if (phase == LivePhase::finished) {
     wants_new_scan_ = true;
     return close();

@@ -23,11 +23,8 @@ class LiveControls : public SceneControls {
 
  private:
   void toggle_pause(double now_s);
-  void undo(double now_s);
-  void save(double now_s);
   void ask_to_close();
   void ask_for_new_scan(double now_s);
-  bool refused(ScanWish wish, double now_s);
 
   LiveSession& session_;
   bool keeps_run_, shows_diagnostics_ = false, wants_new_scan_ = false;

@@ -97,9 +97,8 @@ class GrowingConsistency {
   GrowingConsistency();
   ~GrowingConsistency();
 
-  /// The first edges must be those of the call before, unless forget() was called. Valid until the next call.
+  /// The first edges must be those of the call before. Valid until the next call.
   const std::vector<bool>& judge(const std::vector<PoseGraphEdge>& edges, double gradient_scale_sigma);
-  void forget();  ///< the edges of the call before
 
   struct Known;
 

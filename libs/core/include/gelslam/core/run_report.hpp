@@ -22,7 +22,7 @@ struct RunReport {
     double first_time_s = 0;  ///< of its first picture, in the run's trajectory
   };
   struct Frames {
-    std::int64_t total = 0, background = 0, no_contact = 0, tracked = 0, lost = 0, undone = 0;
+    std::int64_t total = 0, background = 0, no_contact = 0, tracked = 0, lost = 0;
     std::int64_t in_map = 0;
     std::int64_t not_in_mesh = 0;  ///< tracked, but in another piece, or at a place that is not known
     std::int64_t left_out = 0;     ///< damaged or dropped

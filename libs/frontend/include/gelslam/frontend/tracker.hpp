@@ -32,10 +32,9 @@ struct TrackerOptions {
   double patience_s = 0.2;
 };
 
-/// `undone`: tracked, but a person took the trial back.
-enum class TrackStatus { background, no_contact, tracked, lost, undone };
+enum class TrackStatus { background, no_contact, tracked, lost };
 
-/// "background", "no_contact", "tracked", "lost", "undone": as in the NDJSON stream.
+/// "background", "no_contact", "tracked", "lost": as in the NDJSON stream.
 std::string_view name(TrackStatus status);
 
 /// What is known of a frame right after it was registered.

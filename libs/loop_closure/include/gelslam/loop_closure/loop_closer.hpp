@@ -44,9 +44,6 @@ class LoopCloser {
   /// Compares `keyframe` with all kept keyframes and keeps nothing: all places of a known map that it shows.
   std::vector<PoseGraphEdge> recognize(const Keyframe& keyframe) const;
 
-  /// Forgets the keyframes with this id and later ones, as if they had never been added.
-  void forget_from(int keyframe_id);
-
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;

@@ -31,7 +31,6 @@ struct LiveStatus {
   std::vector<std::string> warnings;
   std::string
       failure;  ///< what ended the scan, or kept it from being saved whole; also among the warnings; or ""
-  bool saving = false;              ///< save_now() is at work; tracking goes on
   std::string run_folder;           ///< where it is saved; "" without one
   std::string source;               ///< RawFrameSource::description()
   double rate_hz = 0;               ///< measured over the last seconds
@@ -46,9 +45,9 @@ struct LiveStatus {
   double memory_mb = 0;        ///< resident, of the whole program
   std::int64_t log_bytes = 0;  ///< recorded so far; 0 without a log
   GradientScale gradient_scale;
-  /// Two standard deviations of the pose that is known worst, of what was saved last; 0: nothing was.
+  /// Two standard deviations of the pose that is known worst, of what was saved; 0: nothing was.
   double drift_mm = 0, drift_deg = 0;
-  std::vector<std::string> reservations;  ///< reservations() of what was saved last; say them when finished
+  std::vector<std::string> reservations;  ///< reservations() of what was saved; say them when finished
 };
 
 /// The newest frame that went through the tracker.
@@ -75,8 +74,6 @@ class LiveSession {
 
   /// A log waits meanwhile. A camera cannot: its frames are left out, and the trial ends.
   virtual void set_paused(bool paused) = 0;
-  virtual void undo_last_trial() = 0;
-  virtual void save_now() = 0;  ///< writes the run folder as it is, and goes on
   virtual void stop() = 0;  ///< drains, closes loops, fuses, saves; phase goes to finishing, then finished
   virtual void
   abort() = 0;  ///< stop(), and leave out whatever takes time: loops not searched yet, refinement

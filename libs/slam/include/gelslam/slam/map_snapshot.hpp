@@ -13,7 +13,7 @@ namespace gelslam {
 /// moved.
 struct MapSnapshot {
   struct Node {
-    int keyframe = 0;  ///< id; ids that were undone are missing
+    int keyframe = 0;  ///< id; not every id is there
     std::int64_t frame = 0;
     int trial = 0;
     int component = 0;  ///< smallest keyframe id of the component

@@ -32,9 +32,6 @@ class Mapper {
   /// of keyframes that were not searched yet are searched now, and returned by keyframe.
   std::map<int, std::vector<PoseGraphEdge>> restore(const ScanRecord& record);
 
-  /// Takes back the keyframes of this trial and of later ones.
-  void forget_from_trial(int trial);
-
   /// True when loops were found since the last optimize(): solving for all poses may improve the map.
   bool has_new_loops() const { return new_loops_ > 0; }
   /// Solves for all poses and for the gradient scale: tenths of a second in a large map.

@@ -27,8 +27,7 @@ class Store {
   void add(const NewKeyframe& added);
   /// The loops of a keyframe; to be called for every one that was searched, also if none were found.
   void add_loops(int keyframe, const std::vector<PoseGraphEdge>& loops);
-  void forget_from_trial(int trial);  ///< Mapper::forget_from_trial(); its frames become `undone`
-  void flush();                       ///< writes frames that wait; then all is on the disk
+  void flush();  ///< writes frames that wait; then all is on the disk
 
   void set_map(const SlamMap& map);  ///< replaces it
 

@@ -26,13 +26,11 @@ enum class Action {
   show_all,  //
   pause,
   new_scan,
-  save,
   diagnostics,
   follow,  // of a live scan
   play,
   step_back,
   step_on,  // of a saved run
-  undo,
   accept,
   previous,
   next,
