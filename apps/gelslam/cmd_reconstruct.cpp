@@ -40,7 +40,7 @@ int run(const ReconstructArguments& arguments) {
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const RunReport report = reconstruct(request, *progress, [&] { return interrupt.requested(); }).report;
   std::cerr << run_words(report, arguments.run_folder, arguments.quiet);
-  return report.mesh.triangles > 0 ? kExitDone : kExitNotGood;
+  return report.good() ? kExitDone : kExitNotGood;
 }
 
 }  // namespace

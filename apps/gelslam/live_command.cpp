@@ -287,7 +287,7 @@ LiveEnd run_to_its_end(std::unique_ptr<RawFrameSource> source, LiveOptions optio
   if (arguments.headless && !arguments.snapshot.empty())
     write_live_snapshot(*session, arguments.snapshot, window);
   std::cerr << report_text(report, session->status(), warned, arguments.quiet);
-  end.exit_code = report.mesh.triangles == 0 || report.partial ? kExitNotGood : kExitDone;
+  end.exit_code = report.good() && !report.partial ? kExitDone : kExitNotGood;
   end.background = session->background_frames();
   end.wants_new_scan = (end.wants_new_scan || wants_new_scan) && !interrupt.requested();
   return end;

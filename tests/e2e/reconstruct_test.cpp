@@ -122,6 +122,19 @@ TEST(Reconstruct, WarnsOfATruncatedLogAlsoWhenQuiet) {
   }
 }
 
+TEST(Reconstruct, ARunThatLosesMostOfTheTouchIsNotDone) {
+  const TemporaryFolder folder;
+  const std::string log = (folder / "log").string();
+  ASSERT_EQ(gelslam({"simulate", "scan", "--object", "peanut", "--motion", "allover", "--frames", "40", "-q",
+                     "-o", log})
+                .exit_code,
+            0);
+  const ProgramResult result = gelslam({"reconstruct", log, "-o", (folder / "run").string()});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.err, testing::HasSubstr("touched frames are lost"));
+  EXPECT_THAT(result.err, testing::HasSubstr("move more slowly"));
+}
+
 TEST(Reconstruct, StoppedInTheMiddleItKeepsWhatItHas) {
   const TemporaryFolder folder;
   constexpr int kFrames = 1500;

@@ -85,6 +85,17 @@ TEST(TurningPoints, TheSamePlaceIsLeftOnce) {
   EXPECT_EQ(log.turning_points.size(), 1U);
 }
 
+TEST(TurningPoints, WhatWasTouchedLastIsKeptWhenTheLogEndsInTouch) {
+  Tracked log(TrackerOptions{});
+  log.go(0, 1.2);
+  const std::vector<NewKeyframe> last = log.tracker.end_trial();
+  ASSERT_EQ(last.size(), 1U);
+  EXPECT_EQ(log.x_mm_of[static_cast<std::size_t>(last[0].keyframe->frame)], 1.2);
+  EXPECT_EQ(last[0].link.previous->id, 0);
+  EXPECT_TRUE(log.tracker.end_trial().empty()) << "once";
+  EXPECT_EQ(log.see(1.2).trial, 1) << "the object may have moved";
+}
+
 TEST(TurningPoints, WhatWasTouchedLastIsKeptWhenContactEnds) {
   Tracked log(TrackerOptions{});
   log.go(0, 1.2);

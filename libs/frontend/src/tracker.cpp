@@ -78,7 +78,7 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
   }
   if (in_trial_ ? surface->contact_pixels < options_.contact_threshold_px / kContactShrinks
                 : surface->contact_pixels < options_.contact_threshold_px) {
-    end_trial(result);
+    if (in_trial_) result.new_keyframes = end_trial();
     return result;
   }
   if (!in_trial_) {
@@ -248,14 +248,11 @@ void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr su
   }
 }
 
-void Tracker::end_trial(TrackedFrame& result) {
-  hand_out_turning_point(result, turning_points_.end_trial());
+std::vector<NewKeyframe> Tracker::end_trial() {
   in_trial_ = false;
-}
-
-void Tracker::break_trial() {
-  in_trial_ = false;
-  turning_points_.end_trial();
+  const std::optional<TurningPoints::Touch> touch = turning_points_.end_trial();
+  if (!touch) return {};
+  return {{make_keyframe(*touch), touch->link}};
 }
 
 bool Tracker::needs_new_keyframe(const NormalFlowReference& keyframe, const RegistrationResult& registration,
@@ -279,7 +276,7 @@ std::shared_ptr<const Keyframe> Tracker::make_keyframe(const TurningPoints::Touc
 /// Begins with `first`, which is this frame or the one before.
 void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
                           std::shared_ptr<const PreparedReference> reference) {
-  end_trial(result);
+  result.new_keyframes = end_trial();
   ++trial_;
   in_trial_ = true;
   const TurningPoints::Touch touch{first.frame, first.surface, Pose::Identity(), {}};

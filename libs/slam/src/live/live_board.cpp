@@ -117,8 +117,14 @@ void LiveBoard::frame_arrived(LiveClock::time_point when, std::int64_t lost_by_c
 }
 
 void LiveBoard::frames_dropped(std::int64_t count) {
-  const std::lock_guard lock(mutex_);
+  std::unique_lock lock(mutex_);
   status_.dropped += count;
+  const std::int64_t dropped = status_.dropped;
+  if (count == 0 || 50 * dropped <= status_.frames) return;
+  lock.unlock();
+  warn_about("the computer", counted(dropped, "frame") +
+                                 " dropped: this computer is too slow for the camera; gelslam reconstruct "
+                                 "takes every frame of the recorded log");
 }
 
 void LiveBoard::source_ended() {

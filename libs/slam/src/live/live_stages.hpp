@@ -50,7 +50,8 @@ class TrackingStage {
 
  private:
   void handle(const SurfacedFrame& frame);
-  void handle(BreakTrial) { tracker_.break_trial(); }
+  void handle(BreakTrial) { hand_on(tracker_.end_trial()); }
+  void hand_on(const std::vector<NewKeyframe>& keyframes);
   void record(const FrameRecord& record);
   void stream(const TrackedFrame& tracked, const SurfacedFrame& frame);
 

@@ -18,6 +18,7 @@ TrackingStage::TrackingStage(LiveContext& context)
 void TrackingStage::run() {
   while (const std::optional<TrackerMessage> message = context_.surfaced.pop())
     std::visit([this](const auto& content) { handle(content); }, *message);
+  hand_on(tracker_.end_trial());
 }
 
 void TrackingStage::handle(const SurfacedFrame& frame) {
@@ -35,15 +36,21 @@ void TrackingStage::handle(const SurfacedFrame& frame) {
                        std::chrono::duration<double, std::milli>(LiveClock::now() - frame.captured).count());
   const FrameRecord kept = record_of(tracked);
   record(kept);
-  for (const NewKeyframe& added : tracked.new_keyframes)
-    context_.measured.push_beyond_limit([added](Store& store) { store.add(added); });
   if (tracked.status == TrackStatus::tracked) hidden_.pass(tracked.trial, tracked.registration.observable);
   LiveTouch touch{kept, image.bgr, frame.surface, tracked.trial_T_frame, hidden_.words()};
   const std::string why_lost = tracked.status == TrackStatus::lost
                                    ? std::string(describe(tracked.registration.status))
                                    : std::string();
   context_.board.set_touch(std::move(touch), why_lost, frame.captured);
-  for (const NewKeyframe& added : tracked.new_keyframes) context_.keyframes.push_beyond_limit(added);
+  hand_on(tracked.new_keyframes);
+}
+
+/// To the session and to the mapper.
+void TrackingStage::hand_on(const std::vector<NewKeyframe>& keyframes) {
+  for (const NewKeyframe& added : keyframes) {
+    context_.measured.push_beyond_limit([added](Store& store) { store.add(added); });
+    context_.keyframes.push_beyond_limit(added);
+  }
 }
 
 void TrackingStage::stream(const TrackedFrame& tracked, const SurfacedFrame& frame) {

@@ -1,6 +1,11 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
+#include <utility>
 
+#include "gelslam/core/median.hpp"
+#include "gelslam/core/se3.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/mapper.hpp"
@@ -49,9 +54,44 @@ std::string not_in_mesh(int pieces, std::int64_t frames) {
   return text;
 }
 
+/// Of the object against the sensor, from frame to frame.
+struct Speeds {
+  std::vector<double> mm_per_s, deg_per_s;
+
+  void add(const FrameRecord& from, const FrameRecord& to) {
+    const Vector6d moved = se3_log(from.keyframe_T_frame.inverse() * to.keyframe_T_frame);
+    const double elapsed_s = std::max(to.time_s - from.time_s, 1e-3);
+    mm_per_s.push_back(moved.tail<3>().norm() / elapsed_s);
+    deg_per_s.push_back(moved.head<3>().norm() * kDegreesPerRadian / elapsed_s);
+  }
+};
+
+/// "46 of 60 touched frames are lost; they came after motions of ...", where more than 2 % are; else "".
+std::string lost_frames(const SlamMap& map, const RunReport::Frames& count) {
+  if (50 * count.lost <= count.tracked + count.lost) return "";
+  Speeds followed, before_loss;
+  for (std::size_t i = 1; i < map.frames.size(); ++i) {
+    const FrameRecord &from = map.frames[i - 1], &to = map.frames[i];
+    if (from.keyframe < 0 || from.keyframe != to.keyframe) continue;
+    const bool is_last = i + 1 < map.frames.size() && map.frames[i + 1].status == TrackStatus::lost;
+    (is_last ? before_loss : followed).add(from, to);
+  }
+  std::string text = fmt::format("{} of {} touched frames are lost", count.lost, count.tracked + count.lost);
+  if (!followed.mm_per_s.empty() && !before_loss.mm_per_s.empty())
+    text += fmt::format(
+        ", after motions of {:.0f} mm/s and {:.0f} degrees/s; {:.0f} mm/s and {:.0f} "
+        "degrees/s were followed (medians)",
+        median(before_loss.mm_per_s), median(before_loss.deg_per_s), median(followed.mm_per_s),
+        median(followed.deg_per_s));
+  append_sentence(text, "move more slowly, and press a little deeper");
+  return text;
+}
+
 /// What a user has to know beside the result.
-std::vector<std::string> reservations(const RunReport& report) {
+std::vector<std::string> reservations(const SlamMap& map, const RunReport& report) {
   std::vector<std::string> sentences = describe(report.uncertainty);
+  if (std::string lost = lost_frames(map, report.frames); !lost.empty())
+    sentences.insert(sentences.begin(), std::move(lost));
   if (!report.complete())
     sentences.insert(sentences.begin(),
                      not_in_mesh(std::max(report.components - 1, 0), report.frames.not_in_mesh));
@@ -77,7 +117,7 @@ void count(const Run& run, RunReport& report) {
   report.loops = map.loops;
   const std::vector<bool>& outlier = map.solution.edge_outlier;
   report.loop_outliers = static_cast<int>(std::count(outlier.begin(), outlier.end(), true));
-  report.reservations = reservations(report);
+  report.reservations = reservations(map, report);
   report.gradient_scale = {map.gradient_scale.x, map.gradient_scale.y};
   report.mesh = {run.mesh.vertices_mm.size(), run.mesh.triangles.size()};
 }

@@ -10,6 +10,13 @@ struct GelSlam::Impl {
   explicit Impl(const SlamOptions& options)
       : tracker(options.tracker, options.registration, options.verification), mapper(options) {}
 
+  void add(const std::vector<NewKeyframe>& keyframes, StageTimer& timer) {
+    for (const NewKeyframe& added : keyframes) {
+      const auto scope = timer.measure("loop closure");
+      mapper.add_keyframe(added);
+    }
+  }
+
   Tracker tracker;
   Mapper mapper;
   std::vector<FrameRecord> frames;
@@ -32,13 +39,12 @@ TrackedFrame GelSlam::process(std::int64_t frame, double time_s, SurfacePtr surf
     if (surface) scope.emplace(timer, "tracking");
     tracked = impl_->tracker.track(frame, time_s, std::move(surface), unix_us);
   }
-  for (const NewKeyframe& added : tracked.new_keyframes) {
-    const auto scope = timer.measure("loop closure");
-    impl_->mapper.add_keyframe(added);
-  }
+  impl_->add(tracked.new_keyframes, timer);
   impl_->frames.push_back(record_of(tracked));
   return tracked;
 }
+
+void GelSlam::end_trial(StageTimer& timer) { impl_->add(impl_->tracker.end_trial(), timer); }
 
 SlamMap GelSlam::finish(bool refine, ProgressSink* progress,
                         const std::function<bool()>& stop_requested) const {

@@ -64,6 +64,7 @@ bool track_log(SurfaceStream& stream, GelSlam& slam, const ScanRecord& so_far, S
       break;
     }
   }
+  slam.end_trial(timer);
   progress.end();
   return stopped;
 }

@@ -78,6 +78,8 @@ struct RunReport {
 
   /// All that was tracked is in the mesh: no piece is left, nor a frame.
   bool complete() const { return components < 2 && frames.not_in_mesh == 0; }
+  /// There is a mesh, and most of what touched was tracked.
+  bool good() const { return mesh.triangles > 0 && frames.lost <= frames.tracked; }
 };
 
 /// What is not UTF-8 (of file names) is replaced.

@@ -84,9 +84,9 @@ class Tracker {
   /// `surface` is null for a frame of the background. `unix_us`: TactileImage::unix_us.
   TrackedFrame track(std::int64_t frame, double time_s, SurfacePtr surface, std::int64_t unix_us = 0);
 
-  /// The next frame in contact starts a new trial: frames were left out on purpose, and the object may have
-  /// moved.
-  void break_trial();
+  /// The log ends, or frames were left out on purpose and the object may have moved: the next frame in
+  /// contact starts a new trial. Returns what was touched last, if no keyframe shows it yet.
+  std::vector<NewKeyframe> end_trial();
 
   /// Before the first frame: a scan is continued whose last keyframe and trial had these numbers.
   void continue_after(int keyframe_id, int trial);
@@ -128,7 +128,6 @@ class Tracker {
   void handle_tracking_failure(TrackedFrame& result, SurfacePtr surface);
   void begin_trial(TrackedFrame& result, const Seen& first,
                    std::shared_ptr<const PreparedReference> reference);
-  void end_trial(TrackedFrame& result);
   bool needs_new_keyframe(const NormalFlowReference& keyframe, const RegistrationResult& registration,
                           const Surface& surface) const;
   std::shared_ptr<const Keyframe> make_keyframe(const TurningPoints::Touch& touch);

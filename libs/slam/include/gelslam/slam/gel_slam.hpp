@@ -34,6 +34,9 @@ class GelSlam {
   TrackedFrame process(std::int64_t frame, double time_s, SurfacePtr surface, StageTimer& timer,
                        std::int64_t unix_us = 0);
 
+  /// After the last frame: what was touched last becomes a keyframe, if none shows it yet.
+  void end_trial(StageTimer& timer);
+
   /// Optimize: all keyframes' poses in the frame of the map's anchor, and how well they are known. May be
   /// called at any time; frames may follow. `refine` true: with overlap edges; false: with the edges that are
   /// known, which takes tenths of a second. `progress` (may be null) receives the task "closing loops".
