@@ -1,75 +1,7 @@
-<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>GelSLAM</title>
-<link rel="icon" href="data:,">
-<style>
-  :root { --tone: #b0bac5; }
-  .gray { --tone: #b0bac5; } .blue { --tone: #68b0fa; } .green { --tone: #52d392; } .amber { --tone: #f5b84b; } .red { --tone: #f8675c; }
-  body { margin: 0; height: 100vh; height: 100dvh; display: flex; font: 15px/1.45 system-ui, sans-serif; color: #e9edf1; background: #0c0e11; }
-  #stage { flex: 1; position: relative; min-width: 0; min-height: 0; }
-  #view { position: absolute; width: 100%; height: 100%; touch-action: none; cursor: grab; outline: none; }
-  #top { position: absolute; left: 1.1em; top: 1.1em; width: min(38em, 100% - 2.2em); pointer-events: none; }
-  .card { background: #161a1feb; border-left: 5px solid var(--tone); border-radius: 8px; padding: .6em 1em; margin-bottom: .5em; overflow-wrap: anywhere; }
-  h1 { font-size: 1.7em; line-height: 1.25; font-weight: 600; margin: 0; color: var(--tone); }
-  #advice:empty, #empty:empty, #said:empty { display: none; }
-  #empty { position: absolute; inset: 0; display: flex; align-items: center; justify-content: center; color: #96a1ad; pointer-events: none; padding: 8em 2em 0; text-align: center; }
-  #scale { position: absolute; left: 1.2em; bottom: 1em; border: solid #96a1ad; border-width: 0 2px 2px; text-align: center; font-size: 13px; color: #96a1ad; }
-  #said { position: absolute; right: 1.1em; bottom: 1.1em; max-width: 70%; margin: 0; }
-  aside { width: 19em; padding: 1em; overflow: auto; background: #161a1f; border-left: 1px solid #303740; box-sizing: border-box; display: flex; flex-direction: column; gap: .9em; }
-  #picture { width: 100%; border-radius: 6px; background: #282e36; aspect-ratio: 4 / 3; }
-  #figures { display: grid; grid-template-columns: 1fr 1fr; gap: .5em 1em; }
-  #figures div { display: flex; flex-direction: column; }
-  small, .dim { color: #96a1ad; font-size: 13px; }
-  b { font-weight: 600; color: var(--tone); }
-  .gray b { color: #e9edf1; }
-  #buttons { display: grid; grid-template-columns: 1fr 1fr; gap: .5em; margin-top: auto; }
-  button { font: inherit; color: #e9edf1; background: #282e36; border: 0; border-radius: 7px; padding: .6em; cursor: pointer; }
-  button:hover { background: #38404b; }
-  button:disabled { opacity: .4; cursor: default; }
-  #stop, .danger { color: #f8675c; }
-  a { color: #68b0fa; }
-  dialog { color: #e9edf1; background: #161a1f; border: 1px solid #303740; border-radius: 10px; max-width: 24em; }
-  dialog::backdrop { background: #080a0c96; }
-  dialog p { margin: .3em 0 1em; }
-  @media (max-width: 760px) {
-    body { flex-direction: column; }
-    aside { width: auto; max-height: 42vh; border-left: 0; border-top: 1px solid #303740; display: grid; grid-template-columns: 8.5em 1fr; padding: .7em; }
-    #top { left: .6em; top: .6em; width: calc(100% - 1.2em); }
-    h1 { font-size: 1.35em; }
-    #buttons { grid-column: 1 / 3; grid-row: 1; grid-auto-flow: column; grid-template-columns: none; grid-auto-columns: 1fr; margin: 0; }
-    #foot { grid-column: 1 / 3; }
-  }
-</style>
-</head>
-<body>
-<div id="stage">
-  <canvas id="view" tabindex="0" aria-label="The surface"></canvas>
-  <div id="empty"></div>
-  <div id="scale"></div>
-  <div id="top"><div id="banner" class="card gray" role="status"><h1 id="headline">Connecting</h1><div id="advice"></div></div>
-    <div id="warnings"></div></div>
-  <div id="said" class="card gray"></div>
-</div>
-<aside>
-  <canvas id="picture" width="320" height="240" aria-label="The camera's picture"></canvas>
-  <div id="figures"></div>
-  <div id="foot">
-    <div class="dim" id="pose"></div>
-    <div class="dim" id="source"></div>
-    <div class="dim" id="rate"></div>
-    <div class="dim" id="files">Save the surface: <a id="ply">.ply</a> <a id="glb">.glb</a></div>
-  </div>
-  <div id="buttons"><button id="stop">Stop</button><button id="new">New scan</button><button id="all">Show all</button></div>
-</aside>
-<dialog id="question"><h2 id="asked"></h2><p id="means"></p><button id="yes" class="danger"></button> <button id="no">Go on</button></dialog>
-<script>
-@view@
 const token = new URLSearchParams(location.search).get("token");
 const address = path => token ? path + (path.includes("?") ? "&" : "?") + "token=" + encodeURIComponent(token) : path;
-const kOutline = [0.32, 0.83, 0.57], kSensor = [1, 0.59, 0.16], kTrail = [0.41, 0.69, 0.98];
+const page = Math.random().toString(36).slice(2);  // pages are told the end one by one
+const kOutline = [0.32, 0.83, 0.57], kSensor = [1, 0.59, 0.16];
 const kPause_ms = 150, kPictureEvery_ms = 300, kTrailLength = 3000;
 
 let version = 0, newest = 0, state = {}, failures = 0, has_view = false, trail = [];
@@ -85,13 +17,10 @@ function say(text, tone) {
 // The surface.
 function take_blocks(buffer, at) {
   for (const [key, vertices, corners] of state.blocks) {
-    const positions = new Float32Array(buffer, at, 3 * vertices), normals = new Int8Array(buffer, at + 12 * vertices, 4 * vertices);
-    at += 16 * vertices;
-    const indices = new Uint32Array(buffer, at, corners);
+    const positions = new Float32Array(buffer, at, 3 * vertices), normals = new Int16Array(buffer, at + 12 * vertices, 4 * vertices);
+    at += 20 * vertices;
+    put_part(key, positions, normals, new Uint32Array(buffer, at, corners));
     at += 4 * corners;
-    const facing = [0, 0, 0];
-    for (let i = 0; i < normals.length; ++i) if (i % 4 < 3) facing[i % 4] += normals[i];
-    put_part(key, positions, normals, indices, facing);
   }
 }
 function follow_surface() {
@@ -109,7 +38,7 @@ function follow_trail() {
     radius = 20;
     distance = radius / kHalfView;
   }
-  put_lines("trail", [trail.flat()], gl.LINE_STRIP, kTrail, 1, 0, true);
+  show_way([trail.flat()], []);
 }
 function show_touch() {
   const touch = state.touch, places = touch ? touch.map : [];
@@ -122,39 +51,28 @@ function show_touch() {
 }
 
 // What is said.
-function card(text, tone) {
-  const box = document.createElement("div");
-  box.className = "card " + tone;
-  box.textContent = text;
-  return box;
-}
 function show_words() {
   by("banner").className = "card " + state.tone;
   by("headline").textContent = state.headline;
   by("advice").textContent = state.advice || (state.surface === false ? "No surface is made here: the sensor is tracked alone." : "");
-  by("warnings").replaceChildren(...(state.warnings || []).map(text => card(text, "amber")));
+  show_warnings(state.warnings || []);
   document.title = state.headline + " – GelSLAM";
-  by("figures").replaceChildren(...(state.scan === false ? [["Frames", state.frames, "gray"]] : state.figures || []).map(([name, value, tone]) => {
-    const box = document.createElement("div");
-    box.className = tone;
-    box.append(Object.assign(document.createElement("small"), {textContent: name}), Object.assign(document.createElement("b"), {textContent: value}));
-    return box;
-  }));
+  show_figures(state.scan === false ? [["Frames", state.frames]] : state.figures || []);
   by("source").textContent = state.source || "";
-  const over = state.phase === "finishing" || state.phase === "finished";
-  by("stop").disabled = over;
+  by("stop").hidden = false;
+  by("stop").disabled = state.phase === "finishing" || state.phase === "finished";
   by("new").disabled = state.phase === "finishing";
-  by("new").style.display = state.another ? "" : "none";
-  by("files").style.display = state.surface ? "" : "none";
+  by("new").hidden = !state.another;
+  by("files").hidden = !state.surface;
   by("empty").textContent = gl && parts.size === 0 && state.surface ? "The surface appears here with the first touch." : "";
 }
 function show_lost(text) {
-  const ended = state.phase === "finished" || state.phase === "finishing";
+  ended = state.phase === "finished" || state.phase === "finishing";
   if (!ended) by("banner").className = "card red";
   by("headline").textContent = ended ? "Finished" : text;
   by("advice").textContent = ended ? (state.phase === "finished" ? state.advice + " " : "") + "The program has ended."
     : "gelslam has ended, or cannot be reached. Trying again.";
-  for (const id of ["stop", "new"]) by(id).disabled = true;
+  for (const id of ["stop", "new", "files"]) by(id).hidden = true;
 }
 
 // The camera's picture, with the border of the contact.
@@ -192,12 +110,12 @@ function look_at_picture() {
 function show_rate() {
   const now = performance.now(), seconds = (now - rate.since) / 1000;
   if (seconds < 2) return;
-  by("rate").textContent = `${Math.round(rate.bytes / seconds / 1000)} kB/s, ${Math.round((pictures - rate.pictures) / seconds)} pictures/s`;
+  by("rate").textContent = ended ? "" : `${Math.round(rate.bytes / seconds / 1000)} kB/s, ${Math.round((pictures - rate.pictures) / seconds)} pictures/s`;
   Object.assign(rate, {since: now, bytes: 0, pictures});
 }
 
 async function look() {
-  const reply = await fetch(address("changes?since=" + version), {cache: "no-store", signal: AbortSignal.timeout(10000)});
+  const reply = await fetch(address(`changes?since=${version}&map=${state.map}&page=${page}`), {cache: "no-store", signal: AbortSignal.timeout(10000)});
   if (!reply.ok) throw new Error((await reply.text()).trim());
   const buffer = await reply.arrayBuffer(), size = new DataView(buffer).getUint32(0, true);
   rate.bytes += buffer.byteLength;
@@ -209,6 +127,7 @@ async function look() {
     if (state.cleared) for (const key of [...parts.keys()]) forget(parts, key);
     take_blocks(buffer, 4 + size);
     if (state.blocks.length > 0) follow_surface();
+    if (state.path) show_way(state.path, state.path.flat());
     follow_trail();
     show_touch();
     if (state.phase === "finished" && phase !== "finished" && !touched) show_all();
@@ -251,16 +170,11 @@ by("stop").onclick = () => state.scan
   ? ask("Stop the scan?", "Loops are closed and the mesh is made" + (state.run_folder ? ", and everything is saved in " + state.run_folder + "." : ", but nothing is kept (no -o)."), "Stop", "stop")
   : ask("Stop tracking?", "The program ends.", "Stop", "stop");
 by("new").onclick = () => ask("Start a new scan?", "This one is finished and saved first.", "Save and start", "new");
-by("ply").href = address("mesh.ply");
-by("ply").download = "mesh.ply";
-by("glb").href = address("mesh.glb");
-by("glb").download = "mesh.glb";
-background = [0.047, 0.055, 0.067];
+by("more").textContent = " Green: what is touched now. Orange: the sensor. Stop makes the final mesh, and the page keeps it.";
+for (const id of ["ply", "glb"]) by(id).href = address("mesh." + id);
+by("headline").textContent = "Connecting";
 if (gl) {
   show_all();
   listen();
 }
 watch();
-</script>
-</body>
-</html>
