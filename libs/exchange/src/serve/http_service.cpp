@@ -243,6 +243,7 @@ class ScanService final : public HttpService {
 
   HttpReply mesh_reply(bool as_glb) {
     std::string bytes = mesh_ != nullptr ? mesh_file(*mesh_, as_glb) : "";
+    if (bytes.empty() && client_is_gone()) return refuse(503, "too late: the program ends");
     if (bytes.empty())
       return refuse(404, mesh_ != nullptr ? "there is no surface yet" : "no surface is made here");
     return {.type = as_glb ? "model/gltf-binary" : "application/octet-stream", .body = std::move(bytes)};
