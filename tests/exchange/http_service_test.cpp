@@ -114,6 +114,10 @@ TEST_F(Service, TellsTheStateInTheWordsOfTheWindow) {
   EXPECT_EQ(said.at("advice"), "Too little overlap. Touch a place you have seen.");
   EXPECT_EQ(said.at("tone"), "red");
   EXPECT_EQ(said.at("warnings"), json({"The disk is full."}));
+  status.phase = LivePhase::finished;
+  status.reservations = {"5 % of frames were dropped"};
+  EXPECT_THAT(state().at("advice").get<std::string>(), HasSubstr("5 % of frames were dropped."));
+  EXPECT_EQ(state().at("warnings"), json({"The disk is full."})) << "also at the end";
   const std::string page = request("GET /");
   EXPECT_THAT(page, StartsWith("HTTP/1.1 200"));
   for (const char* word : {"http:", "https:", "src=", "import("})
@@ -250,10 +254,14 @@ TEST_F(Service, TheEndWaitsForEveryOpenPage) {
     ended = true;
   });
   std::this_thread::sleep_for(1500ms);
-  changes("since=" + newest + "&page=a");
+  const std::string all = "since=" + newest + "&phase=finished&page=";
+  changes(all + "a");
   std::this_thread::sleep_for(500ms);
   EXPECT_FALSE(ended) << "b has not all of the mesh";
   changes("since=" + newest + "&page=b");
+  std::this_thread::sleep_for(200ms);
+  EXPECT_FALSE(ended) << "the answer may be on its way";
+  changes(all + "b");
   const auto told = std::chrono::steady_clock::now();
   end.join();
   EXPECT_LT(std::chrono::steady_clock::now() - told, 500ms);

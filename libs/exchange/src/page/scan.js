@@ -118,7 +118,7 @@ function show_rate() {
 }
 
 async function look() {
-  const reply = await fetch(address(`changes?since=${version}&map=${state.map}&page=${page}`), {cache: "no-store", signal: AbortSignal.timeout(10000)});
+  const reply = await fetch(address(`changes?since=${version}&map=${state.map}&page=${page}&phase=${state.phase}${document.hidden ? "&hidden=1" : ""}`), {cache: "no-store", signal: AbortSignal.timeout(10000)});
   if (!reply.ok) throw new Error((await reply.text()).trim());
   const buffer = await reply.arrayBuffer(), size = new DataView(buffer).getUint32(0, true);
   rate.bytes += buffer.byteLength;
@@ -148,7 +148,8 @@ async function watch() {
       if (++failures > 2 || !(error instanceof TypeError)) show_lost(error instanceof TypeError || error.name === "TimeoutError" ? "Connection lost" : error.message);
     }
     show_rate();
-    await new Promise(go_on => setTimeout(go_on, failures > 0 ? 1000 : version < newest ? 0 : kPause_ms));
+    const pause_ms = failures > 0 ? 1000 : document.hidden || version < newest ? 0 : kPause_ms;
+    if (pause_ms > 0) await new Promise(go_on => setTimeout(go_on, pause_ms));
   }
 }
 

@@ -1,8 +1,8 @@
 #include "gelslam/exchange/http_service.hpp"
 
-#include <arpa/inet.h>
 #include <fmt/core.h>
 #include <ifaddrs.h>
+#include <netdb.h>
 #include <netinet/in.h>
 #include <unistd.h>
 
@@ -66,12 +66,10 @@ std::vector<std::string> own_addresses(int family) {
   if (::getifaddrs(&first) != 0) return {"127.0.0.1"};
   const std::unique_ptr<ifaddrs, decltype(&::freeifaddrs)> all(first, ::freeifaddrs);
   for (const ifaddrs* at = first; at != nullptr; at = at->ifa_next) {
+    char name[NI_MAXHOST] = "";
     if (at->ifa_addr == nullptr || at->ifa_addr->sa_family != family) continue;
-    char name[INET6_ADDRSTRLEN] = "";
-    const bool four = family == AF_INET;
-    const void* numbers = four ? static_cast<void*>(&reinterpret_cast<sockaddr_in*>(at->ifa_addr)->sin_addr)
-                               : &reinterpret_cast<sockaddr_in6*>(at->ifa_addr)->sin6_addr;
-    ::inet_ntop(family, numbers, name, sizeof name);
+    ::getnameinfo(at->ifa_addr, family == AF_INET ? sizeof(sockaddr_in) : sizeof(sockaddr_in6), name,
+                  sizeof name, nullptr, 0, NI_NUMERICHOST);
     if (!std::string_view(name).starts_with("fe80:")) names.emplace_back(name);  // needs an interface, too
   }
   return names;
@@ -214,6 +212,9 @@ class ScanService final : public HttpService {
       const auto found = query.find(name);
       return found == query.end() ? "" : found->second;
     };
+    // Browsers let the timers of hidden pages wait for up to a minute, but not their requests.
+    const bool knows_end = asked("phase") == "finished";
+    if (asked("hidden") == "1" && !knows_end) std::this_thread::sleep_for(std::chrono::seconds(1));
     const std::string text = asked("since");
     std::uint64_t since = 0;
     std::from_chars(text.data(), text.data() + text.size(), since);
@@ -225,7 +226,7 @@ class ScanService final : public HttpService {
     if (map_ && json["map"] != asked("map")) json["path"] = path_json(*map_);
     const Clock::time_point now = Clock::now();
     std::erase_if(pages_, [&](const auto& page) { return now - page.second.seen > kPageIsOpen; });
-    pages_[asked("page")] = {now, json["phase"] == "finished" && changes.version == changes.newest};
+    pages_[asked("page")] = {now, knows_end && since == changes.newest};
     return {.type = "application/octet-stream", .body = encode_changes(std::move(json), changes)};
   }
 
@@ -266,7 +267,7 @@ class ScanService final : public HttpService {
 
   struct Page {
     Clock::time_point seen;  // when it last looked
-    bool told;               // the end, with the last mesh
+    bool told;               // the end, with the last mesh: it says so itself
   };
   std::mutex mutex_;  // for what follows
   std::map<std::string, Page> pages_;
