@@ -15,7 +15,8 @@ namespace {
 struct ReconstructArguments {
   std::string log;
   LogOptions settings;
-  std::string run_folder, continued, serve;
+  std::string run_folder, continued;
+  ServeOptions serve;
   bool overwrite = false, quiet = false;
 };
 
@@ -32,7 +33,7 @@ int run_served(const ReconstructArguments& arguments) {
 }
 
 int run(const ReconstructArguments& arguments) {
-  if (!arguments.serve.empty()) return run_served(arguments);
+  if (!arguments.serve.address.empty()) return run_served(arguments);
   const LogInput input = with_settings_of_run(arguments.settings.input(arguments.log), arguments.continued);
   const ReconstructRequest request{input, resolve_config(input), arguments.run_folder, arguments.overwrite,
                                    arguments.continued};

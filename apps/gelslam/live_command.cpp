@@ -169,9 +169,9 @@ LiveOptions LiveArguments::options(const Config& config) const {
   options.run_folder = continued.empty() ? run_folder : continued;
   if (!continued.empty()) options.continued = continue_in_place(continued, config);
   stream.check();
-  if (!stream.target.empty() || !stream.serve.empty())
+  if (!stream.target.empty() || !stream.serve.address.empty())
     options.stream = std::make_shared<PoseStream>(config.slam.gradient_scale.sigma);
-  if (!headless || !snapshot.empty() || !stream.serve.empty())
+  if (!headless || !snapshot.empty() || !stream.serve.address.empty())
     options.mesh_feed = std::make_shared<MeshFeed>();
   return options;
 }

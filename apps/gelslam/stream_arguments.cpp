@@ -34,23 +34,30 @@ void StreamArguments::check() const {
   }
 }
 
-CLI::Option* add_serve_option(CLI::App& command, std::string& serve) {
-  const auto refuse_empty = [](const std::string& text) {
-    return text.empty() ? "give PORT or HOST:PORT" : "";
+CLI::Option* add_serve_option(CLI::App& command, ServeOptions& serve) {
+  const auto refuse_empty = [](const char* instead) {
+    return [=](const std::string& text) { return text.empty() ? std::string("give ") + instead : ""; };
   };
-  return command
-      .add_option("--serve", serve,
-                  "Serve a page to watch, poses and the surface at [HOST:]PORT (HTTP; without HOST for this "
-                  "machine only)")
-      ->check(refuse_empty);
+  CLI::Option* option =
+      command
+          .add_option(
+              "--serve", serve.address,
+              "Serve a page to watch, poses and the surface at [HOST:]PORT (HTTP; without HOST for this "
+              "machine only)")
+          ->check(refuse_empty("PORT or HOST:PORT"));
+  command
+      .add_option("--token", serve.token, "Word that clients of --serve have to name (default: a random one)")
+      ->needs(option)
+      ->check(refuse_empty("a word"));
+  return option;
 }
 
-std::unique_ptr<HttpService> open_service(const std::string& serve, LineFeed& lines, const MeshFeed* mesh,
+std::unique_ptr<HttpService> open_service(const ServeOptions& serve, LineFeed& lines, const MeshFeed* mesh,
                                           bool quiet) {
-  if (serve.empty()) return nullptr;
+  if (serve.address.empty()) return nullptr;
   auto service = serve_scan(serve, lines, mesh);
-  if (!quiet || service->url.find("token=") != std::string::npos)
-    std::cerr << "serving " << service->url << std::endl;
+  for (const std::string& url : service->urls)
+    if (!quiet || serve.token.empty()) std::cerr << "serving " << url << std::endl;
   return service;
 }
 

@@ -13,7 +13,7 @@ namespace gelslam {
 struct StreamArguments {
   std::string target;  ///< "-": standard output; "": none
   std::string format = "ndjson";
-  std::string serve{};  ///< HttpService; "": none
+  ServeOptions serve{};  ///< no address: none
   bool surface = false, images = false;
 
   /// `target` and `format` are the command's defaults.
@@ -26,11 +26,11 @@ struct StreamArguments {
   void check() const;
 };
 
-/// --serve, also of commands that stream nothing.
-CLI::Option* add_serve_option(CLI::App& command, std::string& serve);
+/// --serve and --token, also of commands that stream nothing. Returns the first.
+CLI::Option* add_serve_option(CLI::App& command, ServeOptions& serve);
 
-/// Null for "". Says on stderr what to open, when quiet only if nobody else knows. Throws Error.
-std::unique_ptr<HttpService> open_service(const std::string& serve, LineFeed& lines, const MeshFeed* mesh,
+/// Null without an address. Says on stderr what to open, when quiet only if nobody else knows. Throws Error.
+std::unique_ptr<HttpService> open_service(const ServeOptions& serve, LineFeed& lines, const MeshFeed* mesh,
                                           bool quiet);
 
 }  // namespace gelslam

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Prints the position of the sensor while `gelslam scan --serve 5555` runs.
 
-Usage: stream_client.py [PORT, or the address that gelslam prints]
+Usage: stream_client.py ADDRESS, as gelslam prints it: http://127.0.0.1:5555/?token=...
 """
 import argparse
 import http.client
@@ -12,9 +12,9 @@ from urllib.parse import urlsplit
 
 
 def lines(address):
-    url = urlsplit(f"http://127.0.0.1:{address}/" if address.isdigit() else address)
+    url = urlsplit(address)
     if not url.hostname:
-        sys.exit("stream_client: give a port, or the address that gelslam prints")
+        sys.exit("stream_client: give the address that gelslam prints")
     connection = http.client.HTTPConnection(url.hostname, url.port)
     connection.request("GET", "/poses?" + url.query)
     reply = connection.getresponse()
@@ -32,7 +32,7 @@ def main(address):
 
 
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-parser.add_argument("address", nargs="?", default="5555")
+parser.add_argument("address")
 try:
     main(parser.parse_args().address)
 except BrokenPipeError:  # who read this has enough, as `head` has

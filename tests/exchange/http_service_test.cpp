@@ -7,6 +7,8 @@
 #include <netinet/in.h>
 #include <sys/socket.h>
 
+#include <array>
+#include <atomic>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -59,24 +61,35 @@ std::string hear_until(const FileDescriptor& client, const std::string& end = ""
 
 class Service : public testing::Test {
  protected:
-  explicit Service(const std::string& address = "0") : service(serve_scan(address, lines, &mesh)) {
+  explicit Service(const ServeOptions& options = {"0", "word"}) : service(serve_scan(options, lines, &mesh)) {
     WatchedScan scan;
     scan.status = [this] { return status; };
     scan.touch = [this] { return touch; };
-    scan.map = [] { return std::make_shared<const MapSnapshot>(); };
+    scan.map = [this] { return map; };
     scan.ask = [this](ScanWish wish) { asked.push_back(wish); };
     watch = service->watch(std::move(scan));
     status.phase = LivePhase::scanning;
   }
 
   int port() const {
-    const std::string& url = service->url;
+    const std::string& url = service->urls.at(0);
     return std::stoi(url.substr(url.rfind(':') + 1));
   }
-  std::string request(const std::string& line, const std::string& headers = "Host: localhost\r\n") const {
+  /// Without the token.
+  std::string request_of_anybody(const std::string& line,
+                                 const std::string& headers = "Host: localhost\r\n") const {
     const FileDescriptor client = connect_to(port());
     say(client, line + " HTTP/1.1\r\n" + headers + "Connection: close\r\n\r\n");
     return hear_until(client);
+  }
+  std::string request(const std::string& line, const std::string& headers = "Host: localhost\r\n") const {
+    return request_of_anybody(line + (line.find('?') == line.npos ? "?" : "&") + "token=word", headers);
+  }
+  json changes(const std::string& query) const {
+    const std::string answer = body_of(request("GET /changes?" + query));
+    std::uint32_t size = 0;
+    std::memcpy(&size, answer.data(), 4);
+    return json::parse(answer.substr(4, size));
   }
   static std::string body_of(const std::string& answer) { return answer.substr(answer.find("\r\n\r\n") + 4); }
   json state() const { return json::parse(body_of(request("GET /status"))); }
@@ -86,6 +99,7 @@ class Service : public testing::Test {
   MeshFeed mesh;
   LiveStatus status;
   std::shared_ptr<const LiveTouch> touch;
+  std::shared_ptr<const MapSnapshot> map = std::make_shared<MapSnapshot>();
   std::vector<ScanWish> asked;
   std::unique_ptr<HttpService> service;
   std::shared_ptr<void> watch;
@@ -100,6 +114,10 @@ TEST_F(Service, TellsTheStateInTheWordsOfTheWindow) {
   EXPECT_EQ(said.at("advice"), "Too little overlap. Touch a place you have seen.");
   EXPECT_EQ(said.at("tone"), "red");
   EXPECT_EQ(said.at("warnings"), json({"The disk is full."}));
+  status.phase = LivePhase::finished;
+  status.reservations = {"5 % of frames were dropped"};
+  EXPECT_THAT(state().at("advice").get<std::string>(), HasSubstr("5 % of frames were dropped."));
+  EXPECT_EQ(state().at("warnings"), json({"The disk is full."})) << "also at the end";
   const std::string page = request("GET /");
   EXPECT_THAT(page, StartsWith("HTTP/1.1 200"));
   for (const char* word : {"http:", "https:", "src=", "import("})
@@ -125,8 +143,8 @@ TEST_F(Service, GrantsWishesThatTheScanCanFulfill) {
 
 TEST_F(Service, GivesLinesAsTheyCome) {
   const FileDescriptor client = connect_to(port()), tum = connect_to(port());
-  say(client, "GET /poses HTTP/1.1\r\nHost: localhost\r\n\r\n");
-  say(tum, "GET /poses?format=tum HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  say(client, "GET /poses?token=word HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  say(tum, "GET /poses?format=tum&token=word HTTP/1.1\r\nHost: localhost\r\n\r\n");
   hear_until(client, "\r\n\r\n");
   hear_until(tum, "\r\n\r\n");
   std::this_thread::sleep_for(1200ms);  // nothing comes for a while
@@ -147,6 +165,7 @@ TEST_F(Service, GivesTheMeshWholeAndInBlocks) {
   block.key = 5;
   block.mesh.vertices_mm = {{0, 0, 0}, {1, 0, 0}, {0, 2, 0}};
   block.mesh.normals.assign(3, {0, 0, -1});
+  block.mesh.confidence = {0, 2, 1e9F};
   block.mesh.triangles = {{0, 1, 2}};
   mesh.add(false, {block});
   EXPECT_THAT(body_of(request("GET /mesh.ply")), StartsWith("ply"));
@@ -157,12 +176,14 @@ TEST_F(Service, GivesTheMeshWholeAndInBlocks) {
   const json head = json::parse(changes.substr(4, size));
   EXPECT_EQ(head.at("blocks"), json::array({json::array({"5", 3, 3})}))
       << "keys have more digits than numbers in JavaScript";
-  ASSERT_EQ(changes.size(), 4 + size + 36 + 12 + 12);
+  ASSERT_EQ(changes.size(), 4 + size + 36 + 24 + 12);
   float y = 0;
   std::memcpy(&y, changes.data() + 4 + size + 28, 4);
   EXPECT_EQ(y, 2);
-  EXPECT_EQ(static_cast<signed char>(changes[4 + size + 36 + 2]), -127);
-  EXPECT_EQ(changes[4 + size + 48 + 4], 1);
+  std::array<std::int16_t, 12> normals{};
+  std::memcpy(normals.data(), changes.data() + 4 + size + 36, sizeof normals);
+  EXPECT_THAT(normals, testing::ElementsAre(0, 0, -32767, 0, 0, 0, -32767, 512, 0, 0, -32767, 32767));
+  EXPECT_EQ(changes[4 + size + 60 + 4], 1);
   const std::string nothing = request("GET /changes?since=" + head.at("version").dump());
   EXPECT_THAT(nothing, HasSubstr("\"blocks\":[]"));
 }
@@ -170,9 +191,6 @@ TEST_F(Service, GivesTheMeshWholeAndInBlocks) {
 TEST_F(Service, RefusesOtherSites) {
   const std::string own = "Host: 127.0.0.1:" + std::to_string(port()) + "\r\n";
   EXPECT_THAT(request("GET /status", own), StartsWith("HTTP/1.1 200"));
-  EXPECT_THAT(request("GET /status", "Host: evil.example\r\n"), StartsWith("HTTP/1.1 403"))
-      << "DNS rebinding";
-  EXPECT_THAT(request("GET /status", ""), StartsWith("HTTP/1.1 403"));
   EXPECT_THAT(request("POST /stop", own + "Origin: http://evil.example\r\n"), StartsWith("HTTP/1.1 403"));
   EXPECT_THAT(request("POST /stop", own + "Origin: null\r\n"), StartsWith("HTTP/1.1 403"));
   EXPECT_TRUE(asked.empty());
@@ -180,32 +198,108 @@ TEST_F(Service, RefusesOtherSites) {
               StartsWith("HTTP/1.1 200"));
 }
 
-class OpenService : public Service {
- protected:
-  OpenService() : Service("0.0.0.0:0") {}
-  std::string token() const { return service->url.substr(service->url.rfind('=') + 1); }
-};
-
-TEST_F(OpenService, NeedsItsTokenForEverything) {
-  EXPECT_EQ(token().size(), 32u);
-  std::string wrong = token();
-  wrong.back() = wrong.back() == '0' ? '1' : '0';
-  for (const std::string path : {"GET /", "GET /poses", "GET /mesh.ply", "POST /stop"}) {
-    EXPECT_THAT(request(path), StartsWith("HTTP/1.1 403")) << path;
-    EXPECT_THAT(request(path + "?token=" + wrong), StartsWith("HTTP/1.1 403")) << path;
-  }
+/// Other users of this machine may not end a scan, either.
+TEST_F(Service, NeedsItsTokenForEverything) {
+  for (const std::string path : {"GET /", "GET /poses", "GET /mesh.ply", "POST /stop"})
+    for (const char* wrong : {"", "?token=", "?token=wore", "?token=words"})
+      EXPECT_THAT(request_of_anybody(path + wrong), StartsWith("HTTP/1.1 403")) << path << wrong;
   EXPECT_TRUE(asked.empty());
-  EXPECT_THAT(request("POST /stop?token=" + token()), StartsWith("HTTP/1.1 200"));
+  EXPECT_THAT(request("POST /stop"), StartsWith("HTTP/1.1 200"));
+}
+
+TEST_F(Service, NamesEveryAddressOfThisMachineAndATokenOfItsOwn) {
+  EXPECT_EQ(service->urls.front(), "http://127.0.0.1:" + std::to_string(port()) + "/?token=word");
+  LineFeed other_lines;
+  const auto open = serve_scan({"0.0.0.0:0", ""}, other_lines, nullptr);
+  EXPECT_THAT(open->urls, testing::Each(testing::MatchesRegex("http://[0-9.]+:[0-9]+/\\?token=[0-9a-f]+")));
+  EXPECT_THAT(open->urls, testing::Contains(StartsWith("http://127.0.0.1:")));
+  const std::string& url = open->urls.front();
+  EXPECT_EQ(url.size() - url.rfind('=') - 1, 32u);
+  EXPECT_THAT(serve_scan({"[::]:0", "word"}, other_lines, nullptr)->urls,
+              testing::Each(StartsWith("http://[")));
+}
+
+TEST_F(Service, TellsThePageTheWayOnceForEachMap) {
+  auto moved = std::make_shared<MapSnapshot>();
+  moved->version = 7;
+  for (int i = 0; i < 4; ++i) {
+    MapSnapshot::Node node;
+    node.keyframe = i;
+    node.trial = i / 2;
+    node.placed = i != 3;
+    node.component_T_keyframe.translation().x() = i;
+    moved->nodes.push_back(node);
+  }
+  map = moved;
+  const json first = changes("since=0&map=6");
+  EXPECT_EQ(first.at("path"), json::parse("[[0.0,0.0,0.0,1.0,0.0,0.0],[2.0,0.0,0.0]]"));
+  EXPECT_FALSE(changes("since=0&map=" + first.at("map").get<std::string>()).contains("path"));
+}
+
+TEST_F(Service, TheEndWaitsForEveryOpenPage) {
+  status.phase = LivePhase::finished;
+  MeshBlock block;
+  block.mesh.vertices_mm.assign(100'000, {0, 0, 0});  // more than one answer holds
+  block.mesh.triangles = {{0, 1, 2}};
+  mesh.add(false, {block});
+  block.key = 1;
+  mesh.add(false, {block});
+  changes("since=0&page=a");
+  const std::string newest = changes("since=0&page=b").at("newest").dump();
+  watch.reset();
+  lines.close();
+  std::atomic<bool> ended{false};
+  std::thread end([&] {
+    service->finish();
+    ended = true;
+  });
+  std::this_thread::sleep_for(1500ms);
+  const std::string all = "since=" + newest + "&phase=finished&page=";
+  changes(all + "a");
+  std::this_thread::sleep_for(500ms);
+  EXPECT_FALSE(ended) << "b has not all of the mesh";
+  changes("since=" + newest + "&page=b");
+  std::this_thread::sleep_for(200ms);
+  EXPECT_FALSE(ended) << "the answer may be on its way";
+  changes(all + "b");
+  const auto told = std::chrono::steady_clock::now();
+  end.join();
+  EXPECT_LT(std::chrono::steady_clock::now() - told, 500ms);
+}
+
+TEST_F(Service, ClientsThatHaveLeftDoNotDelayTheEnd) {
+  MeshBlock block;
+  for (int i = 0; i < 100'000; ++i) {
+    const auto x = static_cast<float>(i);
+    block.mesh.vertices_mm.insert(block.mesh.vertices_mm.end(), {{x, 0, 0}, {x, 1, 0}, {x, 0, 1}});
+    block.mesh.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
+  }
+  block.mesh.normals.assign(block.mesh.vertices_mm.size(), {0, 0, -1});
+  mesh.add(false, {block});
+  const auto begin = std::chrono::steady_clock::now();
+  request("GET /mesh.glb");
+  const auto one = std::chrono::steady_clock::now() - begin;
+  for (int k = 0; k < 150; ++k)
+    say(connect_to(port()), "GET /mesh.glb?token=word HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  const FileDescriptor stalled = connect_to(port(), 4096);
+  say(stalled, "GET /mesh.ply?token=word HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  std::this_thread::sleep_for(200ms);
+  lines.close();
+  const auto end = std::chrono::steady_clock::now();
+  watch.reset();
+  service->finish();
+  service.reset();
+  EXPECT_LT(std::chrono::steady_clock::now() - end, 4 * one + 12s) << "as long as one is made, and sent";
 }
 
 TEST_F(Service, DropsRequestsThatAreTooLarge) {
   const std::int64_t before = dropped();
-  std::string many = "GET /status HTTP/1.1\r\nHost: localhost\r\n";
+  std::string many = "GET /status?token=word HTTP/1.1\r\nHost: localhost\r\n";
   for (int k = 0; k < 10'000; ++k) many += "X-" + std::to_string(k) + ": y\r\n";
   for (const std::string& text :
        {many + "\r\n", "GET /" + std::string(1 << 22, 'a'),
-        "GET /status HTTP/1.1\r\nA: " + std::string(1 << 22, 'a'),
-        "POST /stop HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n" +
+        "GET /status?token=word HTTP/1.1\r\nA: " + std::string(1 << 22, 'a'),
+        "POST /stop?token=word HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n" +
             std::string("fffffff\r\n") + std::string(1 << 22, 'a')}) {
     const FileDescriptor client = connect_to(port());
     say(client, text);
@@ -244,7 +338,7 @@ TEST_F(Service, ClientsThatDoNothingKeepNobodyOut) {
 TEST_F(Service, AReaderThatStallsDelaysNobodyAndIsDropped) {
   const FileDescriptor stalled = connect_to(port(), 4096), quick = connect_to(port());
   for (const FileDescriptor* client : {&stalled, &quick}) {
-    say(*client, "GET /poses HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    say(*client, "GET /poses?token=word HTTP/1.1\r\nHost: localhost\r\n\r\n");
     hear_until(*client, "\r\n\r\n");
   }
   StreamedFrame large;
@@ -259,10 +353,10 @@ TEST_F(Service, AReaderThatStallsDelaysNobodyAndIsDropped) {
   EXPECT_EQ(dropped(), 1);
 }
 
-std::string refusal_of(const std::string& address) {
+std::string refusal_of(const std::string& address, const std::string& token = "") {
   LineFeed lines;
   try {
-    serve_scan(address, lines, nullptr);
+    serve_scan({address, token}, lines, nullptr);
   } catch (const Error& error) {
     return error.what();
   }
@@ -275,7 +369,9 @@ TEST_F(Service, RefusesInOneLineWhatCannotBe) {
   for (const char* address : {"", "x", "-1", "70000", "80a", ":80", "localhost:"})
     EXPECT_THAT(refusal_of(address), HasSubstr("a port is a number from 1 to 65535")) << address;
   EXPECT_THAT(refusal_of("203.0.113.7:0"), HasSubstr("is no address of this machine"));
-  EXPECT_EQ(refusal_of("localhost:0"), "accepted");
+  EXPECT_EQ(refusal_of("localhost:0", "a-B_9"), "accepted");
+  for (const char* token : {"a b", "a&b", "\u00e4"})
+    EXPECT_THAT(refusal_of("localhost:0", token), HasSubstr("should have letters")) << token;
   EXPECT_THAT(request("GET /changes?since=-1"), StartsWith("HTTP/1.1 200"));
 }
 

@@ -13,7 +13,7 @@ def read_tum(text):
 def read_page(text):
     """(data, PLY bytes) embedded in a page."""
     data = re.search(r'<script type="application/json" id="run">(.*?)</script>', text, re.S)[1]
-    ply = re.search(r'<script type="text/plain" id="ply">(.*?)</script>', text, re.S)[1]
+    ply = re.search(r'<script type="text/plain" id="mesh">(.*?)</script>', text, re.S)[1]
     return json.loads(data), base64.b64decode(ply, validate=True)
 
 

@@ -1,4 +1,5 @@
 """The page of a scan and the exported page, in a real browser."""
+import json
 import os
 import pathlib
 import shutil
@@ -55,8 +56,8 @@ class Pages(unittest.TestCase):
             time.sleep(0.1)
         self.fail("did not happen: " + what)
 
-    def value(self, script):
-        return self.browser.execute_script(script)
+    def value(self, script, *arguments):
+        return self.browser.execute_script(script, *arguments)
 
     def text(self, name):
         return self.browser.find_element(By.ID, name).text
@@ -72,6 +73,26 @@ class Pages(unittest.TestCase):
             let seen = 0;
             for (let i = 0; i < kinds.length; i += 4) if (Math.abs(kinds[i] - shade[0]) + Math.abs(kinds[i + 1] - shade[1]) > 20) ++seen;
             return seen / (view.width * view.height);""")
+
+    def look_at_colors(self):
+        """Each draws another picture of the same surface, with a legend."""
+        pictures = {}
+        for color in ("height", "confidence", "curvature", "plain"):
+            Select(self.browser.find_element(By.ID, "color")).select_by_value(color)
+            pictures[color] = self.value("""draw();
+                const kinds = new Uint8Array(4 * view.width * view.height);
+                gl.readPixels(0, 0, view.width, view.height, gl.RGBA, gl.UNSIGNED_BYTE, kinds);
+                return kinds.reduce((sum, level, i) => sum + level * (i % 4 + 1), 0) + by("low").textContent""")
+            self.assertEqual(self.browser.find_element(By.ID, "legend").is_displayed(), color != "plain")
+        self.assertEqual(len(set(pictures.values())), 4, pictures)
+
+    def all_is_in_sight(self, *names):
+        """Without scrolling."""
+        for name in names:
+            place = self.value("const box = by(arguments[0]).getBoundingClientRect(); return [box.top, box.bottom, box.left, box.right]", name)
+            self.assertGreaterEqual(min(place), 0, name)
+            self.assertLessEqual(place[1], self.value("return innerHeight"), name)
+            self.assertLessEqual(place[3], self.value("return innerWidth"), name)
 
     def scan(self, *options):
         """A scan by a simulated camera; its address."""
@@ -91,9 +112,18 @@ class Pages(unittest.TestCase):
         first = self.wait(lambda: self.value(TRIANGLES), "the surface appears")
         self.wait(lambda: self.value(TRIANGLES) > 1.5 * first, "the surface grows")
         self.assertGreater(self.drawn(), 0.005)
+        self.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
+                                     {"width": 1280, "height": 657, "deviceScaleFactor": 1, "mobile": False})
+        self.all_is_in_sight("stop", "new", "all", "help", "color", "path", "size", "picture", "figures", "files")
         self.wait(lambda: self.value("return pictured >= 0 && by('picture').getContext('2d').getImageData(5, 5, 1, 1).data[3] === 255"),
                   "the camera's picture")
         self.wait(lambda: "kB/s" in self.text("rate"), "the rate")
+        self.wait(lambda: self.value("return lines.has('way') && lines.has('keyframes')"), "the trajectory")
+        self.assertRegex(self.text("size"), r"^Size: [\d.]+ × [\d.]+ × [\d.]+ mm$")
+        self.look_at_colors()
+        self.click("help")
+        self.assertIn("hollows dark", self.text("explained"))
+        self.browser.find_element(By.CSS_SELECTOR, "#explained button").click()
 
         self.browser.refresh()
         self.wait(lambda: self.value(TRIANGLES) > first, "the surface after a reload")
@@ -119,18 +149,23 @@ class Pages(unittest.TestCase):
         self.assertEqual(self.program.wait(timeout=60), 0)
         self.wait(lambda: "The program has ended." in self.text("advice"), "that it has ended")
         self.assertEqual(self.text("headline"), "Finished")
-        self.assertGreater(self.value(TRIANGLES), 0, "the surface stays")
+        report = json.loads((WORK / "served-2/report.json").read_text())
+        self.assertEqual(self.value(TRIANGLES), report["mesh"]["triangles"], "the final mesh stays")
+        self.assertIn("Size: ", self.text("size"))
+        for name in ("stop", "new", "files"):
+            self.assertFalse(self.browser.find_element(By.ID, name).is_displayed(), name + " leads nowhere")
+        self.look_at_colors()
 
     def test_a_phone_with_a_token(self):
-        address = self.scan("0.0.0.0:0")
-        self.assertIn("?token=", address)
-        port = address.split(":")[2].split("/")[0]
+        address = self.scan("0.0.0.0:0", "--token", "phone")
+        self.assertRegex(address, r"^http://[0-9.]+:[0-9]+/\?token=phone$")
         with self.assertRaisesRegex(OSError, "403"):
-            urlopen(f"http://127.0.0.1:{port}/")
+            urlopen(address.replace("phone", "phon"))
         self.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
                                      {"width": 390, "height": 844, "deviceScaleFactor": 2, "mobile": True})
-        self.browser.get(f"http://127.0.0.1:{port}/?" + address.split("?")[1])
+        self.browser.get(address)
         self.wait(lambda: self.value(TRIANGLES), "the surface")
+        self.all_is_in_sight("stop", "new", "all", "help", "color", "path", "size", "picture")
         self.assertLessEqual(self.value("return document.documentElement.scrollWidth"), 390)
         self.assertGreater(self.value("return by('view').clientHeight"), 844 / 2)
         self.value("window.graphics = gl.getExtension('WEBGL_lose_context'); graphics.loseContext()")
@@ -156,11 +191,11 @@ class Pages(unittest.TestCase):
         self.assertGreater(self.value(TRIANGLES), 1000)
         self.assertGreater(self.drawn(), 0.03)
         pictures = [self.browser.get_screenshot_as_png()]
-        Select(self.browser.find_element(By.ID, "color")).select_by_value("height")
-        pictures.append(self.browser.get_screenshot_as_png())
+        self.look_at_colors()
         self.click("path")
         pictures.append(self.browser.get_screenshot_as_png())
-        self.assertEqual(len(set(pictures)), 3, "colors and the way are drawn")
+        self.assertEqual(len(set(pictures)), 2, "the way is drawn")
+        self.assertIn("Size: ", self.text("size"))
 
 
 if __name__ == "__main__":

@@ -79,7 +79,7 @@ class Examples(unittest.TestCase):
 
     @staticmethod
     def start_client(port):
-        return subprocess.Popen([sys.executable, EXAMPLES / "stream_client.py", str(port)], stdout=subprocess.PIPE,
+        return subprocess.Popen([sys.executable, EXAMPLES / "stream_client.py", f"http://127.0.0.1:{port}/?token=7"], stdout=subprocess.PIPE,
                                 stderr=subprocess.PIPE, text=True)
 
     @staticmethod
@@ -109,7 +109,7 @@ class Examples(unittest.TestCase):
                  {"type": "frame", "status": "tracked", "time_s": 1.5, "trial": 2, "pose": pose}]
         with socket.create_server(("127.0.0.1", 0)) as server:
             threading.Thread(target=self.serve, args=(server, lines)).start()
-            out = self.example("stream_client.py", server.getsockname()[1])
+            out = self.example("stream_client.py", f"http://127.0.0.1:{server.getsockname()[1]}/?token=7")
         self.assertEqual(out.split(), "1.50 s trial 2 x 1.00 y -2.00 z 3.50 mm".split())
 
     def test_each_has_help(self):

@@ -62,6 +62,18 @@ TEST(LineFeed, ASlowReaderLosesTheOldestAndIsTold) {
   EXPECT_EQ(*slow->next({}), "{\"type\":\"dropped\",\"lines\":1}\n747\n");
 }
 
+TEST(LineFeed, EncodesAPictureOnceForAllReaders) {
+  LineFeed feed;
+  const auto first = feed.open({.images = true}), second = feed.open({.images = true});
+  StreamedFrame seen = frame(0);
+  seen.picture = cv::Mat3b(24, 32, cv::Vec3b(10, 200, 30));
+  feed.write(seen);
+  const std::string line = all_of(*first);
+  seen.picture.setTo(cv::Scalar::all(255));
+  EXPECT_GT(line.size(), 300u);
+  EXPECT_EQ(all_of(*second), line);
+}
+
 std::vector<nlohmann::json> parsed(const std::string& text) {
   std::vector<nlohmann::json> lines;
   for (const std::string& line : test::lines_of(text)) lines.push_back(nlohmann::json::parse(line));

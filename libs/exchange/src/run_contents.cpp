@@ -40,6 +40,13 @@ void add_path(RunContents& run) {
                            fmt::format("{} mm in {}", short_number(length_mm), duration_text(duration_s)));
 }
 
+/// Where a log lies is nobody's business whom a page is sent to.
+void leave_out_folders(std::string& text, const std::vector<RunReport::Log>& logs) {
+  for (const RunReport::Log& log : logs)
+    if (const std::size_t at = log.file.empty() ? std::string::npos : text.find(log.file); at != text.npos)
+      text.replace(at, log.file.size(), fs::path(log.file).filename().string());
+}
+
 /// The log of a live scan is in the run's folder, wherever that has been moved.
 fs::path find_log(const fs::path& folder, const fs::path& named) {
   std::error_code code;
@@ -55,6 +62,8 @@ void add_report(RunContents& run, const RunReport& report) {
   run.start_s = stamp_s(report.start_unix_us.value_or(0), 0);
   run.logs = report.logs;
   if (run.logs.empty()) run.logs.push_back({report.log, run.start_s});
+  for (auto& [name, words] : run.figures) leave_out_folders(words, run.logs);
+  for (std::string& warning : run.warnings) leave_out_folders(warning, run.logs);
   for (RunReport::Log& log : run.logs) log.file = find_log(run.folder, log.file).string();
 }
 

@@ -11,7 +11,7 @@ from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
 PARAMETERS = [
-    ('target', 'http://127.0.0.1:5555/', 'the address that gelslam --serve prints'),
+    ('target', 'http://127.0.0.1:5555/', 'the address that --serve prints, with its token'),
     ('root', 'map', 'map: the sensor moves in the map; sensor: the object is its child'),
     ('map_frame', 'gelslam_map', 'frame of the object'),
     ('trial_frame', 'gelslam_trial', 'frame in which poses are continuous'),

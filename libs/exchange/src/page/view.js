@@ -6,23 +6,41 @@ const unit = a => a.map(x => x / (Math.hypot(...a) || 1));
 
 // What is to be seen, mm: parts of the surface by key, and lines by name.
 const parts = new Map(), lines = new Map();
-const kPlain = [206, 198, 186];
+const kWay = [0.41, 0.69, 0.98], kMostTouches = 128;
+let ended = false;  // nothing can be read anew
+
+// What the surface's colors say; maps as in the windows, from low to high.
+const kColors = {
+  plain: {},
+  height: {
+    map: "#003070 #32436d #50576c #696b71 #828079 #9d9576 #baac6d #d9c55c #f9e03a",
+    range: () => { const box = whole_box(); return [-box.max[2], -box.min[2]]; },
+    ends: (low, high) => ["0", (high - low).toPrecision(3) + " mm"],
+  },
+  confidence: {
+    map: "#481d6f #424086 #34608d #297b8e #1f968b #2ab07f #5ac864 #a0da39 #ece51b",
+    range: () => [0, Math.max(...[...parts.values()].map(part => part.touches), 1e-3)],
+    ends: (low, high) => ["0", high.toPrecision(3) + " touches"],
+  },
+  curvature: {map: "#332f2a #cec6ba #fffdfa", range: () => [0, 1], ends: () => ["hollow", "ridge"]},
+};
+for (const name in kColors) by("color").add(new Option(name, name));
 
 // Drawing: one program for the lit surface and, with a flat color, for lines and points.
 const gl = by("view").getContext("webgl2", {antialias: true});
 if (gl) {
   // A phone takes the graphics away from a page that is not in front. All is there again when the page is read anew.
   by("view").addEventListener("webglcontextlost", event => event.preventDefault());
-  by("view").addEventListener("webglcontextrestored", () => location.reload());
+  by("view").addEventListener("webglcontextrestored", () => ended || location.reload());
 } else {
   by("view").replaceWith(Object.assign(document.createElement("p"), {
     textContent: "This browser shows no WebGL 2. The mesh can still be saved.",
     style: "position: absolute; inset: auto 1.5em 1em"}));
-  by("all").hidden = true;
+  for (const id of ["all", "tools"]) by(id).hidden = true;
 }
 function compile(kind, source) {
   const shader = gl.createShader(kind);
-  gl.shaderSource(shader, "#version 300 es\nprecision highp float;\n" + source);
+  gl.shaderSource(shader, "#version 300 es\nprecision highp float;\nprecision highp int;\n" + source);
   gl.compileShader(shader);
   return shader;
 }
@@ -30,27 +48,42 @@ function link() {
   const made = gl.createProgram();
   gl.attachShader(made, compile(gl.VERTEX_SHADER, `
     layout(location = 0) in vec3 position;
-    layout(location = 1) in vec3 normal;
-    layout(location = 2) in vec4 color;
+    layout(location = 1) in vec4 normal;
     uniform mat4 clip;
     uniform mat3 turn;
     uniform float point_px;
-    out vec3 toward;
-    out vec3 base;
+    uniform int color_by;
+    out vec3 toward, place;
+    out float number;
     void main() {
       gl_Position = clip * vec4(position, 1.0);
       gl_PointSize = point_px;
-      toward = turn * normal;
-      base = color.rgb;
+      toward = turn * normal.xyz;
+      place = turn * position;
+      number = color_by == 1 ? -position.z : normal.w * 128.0;
     }`));
   gl.attachShader(made, compile(gl.FRAGMENT_SHADER, `
-    in vec3 toward;
-    in vec3 base;
+    in vec3 toward, place;
+    in float number;
     uniform vec4 flat_color;
+    uniform int color_by;
+    uniform vec2 range;
+    uniform sampler2D map;
     out vec4 pixel;
+    /** Mean curvature, 1/mm: how much the normal turns along the surface, from one pixel to the next. */
+    float curvature(vec3 n) {
+      vec3 px = dFdx(place), py = dFdy(place), nx = dFdx(n), ny = dFdy(n);
+      float e = dot(px, px), f = dot(px, py), g = dot(py, py);
+      return 0.5 * (g * dot(px, nx) - f * (dot(px, ny) + dot(py, nx)) + e * dot(py, ny)) / max(e * g - f * f, 1e-12);
+    }
     void main() {
-      if (flat_color.a > 0.0) { pixel = flat_color; return; }
       vec3 n = normalize(toward);
+      float bend = curvature(n);
+      if (flat_color.a > 0.0) { pixel = flat_color; return; }
+      vec3 base = vec3(0.81, 0.78, 0.73);
+      if (color_by == 1 || color_by == 2)
+        base = texture(map, vec2(((number - range.x) / max(range.y - range.x, 1e-6) * 8.0 + 0.5) / 9.0, 0.5)).rgb;
+      if (color_by == 3) base *= 0.8 + 0.5 * tanh(0.6 * bend);
       vec3 own = pow(gl_FrontFacing ? base : vec3(0.55, 0.58, 0.63), vec3(2.2));
       if (!gl_FrontFacing) n = -n;
       float key = max(dot(n, normalize(vec3(-0.7, 0.3, 0.6))), 0.0);
@@ -62,7 +95,7 @@ function link() {
   gl.linkProgram(made);
   if (!gl.getProgramParameter(made, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(made));
   const place = {};
-  for (const name of ["clip", "turn", "flat_color", "point_px"]) place[name] = gl.getUniformLocation(made, name);
+  for (const name of ["clip", "turn", "flat_color", "point_px", "color_by", "range"]) place[name] = gl.getUniformLocation(made, name);
   return {made, place};
 }
 const program = gl && link();
@@ -72,12 +105,12 @@ function upload(thing, data, target) {
   gl.bindBuffer(target, buffer);
   gl.bufferData(target, data, gl.STATIC_DRAW);
 }
-/** Floats as they are, bytes as shares of their largest. */
-function attribute(thing, place, data, size, stride) {
+/** Floats as they are, whole numbers as shares of their largest. */
+function attribute(thing, place, data, size) {
   upload(thing, data, gl.ARRAY_BUFFER);
-  const type = data instanceof Float32Array ? gl.FLOAT : data instanceof Int8Array ? gl.BYTE : gl.UNSIGNED_BYTE;
+  const type = data instanceof Float32Array ? gl.FLOAT : gl.SHORT;
   gl.enableVertexAttribArray(place);
-  gl.vertexAttribPointer(place, size, type, type !== gl.FLOAT, stride || 0, 0);
+  gl.vertexAttribPointer(place, size, type, type !== gl.FLOAT, 0, 0);
 }
 function new_thing() {
   const thing = {array: gl.createVertexArray(), buffers: []};
@@ -92,23 +125,22 @@ function forget(things, key) {
   things.delete(key);
 }
 
-/** Positions are kept by the GPU alone; here only their box and where they face. */
-function put_part(key, positions, normals, indices, facing) {
+/** Positions are kept by the GPU alone; here only their box and where they face. Normals have a fourth number: touches,
+    as a share of kMostTouches. */
+function put_part(key, positions, normals, indices) {
   forget(parts, key);
   if (indices.length === 0) return;
   const part = new_thing();
   attribute(part, 0, positions, 3);
-  attribute(part, 1, normals, 3, normals instanceof Int8Array ? 4 : 0);
-  gl.vertexAttrib4f(2, ...kPlain.map(level => level / 255), 1);
+  attribute(part, 1, normals, 4);
   upload(part, indices, gl.ELEMENT_ARRAY_BUFFER);
   part.count = indices.length;
   part.box = box_of(positions);
-  part.facing = facing;
+  part.facing = [0, 0, 0];
+  for (let i = 0; i < normals.length; ++i) if (i % 4 < 3) part.facing[i % 4] += normals[i];
+  const touches = normals.filter((_, i) => i % 4 === 3).sort();
+  part.touches = touches[Math.floor(0.95 * (touches.length - 1))] * kMostTouches / (normals instanceof Float32Array ? 1 : 32767);
   parts.set(key, part);
-}
-function color_part(key, colors) {
-  gl.bindVertexArray(parts.get(key).array);
-  attribute(parts.get(key), 2, colors, 4);
 }
 function box_of(positions) {
   const box = {min: [Infinity, Infinity, Infinity], max: [-Infinity, -Infinity, -Infinity]};
@@ -132,7 +164,7 @@ function put_lines(name, strips, kind, color, point_px, nearer, faint) {
 
 // The camera turns about a target: rows of `turn` are right, up and toward the viewer.
 const kHalfView = Math.tan(Math.PI / 12);
-let turn, target = [0, 0, 0], distance = 40, radius = 10, background = [0.93, 0.94, 0.95], waiting = false;
+let turn, target = [0, 0, 0], distance = 40, radius = 10, background = [0.047, 0.055, 0.067], waiting = false;
 function whole_box() {
   const box = {min: [Infinity, Infinity, Infinity], max: [-Infinity, -Infinity, -Infinity]};
   for (const part of parts.values())
@@ -215,6 +247,8 @@ function draw() {
   gl.uniformMatrix4fv(program.place.clip, false, clip_matrix(view.width, view.height, 0));
   gl.uniformMatrix3fv(program.place.turn, true, turn.flat());
   gl.uniform4fv(program.place.flat_color, [0, 0, 0, 0]);
+  gl.uniform1i(program.place.color_by, by("color").selectedIndex < 0 ? 0 : Object.keys(kColors).indexOf(by("color").value));
+  gl.uniform2fv(program.place.range, show_legend());
   gl.enable(gl.DEPTH_TEST);
   for (const part of parts.values()) {
     gl.bindVertexArray(part.array);
@@ -228,6 +262,28 @@ function draw() {
   gl.enable(gl.DEPTH_TEST);
   draw_lines(1);
   show_scale();
+  const box = whole_box();
+  by("size").textContent = parts.size > 0 ? "Size: " + box.min.map((low, i) => (box.max[i] - low).toFixed(1)).join(" × ") + " mm" : "";
+}
+function recolor() {
+  const {map} = kColors[by("color").value];
+  if (!map) return redraw();
+  const levels = map.split(" ").flatMap(color => [1, 3, 5].map(i => parseInt(color.slice(i, i + 2), 16)));
+  gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
+  gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+  gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB8, levels.length / 3, 1, 0, gl.RGB, gl.UNSIGNED_BYTE, new Uint8Array(levels));
+  for (const side of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, side, gl.CLAMP_TO_EDGE);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR);
+  by("bar").style.background = `linear-gradient(90deg, ${map.split(" ").join(", ")})`;
+  redraw();
+}
+/** Returns the numbers at its ends. */
+function show_legend() {
+  const {map, range, ends} = kColors[by("color").value];
+  by("legend").hidden = !map || parts.size === 0;
+  if (by("legend").hidden) return [0, 1];
+  [by("low").textContent, by("high").textContent] = ends(...range());
+  return range();
 }
 /** A bar of a round length. */
 function show_scale() {
@@ -240,6 +296,30 @@ function redraw() {
   if (!waiting && gl) requestAnimationFrame(draw);
   waiting = true;
 }
+
+/** The sensor's center lies up to 2 mm below what is pressed in. */
+let way = [[], []];  // strips and keyframes, mm
+function show_way(...now) {
+  if (now.length > 0) way = now;
+  const [strips, keyframes] = by("path").checked ? way : [[], []];
+  put_lines("way", strips, gl.LINE_STRIP, kWay, 1, 2, true);
+  put_lines("keyframes", [keyframes], gl.POINTS, kWay, 4, 2, true);
+  redraw();
+}
+
+// What is said beside the view.
+function show_warnings(warnings) {
+  by("warnings").replaceChildren(...warnings.map(text => Object.assign(document.createElement("div"), {className: "card amber", textContent: text})));
+}
+function show_figures(figures) {
+  by("figures").replaceChildren(...figures.map(([name, value, tone]) => {
+    const box = document.createElement("div");
+    box.className = (tone || "gray") + (String(value).length > 12 ? " wide" : "");
+    box.append(Object.assign(document.createElement("small"), {textContent: name}), Object.assign(document.createElement("b"), {textContent: value}));
+    return box;
+  }));
+}
+by("help").onclick = () => by("explained").showModal();
 
 // Mouse, fingers and keys.
 const fingers = new Map();
@@ -288,6 +368,9 @@ function listen() {
     touched = true;
     redraw();
   };
+  by("color").onchange = recolor;
+  by("path").onchange = () => show_way();
+  recolor();
   by("all").onclick = view.ondblclick = () => { touched = false; show_all(); redraw(); };
   new ResizeObserver(redraw).observe(view);
 }

@@ -26,7 +26,7 @@ using Clock = std::chrono::steady_clock;
 constexpr int kMostClients = 160;
 constexpr int kMostRequests = 10'000;  // of one connection
 constexpr std::size_t kMostRequestBytes = 16'384;
-constexpr std::chrono::seconds kTimeOfRequest{5}, kTimeOfAnswer{30}, kTimeOfPiece{5};
+constexpr std::chrono::seconds kTimeOfRequest{5}, kTimeOfAnswer{30}, kTimeOfPiece{5}, kTimeToEnd{5};
 
 /// A client's socket. What it sends and how long it takes are bounded.
 class ClientStream final : public httplib::Stream {
@@ -137,18 +137,6 @@ class ClientThreads final : public httplib::TaskQueue {
 
 thread_local bool ClientThreads::refuses_ = false;
 
-bool is_address(const std::string& host) {
-  in_addr four{};
-  in6_addr six{};
-  return ::inet_pton(AF_INET, host.c_str(), &four) == 1 || ::inet_pton(AF_INET6, host.c_str(), &six) == 1;
-}
-
-/// "[::1]:80" -> "::1"; "localhost:80" -> "localhost".
-std::string without_port(const std::string& host) {
-  if (host.starts_with('[')) return host.substr(1, host.find(']') - 1);
-  return host.substr(0, host.find(':'));
-}
-
 std::string random_token() {
   std::random_device random;
   return fmt::format("{:08x}{:08x}{:08x}{:08x}", random(), random(), random(), random());
@@ -186,8 +174,9 @@ void send(HttpReply reply, httplib::Response& response) {
 
 class BoundedServer final : public HttpServer, private httplib::Server {
  public:
-  BoundedServer(const std::string& host, int wanted_port, std::map<std::string, HttpHandler> handlers) {
-    if (host != "127.0.0.1" && host != "::1" && host != "localhost") token = random_token();
+  BoundedServer(const std::string& host, int wanted_port, const std::string& wanted_token,
+                std::map<std::string, HttpHandler> handlers) {
+    token = wanted_token.empty() ? random_token() : wanted_token;
     set_up();
     for (auto& [name, handler] : handlers) add(name, std::move(handler));
     listen_at(host, wanted_port);
@@ -197,14 +186,16 @@ class BoundedServer final : public HttpServer, private httplib::Server {
     });
   }
 
-  /// Nobody is heard any more; what is being sent goes on.
+  /// Nobody is heard any more; what is being sent goes on for a while.
   ~BoundedServer() override {
     while (!is_running() && !ended_) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     stop();
-    {
-      const std::lock_guard lock(mutex_);
-      for (const int socket : sockets_) ::shutdown(socket, SHUT_RD);
+    std::unique_lock lock(mutex_);
+    for (const int how : {SHUT_RD, SHUT_RDWR}) {
+      for (const int socket : sockets_) ::shutdown(socket, how);
+      closed_.wait_for(lock, kTimeToEnd, [this] { return sockets_.empty(); });
     }
+    lock.unlock();
     thread_.join();
   }
 
@@ -289,20 +280,20 @@ class BoundedServer final : public HttpServer, private httplib::Server {
   void keep(int socket, bool is_open) {
     const std::lock_guard lock(mutex_);
     is_open ? void(sockets_.insert(socket)) : void(sockets_.erase(socket));
+    closed_.notify_all();
   }
 
   std::string reason_to_refuse(const httplib::Request& request) const {
-    const std::string host = request.get_header_value("Host"), name = without_port(host);
-    if (token.empty() && !is_address(name) && name != "localhost")
-      return "this is not the name of this machine";
-    if (request.has_header("Origin") && request.get_header_value("Origin") != "http://" + host)
+    const std::string own = "http://" + request.get_header_value("Host");
+    if (request.has_header("Origin") && request.get_header_value("Origin") != own)
       return "pages of other sites may not ask";
-    if (!token.empty() && !is_equal(request.get_param_value("token"), token))
+    if (!is_equal(request.get_param_value("token"), token))
       return "the token is missing or wrong: open the address that gelslam has printed";
     return "";
   }
 
   std::mutex mutex_;
+  std::condition_variable closed_;
   std::set<int> sockets_;
   std::atomic<bool> ended_{false};
   std::thread thread_;
@@ -310,10 +301,12 @@ class BoundedServer final : public HttpServer, private httplib::Server {
 
 }  // namespace
 
-std::unique_ptr<HttpServer> listen_http(const std::string& host, int port,
+bool client_is_gone() { return ClientStream::serving().is_gone(); }
+
+std::unique_ptr<HttpServer> listen_http(const std::string& host, int port, const std::string& token,
                                         std::map<std::string, HttpHandler> handlers) {
   const auto on_broken_pipe = std::signal(SIGPIPE, SIG_DFL);  // httplib changes it
-  auto server = std::make_unique<BoundedServer>(host, port, std::move(handlers));
+  auto server = std::make_unique<BoundedServer>(host, port, token, std::move(handlers));
   std::signal(SIGPIPE, on_broken_pipe);
   return server;
 }

@@ -25,21 +25,23 @@ using HttpHandler = std::function<HttpReply(const HttpQuery&)>;
 
 /// HTTP (cpp-httplib) for clients that nobody trusts. At most 160 of them, each on a thread of its own. A
 /// request has to arrive within 5 s and 16 kB, an answer to be taken within 30 s, a piece within 5 s; who
-/// does not, is dropped. Refused are requests without the token, where there is none those that name another
-/// host than an address or localhost (DNS rebinding), and those of other sites' pages.
+/// does not, is dropped. Refused are requests without the token, and those of other sites' pages.
 class HttpServer {
  public:
-  /// Waits for answers that are being sent.
+  /// Waits for answers that are being sent, for 5 s at most.
   virtual ~HttpServer() = default;
 
   int port = 0;
-  std::string token;                     ///< "": none is needed
+  std::string token;
   std::atomic<std::int64_t> dropped{0};  ///< clients that were dropped or refused
 };
 
-/// `handlers` by "GET /path". Another host than 127.0.0.1, ::1 and localhost makes a token. Port 0: any free
-/// one. Throws Error when it cannot listen there.
-std::unique_ptr<HttpServer> listen_http(const std::string& host, int port,
+/// In a handler: who has asked does not wait for the answer any more, or the server ends.
+bool client_is_gone();
+
+/// `handlers` by "GET /path". Port 0: any free one; token "": a random one. Throws Error when it cannot
+/// listen there.
+std::unique_ptr<HttpServer> listen_http(const std::string& host, int port, const std::string& token,
                                         std::map<std::string, HttpHandler> handlers);
 
 }  // namespace gelslam::exchange::detail

@@ -1,8 +1,14 @@
 #include "gelslam/exchange/http_service.hpp"
 
+#include <fmt/core.h>
+#include <ifaddrs.h>
+#include <netdb.h>
+#include <netinet/in.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cctype>
 #include <charconv>
 #include <filesystem>
 #include <future>
@@ -29,7 +35,8 @@ using Json = nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kVerticesAtOnce = 60'000;  // 2 MB
-constexpr std::chrono::seconds kTimeToFinish{1}, kTimeToTell{4};
+constexpr std::chrono::seconds kTimeToFinish{1}, kTimeToTell{10};
+constexpr std::chrono::seconds kPageIsOpen{4};  // since it last looked
 
 struct Address {
   std::string host = "127.0.0.1";
@@ -52,13 +59,32 @@ Address parse_address(const std::string& text) {
   return address;
 }
 
-/// What a browser on another machine can find.
-std::string shown_host(const std::string& host) {
-  if (host == "0.0.0.0" || host == "::") {
-    char name[256] = "";
-    return ::gethostname(name, sizeof name - 1) == 0 && name[0] != 0 ? name : "127.0.0.1";
+/// Of this machine, as browsers on others name them.
+std::vector<std::string> own_addresses(int family) {
+  std::vector<std::string> names;
+  ifaddrs* first = nullptr;
+  if (::getifaddrs(&first) != 0) return {"127.0.0.1"};
+  const std::unique_ptr<ifaddrs, decltype(&::freeifaddrs)> all(first, ::freeifaddrs);
+  for (const ifaddrs* at = first; at != nullptr; at = at->ifa_next) {
+    char name[NI_MAXHOST] = "";
+    if (at->ifa_addr == nullptr || at->ifa_addr->sa_family != family) continue;
+    ::getnameinfo(at->ifa_addr, family == AF_INET ? sizeof(sockaddr_in) : sizeof(sockaddr_in6), name,
+                  sizeof name, nullptr, 0, NI_NUMERICHOST);
+    if (!std::string_view(name).starts_with("fe80:")) names.emplace_back(name);  // needs an interface, too
   }
-  return host.find(':') == std::string::npos ? host : "[" + host + "]";
+  return names;
+}
+
+std::vector<std::string> shown_hosts(const std::string& host) {
+  if (host == "0.0.0.0") return own_addresses(AF_INET);
+  if (host == "::") return own_addresses(AF_INET6);
+  return {host};
+}
+
+void check_token(const std::string& token) {
+  const auto fits = [](unsigned char c) { return std::isalnum(c) != 0 || c == '-' || c == '_'; };
+  if (!std::all_of(token.begin(), token.end(), fits))
+    throw Error("--token " + token + ": should have letters of English, digits, - and _ only");
 }
 
 HttpReply refuse(int status, const std::string& why) { return {.status = status, .body = why + "\n"}; }
@@ -68,10 +94,11 @@ HttpReply json_reply(const Json& json) {
           .body = json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n"};
 }
 
-/// Mesh files are large: made at low priority, one at a time.
+/// Mesh files are large: made at low priority, one at a time, for who still waits. "": there is none.
 std::string mesh_file(const MeshFeed& feed, bool as_glb) {
   static std::mutex one_at_a_time;
   const std::lock_guard lock(one_at_a_time);
+  if (client_is_gone()) return "";
   return std::async(std::launch::async,
                     [&]() -> std::string {
                       lower_thread_priority();
@@ -91,11 +118,14 @@ std::string mesh_file(const MeshFeed& feed, bool as_glb) {
 
 class ScanService final : public HttpService {
  public:
-  ScanService(const Address& address, LineFeed& lines, const MeshFeed* mesh) : lines_(lines), mesh_(mesh) {
+  ScanService(const Address& address, const std::string& token, LineFeed& lines, const MeshFeed* mesh)
+      : lines_(lines), mesh_(mesh) {
     const std::lock_guard lock(mutex_);  // the first client may be there before the server is known here
-    server_ = listen_http(address.host, address.port, handlers());
-    url = "http://" + shown_host(address.host) + ":" + std::to_string(server_->port) + "/";
-    if (!server_->token.empty()) url += "?token=" + server_->token;
+    server_ = listen_http(address.host, address.port, token, handlers());
+    for (const std::string& host : shown_hosts(address.host))
+      urls.push_back(fmt::format("http://{}:{}/?token={}",
+                                 host.find(':') == host.npos ? host : "[" + host + "]", server_->port,
+                                 server_->token));
   }
 
   std::shared_ptr<void> watch(WatchedScan scan) override {
@@ -110,9 +140,11 @@ class ScanService final : public HttpService {
     const auto begin = Clock::now();
     const auto is_awaited = [&] {
       const Clock::time_point now = Clock::now();
-      const bool has_page = now - seen_.load() < kTimeToTell;
-      if (now - begin < kTimeToFinish) return readers_ > 0 || has_page;
-      return now - begin < kTimeToTell && has_page && !told_;
+      if (now - begin < kTimeToFinish && readers_ > 0) return true;
+      const std::lock_guard lock(mutex_);
+      return now - begin < kTimeToTell && std::any_of(pages_.begin(), pages_.end(), [&](const auto& page) {
+               return !page.second.told && now - page.second.seen < kPageIsOpen;
+             });
     };
     while (is_awaited()) std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
@@ -146,12 +178,12 @@ class ScanService final : public HttpService {
     const std::lock_guard lock(mutex_);
     if (scan_.status) {
       const LiveStatus status = scan_.status();
-      const std::shared_ptr<const MapSnapshot> map = scan_.map ? scan_.map() : nullptr;
+      map_ = scan_.map ? scan_.map() : nullptr;
       touch_ = scan_.touch();
       const bool touches = touch_ && status.phase < LivePhase::finishing;
       last_ = status_json(status);
       last_["frame"] = touch_ ? Json(touch_->frame) : Json(nullptr);
-      last_["touch"] = touches ? touch_json(*touch_, map.get()) : Json(nullptr);
+      last_["touch"] = touches ? touch_json(*touch_, map_.get()) : Json(nullptr);
       last_["surface"] = mesh_ != nullptr;
       last_["scan"] = scan_.is_scan;
       last_["another"] = scan_.another;
@@ -167,6 +199,7 @@ class ScanService final : public HttpService {
     const LineWishes wishes{name == "tum", query.contains("surface"), query.contains("images")};
     const std::shared_ptr<void> counted(nullptr, [this](void*) { --readers_; });
     ++readers_;
+    if (wishes.images) lower_thread_priority();  // of this client's thread, which may encode pictures
     return {.type = wishes.tum ? "text/plain" : "application/x-ndjson",
             .pieces = [reader = lines_.open(wishes), counted] {
               return reader->next(Clock::now() + std::chrono::seconds(1));
@@ -175,14 +208,25 @@ class ScanService final : public HttpService {
 
   /// For the page, in one answer: the state, and what has changed in the mesh.
   HttpReply changes(const HttpQuery& query) {
+    const auto asked = [&](const char* name) {
+      const auto found = query.find(name);
+      return found == query.end() ? "" : found->second;
+    };
+    // Browsers let the timers of hidden pages wait for up to a minute, but not their requests.
+    const bool knows_end = asked("phase") == "finished";
+    if (asked("hidden") == "1" && !knows_end) std::this_thread::sleep_for(std::chrono::seconds(1));
+    const std::string text = asked("since");
     std::uint64_t since = 0;
-    if (const auto found = query.find("since"); found != query.end())
-      std::from_chars(found->second.data(), found->second.data() + found->second.size(), since);
-    seen_ = Clock::now();
+    std::from_chars(text.data(), text.data() + text.size(), since);
     MeshFeed::Changes changes;
+    Json json = look();  // before the mesh: what is finished has its last one
     if (mesh_ != nullptr) changes = mesh_->since(since, kVerticesAtOnce);
-    Json json = look();
-    told_ = json["phase"] == "finished" && changes.version == changes.newest;
+    const std::lock_guard lock(mutex_);
+    if (map_) json["map"] = std::to_string(map_->version);
+    if (map_ && json["map"] != asked("map")) json["path"] = path_json(*map_);
+    const Clock::time_point now = Clock::now();
+    std::erase_if(pages_, [&](const auto& page) { return now - page.second.seen > kPageIsOpen; });
+    pages_[asked("page")] = {now, knows_end && since == changes.newest};
     return {.type = "application/octet-stream", .body = encode_changes(std::move(json), changes)};
   }
 
@@ -200,6 +244,7 @@ class ScanService final : public HttpService {
 
   HttpReply mesh_reply(bool as_glb) {
     std::string bytes = mesh_ != nullptr ? mesh_file(*mesh_, as_glb) : "";
+    if (bytes.empty() && client_is_gone()) return refuse(503, "too late: the program ends");
     if (bytes.empty())
       return refuse(404, mesh_ != nullptr ? "there is no surface yet" : "no surface is made here");
     return {.type = as_glb ? "model/gltf-binary" : "application/octet-stream", .body = std::move(bytes)};
@@ -219,22 +264,27 @@ class ScanService final : public HttpService {
   LineFeed& lines_;
   const MeshFeed* mesh_;
   std::atomic<int> readers_{0};
-  std::atomic<bool> told_{false};                             // a page knows the end
-  std::atomic<Clock::time_point> seen_{Clock::time_point{}};  // when a page last looked
 
+  struct Page {
+    Clock::time_point seen;  // when it last looked
+    bool told;               // the end, with the last mesh: it says so itself
+  };
   std::mutex mutex_;  // for what follows
+  std::map<std::string, Page> pages_;
   WatchedScan scan_;
   Json last_ = {
       {"phase", "background"}, {"state", "background"}, {"tone", "gray"}, {"headline", "Getting ready"}};
   std::shared_ptr<const LiveTouch> touch_, pictured_;
+  std::shared_ptr<const MapSnapshot> map_;
   std::string jpeg_;
   std::unique_ptr<HttpServer> server_;
 };
 
 }  // namespace
 
-std::unique_ptr<HttpService> serve_scan(const std::string& address, LineFeed& lines, const MeshFeed* mesh) {
-  return std::make_unique<ScanService>(parse_address(address), lines, mesh);
+std::unique_ptr<HttpService> serve_scan(const ServeOptions& options, LineFeed& lines, const MeshFeed* mesh) {
+  check_token(options.token);
+  return std::make_unique<ScanService>(parse_address(options.address), options.token, lines, mesh);
 }
 
 }  // namespace gelslam

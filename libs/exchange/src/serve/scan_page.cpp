@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 #include <vector>
 
 #include "gelslam/slam/pose_stream.hpp"
@@ -29,12 +30,18 @@ void append(std::string& bytes, const std::vector<T>& numbers) {
   bytes.append(reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(T));
 }
 
+std::int16_t share_of_largest(float number) {
+  return static_cast<std::int16_t>(std::lround(32767 * std::clamp(number, -1.0F, 1.0F)));
+}
+
 void append_mesh(std::string& bytes, const Mesh& mesh) {
-  std::vector<std::int8_t> normals(4 * mesh.vertices_mm.size());
+  constexpr float kMostTouches = 128;
+  std::vector<std::int16_t> normals(4 * mesh.vertices_mm.size());
   for (std::size_t i = 0; i < mesh.normals.size(); ++i)
-    for (int k = 0; k < 3; ++k)
-      normals[4 * i + static_cast<std::size_t>(k)] =
-          static_cast<std::int8_t>(std::lround(127 * std::clamp(mesh.normals[i][k], -1.0F, 1.0F)));
+    for (std::size_t k = 0; k < 3; ++k)
+      normals[4 * i + k] = share_of_largest(mesh.normals[i][static_cast<int>(k)]);
+  for (std::size_t i = 0; i < mesh.confidence.size(); ++i)
+    normals[4 * i + 3] = share_of_largest(mesh.confidence[i] / kMostTouches);
   append(bytes, mesh.vertices_mm);
   append(bytes, normals);
   append(bytes, mesh.triangles);
@@ -106,6 +113,17 @@ Json touch_json(const LiveTouch& touch, const MapSnapshot* map) {
           json["sensor"],
           *map_T_touch * camera.point_mm(cv::Point(x * (size.width - 1), y * (size.height - 1)), 0.0));
   return json;
+}
+
+Json path_json(const MapSnapshot& map) {
+  Json strips = Json::array();
+  int trial = -1;
+  for (const MapSnapshot::Node& node : map.nodes) {
+    if (!node.placed) continue;
+    if (std::exchange(trial, node.trial) != node.trial) strips.push_back(Json::array());
+    append_point(strips.back(), node.component_T_keyframe.translation());
+  }
+  return strips;
 }
 
 std::string encode_changes(Json json, const MeshFeed::Changes& changes) {

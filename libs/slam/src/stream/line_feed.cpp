@@ -78,6 +78,7 @@ bool LineFeed::has_readers() const {
 }
 
 void LineFeed::write(StreamedFrame frame) {
+  if (!frame.picture.empty()) frame.image_line = std::async(std::launch::deferred, image_line, frame).share();
   const std::lock_guard lock(mutex_);
   frame.number = written_++;
   const auto shared = std::make_shared<const StreamedFrame>(std::move(frame));
@@ -123,7 +124,7 @@ std::string LineFeed::Reader::lines_of(const StreamedFrame& frame) {
   const std::uint64_t lost = frame.number - std::exchange(next_number_, frame.number + 1);
   std::string lines = lost > 0 ? dropped_line(wishes_.tum, lost) : "";
   lines += wishes_.tum ? frame.tum : frame.ndjson;
-  if (wishes_.images && !wishes_.tum && !frame.picture.empty()) lines += image_line(frame);
+  if (wishes_.images && !wishes_.tum && frame.image_line.valid()) lines += frame.image_line.get();
   return lines;
 }
 

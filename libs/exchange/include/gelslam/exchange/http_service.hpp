@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "gelslam/slam/line_feed.hpp"
 #include "gelslam/slam/live_session.hpp"
@@ -28,16 +29,22 @@ class HttpService {
  public:
   virtual ~HttpService() = default;
 
-  std::string url;  ///< what a person opens, with "?token=" where one is needed
+  std::vector<std::string> urls;  ///< what a person may open, at any address of this machine that is served
 
   /// What is shown as long as the result lives; its last state stays.
   [[nodiscard]] virtual std::shared_ptr<void> watch(WatchedScan scan) = 0;
-  /// Once the lines are closed: who reads them gets a second for the end, a page that is slow four.
+  /// Once the lines are closed: who reads them gets a second for the end. Open pages fetch the last mesh: 10
+  /// s at most.
   virtual void finish() = 0;
 };
 
-/// `address`: [HOST:]PORT; 127.0.0.1 without a host, port 0: any free one. `lines` and `mesh` have to outlive
-/// it; without `mesh` there is no surface. Throws Error when it cannot listen there.
-std::unique_ptr<HttpService> serve_scan(const std::string& address, LineFeed& lines, const MeshFeed* mesh);
+struct ServeOptions {
+  std::string address;  ///< [HOST:]PORT; 127.0.0.1 without a host, port 0: any free one
+  std::string token;    ///< that every request has to name; "": a random one
+};
+
+/// `lines` and `mesh` have to outlive it; without `mesh` there is no surface. Throws Error when it cannot
+/// listen there.
+std::unique_ptr<HttpService> serve_scan(const ServeOptions& options, LineFeed& lines, const MeshFeed* mesh);
 
 }  // namespace gelslam

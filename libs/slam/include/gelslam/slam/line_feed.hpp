@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <future>
 #include <memory>
 #include <mutex>
 #include <opencv2/core/mat.hpp>
@@ -21,8 +22,10 @@ struct StreamedFrame {
   double time_s = 0;
   std::int64_t unix_us = 0;  ///< TactileImage::unix_us
   int scan = 0;
-  cv::Mat3b picture{};       ///< what the sensor saw; shared, not copied
-  std::uint64_t number = 0;  ///< counted by the feed
+  cv::Mat3b picture{};  ///< what the sensor saw; shared, not copied
+  // By the feed.
+  std::uint64_t number = 0;
+  std::shared_future<std::string> image_line{};  ///< made once, by the first reader that wants it
 };
 
 /// What a reader wants of each frame. Surface and images come as NDJSON only.
