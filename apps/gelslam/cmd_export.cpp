@@ -196,7 +196,7 @@ int run_export(const ExportArguments& a) {
   const std::string words = write_output(a, run, progress);
   say("wrote " + one_line(a.output.string()) + ": " + words);
   if (!a.quiet) say_loose_pieces(run.mesh);
-  if (!a.quiet && !run.folder.empty()) say_where_warnings_are(run.folder);
+  if (!a.quiet && !run.folder.empty()) say_reservations(run.folder);
   return as_asked ? kExitDone : kExitNotGood;
 }
 

@@ -53,7 +53,7 @@ int fuse_one(const FuseArguments& arguments) {
   }
   if (summary.triangles == 0)
     warn("the mesh is empty: its cells are larger than the touches, or no keyframe has a usable touch");
-  if (!arguments.quiet) say_where_warnings_are(run);
+  if (!arguments.quiet) say_reservations(run);
   return summary.triangles == 0 ? kExitNotGood : kExitDone;
 }
 

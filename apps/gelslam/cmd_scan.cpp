@@ -3,7 +3,6 @@
 
 #include "camera_input.hpp"
 #include "commands.hpp"
-#include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
 #include "live_command.hpp"
 #include "simulated_camera.hpp"
@@ -26,8 +25,8 @@ int run(ScanArguments arguments) {
   if (is_simulated && live.log.model.empty()) live.log.model = simulated_camera_model().string();
   const Config config = live.config("");
   return run_live(live.options(config), live, [&]() -> LiveFrames {
-    if (is_simulated) return {pace(open_simulated_camera())};  // what it shows is not recorded
-    CameraInput camera = open_camera_input(config, arguments.device, kAwayS);
+    CameraInput camera =
+        is_simulated ? open_simulated_camera(config) : open_camera_input(config, arguments.device, kAwayS);
     if (arguments.no_log) return {std::move(camera.frames)};
     return {std::move(camera.frames), std::move(camera.attachments)};
   });

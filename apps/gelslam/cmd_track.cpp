@@ -1,8 +1,11 @@
+#include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <functional>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -12,6 +15,7 @@
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/localization/maps.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "reports.hpp"
@@ -123,24 +127,48 @@ class PoseOutlet {
   std::shared_ptr<void> watch_;
 };
 
-/// All frames of the stream to the outlet, until `stopped`. True when any had a pose.
-bool write_poses(SurfaceStream& stream, PoseOutput& output, PoseOutlet& outlet, const FrameStopper& stopper,
-                 ProgressSink& progress) {
+/// What became of a stream, in a line for who does not read it.
+struct PoseSummary {
+  std::int64_t frames = 0, posed = 0;
+  LiveTouch first;                         ///< that had a pose
+  std::map<std::string, int> why_without;  ///< frames with contact, by what was said of them
+
+  void add(const PoseLine& line) {
+    ++frames;
+    if (line.has_pose && posed++ == 0) first = line.touch;
+    if (!line.has_pose && !line.words.empty()) ++why_without[line.words];
+  }
+  std::string words(bool in_map) const {
+    const char* what = in_map ? "localized" : "tracked";
+    if (posed == 0 && why_without.empty()) return fmt::format("never {}: nothing was touched", what);
+    if (posed == 0) {
+      const auto& why = std::ranges::max_element(why_without, {}, [](const auto& w) { return w.second; });
+      return fmt::format("never {}: {} ({} of {})", what, why->first, why->second, counted(frames, "frame"));
+    }
+    const Eigen::Vector3d at = first.trial_T_frame.translation();
+    const std::string place = fmt::format(" at ({:.1f}, {:.1f}, {:.1f}) mm", at.x(), at.y(), at.z());
+    return fmt::format("{} in {} of {}, first in frame {} ({:.2f} s){}", what, posed,
+                       counted(frames, "frame"), first.frame, first.time_s, in_map ? place : "");
+  }
+};
+
+/// All frames of the stream to the outlet, until `stopped`.
+PoseSummary write_poses(SurfaceStream& stream, PoseOutput& output, PoseOutlet& outlet,
+                        const FrameStopper& stopper, ProgressSink& progress) {
   for (const std::string& doubt : stream.background_doubts()) warn(doubt);
   progress.begin("tracking", stream.frame_count());
-  bool any = false;
-  std::int64_t done = 0;
+  PoseSummary summary;
   while (const std::optional<SurfaceStream::Item> item = stream.next()) {
     PoseLine line = output.line(*item);
-    any = line.has_pose || any;
+    summary.add(line);
     outlet.write(std::move(line), stream.description());
-    progress.update(++done);
+    progress.update(summary.frames);
     if (stopper.stopped() || !std::cout) break;
   }
   outlet.end();
   progress.end();
   warn(stream.warning());
-  return any;
+  return summary;
 }
 
 void check(const TrackArguments& arguments) {
@@ -196,15 +224,16 @@ int run(const TrackArguments& arguments) {
                  : make_trial_output(config.slam, outlet.formats());
     return write_poses(stream, *output, outlet, stopper, *progress);
   };
-  bool any = false;
+  PoseSummary summary;
   if (arguments.window.window) {
     window.asks_to_end = [&interrupt] { return interrupt.requested(); };
-    any = compute_in_window(compute, stop, shown, touches, std::move(window));
+    compute_in_window([&] { summary = compute(); }, stop, shown, touches, std::move(window));
   } else {
-    any = compute();
+    summary = compute();
     if (arguments.window.shows_map()) write_map_snapshot(shown, touches, arguments.window.snapshot);
   }
-  return any ? kExitDone : kExitNotGood;
+  if (!arguments.quiet || summary.posed == 0) std::cerr << summary.words(!arguments.map.empty()) << "\n";
+  return summary.posed > 0 ? kExitDone : kExitNotGood;
 }
 
 }  // namespace

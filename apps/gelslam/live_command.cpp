@@ -122,14 +122,14 @@ std::string report_text(RunReport r, const LiveStatus& status, const std::vector
   return text;
 }
 
-/// RUN-2, RUN-3, ...: the first that is not there.
-std::filesystem::path next_run_folder(const std::filesystem::path& folder) {
+/// RUN-2, RUN-3, ...: the first that is not there, nor about to be made (`now`).
+std::filesystem::path next_run_folder(const std::filesystem::path& folder, const std::filesystem::path& now) {
   const std::filesystem::path clean = folder.has_filename() ? folder : folder.parent_path();
   for (int number = 2;; ++number) {
     std::filesystem::path next = clean;
     next += "-" + std::to_string(number);
     std::error_code code;
-    if (!std::filesystem::exists(next, code)) return next;
+    if (next != now && !std::filesystem::exists(next, code)) return next;
   }
 }
 
@@ -304,7 +304,8 @@ int run_live(LiveOptions options, const LiveArguments& arguments, const std::fun
   if (!arguments.headless) lower_thread_priority();  // drawing goes after tracking
   int exit_code = kExitDone;
   for (;;) {  // scan after scan, as long as the person begins another one
-    const std::filesystem::path next_folder = options.log.empty() ? next_run_folder(first) : "";
+    const std::filesystem::path next_folder =
+        options.log.empty() ? next_run_folder(first, options.run_folder) : "";
     window.next_run_folder = next_folder.string();
     options.record = frames.record;
     LiveEnd end = run_to_its_end(std::move(frames.source), options, arguments, window,

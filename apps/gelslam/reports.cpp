@@ -20,9 +20,7 @@ std::string map_words(const RunReport& r) {
 }
 
 std::string mesh_words(const RunReport& r) {
-  if (r.frames.tracked == 0) return "no mesh: nothing ever touched the sensor";
-  if (r.mesh.triangles == 0)
-    return "no mesh: no touch in the map is large enough, away from the border of the picture";
+  if (r.mesh.triangles == 0) return "no mesh";
   return "mesh of " + std::to_string(r.mesh.vertices) + " vertices and " +
          counted(r.mesh.triangles, "triangle");
 }
@@ -33,9 +31,8 @@ std::string warning_words(const std::vector<std::string>& warnings) {
   return text;
 }
 
-void say_where_warnings_are(const std::filesystem::path& run_folder) {
-  if (const auto report = find_report(run_folder); report && !report->reservations.empty())
-    std::cerr << "the run has warnings: gelslam info " << run_folder.string() << "\n";
+void say_reservations(const std::filesystem::path& run_folder) {
+  if (const auto report = find_report(run_folder)) std::cerr << warning_words(report->reservations);
 }
 
 std::string run_words(const RunReport& r, const std::string& run_folder, bool quiet) {

@@ -29,8 +29,8 @@ std::string run_words(const RunReport& report, const std::string& run_folder, bo
 /// A line "warning: 1 piece not joined; ..." for each.
 std::string warning_words(const std::vector<std::string>& warnings);
 
-/// On stderr, of a run with reservations: what they are was said when it was made.
-void say_where_warnings_are(const std::filesystem::path& run_folder);
+/// On stderr, those of a run.
+void say_reservations(const std::filesystem::path& run_folder);
 
 /// A line "warning: ..." on stderr; nothing for "".
 void warn(const std::string& warning);

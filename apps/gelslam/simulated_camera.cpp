@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "gelslam/core/files.hpp"
+#include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/sensor/sensor_profile.hpp"
 #include "gelslam/simulation/sensor_model.hpp"
 #include "gelslam/simulation/simulator.hpp"
@@ -34,6 +35,7 @@ class SimulatedCamera final : public RawFrameSource {
     raw.height_px = frame.bgr.rows;
     raw.bytes.assign(frame.bgr.datastart, frame.bgr.dataend);
     raw.time_s = frame.time_s;
+    if (index_ == 0) start_unix_us_ = unix_us_now();  // it may have waited for a window
     raw.unix_us = unix_us_of(start_unix_us_, raw.time_s);
     raw.index = raw.sequence = index_++;
     raw.arrived = std::chrono::steady_clock::now();
@@ -46,7 +48,7 @@ class SimulatedCamera final : public RawFrameSource {
 
  private:
   const Simulator simulator_{pebble()};
-  const std::int64_t start_unix_us_ = unix_us_now();
+  std::int64_t start_unix_us_ = 0;
   int index_ = 0;
   std::atomic<bool> stopped_{false};
 };
@@ -64,7 +66,11 @@ std::filesystem::path cache_folder() {
 
 }  // namespace
 
-std::unique_ptr<RawFrameSource> open_simulated_camera() { return std::make_unique<SimulatedCamera>(); }
+CameraInput open_simulated_camera(const Config& config) {
+  CameraInput input{pace(std::make_unique<SimulatedCamera>()), attachments_of(config)};
+  input.attachments.sensor = input.frames->description();
+  return input;
+}
 
 std::filesystem::path simulated_camera_model() {
   const std::filesystem::path folder = cache_folder();

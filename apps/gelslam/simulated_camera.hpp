@@ -1,9 +1,8 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
 
-#include "gelslam/sensor/raw_frame.hpp"
+#include "camera_input.hpp"
 
 namespace gelslam {
 
@@ -12,7 +11,7 @@ namespace gelslam {
 inline const char* simulated_camera_name() { return "simulated"; }
 
 /// Frames at 25 Hz, drawn when they are asked for.
-std::unique_ptr<RawFrameSource> open_simulated_camera();
+CameraInput open_simulated_camera(const Config& config);
 
 /// Its gradient model, as a file in the user's cache folder. Throws Error.
 std::filesystem::path simulated_camera_model();

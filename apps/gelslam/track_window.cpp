@@ -50,16 +50,15 @@ ShownMap read_shown_map(const std::string& folder, const Session& session, Progr
   return map;
 }
 
-bool compute_in_window(const std::function<bool()>& compute, const std::function<void()>& stop,
+void compute_in_window(const std::function<void()>& compute, const std::function<void()>& stop,
                        const ShownMap& map, LocatedTouches& touches, WindowOptions options) {
   std::atomic<bool> failed = false, closed = false;
-  std::future<bool> computed = std::async(std::launch::async, [&] {
+  std::future<void> computed = std::async(std::launch::async, [&] {
     try {
-      const bool result = compute();
+      compute();
       touches.have_ended = true;
-      return result;
     } catch (...) {
-      if (closed) return false;  // stopped before the background was whole
+      if (closed) return;  // stopped before the background was whole
       failed = true;
       throw;
     }
@@ -73,7 +72,7 @@ bool compute_in_window(const std::function<bool()>& compute, const std::function
     options.asks_to_end = [&failed, asks = std::move(options.asks_to_end)] { return failed || asks(); };
     run_map_window(map, touches, options);
   }
-  return computed.get();
+  computed.get();
 }
 
 }  // namespace gelslam

@@ -24,9 +24,9 @@ struct MapWindowArguments {
 ShownMap read_shown_map(const std::string& folder, const Session& session, ProgressSink& progress);
 
 /// Shows `touches` while `compute` runs on a thread of its own, which never waits for the window. `stop` must
-/// make `compute` return soon; it is called when the window has been closed. Returns what `compute` did, or
-/// throws what it threw; false when it was stopped before it could begin.
-bool compute_in_window(const std::function<bool()>& compute, const std::function<void()>& stop,
+/// make `compute` return soon; it is called when the window has been closed. Throws what `compute` threw,
+/// unless it was stopped before it could begin.
+void compute_in_window(const std::function<void()>& compute, const std::function<void()>& stop,
                        const ShownMap& map, LocatedTouches& touches, WindowOptions options);
 
 }  // namespace gelslam

@@ -7,6 +7,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
 #include <sstream>
 
 #include "../support/run_program.hpp"
@@ -71,6 +72,8 @@ TEST(TrackInAMap, TheScanIsFoundInItsOwnMap) {
   }
   EXPECT_GT(in_map, 0.9 * kScanFrames);
   EXPECT_EQ(in_map, poses.size());
+  EXPECT_THAT(tum.err, testing::HasSubstr("localized in " + std::to_string(in_map) +
+                                          " of 90 frames, first in frame 1"));
 
   // The session alone has no mesh; that of its surfaces looks the same.
   const cv::Mat3b with_mesh = cv::imread(of_mesh), without_mesh = cv::imread(of_patches);
@@ -110,6 +113,20 @@ TEST(Map, OfAMeshIsAFolderThatTrackAndViewRead) {
   expect_mistake(gelslam({"map", mesh, "--unit", "ft", "-o", map}), "ft");
   EXPECT_THAT(gelslam({"map", mesh, "--unit", "mm", "-o", map, "--overwrite", "--touches", "2"}).err,
               testing::HasSubstr("gt_mesh.ply: m, as the file notes"));
+}
+
+TEST(TrackInAMap, WhyNothingWasLocalizedIsSaid) {
+  const TemporaryFolder folder;
+  cv::VideoCapture video((scan().log() / "gelsight.avi").string());
+  for (int i = 0; i < kBackgroundFrames; ++i) {
+    cv::Mat bare;
+    ASSERT_TRUE(video.read(bare));
+    cv::imwrite((folder / std::to_string(i)).string() + ".png", bare);
+  }
+  const ProgramResult none = gelslam({"track", folder.path().string(), "--map", scan().run().string(),
+                                      "--model", scan().model().string(), "-q"});
+  EXPECT_EQ(none.exit_code, 1);
+  EXPECT_EQ(none.err, "never localized: nothing was touched\n");
 }
 
 TEST(TrackInAMap, WhatIsNoMapIsSaidInOneLine) {

@@ -7,7 +7,7 @@ import subprocess
 import sys
 import time
 import unittest
-from urllib.request import urlopen
+from urllib.request import Request, urlopen
 
 try:
     from selenium import webdriver
@@ -33,6 +33,41 @@ def open_browser(*words):
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     driver = webdriver.chrome.service.Service(shutil.which("chromedriver"))
     return webdriver.Chrome(service=driver, options=options)
+
+
+class SimulatedCamera(unittest.TestCase):
+    def scan(self, folder, *options):
+        shutil.rmtree(WORK / folder, ignore_errors=True)
+        program = subprocess.Popen([PROGRAM, "scan", "--camera", "simulated", "--headless", "-o", WORK / folder, *options],
+                                   stderr=subprocess.PIPE, text=True, env={**os.environ, "XDG_CACHE_HOME": str(WORK / "cache")})
+        self.addCleanup(program.stderr.close)
+        self.addCleanup(program.wait)
+        self.addCleanup(program.kill)
+        return program
+
+    def test_begins_one_scan_after_another_and_records_each(self):
+        for number in (2, 3):
+            shutil.rmtree(WORK / f"again-{number}", ignore_errors=True)
+        program = self.scan("again", "--serve", "0")
+        address = program.stderr.readline().removeprefix("serving ").strip()
+        for folder in ("again", "again-2", "again-3"):
+            for _ in range(300):
+                status = json.load(urlopen(address + "status"))
+                if status.get("run_folder", "").endswith(folder) and status["state"] == "tracking":
+                    break
+                time.sleep(0.1)
+            else:
+                self.fail(f"{folder} tracks nothing: {status}")
+            urlopen(Request(address + ("stop" if folder == "again-3" else "new"), method="POST"))
+        self.assertEqual(program.wait(timeout=60), 0)
+        done = subprocess.run([PROGRAM, "reconstruct", WORK / "again-3/log.mkv", "-o", WORK / "again-offline", "--overwrite"])
+        self.assertEqual(done.returncode, 0)
+
+    def test_an_end_without_a_touch_is_no_success(self):
+        program = self.scan("untouched", "--seconds", "0.3")
+        said = program.communicate(timeout=60)[1]
+        self.assertEqual(program.returncode, 1)
+        self.assertIn("warning: nothing was touched", said)
 
 
 class Pages(unittest.TestCase):
@@ -97,9 +132,10 @@ class Pages(unittest.TestCase):
     def scan(self, *options):
         """A scan by a simulated camera; its address."""
         environment = {**os.environ, "XDG_CACHE_HOME": str(WORK / "cache")}
-        shutil.rmtree(WORK / "served-2", ignore_errors=True)
+        for folder in ("served", "served-2"):  # logs are not overwritten
+            shutil.rmtree(WORK / folder, ignore_errors=True)
         self.program = subprocess.Popen(
-            [PROGRAM, "scan", "--camera", "simulated", "--headless", "-o", WORK / "served", "--overwrite", "--serve", *options],
+            [PROGRAM, "scan", "--camera", "simulated", "--headless", "-o", WORK / "served", "--serve", *options],
             stderr=subprocess.PIPE, text=True, env=environment)
         self.addCleanup(self.program.stderr.close)
         self.addCleanup(self.program.wait)

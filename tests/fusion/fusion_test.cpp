@@ -106,6 +106,11 @@ TEST(Fusion, PixelsThatWereFilledInOnlyCloseTheHole) {
   EXPECT_LT(error_mm(1), 0.5 * error_mm(255));
   EXPECT_EQ(topology(fuse({{0, pose, dented(1)}}, {})).boundary_edges,
             topology(fuse({{0, pose, dented(255)}}, {})).boundary_edges);
+  const auto left_out = [&](unsigned char confidence) {  // by the live window, for a smooth border
+    const Mesh mesh = fuse({{0, pose, dented(confidence)}}, {});
+    return std::count_if(mesh.confidence.begin(), mesh.confidence.end(), [](float c) { return c < 0.2F; });
+  };
+  EXPECT_EQ(left_out(1), left_out(255));
 }
 
 TEST(Fusion, PatchesOfANearCameraLieWhereTheObjectIs) {

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <tuple>
+
 #include "../support/database.hpp"
 #include "../support/temporary_folder.hpp"
 #include "gelslam/slam/store.hpp"
@@ -45,6 +47,24 @@ TEST(ContinuedScan, EqualsAScanInOneGo) {
   EXPECT_EQ(map.components, 1);
   EXPECT_EQ(map.trials, 4);
   expect_same_map(map, whole.finish());
+}
+
+TEST(ContinuedScan, KeepsTheMapHoweverMuchDoesNotJoinIt) {
+  Strokes first;
+  first.stroke(0, 0, 0);
+  first.stroke(0.8, 0.6, 50);
+  const SlamMap map = first.finish();
+  ScanRecord so_far = map;
+  so_far.parts.push_back({so_far.next_frame(), "two", 5, ""});
+  Strokes second(so_far);
+  for (const auto& [x, y, twist] : {std::tuple(40.0, 0.0, 0.0), {40.8, 0.6, 50}, {41.5, -0.5, -30}})
+    second.stroke(x, y, twist);
+  const SlamMap more = second.finish();
+  ASSERT_EQ(more.components, 2);
+  ASSERT_GT(more.keyframes.size(), 2 * map.keyframes.size());
+  EXPECT_EQ(more.anchor_frame, map.anchor_frame);
+  for (std::size_t id = 0; id < more.keyframes.size(); ++id)
+    EXPECT_EQ(more.in_map[id], id < map.keyframes.size()) << id;
 }
 
 /// As after a kill: the loops of the last keyframes were not looked for yet.

@@ -4,6 +4,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/raw_log.hpp"
+#include "gelslam/slam/status_text.hpp"
 #include "live_fixture.hpp"
 
 namespace gelslam {
@@ -179,13 +180,33 @@ TEST_F(Live, ALogThatSomebodyRemovesIsMissed) {
 TEST_F(Live, FramesWaitForTheWindow) {
   std::atomic<bool> shown{false};
   options.begins = [&shown] { return shown.load(); };
-  options.log = folder / "log.mkv";
-  start();
+  Pictures& pictures = *source;
+  session = begin_live_scan(pace(std::move(source), Pace::as_taken), options);
+  pictures.open();
   std::this_thread::sleep_for(std::chrono::milliseconds(100));
   EXPECT_EQ(session->status().frames, 0);
   EXPECT_EQ(session->status().phase, LivePhase::background);
   shown = true;
   EXPECT_EQ(session->wait().frames.total, kBackgroundFrames + kScanFrames);
+}
+
+TEST_F(Live, AnEndWithoutATouchIsNoSuccess) {
+  const std::vector<cv::Mat3b>& pictures = peanut_pictures();
+  const auto advice_after = [&](const std::vector<cv::Mat3b>& seen) {
+    source = std::make_unique<Pictures>(seen);
+    session.reset();
+    options.overwrite = true;
+    start().wait();
+    const StateWords words = state_words(session->status(), false);
+    EXPECT_EQ(words.tone, Tone::amber);
+    return words.advice;
+  };
+  EXPECT_EQ(advice_after(std::vector<cv::Mat3b>(kBackgroundFrames + 1, pictures[0])),
+            "Saved. Nothing was touched. Press the object on the gel.");
+  EXPECT_EQ(
+      advice_after({pictures.begin() + 30, pictures.end()}),
+      "Saved. Nothing was touched, and the background was not measured. Begin with nothing on the gel, then "
+      "press the object on it.");
 }
 
 }  // namespace

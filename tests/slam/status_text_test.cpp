@@ -33,11 +33,12 @@ TEST(StateWords, GiveTheUsualAdviceWhereTheSessionGivesNone) {
             "Twisting is not observable.");
   EXPECT_EQ(state_words(saying(LivePhase::paused, "")).advice, "Press Space to go on.");
   EXPECT_EQ(state_words(saying(LivePhase::paused, ""), false).advice, "") << "without the window's keys";
-  EXPECT_EQ(state_words(saying(LivePhase::finished, ""), false).advice, "Everything is saved.");
+  EXPECT_EQ(state_words(saying(LivePhase::finished, ""), false).advice, "Nothing is kept (no -o).");
 }
 
 TEST(StateWords, ClaimNothingThatIsNotSaved) {
   LiveStatus status = saying(LivePhase::finished, "saving");
+  status.run_folder = "RUN";
   EXPECT_EQ(state_words(status).advice, "Everything is saved. Look around; Q closes.");
   status.failure = "run/mesh.ply: cannot be written: No space left on device";
   EXPECT_EQ(state_words(status).tone, Tone::red);
@@ -55,6 +56,7 @@ TEST(StateWords, AreAmberWhereTheMeshIsNotWholeOrAMotionIsNotObservable) {
   EXPECT_EQ(unsure.state, "tracking");
   EXPECT_EQ(unsure.headline, "Position uncertain");
   LiveStatus status = saying(LivePhase::finished, "");
+  status.run_folder = "RUN";
   EXPECT_EQ(state_words(status).tone, Tone::green);
   status.reservations = {
       "1 piece not joined; 16 frames not in the mesh; next time cross places that you touched before",

@@ -19,6 +19,9 @@ TEST_F(Window, FinishedSaysHowGoodItIs) {
   const cv::Mat3b shown = picture("end");
   for (const char* text : {"at most 0.03 mm, 0.2", "nothing"}) expect_text(shown, text, theme::kText);
   EXPECT_NE(find("Keyframes"), nullptr);
+  expect_text(shown, " mm", theme::kText);
+  EXPECT_NE(find("Size"), nullptr);
+  EXPECT_NE(find("gelslam export"), nullptr);
   session_.figures().components = 3;
   expect_text(picture("end_with_pieces"), "2 of 3 pieces", theme::kAmber);
 }

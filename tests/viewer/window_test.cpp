@@ -137,7 +137,6 @@ TEST_F(Window, WhatIsNotJoinedGrowsBesideTheMap) {
   session_.join_the_map();
   session_.say(LivePhase::scanning, "tracking");
   window_->turn(now_s_ += 0.05, true);
-  EXPECT_EQ(window_->controls().toasts().back().text, "Joined to the map.");
   EXPECT_LT(bluish(picture("joined"), view()), 100);
 }
 

@@ -10,9 +10,9 @@
 namespace gelslam::fusion::detail {
 namespace {
 
-/// At most, for pixels that were filled in from around: as much as the border of a contact. It closes the
-/// hole where no other touch shows the place.
-constexpr float kUnreadWeight = 0.1f;
+/// At most, for pixels that were filled in from around. It closes the hole where no other touch shows the
+/// place, also in the live window, whose surface ends at a confidence of 0.2.
+constexpr float kUnreadWeight = 0.3f;
 
 /// sqrt(W), W = (tanh(d/l - 3) + 1)/2, l = H/60, d the distance to the mask's border in pixels: near it lies
 /// the gel's membrane rim and not the object (Huang et al., T-RO 2026). The root, because our mask ends

@@ -190,7 +190,8 @@ void LiveSlam::capture() {
 
 void LiveSlam::take_frames() {
   const auto has_begun = [this] { return stopped_ || !options.begins || options.begins(); };
-  while (!options.log.empty() && !has_begun()) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  const bool can_wait = source_->hold(paused_);
+  while (can_wait && !has_begun()) std::this_thread::sleep_for(std::chrono::milliseconds(10));
   while (std::optional<RawFrame> next = source_->next()) {
     const auto frame = std::make_shared<const RawFrame>(std::move(*next));
     if (frame->resumes) resumed_at = frame->index;

@@ -19,6 +19,7 @@ std::string capitalized(std::string text) {
 }
 
 StateWords usual_words(const LiveStatus& status) {
+  const bool is_kept = !status.run_folder.empty();
   switch (status.phase) {
     case LivePhase::background:
       return {"background", Tone::blue, "Getting ready",
@@ -28,7 +29,8 @@ StateWords usual_words(const LiveStatus& status) {
     case LivePhase::finishing:
       return {"finishing", Tone::blue, "Finishing", "Closing loops, fusing, saving."};
     case LivePhase::finished:
-      return {"finished", Tone::green, "Finished", "Everything is saved."};
+      return {"finished", Tone::green, "Finished",
+              is_kept ? "Everything is saved." : "Nothing is kept (no -o)."};
     case LivePhase::scanning:
       break;
   }
@@ -92,7 +94,7 @@ StateWords state_words(const LiveStatus& status, bool keys) {
                                         : "Not all may be saved.";
   } else if (status.phase == LivePhase::finished && !status.reservations.empty()) {
     words.tone = Tone::amber;
-    words.advice = "Saved.";
+    if (!status.run_folder.empty()) words.advice = "Saved.";
     for (const std::string& reservation : status.reservations) words.advice += " " + sentences(reservation);
   }
   if (keys) words.advice += key_hint(status, words);

@@ -87,11 +87,20 @@ std::string lost_frames(const SlamMap& map, const RunReport::Frames& count) {
   return text;
 }
 
+std::string why_no_mesh(const RunReport::Frames& frames) {
+  if (frames.tracked > 0) return "no touch in the map is large enough, away from the border of the picture";
+  if (frames.total > frames.background) return "nothing was touched; press the object on the gel";
+  return "nothing was touched, and the background was not measured; begin with nothing on the gel, then "
+         "press "
+         "the object on it";
+}
+
 /// What a user has to know beside the result.
 std::vector<std::string> reservations(const SlamMap& map, const RunReport& report) {
   std::vector<std::string> sentences = describe(report.uncertainty);
   if (std::string lost = lost_frames(map, report.frames); !lost.empty())
     sentences.insert(sentences.begin(), std::move(lost));
+  if (report.mesh.triangles == 0) sentences.insert(sentences.begin(), why_no_mesh(report.frames));
   if (!report.complete())
     sentences.insert(sentences.begin(),
                      not_in_mesh(std::max(report.components - 1, 0), report.frames.not_in_mesh));
@@ -117,9 +126,9 @@ void count(const Run& run, RunReport& report) {
   report.loops = map.loops;
   const std::vector<bool>& outlier = map.solution.edge_outlier;
   report.loop_outliers = static_cast<int>(std::count(outlier.begin(), outlier.end(), true));
-  report.reservations = reservations(map, report);
   report.gradient_scale = {map.gradient_scale.x, map.gradient_scale.y};
   report.mesh = {run.mesh.vertices_mm.size(), run.mesh.triangles.size()};
+  report.reservations = reservations(map, report);
 }
 
 }  // namespace

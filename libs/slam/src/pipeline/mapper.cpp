@@ -1,6 +1,8 @@
 #include "gelslam/slam/mapper.hpp"
 
 #include <algorithm>
+#include <optional>
+#include <set>
 #include <utility>
 
 #include "gelslam/backend/pose_covariance.hpp"
@@ -19,19 +21,6 @@ namespace {
 
 constexpr int kOverlapRounds = 2;  // numerics: the first one's corrections show more overlaps
 
-/// The component with most frames; the oldest of equals.
-int largest_component(const std::map<int, int>& frames_per_component) {
-  const auto largest = std::max_element(frames_per_component.begin(), frames_per_component.end(),
-                                        [](const auto& a, const auto& b) { return a.second < b.second; });
-  return largest->first;
-}
-
-std::map<int, int> keyframes_per_component(const PoseGraphSolution& solution) {
-  std::map<int, int> count;
-  for (const auto& [id, component] : solution.component_of_node) ++count[component];
-  return count;
-}
-
 /// By keyframe id.
 std::vector<int> tracked_frames(const std::vector<FrameRecord>& frames, std::size_t keyframes) {
   std::vector<int> count(keyframes, 0);
@@ -40,34 +29,53 @@ std::vector<int> tracked_frames(const std::vector<FrameRecord>& frames, std::siz
   return count;
 }
 
-/// The keyframes whose places relative to each other are known (tells_place()), by id. Of several such groups
-/// the one with most `frames`.
-std::vector<bool> placed_keyframes(const std::vector<PoseGraphEdge>& edges, const PoseGraphSolution& solution,
-                                   const std::vector<int>& frames) {
-  UnionFind groups(static_cast<int>(frames.size()));
-  for (std::size_t i = 0; i < edges.size(); ++i) {
-    const int from = edges[i].from, to = edges[i].to;
-    if (!solution.edge_outlier[i] && groups.root(from) != groups.root(to) && tells_place(edges[i]))
-      groups.join(from, to);
+/// The smallest id that belongs to a later part than the first that touched anything. A part that continues a
+/// map, however long, does not replace it.
+int first_continuing(const ScanRecord& scan) {
+  std::optional<std::size_t> first;
+  for (const auto& keyframe : scan.keyframes) {
+    if (!keyframe) continue;
+    const std::size_t part = part_of_frame(scan.parts, keyframe->frame);
+    if (part != first.value_or(part)) return keyframe->id;
+    first = part;
   }
+  return scan.last_keyframe() + 1;
+}
+
+/// The keyframes whose places relative to each other are known (tells_place()), by id. Of several such groups
+/// the one that had most `frames` before keyframe `continuing` came; the oldest of equals.
+std::vector<bool> placed_keyframes(const std::vector<PoseGraphEdge>& edges, const PoseGraphSolution& solution,
+                                   const std::vector<int>& frames, int continuing) {
+  UnionFind groups(static_cast<int>(frames.size()));
+  const auto join = [&](bool continues) {
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+      const int from = edges[i].from, to = edges[i].to;
+      if ((std::max(from, to) >= continuing) == continues && !solution.edge_outlier[i] &&
+          groups.root(from) != groups.root(to) && tells_place(edges[i]))
+        groups.join(from, to);
+    }
+  };
+  join(false);
   std::map<int, int> per_group;
   for (const auto& [id, component] : solution.component_of_node)
-    per_group[groups.root(id)] += frames[index(id)];
+    if (id < continuing) per_group[groups.root(id)] += frames[index(id)];
+  join(true);
   std::vector<bool> placed(frames.size(), false);
   if (per_group.empty()) return placed;
-  const int largest = largest_component(per_group);
+  const auto largest = std::max_element(per_group.begin(), per_group.end(),
+                                        [](const auto& a, const auto& b) { return a.second < b.second; });
   for (const auto& [id, component] : solution.component_of_node)
-    placed[index(id)] = groups.root(id) == largest;
+    placed[index(id)] = groups.root(id) == groups.root(largest->first);
   return placed;
 }
 
-/// The first keyframe that shows at least three quarters of the component's median contact. The first
-/// keyframe of all is often a faint touch, and the error of its registration would shift and tilt the whole
-/// map.
+/// The first keyframe that shows at least three quarters of the median contact of those in the map before
+/// `continuing`. The first keyframe of all is often a faint touch, and the error of its registration would
+/// shift and tilt the whole map.
 int choose_anchor(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
-                  const std::vector<bool>& in_map) {
+                  const std::vector<bool>& in_map, int continuing) {
   std::vector<double> contact_pixels;
-  for (std::size_t id = 0; id < keyframes.size(); ++id)
+  for (std::size_t id = 0; id < index(continuing); ++id)
     if (in_map[id]) contact_pixels.push_back(keyframes[id]->surface.facts().contact_pixels);
   const double typical_pixels = median(std::move(contact_pixels));
   std::size_t id = 0;
@@ -134,10 +142,13 @@ int choose_map_and_anchor(SlamMap& map) {
   map.loops =
       static_cast<int>(std::count_if(map.solved_edges.begin(), map.solved_edges.end(),
                                      [](const PoseGraphEdge& e) { return e.kind == EdgeKind::loop; }));
-  map.components = static_cast<int>(keyframes_per_component(map.solution).size());
-  map.in_map =
-      placed_keyframes(map.solved_edges, map.solution, tracked_frames(map.frames, map.keyframes.size()));
-  const int anchor = choose_anchor(map.keyframes, map.in_map);
+  std::set<int> components;
+  for (const auto& [id, component] : map.solution.component_of_node) components.insert(component);
+  map.components = static_cast<int>(components.size());
+  const int continuing = first_continuing(map);
+  map.in_map = placed_keyframes(map.solved_edges, map.solution,
+                                tracked_frames(map.frames, map.keyframes.size()), continuing);
+  const int anchor = choose_anchor(map.keyframes, map.in_map, continuing);
   map.anchor_frame = map.keyframes[index(anchor)]->frame;
   map.component_T_anchor = map.solution.component_T_node.at(anchor);
   return anchor;
@@ -245,18 +256,24 @@ std::map<int, Matrix6d> Mapper::covariances(const std::vector<PoseGraphEdge>& ed
   return pose_covariances(edges, solution, gauge, options_.pose_graph, scale_sigma);
 }
 
+/// By id, in the live map.
+std::vector<bool> Mapper::placed() const {
+  return placed_keyframes(live_edges_, live_, std::vector<int>(measured_.keyframes.size(), 1),
+                          first_continuing(measured_));
+}
+
 void Mapper::assess() {
   sigma_mm_.clear();
   if (live_.component_of_node.empty()) return;
-  const int gauge = largest_component(keyframes_per_component(live_));
+  const std::vector<bool> in_map = placed();
+  const auto first = static_cast<int>(std::find(in_map.begin(), in_map.end(), true) - in_map.begin());
+  const int gauge = live_.component_of_node.at(first);
   for (const auto& [id, covariance] : covariances(live_edges_, live_, gauge))
     sigma_mm_[id] = sigma_of(covariance).tail<3>().maxCoeff();
 }
 
 MapSnapshot Mapper::snapshot() const {
-  const std::vector<int> frames(measured_.keyframes.size(), 1);
-  MapSnapshot snapshot =
-      snapshot_of(measured_, live_edges_, live_, placed_keyframes(live_edges_, live_, frames));
+  MapSnapshot snapshot = snapshot_of(measured_, live_edges_, live_, placed());
   snapshot.version = version_;
   snapshot.gradient_scale = gradient_scale_of(live_);
   for (MapSnapshot::Node& node : snapshot.nodes)

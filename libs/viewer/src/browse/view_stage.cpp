@@ -10,6 +10,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/evaluation/mesh_metrics.hpp"
+#include "gelslam/slam/status_text.hpp"
 #include "scene/scene_geometry.hpp"
 
 namespace gelslam::viewer::detail {
@@ -92,7 +93,9 @@ std::vector<Viewport> ViewStage::parts(const Viewport& whole) const {
 std::string ViewStage::title(std::size_t part) const { return part == 0 ? first_.name : second_->name; }
 
 std::string ViewStage::warning() const {
-  return first_.warnings.empty() ? "" : "The run has warnings; gelslam info says them.";
+  std::string text;
+  for (const std::string& warning : first_.warnings) text += (text.empty() ? "" : " ") + sentences(warning);
+  return text;
 }
 
 std::optional<Eigen::Vector3f> ViewStage::pick(std::size_t part, const PickRay& ray) const {

@@ -47,10 +47,6 @@ bool LiveWindow::advance(double now_s, double dt_s) {
     show_all();
   }
   bool changed = scene_.take_news(session_, camera_);
-  if (scene_.piece().take_joined())
-    controls_.say(
-        frame_.status.components > 1 ? "Joined to the map; other pieces are not yet." : "Joined to the map.",
-        now_s);
   changed |= move_camera(dt_s) || follow_touch(dt_s);
   return changed;
 }
@@ -110,8 +106,7 @@ void LiveWindow::draw_frame(Ui& ui, double now_s) {
   scene_.draw(camera_, viewport(), style);
   frame_.tactile = &scene_.tactile();
   frame_.normals = &scene_.normals();
-  if (frame_.words.state == "finished" && !options_.keeps_run)
-    frame_.words.advice = "Nothing is kept (no -o). Q closes.";
+  frame_.mesh_mm = scene_.scene().bounds_mm();
   if (controls_.shows_panels()) {
     draw_marks(ui, scene_.scene().legend(style));
     const float bottom = draw_banner(ui, view(), frame_, now_s);

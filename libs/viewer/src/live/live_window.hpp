@@ -18,6 +18,7 @@ struct LiveFrame {
   StateWords words;
   std::string output_folder;          ///< of the run; empty: nothing is kept
   std::int64_t disk_free_bytes = -1;  ///< negative: not known
+  Eigen::AlignedBox3f mesh_mm;        ///< in the map's frame
   const Texture* tactile = nullptr;
   const Texture* normals = nullptr;
 };

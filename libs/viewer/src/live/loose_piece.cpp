@@ -19,9 +19,8 @@ bool LoosePiece::follow(const MapSnapshot& map, const std::shared_ptr<const Live
   anchor_T_touch_.reset();
   if (is_apart()) {
     const MapSnapshot::Node* anchor = map.find(anchor_);
-    const bool is_joined = anchor != nullptr && anchor->component == map.shown_component;
-    if (is_joined || anchor == nullptr) *this = {};  // the map shows it now, or it was taken back
-    has_joined_ = is_joined;
+    // The map shows it now, or it was taken back.
+    if (anchor == nullptr || anchor->component == map.shown_component) *this = {};
   }
   const bool apart = node != nullptr && node->component != map.shown_component;
   bool changed = false;

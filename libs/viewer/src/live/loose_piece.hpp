@@ -3,7 +3,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <utility>
 
 #include "gelslam/slam/live_session.hpp"
 #include "gelslam/viewer/orbit_camera.hpp"
@@ -22,7 +21,6 @@ class LoosePiece {
 
   bool is_apart() const { return anchor_ >= 0; }
   bool is_shown() const { return map_T_anchor_.has_value(); }
-  bool take_joined() { return std::exchange(has_joined_, false); }  ///< once
   const TouchMesh& mesh() const { return mesh_; }
   const std::optional<Pose>& map_T_piece() const { return map_T_anchor_; }  ///< nothing: it is not shown
   /// Where the touch lies in the map's frame; nothing when it is not part of the piece.
@@ -40,7 +38,6 @@ class LoosePiece {
   std::optional<Pose> map_T_anchor_;
   std::optional<Pose> anchor_T_touch_;
   double half_width_mm_ = 10;  ///< of the sensor
-  bool has_joined_ = false;
 };
 
 }  // namespace gelslam::viewer::detail

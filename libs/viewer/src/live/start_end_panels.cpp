@@ -69,6 +69,8 @@ struct Fact {
 std::vector<Fact> facts_of(const LiveFrame& frame) {
   const LiveStatus& s = frame.status;
   std::vector<Fact> facts = {{"Keyframes", text_of_count(s.keyframes)}};
+  if (const Eigen::Vector3f size = frame.mesh_mm.sizes(); !frame.mesh_mm.isEmpty())
+    facts.push_back({"Size", fmt::format("{:.1f} x {:.1f} x {:.1f} mm", size.x(), size.y(), size.z())});
   if (s.drift_mm > 0)
     facts.push_back(
         {"Expected error", fmt::format("at most {:.2f} mm, {:.1f}\u00b0", s.drift_mm, s.drift_deg),
@@ -112,6 +114,11 @@ float draw_end(Ui& ui, const Box& view, const LiveFrame& frame) {
     ui.gap(4);
     ui.text(Face::small, theme::kDim, "Saved in");
     ui.paragraph(Face::body, theme::kText, frame.output_folder);
+  }
+  if (!frame.output_folder.empty() && !frame.mesh_mm.isEmpty()) {
+    ui.gap(6);
+    ui.text(Face::small, theme::kDim, "To print or share it");
+    ui.paragraph(Face::body, theme::kText, "gelslam export " + frame.output_folder + " -o object.stl");
   }
   ui.end_panel();
   return width + ui.px(kCardMargin);

@@ -33,7 +33,7 @@ enum class RegistrationStatus {
   diverged,              ///< steps did not shrink, or the pose left the sensor
   free_space_violation,  ///< the object would lie in gel that the other surface shows untouched
   ambiguous,             ///< the textures agree nearly as well at another place
-  too_little_surface,  ///< a surface without enough contact or texture to register at all
+  too_little_surface,    ///< a surface without enough contact or texture to register at all
 };
 
 /// A sentence for a person: "too little overlap".

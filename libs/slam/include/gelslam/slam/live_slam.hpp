@@ -35,7 +35,8 @@ struct LiveOptions {
   std::shared_ptr<PoseStream> stream;  ///< gets every frame's pose; null: none
   /// Gets the mesh of the shown component as it grows, then the saved one; null: nobody looks at it.
   std::shared_ptr<MeshFeed> mesh_feed;
-  /// A log waits until this is true; what a camera sees before is recorded, and left out. None: at once.
+  /// What can wait (RawFrameSource::hold()) does until this is true; what a camera sees before is recorded,
+  /// and left out. None: at once.
   std::function<bool()> begins;
 };
 

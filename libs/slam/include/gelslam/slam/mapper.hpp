@@ -36,7 +36,7 @@ class Mapper {
   bool has_new_loops() const { return new_loops_ > 0; }
   /// Solves for all poses and for the gradient scale: tenths of a second in a large map.
   void optimize();
-  /// Finds how well the places of the largest component are known after the last optimize(), for snapshot():
+  /// Finds how well the places of the shown component are known after the last optimize(), for snapshot():
   /// milliseconds to tenths of a second.
   void assess();
   /// The map after the last optimize(), and later keyframes where their links put them.
@@ -53,6 +53,7 @@ class Mapper {
   void chain(int id, const KeyframeLink& link);
   std::vector<PoseGraphEdge> search_loops(const Keyframe& keyframe, int previous);
   std::map<int, Pose> chained_links() const;
+  std::vector<bool> placed() const;
   std::map<int, Matrix6d> covariances(const std::vector<PoseGraphEdge>& edges,
                                       const PoseGraphSolution& solution, int gauge) const;
   SlamMap measured_map(const std::vector<FrameRecord>& frames) const;

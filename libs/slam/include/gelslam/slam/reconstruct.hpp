@@ -37,7 +37,7 @@ Run finish_scan(const Config& config, const ScanRecord& record, const std::strin
                 StageTimer& timer, std::chrono::steady_clock::time_point start, ProgressSink& progress,
                 const std::function<bool()>& stop_requested);
 
-/// The map's surface: all patches of the largest component, with the gradient scale taken out. Map frame, mm.
+/// The map's surface: all its patches, with the gradient scale taken out. Map frame, mm.
 /// `progress` (may be null) receives the task "fusing".
 Mesh fuse_map(const SlamMap& map, const FusionOptions& options, ProgressSink* progress = nullptr);
 

@@ -19,14 +19,15 @@ namespace gelslam {
 PoseGraphEdge odometry_edge(const KeyframeLink& link, int to);
 
 /// The map when a scan has ended: what was measured, and what follows. Everything is in the sensor frame of
-/// `anchor_frame`: the first keyframe of the largest trial component that shows a full contact. A map that no
+/// `anchor_frame`: the first keyframe of the map that shows a full contact. A map that no
 /// scan has measured has keyframes alone.
 struct SlamMap : ScanRecord {
   std::int64_t anchor_frame = -1;           ///< index in the log; -1 when nothing ever touched
   std::vector<PoseGraphEdge> solved_edges;  ///< consistent ones of `edges`, and those found at the end
   PoseGraphSolution solution;               ///< of solved_edges
   GradientScale gradient_scale;             ///< of the surfaces, as estimated
-  std::vector<bool> in_map;  ///< by keyframe id: of those whose places are known, the largest group
+  std::vector<bool> in_map;  ///< by keyframe id: of those whose places are known, the group that was
+                             ///< largest when the first part ended
   int trials = 0;
   int components = 0;
   int loops = 0;  ///< edges between keyframes found by loop closure and refinement
@@ -50,10 +51,10 @@ struct MapSnapshot;
 /// A solution of `edges`; `placed`, by keyframe id: what is shown of it.
 MapSnapshot snapshot_of(const ScanRecord& scan, const std::vector<PoseGraphEdge>& edges,
                         const PoseGraphSolution& solution, const std::vector<bool>& placed);
-/// The map as a window draws it; poses of the largest component are in the anchor's frame.
+/// The map as a window draws it; poses of the shown component are in the anchor's frame.
 MapSnapshot snapshot_of(const SlamMap& map);
 
-/// The patches of the map's largest component at their places, in the anchor's frame.
+/// The patches of the map at their places, in the anchor's frame.
 std::vector<PosedSurface> posed_surfaces(const SlamMap& map);
 /// Those that are placed in a snapshot, in its frame.
 std::vector<PosedSurface> posed_surfaces(const MapSnapshot& map);
