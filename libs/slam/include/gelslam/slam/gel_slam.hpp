@@ -2,13 +2,12 @@
 
 #include <cstdint>
 #include <functional>
-#include <memory>
+#include <vector>
 
 #include "gelslam/core/progress.hpp"
 #include "gelslam/core/stage_timer.hpp"
 #include "gelslam/frontend/tracker.hpp"
-#include "gelslam/slam/slam_map.hpp"
-#include "gelslam/slam/slam_options.hpp"
+#include "gelslam/slam/mapper.hpp"
 
 namespace gelslam {
 
@@ -26,8 +25,6 @@ class GelSlam {
  public:
   /// `so_far`: the scan that goes on; of a new one nothing but its part, if it has one.
   explicit GelSlam(const SlamOptions& options, const ScanRecord& so_far = {});
-  ~GelSlam();
-  GelSlam(GelSlam&&) noexcept;
 
   /// Track, close loops. `surface`: of the next frame; null: it belongs to the background. Returns its pose
   /// in its trial, and the keyframes made of it.
@@ -43,11 +40,16 @@ class GelSlam {
   /// `stop_requested` leaves out the rest of the overlap edges.
   SlamMap finish(
       bool refine = true, ProgressSink* progress = nullptr,
-      const std::function<bool()>& stop_requested = [] { return false; }) const;
+      const std::function<bool()>& stop_requested = [] { return false; }) const {
+    return mapper_.finish(frames_, refine, stop_requested, progress);
+  }
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  void add(const std::vector<NewKeyframe>& keyframes, StageTimer& timer);
+
+  Tracker tracker_;
+  Mapper mapper_;
+  std::vector<FrameRecord> frames_;
 };
 
 }  // namespace gelslam
