@@ -103,6 +103,20 @@ TEST(Tracker, AnEdgeThatIsShakenIsFollowed) {
   }
 }
 
+/// The edge runs along the keyframe's x, and after a twist by 72 degrees nearly along the frame's y.
+TEST(Tracker, StatesWhatIsNotShownAlongTheAxesOfTheKeyframe) {
+  Tracker tracker(TrackerOptions{});
+  TrackedFrame frame;
+  for (int i = 0; i <= 24; ++i) {
+    const Pose pose = motion(0, 0, 3.0 * i, 0, 0, 0.4);
+    frame = tracker.track(i, 0.04 * i, touch(extruded_edge(), pose, everywhere()));
+    ASSERT_EQ(frame.status, TrackStatus::tracked) << i;
+  }
+  ASSERT_EQ(frame.keyframe->id, 0);
+  const Matrix6d covariance = frame.registration.information.inverse();
+  EXPECT_GT(covariance(3, 3), 4 * covariance(4, 4));
+}
+
 TEST(Tracker, APatternThatMovedWhenItWasTouchedBeginsATrialWithTheSecondFrame) {
   constexpr double kStepMm = 0.35;
   Tracker tracker(TrackerOptions{});
