@@ -52,11 +52,12 @@ class Slam {
     return MetricMesh(fuse_map(slam_.finish(false, &progress), sensor_->config().slam.fusion, &progress));
   }
 
-  PythonRun finish(ProgressSink& progress) const {
+  PythonRun finish(ProgressSink& progress) {
     const std::lock_guard lock(mutex_);
     const auto start = std::chrono::steady_clock::now();
     RunReport report;
     report.log_description = "frames of a Python program";
+    slam_.end_trial(timer_);
     return python_run(finish_scan(sensor_->config(), slam_.finish(true, &progress), std::move(report), timer_,
                                   start, &progress));
   }
@@ -82,8 +83,8 @@ class Slam {
 };
 
 /// The work without the GIL; Ctrl-C ends it.
-template <auto work>
-auto interruptible(const Slam& slam) {
+template <auto work, typename AnySlam>
+auto interruptible(AnySlam& slam) {
   PythonProgress silent{py::none()};
   const py::gil_scoped_release release;
   return (slam.*work)(silent);
@@ -208,16 +209,16 @@ each other. continue_from: a run folder whose scan it goes on with, of the same 
             return self.process(picture.bgr, time_s);
           },
           py::arg("image"), py::arg("time_s"), "The same for a picture (HxWx3 uint8, BGR).")
-      .def("mesh", &interruptible<&Slam::mesh>,
+      .def("mesh", &interruptible<&Slam::mesh, const Slam>,
            "The surface as far as it is known, a Mesh. Takes tenths of a second; tracking may go on.")
       .def(
           "finish",
-          [](const Slam& self) {
+          [](Slam& self) {
             PythonRun run = interruptible<&Slam::finish>(self);
             warn_of(run);
             return run;
           },
-          "Closes loops, calibrates slopes, fuses. Returns a Run. Frames may follow.");
+          "Closes loops, calibrates slopes, fuses. Returns a Run. Frames that follow begin a new trial.");
 }
 
 }  // namespace gelslam::python

@@ -49,16 +49,17 @@ class SimulatedCamera(unittest.TestCase):
         for number in (2, 3):
             shutil.rmtree(WORK / f"again-{number}", ignore_errors=True)
         program = self.scan("again", "--serve", "0")
-        address = program.stderr.readline().removeprefix("serving ").strip()
+        address, token = program.stderr.readline().removeprefix("serving ").strip().split("?")
         for folder in ("again", "again-2", "again-3"):
             for _ in range(300):
-                status = json.load(urlopen(address + "status"))
+                status = json.load(urlopen(f"{address}status?{token}"))
                 if status.get("run_folder", "").endswith(folder) and status["state"] == "tracking":
                     break
                 time.sleep(0.1)
             else:
                 self.fail(f"{folder} tracks nothing: {status}")
-            urlopen(Request(address + ("stop" if folder == "again-3" else "new"), method="POST"))
+            word = "stop" if folder == "again-3" else "new"
+            urlopen(Request(f"{address}{word}?{token}", method="POST"))
         self.assertEqual(program.wait(timeout=60), 0)
         done = subprocess.run([PROGRAM, "reconstruct", WORK / "again-3/log.mkv", "-o", WORK / "again-offline", "--overwrite"])
         self.assertEqual(done.returncode, 0)

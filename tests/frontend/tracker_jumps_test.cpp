@@ -75,12 +75,12 @@ TEST(Tracker, APatternThatMovesAsAHandDoesIsFollowed) {
   }
 }
 
-/// 20 mm/s: two frames are half a period apart, but the motion tells which period is which.
+/// 30 mm/s: frames are three quarters of a period apart, but the motion tells which period is which.
 TEST(Tracker, APatternThatMovesFastButSteadilyIsFollowed) {
   Tracker tracker(TrackerOptions{});
   double x_mm = 0;
-  for (int i = 0; i < 24; ++i) {
-    x_mm += std::min(0.05 * i, 0.8);
+  for (int i = 0; i < 32; ++i) {
+    x_mm += std::min(0.05 * i, 1.2);
     const Pose pose = motion(0, 0, 0, x_mm, 0, 0.4);
     const TrackedFrame frame = tracker.track(i, 0.04 * i, touch(waffle(kPeriodMm), pose, everywhere()));
     ASSERT_EQ(frame.status, TrackStatus::tracked) << i;

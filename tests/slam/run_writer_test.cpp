@@ -164,9 +164,11 @@ TEST(Report, SaysWhatIsNotInTheMesh) {
   EXPECT_EQ(report.frames.not_in_mesh, 2);
   EXPECT_EQ(report.frames.in_map + 2, report.frames.tracked);
   EXPECT_EQ(report.frames.in_map, std::ssize(map.trajectory())) << "one set of figures";
-  EXPECT_THAT(report.reservations,
-              testing::ElementsAre("1 piece not joined; 2 frames not in the mesh; next time cross places "
-                                   "that you touched before"));
+  EXPECT_THAT(
+      report.reservations,
+      testing::ElementsAre("1 piece not joined; 2 frames not in the mesh; next time cross places "
+                           "that you touched before",
+                           "2 of 7 touched frames are lost; move more slowly, and press a little deeper"));
 }
 
 TEST(Report, SaysHowFarPosesMayBeOff) {

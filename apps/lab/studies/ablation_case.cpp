@@ -141,6 +141,7 @@ Json measure(const AblationCase& measured, const std::string& variant, const Con
       pose = truth->start_T_currs.at(static_cast<std::size_t>(item->image.index - truth->background_frames));
     live.judge(slam.process(item->image.index, item->image.time_s, item->surface, timer), pose);
   }
+  slam.end_trial(timer);
   const Clock::time_point start = Clock::now();
   const SlamMap map = slam.finish();
   const double finish_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
