@@ -1,0 +1,112 @@
+#!/usr/bin/python3
+"""How fast a motion may be: the share of right steps against speed, offline and live.
+
+Simulates textured objects that are rolled all over and slid to and fro at growing speeds (25 Hz), tracks each log with
+`gelslam reconstruct`'s tracker and with `gelslam scan` at the log's own pace, and compares the motion between every two
+frames with the truth. A step is right if both frames are tracked in one trial and it is within 0.1 mm and 1 degree of the
+truth; what is lost or dropped is not right. Prints a table, and writes speed_followed.csv and speed_followed.png into DIR.
+
+Example: scripts/speed_followed.py STUDY --program build/bin/gelslam
+"""
+
+import argparse
+import csv
+import json
+import pathlib
+import subprocess
+
+import numpy as np
+import plotting
+from plotting import plt
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+RATE_HZ, BACKGROUND_FRAMES = 25, 10
+RIGHT_MM, RIGHT_DEG = 0.1, 1.0
+MOTIONS = [(name, ("--object", name, "--size", "0.5", "--indentation", "0.8", "--motion", "allover", "--frames", str(frames)))
+           for name in ("pebble", "peanut") for frames in (800, 400, 200, 100, 50)]
+MOTIONS += [(name, ("--object", name, "--motion", "wobble", "--speed", str(speed), "--frames", "150"))
+            for name in ("coin", "pebble") for speed in (1, 2.5, 5)]
+BINS = {"mm/s": (0, 2, 5, 10, 20, 40, 80, 1e9), "degrees/s": (0, 10, 20, 40, 80, 160, 320, 1e9)}
+
+
+def frames_of(words):
+    """Tracked frames of a stream: trial and pose (mm) by index."""
+    done = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, check=False)
+    found = {}
+    for line in map(json.loads, done.stdout.splitlines()):
+        if line.get("type", "frame") == "frame" and line["status"] == "tracked":
+            pose = np.reshape(line["pose"], (4, 4)).astype(float)
+            pose[:3, 3] *= 1e3
+            found[line["frame"] - BACKGROUND_FRAMES] = line["trial"], pose
+    return found
+
+
+def size_of(motion):
+    """mm and degrees."""
+    turn = np.degrees(np.arccos(np.clip((np.trace(motion[:3, :3]) - 1) / 2, -1, 1)))
+    return np.linalg.norm(motion[:3, 3]), turn
+
+
+def steps(truth, found):
+    """Speed in mm/s and degrees/s, and whether it was followed, of every step in touch."""
+    for i in range(len(truth) - 1):
+        if np.isnan(truth[i:i + 2, 0, 0]).any():
+            continue
+        motion = np.linalg.inv(truth[i]) @ truth[i + 1]
+        right = False
+        if i in found and i + 1 in found and found[i][0] == found[i + 1][0]:
+            error = size_of(np.linalg.inv(motion) @ np.linalg.inv(found[i][1]) @ found[i + 1][1])
+            right = error[0] <= RIGHT_MM and error[1] <= RIGHT_DEG
+        yield *(RATE_HZ * np.array(size_of(motion))), right
+
+
+def measure(program, folder):
+    rows = []
+    for k, (name, words) in enumerate(MOTIONS):
+        log = folder / ("log_%d" % k)
+        subprocess.run([program, "simulate", "scan", *words, "-q", "--overwrite", "-o", log], check=True)
+        truth = np.load(log / "true_start_T_currs.npy")
+        truth[:, :3, 3] *= 1e3
+        for schedule, command in (("offline", ["track", log, "--format", "ndjson"]),
+                                  ("live", ["scan", log, "--headless", "-q", "--stream", "-"])):
+            for mm_s, deg_s, right in steps(truth, frames_of([program, *command])):
+                rows.append({"object": name, "schedule": schedule, "mm/s": mm_s, "degrees/s": deg_s, "right": int(right)})
+    return rows
+
+
+def shares(rows, schedule, speed):
+    """Middle of each bin, steps in it, and the share of right ones."""
+    for low, high in zip(BINS[speed], BINS[speed][1:]):
+        right = [row["right"] for row in rows if row["schedule"] == schedule and low <= row[speed] < high]
+        if len(right) >= 10:
+            yield low, high, len(right), np.mean(right)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("study", type=pathlib.Path, metavar="DIR", help="folder to write")
+    parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/bin/gelslam")
+    arguments = parser.parse_args()
+    arguments.study.mkdir(parents=True, exist_ok=True)
+    rows = measure(arguments.program.resolve(), arguments.study.resolve())
+    with open(arguments.study / "speed_followed.csv", "w", newline="") as file:
+        writer = csv.DictWriter(file, rows[0].keys())
+        writer.writeheader()
+        writer.writerows(rows)
+    figure, axes = plt.subplots(1, 2, figsize=(9, 3.4), sharey=True)
+    for axis, speed in zip(axes, BINS):
+        for schedule, style in (("offline", "-o"), ("live", "--x")):
+            table = list(shares(rows, schedule, speed))
+            for low, high, count, share in table:
+                print("%-8s %5g to %-5g %-9s %5d steps, right %.3f" % (schedule, low, high, speed, count, share))
+            axis.plot(["< %g" % row[1] if row[1] < 1e9 else "more" for row in table], [row[3] for row in table], style, label=schedule)
+        axis.set_xlabel(speed)
+        axis.set_ylim(0, 1.02)
+        axis.grid(alpha=0.3)
+    axes[0].set_ylabel("share of right steps")
+    axes[0].legend()
+    plotting.save(figure, arguments.study / "speed_followed.png")
+
+
+if __name__ == "__main__":
+    main()
