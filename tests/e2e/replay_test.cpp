@@ -100,16 +100,14 @@ std::vector<json> frames_of(const std::string& stream, int& keyframes, int& maps
   return frames;
 }
 
-// Live and offline trackers say the same; the map of a single trial differs from its poses by what loops
-// correct, a tenth of a millimeter here.
-TEST(Replay, StreamsThePosesOfTrackAndTheirPlacesInTheMap) {
+TEST(Replay, StreamsThePosesOfTrack) {
   const ProgramResult live = gelslam(replay({scan().log().string(), "--every-frame", "-q", "--stream", "-",
                                              "--stream-surface", "--stream-images"}));
   ASSERT_EQ(live.exit_code, 0) << live.err;
   EXPECT_EQ(live.err, "");
   const ProgramResult offline = gelslam({"track", scan().log().string(), "--format", "ndjson"});
   const std::vector<std::string> live_lines = lines_of(live.out);
-  int keyframes = 0, maps = 0, none = 0, placed = 0;
+  int keyframes = 0, maps = 0, none = 0;
   const std::vector<json> streamed = frames_of(live.out, keyframes, maps),
                           tracked = frames_of(offline.out, none, none);
   ASSERT_EQ(streamed.size(), tracked.size());
@@ -120,15 +118,23 @@ TEST(Replay, StreamsThePosesOfTrackAndTheirPlacesInTheMap) {
     return line.find(R"("jpeg":"/9j/)") != std::string::npos;  // as a JPEG begins
   });
   EXPECT_EQ(images, static_cast<std::ptrdiff_t>(streamed.size()));
-  for (std::size_t k = 0; k < streamed.size(); ++k) {
+  for (std::size_t k = 0; k < streamed.size(); ++k)
     for (const char* key :
          {"frame", "time_s", "time_unix_s", "status", "trial", "pose", "covariance", "observable", "contact"})
       EXPECT_EQ(streamed[k].at(key), tracked[k].at(key)) << key << " of frame " << k;
-    if (streamed[k].at("map_pose").is_null()) continue;
+}
+
+// The map of a single trial differs from its poses by what loops correct, a tenth of a millimeter here. At
+// the log's own pace, which leaves the mapper time to make one.
+TEST(Replay, StreamsThePlacesOfFramesInTheMap) {
+  const ProgramResult live = gelslam(replay({scan().log().string(), "-q", "--stream", "-"}));
+  int keyframes = 0, maps = 0, placed = 0;
+  for (const json& frame : frames_of(live.out, keyframes, maps)) {
+    if (frame.at("map_pose").is_null()) continue;
     ++placed;
     for (const std::size_t shift : {3, 7, 11})
-      EXPECT_NEAR(streamed[k].at("map_pose").at(shift).get<double>(),
-                  streamed[k].at("pose").at(shift).get<double>(), 2e-4);
+      EXPECT_NEAR(frame.at("map_pose").at(shift).get<double>(), frame.at("pose").at(shift).get<double>(),
+                  2e-4);
   }
   EXPECT_GT(placed, 0);
 }
