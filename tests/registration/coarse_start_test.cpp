@@ -15,7 +15,7 @@ const std::vector<Pose> kJumps = {motion(0, 0, 0, 4, 0, 0.4), motion(0, 0, 0, -2
                                   motion(0, 0, 22, 0, 0, 0.4), motion(4, -3, -18, 2, 2, 0.45),
                                   motion(6, 2, 9, -3, -2, 0.4)};
 
-// A coarse pixel is 0.13 mm, and twists are 7 degrees apart: a start is within a pixel or two at the
+// A coarse pixel is 0.25 mm, and twists are 7 degrees apart: a start is within a pixel or two at the
 // contact's middle and within half a step. NormalFlow needs no more.
 constexpr double kStartMm = 0.4, kStartDeg = 5.0;
 

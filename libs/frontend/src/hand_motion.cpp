@@ -79,7 +79,7 @@ std::array<ExpectedMotion, 2> HandMotion::expect(const MotionState& before, doub
   return {ExpectedMotion{stopped, stopped * moved, turn * before.covariance * turn.transpose() + step, step,
                          before.velocity, elapsed_s, elapsed_s * std::sqrt(change_variance_)},
           ExpectedMotion{stopped, stopped, before.covariance + step, step, before.velocity, elapsed_s,
-                         elapsed_s * mm_per_s()}};
+                         elapsed_s * std::sqrt(variance_)}};
 }
 
 MotionState HandMotion::correct(const ExpectedMotion& expected, const RegistrationResult& registration) {
@@ -114,7 +114,5 @@ MotionState HandMotion::correct(const ExpectedMotion& expected, const Registrati
   learn(change_variance_, of_step.cwiseProduct(speed - along * expected.velocity));
   return state;
 }
-
-double HandMotion::mm_per_s() const { return std::sqrt(variance_); }
 
 }  // namespace gelslam

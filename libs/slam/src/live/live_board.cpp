@@ -117,14 +117,8 @@ void LiveBoard::frame_arrived(LiveClock::time_point when, std::int64_t lost_by_c
 }
 
 void LiveBoard::frames_dropped(std::int64_t count) {
-  std::unique_lock lock(mutex_);
+  const std::lock_guard lock(mutex_);
   status_.dropped += count;
-  const std::int64_t dropped = status_.dropped;
-  if (count == 0 || 50 * dropped <= status_.frames) return;
-  lock.unlock();
-  warn_about("the computer", counted(dropped, "frame") +
-                                 " dropped: this computer is too slow for the camera; gelslam reconstruct "
-                                 "takes every frame of the recorded log");
 }
 
 void LiveBoard::source_ended() {
@@ -206,6 +200,10 @@ LiveStatus LiveBoard::status() const {
   const std::lock_guard lock(mutex_);
   LiveStatus status = status_;
   for (const Warning& warning : warnings_) status.warnings.push_back(warning.sentence);
+  if (50 * status.dropped > status.frames)
+    status.warnings.push_back(counted(status.dropped, "frame") +
+                              " dropped: this computer is too slow for the camera; gelslam reconstruct takes "
+                              "every frame of the recorded log");
   if (status.phase == LivePhase::scanning) {
     status.words = words();
     status.track = !has_contact() ? TrackStatus::no_contact

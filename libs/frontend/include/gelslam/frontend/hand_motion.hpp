@@ -53,8 +53,6 @@ class HandMotion {
   /// The state after a registration from expected.prior(), which also tells how fast the hand moves.
   MotionState correct(const ExpectedMotion& expected, const RegistrationResult& registration);
 
-  double mm_per_s() const;
-
  private:
   static constexpr double kStartMmPerS = 1.6;  ///< before the surfaces have shown more
   // (mm/s)² per axis, turns by kMmPerRad: of the velocity, and of its change from frame to frame.

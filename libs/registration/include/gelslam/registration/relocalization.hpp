@@ -8,8 +8,8 @@
 namespace gelslam {
 
 /// Where NormalFlow may start (target_T_reference) when the motion was too large for it to follow: shifts and
-/// twists about that of `expected` at which the two textures agree, at any distance, the best first, with the
-/// tilt that the normals have there. A pattern that repeats itself has many. Empty when the textures are too
+/// twists about that of `expected` at which the two textures agree, at any distance, the best first, six at
+/// most, with the tilt that the normals have there. Empty when the textures are too
 /// faint, or differ in size or pitch. Source: own.
 std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target, const Pose& expected,
                                 const VerificationOptions& options = {});
@@ -27,7 +27,7 @@ double innovation_mm(const RegistrationResult& found, const Pose& expected);
 /// not; it wins when no other place fits as well. Every place has to pass verify_registered(), and one that
 /// was not expected, is_located(). Status `ambiguous`: several places fit, as on a pattern that repeats
 /// itself; places more than `rival_distance` times as far from the expected one as the best do not count. Not
-/// ok (that of `found`): there is no place. Poses come from NormalFlow. Costs some tens of registrations.
+/// ok (that of `found`): there is no place. Poses come from NormalFlow. Costs up to six registrations.
 /// Source: own.
 RegistrationResult relocalize(const NormalFlowReference& reference, const Surface& target,
                               const Pose& expected, const RegistrationResult& found,
