@@ -74,7 +74,7 @@ py::tuple pickled_surface(const py::object& self) {
       map_view(self, maps.confidence), map_view(self, maps.curvature), maps.pixel_pitch_mm, maps.model_sigma,
       maps.contact_pixels, maps.zero_is_bare_gel, self.cast<const TouchedSurface&>().best_sigma_rad,
       optics.lens_k1, optics.lens_center_px, optics.pixel_aspect, optics.camera_distance_mm,
-      optics.gel_dome_per_mm);
+      optics.gel_dome_per_mm, maps.slope_noise);
 }
 
 /// Copies what map_view() showed.
@@ -108,6 +108,7 @@ TouchedSurface unpickled_surface(const py::tuple& state) {
   maps->zero_is_bare_gel = state[8].cast<bool>();
   maps->optics = {state[10].cast<double>(), state[11].cast<std::array<double, 2>>(), state[12].cast<double>(),
                   state[13].cast<double>(), state[14].cast<std::array<double, 2>>()};
+  maps->slope_noise = state[15].cast<double>();
   return {maps, state[9].cast<double>()};
 }
 

@@ -124,7 +124,7 @@ bool Tracker::passes_gate(const RegistrationResult& registration, const Expected
   const double residual_increase_rad = registration.normal_rmse_rad - previous_.residual_rad;
   return registration.ok() && kGateSigmas * expected.sigma_mm <= kMinPeriodMm &&
          innovation_mm(registration, expected.reference_T_frame.inverse()) <= kMinPeriodMm &&
-         residual_increase_rad <= normal_flow_.normal_noise_rad &&
+         residual_increase_rad <= previous_.surface->slope_noise * normal_flow_.normal_noise_rad &&
          expected.normalized_innovation(registration) <= kGateSigmas;
 }
 
@@ -285,7 +285,8 @@ void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
   turning_points_.begin_trial(touch);
   trial_T_keyframe_ = Pose::Identity();
   // The first step deepens the contact: its residual may be larger than noise.
-  previous_ = {first, KeyframeLink{keyframe_}, 3 * normal_flow_.normal_noise_rad, {}};
+  previous_ = {
+      first, KeyframeLink{keyframe_}, 3 * first.surface->slope_noise * normal_flow_.normal_noise_rad, {}};
   previous_.state.center_mm.head<2>() = contact_center_mm(*first.surface);
   hand_ = {};
   jump_.reset();

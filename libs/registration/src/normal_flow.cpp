@@ -157,6 +157,14 @@ class Alignment {
   bool wandering_ = false;  // the last step was still large when the iterations ran out
 };
 
+/// For slopes as they are read of both surfaces.
+NormalFlowOptions scaled(NormalFlowOptions options, double noise) {
+  options.robust_scale_rad *= noise;
+  options.normal_noise_rad *= noise;
+  options.height_noise_mm *= noise;
+  return options;
+}
+
 bool has_enough_surface(const NormalFlowReference& reference, const Surface& target,
                         const NormalFlowOptions& options) {
   return reference.sample_count() >= options.min_shared_pixels &&
@@ -165,8 +173,11 @@ bool has_enough_surface(const NormalFlowReference& reference, const Surface& tar
 
 }  // namespace
 
+double shared_noise(const Surface& a, const Surface& b) { return std::max(a.slope_noise, b.slope_noise); }
+
 RegistrationResult judge_pose(const NormalFlowReference& reference, const Surface& target,
-                              const Pose& target_T_reference, const NormalFlowOptions& options) {
+                              const Pose& target_T_reference, const NormalFlowOptions& unscaled) {
+  const NormalFlowOptions options = scaled(unscaled, shared_noise(reference.surface(), target));
   RegistrationResult result;
   result.target_T_reference = target_T_reference;
   if (has_enough_surface(reference, target, options))
@@ -175,7 +186,8 @@ RegistrationResult judge_pose(const NormalFlowReference& reference, const Surfac
 }
 
 RegistrationResult register_normal_flow(const NormalFlowReference& reference, const Surface& target,
-                                        const PosePrior& prior, const NormalFlowOptions& options) {
+                                        const PosePrior& prior, const NormalFlowOptions& unscaled) {
+  const NormalFlowOptions options = scaled(unscaled, shared_noise(reference.surface(), target));
   RegistrationResult result;
   result.target_T_reference = prior.start;
   if (!has_enough_surface(reference, target, options)) return result;

@@ -92,17 +92,18 @@ double share_by_chance(double shared_share, const NormalFlowReference::Impl& ref
 }
 
 /// On a surface with hardly any texture, CCS compares noise: there the normals' agreement has to do.
-bool curvature_matches(const CurvatureAgreement& agreement, double normal_rmse_rad,
+bool curvature_matches(const CurvatureAgreement& agreement, double normal_rmse_rad, double noise,
                        const NormalFlowOptions& options) {
   if (agreement.cosine_similarity >= options.curvature.min_ccs) return true;
-  return agreement.rms_per_px < kSmoothCurvaturePerPx && !is_far_above_noise(normal_rmse_rad, options);
+  return agreement.rms_per_px < noise * kSmoothCurvaturePerPx &&
+         !is_far_above_noise(normal_rmse_rad, options);
 }
 
-RegistrationStatus judge(const RegistrationResult& result, const CurvatureAgreement& agreement,
+RegistrationStatus judge(const RegistrationResult& result, const CurvatureAgreement& agreement, double noise,
                          const NormalFlowOptions& options) {
   if (result.shared_pixels < options.min_shared_pixels || result.scr < options.curvature.min_scr)
     return RegistrationStatus::too_little_overlap;
-  if (!curvature_matches(agreement, result.normal_rmse_rad, options))
+  if (!curvature_matches(agreement, result.normal_rmse_rad, noise, options))
     return RegistrationStatus::curvature_mismatch;
   return RegistrationStatus::converged;
 }
@@ -191,8 +192,9 @@ ShownDirections assess(const NormalFlowReference::Impl& reference, const Surface
   result.texture_correlation = agreement.texture_correlation;
 
   const double shared_share = static_cast<double>(result.shared_pixels) / reference.samples.size();
-  const TextureAgreement texture =
-      compare_texture(reference.samples, target, result.target_T_reference, residuals, kGelPatternRadPerMm);
+  const double noise = shared_noise(*reference.surface, target);
+  const TextureAgreement texture = compare_texture(reference.samples, target, result.target_T_reference,
+                                                   residuals, noise * kGelPatternRadPerMm);
   const ShownDirections directions = shown_directions(texture, share_by_chance(shared_share, reference));
   const bool heights_known = reference.surface->zero_is_bare_gel && target.zero_is_bare_gel;
   const double model_sigma = std::max(reference.surface->model_sigma, target.model_sigma);
@@ -207,7 +209,7 @@ ShownDirections assess(const NormalFlowReference::Impl& reference, const Surface
   result.directions.block<1, kParameters>(5, 0) = x * directions.basis.row(1) - y * directions.basis.row(0);
   result.membrane_bias = membrane_bias(directions, reference.surface->camera(), target.camera(), result);
   result.observable = observability(result.information, result.target_T_reference.linear(), heights_known);
-  result.status = judge(result, agreement, options);
+  result.status = judge(result, agreement, noise, options);
   return directions;
 }
 

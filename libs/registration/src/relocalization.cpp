@@ -72,7 +72,8 @@ RegistrationResult relocalize(const NormalFlowReference& reference, const Surfac
   });
   // Differences that are smaller than the noise of normals say nothing.
   const double rival_rmse_rad =
-      options.rival_residual * std::max(best.normal_rmse_rad, normal_flow.normal_noise_rad);
+      options.rival_residual * std::max(best.normal_rmse_rad, shared_noise(reference.surface(), target) *
+                                                                  normal_flow.normal_noise_rad);
   const double rival_mm = rival_distance * innovation_mm(best, expected);
   const auto is_rival = [&](const RegistrationResult& place) {
     return place.normal_rmse_rad < rival_rmse_rad && is_elsewhere(best, place.target_T_reference) &&

@@ -19,7 +19,8 @@ struct ProjectedContact {
 };
 
 ProjectedContact project_contact(const Surface& from, const Surface& onto, const Pose& onto_T_from) {
-  constexpr double kToleranceMm = 0.15;  // the errors of heights and of the membrane rim are smaller
+  const double tolerance_mm =
+      0.15 * shared_noise(from, onto);  // the errors of heights and of the membrane rim are smaller
   const CameraModel onto_camera = onto.camera();
   ProjectedContact projected;
   for (int v = 0; v < from.contact.rows; v += kTextureShrink)
@@ -29,7 +30,7 @@ ProjectedContact project_contact(const Surface& from, const Surface& onto, const
       const std::optional<cv::Point> at = onto_camera.pixel_at(p);
       if (!at) continue;
       ++projected.all;
-      projected.in_bare_gel += !onto.contact(*at) && p.z() < onto.height_mm(*at) - kToleranceMm;
+      projected.in_bare_gel += !onto.contact(*at) && p.z() < onto.height_mm(*at) - tolerance_mm;
     }
   return projected;
 }
@@ -83,7 +84,8 @@ RegistrationResult verify_registered(const NormalFlowReference& reference, const
   if (!result.ok()) return result;
   const double model_sigma = std::max(reference.surface().model_sigma, target.model_sigma);
   if (result.texture_correlation < min_texture_correlation(prior, options) ||
-      result.height_rmse_mm > options.max_height_rmse_mm * model_sigma)
+      result.height_rmse_mm >
+          options.max_height_rmse_mm * model_sigma * shared_noise(reference.surface(), target))
     result.status = RegistrationStatus::curvature_mismatch;
   else if (free_space_violation(reference.surface(), target, result.target_T_reference) >
            options.max_free_space_violation)

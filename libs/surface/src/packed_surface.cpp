@@ -15,7 +15,7 @@
 namespace gelslam {
 namespace {
 
-constexpr std::string_view kMagic = "GELSURF1";
+constexpr std::string_view kMagic = "GELSURF2";
 constexpr std::size_t kShortPlanes = 4;   // nx, ny, height, curvature
 constexpr std::size_t kCoarsePlanes = 3;  // nx, ny, height
 constexpr int kCellPx = 4;
@@ -27,11 +27,12 @@ struct PackedHeader {
   std::uint8_t zero_is_bare_gel = 0, has_confidence = 0;
   std::uint16_t has_optics = 0;  ///< then SensorOptics follow the header, in its order
   std::uint32_t contact_pixels = 0;
-  float model_sigma = 1;
+  float model_sigma = 1, slope_noise = 1;
   float center_x_mm = 0, center_y_mm = 0;
+  std::uint32_t reserved = 0;
   double pixel_pitch_mm = 0;
 };
-static_assert(sizeof(PackedHeader) == 40);
+static_assert(sizeof(PackedHeader) == 48);
 
 constexpr std::size_t kHeaderAt = kMagic.size() + sizeof(std::uint32_t);
 constexpr std::size_t kHeaderEnd = kHeaderAt + sizeof(PackedHeader);
@@ -274,9 +275,9 @@ bool is_possible(const std::string& bytes) {
   if (!why_impossible(optics_of(bytes), h.width, h.height, h.pixel_pitch_mm).empty()) return false;
   const bool box = h.box_x + h.box_width <= h.width && h.box_y + h.box_height <= h.height;
   const bool center = std::isfinite(h.center_x_mm) && std::isfinite(h.center_y_mm);
-  const bool sigma = h.model_sigma > 0 && h.model_sigma <= 1000;
-  return is_possible_picture({h.width, h.height}, h.pixel_pitch_mm) && box && center && sigma &&
-         h.has_confidence <= 1 && h.zero_is_bare_gel <= 1;
+  const auto sigma = [](float s) { return s > 0 && s <= 1000; };
+  return is_possible_picture({h.width, h.height}, h.pixel_pitch_mm) && box && center &&
+         sigma(h.model_sigma) && sigma(h.slope_noise) && h.has_confidence <= 1 && h.zero_is_bare_gel <= 1;
 }
 
 std::string packed(const Surface& surface) {
@@ -293,6 +294,7 @@ std::string packed(const Surface& surface) {
   header.contact_pixels = static_cast<std::uint32_t>(surface.contact_pixels);
   header.pixel_pitch_mm = surface.pixel_pitch_mm;
   header.model_sigma = static_cast<float>(surface.model_sigma);
+  header.slope_noise = static_cast<float>(surface.slope_noise);
   const Eigen::Vector2d center_mm = contact_center_mm(surface);
   header.center_x_mm = static_cast<float>(center_mm.x());
   header.center_y_mm = static_cast<float>(center_mm.y());
@@ -342,6 +344,7 @@ SurfacePtr PackedSurface::unpack() const {
   surface->pixel_pitch_mm = header.pixel_pitch_mm;
   surface->optics = optics_of(bytes);
   surface->model_sigma = facts_.model_sigma;
+  surface->slope_noise = static_cast<double>(header.slope_noise);
   surface->zero_is_bare_gel = header.zero_is_bare_gel != 0;
   surface->height_mm = cv::Mat1f::zeros(size);
   surface->normals = cv::Mat3f(size, cv::Vec3f(0, 0, 1));

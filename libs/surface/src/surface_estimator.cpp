@@ -63,9 +63,10 @@ double mean_square_on_bare_gel(const GradientMap& gradient, const CameraModel& c
 /// 0.04 of their own gel at rest, and scales that are 2 to 6 % off; borrowed ones 0.21 to 0.36, and 11 to
 /// 30 %, which differ over the gel.
 double model_sigma_of(const SlopeUncertainty& uncertainty, const GradientMap& gradient,
-                      const CameraModel& camera) {
+                      const CameraModel& camera, double slope_noise) {
   const double stated = std::max(1.0, relative_sigma(uncertainty)),
-               seen = mean_square_on_bare_gel(gradient, camera) / (kBestSlopeSigmaRad * kBestSlopeSigmaRad);
+               seen = mean_square_on_bare_gel(gradient, camera) /
+                      (kBestSlopeSigmaRad * kBestSlopeSigmaRad * slope_noise * slope_noise);
   return std::sqrt(stated * stated + std::max(0.0, seen - 1));
 }
 
@@ -87,14 +88,16 @@ struct SurfaceEstimator::Impl {
         background_blocks(average_blocks(pixels.background())),
         light_tracker(background_blocks, true),
         gradient(model, pixels.background()),
+        slope_noise(gradient.slope_noise()),
         camera(camera_of(model, size, options)),
         rest_grid(camera),
         integrator(camera),
         uncertainty(uncertainty_of(model, size, options.pixel_pitch_mm)),
-        model_sigma(model_sigma_of(uncertainty, gradient, camera)),
+        model_sigma(model_sigma_of(uncertainty, gradient, camera, slope_noise)),
         confidence(rest_grid.resample(confidence_map(uncertainty, size))),
-        leveler(size, confidence),
-        contact_detector(size, {options.color_dist_threshold, options.height_threshold_mm}),
+        leveler(size, confidence, slope_noise),
+        contact_detector(
+            size, {options.color_dist_threshold, options.height_threshold_mm * slope_noise, slope_noise}),
         everywhere(all_blocks(size)) {}
 
   // Fills colors (the frame's light) and changed_blocks (where the gradient is needed). Returns the picture
@@ -143,6 +146,7 @@ struct SurfaceEstimator::Impl {
   LightTracker light_tracker;
   Light light;  // of the last picture
   GradientMap gradient;
+  double slope_noise;
   CameraModel camera;
   RestGrid rest_grid;
   HeightIntegrator integrator;
@@ -195,6 +199,7 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
   self.integrator.to_height(surface->height_mm);
   surface->contact_pixels = cv::countNonZero(surface->contact);
   surface->model_sigma = static_cast<float>(self.model_sigma);  // as a packed surface keeps it
+  surface->slope_noise = static_cast<float>(self.slope_noise);
   surface->confidence = cv::Mat1b::zeros(self.size);
   self.confidence.copyTo(surface->confidence, surface->contact);
   cv::Mat1b unread;

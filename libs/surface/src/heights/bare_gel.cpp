@@ -78,8 +78,9 @@ GELSLAM_CLONES void solve_band(float* band, float* x, int count, int stride) {
 
 }  // namespace
 
-BareGelLeveler::BareGelLeveler(cv::Size size, const cv::Mat1b& confidence)
+BareGelLeveler::BareGelLeveler(cv::Size size, const cv::Mat1b& confidence, double slope_noise)
     : grid_((size.width + kCellPx - 1) / kCellPx, (size.height + kCellPx - 1) / kCellPx),
+      noise_(static_cast<float>(slope_noise)),
       changed_variance_(grid_, static_cast<float>(kBestSlopeSigmaRad * kBestSlopeSigmaRad)),
       were_bare_(grid_, static_cast<unsigned char>(0)) {
   if (confidence.empty()) return;
@@ -131,11 +132,12 @@ bool BareGelLeveler::remove_pressed(const cv::Mat1f& heights) {
   return removed;
 }
 
-/// Means over the cells. The last row and column of them may reach beyond the picture.
+/// Means over the cells, over the noise. The last row and column of them may reach beyond the picture.
 void BareGelLeveler::shrink_to_cells(const cv::Mat1f& squares, cv::Mat1f& cells) {
   cv::copyMakeBorder(squares, fine_, 0, grid_.height * kCellSquares - squares.rows, 0,
                      grid_.width * kCellSquares - squares.cols, cv::BORDER_REPLICATE);
   cv::resize(fine_, cells, grid_, 0, 0, cv::INTER_AREA);
+  cells /= noise_;
 }
 
 /// The 1 % quantile of the highest.
@@ -213,7 +215,7 @@ void BareGelLeveler::add_correction(cv::Mat1f& height_px) {
       solve({none, none}, variance, 1.0F / (kBareHeightPx * kBareHeightPx), cv::Mat1f(-height_));
   cv::resize(correction, fine_, cv::Size(grid_.width * kCellSquares, grid_.height * kCellSquares), 0, 0,
              cv::INTER_LINEAR);
-  height_px += fine_(cv::Rect(cv::Point(), height_px.size()));
+  height_px += noise_ * fine_(cv::Rect(cv::Point(), height_px.size()));
 }
 
 BareGelLeveler::Result BareGelLeveler::level(cv::Mat1f& height_px, const cv::Mat1b& changed,
@@ -226,7 +228,7 @@ BareGelLeveler::Result BareGelLeveler::level(cv::Mat1f& height_px, const cv::Mat
   }
   bare_.copyTo(were_bare_);
   if (cv::countNonZero(bare_) < kMinBareShare * grid_.area()) {
-    height_px -= highest_of(height_);
+    height_px -= noise_ * highest_of(height_);
     return {};
   }
   add_correction(height_px);

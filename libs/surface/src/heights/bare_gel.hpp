@@ -20,8 +20,9 @@ namespace gelslam::surface::detail {
 /// a contact whose flanks contradict each other instead of across it.
 class BareGelLeveler {
  public:
-  /// `size`: of the picture; `confidence`: confidence_map(); empty: slopes are known equally well everywhere.
-  explicit BareGelLeveler(cv::Size size, const cv::Mat1b& confidence = {});
+  /// `size`: of the picture; `confidence`: confidence_map(); empty: slopes are known equally well everywhere;
+  /// `slope_noise`: Surface::slope_noise.
+  explicit BareGelLeveler(cv::Size size, const cv::Mat1b& confidence = {}, double slope_noise = 1);
 
   struct Result {
     bool seen = false;  ///< enough bare gel; else the object covers the whole, and the highest cells lie at 0
@@ -42,8 +43,9 @@ class BareGelLeveler {
   void add_correction(cv::Mat1f& height_px);
 
   cv::Size grid_;
+  float noise_;
   cv::Mat1f changed_variance_;  // of slopes in cells that changed
-  cv::Mat1f height_;            // of the cells, as given
+  cv::Mat1f height_;            // of the cells, as given, over the noise
   cv::Mat1b were_bare_;         // cells, in the frame before
   cv::Mat1b bare_;              // cells
   cv::Mat1i labels_;

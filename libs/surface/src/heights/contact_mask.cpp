@@ -96,7 +96,8 @@ ContactDetector::ContactDetector(cv::Size size, const ContactRule& rule)
     : rule_(rule), half_gap_px_(size.height / 48), gap_(square(2 * half_gap_px_ + 1)) {}
 
 double ContactDetector::depth_limit_mm(const cv::Mat1f& height_mm, float scatter_mm) {
-  const double floor_mm = std::max(kMinLimitMm, static_cast<double>(kScattersAboveGel * scatter_mm));
+  const double floor_mm =
+      std::max(rule_.slope_noise * kMinLimitMm, static_cast<double>(kScattersAboveGel * scatter_mm));
   // Holds the deepest pixels seen so far; `bound` is the least deep of them once they are enough.
   constexpr std::size_t room = 1024, kept = kFewPixels + 1;
   scratch_.clear();

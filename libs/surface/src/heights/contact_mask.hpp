@@ -31,6 +31,7 @@ class PressureMap {
 struct ContactRule {
   double color_dist_threshold = 15.0;  ///< gray levels
   double height_threshold_mm = 0.2;    ///< for deep contacts
+  double slope_noise = 1;              ///< Surface::slope_noise
 };
 
 /// Contact by depth and pressure, confirmed by color (own; the public rule does not see contact above

@@ -128,9 +128,9 @@ std::size_t end_of_agreement(const std::vector<cv::Mat3f>& blocks, std::size_t b
 
 struct Imprint {
   double slope = 0, curvature = 0;  ///< local, at the 99th percentile; curvature per pixel
-  double depth_mm = 0;
+  double depth_mm = 0, slope_noise = 1;
   /// Bare gel shows less than 1.
-  double strength() const { return slope * curvature / kImprint; }
+  double strength() const { return slope * curvature / (kImprint * slope_noise * slope_noise); }
   std::string sentence() const {
     return fmt::format("the gel already shows an imprint, about {:.1f} mm deep (local slope {:.2f})",
                        depth_mm, slope);
@@ -156,7 +156,7 @@ Imprint find_imprint(const cv::Mat3b& picture, const GradientModel& model, doubl
     judged.setTo(0, around);
   }
   return {percentile(slope, judged, 0.99), percentile(curvature, judged, 0.995),
-          -pixel_pitch_mm * percentile(height, judged, 0.005)};
+          -pixel_pitch_mm * percentile(height, judged, 0.005), gradient.slope_noise()};
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "slopes/gradient_map.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "gelslam/core/error.hpp"
@@ -17,6 +18,8 @@ constexpr float kMaxAngleRad = 1.5F;  // numerics: keeps tan finite; no gel is s
 // Range of a color within a block up to which the network is taken to be linear there.
 constexpr int kSmoothLevels = 10;         // speed
 constexpr float kToUnit = 1.0F / 255.0F;  // layout
+// Of the model with whose slopes limits in rad and mm were found; of four sensors' own ones 0.006 to 0.010.
+constexpr double kUsualSlopePerLevel = 0.0078;
 constexpr int kBlockArea = kBlockPx * kBlockPx;
 
 /// Angles of the pixels of block `i` of a tile, along the derivatives from its middle. `color`: channel by
@@ -63,7 +66,10 @@ GELSLAM_CLONES void tangents(NetworkTile::Values<2>& angles_rad) {
 }
 
 GradientMap::GradientMap(const GradientModel& model, const cv::Mat3b& background)
-    : network_(model), background_gx_(background.size(), 0.0F), background_gy_(background.size(), 0.0F) {
+    : network_(model),
+      slope_matrix_(model.slope_matrix),
+      background_gx_(background.size(), 0.0F),
+      background_gy_(background.size(), 0.0F) {
   for (int u = 0; u < background.cols; ++u) {
     column_.push_back(static_cast<float>(u) / static_cast<float>(background.cols));
   }
@@ -73,6 +79,41 @@ GradientMap::GradientMap(const GradientModel& model, const cv::Mat3b& background
   compute(background, color_table(Light{}), all_blocks(background.size()), gx, gy);
   background_gx_ = gx;
   background_gy_ = gy;
+  slope_noise_ = slope_per_level(background) / kUsualSlopePerLevel;
+}
+
+/// Root mean square, over the colors of the bare gel, of the change of a slope by one gray level of a color.
+double GradientMap::slope_per_level(const cv::Mat3b& background) {
+  constexpr int kStepPx = 2 * kBlockPx;  // numerics
+  const ColorTable unchanged = color_table(Light{});
+  const auto [xx, xy, yx, yy] = slope_matrix_;
+  double squares = 0, count = 0;
+  for (int v = 0; v < background.rows; v += kStepPx)
+    for (int left = 0; left < background.cols; left += kNetworkTile * kStepPx) {
+      const int filled = std::min(kNetworkTile, (background.cols - left + kStepPx - 1) / kStepPx);
+      for (int i = 0; i < filled; ++i)
+        fill_features(static_cast<std::size_t>(i), background, {left + i * kStepPx, v}, unchanged);
+      network_.forward(tile_);
+      network_.jacobian(tile_, jacobian_);
+      for (std::size_t i = 0; i < static_cast<std::size_t>(filled); ++i)
+        for (std::size_t at = i; at < 3 * kNetworkTile; at += kNetworkTile, count += 2) {
+          const float x = jacobian_.of_output[0][at], y = jacobian_.of_output[1][at];
+          squares += std::pow(xx * x + xy * y, 2) + std::pow(yx * x + yy * y, 2);
+        }
+    }
+  return std::sqrt(squares / count) * static_cast<double>(kToUnit);
+}
+
+/// Of the angles that the network reads, in place.
+void GradientMap::to_slopes() {
+  tangents(angles_);
+  if (slope_matrix_ == GradientModel{}.slope_matrix) return;
+  const auto [xx, xy, yx, yy] = slope_matrix_;
+  for (std::size_t i = 0; i < kNetworkTile; ++i) {
+    const float x = angles_[i], y = angles_[kNetworkTile + i];
+    angles_[i] = xx * x + xy * y;
+    angles_[kNetworkTile + i] = yx * x + yy * y;
+  }
 }
 
 void GradientMap::compute(const cv::Mat3b& bgr, const ColorTable& colors, const cv::Mat1b& blocks,
@@ -177,7 +218,7 @@ void GradientMap::run_smooth(const cv::Mat3b& bgr, const ColorTable& colors) {
 
 /// The angles of whole blocks, one after the other.
 void GradientMap::write_blocks(const cv::Point* corners, std::size_t blocks) {
-  tangents(angles_);
+  to_slopes();
   const float* slope_x = angles_.data();
   const float* slope_y = slope_x + kNetworkTile;
   for (std::size_t i = 0; i < blocks; ++i)
@@ -192,19 +233,22 @@ void GradientMap::write_blocks(const cv::Point* corners, std::size_t blocks) {
     }
 }
 
+void GradientMap::fill_features(std::size_t i, const cv::Mat3b& bgr, const cv::Point& pixel,
+                                const ColorTable& colors) {
+  const cv::Vec3b& color = bgr(pixel);
+  float* feature = tile_.input.data() + i;
+  for (std::size_t c = 0; c < 3; ++c)
+    feature[c * kNetworkTile] = colors[c][color[static_cast<int>(c)]] * kToUnit;
+  feature[3 * kNetworkTile] = column_[static_cast<std::size_t>(pixel.x)];
+  feature[4 * kNetworkTile] = row_[static_cast<std::size_t>(pixel.y)];
+}
+
 void GradientMap::run_rough(const cv::Mat3b& bgr, const ColorTable& colors) {
   for (std::size_t first = 0; first < rough_.size(); first += kNetworkTile) {
     const std::size_t count = std::min<std::size_t>(kNetworkTile, rough_.size() - first);
     for (std::size_t i = 0; i < count; ++i) {
-      const auto [u, v] = rough_[first + i];
-      const cv::Vec3b& color = bgr(v, u);
-      float* feature = tile_.input.data() + i;
-      feature[0] = colors[0][color[0]] * kToUnit;
-      feature[kNetworkTile] = colors[1][color[1]] * kToUnit;
-      feature[2 * kNetworkTile] = colors[2][color[2]] * kToUnit;
-      feature[3 * kNetworkTile] = column_[static_cast<std::size_t>(u)];
-      feature[4 * kNetworkTile] = row_[static_cast<std::size_t>(v)];
-      pixels_[i] = v * bgr.cols + u;
+      fill_features(i, bgr, rough_[first + i], colors);
+      pixels_[i] = rough_[first + i].y * bgr.cols + rough_[first + i].x;
     }
     network_.forward(tile_);
     angles_ = tile_.output;
@@ -213,7 +257,7 @@ void GradientMap::run_rough(const cv::Mat3b& bgr, const ColorTable& colors) {
 }
 
 void GradientMap::write_slopes(int count) {
-  tangents(angles_);
+  to_slopes();
   const float* const slope_x = angles_.data();
   const float* const slope_y = slope_x + kNetworkTile;
   float* out_x = gx_.ptr<float>();

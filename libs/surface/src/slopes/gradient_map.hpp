@@ -32,6 +32,8 @@ class GradientMap {
   /// What the model says about the background itself: a bias that is smooth if nothing touches there.
   const cv::Mat1f& background_gx() const { return background_gx_; }
   const cv::Mat1f& background_gy() const { return background_gy_; }
+  /// Surface::slope_noise.
+  double slope_noise() const { return slope_noise_; }
 
  private:
   void sort_blocks(const cv::Mat3b& bgr, const cv::Mat1b& blocks);
@@ -40,8 +42,13 @@ class GradientMap {
   void run_rough(const cv::Mat3b& bgr, const ColorTable& colors);
   void write_blocks(const cv::Point* corners, std::size_t blocks);
   void write_slopes(int count);
+  void to_slopes();
+  double slope_per_level(const cv::Mat3b& background);
+  void fill_features(std::size_t i, const cv::Mat3b& bgr, const cv::Point& pixel, const ColorTable& colors);
 
   FrozenNetwork network_;
+  std::array<float, 4> slope_matrix_;
+  double slope_noise_ = 0;
   std::vector<float> column_, row_;  // u/W, v/H
   cv::Mat1f background_gx_, background_gy_;
   cv::Mat1f gx_, gy_;                        // the result of compute()

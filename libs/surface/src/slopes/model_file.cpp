@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <fstream>
+#include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
@@ -43,20 +44,38 @@ std::vector<float> numbers(const Json& object, const char* name, std::size_t cou
   if (!array.is_array() || array.size() != count)
     throw Error(std::string("'") + name + "' does not hold " + std::to_string(count) + " numbers");
   std::vector<float> values;
+  values.reserve(count);
   for (const Json& value : array)
     values.push_back(static_cast<float>(
         number(value, name, std::numeric_limits<float>::lowest(), std::numeric_limits<float>::max())));
   return values;
 }
 
-GradientModel parse_layers(const Json& layers) {
-  if (!layers.is_array() || layers.size() != GradientModel::kLayers)
-    throw Error("'layers' does not hold 4 layers");
-  GradientModel model;
-  for (std::size_t l = 0; l < GradientModel::kLayers; ++l) {
-    std::ranges::copy(numbers(layers[l], "weight", model.weight(l).size()), model.weight(l).begin());
-    std::ranges::copy(numbers(layers[l], "bias", model.bias(l).size()), model.bias(l).begin());
+NetworkShape parse_shape(const Json& layers) {
+  NetworkShape shape = GradientModel::kShape;
+  for (std::size_t l = 0; l + 1 < NetworkShape::kLayers; ++l) {
+    const Json& bias = member(layers[l], "bias");
+    if (!bias.is_array() || bias.empty() || bias.size() > WideNetwork::kWidest || bias.size() % 8 != 0)
+      throw Error("a layer of 'layers' has not 8, 16 ... 256 neurons");
+    shape.sizes[l + 1] = static_cast<int>(bias.size());
   }
+  return shape;
+}
+
+GradientModel parse_layers(const Json& layers, bool gives_normals) {
+  if (!layers.is_array() || layers.size() != NetworkShape::kLayers)
+    throw Error("'layers' does not hold 4 layers");
+  const NetworkShape shape = parse_shape(layers);
+  std::vector<float> all;
+  for (std::size_t l = 0; l < NetworkShape::kLayers; ++l) {
+    std::ranges::copy(numbers(layers[l], "weight", shape.weights(l)), std::back_inserter(all));
+    std::ranges::copy(numbers(layers[l], "bias", shape.outputs(l)), std::back_inserter(all));
+  }
+  GradientModel model;
+  if (gives_normals || shape != GradientModel::kShape)
+    model.wide = {shape, gives_normals, std::move(all)};
+  else
+    std::ranges::copy(all, model.numbers.begin());
   return model;
 }
 
@@ -109,7 +128,9 @@ ModelFile parse_text(std::string_view text) {
   if (whole_number(json, "version", 1, 1'000'000) > kFormatVersion)
     throw Error("it was written by a newer gelslam; update this one");
   ModelFile file;
-  file.model = parse_layers(member(json, "layers"));
+  file.model = parse_layers(member(json, "layers"), json.value("gives_normals", false));
+  if (json.contains("slope_matrix"))
+    std::ranges::copy(numbers(json, "slope_matrix", 4), file.model.slope_matrix.begin());
   constexpr auto kCells = static_cast<std::size_t>(GradientModel::kSigmaColumns * GradientModel::kSigmaRows);
   if (json.contains("slope_sigma_rad")) {
     file.model.sigma_rad = numbers(json, "slope_sigma_rad", kCells);
@@ -187,9 +208,17 @@ void write_model_file(const std::filesystem::path& path, const ModelFile& file) 
       sigmas.push_back(std::round(1e4 * static_cast<double>(sigma)) / 1e4);
   }
   if (file.model.optics) json["optics"] = *file.model.optics;
+  if (file.model.slope_matrix != GradientModel{}.slope_matrix) json["slope_matrix"] = file.model.slope_matrix;
+  const auto& wide = file.model.wide;
+  if (wide && wide->gives_normals) json["gives_normals"] = true;
+  const NetworkShape shape = wide ? wide->shape : GradientModel::kShape;
+  const std::span<const float> all = wide ? std::span(wide->numbers) : file.model.numbers;
   json["layers"] = Json::array();
-  for (std::size_t l = 0; l < GradientModel::kLayers; ++l)
-    json["layers"].push_back({{"weight", file.model.weight(l)}, {"bias", file.model.bias(l)}});
+  for (std::size_t l = 0; l < NetworkShape::kLayers; ++l) {
+    const auto layer = all.subspan(shape.start(l));
+    json["layers"].push_back({{"weight", layer.first(shape.weights(l))},
+                              {"bias", layer.subspan(shape.weights(l), shape.outputs(l))}});
+  }
   write_file_atomically(path, json.dump() + "\n");
 }
 

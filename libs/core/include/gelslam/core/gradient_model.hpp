@@ -43,7 +43,7 @@ struct WideNetwork {
   /// The outputs are the unit normal's n_x, n_y, as in the network that GelSight ships with its Python SDK
   /// (nnmini.pt): the gel's slopes dh/dx, dh/dy are n_x / n_z and n_y / n_z. Order and signs are measured on
   /// recorded presses: the SDK's own texts name the outputs rows and columns, and its viewer converts the
-  /// colors twice. Its positions are divided as integers, so that the network sees zeros.
+  /// colors twice.
   bool gives_normals = false;
   std::vector<float> numbers;
 
@@ -64,6 +64,8 @@ struct GradientModel {
   std::vector<float> sigma_rad;
   /// If present, it is used instead of `numbers`, which are zero.
   std::optional<WideNetwork> wide;
+  /// dh/dx, dh/dy are this, row by row, times what the network reads: the correction of another sensor's.
+  std::array<float, 4> slope_matrix = {1, 0, 0, 1};
   /// Of the sensor that it reads, if it is said.
   std::optional<SensorOptics> optics;
 

@@ -8,6 +8,10 @@
 
 namespace gelslam {
 
+/// Slopes of the two as noisy as the noisier's: times this, in Surface::slope_noise.
+double shared_noise(const Surface& a, const Surface& b);
+
+/// What has a unit is that of a surface with a slope_noise of 1, and grows with it.
 struct NormalFlowOptions {
   int max_samples = 3000;      // numerics: pixels of the reference
   int max_iterations = 50;     // numerics

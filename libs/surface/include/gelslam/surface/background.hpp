@@ -105,8 +105,8 @@ std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frame
 
 /// Message for users of the maker's model (WideNetwork::gives_normals).
 inline constexpr const char* kMakerModelDoubt =
-    "the maker's model reads heights about a third too small: press a ball for one of this sensor (gelslam "
-    "calibrate)";
+    "the maker's model does not know this sensor, and heights may be wrong by a sixth: press a ball (gelslam "
+    "calibrate scale)";
 
 /// What makes a picture of the bare gel doubtful, as sentences for the user (own): too dark, saturated,
 /// without color, markers, dirt or a tear, and judge_lamps. With `model` also a bare gel that the model reads

@@ -35,6 +35,9 @@ struct Surface {
   /// Standard deviation of slopes at the best place, over what is assumed of a sensor's own model (own): at
   /// least 1; more as the model states it, or as it reads the bare gel as sloped.
   double model_sigma = 1.0;
+  /// Noise of slopes and heights, over that with which limits in rad and mm were found (own): how much the
+  /// slopes that the model reads change with a gray level. Slopes that are read larger have larger noise.
+  double slope_noise = 1.0;
   int contact_pixels = 0;  ///< number of set pixels in `contact`
   /// Bare gel was seen, so that height 0 is where it lies. Else heights are right among themselves only.
   bool zero_is_bare_gel = true;
