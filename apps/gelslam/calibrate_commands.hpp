@@ -16,6 +16,7 @@ namespace gelslam {
 void add_calibrate_check_command(CLI::App& calibrate, int& exit_code);
 void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code);
 void add_calibrate_optics_command(CLI::App& calibrate, int& exit_code);
+void add_calibrate_scale_command(CLI::App& calibrate, int& exit_code);
 void add_calibrate_train_command(CLI::App& calibrate, int& exit_code);
 
 /// What the commands that read presses have in common.

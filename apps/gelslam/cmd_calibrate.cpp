@@ -44,6 +44,7 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
   add_calibrate_check_command(*command, exit_code);
   add_calibrate_collect_command(*command, exit_code);
   add_calibrate_optics_command(*command, exit_code);
+  add_calibrate_scale_command(*command, exit_code);
   add_calibrate_train_command(*command, exit_code);
   command->footer(
       "The usual order: collect, train, check.\n"

@@ -10,7 +10,6 @@
 #include "gelslam/calibration/optics_fit.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
-#include "gelslam/sensor/image_input.hpp"
 #include "gelslam/slam/gel_slam.hpp"
 #include "gelslam/slam/surface_stream.hpp"
 #include "terminal_progress.hpp"
@@ -27,15 +26,6 @@ struct OpticsArguments {
 };
 
 constexpr std::int64_t kWantedFrames = 150;  // pairs of them take memory and time
-
-OpticsFit from_picture(const fs::path& file, const Config& config) {
-  const cv::Mat3b picture = fit_to_profile(read_image(file), config.sensor, quoted(file));
-  try {
-    return optics_from_dots(picture, config.surface.pixel_pitch_mm, config.surface.optics);
-  } catch (const Error& error) {
-    throw Error(quoted(file) + ": " + error.what());
-  }
-}
 
 /// Some of a log's frames with their poses in the largest piece of the map.
 std::vector<SeenFrame> seen_frames(const LogInput& input, const Config& config, ProgressSink& progress) {
@@ -64,30 +54,20 @@ std::vector<SeenFrame> seen_frames(const LogInput& input, const Config& config, 
 int run_optics(const OpticsArguments& arguments) {
   check_output_file(arguments.output, arguments.overwrite);
   StoppableProgress progress(arguments.quiet);
-  const std::string ending = arguments.input.log.extension().string();
-  const bool picture = ending == ".png" || ending == ".jpg" || ending == ".jpeg";
-  LogInput input = arguments.input;
-  if (picture) input.log.clear();
-  const Config config = picture ? find_config(input) : resolve_config(input);
-  OpticsFit fit;
-  if (picture) {
-    fit = from_picture(arguments.input.log, config);
-  } else {
-    const std::vector<SeenFrame> frames = seen_frames(input, config, progress);
-    progress.begin("fitting optics", std::nullopt);
-    fit = optics_from_motion(frames);
-    progress.update(0);  // throws where it was stopped
-    progress.end();
-  }
+  const Config config = resolve_config(arguments.input);
+  const std::vector<SeenFrame> frames = seen_frames(arguments.input, config, progress);
+  progress.begin("fitting optics", std::nullopt);
+  const OpticsFit fit = optics_from_motion(frames);
+  progress.update(0);  // throws where it was stopped
+  progress.end();
   const std::string problem = why_impossible(fit.optics, config.sensor.width_px, config.sensor.height_px,
                                              config.surface.pixel_pitch_mm);
   if (!problem.empty()) throw Error(quoted(arguments.input.log) + " shows no sensor's optics: " + problem);
   std::cout << fit.words()
-            << (picture ? fmt::format("{} dots, {:.2f} px from their grid\n", fit.measurements, fit.residual)
-                        : fmt::format("{} pairs of frames, whose normals agree within {:.3f} rad\n",
-                                      fit.measurements, fit.residual));
+            << fmt::format("{} pairs of frames, whose normals agree within {:.3f} rad\n", fit.measurements,
+                           fit.residual);
   if (!arguments.output.empty()) write_optics(arguments.output, fit.optics);
-  if (picture || fit.not_shown().empty()) return kExitDone;
+  if (fit.not_shown().empty()) return kExitDone;
   std::cerr << "the log does not show " << fit.not_shown()
             << ": slide a textured thing over the whole gel, turn and tilt it\n";
   return kExitNotGood;
@@ -98,11 +78,7 @@ int run_optics(const OpticsArguments& arguments) {
 void add_calibrate_optics_command(CLI::App& calibrate, int& exit_code) {
   CLI::App* command = calibrate.add_subcommand("optics", "Find lens, camera distance and dome of a sensor");
   const auto arguments = std::make_shared<OpticsArguments>();
-  command
-      ->add_option(
-          "SOURCE", arguments->input.log,
-          "Picture of the bare gel with printed dots, or a log of a textured thing slid over the gel")
-      ->required();
+  command->add_option("LOG", arguments->input.log, "Log of a textured thing slid over the gel")->required();
   command->add_option("--config", arguments->input.config,
                       "Configuration (default: the log's own, else config.yaml in or beside it)");
   command->add_option("--model", arguments->input.model, "Gradient model (default: the log's own)");

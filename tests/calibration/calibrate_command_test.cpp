@@ -27,27 +27,6 @@ const SimulatedPresses& few_presses() {
   return presses;
 }
 
-TEST(CalibrateCommand, FindsTheOpticsOfAPictureOfDots) {
-  const TemporaryFolder folder;
-  const std::string bare = (folder / "bare.png").string(), dots = (folder / "dots.png").string(),
-                    optics = (folder / "optics.yaml").string();
-  OpticsOptions dotted;
-  dotted.dot_spacing_mm = 2;
-  cv::imwrite(bare, bare_gel());
-  cv::imwrite(dots, bare_gel(dotted));
-  expect_mistake(calibrate({"optics", bare, "-o", optics}), "no grid of printed dots");
-  expect_mistake(calibrate({"optics", (folder / "none.png").string()}), "none.png");
-  EXPECT_FALSE(fs::exists(optics));
-  const std::string config = (folder / "config.yaml").string();
-  std::ofstream(config) << "device_config:\n  optics: {camera_distance_mm: 0}\n";
-  const ProgramResult found = calibrate({"optics", dots, "--config", config, "-o", optics});
-  EXPECT_EQ(found.exit_code, 0) << found.err;
-  EXPECT_THAT(found.out, HasSubstr("camera_distance_mm: 0, not shown"));
-  EXPECT_NEAR(read_optics(optics).pixel_aspect, 1, 0.003);
-  EXPECT_NEAR(read_optics(optics).lens_k1, 0, 0.004) << "the simulator's camera has no lens";
-  expect_mistake(calibrate({"optics", dots, "-o", optics}), "already there");
-}
-
 /// All pictures with red and blue in each other's place.
 PressSet swapped(PressSet set) {
   const auto swap = [](cv::Mat3b& picture) {

@@ -93,46 +93,6 @@ TEST(SeenBall, IsOneSurfaceThatItsRaysMeet) {
   }
 }
 
-cv::Mat3b dots_seen_with(const SensorOptics& optics) {
-  const CameraModel camera = camera_with(optics);
-  constexpr int kFine = 8;
-  cv::Mat3b fine(kPicture * kFine, cv::Vec3b(170, 150, 140));
-  for (int j = -4; j <= 4; ++j)
-    for (int i = -5; i <= 5; ++i) {
-      const Vector2d xy(2.0 * i + 0.05 * j + 0.3, 2.0 * j - 0.05 * i - 0.2);
-      const auto px =
-          camera.raw_px(camera.to_px(camera.project(Vector3d(xy.x(), xy.y(), camera.rest_height_mm(xy)))));
-      const Vector2d at = kFine * (*px + Vector2d(0.5, 0.5)) - Vector2d(0.5, 0.5);
-      cv::circle(fine, cv::Point(static_cast<int>(16 * at.x()), static_cast<int>(16 * at.y())),
-                 16 * 6 * kFine, cv::Scalar(30, 28, 25), cv::FILLED, cv::LINE_8, 4);
-    }
-  cv::Mat3b picture;
-  cv::resize(fine, picture, kPicture, 0, 0, cv::INTER_AREA);
-  return picture;
-}
-
-TEST(OpticsFromDots, FindsLensCenterAndAspect) {
-  SensorOptics start = kStart;
-  start.camera_distance_mm = kTrue.camera_distance_mm;
-  start.gel_dome_per_mm = kTrue.gel_dome_per_mm;
-  const OpticsFit fit = optics_from_dots(dots_seen_with(kTrue), kPitchMm, start);
-  EXPECT_GT(fit.measurements, 60U);
-  EXPECT_LT(fit.residual, 0.1);
-  EXPECT_NEAR(fit.optics.lens_k1, kTrue.lens_k1, 0.002);
-  EXPECT_NEAR(fit.optics.lens_center_px[0], kTrue.lens_center_px[0], 1);
-  EXPECT_NEAR(fit.optics.lens_center_px[1], kTrue.lens_center_px[1], 1);
-  EXPECT_NEAR(fit.optics.pixel_aspect, kTrue.pixel_aspect, 0.002);
-  EXPECT_FALSE(fit.shown[4]) << "dots that rest show no distance";
-  EXPECT_EQ(fit.optics.gel_dome_per_mm, start.gel_dome_per_mm);
-  EXPECT_THAT(fit.not_shown(), ::testing::HasSubstr("camera_distance_mm"));
-}
-
-TEST(OpticsFromDots, CountsWhatIsNotKnownOfTheDome) {
-  const OpticsFit fit = optics_from_dots(dots_seen_with(kTrue), kPitchMm, kStart);
-  expect_honest(fit, kTrue);
-  EXPECT_GT(fit.sigma[0], 0.002) << "the dome hides in the lens";
-}
-
 /// What a sensor with kTrue makes of a touch if it takes its optics for kStart.
 SeenFrame misread(const Field& field, const Pose& object_T_sensor) {
   const CameraModel truth = camera_with(kTrue), start = camera_with(kStart);

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstddef>
-#include <opencv2/core/mat.hpp>
 #include <string>
 #include <vector>
 
@@ -19,19 +18,14 @@ struct OpticsFit {
   std::array<double, kNumbers> sigma{};
   std::array<bool, kNumbers> shown{};
   SensorOptics optics;
-  std::size_t measurements = 0;  ///< dots, or pairs of frames
-  double residual = 0;           ///< root mean square per axis; pixels, or rad of the normals
+  std::size_t measurements = 0;  ///< pairs of frames
+  double residual = 0;           ///< of the normals, rad: root mean square per axis
 
   /// For people: a line per number, "lens_k1: 0.045 +- 0.002".
   std::string words() const;
   /// Names of the numbers that are not shown, or "".
   std::string not_shown() const;
 };
-
-/// From a picture of the bare gel with printed dots, in a square grid that may be turned (own). The gel's
-/// dome hides in the lens, and the camera's distance in both, so that `start` has to know these. Throws Error
-/// when there are fewer than 20 dots, or no grid.
-OpticsFit optics_from_dots(const cv::Mat3b& picture, double pixel_pitch_mm, const SensorOptics& start);
 
 /// What a sensor that is moved over an object saw, and where it was.
 struct SeenFrame {
