@@ -3,12 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "../support/data_folder.hpp"
 #include "../support/run_program.hpp"
 #include "../support/temporary_folder.hpp"
+#include "gelslam/surface/model_file.hpp"
 
 namespace gelslam {
 namespace {
@@ -174,6 +176,41 @@ TEST_F(RealRecordings, APeanutIsOneMapWithNearlyEveryFrameInIt) {
       << "contact nearly fades at frame 61, and is recognized again";
   EXPECT_GE(report.at("frames").at("in_map"), 100) << "of 109, one without contact; five or six jumps of the "
                                                       "sped up clip fit nowhere, or at several places";
+}
+
+// Slopes that are read steeper or flatter have more noise or less, and every limit goes with it: only poses
+// and heights scale.
+TEST_F(RealRecordings, AModelOfAnotherScaleTracksTheSameFrames) {
+  const fs::path pair = real / "pairs/tin_box_2", rendered = real / "../sequences/track_pebble";
+  const auto expect_same = [&](const fs::path& log, const fs::path& model, std::vector<std::string> options) {
+    const auto tracked_through = [&](float scale) {
+      ModelFile file = read_model_file(model);
+      for (float& number : file.model.slope_matrix) number *= scale;
+      write_model_file(folder / "scaled.json", file);
+      std::vector<std::string> words = options;
+      words.insert(words.end(), {"--model", (folder / "scaled.json").string()});
+      std::array<std::int64_t, 2> frames_and_trials{};
+      for (const nlohmann::json& frame : track(log, words)) {
+        if (frame.at("status") != "tracked") continue;
+        ++frames_and_trials[0];
+        frames_and_trials[1] = std::max(frames_and_trials[1], frame.at("trial").get<std::int64_t>());
+      }
+      return frames_and_trials;
+    };
+    const auto [frames, trials] = tracked_through(1);
+    EXPECT_GT(frames, 100);
+    for (const float scale : {0.7F, 1.4F}) {
+      const auto [scaled_frames, scaled_trials] = tracked_through(scale);
+      EXPECT_NEAR(static_cast<double>(scaled_frames), static_cast<double>(frames),
+                  0.02 * static_cast<double>(frames))
+          << log << " " << scale;
+      EXPECT_EQ(scaled_trials, trials) << log << " " << scale;
+    }
+  };
+  expect_same(rendered, real / "../calibration_sim/model/nnmodel.pth", {});
+  expect_same(
+      pair / "left.avi", real / "nnmini.pt",
+      {"--background", (pair / "background_left.png").string(), "--config", (folder / "dots.yaml").string()});
 }
 
 }  // namespace

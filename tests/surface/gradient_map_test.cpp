@@ -49,10 +49,13 @@ TEST(GradientMap, UsesColorAndPlaceAsTheModelExpects) {
 }
 
 /// The SDK's definition: two components of a unit normal, then the slopes.
-std::array<double, 2> naive_maker_gradient(const PthFile& file, const cv::Vec3b& color) {
-  const auto n = naive_outputs(file, {color[0] / 255.0, color[1] / 255.0, color[2] / 255.0, 0.0, 0.0});
+std::array<double, 2> naive_maker_gradient(const PthFile& file, const cv::Mat3b& picture, int v, int u) {
+  const cv::Vec3b& color = picture(v, u);
+  const auto n =
+      naive_outputs(file, {color[0] / 255.0, color[1] / 255.0, color[2] / 255.0,
+                           static_cast<double>(v) / picture.rows, static_cast<double>(u) / picture.cols});
   const double z = std::sqrt(1.0 - n[0] * n[0] - n[1] * n[1]);
-  return {n[0] / z, n[1] / z};
+  return {(0.868 * n[0] - 0.048 * n[1]) / z, (-0.057 * n[0] + 1.102 * n[1]) / z};
 }
 
 TEST(GradientMap, ReadsTheMakersNetworkAsItsNormalsLessTheBareGel) {
@@ -76,8 +79,8 @@ TEST(GradientMap, ReadsTheMakersNetworkAsItsNormalsLessTheBareGel) {
     double steepest = 0;
     for (int v = 0; v < size.height; ++v)
       for (int u = 0; u < size.width; ++u) {
-        const auto touched = naive_maker_gradient(file, image(v, u)),
-                   untouched = naive_maker_gradient(file, bare(v, u));
+        const auto touched = naive_maker_gradient(file, image, v, u),
+                   untouched = naive_maker_gradient(file, bare, v, u);
         ASSERT_NEAR(gx(v, u), touched[0] - untouched[0], tolerance);
         ASSERT_NEAR(gy(v, u), touched[1] - untouched[1], tolerance);
         steepest = std::max({steepest, std::abs(touched[0]), std::abs(touched[1])});

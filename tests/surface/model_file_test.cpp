@@ -100,7 +100,7 @@ TEST(ModelFile, SaysWhatIsWrong) {
   EXPECT_THAT(refusal(replaced(good, "\"version\":1", "\"version\":\"1\"")),
               HasSubstr("'version' is no whole number"));
   EXPECT_THAT(refusal(replaced(good, "\"bias\":[", "\"bias\":[1.0,")),
-              HasSubstr("'bias' does not hold 32 numbers"));
+              HasSubstr("has not 8, 16 ... 256 neurons"));
   EXPECT_THAT(refusal(replaced(good, "\"weight\":[", "\"weight\":[1e99,")), HasSubstr("'weight'"));
   EXPECT_THAT(refusal(replaced(good, "\"presses\":48", "\"presses\":-1")),
               HasSubstr("'presses' holds no good number"));

@@ -73,8 +73,8 @@ TEST(PthReader, ReadsTheNetworkOfTheMakersCheckpoint) {
   EXPECT_EQ(model.numbers, GradientModel().numbers);
   for (std::size_t l = 0; l < 4; ++l) {
     for (std::size_t k = 0; k < file.layers[l].weight.size(); ++k) {
-      const bool of_position = l == 0 && k % 5 >= 3;  // of which the network sees zeros
-      ASSERT_EQ(*number++, of_position ? 0.0F : file.layers[l].weight[k]);
+      const std::size_t column = l == 0 ? k % 5 : 0;  // it takes v/H before u/W
+      ASSERT_EQ(*number++, file.layers[l].weight[column == 3 ? k + 1 : column == 4 ? k - 1 : k]);
     }
     for (const float bias : file.layers[l].bias) ASSERT_EQ(*number++, bias);
   }

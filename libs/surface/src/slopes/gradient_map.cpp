@@ -88,8 +88,8 @@ double GradientMap::slope_per_level(const cv::Mat3b& background) {
   const ColorTable unchanged = color_table(Light{});
   const auto [xx, xy, yx, yy] = slope_matrix_;
   double squares = 0, count = 0;
-  for (int v = 0; v < background.rows; v += kStepPx)
-    for (int left = 0; left < background.cols; left += kNetworkTile * kStepPx) {
+  for (int v = kBlockPx; v < background.rows; v += kStepPx)
+    for (int left = kBlockPx; left < background.cols; left += kNetworkTile * kStepPx) {
       const int filled = std::min(kNetworkTile, (background.cols - left + kStepPx - 1) / kStepPx);
       for (int i = 0; i < filled; ++i)
         fill_features(static_cast<std::size_t>(i), background, {left + i * kStepPx, v}, unchanged);
