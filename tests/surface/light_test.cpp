@@ -76,9 +76,7 @@ const Change kWeakRed = [](double value, double, double, int c) { return c == 2 
 const Change kWindow = [](double value, double x, double y, int) {
   return value + 6 + 8 * (x + 1) + 4 * (y + 1);
 };
-const Change kOneSide = [](double value, double, double y, int c) {
-  return c == 1 ? value * (1 - 0.25 * (1 - y)) : value;
-};
+const Change kOneSide = [](double value, double, double y, int) { return value * (1 - 0.06 * (1 - y)); };
 
 // A lamp that flickers while a shutter rolls: rows, over the contact, too.
 const Change kBands = [](double value, double, double y, int) {
