@@ -33,6 +33,10 @@ constexpr double kMinGain = 0.25;
 // a field. Touches let 0.05 agree more (steep gel is darker), a band of 8 gray levels that enters the picture
 // 0.09.
 constexpr double kShadedShare = 0.07;
+// Of all blocks: more whose colors have brightness in common, for the larger part, and agree with no light
+// are not what noise (0.23) or touches (0.20, real ones) leave.
+constexpr double kUnfollowedShare = 0.3;
+constexpr float kMostlyAlike = 1.25F;  // what differs among the colors is half of what they have in common
 // As much as this share of a block weighs what is around a place, for the field there.
 constexpr double kRidge = 0.01;
 constexpr std::size_t kFinestLevel = 2, kLevels = 6;  // numerics: cells of 16 to 128 pixels
@@ -98,9 +102,9 @@ GELSLAM_CLONES int weigh_row(const cv::Vec3f* now, const cv::Vec3f* background, 
   return agree;
 }
 
-/// The values `sums` / `weights`, smoothed, where there are weights; where there are none, as around in the same
-/// rows, then as around: level by level of a pyramid, each drawn toward the coarser one, the first toward its
-/// rows' means. (A lamp that flickers while a shutter rolls changes rows.)
+/// The values `sums` / `weights`, smoothed, where there are weights; where there are none, as around in the
+/// same rows, then as around: level by level of a pyramid, each drawn toward the coarser one, the first
+/// toward its rows' means. (A lamp that flickers while a shutter rolls changes rows.)
 cv::Mat1f smooth_field(const cv::Mat1f& sums, const cv::Mat1f& weights) {
   cv::Mat rows, row_weights;
   cv::reduce(sums, rows, 1, cv::REDUCE_SUM);
@@ -226,14 +230,14 @@ LightTracker::LightTracker(const cv::Mat3f& background_blocks, bool uneven)
       shades_(background_blocks.size()) {}
 
 /// How many blocks agree with a light, up to a limit in gray levels.
-int LightTracker::weigh(const Light& light, double limit, bool whatever_brightness) {
+int LightTracker::weigh(const Light& light, double limit, float alike) {
   int agree = 0;
   const ChannelLights lights = channel_lights(light);
   const cv::Mat1f& field = light.is_even() ? no_field_ : light.field;
   for (int row = 0; row < blocks_.rows; ++row)
     agree += weigh_row(blocks_[row], background_[row], excluded_[row], field[row],
-                       static_cast<std::size_t>(blocks_.cols), lights, static_cast<float>(limit),
-                       whatever_brightness ? 1.0F : 0.0F, weights_[row], shades_[row]);
+                       static_cast<std::size_t>(blocks_.cols), lights, static_cast<float>(limit), alike,
+                       weights_[row], shades_[row]);
   return agree;
 }
 
@@ -261,7 +265,7 @@ LightTracker::Fit LightTracker::fit(Light light, double widening) {
   const bool is_even = light.is_even();
   int before = 0;
   for (int fits = 0;; widening = std::max(1.0, widening / 2)) {
-    const int agree = weigh(light, widening * kAgreeLevels, !is_even && before == 0);
+    const int agree = weigh(light, widening * kAgreeLevels, !is_even && before == 0 ? 1.0F : 0.0F);
     if (agree < enough) return {};
     if (widening == 1.0) {
       if (fits++ == kMaxFits || agree == before) return {light, agree};
@@ -293,12 +297,12 @@ Light LightTracker::median_gains() const {
   return light;
 }
 
-/// An even light, or, where that leaves many blocks that all colors together set apart, the same or the last one
-/// with a field.
+/// An even light, or, where that leaves many blocks that all colors together set apart, the same or the last
+/// one with a field.
 LightTracker::Fit LightTracker::with_field(Fit even, const Light& last) {
   if (!may_be_uneven_ || even.agree == 0) return even;
   const int more = even.agree + static_cast<int>(kShadedShare * static_cast<double>(blocks_.total()));
-  const int alike = weigh(even.light, kAgreeLevels, true), alike_last = weigh(last, kAgreeLevels, true);
+  const int alike = weigh(even.light, kAgreeLevels, 1.0F), alike_last = weigh(last, kAgreeLevels, 1.0F);
   if (std::max(alike, alike_last) < more) return even;
   Light start = alike > alike_last ? even.light : last;
   start.field = no_field_.clone();
@@ -329,6 +333,7 @@ const Light& LightTracker::update(const cv::Mat3f& blocks, const cv::Mat1b& touc
     share_at_vain_search_ = is_better ? 1.0 : share;
   }
   best = with_field(std::move(best), even);
+  is_followed_ = weigh(best.light, kAgreeLevels, kMostlyAlike) < best.agree + kUnfollowedShare * total;
   if (best.agree > 0) light_ = std::move(best.light);
   return light_;
 }

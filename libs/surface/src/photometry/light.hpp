@@ -46,6 +46,8 @@ class LightTracker {
 
   /// `blocks`: block means of the frame; `touched`: 255 where the object touches (may be empty).
   const Light& update(const cv::Mat3f& blocks, const cv::Mat1b& touched);
+  /// False where all colors of the last picture changed together and no light says how.
+  bool is_followed() const { return is_followed_; }
 
  private:
   struct Fit {
@@ -53,7 +55,7 @@ class LightTracker {
     int agree = 0;  // blocks
   };
 
-  int weigh(const Light& light, double limit, bool whatever_brightness = false);
+  int weigh(const Light& light, double limit, float alike = 0.0F);
   bool regress(Light& light) const;
   Fit fit(Light light, double widening);
   Light median_gains() const;
@@ -67,6 +69,7 @@ class LightTracker {
   cv::Mat1b excluded_;  // of this frame
   cv::Mat1f weights_, shades_;
   Light light_;
+  bool is_followed_ = true;
   /// Noise, too, makes few blocks agree: where a search found nothing better, this share of blocks agreed,
   /// and none is made again until clearly fewer do.
   double share_at_vain_search_ = 1.0;
