@@ -299,12 +299,13 @@ Light LightTracker::median_gains() const {
 
 /// An even light, or, where that leaves many blocks that all colors together set apart, the same or the last
 /// one with a field.
-LightTracker::Fit LightTracker::with_field(Fit even, const Light& last) {
+LightTracker::Fit LightTracker::with_field(Fit even, const Light* last) {
   if (!may_be_uneven_ || even.agree == 0) return even;
   const int more = even.agree + static_cast<int>(kShadedShare * static_cast<double>(blocks_.total()));
-  const int alike = weigh(even.light, kAgreeLevels, 1.0F), alike_last = weigh(last, kAgreeLevels, 1.0F);
+  const int alike = weigh(even.light, kAgreeLevels, 1.0F),
+            alike_last = last == nullptr ? 0 : weigh(*last, kAgreeLevels, 1.0F);
   if (std::max(alike, alike_last) < more) return even;
-  Light start = alike > alike_last ? even.light : last;
+  Light start = alike > alike_last ? even.light : *last;
   start.field = no_field_.clone();
   Fit uneven = fit(std::move(start), 1.0);
   return uneven.agree > more ? uneven : even;
@@ -332,8 +333,9 @@ const Light& LightTracker::update(const cv::Mat3f& blocks, const cv::Mat1b& touc
     if (is_better) best = std::move(jumped);
     share_at_vain_search_ = is_better ? 1.0 : share;
   }
-  best = with_field(std::move(best), even);
-  is_followed_ = weigh(best.light, kAgreeLevels, kMostlyAlike) < best.agree + kUnfollowedShare * total;
+  best = with_field(std::move(best), share < kExplainedShare ? &even : nullptr);
+  is_followed_ = share >= kExplainedShare ||
+                 weigh(best.light, kAgreeLevels, kMostlyAlike) < best.agree + kUnfollowedShare * total;
   if (best.agree > 0) light_ = std::move(best.light);
   return light_;
 }

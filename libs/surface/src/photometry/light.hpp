@@ -59,7 +59,7 @@ class LightTracker {
   bool regress(Light& light) const;
   Fit fit(Light light, double widening);
   Light median_gains() const;
-  Fit with_field(Fit even, const Light& last);
+  Fit with_field(Fit even, const Light* last);
 
   cv::Mat3f background_;
   bool may_be_uneven_;
