@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
@@ -15,6 +16,7 @@ namespace {
 using namespace test;
 using testing::Contains;
 using testing::HasSubstr;
+using testing::Not;
 
 constexpr double kPitchMm = 0.0634;
 const cv::Size kSize(320, 240);
@@ -66,6 +68,24 @@ class StreamOfALog : public testing::Test {
   StageTimer timer;
   int recorded = 0;
 };
+
+TEST_F(StreamOfALog, SaysOnceThatLightIsNotFollowed) {
+  record(12, false);
+  for (const std::string name : {"10", "11"}) {
+    const std::string path = (folder / ("log/" + name + ".png")).string();
+    cv::Mat3b bgr = cv::imread(path);
+    for (int u = 0; u < bgr.cols; ++u) {
+      const cv::Scalar light = cv::Scalar(48, 60, 66) * std::exp(-std::pow((u - 190) / 70.0, 2));
+      cv::add(bgr.col(u), light, bgr.col(u));
+    }
+    cv::imwrite(path, bgr);
+  }
+  SurfaceStream stream = open();
+  for (int i = 0; i < 10; ++i) stream.next();
+  EXPECT_THAT(stream.background_doubts(), Not(Contains(HasSubstr("light changes"))));
+  while (stream.next()) continue;
+  EXPECT_THAT(stream.background_doubts(), Contains(HasSubstr("light changes")).Times(1));
+}
 
 TEST_F(StreamOfALog, HandsOutBackgroundFirstAndThenSurfaces) {
   record(10, false);

@@ -76,14 +76,19 @@ const Change kWeakRed = [](double value, double, double, int c) { return c == 2 
 const Change kWindow = [](double value, double x, double y, int) {
   return value + 6 + 8 * (x + 1) + 4 * (y + 1);
 };
-const Change kOneSide = [](double value, double, double y, int c) {
-  return c == 1 ? value * (1 - 0.25 * (1 - y)) : value;
-};
+const Change kOneSide = [](double value, double, double y, int) { return value * (1 - 0.06 * (1 - y)); };
 
 // A lamp that flickers while a shutter rolls: rows, over the contact, too.
 const Change kBands = [](double value, double, double y, int) {
   return value * (1 + 0.1 * std::sin(5 * y + 1));
 };
+
+// Stray light through a gap: over a part of the gel, the contact's too, and not quite white.
+Change band_of(double levels) {
+  return [levels](double value, double x, double, int c) {
+    return value + levels * (c == 0 ? 0.8 : c == 1 ? 1.0 : 1.1) * std::exp(-std::pow((x - 0.2) / 0.44, 2));
+  };
+}
 
 // A tenth of the depth at most: 8 bits are a third as fine in the weak channel.
 TEST(Light, ThatJumpsIsFollowedAtOnce) {
@@ -93,17 +98,26 @@ TEST(Light, ThatJumpsIsFollowedAtOnce) {
 }
 
 TEST(Light, FromOneSideOrInBandsIsTakenOff) {
-  for (const Change& change : {kWindow, kOneSide, kBands})
+  for (const Change& change : {kWindow, kOneSide, kBands, band_of(8), band_of(-8), band_of(15)})
     EXPECT_LT(worst_height_mm(press(0.5), change), 0.05)
         << change(100, 0, 0, 0) << " " << change(100, 1, 1, 1);
 }
 
 TEST(Light, OnBareGelIsNoTouch) {
-  for (const Change& change : {kDark, kBright, kWarm, kWindow, kOneSide, kBands}) {
+  for (const Change& change : {kDark, kBright, kWarm, kWindow, kOneSide, kBands, band_of(15)}) {
     SurfaceEstimator estimator(linear_gel_model(), lit(kFlatGel, 1), {});
     EXPECT_EQ(seen(estimator, kFlatGel, change)->contact_pixels, 0)
         << change(100, 0, 0, 0) << " " << change(100, 1, 1, 1);
   }
+}
+
+TEST(Light, ThatIsNotFollowedIsSaid) {
+  for (const double depth_mm : {0.1, 0.5, 1.4})
+    for (const double levels : {0.0, 15.0, 60.0}) {
+      SurfaceEstimator estimator(linear_gel_model(), lit(kFlatGel, 1), {});
+      seen(estimator, press(depth_mm), band_of(levels));
+      EXPECT_EQ(estimator.light_is_followed(), levels < 20) << levels << " over " << depth_mm << " mm";
+    }
 }
 
 // A press tilts the gel to all sides, over most of the picture for the large ones.

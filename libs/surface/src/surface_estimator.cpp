@@ -217,6 +217,7 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
   return surface;
 }
 
+bool SurfaceEstimator::light_is_followed() const { return impl_->light_tracker.is_followed(); }
 const SurfaceTimings& SurfaceEstimator::timings() const { return impl_->timings; }
 
 }  // namespace gelslam

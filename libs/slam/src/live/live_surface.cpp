@@ -33,6 +33,8 @@ void SurfaceStage::run() {
       context_.lost = true;
       return;
     }
+    if (had_background)
+      for (const std::string& doubt : frames_.doubts()) context_.board.warn(doubt);
     const LiveClock::time_point arrived = (*frame)->arrived;
     if (!context_.surfaced.push(
             SurfacedFrame{{std::move(*image), std::move(surface)}, arrived, arrived - (*frame)->age}))

@@ -55,6 +55,10 @@ SurfacePtr FrameToSurface::push(cv::Mat3b& bgr, std::int64_t index) {
     const auto scope = timer_.measure("surface");
     surface = estimator_->estimate(bgr);
   }
+  if (!estimator_->light_is_followed() && !std::exchange(light_is_lost_, true))
+    doubts_.emplace_back(
+        "light changes over the gel by more than can be taken off: surfaces are wrong there; shade the "
+        "sensor");
   const SurfaceTimings& times = estimator_->timings();
   timer_.add("surface/gradient", times.gradient_ms);
   timer_.add("surface/poisson", times.poisson_ms);

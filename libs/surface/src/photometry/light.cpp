@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/core.hpp>
-#include <span>
+#include <opencv2/imgproc.hpp>
 #include <utility>
 
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/target_clones.hpp"
+#include "photometry/blocks.hpp"
 
 namespace gelslam::surface::detail {
 namespace {
@@ -21,7 +21,7 @@ constexpr double kLeaningLevels = 0.1;
 // Of a term's variance over the gel: one that differs by less from those before it cannot be told from them
 // (noise of the background's blocks is that share of how its brightness varies).
 constexpr double kMinOwnShare = 1e-3;    // numerics
-constexpr double kMinShare = 0.1;        // of all blocks, to believe in a light; of an uneven one twice that
+constexpr double kMinShare = 0.1;        // of all blocks, to believe in a light
 constexpr double kExplainedShare = 0.6;  // of the blocks not excluded: no need to look for more
 // A contact that covers half of the gel must not look like a change of light.
 constexpr double kClearlyMore = 1.3;
@@ -29,130 +29,146 @@ constexpr double kWidening = 8;  // numerics: of the kernel at first where the l
 constexpr int kMaxFits = 3;      // numerics
 // A lamp weaker than this does not tell slopes; a gain larger than its inverse does not come from lamps.
 constexpr double kMinGain = 0.25;
+// Of all blocks: as many must differ from an even light by the brightness of all colors alone, and agree with
+// a field. Touches let 0.05 agree more (steep gel is darker), a band of 8 gray levels that enters the picture
+// 0.09.
+constexpr double kShadedShare = 0.07;
+// Of all blocks: more whose colors have brightness in common, for the larger part, and agree with no light
+// are not what noise (0.23) or touches (0.20, real ones) leave.
+constexpr double kUnfollowedShare = 0.3;
+constexpr float kMostlyAlike = 1.25F;  // what differs among the colors is half of what they have in common
+// As much as this share of a block weighs what is around a place, for the field there.
+constexpr double kRidge = 0.01;
+constexpr std::size_t kFinestLevel = 2, kLevels = 6;  // numerics: cells of 16 to 128 pixels
 
-/// From -1 to 1 over the picture.
-double unit_place(int index, int count) { return count < 2 ? 0.0 : 2.0 * index / (count - 1) - 1.0; }
+/// A channel's light in 32 bits.
+struct ChannelLight {
+  float gain, offset, shaded_gain, shaded_offset;
 
-using LightOrder = std::span<const std::size_t>;  // indices of kLightTerms, most plausible first
-constexpr std::size_t kEven[] = {0, 1}, kLampOrder[] = {0, 2, 3, 1}, kStrayOrder[] = {1, 4, 5, 0};
-
-/// A channel's light within a row: polynomials in x.
-struct RowLight {
-  float gain[2] = {}, offset[2] = {};
-
-  RowLight(const Light::Coefficients& k, double y) {
-    for (std::size_t i = 0; i < k.size(); ++i) {
-      const LightTerm& term = kLightTerms[i];
-      (term.background == 1 ? gain : offset)[term.x] += static_cast<float>(term.y == 0 ? k[i] : k[i] * y);
-    }
-  }
-  float gain_at(float x) const { return gain[0] + x * gain[1]; }
-  float offset_at(float x) const { return offset[0] + x * offset[1]; }
+  explicit ChannelLight(const Light::Coefficients& k)
+      : gain(static_cast<float>(k[0])),
+        offset(static_cast<float>(k[1])),
+        shaded_gain(static_cast<float>(k[2])),
+        shaded_offset(static_cast<float>(k[3])) {}
+  float gain_at(float field) const { return gain + field * shaded_gain; }
+  float offset_at(float field) const { return offset + field * shaded_offset; }
 };
-using RowLights = std::array<RowLight, 3>;
+using ChannelLights = std::array<ChannelLight, 3>;
 
-RowLights row_lights(const Light& light, double y) {
-  return {RowLight(light.channels[0], y), RowLight(light.channels[1], y), RowLight(light.channels[2], y)};
-}
-
-double row_gain_at(const std::vector<double>& rows, double y) {
-  if (rows.empty()) return 1.0;
-  const double place = (y + 1.0) / 2.0 * static_cast<double>(rows.size() - 1);
-  const auto above = std::min(static_cast<std::size_t>(place), rows.size() - 1),
-             below = std::min(above + 1, rows.size() - 1);
-  return std::lerp(rows[above], rows[below], place - static_cast<double>(above));
+ChannelLights channel_lights(const Light& light) {
+  return {ChannelLight(light.channels[0]), ChannelLight(light.channels[1]), ChannelLight(light.channels[2])};
 }
 
 template <typename Pixel>
 void convert(const Light& light, const cv::Mat_<Pixel>& from, cv::Mat_<Pixel>& to) {
   constexpr auto least_gain = static_cast<float>(kMinGain / 2);
+  const ChannelLights lights = channel_lights(light);
+  cv::Mat1f field = light.field;
+  if (from.size() != field.size()) cv::resize(light.field, field, light.field.size() * kBlockPx);
   to.create(from.size());
-  for (int v = 0; v < from.rows; ++v) {
-    const double y = unit_place(v, from.rows);
-    const auto row_gain = static_cast<float>(row_gain_at(light.row_gain, y));
-    const RowLights row = row_lights(light, y);
-    for (int u = 0; u < from.cols; ++u) {
-      const auto x = static_cast<float>(unit_place(u, from.cols));
+  for (int v = 0; v < from.rows; ++v)
+    for (int u = 0; u < from.cols; ++u)
       for (int c = 0; c < 3; ++c) {
-        const RowLight& k = row[static_cast<std::size_t>(c)];
+        const ChannelLight& k = lights[static_cast<std::size_t>(c)];
         to(v, u)[c] = cv::saturate_cast<typename Pixel::value_type>(
-            (static_cast<float>(from(v, u)[c]) / row_gain - k.offset_at(x)) /
-            std::max(least_gain, k.gain_at(x)));
+            (static_cast<float>(from(v, u)[c]) - k.offset_at(field(v, u))) /
+            std::max(least_gain, k.gain_at(field(v, u))));
       }
-    }
-  }
 }
 
-/// Tukey's weights of a row's blocks for residuals up to a limit in gray levels. How many are not 0.
+/// Tukey's weights of a row's blocks for residuals up to a limit in gray levels, and weights times residual
+/// brightness. How many are not 0. `alike`: share of the residual that all channels have in common, not
+/// counted.
 GELSLAM_CLONES int weigh_row(const cv::Vec3f* now, const cv::Vec3f* background, const unsigned char* excluded,
-                             const float* x, std::size_t count, const RowLights& light, float row_gain,
-                             float limit, float* weights) {
+                             const float* field, std::size_t count, const ChannelLights& light, float limit,
+                             float alike, float* weights, float* shades) {
   const float scale = 1.0F / (limit * limit);
   int agree = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    float squared = 0.0F;
+    float sum = 0.0F, squared = 0.0F;
     for (std::size_t c = 0; c < 3; ++c) {
-      const float residual = now[i].val[c] - row_gain * (light[c].gain_at(x[i]) * background[i].val[c] +
-                                                         light[c].offset_at(x[i]));
+      const float residual =
+          now[i].val[c] - (light[c].gain_at(field[i]) * background[i].val[c] + light[c].offset_at(field[i]));
+      sum += residual;
       squared += residual * residual;
     }
+    const float brightness = sum * (1.0F / 3);
+    squared -= alike * sum * brightness;
     const float closeness = excluded[i] == 0 ? std::max(0.0F, 1.0F - scale * squared) : 0.0F;
     weights[i] = closeness * closeness;
+    shades[i] = weights[i] * brightness;
     agree += closeness > 0.0F ? 1 : 0;
   }
   return agree;
 }
 
-/// Weighted sums over the blocks of background^p x^i y^j, and of the change times these.
+/// The values `sums` / `weights`, smoothed, where there are weights; where there are none, as around in the
+/// same rows, then as around: level by level of a pyramid, each drawn toward the coarser one, the first
+/// toward its rows' means. (A lamp that flickers while a shutter rolls changes rows.)
+cv::Mat1f smooth_field(const cv::Mat1f& sums, const cv::Mat1f& weights) {
+  cv::Mat rows, row_weights;
+  cv::reduce(sums, rows, 1, cv::REDUCE_SUM);
+  cv::reduce(weights, row_weights, 1, cv::REDUCE_SUM);
+  cv::divide(rows, row_weights + 1, rows);
+  const cv::Mat by_row = cv::repeat(rows, 1, sums.cols);
+  std::array<cv::Mat, kLevels> sum, weight;
+  sum[0] = sums - weights.mul(by_row);
+  weight[0] = weights;
+  for (std::size_t level = 1; level < kLevels; ++level) {
+    cv::pyrDown(sum[level - 1], sum[level]);
+    cv::pyrDown(weight[level - 1], weight[level]);
+  }
+  cv::Mat field(sum.back().size(), CV_32F, cv::Scalar(0));
+  for (std::size_t level = kLevels; level-- > 0;) {
+    if (level + 1 < kLevels) cv::pyrUp(field, field, sum[level].size());
+    if (level >= kFinestLevel) cv::divide(sum[level] + kRidge * field, weight[level] + kRidge, field);
+  }
+  field += by_row;
+  return field;
+}
+
+/// Weighted sums over the blocks of background^p field^q, and of the change times these.
 struct Moments {
-  double powers[3][3][3] = {}, changes[2][2][2] = {};
+  double powers[3][3] = {}, changes[2][2] = {};
 };
 
 /// Adds a row of blocks. `degree`: of the field.
 template <std::size_t degree>
-void add_row_moments(const cv::Vec3f* now, const cv::Vec3f* background, const float* weights, const float* x,
-                     std::size_t count, int channel, double inverse_row_gain, double y, Moments& moments) {
-  double powers[3][2 * degree + 1] = {}, changes[2][degree + 1] = {};
+void add_row_moments(const cv::Vec3f* now, const cv::Vec3f* background, const float* weights,
+                     const float* field, std::size_t count, int channel, Moments& moments) {
   for (std::size_t u = 0; u < count; ++u) {
     if (weights[u] == 0.0F) continue;
     const double then = background[u][channel];
-    double term = weights[u], change = term * (now[u][channel] * inverse_row_gain - then);
-    for (std::size_t i = 0; i <= 2 * degree; ++i, term *= x[u], change *= x[u]) {
-      powers[0][i] += term;
-      powers[1][i] += term * then;
-      powers[2][i] += term * then * then;
-      if (i > degree) continue;
-      changes[0][i] += change;
-      changes[1][i] += change * then;
+    double term = weights[u], change = term * (now[u][channel] - then);
+    for (std::size_t q = 0; q <= 2 * degree; ++q, term *= field[u], change *= field[u]) {
+      moments.powers[0][q] += term;
+      moments.powers[1][q] += term * then;
+      moments.powers[2][q] += term * then * then;
+      if (q > degree) continue;
+      moments.changes[0][q] += change;
+      moments.changes[1][q] += change * then;
     }
   }
-  double scale = 1.0;
-  for (std::size_t j = 0; j <= 2 * degree; ++j, scale *= y)
-    for (std::size_t i = 0; i <= 2 * degree; ++i) {
-      for (std::size_t p = 0; p < 3; ++p) moments.powers[p][i][j] += scale * powers[p][i];
-      if (i <= degree && j <= degree)
-        for (std::size_t p = 0; p < 2; ++p) moments.changes[p][i][j] += scale * changes[p][i];
-    }
 }
 
-/// Coefficients of each channel's change by least squares, shrunk. Cholesky factors make the terms
-/// independent: what each explains beyond those before it, in all channels, is compared with what leaning gel
-/// looks like.
-std::array<Light::Coefficients, 3> shrunk_solution(const std::array<Moments, 3>& moments, LightOrder order) {
+/// The first `terms` coefficients of each channel's change by least squares, shrunk. Cholesky factors make
+/// the terms independent: what each explains beyond those before it, in all channels, is compared with what
+/// leaning gel looks like.
+std::array<Light::Coefficients, 3> shrunk_solution(const std::array<Moments, 3>& moments, std::size_t terms) {
   using Square = std::array<Light::Coefficients, kLightTerms.size()>;
   std::array<Square, 3> factors{};
-  std::array<Light::Coefficients, 3> solutions{}, result{};
+  std::array<Light::Coefficients, 3> solutions{};
   Light::Coefficients shrinkage{};
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const LightTerm& a = kLightTerms[order[i]];
+  for (std::size_t i = 0; i < terms; ++i) {
+    const LightTerm& a = kLightTerms[i];
     double squared_levels = 0.0;
     for (std::size_t c = 0; c < 3; ++c) {
-      const double total = moments[c].powers[0][0][0];
+      const double total = moments[c].powers[0][0];
       Square& factor = factors[c];
-      double levels = moments[c].changes[a.background][a.x][a.y] / total;
+      double levels = moments[c].changes[a.background][a.field] / total;
       for (std::size_t j = 0; j <= i; ++j) {
-        const LightTerm& b = kLightTerms[order[j]];
-        const double whole = moments[c].powers[a.background + b.background][a.x + b.x][a.y + b.y] / total;
+        const LightTerm& b = kLightTerms[j];
+        const double whole = moments[c].powers[a.background + b.background][a.field + b.field] / total;
         double own = whole;
         for (std::size_t k = 0; k < j; ++k) own -= factor[i][k] * factor[j][k];
         if (j == i) {
@@ -169,24 +185,17 @@ std::array<Light::Coefficients, 3> shrunk_solution(const std::array<Moments, 3>&
     shrinkage[i] = squared_levels > leaning ? 1.0 - leaning / squared_levels : 0.0;
   }
   for (std::size_t c = 0; c < 3; ++c) {
-    for (std::size_t i = order.size(); i-- > 0;) {
+    for (std::size_t i = terms; i-- > 0;) {
       double& value = solutions[c][i];
       value *= shrinkage[i];
-      for (std::size_t k = i + 1; k < order.size(); ++k) value -= factors[c][k][i] * solutions[c][k];
+      for (std::size_t k = i + 1; k < terms; ++k) value -= factors[c][k][i] * solutions[c][k];
       value = factors[c][i][i] > 0.0 ? value / factors[c][i][i] : 0.0;
-      result[c][order[i]] = value;
     }
   }
-  return result;
+  return solutions;
 }
 
 }  // namespace
-
-bool Light::is_even() const {
-  return row_gain.empty() && std::all_of(channels.begin(), channels.end(), [](const Coefficients& k) {
-           return std::all_of(k.begin() + 2, k.end(), [](double field) { return field == 0.0; });
-         });
-}
 
 ColorTable color_table(const Light& even_light) {
   ColorTable table;
@@ -216,58 +225,54 @@ LightTracker::LightTracker(const cv::Mat3f& background_blocks, bool uneven)
     : background_(background_blocks.clone()),
       may_be_uneven_(uneven),
       none_(background_blocks.size(), static_cast<unsigned char>(0)),
-      weights_(background_blocks.size()) {
-  for (int column = 0; column < background_.cols; ++column)
-    x_.push_back(static_cast<float>(unit_place(column, background_.cols)));
-}
+      no_field_(background_blocks.size(), 0.0F),
+      weights_(background_blocks.size()),
+      shades_(background_blocks.size()) {}
 
 /// How many blocks agree with a light, up to a limit in gray levels.
-int LightTracker::weigh(const Light& light, double limit) {
+int LightTracker::weigh(const Light& light, double limit, float alike) {
   int agree = 0;
-  const bool rows_alike = light.is_even();
-  RowLights lights = row_lights(light, 0.0);
-  for (int row = 0; row < blocks_.rows; ++row) {
-    const double row_gain = light.row_gain.empty() ? 1.0 : light.row_gain[static_cast<std::size_t>(row)];
-    if (!rows_alike) lights = row_lights(light, unit_place(row, blocks_.rows));
-    agree += weigh_row(blocks_[row], background_[row], excluded_[row], x_.data(), x_.size(), lights,
-                       static_cast<float>(row_gain), static_cast<float>(limit), weights_[row]);
-  }
+  const ChannelLights lights = channel_lights(light);
+  const cv::Mat1f& field = light.is_even() ? no_field_ : light.field;
+  for (int row = 0; row < blocks_.rows; ++row)
+    agree += weigh_row(blocks_[row], background_[row], excluded_[row], field[row],
+                       static_cast<std::size_t>(blocks_.cols), lights, static_cast<float>(limit), alike,
+                       weights_[row], shades_[row]);
   return agree;
 }
 
 /// Fits the coefficients to the weighted blocks. False where no lamp has such a gain.
-bool LightTracker::regress(Light& light, std::span<const std::size_t> order) const {
+bool LightTracker::regress(Light& light) const {
   std::array<Moments, 3> moments;
-  for (int row = 0; row < blocks_.rows; ++row) {
-    const double inverse = light.row_gain.empty() ? 1.0 : 1 / light.row_gain[static_cast<std::size_t>(row)];
+  const cv::Mat1f& field = light.is_even() ? no_field_ : light.field;
+  for (int row = 0; row < blocks_.rows; ++row)
     for (int c = 0; c < 3; ++c)
-      (order.size() == 2 ? add_row_moments<0> : add_row_moments<1>)(blocks_[row], background_[row],
-                                                                    weights_[row], x_.data(), x_.size(), c,
-                                                                    inverse, unit_place(row, blocks_.rows),
-                                                                    moments[static_cast<std::size_t>(c)]);
-  }
-  light.channels = shrunk_solution(moments, order);
+      (light.is_even() ? add_row_moments<0> : add_row_moments<1>)(blocks_[row], background_[row],
+                                                                  weights_[row], field[row],
+                                                                  static_cast<std::size_t>(blocks_.cols), c,
+                                                                  moments[static_cast<std::size_t>(c)]);
+  light.channels = shrunk_solution(moments, light.is_even() ? 2 : kLightTerms.size());
   return std::all_of(light.channels.begin(), light.channels.end(), [](Light::Coefficients& channel) {
     channel[0] += 1.0;
     return channel[0] > kMinGain && channel[0] < 1 / kMinGain;
   });
 }
 
-/// Fitted again and again while the kernel narrows. Agrees with no block where too few are left.
-LightTracker::Fit LightTracker::fit(Light light, std::span<const std::size_t> order, double widening) {
-  const double least_share = order.size() == 2 && light.row_gain.empty() ? kMinShare : 2 * kMinShare;
-  const int enough = static_cast<int>(least_share * static_cast<double>(blocks_.total()));
-  const bool has_rows = !light.row_gain.empty();
+/// Fitted again and again while the kernel narrows. Agrees with no block where too few are left. A field
+/// begins where colors agree but for their common brightness, and grows by what is left of it.
+LightTracker::Fit LightTracker::fit(Light light, double widening) {
+  const int enough = static_cast<int>(kMinShare * static_cast<double>(blocks_.total()));
+  const bool is_even = light.is_even();
   int before = 0;
   for (int fits = 0;; widening = std::max(1.0, widening / 2)) {
-    const int agree = weigh(light, widening * kAgreeLevels);
+    const int agree = weigh(light, widening * kAgreeLevels, !is_even && before == 0 ? 1.0F : 0.0F);
     if (agree < enough) return {};
     if (widening == 1.0) {
       if (fits++ == kMaxFits || agree == before) return {light, agree};
-      before = agree;
     }
-    if (!regress(light, order)) return {};
-    if (has_rows) light.row_gain = median_rows(light);
+    before = agree;
+    if (!is_even) light.field += smooth_field(shades_, weights_);
+    if (!regress(light)) return {};
   }
 }
 
@@ -292,46 +297,18 @@ Light LightTracker::median_gains() const {
   return light;
 }
 
-/// The median ratio over each row, of an even light. The sum of the colors counts: a slope takes from one
-/// what it gives to another. Covered rows are as the one above them.
-std::vector<double> LightTracker::median_rows(const Light& light) const {
-  std::vector<double> gains, ratios;
-  for (int row = 0; row < blocks_.rows; ++row) {
-    ratios.clear();
-    for (int column = 0; column < blocks_.cols; ++column) {
-      if (excluded_(row, column) != 0) continue;
-      double seen = 0.0, expected = 0.0;
-      for (std::size_t c = 0; c < 3; ++c) {
-        seen += blocks_(row, column)[static_cast<int>(c)];
-        expected +=
-            light.channels[c][0] * background_(row, column)[static_cast<int>(c)] + light.channels[c][1];
-      }
-      ratios.push_back(seen / std::max(expected, 1.0));
-    }
-    const double above = gains.empty() ? 1.0 : gains.back();
-    const bool is_seen = static_cast<double>(ratios.size()) >= kMinShare * blocks_.cols;
-    gains.push_back(is_seen ? std::clamp(quantile_in_place(ratios, 0.5), kMinGain, 1 / kMinGain) : above);
-  }
-  return gains;
-}
-
-/// Light that jumped or is uneven, where the even light followed so far explains little.
-LightTracker::Fit LightTracker::search(const Fit& followed) {
-  const Light scaled = median_gains();
-  Fit best = followed;
-  Fit jumped = fit(scaled, kEven, kWidening);
-  if (jumped.agree > kClearlyMore * best.agree) best = std::move(jumped);
-  if (!may_be_uneven_) return best;
-  Light rows = scaled, last = light_;
-  rows.row_gain = median_rows(scaled);
-  last.row_gain.clear();
-  Fit uneven = fit(rows, kEven, kWidening);
-  for (const auto& [start, widening] : {std::pair(last, 1.0), std::pair(scaled, kWidening)})
-    for (const LightOrder order : {LightOrder(kLampOrder), LightOrder(kStrayOrder)}) {
-      Fit field = fit(start, order, widening);
-      if (field.agree > uneven.agree) uneven = std::move(field);
-    }
-  return uneven.agree > (light_.is_even() ? kClearlyMore : 1.0) * best.agree ? uneven : best;
+/// An even light, or, where that leaves many blocks that all colors together set apart, the same or the last
+/// one with a field.
+LightTracker::Fit LightTracker::with_field(Fit even, const Light* last) {
+  if (!may_be_uneven_ || even.agree == 0) return even;
+  const int more = even.agree + static_cast<int>(kShadedShare * static_cast<double>(blocks_.total()));
+  const int alike = weigh(even.light, kAgreeLevels, 1.0F),
+            alike_last = last == nullptr ? 0 : weigh(*last, kAgreeLevels, 1.0F);
+  if (std::max(alike, alike_last) < more) return even;
+  Light start = alike > alike_last ? even.light : *last;
+  start.field = no_field_.clone();
+  Fit uneven = fit(std::move(start), 1.0);
+  return uneven.agree > more ? uneven : even;
 }
 
 const Light& LightTracker::update(const cv::Mat3f& blocks, const cv::Mat1b& touched) {
@@ -346,15 +323,19 @@ const Light& LightTracker::update(const cv::Mat3f& blocks, const cv::Mat1b& touc
   for (std::size_t c = 0; c < 3; ++c) even.channels[c] = {light_.channels[c][0], light_.channels[c][1]};
   if (even.channels != Light{}.channels && weigh(even, kAgreeLevels) < weigh(Light{}, kAgreeLevels))
     even = Light{};
-  Fit best = fit(even, kEven, 1.0);
+  Fit best = fit(even, 1.0);
   const double share = static_cast<double>(best.agree) / bare;
   if (share >= kExplainedShare) {
     share_at_vain_search_ = 1.0;
   } else if (best.agree == 0 || share * kClearlyMore < share_at_vain_search_) {
-    const int followed = best.agree;
-    best = search(best);
-    share_at_vain_search_ = best.agree > followed ? 1.0 : share;
+    Fit jumped = fit(median_gains(), kWidening);
+    const bool is_better = jumped.agree > kClearlyMore * best.agree;
+    if (is_better) best = std::move(jumped);
+    share_at_vain_search_ = is_better ? 1.0 : share;
   }
+  best = with_field(std::move(best), share < kExplainedShare ? &even : nullptr);
+  is_followed_ = share >= kExplainedShare ||
+                 weigh(best.light, kAgreeLevels, kMostlyAlike) < best.agree + kUnfollowedShare * total;
   if (best.agree > 0) light_ = std::move(best.light);
   return light_;
 }

@@ -42,7 +42,8 @@ class FrameToSurface {
   const std::string& difference() const { return difference_; }
   /// Why the newest pictures are not the background: contact or markers. No reason while there are too few.
   const BackgroundCheck& refusal() const { return refusal_; }
-  /// What makes the background doubtful, as sentences for the user. Complete once there is a background.
+  /// What makes the background doubtful, as sentences for the user, complete once there is a background;
+  /// later that light was not followed.
   const std::vector<std::string>& doubts() const { return doubts_; }
 
  private:
@@ -62,7 +63,7 @@ class FrameToSurface {
   std::vector<std::string> doubts_;
   std::optional<SurfaceEstimator> estimator_;
   cv::Mat3b background_;
-  bool compares_ = false;
+  bool compares_ = false, light_is_lost_ = false;
   std::string difference_;
 };
 

@@ -14,7 +14,7 @@ struct SurfaceOptions {
   /// gray levels (L2 over BGR) by which contact differs from the background
   double color_dist_threshold = 15.0;
   double height_threshold_mm = 0.2;  ///< contact lies at least this far below the untouched gel
-  /// follow lamps and stray light (own; per channel gain, offset, and a field from one side)
+  /// follow lamps and stray light (own; per channel gain, offset, and a smooth field)
   bool compensate_light = true;
   bool gradient_everywhere = false;  ///< speed: unchanged pixels go through the network, too
 };
@@ -42,6 +42,9 @@ class SurfaceEstimator {
 
   /// Throws Error when the image's size differs from the background's.
   SurfacePtr estimate(const cv::Mat3b& bgr);
+
+  /// False where light changed over the last picture by more than is taken off.
+  bool light_is_followed() const;
 
   /// Timings of the last estimate().
   const SurfaceTimings& timings() const;
