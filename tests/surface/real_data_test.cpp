@@ -34,7 +34,7 @@ TEST_F(RealData, ABorrowedModelIsTrustedLess) {
     return estimator.estimate(background)->model_sigma;
   };
   for (const std::string sensor : {"calibration", "calibration_b", "calibration_sim"}) {
-    EXPECT_LT(sigma((sensor + "/model/nnmodel.pth").c_str(), sensor), 1.1) << sensor;
+    EXPECT_LT(sigma((sensor + "/model/nnmodel.pth").c_str(), sensor), 1.2) << sensor;
     // Its scale is 11 to 30 % off, that of a sensor's own up to 6 %.
     const double borrowed = sigma("real/nnmini.pt", sensor);
     EXPECT_GT(borrowed, 3.0) << sensor;

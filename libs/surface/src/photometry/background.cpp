@@ -35,9 +35,10 @@ constexpr double kRepeatedShare = 0.5;  // message
 constexpr double kSettledGainError = 0.01;  // lamps flicker by less
 
 // Imprint: local slope times curvature (per pixel), as an object makes both. At most 0.0024 on bare gels of
-// five sensors, as they came, recompressed or mirrored, through a borrowed model, too; 195 ball presses
-// of four show 0.0035 or more. Slope alone is 0.13 on bare gel, and 0.14 in a press.
-constexpr double kImprint = 0.0029;
+// five sensors, as they came, recompressed or mirrored; 195 ball presses of four show 0.0035 or more. Through
+// the maker's model at most 0.0039 (158 bare gels), and 0.0041 or more. Slope alone is 0.13 on bare gel, and
+// 0.14 in a press.
+constexpr double kImprint = 0.0029, kMakersImprint = 0.0040;
 constexpr int kBorderPx = 3 * kBlockPx;  // the model extrapolates there
 constexpr int kMarkerMarginPx = 8;       // numerics: two sigma of the smoothing
 
@@ -128,9 +129,9 @@ std::size_t end_of_agreement(const std::vector<cv::Mat3f>& blocks, std::size_t b
 
 struct Imprint {
   double slope = 0, curvature = 0;  ///< local, at the 99th percentile; curvature per pixel
-  double depth_mm = 0, slope_noise = 1;
+  double depth_mm = 0, limit = kImprint;
   /// Bare gel shows less than 1.
-  double strength() const { return slope * curvature / (kImprint * slope_noise * slope_noise); }
+  double strength() const { return slope * curvature / limit; }
   std::string sentence() const {
     return fmt::format("the gel already shows an imprint, about {:.1f} mm deep (local slope {:.2f})",
                        depth_mm, slope);
@@ -156,7 +157,8 @@ Imprint find_imprint(const cv::Mat3b& picture, const GradientModel& model, doubl
     judged.setTo(0, around);
   }
   return {percentile(slope, judged, 0.99), percentile(curvature, judged, 0.995),
-          -pixel_pitch_mm * percentile(height, judged, 0.005), gradient.slope_noise()};
+          -pixel_pitch_mm * percentile(height, judged, 0.005),
+          model.wide && model.wide->gives_normals ? kMakersImprint : kImprint};
 }
 
 }  // namespace
