@@ -91,46 +91,6 @@ TEST(Markers, ABallReadsAsWithoutThem) {
   }
 }
 
-/// Dots of radius 5 px, seen as by a lens that blurs blue more.
-cv::Mat3b with_fringed_dots(const cv::Mat3b& image, int shift_px) {
-  cv::Mat3b result = image.clone();
-  for (int c = 0; c < 3; ++c) {
-    cv::Mat1f ink(image.size(), 0.0F);
-    for (int v = 24; v < image.rows; v += 32)
-      for (int u = 32; u < image.cols; u += 32) cv::circle(ink, {u + shift_px, v}, 5, 1.0, cv::FILLED);
-    cv::GaussianBlur(ink, ink, {}, c == 0 ? 2.0 : 1.2);
-    for (int v = 0; v < image.rows; ++v)
-      for (int u = 0; u < image.cols; ++u)
-        result(v, u)[c] = cv::saturate_cast<unsigned char>(image(v, u)[c] * (1.0F - 0.6F * ink(v, u)));
-  }
-  return result;
-}
-
-TEST(Markers, MovedWithTheGelLeaveNoBump) {
-  const cv::Mat1f truth = ball_press(kSensor, kPitchMm, 160, 120, 15.0, 0.9);
-  const cv::Mat3b image = render(truth, kPitchMm, 0.0, 2);
-  for (const int shift_px : {0, 3, 6}) {
-    const SurfacePtr surface =
-        SurfaceEstimator(linear_gel_model(), with_fringed_dots(kBare, 0), SurfaceOptions{})
-            .estimate(with_fringed_dots(image, shift_px));
-    cv::Mat1f error_mm;
-    cv::subtract(surface->height_mm, surface_of(image)->height_mm, error_mm);
-    double at_dots = 0, size = 0;
-    int dots = 0;
-    for (int v = 88; v <= 152; v += 32)
-      for (int u = 128 + shift_px; u < 200; u += 32, ++dots) {
-        const auto mean_error = [&](int x, int y) { return cv::mean(error_mm({x - 2, y - 2, 5, 5}))[0]; };
-        const double bump = mean_error(u, v) - (mean_error(u - 16, v - 16) + mean_error(u + 16, v - 16) +
-                                                mean_error(u - 16, v + 16) + mean_error(u + 16, v + 16)) /
-                                                   4;
-        at_dots += bump;
-        size += std::abs(bump);
-      }
-    EXPECT_LT(std::abs(at_dots / dots), 0.001) << shift_px;
-    EXPECT_LT(size / dots, 0.001) << shift_px;
-  }
-}
-
 TEST(Markers, AreFilledInUnderWhatIsSeenBare) {
   const MarkerFiller filler(with_dots(kBare));
   cv::Mat1b covered;

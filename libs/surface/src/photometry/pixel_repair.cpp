@@ -24,9 +24,6 @@ constexpr double kInkShare = 0.65;  // of a gel with markers; real presses leave
 // By this much lens and JPEG spread a spot: slopes of real presses between markers are read as well as with
 // 4, and flatter with 2.
 constexpr int kSpreadPx = 3;
-// kInkShare lies 1 px further inside a dot than where it is seen in the background, and blue, which the lens
-// blurs more, tints another one.
-constexpr int kInkFringePx = 2;
 constexpr int kSmoothRounds = 20;  // numerics: over a dot of ten pixels' radius
 // No slope brightens all colors by more: it takes from one what it gives to another. Real presses reach 30.
 constexpr int kMaxBrighter = 35;
@@ -84,8 +81,8 @@ GELSLAM_CLONES bool may_show_spots(const unsigned char* value, const unsigned ch
 
 }  // namespace
 
-void spread_spots(const cv::Mat1b& spots, cv::Mat1b& spread, int more_px) {
-  const int side = 2 * (kSpreadPx + more_px) + 1;
+void spread_spots(const cv::Mat1b& spots, cv::Mat1b& spread) {
+  constexpr int side = 2 * kSpreadPx + 1;
   cv::dilate(spots, spread, cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side}));
 }
 
@@ -178,7 +175,7 @@ bool PixelRepair::find_spots(const cv::Mat3b& bgr) {
   if (!is_other_light(cv::countNonZero(dark_) - ink)) spots_ |= dark_;
   if (!is_other_light(cv::countNonZero(bright_))) spots_ |= bright_;
   if (cv::countNonZero(spots_) == 0 && dots_.empty()) return false;
-  spread_spots(spots_, spots_, dots_.empty() ? 0 : kInkFringePx);
+  spread_spots(spots_, spots_);
   if (!dots_.empty()) spots_ |= dots_;
   readable_ = (spots_ == 0) & 1;
   return true;

@@ -8,8 +8,8 @@ namespace gelslam::surface::detail {
 /// A channel at this level or above is full: JPEG takes a little off white.
 inline constexpr int kFullLevel = 250;
 
-/// Widens spots to where lens and JPEG spread them, and by `more_px`.
-void spread_spots(const cv::Mat1b& spots, cv::Mat1b& spread, int more_px = 0);
+/// Widens spots to where lens and JPEG spread them.
+void spread_spots(const cv::Mat1b& spots, cv::Mat1b& spread);
 
 /// Replaces pixels that do not show the gel (own), in two steps.
 /// Wrong values, such as hot or dead pixels and lost bits: a lens blurs what the gel shows over several
