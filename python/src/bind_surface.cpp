@@ -202,13 +202,8 @@ Threads that call it wait for each other.)")
           "__call__",
           [](Sensor& self, const py::object& image) {
             const Picture picture = picture_of(image, "image");
-            std::string doubt;
-            const TouchedSurface surface = [&] {
-              const py::gil_scoped_release release;
-              return self.estimate(picture.bgr, "image", doubt);
-            }();
-            if (!doubt.empty()) warn(doubt);
-            return surface;
+            const py::gil_scoped_release release;
+            return self.estimate(picture.bgr, "image");
           },
           py::arg("image"), "The Surface that a picture shows (HxWx3 uint8, BGR).")
       .def_property_readonly(

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "bind.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/image_input.hpp"
 #include "gelslam/surface/background.hpp"
@@ -34,12 +35,13 @@ Sensor::Sensor(const Config& config, const std::vector<cv::Mat3b>& background)
   estimator_.emplace(model, background_, config.surface);
 }
 
-TouchedSurface Sensor::estimate(const cv::Mat3b& bgr, const std::string& name, std::string& doubt) {
-  const std::lock_guard lock(mutex_);
+TouchedSurface Sensor::estimate(const cv::Mat3b& bgr, const std::string& name) {
   const cv::Mat3b picture = fitted(bgr, name);
-  if (!config_.surface.compensate_light && !has_same_light(picture, background_))
-    doubt = name +
-            ": the untouched gel has not the background's light, which is not followed: the surface is wrong";
+  if (!config_.surface.compensate_light && !has_same_light(picture, background_)) {
+    const py::gil_scoped_acquire acquire;
+    warn(name + ": the gel has not the background's light, which is not followed: the surface is wrong");
+  }
+  const std::lock_guard lock(mutex_);
   return {estimator_->estimate(picture), best_sigma_rad_};
 }
 

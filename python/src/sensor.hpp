@@ -28,9 +28,8 @@ class Sensor {
   /// Throws Error for a model or a background that cannot be used.
   Sensor(const Config& config, const std::vector<cv::Mat3b>& background);
 
-  /// `name`: of the picture, in messages. `doubt` becomes a sentence where light that is not followed has
-  /// changed.
-  TouchedSurface estimate(const cv::Mat3b& bgr, const std::string& name, std::string& doubt);
+  /// `name`: of the picture, in messages.
+  TouchedSurface estimate(const cv::Mat3b& bgr, const std::string& name);
 
   const Config& config() const { return config_; }
   const cv::Mat3b& background() const { return background_; }

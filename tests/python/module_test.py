@@ -186,7 +186,7 @@ class Module(unittest.TestCase):
             sensor = gelslam.Sensor(simulated.MODEL, background=self.images[:simulated.BARE_FRAMES], **options)
             return [sensor(picture).height_mm.copy() for picture in pictures]
 
-        with self.assertWarnsRegex(UserWarning, "image: the untouched gel has not the background's light"):
+        with self.assertWarnsRegex(UserWarning, "image: the gel has not the background's light"):
             first, _, again = heights([self.images[A], dim, self.images[A]], follow_light=False)
         np.testing.assert_array_equal(first, again)
         bright, followed = heights([self.images[A], dim])
