@@ -6,11 +6,11 @@
 #include "calibrate_commands.hpp"
 #include "command_line.hpp"
 #include "commands.hpp"
-#include "gelslam/calibration/background_drift.hpp"
 #include "gelslam/calibration/ball_zones.hpp"
 #include "gelslam/calibration/model_check.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/surface/background_drift.hpp"
 #include "gelslam/surface/model_file.hpp"
 #include "terminal_progress.hpp"
 
@@ -39,7 +39,7 @@ void print_for_people(const ModelCheck& check, const std::vector<std::string>& f
 /// Throws Error when red and blue have changed places since the model was made.
 std::string drift_since(const CalibrationRecord& record, const PressSet& set) {
   const BackgroundDrift drift = measure_drift(record.background_cells, background_cells(set.background));
-  if (drift.red_blue_swapped) throw Error(quoted(set.folder) + ": " + drift.words);
+  if (!drift.exchanged.empty()) throw Error(quoted(set.folder) + ": " + drift.words);
   return drift.words;  // the presses show whether it matters
 }
 

@@ -22,13 +22,14 @@ struct FuseArguments {
   std::vector<std::string> runs;
   std::string output;
   std::optional<double> voxel_size_mm;
-  bool overwrite = false, quiet = false;
+  bool overwrite = false, quiet = false, keep_all = false;
 };
 
 int join(const FuseArguments& arguments) {
   if (arguments.output.empty()) throw CLI::RequiredError("--output");
-  if (arguments.voxel_size_mm)
-    throw Error("--voxel-size-mm is for one run: join the runs first, then fuse the result");
+  if (arguments.voxel_size_mm || arguments.keep_all)
+    throw Error(std::string(arguments.keep_all ? "--keep-all" : "--voxel-size-mm") +
+                " is for one run: join the runs first, then fuse the result");
   const MergeRequest request{
       {arguments.runs.begin(), arguments.runs.end()}, arguments.output, arguments.overwrite};
   const InterruptWatch interrupt;
@@ -40,21 +41,21 @@ int join(const FuseArguments& arguments) {
 
 int fuse_one(const FuseArguments& arguments) {
   const std::string& run = arguments.runs.front();
-  const FuseRequest request{run, arguments.output, arguments.overwrite, arguments.voxel_size_mm, {}};
+  const FuseRequest request{run, arguments.output,  arguments.overwrite, arguments.voxel_size_mm,
+                            {},  arguments.keep_all};
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const FuseSummary summary = fuse_run(request, *progress, [&] { return interrupt.requested(); });
   if (!arguments.quiet) {
     if (summary.map_was_made) std::cerr << "the scan had not been finished: its map was made first\n";
-    std::cerr << fmt::format("{} fused, mesh of {} vertices and {} triangles: {}\n",
+    std::cerr << fmt::format("{} fused, {}: {}\n",
                              counted(static_cast<std::int64_t>(summary.keyframes), "keyframe"),
-                             summary.vertices, summary.triangles,
-                             arguments.output.empty() ? run : arguments.output);
+                             mesh_words(summary.mesh), arguments.output.empty() ? run : arguments.output);
   }
-  if (summary.triangles == 0)
+  if (summary.mesh.triangles == 0)
     warn("the mesh is empty: its cells are larger than the touches, or no keyframe has a usable touch");
   if (!arguments.quiet) say_reservations(run);
-  return summary.triangles == 0 ? kExitNotGood : kExitDone;
+  return summary.mesh.triangles == 0 ? kExitNotGood : kExitDone;
 }
 
 }  // namespace
@@ -75,6 +76,8 @@ void add_fuse_command(CLI::App& app, int& exit_code) {
   command->add_flag("--overwrite", arguments->overwrite, "Replace that folder if it is there")->needs(output);
   command->add_option("--voxel-size-mm", arguments->voxel_size_mm, "Edge of the mesh's cells")
       ->check(number_between(0.01, 10));
+  command->add_flag("--keep-all", arguments->keep_all,
+                    "Keep islands of the mesh: below 1 mm2, or that a single keyframe shows");
   add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "If the scan was killed, the map is made first. Scans join where they show the same places. The exit "

@@ -12,7 +12,6 @@
 
 #include "command_line.hpp"
 #include "commands.hpp"
-#include "gelslam/calibration/background_drift.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/npy.hpp"
 #include "gelslam/core/run_folder.hpp"
@@ -21,6 +20,7 @@
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/sensor/image_input.hpp"
 #include "gelslam/slam/surface_stream.hpp"
+#include "gelslam/surface/background_drift.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam {

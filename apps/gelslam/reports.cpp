@@ -19,10 +19,14 @@ std::string map_words(const RunReport& r) {
          counted(r.loops, "loop");
 }
 
-std::string mesh_words(const RunReport& r) {
-  if (r.mesh.triangles == 0) return "no mesh";
-  return "mesh of " + std::to_string(r.mesh.vertices) + " vertices and " +
-         counted(r.mesh.triangles, "triangle");
+std::string mesh_words(const RunReport::MeshSize& mesh) {
+  std::string text = "no mesh";
+  if (mesh.triangles > 0)
+    text =
+        "mesh of " + std::to_string(mesh.vertices) + " vertices and " + counted(mesh.triangles, "triangle");
+  if (mesh.islands_left_out > 0)
+    text += ", without " + counted(mesh.islands_left_out, "island") + " (gelslam fuse --keep-all keeps them)";
+  return text;
 }
 
 std::string warning_words(const std::vector<std::string>& warnings) {
@@ -43,7 +47,7 @@ std::string run_words(const RunReport& r, const std::string& run_folder, bool qu
   if (quiet) return text + last;
   for (const std::string& part : r.parts) text += part + "\n";
   text += fmt::format("{} of {} frames tracked, {}\n{}, in {} s: {}\n", r.frames.tracked, r.frames.total,
-                      map_words(r), mesh_words(r), short_number(r.seconds, 3), one_line(run_folder));
+                      map_words(r), mesh_words(r.mesh), short_number(r.seconds, 3), one_line(run_folder));
   return text + last;
 }
 
@@ -135,8 +139,8 @@ void StartCheck::judge() {
   std::optional<GradientModel> model;
   if (!file.empty()) model = read_gradient_model(file);
   const cv::Mat3b mean = background_image(pictures_);
-  for (const std::string& doubt :
-       judge_background(mean, config_.sensor.device_name, model ? &*model : nullptr))
+  for (const std::string& doubt : judge_background(mean, config_.sensor.device_name,
+                                                   model ? &*model : nullptr, config_.surface.pixel_pitch_mm))
     say_doubt_(doubt);
   if (!model) return;
   const BackgroundCheck check = check_background(pictures_, *model, config_.surface);

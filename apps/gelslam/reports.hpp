@@ -20,7 +20,7 @@ namespace gelslam {
 /// "120 frames in the map; 1 trial in 1 piece, 6 keyframes, 1 loop".
 std::string map_words(const RunReport& report);
 /// "mesh of 12146 vertices and 23394 triangles".
-std::string mesh_words(const RunReport& report);
+std::string mesh_words(const RunReport::MeshSize& mesh);
 
 /// What `reconstruct` and `fuse` say at the end, with a line for each part of the scan; when quiet only
 /// warnings.

@@ -193,7 +193,8 @@ name. config: a configuration file; default: GelSight Mini.
 What makes the background doubtful (another sensor's model, too dark, dirt) is given as a warning. Pictures larger
 than the configuration's size are cropped and resized as those of a camera are. The sensor follows slow changes of the
 light: give it pictures in the order in which they were taken; the same picture twice gives heights that differ a
-little. follow_light=False: the light stays that of the background, and a surface depends on its picture alone.
+little. follow_light=False: the light stays that of the background, and a surface depends on its picture alone; a
+picture in another light is warned of.
 Threads that call it wait for each other.)")
       .def(py::init(&make_sensor), py::arg("model") = py::none(), py::kw_only(), py::arg("background"),
            py::arg("config") = py::none(), py::arg("follow_light") = true)

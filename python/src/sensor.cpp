@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <array>
 
+#include "bind.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/image_input.hpp"
 #include "gelslam/surface/background.hpp"
+#include "gelslam/surface/background_drift.hpp"
 #include "gelslam/surface/slopes.hpp"
 
 namespace gelslam::python {
@@ -25,7 +27,7 @@ Sensor::Sensor(const Config& config, const std::vector<cv::Mat3b>& background)
   std::vector<cv::Mat3b> pictures;
   for (const cv::Mat3b& picture : background) pictures.push_back(fitted(picture, "background"));
   background_ = background_image(pictures);
-  doubts_ = judge_background(background_, config.sensor.device_name, &model);
+  doubts_ = judge_background(background_, config.sensor.device_name, &model, config.surface.pixel_pitch_mm);
   if (const BackgroundCheck check = check_background(pictures, model, config.surface); check.contact)
     doubts_.push_back("the background should show the bare gel, but " + check.reason);
   const SlopeUncertainty sigma = uncertainty_of(model, background_.size(), config.surface.pixel_pitch_mm);
@@ -34,8 +36,13 @@ Sensor::Sensor(const Config& config, const std::vector<cv::Mat3b>& background)
 }
 
 TouchedSurface Sensor::estimate(const cv::Mat3b& bgr, const std::string& name) {
+  const cv::Mat3b picture = fitted(bgr, name);
+  if (!config_.surface.compensate_light && !has_same_light(picture, background_)) {
+    const py::gil_scoped_acquire acquire;
+    warn(name + ": the gel has not the background's light, which is not followed: the surface is wrong");
+  }
   const std::lock_guard lock(mutex_);
-  return {estimator_->estimate(fitted(bgr, name)), best_sigma_rad_};
+  return {estimator_->estimate(picture), best_sigma_rad_};
 }
 
 /// As a log's frames are: at the configuration's size and brightness.

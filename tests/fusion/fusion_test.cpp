@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 
 #include "gelslam/core/error.hpp"
@@ -342,6 +343,40 @@ TEST(Fusion, DebrisIsDropped) {
   EXPECT_EQ(topology(fuse({{0, pose, SurfacePtr(surface)}}, options)).pieces, 1);
   options.min_piece_mm2 = 0;
   EXPECT_EQ(topology(fuse({{0, pose, SurfacePtr(surface)}}, options)).pieces, 2);
+}
+
+/// A second place that only one of two keyframes shows. Of a single touch all is kept.
+TEST(Fusion, AnIslandOfOneKeyframeIsDroppedAndCounted) {
+  const Shape ball = sphere(kRadiusMm);
+  const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.0);
+  const PosedSurface main{1, pose, touch(ball, pose)};
+  auto both = std::make_shared<Surface>(*main.surface.get());
+  both->contact = both->contact.clone();
+  both->contact(cv::Rect(0, 0, 320, 60)) = 0;
+  both->contact.colRange(0, 140) = 0;
+  both->contact(cv::Rect(10, 10, 60, 40)) = 255;
+  std::int64_t islands = -1;
+  EXPECT_EQ(topology(fuse({{0, pose, SurfacePtr(both)}, main}, {}, 1.0, nullptr, &islands)).pieces, 1);
+  EXPECT_EQ(islands, 1);
+  EXPECT_EQ(topology(fuse({{0, pose, SurfacePtr(both)}}, {}, 1.0, nullptr, &islands)).pieces, 2);
+  EXPECT_EQ(islands, 0);
+}
+
+/// Steps of voxels made the border of a round touch a quarter longer than that of a disk.
+TEST(Fusion, TheBorderOfATouchIsSmooth) {
+  const Shape ball = sphere(kRadiusMm);
+  const Pose pose = press(ball, {0, 0, 1}, 0.7, 0.3);
+  const Mesh mesh = fuse({{0, pose, touch(ball, pose)}}, {});
+  std::map<std::pair<int, int>, int> sides;
+  for (const Eigen::Vector3i& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) ++sides[std::minmax(t[k], t[(k + 1) % 3])];
+  double border_mm = 0;
+  for (const auto& [side, triangles] : sides)
+    if (triangles == 1)
+      border_mm += static_cast<double>((mesh.vertices_mm[static_cast<std::size_t>(side.first)] -
+                                        mesh.vertices_mm[static_cast<std::size_t>(side.second)])
+                                           .norm());
+  EXPECT_LT(border_mm, 1.04 * std::sqrt(4 * M_PI * area_mm2(mesh)));
 }
 
 }  // namespace

@@ -186,7 +186,8 @@ class Module(unittest.TestCase):
             sensor = gelslam.Sensor(simulated.MODEL, background=self.images[:simulated.BARE_FRAMES], **options)
             return [sensor(picture).height_mm.copy() for picture in pictures]
 
-        first, _, again = heights([self.images[A], dim, self.images[A]], follow_light=False)
+        with self.assertWarnsRegex(UserWarning, "image: the gel has not the background's light"):
+            first, _, again = heights([self.images[A], dim, self.images[A]], follow_light=False)
         np.testing.assert_array_equal(first, again)
         bright, followed = heights([self.images[A], dim])
         _, not_followed = heights([self.images[A], dim], follow_light=False)

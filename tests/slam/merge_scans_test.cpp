@@ -121,8 +121,8 @@ TEST_F(Merge, FusesAgainWithOtherSettings) {
   request.voxel_size_mm = 0.16;
   NoProgress progress;
   const FuseSummary coarse = fuse_run(request, progress, [] { return false; });
-  EXPECT_EQ(read_mesh(folder / "coarse/mesh.ply").triangles.size(), coarse.triangles);
-  EXPECT_NEAR(static_cast<double>(coarse.triangles), static_cast<double>(before) / 4,
+  EXPECT_EQ(read_mesh(folder / "coarse/mesh.ply").triangles.size(), coarse.mesh.triangles);
+  EXPECT_NEAR(static_cast<double>(coarse.mesh.triangles), static_cast<double>(before) / 4,
               0.1 * static_cast<double>(before));
   EXPECT_EQ(read_mesh(folder / "run/mesh.ply").triangles.size(), before) << "the run stays as it is";
   EXPECT_EQ(read_config(folder / "coarse/config.yaml").slam.fusion.voxel_size_mm, 0.16);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "../support/temporary_folder.hpp"
 #include "../surface/linear_gel.hpp"
@@ -172,6 +173,52 @@ TEST_F(StreamOfALog, NamedFramesAreTheBackground) {
   EXPECT_THAT(error(), HasSubstr("the named frames should show the bare gel, but something moves"));
   input.background_frames = FrameRange{11, 17};
   EXPECT_THAT(error(), HasSubstr("the log ends before frame 17"));
+}
+
+TEST_F(StreamOfALog, ABackgroundThatIsNotTheLogsIsDoubted) {
+  record(10, false);
+  record(3, true);
+  const cv::Mat3b bare = render(cv::Mat1f(kSize, 0.0F), kPitchMm, 0, 99);
+  input.background = folder / "named.png";
+  const auto doubts_of = [&](const cv::Mat3b& picture) {
+    cv::imwrite(input.background.string(), picture);
+    SurfaceStream stream = open();
+    for (int i = 0; i < 13; ++i) EXPECT_EQ(stream.next()->image.index, i) << "none is lost";
+    EXPECT_FALSE(stream.next());
+    return stream.background_doubts();
+  };
+  const auto differs = [](const char* how) {
+    return Contains(testing::AllOf(HasSubstr("differs from the first frames of the log"), HasSubstr(how)));
+  };
+  EXPECT_THAT(doubts_of(bare), testing::Not(differs("")));
+  cv::Mat3b mirrored;
+  cv::flip(bare, mirrored, 1);
+  EXPECT_THAT(doubts_of(mirrored), differs("left and right are swapped"));
+  EXPECT_THAT(doubts_of(dimmed(bare)), differs("the light has changed"));
+  EXPECT_THAT(doubts_of(render(ball_press(kSize, kPitchMm, 100, 120, 5, 0.2), kPitchMm, 0, 1)),
+              differs("touches"));
+}
+
+/// A worn spot, seen in all frames.
+TEST_F(StreamOfALog, WhatLooksLikeAnImprintInAllFramesIsBackground) {
+  record(10, false);
+  record(3, true);
+  for (int i = 0; i < recorded; ++i) {
+    const std::string name = (folder / ("log/" + std::to_string(i) + ".png")).string();
+    cv::Mat picture = cv::imread(name);
+    cv::circle(picture, {240, 60}, 14, cv::Scalar(150, 180, 180), cv::FILLED);
+    cv::imwrite(name, picture);
+  }
+  SurfaceStream stream = open();
+  EXPECT_THAT(stream.background_doubts(), Contains(HasSubstr("looks like an imprint")));
+  for (int i = 0; i < 13; ++i) {
+    const auto item = stream.next();
+    ASSERT_TRUE(item);
+    ASSERT_EQ(item->surface != nullptr, i >= 10) << i;
+    if (item->surface) {
+      EXPECT_GT(item->surface->contact_pixels, 500);
+    }
+  }
 }
 
 /// A gel that reads as touched because its colors lie the wrong way round.

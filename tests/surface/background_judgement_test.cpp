@@ -1,3 +1,4 @@
+#include <fmt/core.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -151,6 +152,20 @@ TEST(JudgeBackground, TheMakersModelIsNamedOnceWithItsAccuracy) {
   makers.numbers[8832] = 0.4F;  // reads a slope everywhere, as it does on real gels
   EXPECT_THAT(judge_background(bare_gel(), "GelSight Mini", &model),
               ElementsAre(AllOf(HasSubstr("the maker's"), HasSubstr("gelslam calibrate"))));
+}
+
+TEST(JudgeBackground, APitchThatDisagreesWithThePrintedDotsIsSaid) {
+  const cv::Mat3b gel = with_markers(bare_gel(), 9, 7, 9);
+  const double right_mm = 2.0 / find_marker_dots(gel)->spacing_px;
+  const auto judge_at = [&](double pitch_mm, const char* device = "GelSight Mini") {
+    return short_ones(judge_background(gel, device, nullptr, pitch_mm));
+  };
+  EXPECT_THAT(judge_at(1.05 * right_mm), ElementsAre(HasSubstr("63 markers")));
+  EXPECT_THAT(judge_at(1.4 * right_mm), Contains(AllOf(HasSubstr(fmt::format("ppmm is {:.4f}", right_mm)),
+                                                       HasSubstr("1.40 times too large"))));
+  EXPECT_THAT(judge_at(0.8 * right_mm), Contains(HasSubstr("1.25 times too small")));
+  EXPECT_THAT(judge_at(1.4 * right_mm, "DIGIT"), ElementsAre(HasSubstr("63 markers")))
+      << "its dots are not known";
 }
 
 TEST(JudgeBackground, DirtAndTears) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <opencv2/imgproc.hpp>
 #include <random>
 
 #include "gelslam/surface/surface_estimator.hpp"
@@ -127,6 +128,44 @@ TEST(FindBareStretch, IsTheLongestOneWithoutAnImprint) {
   EXPECT_EQ(stretch->count, 5U);
   EXPECT_EQ(find_bare_stretch(frames, 4, linear_gel_model(), {})->count, 4U);
   EXPECT_FALSE(find_bare_stretch({frames.begin() + 13, frames.end()}, 10, linear_gel_model(), {}));
+}
+
+/// Rows of a rolling shutter under lamps that are dimmed by pulses.
+TEST(CheckBackground, RowsThatFlickerAreNoMotion) {
+  std::vector<cv::Mat3b> frames = rolling(1e-9, 0.0, 1.0);
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    for (int v = 0; v < kSensor.height; ++v) {
+      cv::Mat3b row = frames[i].row(v);
+      row *= 1 + 0.03 * std::sin(2 * M_PI * (v / 80.0 + 0.37 * static_cast<double>(i)));
+    }
+  EXPECT_EQ(check(frames).reason, "");
+}
+
+/// A bright spot in the coating reads as an imprint. It stays where it is while a ball comes and goes; the
+/// imprint of an object does not.
+TEST(FindBareStretch, WhatAllOfTheLogShowsIsTheGelsOwn) {
+  const auto gel = [](double depth_mm, bool is_worn, int seed) {
+    cv::Mat3b picture = render(ball_press(kSensor, kPitchMm, 110, 120, 4.75, depth_mm), kPitchMm, 1.0,
+                               static_cast<std::uint64_t>(seed));
+    if (is_worn) cv::circle(picture, {225, 85}, 14, cv::Scalar(150, 180, 180), cv::FILLED);
+    return picture;
+  };
+  std::vector<cv::Mat3b> worn, still, rested;
+  for (int i = 0; i < 20; ++i) {
+    worn.push_back(gel(i < 10 ? 1e-9 : 0.5, true, i));
+    still.push_back(gel(1e-9, true, i));
+    rested.push_back(gel(i < 10 ? 0.5 : 0.2, false, i));
+  }
+  const auto find = [](const std::vector<cv::Mat3b>& log) {
+    return find_bare_stretch({log.begin(), log.begin() + 10}, 10, linear_gel_model(), {}, log);
+  };
+  EXPECT_TRUE(check({worn.begin(), worn.begin() + 10}).contact);
+  const auto stretch = find(worn);
+  ASSERT_TRUE(stretch);
+  EXPECT_EQ(stretch->count, 10U);
+  EXPECT_GT(stretch->imprint_mm, 0.05);
+  EXPECT_FALSE(find(still)) << "an object may have rested there all the time";
+  EXPECT_FALSE(find(rested));
 }
 
 TEST(CheckBackground, AContactThatRestsIsSeenByItsImprint) {

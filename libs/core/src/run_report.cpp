@@ -16,7 +16,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Drift, amount, frame, time_s)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Hidden, motion, first_frame, first_time_s, frames)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Uncertainty, drift_mm, drift_deg, not_observable)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::GradientScale, x, y)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::MeshSize, vertices, triangles)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::MeshSize, vertices, triangles, islands_left_out)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Live, rate_hz, arrived, lost_by_camera, dropped, damaged)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Stage, count, median_ms, p99_ms, max_ms, total_ms)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport, program, log, log_description, model, optics, partial, warnings,
@@ -63,8 +63,10 @@ std::string report_json(const RunReport& report) {
 
 RunReport parse_report(const std::string& text, const std::filesystem::path& file) {
   const std::string damaged = file.string() + ": is damaged, or not the report of a run";
-  const Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
+  Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (!json.is_object()) throw Error(damaged);
+  if (json.contains("mesh") && json["mesh"].is_object())
+    json["mesh"].emplace("islands_left_out", 0);  // older runs do not say it
   if (const std::string member = wrong_member(json, RunReport()); !member.empty())
     throw Error(damaged + ": " + member + " is missing or not as it should be");
   try {

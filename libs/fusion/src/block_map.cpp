@@ -218,7 +218,7 @@ std::array<const BlockSurface*, kBlockNeighbors> BlockMap::lower_surfaces(std::i
   return lower;
 }
 
-Mesh BlockMap::finish(int threads, ProgressSink* progress) {
+Mesh BlockMap::finish(int threads, ProgressSink* progress, std::vector<int>& keyframe) {
   std::vector<std::int64_t> keys;
   for (auto& [key, block] : blocks_) {
     block.sums.reset();
@@ -250,6 +250,7 @@ Mesh BlockMap::finish(int threads, ProgressSink* progress) {
     first_vertex.emplace(&surface, static_cast<int>(mesh.vertices_mm.size()));
     mesh.vertices_mm.insert(mesh.vertices_mm.end(), surface.positions.begin(), surface.positions.end());
     mesh.normals.insert(mesh.normals.end(), surface.normals.begin(), surface.normals.end());
+    keyframe.insert(keyframe.end(), surface.keyframes.begin(), surface.keyframes.end());
     mesh.confidence.insert(mesh.confidence.end(), surface.weights.begin(), surface.weights.end());
   }
   std::vector<std::vector<Eigen::Vector3i>> triangles(keys.size());

@@ -41,7 +41,8 @@ class BlockMap {
 
   /// All passes over every block, on `threads` threads (0: all cores), and the result as one mesh whose
   /// vertices the blocks share. The same for any number of threads. Tells `progress` of the task "fusing".
-  Mesh finish(int threads, ProgressSink* progress);
+  /// Fills in `keyframe`, the one that sees a vertex best.
+  Mesh finish(int threads, ProgressSink* progress, std::vector<int>& keyframe);
 
   /// Forgets a block in which no patch is left.
   void drop_if_empty(std::int64_t key);

@@ -76,10 +76,37 @@ class VertexPlacer {
       p = p.cwiseMax(corner_mm).cwiseMin(Eigen::Vector3f(corner_mm.array() + voxel));
       observed = field_.evaluate(p, patches_, scratch_, value);
     }
+    const bool is_rim = observed && move_to_rim(value, p);
+    if (is_rim) {
+      observed = field_.evaluate(p, patches_, scratch_, value);
+      if (observed) p -= value.distance_mm * value.normal;
+    }
+    out_.is_rim.push_back(is_rim);
     out_.positions.push_back(p);
     out_.normals.push_back(observed ? value.normal : Eigen::Vector3f::Zero());
     out_.weights.push_back(observed ? value.weight : 0.0f);
     out_.keyframes.push_back(observed ? value.keyframe : 0);
+  }
+
+  /// Voxels end in steps: vertices beyond the rim, or nearly on it, move along the surface to where the
+  /// weight is that of the rim. False where `p` lies inside.
+  bool move_to_rim(const FieldValue& at, Eigen::Vector3f& p) const {
+    // Of a voxel: half of one on both sides of the rim, and what steps leave.
+    constexpr float kNear = 0.5f, kFarthest = 1.0f;
+    const float voxel = lattice_.voxel_size_mm, step = 0.25f * voxel;
+    if (at.best > 2 * field_.rim_weight()) return false;
+    Eigen::Vector3f rise;
+    for (int axis = 0; axis < 3; ++axis) {
+      const Eigen::Vector3f along = step * Eigen::Vector3f::Unit(axis);
+      rise[axis] =
+          (field_.log_weight(p + along, patches_) - field_.log_weight(p - along, patches_)) / (2 * step);
+    }
+    rise -= rise.dot(at.normal) * at.normal;
+    const float steepness = std::max(rise.norm(), 1e-6f);
+    const float inward = (Field::log_weight(field_.rim_weight()) - Field::log_weight(at.best)) / steepness;
+    if (inward < -kNear * voxel) return false;
+    p += std::min(inward, kFarthest * voxel) / steepness * rise;
+    return true;
   }
 
   const BlockLattice& lattice_;
@@ -155,12 +182,20 @@ class VertexJoiner {
     const Eigen::Vector3f across = (p[2] - p[0]).cross(p[3] - p[1]);
     if (across.dot(observed) < kMinAgreement * across.norm() * observed.norm()) return;
     if ((p[2] - p[0]).squaredNorm() <= (p[3] - p[1]).squaredNorm()) {
-      triangles_.push_back({quad[0], quad[1], quad[2]});
-      triangles_.push_back({quad[0], quad[2], quad[3]});
+      add_triangle({quad[0], quad[1], quad[2]});
+      add_triangle({quad[0], quad[2], quad[3]});
     } else {
-      triangles_.push_back({quad[0], quad[1], quad[3]});
-      triangles_.push_back({quad[1], quad[2], quad[3]});
+      add_triangle({quad[0], quad[1], quad[3]});
+      add_triangle({quad[1], quad[2], quad[3]});
     }
+  }
+
+  /// Between three vertices of the rim there is nothing inside it.
+  void add_triangle(const NamedTriangle& triangle) {
+    const auto is_rim = [&](const VertexName& v) {
+      return lower_[static_cast<std::size_t>(v.neighbor)]->is_rim[static_cast<std::size_t>(v.vertex)];
+    };
+    if (!std::all_of(triangle.begin(), triangle.end(), is_rim)) triangles_.push_back(triangle);
   }
 
   const std::array<const BlockSurface*, kBlockNeighbors>& lower_;

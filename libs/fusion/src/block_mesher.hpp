@@ -44,6 +44,7 @@ struct BlockSurface {
   std::vector<Eigen::Vector3f> positions, normals;
   std::vector<float> weights;  ///< 0: the vertex fell where nothing was observed, and is not used
   std::vector<int> keyframes;  ///< the one that sees the vertex best
+  std::vector<bool> is_rim;    ///< moved to where the mesh ends
 
   bool operator==(const BlockSurface&) const = default;
 };

@@ -4,6 +4,14 @@
 
 namespace gelslam::fusion::detail {
 
+float Field::log_weight(const Eigen::Vector3f& point_mm, const PatchList& listed) const {
+  float best = 0;
+  for (const Patch* patch : listed)
+    if (Patch::Reading reading; patch->read(point_mm, truncation_mm_, reading))
+      best = std::max(best, reading.weight);
+  return log_weight(best);
+}
+
 bool Field::evaluate(const Eigen::Vector3f& point_mm, const PatchList& listed,
                      std::vector<Observation>& scratch, FieldValue& out) const {
   scratch.clear();
@@ -14,7 +22,7 @@ bool Field::evaluate(const Eigen::Vector3f& point_mm, const PatchList& listed,
     scratch.push_back(o);
     best = std::max(best, o.weight);
   }
-  if (best < min_weight_) return false;
+  if (best < min_weight()) return false;
 
   // One side of the object after the other, each led by its heaviest observation.
   constexpr int kMaxSides = 3;  // numerics: a place has two sides, an edge three
@@ -25,7 +33,7 @@ bool Field::evaluate(const Eigen::Vector3f& point_mm, const PatchList& listed,
     const Observation lead = *std::max_element(rest, scratch.end(), heavier);
     const auto end = std::stable_partition(
         rest, scratch.end(), [&](const Observation& o) { return o.direction.dot(lead.direction) > 0; });
-    FieldValue value{0, 0, Eigen::Vector3f::Zero(), lead.keyframe};
+    FieldValue value{0, 0, lead.weight, Eigen::Vector3f::Zero(), lead.keyframe};
     DistanceSumOf<std::int64_t> sum;  // of any number of observations
     for (auto o = rest; o != end; ++o) {
       const DistanceSum t = term(o->distance_mm, o->weight);
@@ -35,7 +43,7 @@ bool Field::evaluate(const Eigen::Vector3f& point_mm, const PatchList& listed,
       value.weight += o->weight;
     }
     rest = end;
-    if (lead.weight < min_weight_ || sum.weight == 0) continue;
+    if (lead.weight < min_weight() || sum.weight == 0) continue;
     value.distance_mm = mean_mm(sum);
     value.normal.normalize();
     if (!found || value.distance_mm > out.distance_mm) out = value;

@@ -12,6 +12,7 @@ namespace gelslam::fusion::detail {
 struct FieldValue {
   float distance_mm = 0;   ///< positive outside the object
   float weight = 0;        ///< summed over the observations behind it
+  float best = 0;          ///< the largest of them
   Eigen::Vector3f normal;  ///< unit, out of the object: the weighted mean of what was observed
   int keyframe = 0;        ///< the one that sees it best
 };
@@ -30,11 +31,18 @@ constexpr std::size_t kMaxSummedPatches = 30000;  ///< layout: of weight 1: what
 class Field {
  public:
   Field(float truncation_mm, float min_weight)
-      : truncation_mm_(truncation_mm), inverse_truncation_(1.0f / truncation_mm), min_weight_(min_weight) {}
+      : truncation_mm_(truncation_mm), inverse_truncation_(1.0f / truncation_mm), rim_weight_(min_weight) {}
 
   float truncation_mm() const { return truncation_mm_; }
-  /// Best single weight below which one side of a point does not count as touched.
-  float min_weight() const { return min_weight_; }
+  /// Best single weight below which one side of a point does not count as touched. So much less than the
+  /// rim's that two voxels more are observed beyond the rim.
+  float min_weight() const { return rim_weight_ / 6; }
+  /// Best single weight at which the mesh ends.
+  float rim_weight() const { return rim_weight_; }
+  /// Of the largest weight of what is observed at a point, a logarithm that rises evenly toward the middle of
+  /// a patch.
+  float log_weight(const Eigen::Vector3f& point_mm, const PatchList& listed) const;
+  static float log_weight(float weight) { return std::log(weight + Patch::kMinPixelWeight); }
 
   /// Value at a point, asking the listed patches. `scratch` is reused between calls. False where unobserved.
   bool evaluate(const Eigen::Vector3f& point_mm, const PatchList& listed, std::vector<Observation>& scratch,
@@ -57,7 +65,7 @@ class Field {
   static constexpr float kUnit = 65536.0f;  // layout
 
   float truncation_mm_, inverse_truncation_;
-  float min_weight_;
+  float rim_weight_;
 };
 
 }  // namespace gelslam::fusion::detail

@@ -43,13 +43,28 @@ void check(const IncrementalOptions& o) {
   if (o.warm_blocks < 1) throw Error("the live mesh needs at least one warm block");
 }
 
-/// Drops connected pieces (by shared vertices) whose area is below `min_area_mm2`, and vertices that no
-/// triangle uses. Order is kept.
-Mesh without_small_pieces(const Mesh& mesh, double min_area_mm2) {
+/// Drops islands: connected pieces (by shared vertices) whose area is below `min_area_mm2`, and those that a
+/// single keyframe shows where the largest piece is shown by several; and vertices that no triangle uses.
+/// `keyframe`: of each vertex. Order is kept.
+Mesh without_islands(const Mesh& mesh, const std::vector<int>& keyframe, double min_area_mm2,
+                     std::int64_t* islands) {
   const MeshPieces pieces = find_pieces(mesh);
+  std::vector<int> seen_by(pieces.area_mm2.size(), -1);
+  std::vector<bool> is_kept(pieces.area_mm2.size(), false);
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const std::size_t piece = index(pieces.of_triangle[i]);
+    const int by = keyframe[index(mesh.triangles[i][0])];
+    if (seen_by[piece] < 0) seen_by[piece] = by;
+    if (seen_by[piece] != by) is_kept[piece] = true;
+  }
+  const bool all_alike = pieces.largest < 0 || !is_kept[index(pieces.largest)];
+  for (std::size_t piece = 0; piece < is_kept.size(); ++piece)
+    is_kept[piece] =
+        pieces.area_mm2[piece] >= min_area_mm2 && (min_area_mm2 == 0 || all_alike || is_kept[piece]);
+  if (islands != nullptr) *islands = std::count(is_kept.begin(), is_kept.end(), false);
   std::vector<Eigen::Vector3i> kept;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
-    if (pieces.area_mm2[index(pieces.of_triangle[i])] >= min_area_mm2) kept.push_back(mesh.triangles[i]);
+    if (is_kept[index(pieces.of_triangle[i])]) kept.push_back(mesh.triangles[i]);
   return submesh(mesh, kept);
 }
 
@@ -78,11 +93,11 @@ class IncrementalFusion::Impl {
     return true;
   }
 
-  Mesh finish(int threads, ProgressSink* progress) {
+  Mesh finish(int threads, ProgressSink* progress, std::vector<int>& keyframe) {
     while (phase_ != Phase::idle) step();
     place_all(threads);
     queue_.clear();
-    return blocks_.finish(threads, progress);
+    return blocks_.finish(threads, progress, keyframe);
   }
 
   std::vector<MeshBlock> take_changed_blocks() {
@@ -221,12 +236,15 @@ void IncrementalFusion::set_patches(const std::vector<PosedSurface>& patches, do
 bool IncrementalFusion::work() { return impl_->work(); }
 std::vector<MeshBlock> IncrementalFusion::take_changed_blocks() { return impl_->take_changed_blocks(); }
 
-Mesh IncrementalFusion::finish(int threads, double min_piece_mm2, ProgressSink* progress) {
-  return without_small_pieces(impl_->finish(threads, progress), min_piece_mm2);
+Mesh IncrementalFusion::finish(int threads, double min_piece_mm2, ProgressSink* progress,
+                               std::int64_t* islands) {
+  std::vector<int> keyframe;
+  const Mesh mesh = impl_->finish(threads, progress, keyframe);
+  return without_islands(mesh, keyframe, min_piece_mm2, islands);
 }
 
 Mesh fuse(const std::vector<PosedSurface>& patches, const FusionOptions& options, double gradient_scale,
-          ProgressSink* progress) {
+          ProgressSink* progress, std::int64_t* islands) {
   std::vector<PosedSurface> numbered = patches;  // in the given order; an id may come twice
   for (std::size_t i = 0; i < numbered.size(); ++i) {
     check_patch(numbered[i]);
@@ -234,7 +252,7 @@ Mesh fuse(const std::vector<PosedSurface>& patches, const FusionOptions& options
   }
   IncrementalFusion fusion(options, {});
   fusion.set_patches(numbered, gradient_scale);
-  return fusion.finish(options.threads, options.min_piece_mm2, progress);
+  return fusion.finish(options.threads, options.min_piece_mm2, progress, islands);
 }
 
 }  // namespace gelslam

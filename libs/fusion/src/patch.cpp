@@ -18,10 +18,13 @@ constexpr float kUnreadWeight = 0.3f;
 /// the gel's membrane rim and not the object (Huang et al., T-RO 2026). The root, because our mask ends
 /// before most of the membrane rim begins: W itself throws away good views, and the mean gets noisier
 /// (docs/algorithms.md).
+/// The mask's corners and steps, which come from the squares that shaped it, are rounded before.
 cv::Mat1f rim_weight(const cv::Mat1b& contact) {
-  cv::Mat1f distance;
-  cv::distanceTransform(contact, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
   const float length = static_cast<float>(contact.rows) / 60.0f;
+  cv::Mat1b smooth;
+  cv::GaussianBlur(contact, smooth, cv::Size(), static_cast<double>(length), 0, cv::BORDER_REPLICATE);
+  cv::Mat1f distance;
+  cv::distanceTransform(smooth > 127, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
   for (float& d : distance) d = d > 0 ? std::sqrt(0.5f * (std::tanh(d / length - 3.0f) + 1.0f)) : 0.0f;
   return distance;
 }

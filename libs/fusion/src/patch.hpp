@@ -34,6 +34,8 @@ class Patch {
 
   int keyframe() const { return keyframe_; }
 
+  static constexpr float kMinPixelWeight = 0.05f;  ///< a pixel on the mask's very border
+
   /// What the pixels at a point's foot say, in the sensor's frame.
   struct Reading {
     float distance_mm = 0, weight = 0;  ///< as in Observation
@@ -114,8 +116,7 @@ class Patch {
  private:
   void set_pose(const Pose& map_T_keyframe);
 
-  static constexpr float kMinPixelWeight = 0.05f;  ///< a pixel on the mask's very border
-  static constexpr float kMinNormalZ = 0.05f;      // numerics
+  static constexpr float kMinNormalZ = 0.05f;  // numerics
 
   struct Pixel {
     float height_mm = 0, weight = 0, nx = 0, ny = 0;

@@ -5,17 +5,9 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "gelslam/calibration/background_drift.hpp"
 #include "gelslam/core/median.hpp"
 
-namespace gelslam {
-
-bool has_same_light(const cv::Mat3b& picture, const cv::Mat3b& background) {
-  using namespace calibration::detail;
-  return common_difference(shrink_to_cells(picture), shrink_to_cells(background)) <= kMaxLightLevels;
-}
-
-namespace calibration::detail {
+namespace gelslam::calibration::detail {
 
 cv::Scalar median_color(const cv::Mat3f& colors) {
   cv::Scalar middle;
@@ -42,13 +34,6 @@ cv::Mat1f cell_difference(const cv::Mat3f& cells, const cv::Mat3f& reference) {
   difference -= median_color(difference);
   cv::blur(difference, difference, cv::Size(3, 3), cv::Point(-1, -1), cv::BORDER_REPLICATE);
   return length_of(difference);
-}
-
-double common_difference(const cv::Mat3f& cells, const cv::Mat3f& reference) {
-  cv::Mat3f difference;
-  cv::subtract(cells, reference, difference);
-  const cv::Mat1f length = length_of(difference);
-  return median(std::vector<double>(length.begin(), length.end()));
 }
 
 cv::Mat1f length_of(const cv::Mat3f& colors) {
@@ -78,5 +63,4 @@ std::vector<ChangedPiece> changed_pieces(const cv::Mat1f& difference, double lev
   return pieces;
 }
 
-}  // namespace calibration::detail
-}  // namespace gelslam
+}  // namespace gelslam::calibration::detail

@@ -16,13 +16,6 @@ inline constexpr int kCellsAcross = 80;
 /// How much each cell's color differs (norm over the channels, gray levels, smoothed over 3x3 cells),
 /// without what most of the picture has in common (exposure, light).
 cv::Mat1f cell_difference(const cv::Mat3f& cells, const cv::Mat3f& reference);
-/// Half of the cells differ by more (norm over the channels, gray levels): a touch changes fewer of them,
-/// another light all of them, also one that brightens one side and darkens the other.
-double common_difference(const cv::Mat3f& cells, const cv::Mat3f& reference);
-/// More is another light, gel or sensor: 224 presses of three sensors differ from their background by at most
-/// 1.9, from those of other sensors by 8 or more.
-inline constexpr double kMaxLightLevels = 6.0;
-
 cv::Mat1f length_of(const cv::Mat3f& colors);  ///< norm over the channels
 double largest(const cv::Mat1f& map);
 

@@ -8,11 +8,11 @@
 #include <map>
 #include <opencv2/core.hpp>
 
-#include "gelslam/calibration/background_drift.hpp"
 #include "gelslam/calibration/circle_finder.hpp"
 #include "gelslam/calibration/press_coverage.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
+#include "gelslam/surface/background_drift.hpp"
 
 namespace gelslam {
 namespace {

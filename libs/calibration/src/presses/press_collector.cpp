@@ -13,6 +13,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/surface/background.hpp"
+#include "gelslam/surface/background_drift.hpp"
 #include "judging/gel_change.hpp"
 
 namespace gelslam {

@@ -5,12 +5,12 @@
 #include <system_error>
 #include <utility>
 
-#include "gelslam/calibration/background_drift.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/image/codecs.hpp"
 #include "gelslam/sensor/image_input.hpp"
+#include "gelslam/surface/background_drift.hpp"
 #include "gelslam/surface/model_file.hpp"
 
 namespace gelslam {

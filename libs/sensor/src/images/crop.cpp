@@ -1,5 +1,7 @@
 #include "images/crop.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -91,6 +93,14 @@ std::string wrong_size_text(std::int64_t width_px, std::int64_t height_px, const
                      size_text(profile.raw_width_px, profile.raw_height_px) + ")";
   if ((width_px < height_px) != (profile.width_px < profile.height_px))
     return text + "; is it turned by 90 degrees, or another sensor's?";
+  const double enlarged = static_cast<double>(profile.width_px) / static_cast<double>(width_px);
+  if (enlarged > 1)
+    return text + fmt::format(
+                      "; for pictures as small as these write in a configuration \"imgw: {}\", "
+                      "\"imgh: {}\", a \"ppmm\" {:.3g} times and a \"contact_threshold\" {:.3g} times the "
+                      "usual one, their \"framerate\", and \"color_gain_blue\", \"_green\" and \"_red\" if "
+                      "the model is another sensor's, as configs/clip.yaml does",
+                      width_px, height_px, enlarged, 1 / (enlarged * enlarged));
   text += "; write in device_config of a configuration \"raw_imgw: " + std::to_string(width_px) +
           "\" and \"raw_imgh: " + std::to_string(height_px) + "\" where it is the camera's whole picture";
   return may_be_enlarged(width_px, height_px, profile)

@@ -127,14 +127,16 @@ void count(const Run& run, RunReport& report) {
   const std::vector<bool>& outlier = map.solution.edge_outlier;
   report.loop_outliers = static_cast<int>(std::count(outlier.begin(), outlier.end(), true));
   report.gradient_scale = {map.gradient_scale.x, map.gradient_scale.y};
-  report.mesh = {run.mesh.vertices_mm.size(), run.mesh.triangles.size()};
+  report.mesh.vertices = run.mesh.vertices_mm.size();
+  report.mesh.triangles = run.mesh.triangles.size();
   report.reservations = reservations(map, report);
 }
 
 }  // namespace
 
-Mesh fuse_map(const SlamMap& map, const FusionOptions& options, ProgressSink* progress) {
-  return fuse(posed_surfaces(map), options, map.gradient_scale.mean(), progress);
+Mesh fuse_map(const SlamMap& map, const FusionOptions& options, ProgressSink* progress,
+              std::int64_t* islands) {
+  return fuse(posed_surfaces(map), options, map.gradient_scale.mean(), progress, islands);
 }
 
 Run finish_scan(const Config& config, SlamMap map, RunReport report, StageTimer& timer,
@@ -142,7 +144,7 @@ Run finish_scan(const Config& config, SlamMap map, RunReport report, StageTimer&
   Run run{config, std::move(map), {}, std::move(report)};
   {
     const auto scope = timer.measure("finish/fusion");
-    run.mesh = fuse_map(run.map, config.slam.fusion, progress);
+    run.mesh = fuse_map(run.map, config.slam.fusion, progress, &run.report.mesh.islands_left_out);
   }
   count(run, run.report);
   for (const StageStatistics& stage : timer.statistics()) run.report.stages[stage.stage] = stage;

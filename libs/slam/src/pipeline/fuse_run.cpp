@@ -32,12 +32,13 @@ Config config_of(const FuseRequest& request) {
 }
 
 /// The mesh, and what else depends on how it was made. `run`: whose report it is.
-void write_fused(const fs::path& folder, const fs::path& run, const Config& config, const Mesh& mesh) {
+void write_fused(const fs::path& folder, const fs::path& run, const Config& config, const Mesh& mesh,
+                 const RunReport::MeshSize& size) {
   write_mesh(folder / "mesh.ply", mesh);
   write_file_atomically(folder / "config.yaml", write_config(config));
   std::optional<RunReport> report = find_report(run);
   if (!report) return;
-  report->mesh = {mesh.vertices_mm.size(), mesh.triangles.size()};
+  report->mesh = size;
   write_file_atomically(folder / "report.json", report_json(*report));
 }
 
@@ -84,7 +85,7 @@ FuseSummary finish_killed(const FuseRequest& request, const Config& config, Targ
         request.run, [&](const fs::path& folder) { write_results(folder, run); }, &run.map);
   }
   const auto in_map = std::count(run.map.in_map.begin(), run.map.in_map.end(), true);
-  return {static_cast<std::size_t>(in_map), run.mesh.vertices_mm.size(), run.mesh.triangles.size(), true};
+  return {static_cast<std::size_t>(in_map), run.report.mesh, true};
 }
 
 }  // namespace
@@ -92,15 +93,20 @@ FuseSummary finish_killed(const FuseRequest& request, const Config& config, Targ
 FuseSummary fuse_run(const FuseRequest& request, ProgressSink& progress,
                      const std::function<bool()>& stop_requested) {
   check_is_run(request.run, RunNeeds::record);
-  const Config config = config_of(request);
+  Config config = config_of(request);
+  if (request.keep_all) config.slam.fusion.min_piece_mm2 = 0;
   Target target(request);
   const std::optional<Session> session = find_session(request.run);
   if (!session || !session->warning.empty() || has_incomplete_save(request.run))
     return finish_killed(request, config, target, progress, stop_requested);
   if (session->patches.empty()) throw Error(request.run.string() + ": holds no keyframe to fuse");
-  const Mesh mesh = fuse(session->patches, config.slam.fusion, session->gradient_scale, &progress);
+  RunReport::MeshSize size;
+  const Mesh mesh =
+      fuse(session->patches, config.slam.fusion, session->gradient_scale, &progress, &size.islands_left_out);
+  size.vertices = mesh.vertices_mm.size();
+  size.triangles = mesh.triangles.size();
   if (stop_requested()) throw Error("stopped; nothing was changed");
-  const auto write = [&](const fs::path& folder) { write_fused(folder, request.run, config, mesh); };
+  const auto write = [&](const fs::path& folder) { write_fused(folder, request.run, config, mesh, size); };
   if (target.folder) {
     copy_run(request.run, target.folder->path());
     write(target.folder->path());
@@ -108,7 +114,7 @@ FuseSummary fuse_run(const FuseRequest& request, ProgressSink& progress,
   } else {
     replace_results(request.run, write, nullptr);
   }
-  return {session->patches.size(), mesh.vertices_mm.size(), mesh.triangles.size(), false};
+  return {session->patches.size(), size, false};
 }
 
 }  // namespace gelslam

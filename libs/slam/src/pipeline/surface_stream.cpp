@@ -8,6 +8,8 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/sensor/image_input.hpp"
+#include "gelslam/surface/background_drift.hpp"
+#include "gelslam/surface/model_file.hpp"
 
 namespace gelslam {
 namespace {
@@ -22,6 +24,22 @@ std::string ended_early(std::size_t frames, const LogInput& input, int wanted) {
   return "the log has only " + counted(frames, "frame") + ", fewer than the " + std::to_string(wanted) +
          " without contact that it must start with (background_frames in the configuration, or name a "
          "background picture)";
+}
+
+/// Some dozens of pictures, evenly from a whole log.
+std::deque<TactileImage> some_of(FrameSource& log) {
+  constexpr std::size_t most = 64;  // memory
+  std::deque<TactileImage> some;
+  std::size_t step = 1;
+  for (std::size_t i = 0; std::optional<TactileImage> image = log.next(); ++i) {
+    if (i % step != 0) continue;
+    some.push_back(std::move(*image));
+    if (some.size() < most) continue;
+    step *= 2;
+    for (std::size_t k = 1; k < most / 2; ++k) some[k] = std::move(some[2 * k]);
+    some.resize(most / 2);
+  }
+  return some;
 }
 
 SurfaceStream::Item bare_item(const TactileImage& image) {
@@ -84,13 +102,44 @@ void FrameToSurface::gather_background(const cv::Mat3b& bgr, std::int64_t index)
   if (named_ && refusal_.moves && !force_)
     throw Error("the named frames should show the bare gel, but " + refusal_.reason);
   const bool is_refused = refusal_.markers || (refusal_.contact && !named_);
-  if (is_refused && !force_) return;
+  if (is_refused && !force_) {
+    if (refusal_.contact) name_doubts(background_image(pictures));
+    return;
+  }
   if (refusal_.contact)
     doubts_.emplace_back(
         "the background shows contact, and surfaces may be wrong: record the bare gel again");
   refusal_ = {};
   candidates_.clear();
   compares_ ? compare_with(background_image(pictures)) : set_background(background_image(pictures));
+}
+
+/// Other lamps or another model are likelier than an imprint that is read, but not than motion that is seen.
+void FrameToSurface::name_doubts(const cv::Mat3b& background) {
+  std::string doubts;
+  if (!refusal_.turned)
+    for (const std::string& doubt :
+         judge_background(MarkerFiller(background).background(), config_.sensor.device_name, &model_))
+      if (doubt != kMakerModelDoubt) append_sentence(doubts, doubt);
+  if (!refusal_.moves) std::swap(doubts, refusal_.reason);
+  append_sentence(refusal_.reason, doubts);
+}
+
+/// With what a log begins with.
+void FrameToSurface::doubt_background(const std::deque<TactileImage>& first) {
+  const std::vector<cv::Mat3b> pictures = brightened(first);
+  const cv::Mat3b seen = background_image(pictures);
+  const BackgroundDrift drift = measure_drift(background_cells(background_), background_cells(seen));
+  const bool is_touched = check_background(pictures, model_, config_.surface).contact;
+  std::string difference;
+  if (drift.light_changed || (drift.gel_changed && !is_touched))
+    difference = drift.difference;
+  else if (!is_touched &&
+           SurfaceEstimator(model_, seen, config_.surface).estimate(background_)->contact_pixels >
+               config_.slam.tracker.contact_threshold_px)
+    difference = "something touches the gel in it, or in these";
+  if (!difference.empty())
+    doubts_.push_back("the background picture differs from the first frames of the log: " + difference);
 }
 
 void FrameToSurface::compare_background() {
@@ -113,22 +162,37 @@ void FrameToSurface::compare_with(const cv::Mat3b& background) {
       100 * changed_px / static_cast<int>(background.total()), was[0], was[1], was[2], is[0], is[1], is[2]);
 }
 
-std::optional<BareStretch> FrameToSurface::take_bare_stretch(const std::deque<TactileImage>& seen) {
+std::vector<cv::Mat3b> FrameToSurface::brightened(const std::deque<TactileImage>& images) const {
   std::vector<cv::Mat3b> pictures;
-  for (const TactileImage& image : seen) {
+  for (const TactileImage& image : images) {
     pictures.push_back(image.bgr.clone());
     color_gain_.apply(pictures.back());
   }
+  return pictures;
+}
+
+std::optional<BareStretch> FrameToSurface::take_bare_stretch(const std::deque<TactileImage>& seen,
+                                                             const std::filesystem::path& log) {
+  const std::vector<cv::Mat3b> pictures = brightened(seen);
   const auto most = static_cast<std::size_t>(config_.background_frames);
-  const auto stretch = find_bare_stretch(pictures, most, model_, config_.surface);
+  auto stretch = find_bare_stretch(pictures, most, model_, config_.surface);
+  if (!stretch && !log.empty())
+    stretch = find_bare_stretch(pictures, most, model_, config_.surface,
+                                brightened(some_of(*open_frame_source(log, config_.sensor))));
   if (!stretch) return std::nullopt;
+  if (stretch->imprint_mm > 0)
+    doubts_.push_back(fmt::format(
+        "all of the log shows what looks like an imprint, about {:.1f} mm deep: it counts as the gel's own "
+        "(wear, light)",
+        stretch->imprint_mm));
   const auto first = pictures.begin() + static_cast<std::ptrdiff_t>(stretch->begin);
   set_background(background_image({first, first + static_cast<std::ptrdiff_t>(stretch->count)}));
-  doubts_.push_back("the background is that of frames " + std::to_string(seen[stretch->begin].index) +
-                    " to " + std::to_string(seen[stretch->begin + stretch->count - 1].index) +
-                    (stretch->begin > 0
-                         ? ", not the old ones before; name others as background frames"
-                         : fmt::format(": of the {} asked for, only these show the bare gel", most)));
+  if (stretch->begin > 0 || stretch->count < most)
+    doubts_.push_back("the background is that of frames " + std::to_string(seen[stretch->begin].index) +
+                      " to " + std::to_string(seen[stretch->begin + stretch->count - 1].index) +
+                      (stretch->begin > 0
+                           ? ", not the old ones before; name others as background frames"
+                           : fmt::format(": of the {} asked for, only these show the bare gel", most)));
   return stretch;
 }
 
@@ -136,7 +200,8 @@ void FrameToSurface::set_background(const cv::Mat3b& background) {
   const auto markers = find_marker_dots(background);
   if (markers && !markers->are_readable() && !force_)
     throw Error(markers->sentence() + " (force continues anyway)");
-  for (std::string& doubt : judge_background(background, config_.sensor.device_name, &model_))
+  for (std::string& doubt :
+       judge_background(background, config_.sensor.device_name, &model_, config_.surface.pixel_pitch_mm))
     doubts_.push_back(std::move(doubt));
   estimator_.emplace(model_, background, config_.surface);
   background_ = background;
@@ -152,6 +217,10 @@ SurfaceStream::SurfaceStream(std::unique_ptr<FrameSource> source, const LogInput
       frames_(config, input.background, input.force, timer, input.background_frames) {
   bool asked = false;
   std::deque<TactileImage> seen;
+  if (frames_.has_background() && !ask) {
+    read_ahead(ahead_, static_cast<std::size_t>(config.background_frames));
+    if (!ahead_.empty()) frames_.doubt_background(ahead_);
+  }
   while (!frames_.has_background()) {
     std::optional<TactileImage> image = source_->next();
     if (!image) throw Error(ended_early(seen.size(), input, config.background_frames));
@@ -161,7 +230,9 @@ SurfaceStream::SurfaceStream(std::unique_ptr<FrameSource> source, const LogInput
       background_items_.back() = {*std::move(image), std::move(surface)};
     const BackgroundCheck& refusal = frames_.refusal();
     if (!refusal.contact && !refusal.markers) continue;
-    if (!ask && look_further(seen, kLookAhead * static_cast<std::size_t>(config.background_frames))) return;
+    if (!ask &&
+        look_further(seen, kLookAhead * static_cast<std::size_t>(config.background_frames), input.log))
+      return;
     if (refusal.markers) throw Error(refusal.reason + " (force continues anyway)");
     if (!ask)
       throw Error("the log's first " + std::to_string(background_items_.size()) +
@@ -173,14 +244,19 @@ SurfaceStream::SurfaceStream(std::unique_ptr<FrameSource> source, const LogInput
   }
 }
 
-/// For the background beyond the pictures `seen`.
-bool SurfaceStream::look_further(std::deque<TactileImage> seen, std::size_t most) {
+void SurfaceStream::read_ahead(std::deque<TactileImage>& seen, std::size_t most) {
   while (seen.size() < most) {
     std::optional<TactileImage> image = source_->next();
     if (!image) break;
     seen.push_back(std::move(*image));
   }
-  const auto stretch = frames_.take_bare_stretch(seen);
+}
+
+/// For the background beyond the pictures `seen`.
+bool SurfaceStream::look_further(std::deque<TactileImage> seen, std::size_t most,
+                                 const std::filesystem::path& log) {
+  read_ahead(seen, most);
+  const auto stretch = frames_.take_bare_stretch(seen, log);
   if (!stretch) return false;
   background_items_.clear();
   for (std::size_t i = 0; i < stretch->begin + stretch->count; ++i, seen.pop_front())

@@ -39,6 +39,11 @@ constexpr double kSettledGainError = 0.01;  // lamps flicker by less
 // the maker's model at most 0.0039 (158 bare gels), and 0.0041 or more. Slope alone is 0.13 on bare gel, and
 // 0.14 in a press.
 constexpr double kImprint = 0.0029, kMakersImprint = 0.0040;
+// Of an imprint's slopes, what a log's every picture still shows where it is the gel's own (a worn spot, the
+// light of another unit): 0.83 or more. Of 9 logs that begin with an object on the gel one shows 0.54 or
+// less.
+constexpr double kLastingShare = 0.7;
+constexpr double kSteepShare = 0.5;      // of the steepest slope: those of an imprint
 constexpr int kBorderPx = 3 * kBlockPx;  // the model extrapolates there
 constexpr int kMarkerMarginPx = 8;       // numerics: two sigma of the smoothing
 
@@ -64,12 +69,27 @@ cv::Mat1f local_part(const cv::Mat1f& map, double smooth_px, double broad_px) {
   return local;
 }
 
+// A lamp that is dimmed by pulses shows as rows that are brighter or darker: takes off each row of blocks its
+// median share of the reference. The sum of the colors counts: a slope takes from one what it gives another.
+void remove_rows(const cv::Mat3f& reference, cv::Mat3f& difference) {
+  std::vector<float> shares;
+  for (int v = 0; v < reference.rows; ++v) {
+    shares.clear();
+    for (int u = 0; u < reference.cols; ++u) {
+      const cv::Vec3f &levels = difference(v, u), &of = reference(v, u);
+      shares.push_back((levels[0] + levels[1] + levels[2]) / std::max(of[0] + of[1] + of[2], 1.0F));
+    }
+    difference.row(v) -= static_cast<double>(quantile_in_place(shares, 0.5)) * reference.row(v);
+  }
+}
+
 // Percentage of the image where two pictures differ, apart from their light; 0 when it is insignificant.
 int differing_percent(const cv::Mat3f& blocks, const cv::Mat3f& reference_blocks, float levels) {
   LightTracker tracker(reference_blocks);
   cv::Mat3f difference = blocks.clone();
   to_background_light(tracker.update(blocks, cv::Mat1b()), difference);
   cv::subtract(difference, reference_blocks, difference);
+  remove_rows(reference_blocks, difference);
   cv::blur(difference, difference, cv::Size(kWindowBlocks, kWindowBlocks), cv::Point(-1, -1),
            cv::BORDER_REPLICATE);
   const auto count = std::count_if(difference.begin(), difference.end(), [levels](const cv::Vec3f& color) {
@@ -127,9 +147,19 @@ std::size_t end_of_agreement(const std::vector<cv::Mat3f>& blocks, std::size_t b
   return end;
 }
 
+struct LocalSlopes {
+  cv::Mat1f gx, gy;
+  LocalSlopes() = default;
+  explicit LocalSlopes(const GradientMap& gradient)
+      : gx(local_part(gradient.background_gx(), 3.0, 16.0)),
+        gy(local_part(gradient.background_gy(), 3.0, 16.0)) {}
+};
+
 struct Imprint {
   double slope = 0, curvature = 0;  ///< local, at the 99th percentile; curvature per pixel
   double depth_mm = 0, limit = kImprint;
+  LocalSlopes slopes{};
+  cv::Mat1b steep{};  ///< where these are the imprint's
   /// Bare gel shows less than 1.
   double strength() const { return slope * curvature / limit; }
   std::string sentence() const {
@@ -143,8 +173,9 @@ Imprint find_imprint(const cv::Mat3b& picture, const GradientModel& model, doubl
   if (std::min(picture.rows, picture.cols) <= 4 * kBorderPx) return {};
   const GradientMap gradient(model, MarkerFiller(picture).background());
   const cv::Mat1f &gx = gradient.background_gx(), &gy = gradient.background_gy();
+  const LocalSlopes local(gradient);
   cv::Mat1f slope, curvature;
-  cv::magnitude(local_part(gx, 3.0, 16.0), local_part(gy, 3.0, 16.0), slope);
+  cv::magnitude(local.gx, local.gy, slope);
   PoissonSolver poisson(picture.size());
   const cv::Mat1f height = local_part(poisson.pixels(poisson.solve(gx, gy)), 1.0, 32.0);
   cv::GaussianBlur(divergence(gx, gy), curvature, cv::Size(), 4.0, 4.0, cv::BORDER_REPLICATE);
@@ -156,9 +187,33 @@ Imprint find_imprint(const cv::Mat3b& picture, const GradientModel& model, doubl
     cv::dilate(markers->mask, around, cv::getStructuringElement(cv::MORPH_RECT, cv::Size(side, side)));
     judged.setTo(0, around);
   }
-  return {percentile(slope, judged, 0.99), percentile(curvature, judged, 0.995),
-          -pixel_pitch_mm * percentile(height, judged, 0.005),
-          model.wide && model.wide->gives_normals ? kMakersImprint : kImprint};
+  Imprint imprint{percentile(slope, judged, 0.99),
+                  percentile(curvature, judged, 0.995),
+                  -pixel_pitch_mm * percentile(height, judged, 0.005),
+                  model.wide && model.wide->gives_normals ? kMakersImprint : kImprint,
+                  local,
+                  judged};
+  imprint.steep.setTo(0, slope <= kSteepShare * imprint.slope);
+  return imprint;
+}
+
+// Whether all pictures of a log show the background's imprint, and some of them something else, too. Where
+// none does, an object may have rested on the gel all the time.
+bool is_of_the_gel(const Imprint& imprint, const cv::Mat3b& background, const std::vector<cv::Mat3b>& log,
+                   const GradientModel& model) {
+  const MarkerFiller markers(background);
+  const cv::Mat3f blocks = average_blocks(background);
+  bool is_touched = false;
+  for (const cv::Mat3b& picture : log) {
+    cv::Mat1b covered;
+    const LocalSlopes now(GradientMap(model, markers.fill(picture, covered)));
+    const auto along_imprint = [&](const LocalSlopes& s) {
+      return cv::mean(s.gx.mul(imprint.slopes.gx) + s.gy.mul(imprint.slopes.gy), imprint.steep)[0];
+    };
+    if (along_imprint(now) < kLastingShare * along_imprint(imprint.slopes)) return false;
+    is_touched = is_touched || differing_percent(average_blocks(picture), blocks, kMovingLevels) > 0;
+  }
+  return is_touched;
 }
 
 }  // namespace
@@ -227,7 +282,8 @@ BackgroundCheck check_background(const std::vector<cv::Mat3b>& frames, const Gra
 }
 
 std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frames, std::size_t most,
-                                             const GradientModel& model, const SurfaceOptions& options) {
+                                             const GradientModel& model, const SurfaceOptions& options,
+                                             const std::vector<cv::Mat3b>& log) {
   struct Candidate : BareStretch {
     std::size_t length;
     double imprint;
@@ -246,13 +302,20 @@ std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frame
     const cv::Mat3b mean = background_image(used);
     if (const auto markers = find_marker_dots(mean); markers && !markers->are_readable()) continue;
     if (!find_motion(used, mean).empty()) continue;
-    const double imprint = find_imprint(mean, model, options.pixel_pitch_mm).strength();
-    least_imprint = std::min(least_imprint, imprint);
-    candidates.push_back({{begin, count}, end - begin, imprint, average_blocks(mean)});
+    const Imprint imprint = find_imprint(mean, model, options.pixel_pitch_mm);
+    if (imprint.strength() < 1) {
+      least_imprint = std::min(least_imprint, imprint.strength());
+    } else if (log.empty() || !is_of_the_gel(imprint, mean, log, model)) {
+      continue;
+    }
+    candidates.push_back({{begin, count, imprint.strength() < 1 ? 0.0 : imprint.depth_mm},
+                          end - begin,
+                          imprint.strength(),
+                          average_blocks(mean)});
   }
   // What is stale may rest, too: of one gel, the bare one shows least.
   std::erase_if(candidates, [&](const Candidate& c) {
-    return c.imprint >= 1 || c.imprint > kAlikeImprint * least_imprint;
+    return c.imprint < 1 && c.imprint > kAlikeImprint * least_imprint;
   });
   if (candidates.empty()) return std::nullopt;
   // A log begins with the bare gel, or with pictures of another light or gel, which are not seen again.

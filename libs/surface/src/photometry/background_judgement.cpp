@@ -23,6 +23,9 @@ constexpr double kMinColor = 10.0;  // mean of largest minus smallest channel; r
 // eight stains of 5 to 10 pixels 1.3 % or more.
 constexpr double kStainLevels = 10.0;
 constexpr double kSpoiltShare = 0.004;
+// Printed dots of the maker's gels, and by how much a pitch may differ from what they say: lenses and gels do
+// by 3 %.
+constexpr double kDotSpacingMm = 2.0, kPitchTolerance = 0.1;
 // ln(red / blue) from the middle to the bottom: 0.46 to 0.60.
 constexpr double kRedBlueSlope = 0.25;  // sideways real ones have -0.12 to 0.04
 
@@ -146,7 +149,7 @@ std::string judge_orientation(const cv::Mat3b& mean, const std::string& device_n
 }
 
 std::vector<std::string> judge_background(const cv::Mat3b& picture, const std::string& device_name,
-                                          const GradientModel* model) {
+                                          const GradientModel* model, double pixel_pitch_mm) {
   as_numbers(picture);  // large enough
   const auto markers = find_marker_dots(picture);
   const cv::Mat3b mean = MarkerFiller(picture).background();
@@ -173,6 +176,14 @@ std::vector<std::string> judge_background(const cv::Mat3b& picture, const std::s
     return doubts;
   }
   if (markers) doubts.push_back(markers->sentence());
+  if (markers && pixel_pitch_mm > 0 && is_gelsight_mini(device_name))
+    if (const double times = markers->spacing_px * pixel_pitch_mm / kDotSpacingMm;
+        std::abs(times - 1) > kPitchTolerance)
+      doubts.push_back(
+          fmt::format("by the markers, {:.1f} mm apart on a GelSight Mini's gel, ppmm is {:.4f}, not {:.4f}: "
+                      "lengths are {:.2f} times too {}",
+                      kDotSpacingMm, pixel_pitch_mm / times, pixel_pitch_mm, std::max(times, 1 / times),
+                      times > 1 ? "large" : "small"));
   const double stains = markers ? 0.0 : stained_share(mean);
   if (stains > kSpoiltShare) {
     doubts.push_back(

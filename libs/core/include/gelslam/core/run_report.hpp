@@ -49,6 +49,7 @@ struct RunReport {
   };
   struct MeshSize {
     std::size_t vertices = 0, triangles = 0;
+    std::int64_t islands_left_out = 0;  ///< small pieces, or such that a single keyframe shows
   };
   using Stage = StageStatistics;
   struct Live {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "gelslam/core/progress.hpp"
@@ -19,9 +20,11 @@ struct PosedSurface {
 struct FusionOptions {
   double voxel_size_mm = 0.08;  ///< edge of the mesh's cells; about 1.25 pixels of the sensor
   double truncation_mm = 1.0;   ///< sheets of one side less than about 0.85 of this apart become one
-  double min_weight = 0.03;  ///< best single weight below which nothing counts as touched (a clean pixel: 1)
-  double min_piece_mm2 = 0.5;  ///< unconnected pieces of surface smaller than this are dropped as debris
-  int threads = 0;             ///< speed: 0: all cores; the result does not depend on it
+  double min_weight = 0.06;     ///< best single weight at which the mesh ends (a clean pixel: 1)
+  /// islands: pieces smaller than this, or that a single keyframe shows beside a larger piece, are left out;
+  /// 0 keeps all
+  double min_piece_mm2 = 1.0;
+  int threads = 0;  ///< speed: 0: all cores; the result does not depend on it
 };
 
 /// One surface from many overlapping patches: no stacked sheets, no seams, closed where touched, open
@@ -31,8 +34,8 @@ struct FusionOptions {
 /// Independent of the patches' order up to rounding; deterministic for a given order. Returns an empty mesh
 /// when no patch has contact; throws Error for options that make no sense and for poses that are not finite.
 /// `gradient_scale`: heights and slopes are divided by it before (backend/pose_graph.hpp). `progress` (may be
-/// null) receives the task "fusing".
+/// null) receives the task "fusing". `islands` (may be null) becomes the number of those left out.
 Mesh fuse(const std::vector<PosedSurface>& patches, const FusionOptions& options, double gradient_scale = 1.0,
-          ProgressSink* progress = nullptr);
+          ProgressSink* progress = nullptr, std::int64_t* islands = nullptr);
 
 }  // namespace gelslam

@@ -19,7 +19,7 @@ struct IncrementalOptions {
 /// The surface of fuse() while it grows: patches come, move and go, and only the blocks they pass through are
 /// made again, from the same field by the same mesher. When work() has nothing left to do, the blocks
 /// together are the mesh of fuse() for the poses in use, with the same vertices and triangles, whatever
-/// happened before; only pieces below `min_piece_mm2` are still there. Not thread-safe; all but finish() runs
+/// happened before; only islands are still there. Not thread-safe; all but finish() runs
 /// in the calling thread (`FusionOptions::threads` is not used). docs/algorithms.md.
 class IncrementalFusion {
  public:
@@ -40,10 +40,11 @@ class IncrementalFusion {
   bool work();
 
   /// Does all work that is left, on `threads` threads (0: all cores), and returns the whole surface as one
-  /// mesh with shared vertices, without pieces smaller than `min_piece_mm2`: the end of fuse(). The same
+  /// mesh with shared vertices, without islands (FusionOptions::min_piece_mm2): the end of fuse(). The same
   /// bytes for any number of threads and any history. It must be the last call. Throws Error like work().
   /// `progress` (may be null) receives the task "fusing".
-  Mesh finish(int threads, double min_piece_mm2, ProgressSink* progress = nullptr);
+  Mesh finish(int threads, double min_piece_mm2, ProgressSink* progress = nullptr,
+              std::int64_t* islands = nullptr);
 
   /// Blocks whose surface has changed since the last call, by key. Together with all taken before they meet
   /// without gaps, also while there is work left (where a large correction has come half way there is a step,

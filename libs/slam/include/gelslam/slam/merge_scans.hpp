@@ -28,10 +28,12 @@ struct FuseRequest {
   std::filesystem::path output;  ///< a new run folder; empty: the run's own mesh is replaced
   bool overwrite = false;
   std::optional<double> voxel_size_mm, truncation_mm;  ///< instead of those of the run's configuration
+  bool keep_all = false;                               ///< also islands of the mesh
 };
 
 struct FuseSummary {
-  std::size_t keyframes = 0, vertices = 0, triangles = 0;
+  std::size_t keyframes = 0;
+  RunReport::MeshSize mesh{};
   bool map_was_made = false;  ///< the scan had not been finished
 };
 

@@ -39,7 +39,8 @@ Run finish_scan(const Config& config, const ScanRecord& record, const std::strin
 
 /// The map's surface: all its patches, with the gradient scale taken out. Map frame, mm.
 /// `progress` (may be null) receives the task "fusing".
-Mesh fuse_map(const SlamMap& map, const FusionOptions& options, ProgressSink* progress = nullptr);
+Mesh fuse_map(const SlamMap& map, const FusionOptions& options, ProgressSink* progress = nullptr,
+              std::int64_t* islands = nullptr);
 
 /// Writes a run folder (docs/file-formats.md), whole or not at all. Throws Error when the folder exists and
 /// is not to be replaced, or holds what is not ours, or the disk is full.

@@ -32,9 +32,12 @@ class FrameToSurface {
   /// Applies the color gain to `bgr` in place. `index`: of the frame in the log. Null for pictures that go
   /// into the background, or come before it. Throws Error when the pictures that were named do not agree.
   SurfacePtr push(cv::Mat3b& bgr, std::int64_t index);
-  /// Takes the background from the longest bare stretch of `seen` (find_bare_stretch). Nothing where there is
-  /// none.
-  std::optional<BareStretch> take_bare_stretch(const std::deque<TactileImage>& seen);
+  /// Takes the background from the longest bare stretch of `seen` (find_bare_stretch), which `log` begins
+  /// with. Nothing where there is none.
+  std::optional<BareStretch> take_bare_stretch(const std::deque<TactileImage>& seen,
+                                               const std::filesystem::path& log);
+  /// Adds to the doubts how the background that was named differs from what a log begins with.
+  void doubt_background(const std::deque<TactileImage>& first);
   bool has_background() const { return estimator_.has_value() && !compares_; }
   /// The camera was away: pictures go into a second background, which is compared with the first one.
   void compare_background();
@@ -49,6 +52,8 @@ class FrameToSurface {
  private:
   void gather_background(const cv::Mat3b& bgr, std::int64_t index);
   void set_background(const cv::Mat3b& background);
+  void name_doubts(const cv::Mat3b& background);
+  std::vector<cv::Mat3b> brightened(const std::deque<TactileImage>& images) const;
   void compare_with(const cv::Mat3b& background);
 
   const Config config_;
@@ -97,7 +102,8 @@ class SurfaceStream {
   std::string warning() const { return source_->warning(); }
 
  private:
-  bool look_further(std::deque<TactileImage> seen, std::size_t most);
+  void read_ahead(std::deque<TactileImage>& seen, std::size_t most);
+  bool look_further(std::deque<TactileImage> seen, std::size_t most, const std::filesystem::path& log);
   std::optional<TactileImage> next_image();
 
   StageTimer& timer_;

@@ -78,7 +78,9 @@ struct BackgroundCheck {
   bool turned = false;   ///< red and blue swapped, or upside down, which looks like contact
   std::string reason{};  ///< for the user; empty when there is neither
   /// What a person at the camera is told where there is contact.
-  std::string request() const { return (turned ? "" : "take the object off the gel: ") + reason; }
+  std::string request() const {
+    return (turned ? "" : "take the object off the gel, or start with --force if there is none: ") + reason;
+  }
 };
 
 /// Whether pictures that should show the bare gel show contact (own): something moves between them, or the
@@ -93,15 +95,18 @@ BackgroundCheck check_background(const std::vector<cv::Mat3b>& frames, const Gra
 /// Pictures begin to begin + count - 1 of some.
 struct BareStretch {
   std::size_t begin = 0, count = 0;
+  double imprint_mm = 0;  ///< depth of one that is the gel's own; 0 where it shows none
 };
 
 /// For a log that does not begin with the bare gel because its camera first delivered dark or old buffers
 /// (own): of the stretches of frames in a row, three at least, that agree and show the bare gel as
 /// check_background() judges it, and no stronger an imprint than others, the first that shows a gel which
 /// most of the frames show where nothing touches; if that comes again, the longest. At most the first `most`
-/// frames of it. Throws Error when the model does not fit.
+/// frames of it. `log`: pictures from all of it; an imprint that all of them show while some show a touch,
+/// too, is the gel's (a worn spot, another unit's light). Throws Error when the model does not fit.
 std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frames, std::size_t most,
-                                             const GradientModel& model, const SurfaceOptions& options);
+                                             const GradientModel& model, const SurfaceOptions& options,
+                                             const std::vector<cv::Mat3b>& log = {});
 
 /// Message for users of the maker's model (WideNetwork::gives_normals).
 inline constexpr const char* kMakerModelDoubt =
@@ -111,10 +116,11 @@ inline constexpr const char* kMakerModelDoubt =
 /// What makes a picture of the bare gel doubtful, as sentences for the user (own): too dark, saturated,
 /// without color, markers, dirt or a tear, and judge_lamps. With `model` also a bare gel that the model reads
 /// as sloped: another sensor's model, another gel, another exposure; with the maker's model, what such a
-/// model does not know. Contact is check_background's job. The limits lie well apart from four real sensors'
-/// backgrounds. Throws Error when the picture is smaller than 32 pixels.
+/// model does not know. With a pitch also one by which printed dots are not as far apart as the maker's.
+/// Contact is check_background's job. The limits lie well apart from four real sensors' backgrounds. Throws
+/// Error when the picture is smaller than 32 pixels.
 std::vector<std::string> judge_background(const cv::Mat3b& mean, const std::string& device_name,
-                                          const GradientModel* model = nullptr);
+                                          const GradientModel* model = nullptr, double pixel_pitch_mm = 0);
 
 /// The part of judge_background about dirt and tears: share of the picture whose color differs from what is
 /// around it more sharply than lamps make it differ. The rim of an imprint does, too. Throws Error when the

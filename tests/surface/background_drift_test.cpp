@@ -1,10 +1,11 @@
+#include "gelslam/surface/background_drift.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <opencv2/core.hpp>
 
-#include "gelslam/calibration/background_drift.hpp"
 #include "gelslam/surface/model_file.hpp"
 
 namespace gelslam::test {
@@ -49,12 +50,25 @@ TEST(Drift, NoticesRedAndBlueSwapped) {
   cv::Mat3f now = then.clone();
   for (cv::Vec3f& cell : now) cell = cv::Vec3f(1.05F * cell[2], cell[1], cell[0] + 2.0F);
   const BackgroundDrift swapped = measure_drift(then, now);
-  EXPECT_TRUE(swapped.red_blue_swapped);
+  EXPECT_EQ(swapped.exchanged, "red and blue");
   EXPECT_THAT(swapped.words, ::testing::HasSubstr("red and blue are swapped"));
   now = then.clone();
   now(3, 12) -= cv::Vec3f(45, 45, 45);
-  EXPECT_FALSE(measure_drift(then, now).red_blue_swapped) << "dirt";
-  EXPECT_FALSE(measure_drift(then, then).red_blue_swapped);
+  EXPECT_EQ(measure_drift(then, now).exchanged, "") << "dirt";
+  EXPECT_EQ(measure_drift(then, then).exchanged, "");
+}
+
+TEST(Drift, NoticesAMirroredPicture) {
+  cv::Mat3f then = bare_gel();
+  for (int v = 0; v < then.rows; ++v)
+    for (int u = 0; u < then.cols; ++u)
+      then(v, u) += cv::Vec3f(static_cast<float>(2 * u), 0, static_cast<float>(4 * v));
+  for (const auto& [code, what] : {std::pair(1, "left and right are"), std::pair(0, "top and bottom are"),
+                                   std::pair(-1, "left and right, and top and bottom, are")}) {
+    cv::Mat3f now;
+    cv::flip(then, now, code);
+    EXPECT_THAT(measure_drift(then, now).difference, ::testing::StartsWith(what));
+  }
 }
 
 }  // namespace

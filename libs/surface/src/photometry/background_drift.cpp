@@ -1,0 +1,129 @@
+#include "gelslam/surface/background_drift.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <opencv2/core.hpp>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "gelslam/core/median.hpp"
+#include "gelslam/surface/background.hpp"
+#include "gelslam/surface/model_file.hpp"
+
+namespace gelslam {
+namespace {
+
+// The surface stage follows the light within these; a model was seen to stay good there.
+constexpr double kLightLimitLevels = 12.0;
+// Two sensors of one kind differ by 10 and more; the same gel weeks later by less than 2.
+constexpr double kGelLimitLevels = 4.0, kCellLimitLevels = 20.0;
+constexpr double kSwappedShare =
+    0.5;  // of the change is left when red and blue are swapped back: noise and wear
+
+/// What differs, and what to do about it.
+std::pair<std::string, std::string> words_for(const BackgroundDrift& drift) {
+  if (!drift.exchanged.empty())
+    return {
+        drift.exchanged + " are swapped",
+        " since the calibration: the program that takes the pictures has changed their order; take them as "
+        "for the calibration"};
+  if (drift.gel_changed)
+    return {
+        fmt::format("the gel looks different ({:.1f} gray levels that no change of light explains, {:.0f} at "
+                    "the worst place): another gel or sensor, something on it, dirt or wear",
+                    drift.gel_change_levels, drift.worst_cell_levels),
+        "; clean it, and calibrate again if that does not help"};
+  if (drift.light_changed)
+    return {
+        fmt::format(
+            "the light has changed by {:.0f} gray levels (blue {:+.0f} %, green {:+.0f} %, red {:+.0f} %)",
+            drift.light_change_levels, 100.0 * (drift.light_gain[0] - 1.0),
+            100.0 * (drift.light_gain[1] - 1.0), 100.0 * (drift.light_gain[2] - 1.0)),
+        ": check the exposure and lamps, or calibrate again"};
+  return {fmt::format("gel and light are as they were (light {:.1f}, gel {:.1f} gray levels)",
+                      drift.light_change_levels, drift.gel_change_levels),
+          ""};
+}
+
+cv::Mat3f with_red_and_blue_swapped(const cv::Mat3f& cells) {
+  cv::Mat3f swapped = cells.clone();
+  for (cv::Vec3f& cell : swapped) std::swap(cell[0], cell[2]);
+  return swapped;
+}
+
+cv::Mat3f flipped(const cv::Mat3f& cells, int code) {
+  cv::Mat3f result;
+  cv::flip(cells, result, code);
+  return result;
+}
+
+/// All but the words.
+BackgroundDrift compare(const cv::Mat3f& then, const cv::Mat3f& now) {
+  const auto [gain, offset] = follow_light(then, now);
+  BackgroundDrift drift;
+  drift.light_gain = gain;
+  const cv::Scalar mean = cv::mean(then);
+  double light = 0.0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double change = (gain[c] - 1.0) * mean[static_cast<int>(c)] + offset[c];
+    light += change * change / 3.0;
+  }
+  drift.light_change_levels = std::sqrt(light);
+  double total = 0.0, worst = 0.0;
+  for (int row = 0; row < then.rows; ++row)
+    for (int column = 0; column < then.cols; ++column) {
+      double squared = 0.0;
+      for (int channel = 0; channel < 3; ++channel) {
+        const auto c = static_cast<std::size_t>(channel);
+        const double residual = static_cast<double>(now(row, column)[channel]) -
+                                gain[c] * static_cast<double>(then(row, column)[channel]) - offset[c];
+        squared += residual * residual / 3.0;
+      }
+      total += squared;
+      worst = std::max(worst, squared);
+    }
+  drift.gel_change_levels = std::sqrt(total / static_cast<double>(then.total()));
+  drift.worst_cell_levels = std::sqrt(worst);
+  drift.gel_changed = drift.gel_change_levels > kGelLimitLevels || drift.worst_cell_levels > kCellLimitLevels;
+  drift.light_changed = drift.light_change_levels > kLightLimitLevels;
+  return drift;
+}
+
+}  // namespace
+
+BackgroundDrift measure_drift(const cv::Mat3f& then, const cv::Mat3f& now) {
+  BackgroundDrift drift = compare(then, now);
+  double least = kSwappedShare * drift.gel_change_levels;
+  const std::pair<const char*, cv::Mat3f> others[] = {
+      {"red and blue", with_red_and_blue_swapped(now)},
+      {"left and right", flipped(now, 1)},
+      {"top and bottom", flipped(now, 0)},
+      {"left and right, and top and bottom,", flipped(now, -1)}};
+  for (const auto& [what, cells] : others) {
+    const double levels = compare(then, cells).gel_change_levels;
+    if (!drift.gel_changed || levels >= least) continue;
+    least = levels;
+    drift.exchanged = what;
+  }
+  std::string remedy;
+  std::tie(drift.difference, remedy) = words_for(drift);
+  drift.words = drift.difference + remedy;
+  return drift;
+}
+
+bool has_same_light(const cv::Mat3b& picture, const cv::Mat3b& background) {
+  return common_difference(background_cells(picture), background_cells(background)) <= kMaxLightLevels;
+}
+
+double common_difference(const cv::Mat3f& cells, const cv::Mat3f& reference) {
+  std::vector<double> levels;
+  std::transform(cells.begin(), cells.end(), reference.begin(), std::back_inserter(levels),
+                 [](const cv::Vec3f& a, const cv::Vec3f& b) { return cv::norm(a, b); });
+  return median(levels);
+}
+
+}  // namespace gelslam
