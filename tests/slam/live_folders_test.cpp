@@ -72,7 +72,7 @@ TEST_F(Live, AStreamShowsTheKeyframesOfTheScanThatGoesOn) {
     const auto json = nlohmann::json::parse(line);
     if (json.at("type") != "keyframe") continue;
     EXPECT_TRUE(ids.insert(json.at("keyframe").get<int>()).second) << "one line each";
-    EXPECT_GT(json.at("points").size(), 300u);
+    EXPECT_GT(json.at("points").size(), 200u);
   }
   EXPECT_GT(before, 2);
   EXPECT_EQ(static_cast<int>(ids.size()), all);

@@ -87,7 +87,7 @@ TEST_F(SurfaceCommand, SaysHowRoundTheMiddleIs) {
 
 // What the first frames of a log are asked, and whether both pictures belong together.
 TEST_F(SurfaceCommand, ChecksPictureAndBackground) {
-  expect_mistake(run("touch.png", {}, "touch.png"), "should show the bare gel, but the gel already shows");
+  expect_mistake(run("touch.png", {}, "touch.png"), "the gel already shows an imprint");
   write_picture("dark.png", cv::Mat3b(cv::imread((folder_ / "touch.png").string()) * 0.05));
   const ProgramResult dark = run("dark.png", {"--overwrite"});
   EXPECT_EQ(dark.exit_code, 1);

@@ -79,7 +79,7 @@ struct BackgroundCheck {
   std::string reason{};  ///< for the user; empty when there is neither
   /// What a person at the camera is told where there is contact.
   std::string request() const {
-    return (turned ? "" : "take the object off the gel, or start with --force if there is none: ") + reason;
+    return (turned ? "" : "take the object off the gel, or continue with force if there is none: ") + reason;
   }
 };
 
