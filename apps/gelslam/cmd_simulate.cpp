@@ -135,13 +135,11 @@ void add_presses(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& a
       "presses", "A hand that presses a ball all over the gel, as a log for gelslam calibrate collect");
   PressLogSpec& spec = arguments->press_log;
   presses->add_option("--diameter", spec.diameter_mm, "Diameter of the ball, mm")->capture_default_str();
-  presses->add_option("--presses", spec.presses, "Number of good presses")
+  presses->add_option("--presses", spec.presses, "Number of presses")
       ->transform(whole_number(1, 10'000))
       ->capture_default_str();
-  presses->add_flag("--mishaps", spec.mishaps,
-                    "Bad presses between them: sliding, too deep, too shallow, off the gel, two at once");
   add_common_options(*presses, *arguments);
-  presses->footer("Example: gelslam simulate presses --diameter 9.5 --mishaps -o hand");
+  presses->footer("Example: gelslam simulate presses --diameter 9.5 -o hand");
   presses->callback([arguments, &exit_code] {
     RunFolder folder(arguments->output, folder_options(*arguments, "touches.csv"));
     prepare(*arguments);

@@ -32,7 +32,7 @@ struct TrackArguments {
   bool is_camera = false;  ///< not a log; `camera` may be "": the configuration's
   LogOptions settings;
   std::string map;
-  StreamArguments stream{.target = "-", .format = "tum"};
+  StreamArguments stream{.target = "-", .format = ""};  ///< format "": tum in a map, else ndjson
   MapWindowArguments window;
   bool quiet = false;
 };
@@ -78,7 +78,6 @@ class PoseOutlet {
     service_->finish();
   }
 
-  LineFormats formats() const { return {!tum_ || service_, tum_ || service_}; }
   void watch(std::function<void()> stop) {
     if (!service_) return;
     WatchedScan scan;
@@ -175,6 +174,8 @@ void check(const TrackArguments& arguments) {
   arguments.stream.check();
   if (arguments.is_camera && !arguments.log.empty()) throw Error("give either LOG or --camera, not both");
   if (!arguments.is_camera && arguments.log.empty()) throw Error("give a LOG, or --camera");
+  if (arguments.stream.is_tum() && arguments.map.empty())
+    throw Error("--format tum needs --map; gelslam reconstruct writes the trajectory of a log");
   if (arguments.window.shows_map() && arguments.map.empty())
     throw Error("--window and --snapshot need --map; gelslam scan shows a sensor without a map");
 }
@@ -219,9 +220,8 @@ int run(const TrackArguments& arguments) {
     StageTimer timer;
     SurfaceStream stream = open_stream(arguments, input, config, stopper, timer);
     const std::unique_ptr<PoseOutput> output =
-        surfaces ? make_map_output(surfaces, config.slam, outlet.formats(),
-                                   arguments.window.shows_map() ? &touches : nullptr)
-                 : make_trial_output(config.slam, outlet.formats());
+        surfaces ? make_map_output(surfaces, config.slam, arguments.window.shows_map() ? &touches : nullptr)
+                 : make_trial_output(config.slam);
     return write_poses(stream, *output, outlet, stopper, *progress);
   };
   PoseSummary summary;
@@ -257,13 +257,17 @@ void add_track_command(CLI::App& app, int& exit_code) {
       "its session, or a folder made by gelslam map");
   arguments->window.add_to(*command);
   arguments->stream.add_to(*command);
+  command->get_option("--format")->default_str("ndjson; with --map, tum");
   add_quiet_flag(*command, arguments->quiet);
   command->footer(
-      "Examples:\n  gelslam track data/pebble --format ndjson\n"
+      "Examples:\n  gelslam track data/pebble\n"
       "  gelslam track --camera --map runs/pebble --format ndjson\n"
       "  gelslam track --camera --map runs/pebble --window > poses.tum");
   command->callback([arguments, camera, &exit_code] {
     arguments->is_camera = camera->count() > 0;
+    StreamArguments& stream = arguments->stream;
+    stream.serve.tum = !arguments->map.empty();
+    if (stream.format.empty()) stream.format = stream.serve.tum ? "tum" : "ndjson";
     exit_code = run(*arguments);
   });
 }

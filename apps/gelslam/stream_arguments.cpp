@@ -12,7 +12,8 @@ void StreamArguments::add_to(CLI::App& command) {
   command
       .add_option(
           "--stream-format,--format", format,
-          "tum: time and pose (meters, in the frame of the first contact) of every frame that has a "
+          "tum: time and pose (meters, in the map or in the frame of the first contact) of every frame that "
+          "has a "
           "pose; after a loss, poses continue once a place is recognized. ndjson: one object per frame")
       ->check(CLI::IsMember({"tum", "ndjson"}))
       ->capture_default_str();

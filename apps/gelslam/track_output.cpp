@@ -1,12 +1,9 @@
 #include "track_output.hpp"
 
-#include <map>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <utility>
 
 #include "gelslam/core/trajectory.hpp"
-#include "gelslam/slam/mapper.hpp"
 #include "gelslam/slam/pose_stream.hpp"
 #include "gelslam/slam/trial_drift.hpp"
 
@@ -37,45 +34,10 @@ Json map_json(const LocalizedFrame& frame, const Surface* surface) {
   return json;
 }
 
-/// TUM has one frame for all poses: that of the first contact. Frames of a later trial are in it once loops
-/// have told where that trial lies.
-class TumStream {
- public:
-  explicit TumStream(const SlamOptions& options) : mapper_(options) {}
-
-  /// "" for a frame that has no pose.
-  std::string line(const TrackedFrame& frame) {
-    for (const NewKeyframe& added : frame.new_keyframes) mapper_.add_keyframe(added);
-    has_new_ = has_new_ || !frame.new_keyframes.empty();
-    if (frame.status != TrackStatus::tracked) return "";
-    if (has_new_ && !first_T_trial_.contains(frame.trial)) place_trial(frame);
-    const auto first_T_trial = first_T_trial_.find(frame.trial);
-    return first_T_trial == first_T_trial_.end()
-               ? ""
-               : tum_line(stamp_s(frame.unix_us, frame.time_s), first_T_trial->second * frame.trial_T_frame);
-  }
-
- private:
-  void place_trial(const TrackedFrame& frame) {
-    has_new_ = false;
-    if (mapper_.has_new_loops()) mapper_.optimize();
-    const MapSnapshot map = mapper_.snapshot();
-    const std::optional<MapPlace> place = place_of(frame, map);
-    if (place && place->component == map.nodes.front().component)
-      first_T_trial_[frame.trial] = normalized(place->map_T_frame * frame.trial_T_frame.inverse());
-  }
-
-  Mapper mapper_;
-  bool has_new_ = false;  // keyframes, since a trial was to be placed
-  std::map<int, Pose> first_T_trial_;
-};
-
 class TrialOutput final : public PoseOutput {
  public:
-  TrialOutput(const SlamOptions& options, const LineFormats& formats)
-      : formats_(formats),
-        tracker_(options.tracker, options.registration, options.verification),
-        tum_(options),
+  explicit TrialOutput(const SlamOptions& options)
+      : tracker_(options.tracker, options.registration, options.verification),
         drift_(options.gradient_scale.sigma) {}
 
   PoseLine line(const SurfaceStream::Item& item) override {
@@ -87,8 +49,6 @@ class TrialOutput final : public PoseOutput {
     if (!line.has_pose) line.touch.trial = -1;
     if (frame.status == TrackStatus::lost)
       line.words = "lost: " + std::string(describe(frame.registration.status));
-    if (formats_.tum) line.tum = tum_.line(frame);
-    if (!formats_.ndjson) return line;
     FrameReport report{frame, item.surface.get()};
     report.covariance = drift_.add(frame);
     line.ndjson = ndjson_line(report);
@@ -96,17 +56,14 @@ class TrialOutput final : public PoseOutput {
   }
 
  private:
-  const LineFormats formats_;
   Tracker tracker_;
-  TumStream tum_;
   TrialDrift drift_;
 };
 
 class MapOutput final : public PoseOutput {
  public:
-  MapOutput(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options, const LineFormats& formats,
-            LocatedTouches* touches)
-      : formats_(formats), localizer_(std::move(map), options), touches_(touches) {}
+  MapOutput(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options, LocatedTouches* touches)
+      : localizer_(std::move(map), options), touches_(touches) {}
 
   PoseLine line(const SurfaceStream::Item& item) override {
     const TactileImage& image = item.image;
@@ -128,27 +85,25 @@ class MapOutput final : public PoseOutput {
       line.touch.status = TrackStatus::lost;
       line.words = "not in the map: " + frame.reason;
     }
-    if (formats_.tum && line.has_pose)
-      line.tum = tum_line(stamp_s(image.unix_us, image.time_s), line.touch.trial_T_frame);
-    if (formats_.ndjson) line.ndjson = map_json(frame, item.surface.get()).dump() + "\n";
+    if (line.has_pose) line.tum = tum_line(stamp_s(image.unix_us, image.time_s), line.touch.trial_T_frame);
+    line.ndjson = map_json(frame, item.surface.get()).dump() + "\n";
     return line;
   }
 
  private:
-  const LineFormats formats_;
   Localizer localizer_;
   LocatedTouches* touches_;
 };
 
 }  // namespace
 
-std::unique_ptr<PoseOutput> make_trial_output(const SlamOptions& options, const LineFormats& formats) {
-  return std::make_unique<TrialOutput>(options, formats);
+std::unique_ptr<PoseOutput> make_trial_output(const SlamOptions& options) {
+  return std::make_unique<TrialOutput>(options);
 }
 
 std::unique_ptr<PoseOutput> make_map_output(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options,
-                                            const LineFormats& formats, LocatedTouches* touches) {
-  return std::make_unique<MapOutput>(std::move(map), options, formats, touches);
+                                            LocatedTouches* touches) {
+  return std::make_unique<MapOutput>(std::move(map), options, touches);
 }
 
 }  // namespace gelslam

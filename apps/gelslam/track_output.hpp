@@ -10,17 +10,12 @@
 
 namespace gelslam {
 
-/// A frame's lines, "" for none, and what is to be shown of it.
+/// A frame's lines, `tum` "" where it has no pose in a map, and what is to be shown of it.
 struct PoseLine {
   std::string ndjson, tum;
   bool has_pose = false;
   LiveTouch touch;    ///< its trial's frame is that of the poses
   std::string words;  ///< as those of LiveStatus
-};
-
-/// Lines that are asked for; others are left empty.
-struct LineFormats {
-  bool ndjson = false, tum = false;
 };
 
 class PoseOutput {
@@ -29,11 +24,11 @@ class PoseOutput {
   virtual PoseLine line(const SurfaceStream::Item& item) = 0;
 };
 
-/// Poses in the frame of the trial, or, as TUM, of the first contact.
-std::unique_ptr<PoseOutput> make_trial_output(const SlamOptions& options, const LineFormats& formats);
+/// Poses in the frame of the trial, as NDJSON.
+std::unique_ptr<PoseOutput> make_trial_output(const SlamOptions& options);
 
 /// Poses in the frame of a map, and what `touches` (or null) shows of them.
 std::unique_ptr<PoseOutput> make_map_output(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options,
-                                            const LineFormats& formats, LocatedTouches* touches);
+                                            LocatedTouches* touches);
 
 }  // namespace gelslam

@@ -157,6 +157,10 @@ TEST_F(Service, GivesLinesAsTheyCome) {
   lines.close();
   EXPECT_THAT(hear_until(client, "0\r\n\r\n"), HasSubstr("0\r\n\r\n")) << "ends as HTTP ends";
   EXPECT_THAT(request("GET /poses?format=xml"), HasSubstr("should be ndjson or tum"));
+  const auto bare = serve_scan({"0", "word", false}, lines, nullptr);
+  const FileDescriptor other = connect_to(std::stoi(bare->urls[0].substr(bare->urls[0].rfind(':') + 1)));
+  say(other, "GET /poses?format=tum&token=word HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
+  EXPECT_THAT(hear_until(other), HasSubstr("format=tum: should be ndjson"));
 }
 
 TEST_F(Service, GivesTheMeshWholeAndInBlocks) {

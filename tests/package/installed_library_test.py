@@ -1,4 +1,5 @@
 """Installs the C++ library, builds its examples as a project of their own, and compares them with the program."""
+import json
 import os
 import pathlib
 import re
@@ -41,9 +42,11 @@ class InstalledLibrary(unittest.TestCase):
         return run(self.folder / "build/examples" / name, *arguments)
 
     def test_tracks_as_the_program_does(self):
-        lines = self.example("track_video", LOG / "scan", MODEL)
-        self.assertGreater(len(lines.splitlines()), 30)
-        self.assertEqual(lines, run(PROGRAM, "track", LOG / "scan", "--model", MODEL))
+        lines = np.loadtxt(self.example("track_video", LOG / "scan", MODEL).splitlines())
+        self.assertGreater(len(lines), 30)
+        frames = map(json.loads, run(PROGRAM, "track", LOG / "scan", "--model", MODEL).splitlines())
+        tracked = [(frame["time_s"], *frame["pose"][3:12:4]) for frame in frames if frame["pose"]]
+        np.testing.assert_allclose(lines[:, :4], tracked, atol=1e-11)
 
     def test_reconstructs_as_the_program_does(self):
         self.example("reconstruct_to_ply", LOG / "scan", self.folder / "mesh.ply", MODEL)

@@ -14,7 +14,6 @@ namespace {
 PressLogSpec few() {
   PressLogSpec spec;
   spec.presses = 4;
-  spec.mishaps = true;
   spec.background_frames = 5;
   return spec;
 }
@@ -29,9 +28,7 @@ TEST(PressLog, TouchesTheGelWhenAndWhereItSays) {
   std::vector<cv::Mat3b> frames;
   const auto touches =
       simulate_press_log(few(), [&](const cv::Mat3b& bgr) { frames.push_back(bgr.clone()); });
-  ASSERT_EQ(touches.size(), 6U);
-  EXPECT_EQ(touches[2].kind, TouchKind::sliding);
-  EXPECT_EQ(touches[5].kind, TouchKind::too_deep);
+  ASSERT_EQ(touches.size(), 4U);
   const double noise = change(frames[0], frames[1], {160, 120});
   for (const SimulatedTouch& touch : touches) {
     const auto first = static_cast<std::size_t>(touch.first_frame),
@@ -39,18 +36,13 @@ TEST(PressLog, TouchesTheGelWhenAndWhereItSays) {
     ASSERT_LT(last + 5, frames.size());
     EXPECT_GT(change(frames[first], frames[0], touch.center_px), 3 * noise);
     EXPECT_LT(change(frames[last + 5], frames[0], touch.center_px), 1.2 * noise);
-    const double within = change(frames[first], frames[last], touch.center_px);
-    if (touch.kind == TouchKind::sliding)
-      EXPECT_GT(within, 2 * noise);
-    else
-      EXPECT_LT(within, 1.2 * noise);  // held still
+    EXPECT_LT(change(frames[first], frames[last], touch.center_px), 1.2 * noise) << "held still";
   }
 }
 
 TEST(PressLog, CoversTheGelAndIsDeterministic) {
   PressLogSpec spec = few();
   spec.presses = 9;
-  spec.mishaps = false;
   spec.optics.noise_gain = 0;
   cv::Mat3b last, again;
   const auto touches = simulate_press_log(spec, [&](const cv::Mat3b& bgr) { last = bgr.clone(); });

@@ -17,15 +17,12 @@ namespace {
 
 using namespace simulation::detail;
 
-constexpr int kHoldFrames = 10, kSlideFrames = 12, kBareFrames = 6;
+constexpr int kHoldFrames = 10, kBareFrames = 6;
 constexpr std::array<double, 2> kApproachShares = {0.3,
                                                    0.7};  // of the depth, frame by frame; back the same way
-constexpr double kSlideMm = 0.25;                         // per frame
 // Contact radii as the gel has them, in widths of the picture; a ball's contact radius is about sqrt(depth *
 // ball radius).
-constexpr double kMinContact = 20.0 / 320, kMaxContact = 29.0 / 320, kDeepContact = 56.0 / 320,
-                 kShallowContact = 9.0 / 320;
-constexpr double kMaxOfBall = 0.6, kDeepMostOfBall = 0.92;
+constexpr double kMinContact = 20.0 / 320, kMaxContact = 29.0 / 320, kMaxOfBall = 0.6;
 constexpr int kFramesPerTouch = kHoldFrames + 2 * static_cast<int>(kApproachShares.size()) + kBareFrames;
 
 void check(const PressLogSpec& spec) {
@@ -37,18 +34,11 @@ void check(const PressLogSpec& spec) {
 }
 
 struct PlannedTouch {
-  TouchKind kind = TouchKind::good;
   double x_mm = 0, y_mm = 0, contact_mm = 0;
 };
 
-TouchKind mishap(int number) {
-  constexpr std::array kinds = {TouchKind::sliding, TouchKind::too_deep, TouchKind::too_shallow,
-                                TouchKind::off_the_gel, TouchKind::two_contacts};
-  return kinds[static_cast<std::size_t>(number) % kinds.size()];
-}
-
 /// Ninth by ninth over the gel, somewhere in each.
-PlannedTouch plan_good(const PressLogSpec& spec, int number, Random& random) {
+PlannedTouch plan_touch(const PressLogSpec& spec, int number, Random& random) {
   const double width_mm = 2.0 * spec.geometry.half_width_mm(), radius = 0.5 * spec.diameter_mm;
   PlannedTouch touch;
   // The middle of a ball in the outermost part of the gel can hardly be seen.
@@ -62,35 +52,6 @@ PlannedTouch plan_good(const PressLogSpec& spec, int number, Random& random) {
   touch.y_mm = place(number / 3 % 3, spec.geometry.half_height_mm());
   touch.contact_mm = std::min(random.uniform(kMinContact, kMaxContact) * width_mm, kMaxOfBall * radius);
   return touch;
-}
-
-PlannedTouch plan_bad(const PressLogSpec& spec, TouchKind kind, Random& random) {
-  const double width_mm = 2.0 * spec.geometry.half_width_mm(), radius = 0.5 * spec.diameter_mm;
-  PlannedTouch touch = plan_good(spec, 4, random);  // in the middle of the gel, where nothing else is wrong
-  touch.kind = kind;
-  if (kind == TouchKind::too_deep)
-    touch.contact_mm = std::min(kDeepContact * width_mm, kDeepMostOfBall * radius);
-  if (kind == TouchKind::too_shallow) touch.contact_mm = kShallowContact * width_mm;
-  if (kind == TouchKind::off_the_gel) touch.x_mm = spec.geometry.half_width_mm() + 0.3 * touch.contact_mm;
-  if (kind == TouchKind::two_contacts) touch.x_mm = -0.5 * spec.geometry.half_width_mm();
-  return touch;
-}
-
-std::vector<PlannedTouch> plan(const PressLogSpec& spec) {
-  Random random(hash(spec.seed, 0x9e55));
-  std::vector<PlannedTouch> touches;
-  for (int number = 0; number < spec.presses; ++number) {
-    touches.push_back(plan_good(spec, number, random));
-    if (spec.mishaps && number % 2 == 1) touches.push_back(plan_bad(spec, mishap(number / 2), random));
-  }
-  return touches;
-}
-
-/// Two contacts that lie far apart: what each does to the gel at rest adds up.
-void add_contact(GelShape& gel, const GelShape& other, const GelShape& rest) {
-  gel.height_mm += other.height_mm - rest.height_mm;
-  gel.slope += other.slope - rest.slope;
-  cv::bitwise_or(gel.contact, other.contact, gel.contact);
 }
 
 /// Draws the log, keeping count of the frames.
@@ -108,36 +69,23 @@ class PressFilm {
   void show_bare(int frames) { show(rest_, frames); }
 
   SimulatedTouch show_touch(const PlannedTouch& planned) {
-    for (const double share : kApproachShares) show(pressed(planned, share, 0).gel, 1);
-    SimulatedTouch touch{planned.kind, frame_, 0, {}, 0};
-    const PressedBall ball = pressed(planned, 1.0, 0);
+    for (const double share : kApproachShares) show(pressed(planned, share).gel, 1);
+    const PressedBall ball = pressed(planned, 1.0);
     const ImageCircle circle = seen_circle(optics_, ball);
-    touch.center_px = circle.center_px;
-    touch.radius_px = circle.radius_px;
-    if (planned.kind == TouchKind::sliding)
-      for (int k = 0; k < kSlideFrames; ++k) show(pressed(planned, 1.0, k * kSlideMm).gel, 1);
-    else
-      show(ball.gel, kHoldFrames);
-    touch.last_frame = frame_ - 1;
-    const double slid_mm = planned.kind == TouchKind::sliding ? kSlideFrames * kSlideMm : 0.0;
+    const SimulatedTouch touch{frame_, frame_ + kHoldFrames - 1, circle.center_px, circle.radius_px};
+    show(ball.gel, kHoldFrames);
     for (auto share = kApproachShares.rbegin(); share != kApproachShares.rend(); ++share)
-      show(pressed(planned, *share, slid_mm).gel, 1);
+      show(pressed(planned, *share).gel, 1);
     show_bare(kBareFrames);
     return touch;
   }
 
  private:
-  PressedBall pressed(const PlannedTouch& touch, double share, double slid_mm) const {
-    PressedBall ball = pressed_at(touch.x_mm + slid_mm, touch, share);
-    if (touch.kind == TouchKind::two_contacts)
-      add_contact(ball.gel, pressed_at(-touch.x_mm, touch, share).gel, rest_);
-    return ball;
-  }
-  PressedBall pressed_at(double x_mm, const PlannedTouch& touch, double share) const {
+  PressedBall pressed(const PlannedTouch& touch, double share) const {
     const double radius = 0.5 * spec_.diameter_mm,
                  depth = share * touch.contact_mm * touch.contact_mm / radius;
-    return press_ball(optics_.gel_grid(), spec_.gel, radius, x_mm, touch.y_mm,
-                      depth - spec_.geometry.rest_mm(x_mm, touch.y_mm));
+    return press_ball(optics_.gel_grid(), spec_.gel, radius, touch.x_mm, touch.y_mm,
+                      depth - spec_.geometry.rest_mm(touch.x_mm, touch.y_mm));
   }
 
   const PressLogSpec& spec_;
@@ -149,18 +97,15 @@ class PressFilm {
 
 }  // namespace
 
-const char* touch_kind_name(TouchKind kind) {
-  constexpr std::array kNames = {"good", "sliding", "too deep", "too shallow", "off the gel", "two contacts"};
-  return kNames.at(static_cast<std::size_t>(kind));
-}
-
 std::vector<SimulatedTouch> simulate_press_log(const PressLogSpec& spec,
                                                const std::function<void(const cv::Mat3b& bgr)>& take) {
   check(spec);
   PressFilm film(spec, take);
   film.show_bare(spec.background_frames);
   std::vector<SimulatedTouch> touches;
-  for (const PlannedTouch& planned : plan(spec)) touches.push_back(film.show_touch(planned));
+  Random random(hash(spec.seed, 0x9e55));
+  for (int number = 0; number < spec.presses; ++number)
+    touches.push_back(film.show_touch(plan_touch(spec, number, random)));
   return touches;
 }
 
@@ -169,19 +114,17 @@ void write_press_log(const std::filesystem::path& folder, const PressLogSpec& sp
   make_folder(folder);
   AviWriter video(folder / "gelsight.avi", spec.geometry.width_px, spec.geometry.height_px,
                   spec.frame_rate_hz);
-  const int touch_count = spec.presses + (spec.mishaps ? spec.presses / 2 : 0);
-  progress.begin("pressing a ball", spec.background_frames + touch_count * kFramesPerTouch);
+  progress.begin("pressing a ball", spec.background_frames + spec.presses * kFramesPerTouch);
   std::int64_t frames = 0;
   const std::vector<SimulatedTouch> touches = simulate_press_log(spec, [&](const cv::Mat3b& bgr) {
     video.add(encode_jpeg(bgr));
     progress.update(++frames);
   });
   progress.end();
-  std::string truth = "kind,first_frame,last_frame,diameter_mm,center_u_px,center_v_px,radius_px\n";
+  std::string truth = "first_frame,last_frame,diameter_mm,center_u_px,center_v_px,radius_px\n";
   for (const SimulatedTouch& touch : touches)
-    truth += fmt::format("{},{},{},{:g},{:g},{:g},{:g}\n", touch_kind_name(touch.kind), touch.first_frame,
-                         touch.last_frame, spec.diameter_mm, touch.center_px.x, touch.center_px.y,
-                         touch.radius_px);
+    truth += fmt::format("{},{},{:g},{:g},{:g},{:g}\n", touch.first_frame, touch.last_frame, spec.diameter_mm,
+                         touch.center_px.x, touch.center_px.y, touch.radius_px);
   write_file_atomically(folder / "touches.csv", truth);
   write_optics(folder / kOpticsFileName, spec.geometry.optics);
   write_file_atomically(folder / "config.yaml", config_yaml(folder, spec.geometry, spec.frame_rate_hz, {}));

@@ -118,10 +118,10 @@ std::string mesh_file(const MeshFeed& feed, bool as_glb) {
 
 class ScanService final : public HttpService {
  public:
-  ScanService(const Address& address, const std::string& token, LineFeed& lines, const MeshFeed* mesh)
-      : lines_(lines), mesh_(mesh) {
+  ScanService(const ServeOptions& options, const Address& address, LineFeed& lines, const MeshFeed* mesh)
+      : has_tum_(options.tum), lines_(lines), mesh_(mesh) {
     const std::lock_guard lock(mutex_);  // the first client may be there before the server is known here
-    server_ = listen_http(address.host, address.port, token, handlers());
+    server_ = listen_http(address.host, address.port, options.token, handlers());
     for (const std::string& host : shown_hosts(address.host))
       urls.push_back(fmt::format("http://{}:{}/?token={}",
                                  host.find(':') == host.npos ? host : "[" + host + "]", server_->port,
@@ -195,7 +195,8 @@ class ScanService final : public HttpService {
   HttpReply poses(const HttpQuery& query) {
     const auto format = query.find("format");
     const std::string name = format == query.end() ? "ndjson" : format->second;
-    if (name != "ndjson" && name != "tum") return refuse(400, "format=" + name + ": should be ndjson or tum");
+    if (name != "ndjson" && (name != "tum" || !has_tum_))
+      return refuse(400, "format=" + name + ": should be ndjson" + (has_tum_ ? " or tum" : ""));
     const LineWishes wishes{name == "tum", query.contains("surface"), query.contains("images")};
     const std::shared_ptr<void> counted(nullptr, [this](void*) { --readers_; });
     ++readers_;
@@ -261,6 +262,7 @@ class ScanService final : public HttpService {
     return {.body = std::string(done) + "\n"};
   }
 
+  const bool has_tum_;
   LineFeed& lines_;
   const MeshFeed* mesh_;
   std::atomic<int> readers_{0};
@@ -284,7 +286,7 @@ class ScanService final : public HttpService {
 
 std::unique_ptr<HttpService> serve_scan(const ServeOptions& options, LineFeed& lines, const MeshFeed* mesh) {
   check_token(options.token);
-  return std::make_unique<ScanService>(parse_address(options.address), options.token, lines, mesh);
+  return std::make_unique<ScanService>(options, parse_address(options.address), lines, mesh);
 }
 
 }  // namespace gelslam

@@ -41,6 +41,7 @@ class HttpService {
 struct ServeOptions {
   std::string address;  ///< [HOST:]PORT; 127.0.0.1 without a host, port 0: any free one
   std::string token;    ///< that every request has to name; "": a random one
+  bool tum = true;      ///< poses come as TUM, too
 };
 
 /// `lines` and `mesh` have to outlive it; without `mesh` there is no surface. Throws Error when it cannot

@@ -12,14 +12,9 @@
 
 namespace gelslam {
 
-/// How the ball is pressed: well, or in one of the ways that a calibration cannot use.
-enum class TouchKind { good, sliding, too_deep, too_shallow, off_the_gel, two_contacts };
-const char* touch_kind_name(TouchKind kind);  ///< "good", "sliding", "too deep", ...
-
 struct PressLogSpec {
   double diameter_mm = 6.31;  ///< of the ball, 3 .. 15
-  int presses = 20;           ///< good ones, over the whole gel, 1 .. 500
-  bool mishaps = false;       ///< a bad touch of each kind in turn after every second good one
+  int presses = 20;           ///< over the whole gel, 1 .. 500
   /// bare gel before the first touch, 0 .. 1000; with 0 the ball lies on the gel at the start
   int background_frames = 15;
   GelOptions gel;
@@ -31,9 +26,8 @@ struct PressLogSpec {
 
 /// One touch of the log, with the truth.
 struct SimulatedTouch {
-  TouchKind kind = TouchKind::good;
-  int first_frame = 0, last_frame = 0;  ///< while the ball is held (while it slides)
-  cv::Point2d center_px;                ///< of the contact circle, when the hold begins
+  int first_frame = 0, last_frame = 0;  ///< while the ball is held
+  cv::Point2d center_px;                ///< of the contact circle
   double radius_px = 0;                 ///< the same
 };
 
