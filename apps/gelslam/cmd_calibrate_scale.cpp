@@ -61,7 +61,7 @@ int run_scale(const ScaleArguments& arguments) {
       slope_matrix_from_ball(largest_touches(arguments.input, config, progress), arguments.diameter_mm);
   const auto &s = found.read_over_true, &e = found.sigma;
   fmt::print(
-      "read over true slopes of {}, in standard deviations of their mean:\n"
+      "read over true slopes of {}, with standard deviations:\n"
       "  along x {:.2f} +- {:.2f}, of it along y {:+.2f} +- {:.2f}\n"
       "  along y {:.2f} +- {:.2f}, of it along x {:+.2f} +- {:.2f}\n",
       counted(found.touches, "press"), s(0, 0), e(0, 0), s(1, 0), e(1, 0), s(1, 1), e(1, 1), s(0, 1),

@@ -13,7 +13,7 @@ struct SlopeMatrix {
   Eigen::Matrix2d read_over_true = Eigen::Matrix2d::Identity();
   Eigen::Matrix2d sigma = Eigen::Matrix2d::Zero();
   std::size_t touches = 0;
-  /// It differs from the identity by more than four numbers with these standard deviations do (chi², 5 %).
+  /// It differs from the identity by more than such standard deviations explain (chi², 5 %).
   bool needs_correction() const;
 };
 
