@@ -103,6 +103,7 @@ std::vector<SimulatedTouch> simulate_press_log(const PressLogSpec& spec,
   PressFilm film(spec, take);
   film.show_bare(spec.background_frames);
   std::vector<SimulatedTouch> touches;
+  touches.reserve(static_cast<std::size_t>(spec.presses));
   Random random(hash(spec.seed, 0x9e55));
   for (int number = 0; number < spec.presses; ++number)
     touches.push_back(film.show_touch(plan_touch(spec, number, random)));

@@ -1,6 +1,7 @@
 #include "gelslam/calibration/slope_matrix.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <optional>
@@ -99,8 +100,8 @@ SlopeMatrix slope_matrix_from_ball(const std::vector<SurfacePtr>& touches, doubl
   const auto count = static_cast<double>(found.size());
   // Medians: a press at the picture's border, of which one flank is seen, may say anything.
   for (Eigen::Index k = 0; k < 4; ++k) {
-    std::vector<double> values;
-    for (const Matrix2d& matrix : found) values.push_back(matrix(k));
+    std::vector<double> values(found.size());
+    std::ranges::transform(found, values.begin(), [k](const Matrix2d& matrix) { return matrix(k); });
     const double middle = median(values);
     for (double& value : values) value = std::abs(value - middle);
     // The spread of few is uncertain itself: the usual one counts like one press.

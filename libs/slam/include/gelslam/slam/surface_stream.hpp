@@ -45,8 +45,8 @@ class FrameToSurface {
   const std::string& difference() const { return difference_; }
   /// Why the newest pictures are not the background: contact or markers. No reason while there are too few.
   const BackgroundCheck& refusal() const { return refusal_; }
-  /// What makes the background doubtful, as sentences for the user, complete once there is a background; later
-  /// that light was not followed.
+  /// What makes the background doubtful, as sentences for the user, complete once there is a background;
+  /// later that light was not followed.
   const std::vector<std::string>& doubts() const { return doubts_; }
 
  private:
