@@ -18,8 +18,8 @@ constexpr float kMaxAngleRad = 1.5F;  // numerics: keeps tan finite; no gel is s
 // Range of a color within a block up to which the network is taken to be linear there.
 constexpr int kSmoothLevels = 10;         // speed
 constexpr float kToUnit = 1.0F / 255.0F;  // layout
-// Own models of five sensors have 0.006 to 0.010. With 0.0078, that of the rendered sequences, 14 pairs of real
-// logs lose 53 frames instead of 35, and rendered sets are alike.
+// Own models of five sensors have 0.006 to 0.010. With 0.0078, that of the rendered sequences, 14 pairs of
+// real logs lose 53 frames instead of 35, and rendered sets are alike.
 constexpr double kUsualSlopePerLevel = 0.0065;
 constexpr int kBlockArea = kBlockPx * kBlockPx;
 
