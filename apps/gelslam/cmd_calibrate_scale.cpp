@@ -8,7 +8,6 @@
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/calibration/slope_matrix.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/slam/surface_stream.hpp"
 #include "terminal_progress.hpp"
@@ -93,10 +92,8 @@ void add_calibrate_scale_command(CLI::App& calibrate, int& exit_code) {
   add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "Takes a minute: record with nothing on the gel, then press any ball of known diameter in at ten "
-      "places. "
-      "Presses differ by 0.15, so that one alone tells little. A model of the sensor itself (calibrate "
-      "train) "
-      "is better.\n"
+      "places. Presses differ by 0.15, so that one alone tells little. A model of the sensor itself "
+      "(calibrate train) is better.\n"
       "Example: gelslam calibrate scale ball.mkv --model nnmini.pt --diameter 6 -o model.json");
   command->callback([arguments, &exit_code] { exit_code = run_scale(*arguments); });
 }

@@ -19,8 +19,8 @@ struct ProjectedContact {
 };
 
 ProjectedContact project_contact(const Surface& from, const Surface& onto, const Pose& onto_T_from) {
-  const double tolerance_mm =
-      0.15 * shared_noise(from, onto);  // the errors of heights and of the membrane rim are smaller
+  constexpr double kToleranceMm = 0.15;  // the errors of heights and of the membrane rim are smaller
+  const double tolerance_mm = kToleranceMm * shared_noise(from, onto);
   const CameraModel onto_camera = onto.camera();
   ProjectedContact projected;
   for (int v = 0; v < from.contact.rows; v += kTextureShrink)
