@@ -1,16 +1,16 @@
 #pragma once
 
 #include <atomic>
-#include <functional>
 #include <memory>
+#include <optional>
 #include <variant>
 #include <vector>
 
 #include "gelslam/core/bounded_queue.hpp"
 #include "gelslam/core/stage_timer.hpp"
-#include "gelslam/frontend/tracker.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/raw_frame.hpp"
+#include "gelslam/slam/gel_slam.hpp"
 #include "gelslam/slam/live_slam.hpp"
 #include "gelslam/slam/store.hpp"
 #include "gelslam/slam/surface_stream.hpp"
@@ -30,9 +30,6 @@ struct BreakTrial {};
 
 using TrackerMessage = std::variant<SurfacedFrame, BreakTrial>;
 
-/// What is to be written into the session, in this order.
-using SessionWork = std::function<void(Store&)>;
-
 /// What the stages of a live scan share.
 struct LiveContext {
   LiveContext(const LiveOptions& live_options, const std::string& source)
@@ -41,7 +38,8 @@ struct LiveContext {
         board(source) {}
 
   const LiveOptions options;
-  ScanRecord so_far;  ///< the scan that goes on; of a new one its part alone
+  ScanRecord so_far;            ///< the scan that goes on; of a new one its part alone
+  std::optional<GelSlam> slam;  ///< once the threads begin
   StageTimer timer;
   LiveBoard board;
   std::atomic<bool> aborted{false};
@@ -52,7 +50,7 @@ struct LiveContext {
   BoundedQueue<RawFramePtr> raw{kQueuedFrames};
   BoundedQueue<TrackerMessage> surfaced{kQueuedFrames};
   BoundedQueue<NewKeyframe> keyframes{1};  ///< its limit is never asked for: the tracker goes beyond it
-  BoundedQueue<SessionWork> measured{1};   ///< the same
+  SessionQueue measured{1};                ///< the same
 };
 
 }  // namespace gelslam::slam::detail

@@ -116,6 +116,7 @@ void LiveSlam::start() {
   run_ = run_of(options);
   if (!so_far.parts.empty()) so_far.parts.pop_back();
   if (run_) so_far.parts.push_back(run_->part());
+  slam.emplace(options.config.slam, so_far, &measured);
   if (run_ && options.record) recorder_ = recorder_of(options, *source_, run_->log());
   ready_.set_value();
 }
@@ -223,7 +224,7 @@ void LiveSlam::write_session() {
   try {
     Store store(run_->folder());
     if (options.continued) store.add(run_->part());
-    while (const std::optional<SessionWork> work = measured.pop()) (*work)(store);
+    while (const auto work = measured.pop()) (*work)(store);
     store.flush();
   } catch (const std::exception& error) {  // whatever it is, the scan goes on
     board.warn(error.what());
@@ -237,8 +238,7 @@ void LiveSlam::finish() {
   SlamMap map;
   {
     const auto scope = timer.measure("finish/poses");
-    map = mapping_.finish(
-        tracking_.records(), [this] { return aborted.load(); }, &progress);
+    map = slam->finish(!aborted, &progress, [this] { return aborted.load(); });
   }
   fusion_.stop();
   fusion_thread_.join();  // what it drew must not come after what is saved

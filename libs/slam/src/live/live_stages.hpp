@@ -2,14 +2,12 @@
 
 #include <condition_variable>
 #include <deque>
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <vector>
 
 #include "gelslam/fusion/incremental_fusion.hpp"
-#include "gelslam/slam/mapper.hpp"
 #include "gelslam/slam/surface_stream.hpp"
 #include "gelslam/slam/trial_drift.hpp"
 #include "live/live_context.hpp"
@@ -42,26 +40,18 @@ class SurfaceStage {
 /// waits.
 class TrackingStage {
  public:
-  explicit TrackingStage(LiveContext& context);
+  explicit TrackingStage(LiveContext& context) : context_(context) {}
 
   void run();
-  /// What became of every frame so far. Thread-safe.
-  std::vector<FrameRecord> records() const;
 
  private:
   void handle(const SurfacedFrame& frame);
-  void handle(BreakTrial) { hand_on(tracker_.end_trial()); }
+  void handle(BreakTrial) { hand_on(context_.slam->end_tracking()); }
   void hand_on(const std::vector<NewKeyframe>& keyframes);
-  void record(const FrameRecord& record);
   void stream(const TrackedFrame& tracked, const SurfacedFrame& frame);
 
   LiveContext& context_;
-  Tracker tracker_;
   HiddenMotions hidden_;
-  const std::int64_t first_frame_;
-  const double first_time_s_;
-  mutable std::mutex mutex_;
-  std::vector<FrameRecord> records_;
 };
 
 /// Updates the displayed mesh to the newest map in short steps and skips maps that arrive faster.
@@ -93,26 +83,19 @@ class FusionStage {
 /// the queue is empty.
 class MappingStage {
  public:
-  MappingStage(LiveContext& context, FusionStage& fusion)
-      : context_(context), fusion_(fusion), mapper_(context.options.config.slam) {}
+  MappingStage(LiveContext& context, FusionStage& fusion) : context_(context), fusion_(fusion) {}
 
   void run();
-  /// The final map, after run(); `stop_requested` leaves out the rest of the refinement.
-  SlamMap finish(const std::vector<FrameRecord>& records, const std::function<bool()>& stop_requested,
-                 ProgressSink* progress) const;
 
  private:
-  void restore();
-  void handle(const NewKeyframe& added);
-  void keep_loops(int keyframe, const std::vector<PoseGraphEdge>& loops);
+  Mapper& mapper() { return context_.slam->mapper(); }
   void publish();
-  LiveClock::time_point next_work() const;
+  LiveClock::time_point next_work();
   bool optimize_if_due();
   void assess_if_due();
 
   LiveContext& context_;
   FusionStage& fusion_;
-  Mapper mapper_;
   LiveClock::time_point next_optimization_ = LiveClock::now(), next_assessment_ = next_optimization_;
 };
 

@@ -1,7 +1,6 @@
 #include "gelslam/slam/reconstruct.hpp"
 
-#include <exception>
-#include <thread>
+#include <future>
 
 #include "gelslam/core/bounded_queue.hpp"
 #include "gelslam/core/run_folder.hpp"
@@ -13,57 +12,31 @@
 namespace gelslam {
 namespace {
 
-/// A log's surfaces, made on a thread of their own while earlier ones are tracked and loops are searched.
-class SurfacesAhead {
- public:
-  explicit SurfacesAhead(SurfaceStream& stream) : thread_([this, &stream] { make_all(stream); }) {}
-  ~SurfacesAhead() { queue_.close(); }
-  SurfacesAhead(const SurfacesAhead&) = delete;
-  SurfacesAhead& operator=(const SurfacesAhead&) = delete;
-
-  /// As SurfaceStream::next().
-  std::optional<SurfaceStream::Item> next() {
-    std::optional<SurfaceStream::Item> item = queue_.pop();
-    if (!item && failure_) std::rethrow_exception(failure_);
-    return item;
-  }
-
- private:
-  void make_all(SurfaceStream& stream) {
-    try {
-      while (std::optional<SurfaceStream::Item> item = stream.next()) {
-        item->image.bgr.release();
-        if (!queue_.push(*std::move(item))) break;
-      }
-    } catch (...) {
-      failure_ = std::current_exception();
-    }
-    queue_.close();
-  }
-
-  // A keyframe's loops take as long as ten to twenty surfaces, of 1.7 MB each.
-  BoundedQueue<SurfaceStream::Item> queue_{12};
-  std::exception_ptr failure_;
-  std::jthread thread_;
-};
-
-/// Feeds the whole log to `slam`; true when stopped before its end.
+/// Feeds the whole log to `slam`; true when stopped before its end. Surfaces are made on a thread of their
+/// own while earlier ones are tracked and loops are searched.
 bool track_log(SurfaceStream& stream, GelSlam& slam, const ScanRecord& so_far, StageTimer& timer,
                ProgressSink& progress, const std::function<bool()>& stop_requested) {
   progress.begin("tracking", stream.frame_count());
-  SurfacesAhead surfaces(stream);
-  bool stopped = false;
+  // A keyframe's loops take as long as ten to twenty surfaces, of 1.7 MB each.
+  BoundedQueue<SurfaceStream::Item> surfaces{12};
+  std::future<void> all_made = std::async(std::launch::async, [&] {
+    const QueueCloser end{surfaces};
+    while (std::optional<SurfaceStream::Item> item = stream.next()) {
+      item->image.bgr.release();
+      if (!surfaces.push(*std::move(item))) return;
+    }
+  });
+  const QueueCloser end{surfaces};  // its thread ends, whatever happens here
   std::int64_t done = 0;
-  while (const std::optional<SurfaceStream::Item> item = surfaces.next()) {
+  bool stopped = false;
+  while (const auto item = stopped ? std::nullopt : surfaces.pop()) {
     const TactileImage& image = item->image;
     slam.process(so_far.next_frame() + image.index, so_far.next_time_s() + image.time_s, item->surface, timer,
                  image.unix_us);
     progress.update(++done);
-    if (stop_requested()) {
-      stopped = true;
-      break;
-    }
+    stopped = stop_requested();
   }
+  if (!stopped) all_made.get();
   slam.end_trial(timer);
   progress.end();
   return stopped;

@@ -96,4 +96,11 @@ class BoundedQueue {
   bool closed_ = false;
 };
 
+/// Closes a queue at the end of a scope, also when that throws.
+template <typename T>
+struct QueueCloser {
+  BoundedQueue<T>& queue;
+  ~QueueCloser() { queue.close(); }
+};
+
 }  // namespace gelslam
