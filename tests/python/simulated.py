@@ -1,6 +1,8 @@
 """The simulated log of tests/package, as arrays."""
+import contextlib
 import os
 import pathlib
+import sqlite3
 
 import gelslam
 import numpy as np
@@ -19,6 +21,12 @@ def frames():
 
 def sensor(images):
     return gelslam.Sensor(MODEL, background=images[:BARE_FRAMES])
+
+
+def rows_of(session):
+    """Of all tables: pages of a session that grew lie in another order."""
+    with contextlib.closing(sqlite3.connect(session)) as database:
+        return list(database.iterdump())
 
 
 def true_start_T_sensor(frame):
