@@ -27,7 +27,4 @@ Json measure_case(const AblationCase& measured, const std::vector<Variant>& vari
 /// of the variant with everything on.
 Json ablation_ratios(const Json& rows, const std::string& baseline);
 
-/// The same summed up per variant, set and model; "all" is every set. Error: geometric mean of the ratios.
-Json ablation_table(const Json& ratios);
-
 }  // namespace gelslam::lab

@@ -60,7 +60,7 @@ void run(const BenchmarkArguments& arguments) {
   const BenchmarkResult result = run_benchmark(request);
   const Json table = accuracy_table(result);
   write_study(arguments.out, "accuracy", table);
-  print_table(table);
+  print_csv(table);
   if (result.empty()) {
     std::cerr << "nothing ever touched the sensor: there is nothing to compare\n";
     throw CLI::RuntimeError(1);

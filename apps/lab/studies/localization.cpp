@@ -240,7 +240,7 @@ void run(const LocalizationArguments& arguments) {
     }
     write_study(arguments.out, "localize", rows);
   }
-  print_table(rows);
+  print_csv(rows);
 }
 
 }  // namespace

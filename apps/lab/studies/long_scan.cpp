@@ -207,7 +207,7 @@ void run(const LongScanArguments& arguments) {
   const double ready = wall_s();
   const Scan scan = run_scan(simulator, arguments.out, slam);
   const double scanned = wall_s();
-  print_table(scan.rows);
+  print_csv(scan.rows);
   Json row = summary(simulator, scan, options, slam);
   row["scanning_s"] = scanned - ready;
   for (const auto& [key, value] : row.items()) std::cout << key << " " << value.dump() << "\n";

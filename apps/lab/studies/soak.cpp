@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <iostream>
-#include <map>
 #include <memory>
 #include <opencv2/imgproc.hpp>
 #include <thread>
@@ -137,24 +136,6 @@ Json watch(LiveSession& session, double for_minutes) {
   return rows;
 }
 
-/// First against last third.
-Json account(const Json& rows, const std::map<std::string, StageStatistics>& stages) {
-  const std::size_t third = std::max<std::size_t>(1, rows.size() / 3);
-  const auto thirds = [&](const char* column) -> Json {
-    double first = 0, last = 0;
-    for (std::size_t i = 0; i < third; ++i) {
-      first += rows[i][column].get<double>() / static_cast<double>(third);
-      last += rows[rows.size() - 1 - i][column].get<double>() / static_cast<double>(third);
-    }
-    return {{"first_third", first}, {"last_third", last}};
-  };
-  Json json = {{"latency_ms", thirds("latency_ms")}, {"memory_mb", thirds("memory_mb")}};
-  for (const auto& [name, stage] : stages)
-    json["stages"][name] = {
-        {"median_ms", stage.median_ms}, {"p99_ms", stage.p99_ms}, {"max_ms", stage.max_ms}};
-  return json;
-}
-
 void run(const SoakArguments& arguments) {
   LiveOptions options;
   options.config = resolve_config({arguments.log, {}, arguments.model, {}, false});
@@ -171,11 +152,10 @@ void run(const SoakArguments& arguments) {
   const Json rows = watch(*session, arguments.minutes);
   const Clock::time_point stop = Clock::now();
   session->stop();
-  const RunReport report = session->wait();
-  print_table(rows);
-  Json json = account(rows, report.stages);
-  json["seconds_to_stop_and_save"] = std::chrono::duration<double>(Clock::now() - stop).count();
-  std::cout << json.dump(2) << "\n";
+  session->wait();
+  print_csv(rows);
+  std::cerr << "stopped and saved in " << std::chrono::duration<double>(Clock::now() - stop).count()
+            << " s\n";
 }
 
 }  // namespace

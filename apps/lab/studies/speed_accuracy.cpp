@@ -148,7 +148,7 @@ void run(const SpeedAccuracyArguments& arguments) {
   });
   if (all.empty()) throw Error("none of the methods is known: normalflow, icp, filterreg, fpfh");
   if (all.front().problems == 0) throw Error("no two frames of the data touch and lie so far apart");
-  print_table(to_json(all));
+  print_csv(to_json(all));
 }
 
 }  // namespace

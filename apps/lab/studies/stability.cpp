@@ -93,7 +93,7 @@ void run(const StabilityArguments& arguments) {
   };
   simulated_levels(studio, arguments.quick ? 1 : TouchSpec::kPlaces, sink);
   missing_frame_levels(arguments.data, sink);
-  print_table(study.rows());
+  print_csv(study.rows());
 }
 
 }  // namespace

@@ -1,8 +1,7 @@
 #include "study.hpp"
 
-#include <fmt/core.h>
+#include <fmt/ranges.h>
 
-#include <algorithm>
 #include <ctime>
 #include <iostream>
 
@@ -12,16 +11,6 @@
 #include "gelslam/core/text.hpp"
 
 namespace gelslam::lab {
-namespace {
-
-std::string table_cell(const Json& value) {
-  if (value.is_string()) return value.get<std::string>();
-  if (value.is_number_float()) return fmt::format("{:.4g}", value.get<double>());
-  return value.is_null() ? "-" : value.dump();
-}
-
-}  // namespace
-
 void check_methods(const std::vector<std::string>& methods) {
   for (const std::string& method : methods) make_registrar(method, {});
 }
@@ -49,29 +38,16 @@ void write_study(const std::filesystem::path& folder, const std::string& name, c
   write_file_atomically(folder / (name + ".json"), rows.dump(1) + "\n");
 }
 
-void print_table(const Json& rows) {
-  if (rows.empty()) return;
-  std::vector<std::vector<std::string>> lines(1);
-  std::vector<bool> is_text;
-  for (const auto& [key, value] : rows.front().items()) {
-    lines[0].push_back(key);
-    is_text.push_back(value.is_string());
-  }
+void print_csv(const Json& rows) {
+  std::vector<std::string> cells;
+  if (!rows.empty())
+    for (const auto& [key, value] : rows.front().items()) cells.push_back(key);
+  std::cout << fmt::format("{}\n", fmt::join(cells, ","));
   for (const Json& row : rows) {
-    lines.emplace_back();
-    for (const auto& [key, value] : row.items()) lines.back().push_back(table_cell(value));
+    cells.clear();
+    for (const Json& value : row) cells.push_back(value.is_null() ? "" : value.dump());
+    std::cout << fmt::format("{}\n", fmt::join(cells, ","));
   }
-  std::vector<std::size_t> widths(is_text.size(), 0);
-  for (const auto& line : lines)
-    for (std::size_t k = 0; k < line.size(); ++k) widths[k] = std::max(widths[k], line[k].size());
-  for (const auto& line : lines) {
-    for (std::size_t k = 0; k < line.size(); ++k) {
-      const std::string padding(widths[k] - line[k].size(), ' ');
-      std::cout << (k == 0 ? "" : "  ") << (is_text[k] ? line[k] + padding : padding + line[k]);
-    }
-    std::cout << "\n";
-  }
-  std::cout << std::flush;
 }
 
 }  // namespace gelslam::lab

@@ -60,7 +60,7 @@ class StudyCases {
 /// nothing if `folder` is empty. Long studies call it after each step. Throws Error.
 void write_study(const std::filesystem::path& folder, const std::string& name, const Json& rows);
 
-/// Prints the same table with aligned columns, numbers with four significant digits.
-void print_table(const Json& rows);
+/// Prints the same table as CSV.
+void print_csv(const Json& rows);
 
 }  // namespace gelslam::lab
