@@ -11,7 +11,7 @@ void check_signals() {
 }
 
 void warn(const std::string& message) {
-  constexpr int kCaller = 2;  // of the function in Python that checks arguments
+  constexpr int kCaller = 1;
   if (PyErr_WarnEx(PyExc_UserWarning, message.c_str(), kCaller) != 0) throw py::error_already_set();
 }
 
