@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# usage: scripts/build_wheel.sh [--build DIR] [OUT]
+# usage: scripts/build_wheel.sh [--build DIR] [--check] [OUT]
 #
 # Makes in OUT (default: packages in the repository), for Linux on x86-64 with this system's glibc or a newer one:
 #   gelslam-*.whl      the module, for the system's Python, and the program: pip install OUT/gelslam-*.whl
@@ -9,16 +9,19 @@
 #
 #   --build DIR   take what was built in DIR, with the system's Ceres and FFmpeg (GPL), instead of building first in
 #                 build/wheel
+#   --check       also use both in a fresh Debian root without a compiler, with a window (needs mmdebstrap and a package
+#                 mirror)
 set -euo pipefail
 
 usage() { sed -n '2,/^set /s/^# \?//p' "$0"; }
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 
-build=
+build= check=false
 while [[ ${1:-} == -* ]]; do
   case $1 in
     --build) build=$(cd "${2:?--build needs a folder}" && pwd -P); shift ;;
+    --check) check=true ;;
     -h | --help) usage; exit 0 ;;
     *) usage >&2; exit 2 ;;
   esac
@@ -135,6 +138,9 @@ while read -r name _ path _; do
 done < <({ LD_LIBRARY_PATH=$parts/lib ldd "$package/bin/gelslam" "$module"; } | sort -u -k1,1) >"$work/libraries"
 { echo "Libraries, and the packages of $(. /etc/os-release && echo "$PRETTY_NAME") that they and their sources are from:"
   cat "$work/libraries"; } >"$package/licenses/LIBRARIES"
+for text in $(grep -ohE '/usr/share/common-licenses/[A-Z][A-Za-z0-9.-]*[A-Za-z0-9]' "$package"/licenses/* | sort -u); do
+  [[ ! -f $text ]] || cp "$text" "$package/licenses/common-${text##*/}"
+done
 # OpenCV asks GLX which context is current; nothing here does that, and the module needs no X.
 for core in "$package"/lib/gelslam-libopencv_core.*; do
   LC_ALL=C sed -i 's/glX\(GetCurrentContext\|GetCurrentDisplay\|GetProcAddressARB\)/gsl\1/g' "$core"
@@ -143,11 +149,18 @@ for core in "$package"/lib/gelslam-libopencv_core.*; do
     cc -shared -fPIC -s -Wl,-soname,gelslam-noglx.so -o "$package/lib/gelslam-noglx.so" -x c -
   patchelf --replace-needed libGLX.so.0 gelslam-noglx.so "$core"
 done
-for library in "$package"/lib/*; do
-  patchelf --set-soname "${library##*/}" --set-rpath '$ORIGIN' "${renamed[@]}" "$library"
+# One change at a time: patchelf mixes them up otherwise.
+for binary in "$package"/lib/* "$package/bin/gelslam" "$module"; do
+  case $binary in
+    */lib/*)
+      patchelf --set-soname "${binary##*/}" "$binary"
+      place= ;;
+    */bin/*) place=/../lib ;;
+    *) place=/lib ;;
+  esac
+  patchelf "${renamed[@]}" "$binary"
+  patchelf --set-rpath "\$ORIGIN$place" "$binary"
 done
-patchelf --set-rpath '$ORIGIN/../lib' "${renamed[@]}" "$package/bin/gelslam"
-patchelf --set-rpath '$ORIGIN/lib' "${renamed[@]}" "$module"
 chmod 644 "$module"
 
 mkdir -p "$out"
@@ -168,4 +181,20 @@ printf 'Metadata-Version: 2.1\nName: gelslam\nVersion: %s\nSummary: Tactile SLAM
   "$version" >"$info/METADATA"
 printf '[console_scripts]\ngelslam = gelslam.__main__:main\n' >"$info/entry_points.txt"
 /usr/bin/python3 -m wheel pack --dest-dir "$out" "$work/wheel" >/dev/null
-say "$(echo "$out/gelslam-$version-cp$minor"-*.whl)"
+wheel=$(echo "$out/gelslam-$version-cp$minor"-*.whl)
+say "$wheel"
+
+$check || exit 0
+say "using them in a fresh root"
+mmdebstrap --variant=apt --include=ca-certificates,python3-numpy,python3-pip,xvfb,xauth,libgl1-mesa-dri,libgl1,libegl1 \
+  --customize-hook='mkdir -p $1/packages' --customize-hook="copy-in $out/$archive.tar.gz $wheel /packages" \
+  --chrooted-customize-hook='set -eux; cd /tmp; ! command -v cc
+    tar -xf /packages/*.tar.gz; mv gelslam-* "moved here"; "moved here/bin/gelslam" simulate scan --object coin --frames 60 -o log -q
+    "moved here/bin/gelslam" reconstruct log -o run -q; rm -r "moved here"
+    python3 -m pip install --no-index --break-system-packages /packages/*.whl
+    gelslam --version; python3 -m gelslam info run
+    python3 -c "import gelslam; run = gelslam.reconstruct(\"log\"); print(run, run.evaluate(\"log\")[\"trajectory\"])"
+    gelslam view run --snapshot run.png -q; test -s run.png
+    code=0; xvfb-run -a timeout -s INT 10 gelslam view run || code=$?; test $code = 124' \
+  "$(. /etc/os-release && echo "$VERSION_CODENAME")" /dev/null
+say "used in a fresh root"

@@ -13,7 +13,7 @@ import tempfile as _tempfile
 import warnings as _warnings
 
 from . import _core
-from .__main__ import find_program as _find_program
+from ._program import find_program as _find_program
 from ._core import *  # noqa: F403
 from ._core import __version__
 
