@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
-# usage: scripts/setup.sh [--tests] [--python] [--packages] [--reference] [--checks] [--no-install]
+# usage: scripts/setup.sh [--tests] [--python] [--packages] [--wheel] [--reference] [--checks] [--no-install]
 #
 # Installs what building and running the program needs, where it is missing, without questions.
 #   --tests        also what the tests, the laboratory, the charts and the Python module need
 #   --python       also what the Python module needs
 #   --packages     also what scripts/package.sh needs
+#   --wheel        also what scripts/build_wheel.sh needs
 #   --reference    also what scripts/api_reference.sh needs
 #   --checks       also clang-format, clang-tidy and ROS 2's linters
 #   --no-install   only say what is missing; exit code 1 if something is
@@ -35,6 +36,7 @@ test_packages=(
 )
 python_packages=(python3-dev python3-numpy python3-pybind11 pybind11-dev)
 package_packages=("${python_packages[@]}" dpkg-dev)
+wheel_packages=("${python_packages[@]}" dpkg-dev nasm patchelf python3-wheel)
 reference_packages=(doxygen)
 check_packages=(clang-format clang-tidy python3-ament-flake8 python3-ament-pep257)
 
@@ -42,12 +44,13 @@ install=true
 for argument in "$@"; do
   case $argument in
     --tests)
-      packages+=("${test_packages[@]}" "${package_packages[@]}")
+      packages+=("${test_packages[@]}" "${package_packages[@]}" "${wheel_packages[@]}")
       optional_packages+=("${browser_packages[@]}")
       without_optional+="; or pages are not tried in a browser"
       ;;
     --python) packages+=("${python_packages[@]}") ;;
     --packages) packages+=("${package_packages[@]}") ;;
+    --wheel) packages+=("${wheel_packages[@]}") ;;
     --reference) packages+=("${reference_packages[@]}") ;;
     --checks) packages+=("${check_packages[@]}") ;;
     --no-install) install=false ;;

@@ -25,7 +25,6 @@ struct PressOptions {
   bool quiet = false;
   // From the configuration, once read_presses() has read it.
   double pitch_mm = 0.0634;
-  std::string device_name = "GelSight Mini";
 
   void add_to(CLI::App& command);
 };

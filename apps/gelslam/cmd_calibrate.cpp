@@ -2,10 +2,7 @@
 
 #include "calibrate_commands.hpp"
 #include "commands.hpp"
-#include "gelslam/core/error.hpp"
-#include "gelslam/core/text.hpp"
 #include "gelslam/slam/config.hpp"
-#include "gelslam/surface/background.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam {
@@ -23,17 +20,10 @@ PressSet read_presses(PressOptions& options, const ModelFile& model) {
   const Config config = find_config({.config = options.config});
   if (model.record) options.pitch_mm = model.record->pixel_pitch_mm;
   if (!options.config.empty()) options.pitch_mm = config.surface.pixel_pitch_mm;
-  options.device_name = config.sensor.device_name;
   PressSet set = read_press_set(options.folder);
   if (model.model.optics) set.optics = model.model.optics;
-  if (!set.optics) set.optics = config.surface.optics;
-  const std::string problem =
-      why_impossible(*set.optics, set.background.cols, set.background.rows, options.pitch_mm);
-  if (!problem.empty()) throw Error(quoted(set.folder) + ": the sensor's optics: " + problem);
-  require_readable_background(set.background, options.device_name,
-                              "'" + (set.folder / "background.png").string() + "'",
-                              [](const std::string& doubt) { std::cerr << "note: " << doubt << "\n"; });
-  fill_markers(set);
+  prepare(set, {options.pitch_mm, config.sensor.device_name, config.surface.optics},
+          [](const std::string& doubt) { std::cerr << "note: " << doubt << "\n"; });
   return set;
 }
 

@@ -29,5 +29,5 @@ for frame, surface in zip(arguments.frames[1:], later):
     print(f"frame {arguments.frames[0]} to {frame}: ok {result.reason}")
     sigma = np.sqrt(np.diag(result.covariance))
     for i, axis in enumerate("xyz"):
-        print(f"  {axis} {1000 * result.target_T_reference[i, 3]:7.3f} mm, sigma {1000 * sigma[3 + i]:.3f} mm;"
-              f"  about {axis}: sigma {np.degrees(sigma[i]):.2f} degrees")
+        print(f"  {axis} {1000 * result.target_T_reference[i, 3]:7.3f} mm, sigma {1000 * sigma[i]:.3f} mm;"
+              f"  about {axis}: sigma {np.degrees(sigma[3 + i]):.2f} degrees")

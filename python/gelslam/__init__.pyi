@@ -12,13 +12,29 @@ _Progress = Union[bool, None, Callable[[str, int, Optional[int]], object]]
 
 __version__: str
 __all__ = [
-    "Surface", "Sensor", "Registration", "register", "Mesh", "Run", "reconstruct", "fuse", "read_run",
+    "Surface", "Sensor", "Registration", "register", "Mesh", "Keyframe", "Run", "reconstruct", "fuse", "read_run",
     "TrackedFrame", "Slam", "Map", "Place", "LocatedFrame", "Localizer", "Log", "Camera", "Calibration", "calibrate", "Error", "__version__",
 ]  # fmt: skip
 
 class Error(Exception): ...
 
 class Surface:
+    @staticmethod
+    def from_normals(
+        normals: NDArray[np.floating[Any]],
+        contact: NDArray[np.bool_],
+        pixel_pitch_mm: float,
+        *,
+        slope_sigma_rad: float = 0.05,
+    ) -> Surface: ...
+    @staticmethod
+    def from_height(
+        height_mm: NDArray[np.floating[Any]],
+        contact: NDArray[np.bool_],
+        pixel_pitch_mm: float,
+        *,
+        slope_sigma_rad: float = 0.05,
+    ) -> Surface: ...
     @property
     def height_mm(self) -> NDArray[np.float32]: ...
     def points_mm(self) -> NDArray[np.float32]: ...
@@ -46,6 +62,8 @@ class Sensor:
         config: Optional[_Path] = None,
         follow_light: bool = True,
     ) -> None: ...
+    @staticmethod
+    def of_surfaces(width_px: int, height_px: int, pixel_pitch_mm: float) -> Sensor: ...
     def __call__(self, image: _Image) -> Surface: ...
     @property
     def background(self) -> _Image: ...
@@ -101,6 +119,18 @@ class Mesh:
     def to_open3d(self) -> Any: ...
     def to_trimesh(self) -> Any: ...
 
+class Keyframe:
+    @property
+    def frame(self) -> int: ...
+    @property
+    def time_s(self) -> float: ...
+    @property
+    def map_T_sensor(self) -> NDArray[np.float64]: ...
+    @property
+    def covariance(self) -> Optional[NDArray[np.float64]]: ...
+    @property
+    def surface(self) -> Surface: ...
+
 class Run:
     @property
     def mesh(self) -> Mesh: ...
@@ -109,10 +139,29 @@ class Run:
     @property
     def times(self) -> NDArray[np.float64]: ...
     @property
+    def frames(self) -> NDArray[np.int64]: ...
+    @property
+    def keyframes(self) -> list[Keyframe]: ...
+    @property
+    def folder(self) -> Optional[os.PathLike[str]]: ...
+    @property
     def report(self) -> dict[str, object]: ...
     @property
     def reservations(self) -> list[str]: ...
     def save(self, path: _Path, *, overwrite: bool = False) -> None: ...
+    def evaluate(self, truth: _Path) -> dict[str, Any]: ...
+    def export(
+        self,
+        path: _Path,
+        *,
+        units: Optional[Literal["m", "mm"]] = None,
+        color: Optional[Literal["none", "confidence", "height"]] = None,
+        max_error_mm: Optional[float] = None,
+        largest_piece: bool = False,
+        watertight: bool = False,
+        close: bool = False,
+        overwrite: bool = False,
+    ) -> None: ...
 
 def reconstruct(
     log: _Path,
@@ -168,6 +217,7 @@ class Slam:
     @overload
     def process(self, image: _Image, time_s: float) -> TrackedFrame: ...
     def mesh(self) -> Mesh: ...
+    def trajectory(self) -> Tuple[NDArray[np.float64], NDArray[np.float64]]: ...
     def finish(self) -> Run: ...
 
 class Map:
@@ -282,7 +332,8 @@ def calibrate(
     presses: _Path,
     output: _Path,
     *,
-    pixel_pitch_mm: float = 0.0634,
+    config: Optional[_Path] = None,
+    pixel_pitch_mm: Optional[float] = None,
     automatic: bool = True,
     steps: Optional[int] = None,
     seed: int = 1,

@@ -54,8 +54,9 @@ Pose pose_of(const py::object& array, const std::string& name);
 py::array_t<double> poses_of(const std::vector<StampedPose>& trajectory);
 py::array_t<double> times_of(const std::vector<StampedPose>& trajectory);
 
-/// Covariances in rad and mm to rad and meters; the same for information matrices with 1 / `per_mm`.
+/// Covariances in rad and mm, rotation first, to meters and rad, translation first, as the stream and ROS
+/// have them; the same for information matrices with 1 / `per_mm`.
 inline constexpr double kMetersPerMm = 1e-3;
-py::array_t<double> scaled_array_of(const Matrix6d& matrix, double per_mm);
+py::array_t<double> scaled_array_of(const Matrix6d& rotation_first, double per_mm);
 
 }  // namespace gelslam::python

@@ -18,20 +18,26 @@ struct PythonCalibration {
   std::vector<std::string> left_out;
 };
 
-PythonCalibration calibrate_presses(const fs::path& presses, const fs::path& output, double pixel_pitch_mm,
+PythonCalibration calibrate_presses(const fs::path& presses, const fs::path& output,
+                                    const OptionalPath& settings, std::optional<double> pixel_pitch_mm,
                                     bool automatic, std::optional<int> steps, std::uint64_t seed,
                                     bool overwrite, const py::object& progress) {
   PythonProgress sink(progress);
   const py::gil_scoped_release release;
-  if (!(pixel_pitch_mm > 0)) throw Error("pixel_pitch_mm: expected millimeters per pixel");
+  const Config config = find_config({.config = settings.value_or("")});
+  const double pitch_mm = pixel_pitch_mm.value_or(config.surface.pixel_pitch_mm);
+  if (!(pitch_mm > 0)) throw Error("pixel_pitch_mm: expected millimeters per pixel");
   if (steps && *steps < 1) throw Error("steps: expected a number of training steps");
   if (!overwrite && fs::exists(output)) throw Error(output.string() + " is already there: give overwrite");
-  CalibrationOptions options{{pixel_pitch_mm, seed}, automatic};
+  CalibrationOptions options{{pitch_mm, seed}, automatic};
   if (steps) options.training.steps = *steps;
   PythonCalibration result;
   const auto leave_out = [&](const std::string& press) { result.left_out.push_back(press); };
   PressSet set = read_press_set(presses);
-  fill_markers(set);
+  prepare(set, {pitch_mm, config.sensor.device_name, config.surface.optics}, [](const std::string& doubt) {
+    const py::gil_scoped_acquire gil;
+    warn(doubt);
+  });
   const Calibration calibration = calibrate(set, options, sink, leave_out);
   write_calibration(output, calibration);
   const ModelCheck& check = calibration.check;
@@ -63,12 +69,13 @@ void bind_calibration(py::module_& module) {
 
   module.def(
       "calibrate", &calibrate_presses, py::arg("presses"), py::arg("output"), py::kw_only(),
-      py::arg("pixel_pitch_mm") = ModelTraining{}.pixel_pitch_mm, py::arg("automatic") = true,
+      py::arg("config") = py::none(), py::arg("pixel_pitch_mm") = py::none(), py::arg("automatic") = true,
       py::arg("steps") = py::none(), py::arg("seed") = ModelTraining{}.seed, py::arg("overwrite") = false,
       py::arg("progress") = false,
       R"(Trains a model on a folder of ball presses, as `gelslam calibrate train` does. Returns a Calibration.
 
-presses: catalog.csv, background.png and a folder per press. output: the model; PyTorch's format if it ends in .pth,
+presses: catalog.csv, background.png and a folder per press; its optics.yaml, else the configuration's optics, are
+trained for. config: default: GelSight Mini. pixel_pitch_mm: default: the configuration's. output: the model; PyTorch's format if it ends in .pth,
 else GelSLAM's own. automatic: also use presses that nobody has labeled. steps: default 36000, about 90 s. progress: as
 of reconstruct().)");
 }

@@ -181,8 +181,8 @@ void add_place(py::module_& module) {
       .def_readonly("probability", &PlaceHypothesis::probability,
                     "0..1; what is missing to 1 in sum: elsewhere, or not in the map.")
       .def_property_readonly("covariance", &covariance_of_place,
-                             "6x6: of `noise` in true = map_T_sensor * exp(noise): rx, ry, rz, tx, ty, tz, "
-                             "along the sensor's axes; radians and meters.")
+                             "6x6: of `noise` in true = map_T_sensor * exp(noise): x, y, z, rx, ry, rz, "
+                             "along the sensor's axes; meters and radians.")
       .def_property_readonly("sigma_mm", &sigma_mm_of_place,
                              "3: one standard deviation along the sensor's x, y, z, mm.")
       .def_property_readonly("sigma_rad", &sigma_rad_of_place, "3: the same about x, y, z, rad.")

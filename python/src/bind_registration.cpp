@@ -44,7 +44,7 @@ std::string reason_of(const RegistrationResult& result) {
 void bind_registration(py::module_& module) {
   py::class_<RegistrationResult>(module, "Registration", R"(How two surfaces lie to each other.
 
-Matrices of rotations and translations have the order rx, ry, rz, tx, ty, tz, in radians and meters.)")
+Matrices of translations and rotations have the order x, y, z, rx, ry, rz, in meters and radians.)")
       .def_property_readonly(
           "target_T_reference",
           [](const RegistrationResult& self) { return array_of(self.target_T_reference); },

@@ -2,16 +2,22 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include <fstream>
-#include <iterator>
+#include <algorithm>
+#include <cmath>
+#include <map>
 #include <variant>
 
 #include "bind.hpp"
+#include "gelslam/backend/pose_covariance.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/slam/merge_scans.hpp"
+#include "gelslam/slam/refinement.hpp"
+#include "gelslam/slam/store.hpp"
+#include "gelslam/surface/slopes.hpp"
 #include "run.hpp"
+#include "sensor.hpp"
 
 namespace gelslam::python {
 namespace {
@@ -131,6 +137,101 @@ void save(const PythonRun& self, const fs::path& folder, bool overwrite) {
   save_run(folder, *self.run, overwrite);
 }
 
+/// A keyframe of the map.
+struct PythonKeyframe {
+  std::int64_t frame = 0;
+  double time_s = 0;
+  Pose map_T_sensor = Pose::Identity();
+  std::optional<Matrix6d>
+      covariance;  ///< of the pose relative to the map's frame; none of a run from a folder
+  StoredSurface surface;
+};
+
+/// The scan that a run was made of.
+std::shared_ptr<const ScanRecord> scan_of(const PythonRun& self) {
+  if (self.run) return {self.run, &self.run->map};
+  return std::make_shared<const ScanRecord>(read_scan(self.folder, {}));
+}
+
+std::map<int, Matrix6d> covariances_of(const Run& run) {
+  const SlamMap& map = run.map;
+  const SlamOptions& options = run.config.slam;
+  const auto anchor = std::find_if(map.keyframes.begin(), map.keyframes.end(), [&](const auto& keyframe) {
+    return keyframe && keyframe->frame == map.anchor_frame &&
+           map.in_map[static_cast<std::size_t>(keyframe->id)];
+  });
+  if (anchor == map.keyframes.end()) return {};
+  const double scale_sigma =
+      options.gradient_scale.estimate ? gradient_scale_sigma(map.keyframes, options.gradient_scale) : 0.0;
+  return pose_covariances(map.solved_edges, map.solution, (*anchor)->id, options.pose_graph, scale_sigma);
+}
+
+std::vector<PythonKeyframe> keyframes_of(const PythonRun& self) {
+  const py::gil_scoped_release release;
+  const std::shared_ptr<const ScanRecord> scan = scan_of(self);
+  const std::vector<PosedSurface> patches =
+      self.run ? posed_surfaces(self.run->map) : load_session(self.folder).patches;
+  const std::map<int, Matrix6d> covariances =
+      self.run ? covariances_of(*self.run) : std::map<int, Matrix6d>();
+  const std::vector<double> stamps = scan->stamps_s();
+  std::map<std::int64_t, double> time_of;
+  for (std::size_t i = 0; i < stamps.size(); ++i) time_of[scan->frames[i].frame] = stamps[i];
+  std::vector<PythonKeyframe> keyframes;
+  for (const PosedSurface& patch : patches) {
+    const std::int64_t frame = scan->keyframes.at(static_cast<std::size_t>(patch.id))->frame;
+    const auto covariance = covariances.find(patch.id);
+    keyframes.push_back({frame, time_of.at(frame), patch.map_T_keyframe,
+                         covariance == covariances.end() ? std::nullopt : std::optional(covariance->second),
+                         patch.surface});
+  }
+  return keyframes;
+}
+
+/// By the times, which are those of the scan's frames, rounded in a file.
+py::array_t<std::int64_t> frames_of(const PythonRun& self) {
+  std::vector<std::int64_t> frames;
+  {
+    const py::gil_scoped_release release;
+    const std::shared_ptr<const ScanRecord> scan = scan_of(self);
+    const std::vector<double> stamps = scan->stamps_s();
+    std::size_t next = 0;
+    for (const StampedPose& pose : self.trajectory) {
+      const auto distance = [&](std::size_t i) { return std::abs(stamps[i] - pose.time_s); };
+      while (next + 1 < stamps.size() && distance(next + 1) <= distance(next)) ++next;
+      frames.push_back(scan->frames.at(next).frame);
+    }
+  }
+  return py::array_t<std::int64_t>(static_cast<py::ssize_t>(frames.size()), frames.data());
+}
+
+TouchedSurface surface_of(const PythonKeyframe& self) {
+  SurfacePtr maps = self.surface.get();
+  const double sigma_rad = kBestSlopeSigmaRad * maps->model_sigma;
+  return {std::move(maps), sigma_rad};
+}
+
+void add_keyframe(py::module_& module) {
+  py::class_<PythonKeyframe>(module, "Keyframe", "A frame whose surface is in the map.")
+      .def_readonly("frame", &PythonKeyframe::frame, "Number of the frame in the log, from 0.")
+      .def_readonly("time_s", &PythonKeyframe::time_s, "Its time, by the clock of Run.times.")
+      .def_property_readonly(
+          "map_T_sensor", [](const PythonKeyframe& self) { return array_of(self.map_T_sensor); },
+          "4x4: sensor to map, translation in meters.")
+      .def_property_readonly(
+          "covariance",
+          [](const PythonKeyframe& self) -> std::optional<py::array_t<double>> {
+            if (!self.covariance) return std::nullopt;
+            return scaled_array_of(*self.covariance, kMetersPerMm);
+          },
+          "6x6: of `noise` in true = map_T_sensor * exp(noise), relative to the keyframe that is the map's "
+          "frame:\nx, y, z, rx, ry, rz, along the sensor's axes; meters and radians. None of a run that was "
+          "read from its folder.")
+      .def_property_readonly("surface", &surface_of, "Its Surface.")
+      .def("__repr__", [](const PythonKeyframe& self) {
+        return "<gelslam.Keyframe, frame " + std::to_string(self.frame) + ">";
+      });
+}
+
 py::object report_of(const PythonRun& self) {
   return py::module_::import("json").attr("loads")(report_json(self.report));
 }
@@ -145,7 +246,18 @@ The map's frame is that of the sensor at its first full contact: x right, y down
           "Nx4x4 float64: map_T_sensor of every frame in the map, translation in meters.")
       .def_property_readonly(
           "times", [](const PythonRun& self) { return times_of(self.trajectory); },
-          "N float64: their times, seconds since the log's first frame.")
+          "N float64: when they were taken: Unix time (s) where the log knows it, else seconds since its "
+          "first "
+          "frame.")
+      .def_property_readonly("frames", &frames_of, "N int64: their numbers in the log, from 0.")
+      .def_property_readonly("keyframes", &keyframes_of, "list of Keyframe: what the map consists of.")
+      .def_property_readonly(
+          "folder",
+          [](const PythonRun& self) -> std::optional<fs::path> {
+            if (self.run) return std::nullopt;
+            return self.folder;
+          },
+          "Where it was read; None of one that was not.")
       .def_property_readonly(
           "report", &report_of,
           "dict: the figures of report.json: frames, keyframes, loops, partial, warnings...")
@@ -245,6 +357,7 @@ Config config_of(const OptionalPath& config, const OptionalPath& model) {
 
 void bind_run(py::module_& module) {
   add_mesh(module);
+  add_keyframe(module);
   add_run(module);
   module.def("reconstruct", &reconstruct_log, py::arg("log"), py::arg("model") = py::none(), py::kw_only(),
              py::arg("background") = py::none(), py::arg("config") = py::none(), py::arg("force") = false,

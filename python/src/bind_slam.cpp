@@ -52,6 +52,11 @@ class Slam {
     return MetricMesh(fuse_map(slam_.finish(false, &progress), sensor_->config().slam.fusion, &progress));
   }
 
+  std::vector<StampedPose> trajectory(ProgressSink& progress) const {
+    const std::lock_guard lock(mutex_);
+    return slam_.finish(false, &progress).trajectory();
+  }
+
   PythonRun finish(ProgressSink& progress) {
     const std::lock_guard lock(mutex_);
     const auto start = std::chrono::steady_clock::now();
@@ -134,8 +139,8 @@ A trial is an unbroken stretch of tracking. Its frame is that of the sensor in i
       .def_property_readonly("sigma_rad", &sigma_part<&sigma_rad_of>,
                              "3: the same about x, y, z, rad; or None.")
       .def_property_readonly("covariance", &frame_covariance,
-                             "6x6: of `noise` in true = trial_T_sensor * exp(noise): rx, ry, rz, tx, ty, tz, "
-                             "along the sensor's\naxes; radians and meters; or None.")
+                             "6x6: of `noise` in true = trial_T_sensor * exp(noise): x, y, z, rx, ry, rz, "
+                             "along the sensor's\naxes; meters and radians; or None.")
       .def_readonly("new_keyframes", &PythonFrame::keyframes,
                     "list of int: the frames that became keyframes now: this one or earlier ones.")
       .def_property_readonly(
@@ -211,6 +216,14 @@ each other. continue_from: a run folder whose scan it goes on with, of the same 
           py::arg("image"), py::arg("time_s"), "The same for a picture (HxWx3 uint8, BGR).")
       .def("mesh", &interruptible<&Slam::mesh, const Slam>,
            "The surface as far as it is known, a Mesh. Takes tenths of a second; tracking may go on.")
+      .def(
+          "trajectory",
+          [](Slam& self) {
+            const std::vector<StampedPose> poses = interruptible<&Slam::trajectory, const Slam>(self);
+            return py::make_tuple(times_of(poses), poses_of(poses));
+          },
+          "(times, poses) of all frames in the map as far as it is known, as Run.times and Run.trajectory; "
+          "poses of earlier\nframes change when a loop is closed. Takes tenths of a second.")
       .def(
           "finish",
           [](Slam& self) {

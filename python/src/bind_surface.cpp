@@ -5,10 +5,13 @@
 #include <cmath>
 #include <limits>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "bind.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/sensor/image_input.hpp"
+#include "gelslam/surface/slopes.hpp"
 #include "sensor.hpp"
 
 namespace gelslam::python {
@@ -112,6 +115,77 @@ TouchedSurface unpickled_surface(const py::tuple& state) {
   return {maps, state[9].cast<double>()};
 }
 
+/// What other software measured. Slopes in millimeters per millimeter.
+TouchedSurface surface_of_slopes(const cv::Mat1f& gx, const cv::Mat1f& gy, const cv::Mat1b& touched,
+                                 double pixel_pitch_mm, double slope_sigma_rad) {
+  constexpr int kLeastPx = 16;
+  const cv::Size size = gx.size();
+  if (std::min(size.width, size.height) < kLeastPx || !is_possible_picture(size, pixel_pitch_mm))
+    throw Error("no sensor has pictures of " + size_text(size.width, size.height) + " pixels and " +
+                std::to_string(pixel_pitch_mm) + " mm per pixel");
+  if (touched.size() != size)
+    throw Error("contact: is " + size_text(touched.cols, touched.rows) + " pixels, not " +
+                size_text(size.width, size.height));
+  if (!cv::checkRange(gx) || !cv::checkRange(gy)) throw Error("a slope is not finite");
+  if (!(slope_sigma_rad > 0)) throw Error("slope_sigma_rad: expected radians above 0");
+  auto maps = std::make_shared<Surface>(
+      *GradientSurfaces(CameraModel{size, pixel_pitch_mm, {}}).make(gx, gy, touched));
+  maps->model_sigma = std::max(1.0, slope_sigma_rad / kBestSlopeSigmaRad);
+  return {maps, kBestSlopeSigmaRad * maps->model_sigma};
+}
+
+using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;
+using Flags = py::array_t<bool, py::array::c_style | py::array::forcecast>;
+
+/// Shares the array's memory. `channels` of 1: HxW, else HxWxchannels.
+template <class Mat, class Array>
+Mat mat_of(const Array& array, int channels, const std::string& name) {
+  constexpr py::ssize_t kMaxPixelsPerSide = 16384;
+  if (array.ndim() != (channels == 1 ? 2 : 3) || (channels > 1 && array.shape(2) != channels) ||
+      std::max(array.shape(0), array.shape(1)) > kMaxPixelsPerSide)
+    throw Error(name + ": expected an array of " +
+                (channels == 1 ? "height x width" : "height x width x " + std::to_string(channels)) +
+                ", got shape " + std::string(py::str(array.attr("shape"))));
+  return Mat(
+      static_cast<int>(array.shape(0)), static_cast<int>(array.shape(1)),
+      static_cast<typename Mat::value_type*>(const_cast<void*>(static_cast<const void*>(array.data()))));
+}
+
+TouchedSurface surface_of_normals(const Floats& normals, const Flags& contact, double pixel_pitch_mm,
+                                  double slope_sigma_rad) {
+  const auto n = mat_of<cv::Mat3f>(normals, 3, "normals");
+  const auto touched = mat_of<cv::Mat1b>(contact, 1, "contact");
+  const py::gil_scoped_release release;
+  cv::Mat1f gx(n.size()), gy(n.size());
+  for (int v = 0; v < n.rows; ++v)
+    for (int u = 0; u < n.cols; ++u) {
+      const cv::Vec3f& normal = n(v, u);
+      if (!(normal[2] > 0)) throw Error("normals: z has to be above 0: they point out of the gel");
+      gx(v, u) = -normal[0] / normal[2];
+      gy(v, u) = -normal[1] / normal[2];
+    }
+  return surface_of_slopes(gx, gy, touched, pixel_pitch_mm, slope_sigma_rad);
+}
+
+TouchedSurface surface_of_height(const Floats& height_mm, const Flags& contact, double pixel_pitch_mm,
+                                 double slope_sigma_rad) {
+  const auto height = mat_of<cv::Mat1f>(height_mm, 1, "height_mm");
+  const auto touched = mat_of<cv::Mat1b>(contact, 1, "contact");
+  const py::gil_scoped_release release;
+  cv::Mat1f gx, gy;
+  const auto per_mm = static_cast<float>(0.5 / pixel_pitch_mm);
+  const cv::Matx13f along(-per_mm, 0, per_mm);
+  cv::filter2D(height, gx, CV_32F, along, {-1, -1}, 0, cv::BORDER_REPLICATE);
+  cv::filter2D(height, gy, CV_32F, along.t(), {-1, -1}, 0, cv::BORDER_REPLICATE);
+  const TouchedSurface surface = surface_of_slopes(gx, gy, touched, pixel_pitch_mm, slope_sigma_rad);
+  if (cv::mean(height, touched)[0] > 0)
+    throw Error("height_mm: expected negative heights in contact: the object presses into the gel");
+  auto maps = std::make_shared<Surface>(*surface.maps);
+  maps->height_mm = height.clone();
+  maps->zero_is_bare_gel = true;
+  return {maps, surface.best_sigma_rad};
+}
+
 void add_surface(py::module_& module) {
   py::class_<TouchedSurface>(module, "Surface", R"(What the gel's surface looks like in one picture.
 
@@ -119,6 +193,20 @@ All maps have H rows and W columns. Frame: x right, y down, z out of the gel tow
 picture's center on the plane z = 0. The ray of pixel (row v, column u) meets that plane at
 X = (u - W/2 + 1/2) * pixel_pitch_mm, Y = (v - H/2 + 1/2) * pixel_pitch_mm; points_mm() gives what it shows. The arrays
 are read-only.)")
+      .def_static("from_normals", &surface_of_normals, py::arg("normals"), py::arg("contact"),
+                  py::arg("pixel_pitch_mm"), py::kw_only(), py::arg("slope_sigma_rad") = kBestSlopeSigmaRad,
+                  R"(A Surface of normals that other software measured, for register(), Slam and Localizer.
+
+normals: HxWx3, relative to the gel at rest: (0, 0, 1) where nothing touches, x right, y down, z > 0 out of the gel.
+contact: HxW bool; its border, 1/48 of the height, is left out. pixel_pitch_mm: millimeters per pixel; the camera counts
+as orthographic. slope_sigma_rad: standard deviation of the slopes; less than 0.05 counts as 0.05. Heights are integrated;
+0 is the median where nothing touches.)")
+      .def_static("from_height", &surface_of_height, py::arg("height_mm"), py::arg("contact"),
+                  py::arg("pixel_pitch_mm"), py::kw_only(), py::arg("slope_sigma_rad") = kBestSlopeSigmaRad,
+                  R"(The same of heights.
+
+height_mm: HxW, 0 where nothing touches, negative in contact. Normals are those of its central differences; smooth noisy
+heights first.)")
       .def_property_readonly(
           "height_mm", [](const py::object& self) { return map_view(self, maps_of(self).height_mm); },
           "HxW float32, mm: about 0 where nothing touches (a gel may be domed), negative in contact.")
@@ -183,6 +271,18 @@ std::shared_ptr<Sensor> make_sensor(const OptionalPath& model, const py::object&
   return sensor;
 }
 
+std::shared_ptr<Sensor> sensor_of_surfaces(int width_px, int height_px, double pixel_pitch_mm) {
+  if (width_px < 1 || height_px < 1 || !is_possible_picture({width_px, height_px}, pixel_pitch_mm))
+    throw Error("no sensor has pictures of " + size_text(width_px, height_px) + " pixels and " +
+                std::to_string(pixel_pitch_mm) + " mm per pixel");
+  Config config;
+  config.sensor.device_name = "surfaces";
+  config.sensor.width_px = width_px;
+  config.sensor.height_px = height_px;
+  config.sensor.pixel_pitch_mm = config.surface.pixel_pitch_mm = pixel_pitch_mm;
+  return std::make_shared<Sensor>(config);
+}
+
 void add_sensor(py::module_& module) {
   py::class_<Sensor, std::shared_ptr<Sensor>>(module, "Sensor", R"(A tactile sensor: pictures become surfaces.
 
@@ -198,6 +298,11 @@ picture in another light is warned of.
 Threads that call it wait for each other.)")
       .def(py::init(&make_sensor), py::arg("model") = py::none(), py::kw_only(), py::arg("background"),
            py::arg("config") = py::none(), py::arg("follow_light") = true)
+      .def_static(
+          "of_surfaces", &sensor_of_surfaces, py::arg("width_px"), py::arg("height_px"),
+          py::arg("pixel_pitch_mm"),
+          "For Slam and Localizer of surfaces that other software measured (Surface.from_normals): it "
+          "reads no pictures.")
       .def(
           "__call__",
           [](Sensor& self, const py::object& image) {

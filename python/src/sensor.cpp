@@ -35,7 +35,13 @@ Sensor::Sensor(const Config& config, const std::vector<cv::Mat3b>& background)
   estimator_.emplace(model, background_, config.surface);
 }
 
+Sensor::Sensor(const Config& config)
+    : config_(config),
+      color_gain_(config.color_gain_bgr),
+      background_(cv::Mat3b::zeros(config.sensor.height_px, config.sensor.width_px)) {}
+
 TouchedSurface Sensor::estimate(const cv::Mat3b& bgr, const std::string& name) {
+  if (!estimator_) throw Error(name + ": this sensor has no model: give surfaces");
   const cv::Mat3b picture = fitted(bgr, name);
   if (!config_.surface.compensate_light && !has_same_light(picture, background_)) {
     const py::gil_scoped_acquire acquire;

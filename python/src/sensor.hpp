@@ -27,6 +27,8 @@ class Sensor {
  public:
   /// Throws Error for a model or a background that cannot be used.
   Sensor(const Config& config, const std::vector<cv::Mat3b>& background);
+  /// Of surfaces that are measured elsewhere: it has no model.
+  explicit Sensor(const Config& config);
 
   /// `name`: of the picture, in messages.
   TouchedSurface estimate(const cv::Mat3b& bgr, const std::string& name);
@@ -43,7 +45,7 @@ class Sensor {
   const ColorGain color_gain_;
   cv::Mat3b background_;
   std::vector<std::string> doubts_;
-  double best_sigma_rad_;
+  double best_sigma_rad_ = 0;
   std::mutex mutex_;
   std::optional<SurfaceEstimator> estimator_;
 };

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Installs the wheel of a build folder in a fresh virtual environment, without the network, and reconstructs with it.
+# Installs the wheel of a build folder in a fresh virtual environment, without the network, and reconstructs with it; runs
+# the program of the archive where it was moved to. Both bring their libraries.
 # usage: wheel_test.sh WHEEL_SCRIPT BUILD PYTHON LOG
 set -euo pipefail
 work=$(mktemp -d)
@@ -7,7 +8,19 @@ trap 'rm -rf "$work"' EXIT
 unset PYTHONPATH
 "$3" -c 'import venv, ensurepip, numpy' 2>/dev/null || { echo "wheel_test: no python3-venv or numpy; skipped"; exit 77; }
 
+for tool in patchelf readelf; do command -v "$tool" >/dev/null || { echo "wheel_test: no $tool; skipped"; exit 77; }; done
+"$3" -c 'import wheel' 2>/dev/null || { echo "wheel_test: no python3-wheel; skipped"; exit 77; }
+
 "$1" --build "$2" "$work"
+wheel=$(echo "$work"/gelslam-*.whl)
+glibc=$(sed -n 's/.*manylinux_\([0-9]*\)_\([0-9]*\)_.*/\1.\2/p' <<<"$wheel")
+mkdir "$work/archive" "$work/unpacked"
+tar -C "$work/archive" -xf "$work"/gelslam-*.tar.gz
+"$3" -m zipfile -e "$wheel" "$work/unpacked"
+for folder in archive unpacked; do "$3" "$(dirname "$0")/bundle_test.py" "$work/$folder" "$glibc"; done
+mv "$work"/archive/gelslam-* "$work/another folder"
+# Nothing of this system's is asked for.
+env -i "$work/another folder/bin/gelslam" simulate scan --object coin --frames 30 -o "$work/log" -q
 "$3" -m venv --system-site-packages "$work/venv"  # NumPy is the system's
 install=("$work/venv/bin/pip" install --no-index --quiet --disable-pip-version-check)
 "${install[@]}" --ignore-installed --no-deps "$work"/gelslam-*.whl  # whatever the system has
@@ -20,7 +33,10 @@ assert gelslam.__file__.startswith(sys.argv[1]), gelslam.__file__
 run = gelslam.reconstruct(sys.argv[2] + "/scan", sys.argv[2] + "/scan/model.json")
 assert len(run.trajectory) > 30 and len(run.mesh.vertices) > 1000, run
 run.save("run")
+assert run.evaluate(sys.argv[2] + "/scan")["trajectory"]["ate_mm"] < 0.3
 assert len(gelslam.Map("run")) > 0
 END
+[[ $(env -i "$work/venv/bin/gelslam" --version) == "$("$work/venv/bin/python" -m gelslam --version)" ]]
+"$work/venv/bin/gelslam" info run | grep -q mesh
 "$work/venv/bin/pip" uninstall --quiet --yes gelslam
 [[ ! -e $(echo "$work"/venv/lib/python3*/site-packages)/gelslam ]] || { echo "wheel_test: the wheel leaves files" >&2; exit 1; }

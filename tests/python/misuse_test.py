@@ -80,6 +80,28 @@ class Misuse(unittest.TestCase):
         self.refused(gelslam.Error, "0.1 mm", gelslam.register, self.sensor(self.images[20]), wide)
         self.refused(gelslam.Error, "0.1 mm", gelslam.Slam(self.sensor).process, wide, 1.0)
 
+    def test_surfaces_of_other_software(self):
+        flat, contact = np.dstack([np.zeros((60, 80)), np.zeros((60, 80)), np.ones((60, 80))]), np.zeros((60, 80), bool)
+        of_normals, of_height = gelslam.Surface.from_normals, gelslam.Surface.from_height
+        of_normals(flat, contact, 0.1)
+        self.refused(gelslam.Error, "height x width x 3", of_normals, flat[..., 0], contact, 0.1)
+        self.refused(gelslam.Error, "height x width, got", of_height, flat, contact, 0.1)
+        self.refused(gelslam.Error, "contact: is 80x59", of_normals, flat, contact[:59], 0.1)
+        self.refused(gelslam.Error, "out of the gel", of_normals, -flat, contact, 0.1)
+        self.refused(gelslam.Error, "no sensor has", of_normals, flat[:8], contact[:8], 0.1)
+        self.refused(gelslam.Error, "slope_sigma_rad", of_normals, flat, contact, 0.1, slope_sigma_rad=0)
+        for pitch in [0, -1, float("nan"), 50]:
+            self.refused(gelslam.Error, "no sensor has", of_normals, flat, contact, pitch)
+            self.refused(gelslam.Error, "no sensor has", gelslam.Sensor.of_surfaces, 80, 60, pitch)
+        self.refused(gelslam.Error, "no sensor has", gelslam.Sensor.of_surfaces, -80, 60, 0.1)
+        holes = flat[..., 0].copy()
+        holes[3, 4] = np.nan
+        self.refused(gelslam.Error, "not finite", of_height, holes, contact, 0.1)
+        self.refused(gelslam.Error, "negative heights", of_height, flat[..., 2], np.ones((60, 80), bool), 0.1)
+        self.refused(TypeError, "from_height(str, ndarray, float)", of_height, "deep", contact, 0.1)
+        self.refused(gelslam.Error, "no model", gelslam.Slam(gelslam.Sensor.of_surfaces(320, 240, 0.0634)).process,
+                     self.images[20], 1.0)
+
     def test_frames_out_of_order(self):
         slam = gelslam.Slam(self.sensor)
         slam.process(self.images[20], 1.0)

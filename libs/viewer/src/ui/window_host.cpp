@@ -33,29 +33,20 @@ constexpr std::array<ImWchar, 13> kManyLetters = {0x20,  0xFF,   0x100,  0x17F, 
                                                   0x4FF, 0x2010, 0x2026, 0x2190, 0x2193, 0};
 constexpr std::array<ImWchar, 5> kFewLetters = {0x20, 0xFF, 0x2010, 0x2026, 0};
 
-std::string first_existing(std::initializer_list<const char*> paths) {
-  for (const char* path : paths) {
-    std::error_code code;
+/// A typeface of the system, or the one that lies beside the program.
+std::string find_face(const std::string& weight) {
+  const std::string dejavu = weight == "Bold" ? "DejaVuSans-Bold.ttf" : "DejaVuSans.ttf";
+  std::error_code code;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", code);
+  for (const std::string& path :
+       {"/usr/share/fonts/opentype/inter/Inter-" + weight + ".otf",
+        "/usr/share/fonts/truetype/noto/NotoSans-" + weight + ".ttf",
+        "/usr/share/fonts/truetype/dejavu/" + dejavu, "/usr/share/fonts/TTF/" + dejavu,
+        "/usr/share/fonts/dejavu-sans-fonts/" + dejavu,
+        (program.parent_path() / "../share" / dejavu).string(),
+        "/usr/share/fonts/truetype/liberation/LiberationSans-" + weight + ".ttf"})
     if (std::filesystem::is_regular_file(path, code)) return path;
-  }
   return "";
-}
-
-std::string regular_face() {
-  return first_existing({"/usr/share/fonts/opentype/inter/Inter-Regular.otf",
-                         "/usr/share/fonts/truetype/noto/NotoSans-Regular.ttf",
-                         "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
-                         "/usr/share/fonts/TTF/DejaVuSans.ttf",
-                         "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf",
-                         "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf"});
-}
-
-std::string bold_face() {
-  return first_existing(
-      {"/usr/share/fonts/opentype/inter/Inter-Bold.otf", "/usr/share/fonts/truetype/noto/NotoSans-Bold.ttf",
-       "/usr/share/fonts/truetype/dejavu/DejaVuSans-Bold.ttf", "/usr/share/fonts/TTF/DejaVuSans-Bold.ttf",
-       "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans-Bold.ttf",
-       "/usr/share/fonts/truetype/liberation/LiberationSans-Bold.ttf"});
 }
 
 void apply_theme(ImGuiStyle& style) {
@@ -84,7 +75,7 @@ bool load_fonts(float scale) {
   if (!atlas.Fonts.empty() && atlas.Fonts[1]->ConfigData->SizePixels == body_px) return false;
   const bool reload = !atlas.Fonts.empty();
   atlas.Clear();
-  const std::string regular = regular_face(), bold = bold_face();
+  const std::string regular = find_face("Regular"), bold = find_face("Bold");
   for (std::size_t i = 0; i < kFontSizes.size(); ++i) {
     const bool bold_letters = i >= 3;
     const std::string& face = bold_letters && !bold.empty() ? bold : regular;

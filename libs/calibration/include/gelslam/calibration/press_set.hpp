@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
@@ -65,6 +66,18 @@ PressSet read_press_set(const std::filesystem::path& folder);
 /// Fills in the markers of a gel that has them, in the background and in every press (MarkerFiller), and
 /// notes in `covered` where they were.
 void fill_markers(PressSet& set);
+
+/// The sensor that presses are of, by its configuration.
+struct PressSensor {
+  double pixel_pitch_mm = 0.0634;
+  std::string device_name = "GelSight Mini";
+  SensorOptics optics{};  ///< where the set has none of its own
+};
+
+/// Readies a set for labels and training: optics, markers. Throws Error for optics that no sensor has, and
+/// like require_readable_background(); doubts go to `say_doubt`.
+void prepare(PressSet& set, const PressSensor& sensor,
+             const std::function<void(const std::string&)>& say_doubt);
 
 /// label.npz: `center` (u, v) and `radius` in pixels, numbers of any kind. Throws Error when damaged.
 ContactCircle read_label(const std::filesystem::path& path);
