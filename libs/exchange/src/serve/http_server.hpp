@@ -23,21 +23,18 @@ struct HttpReply {
 
 using HttpHandler = std::function<HttpReply(const HttpQuery&)>;
 
-/// HTTP (cpp-httplib) for clients that nobody trusts. At most 160 of them, each on a thread of its own. A
-/// request has to arrive within 5 s and 16 kB, an answer to be taken within 30 s, a piece within 5 s; who
-/// does not, is dropped. Refused are requests without the token, and those of other sites' pages.
+/// HTTP (cpp-httplib) for 160 clients at a time, each on a thread; further ones wait. Who sends or takes
+/// nothing for 5 s is dropped, and who does not take an answer within 30 s, a piece within 5 s. Refused are
+/// requests without the token, with a body, and those of other sites' pages.
 class HttpServer {
  public:
-  /// Waits for answers that are being sent, for 5 s at most.
+  /// Waits for answers that are being sent, for about 5 s at most.
   virtual ~HttpServer() = default;
 
   int port = 0;
   std::string token;
   std::atomic<std::int64_t> dropped{0};  ///< clients that were dropped or refused
 };
-
-/// In a handler: who has asked does not wait for the answer any more, or the server ends.
-bool client_is_gone();
 
 /// `handlers` by "GET /path". Port 0: any free one; token "": a random one. Throws Error when it cannot
 /// listen there.

@@ -94,26 +94,22 @@ HttpReply json_reply(const Json& json) {
           .body = json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n"};
 }
 
-/// Mesh files are large: made at low priority, one at a time, for who still waits. "": there is none.
+/// At low priority. "": there is none.
 std::string mesh_file(const MeshFeed& feed, bool as_glb) {
-  static std::mutex one_at_a_time;
-  const std::lock_guard lock(one_at_a_time);
-  if (client_is_gone()) return "";
-  return std::async(std::launch::async,
-                    [&]() -> std::string {
-                      lower_thread_priority();
-                      const Mesh mesh = feed.whole();
-                      if (mesh.triangles.empty()) return "";
-                      if (!as_glb) return encode_ply(mesh);
-                      std::string folder = std::filesystem::temp_directory_path() / "gelslam-XXXXXX";
-                      if (::mkdtemp(folder.data()) == nullptr) throw Error("no folder for a temporary file");
-                      const std::filesystem::path file = std::filesystem::path(folder) / "mesh.glb";
-                      write_mesh(file, mesh);
-                      std::string bytes = read_file(file);
-                      std::filesystem::remove_all(folder);
-                      return bytes;
-                    })
-      .get();
+  const auto make = [&]() -> std::string {
+    lower_thread_priority();
+    const Mesh mesh = feed.whole();
+    if (mesh.triangles.empty()) return "";
+    if (!as_glb) return encode_ply(mesh);
+    std::string folder = std::filesystem::temp_directory_path() / "gelslam-XXXXXX";
+    if (::mkdtemp(folder.data()) == nullptr) throw Error("no folder for a temporary file");
+    const std::filesystem::path file = std::filesystem::path(folder) / "mesh.glb";
+    write_mesh(file, mesh);
+    std::string bytes = read_file(file);
+    std::filesystem::remove_all(folder);
+    return bytes;
+  };
+  return std::async(std::launch::async, make).get();
 }
 
 class ScanService final : public HttpService {
@@ -243,12 +239,19 @@ class ScanService final : public HttpService {
     return {.type = "image/jpeg", .body = jpeg_};
   }
 
+  /// Files are large, and made one at a time: of those who wait, one makes the next one for all.
   HttpReply mesh_reply(bool as_glb) {
-    std::string bytes = mesh_ != nullptr ? mesh_file(*mesh_, as_glb) : "";
-    if (bytes.empty() && client_is_gone()) return refuse(503, "too late: the program ends");
-    if (bytes.empty())
-      return refuse(404, mesh_ != nullptr ? "there is no surface yet" : "no surface is made here");
-    return {.type = as_glb ? "model/gltf-binary" : "application/octet-stream", .body = std::move(bytes)};
+    if (mesh_ == nullptr) return refuse(404, "no surface is made here");
+    const auto newest = [this] { return mesh_->since(0, 0).newest; };
+    const std::uint64_t asked = newest();
+    const std::lock_guard lock(files_mutex_);
+    auto& [version, bytes] = files_[as_glb];
+    if (version < asked) {
+      version = newest();
+      bytes = mesh_file(*mesh_, as_glb);
+    }
+    if (bytes.empty()) return refuse(404, "there is no surface yet");
+    return {.type = as_glb ? "model/gltf-binary" : "application/octet-stream", .body = bytes};
   }
 
   HttpReply ask(ScanWish wish, const char* done) {
@@ -266,6 +269,8 @@ class ScanService final : public HttpService {
   LineFeed& lines_;
   const MeshFeed* mesh_;
   std::atomic<int> readers_{0};
+  std::mutex files_mutex_;
+  std::pair<std::uint64_t, std::string> files_[2];  // PLY, GLB; of this version of the mesh
 
   struct Page {
     Clock::time_point seen;  // when it last looked
