@@ -157,11 +157,9 @@ bool FolderLock::is_of(const fs::path& folder) const {
   return directory_.ok() && leads_to(folder, directory_);
 }
 
-FolderLock::State FolderLock::state(const std::filesystem::path& folder) {
+bool FolderLock::is_taken(const fs::path& folder) {
   const FileDescriptor directory(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (!directory.ok()) return State::unknown;
-  if (::flock(directory.get(), LOCK_EX | LOCK_NB) == 0) return State::free;
-  return errno == EWOULDBLOCK ? State::taken : State::unknown;
+  return directory.ok() && ::flock(directory.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
 }
 
 }  // namespace gelslam

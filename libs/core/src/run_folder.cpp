@@ -72,17 +72,6 @@ void check_may_write(const fs::path& folder, const RunFolderOptions& options) {
   check_entries(folder, options.known_entries);
 }
 
-/// The topmost folder on the way to `parent` that does not exist yet; empty when all do.
-fs::path first_missing(fs::path parent) {
-  std::error_code code;
-  fs::path missing;
-  while (!fs::exists(parent, code) && parent.has_relative_path()) {
-    missing = parent;
-    parent = parent.parent_path();
-  }
-  return missing;
-}
-
 fs::path sibling(const fs::path& folder, const std::string& ending) {
   return folder.parent_path() / (folder.filename().string() + ending);
 }
@@ -139,8 +128,7 @@ void check_run_folder(const fs::path& folder, const RunFolderOptions& options) {
 std::string left_behind(const fs::path& folder) {
   const fs::path temporary = temporary_of(absolute_folder(folder));
   std::error_code code;
-  if (!fs::is_directory(temporary, code) || FolderLock::state(temporary) != FolderLock::State::free)
-    return "";
+  if (!fs::is_directory(temporary, code) || FolderLock::is_taken(temporary)) return "";
   return temporary.string() + " was left by a command that was killed: remove it, or write to " +
          folder.string() + " again";
 }
@@ -149,10 +137,8 @@ RunFolder::RunFolder(const fs::path& folder, const RunFolderOptions& options)
     : final_(absolute_folder(folder)), temporary_(temporary_of(final_)), options_(options) {
   check_may_write(final_, options_);
   std::error_code code;
-  const fs::path missing = first_missing(final_.parent_path());
   fs::create_directories(final_.parent_path(), code);
   if (code) throw Error(folder.string() + ": cannot be created: " + code.message());
-  first_created_parent_ = missing;
   lock_temporary();
   try {
     lock_final();
@@ -165,13 +151,9 @@ RunFolder::RunFolder(const fs::path& folder, const RunFolderOptions& options)
 
 void RunFolder::lock_temporary() {
   std::error_code code;
-  const bool is_new = fs::create_directory(temporary_, code);
+  fs::create_directory(temporary_, code);
   if (code) throw Error(final_.string() + ": cannot be created: " + code.message());
-  if (!is_new &&
-      (fs::is_symlink(temporary_, code) ||
-       FolderLock::state(temporary_) == FolderLock::State::unknown))  // who is at work is not known
-    throw Error(temporary_.string() + ": is there; if no other program writes to " + final_.string() +
-                ", remove it");
+  if (fs::is_symlink(temporary_, code)) throw Error(temporary_.string() + ": is there; remove it");
   lock_ = FolderLock(temporary_, final_);
 }
 
@@ -181,14 +163,8 @@ void RunFolder::lock_final() {
 }
 
 RunFolder::~RunFolder() {
-  if (temporary_.empty()) return;
   std::error_code ignored;
-  fs::remove_all(temporary_, ignored);
-  if (first_created_parent_.empty()) return;
-  for (fs::path parent = final_.parent_path();; parent = parent.parent_path()) {
-    if (!fs::remove(parent, ignored) || parent == first_created_parent_)
-      return;  // stops at one that others use
-  }
+  if (!temporary_.empty()) fs::remove_all(temporary_, ignored);
 }
 
 FolderLock RunFolder::commit() {
@@ -208,31 +184,13 @@ void RunFolder::put_in_place() {
   check_may_write(final_, options_);
   lock_final();  // of one that has appeared meanwhile
   std::error_code code;
-  fs::path old;
-  if (fs::exists(final_, code) && !fs::is_empty(final_, code)) {
-    old = temporary_;
-    if (::renameat2(AT_FDCWD, temporary_.c_str(), AT_FDCWD, final_.c_str(), RENAME_EXCHANGE) != 0)
-      old = replace_in_two_steps();
-  } else {
-    rename_or_throw(temporary_, final_);
-  }
+  const fs::path old = sibling(final_, ".old-" + std::to_string(::getpid()));
+  if (fs::exists(final_, code)) rename_or_throw(final_, old);
+  rename_or_throw(temporary_, final_);
   temporary_.clear();
-  if (!old.empty()) fs::remove_all(old, code);
+  fs::remove_all(old, code);
   final_lock_ = FolderLock();
   sync_folder(final_.parent_path());
-}
-
-/// On a file system that cannot exchange two folders. Returns where the old one is.
-fs::path RunFolder::replace_in_two_steps() {
-  fs::path old = sibling(final_, ".old-" + std::to_string(::getpid()));
-  rename_or_throw(final_, old);
-  try {
-    rename_or_throw(temporary_, final_);
-  } catch (const Error&) {
-    rename_or_throw(old, final_);
-    throw;
-  }
-  return old;
 }
 
 void check_run_files(const fs::path& folder) {

@@ -46,8 +46,6 @@ std::string name_of(const std::filesystem::path& path);
 /// even by kill -9; leaves no file. Does nothing on a file system without locks. Movable.
 class FolderLock {
  public:
-  enum class State { free, taken, unknown };  ///< unknown: cannot be opened, or a file system without locks
-
   FolderLock() = default;  ///< locks nothing
   /// Throws Error when another program holds the lock (naming that program and its process number, where the
   /// system tells), or when the folder cannot be opened. `shown`: the folder's name in the message; empty:
@@ -57,8 +55,8 @@ class FolderLock {
   /// Whether this is the folder that is locked: it may have been moved away, and another one put there.
   bool is_of(const std::filesystem::path& folder) const;
   bool holds() const { return directory_.ok(); }  ///< a folder was given
-  /// Whether somebody (this process included) has the folder now.
-  static State state(const std::filesystem::path& folder);
+  /// Whether somebody (this process included) has the folder now, as far as the file system tells.
+  static bool is_taken(const std::filesystem::path& folder);
 
  private:
   FileDescriptor directory_;

@@ -35,10 +35,10 @@ void check_run_folder(const std::filesystem::path& folder, const RunFolderOption
 std::string left_behind(const std::filesystem::path& folder);
 
 /// An output folder that appears whole or not at all: everything is written to path() (RUN.gelslam-tmp beside
-/// RUN), and commit() puts it in the place of RUN, in one step where the file system can. Both folders are
-/// locked meanwhile: nobody else writes to RUN. Destroyed without commit() it leaves nothing behind. After
-/// kill -9 the temporary folder stays until the next run to RUN removes it. A run stopped by Ctrl-C commits
-/// what it has, marked partial in report.json.
+/// RUN), and commit() renames it to RUN. Both folders are locked meanwhile: nobody else writes to RUN.
+/// Destroyed without commit() it leaves nothing behind but parents of RUN. After kill -9 the temporary folder
+/// stays until the next run to RUN removes it. A run stopped by Ctrl-C commits what it has, marked partial in
+/// report.json.
 class RunFolder {
  public:
   /// Fails at once, before any work: throws Error when the folder exists, is not empty and may not be
@@ -59,9 +59,8 @@ class RunFolder {
   void lock_temporary();
   void lock_final();
   void put_in_place();
-  std::filesystem::path replace_in_two_steps();
 
-  std::filesystem::path final_, temporary_, first_created_parent_;
+  std::filesystem::path final_, temporary_;
   RunFolderOptions options_;
   FolderLock lock_, final_lock_;  ///< of the temporary folder, and of the one that is replaced
 };
