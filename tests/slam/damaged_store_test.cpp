@@ -68,6 +68,34 @@ TEST_F(DamagedStore, OfAnotherVersionOrWithOtherTablesIsRefused) {
   }
 }
 
+TEST_F(DamagedStore, AfterItsOwnerHasAnalyzedAndVacuumedItIsRead) {
+  sql(file, "ANALYZE; VACUUM");
+  EXPECT_EQ(read_scan(folder.path(), {}).frames.size(), 60u);
+  EXPECT_FALSE(load_session(folder.path()).patches.empty());
+  Store(folder.path()).add(ScanPart{60, "one", 0, ""});
+  EXPECT_EQ(read_scan(folder.path(), {}).parts.size(), 2u);
+}
+
+/// SQLite takes it for that of this file.
+TEST_F(DamagedStore, TheWriteAheadLogOfAnotherRunIsRefused) {
+  const SlamMap map = small_map();
+  for (const char* run : {"a", "b"}) {
+    fs::create_directory(folder / run);
+    begin_store(folder / run, ScanPart{0, "one", 0, ""});
+    Store store(folder / run);
+    store.add(map.frames.at(12));
+    store.add(NewKeyframe{map.keyframes.at(0), {}});
+    for (const char* of : {"session.db", "session.db-wal"})
+      fs::copy(folder / run / of, folder / (std::string(run) + "_" + of));
+  }
+  fs::rename(folder / "a_session.db", file);
+  fs::rename(folder / "a_session.db-wal", folder / "session.db-wal");
+  EXPECT_EQ(read_scan(folder.path(), {}).keyframes.size(), 1u) << "its own";
+  fs::rename(folder / "b_session.db-wal", folder / "session.db-wal");
+  EXPECT_THAT(refusal([&] { read_scan(folder.path(), {}); }),
+              HasSubstr("session.db-wal beside it is of another run"));
+}
+
 /// Programs number on from what a session names, look its keyframes up, and add its poses.
 TEST_F(DamagedStore, NumbersThatNoScanHasAreRefused) {
   const std::string good = read_bytes(file);

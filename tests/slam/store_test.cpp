@@ -247,24 +247,5 @@ TEST(Store, AFullDiskIsAnErrorAndWhatWasWrittenIsRead) {
   EXPECT_THAT(refusal([&] { write_store(whole.path(), small_map()); }), HasSubstr("cannot be written"));
 }
 
-TEST(Store, IsNotWrittenWhereAnotherHasItsName) {
-  const TemporaryFolder folder;
-  for (const char* name : {"run", "other"}) fs::create_directory(folder / name);
-  begin_store(folder / "run", small_map().parts.front());
-  write_store(folder / "other", small_map());
-  {
-    Store store(folder / "run");
-    store.add(frame_of(0));
-    store.flush();
-    fs::rename(folder / "run", folder / "moved");
-    fs::rename(folder / "other", folder / "run");
-    write_bytes(folder / "run/session.db-wal", "of another program");
-    store.add(frame_of(1));
-    EXPECT_THAT(refusal([&] { store.flush(); }), HasSubstr("was moved or replaced during the scan"));
-  }
-  EXPECT_EQ(read_bytes(folder / "run/session.db-wal"), "of another program");
-  EXPECT_EQ(read_scan(folder / "moved", {}).frames.size(), 1u);
-}
-
 }  // namespace
 }  // namespace gelslam

@@ -1,12 +1,12 @@
 #include "run_folder/database.hpp"
 
 #include <fmt/format.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <utility>
 
 #include "gelslam/core/error.hpp"
@@ -18,6 +18,7 @@ namespace fs = std::filesystem;
 
 constexpr int kApplicationId = 0x47534C4D;  // layout: GSLM
 constexpr int kVersion = 5;                 // layout
+constexpr int kVersions = 256;              // layout: beyond it is the scan's own number
 constexpr int kLargestValueBytes = 1 << 28, kBusyMs = 10'000;
 
 /// docs/file-formats.md has their meaning.
@@ -53,27 +54,28 @@ bool is_at_rest(const fs::path& file) {
   return code || bytes == 0;
 }
 
+/// What the file itself says, whatever a write-ahead log does: its user version.
+std::int64_t mark_in(const fs::path& file) {
+  std::array<unsigned char, 4> bytes{};
+  std::ifstream(file, std::ios::binary).seekg(60).read(reinterpret_cast<char*>(bytes.data()), bytes.size());
+  return bytes[0] << 24 | bytes[1] << 16 | bytes[2] << 8 | bytes[3];
+}
+
 }  // namespace
 
-Database::Database(fs::path file, Access access) : file_(std::move(file)), access_(access) {
+Database::Database(fs::path file, Access access, std::uint32_t scan)
+    : file_(std::move(file)), access_(access) {
   try {
-    open();
+    open(scan);
   } catch (const Error&) {
     close();
     throw;
   }
 }
 
-Database::~Database() {
-  int keeps = 1;
-  if (!is_in_place())
-    sqlite3_file_control(connection_, "main", SQLITE_FCNTL_PERSIST_WAL, &keeps);  // it has another's name
-  close();
-}
-
 void Database::close() { sqlite3_close(std::exchange(connection_, nullptr)); }
 
-void Database::open() {
+void Database::open(std::uint32_t scan) {
   int flags = SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_URI | SQLITE_OPEN_READONLY;
   if (access_ != Access::read) flags ^= SQLITE_OPEN_READONLY ^ SQLITE_OPEN_READWRITE;
   if (access_ == Access::create) flags |= SQLITE_OPEN_CREATE;
@@ -88,15 +90,10 @@ void Database::open() {
     sqlite3_db_config(connection_, option, value, nullptr);
   execute("PRAGMA cell_size_check=ON");
   if (access_ == Access::create) {
-    make_tables();
+    make_tables(scan);
   } else {
     if (access_ == Access::read) execute("BEGIN");  // all that is read is of one moment
     check_tables();
-  }
-  struct stat named {};
-  if (::stat(file_.c_str(), &named) == 0) {
-    device_ = named.st_dev;
-    inode_ = named.st_ino;
   }
   if (access_ != Access::write) return;
   execute("PRAGMA synchronous=FULL");
@@ -111,22 +108,24 @@ std::string Database::journal_mode(const char* pragma) {
 }
 
 /// Of a new file, which goes if this fails.
-void Database::make_tables() {
+void Database::make_tables(std::uint32_t scan) {
   execute("PRAGMA journal_mode=MEMORY");
-  Transaction all(*this);
-  execute(fmt::format("PRAGMA application_id={}", kApplicationId).c_str());
-  execute(fmt::format("PRAGMA user_version={}", kVersion).c_str());
-  for (const char* table : kTables) execute(table);
-  all.commit();
+  transact([&] {
+    execute(fmt::format("PRAGMA application_id={}", kApplicationId).c_str());
+    execute(fmt::format("PRAGMA user_version={}", scan % (1U << 23) * kVersions + kVersion).c_str());
+    for (const char* table : kTables) execute(table);
+  });
 }
 
 void Database::check_tables() {
   if (pragma("application_id") != kApplicationId) fail(kNotASession);
-  if (const std::int64_t version = pragma("user_version"); version != kVersion)
+  const std::int64_t mark = pragma("user_version"), version = mark % kVersions;
+  if (mark != mark_in(file_)) fail("the session.db-wal beside it is of another run; remove that");
+  if (version != kVersion)
     fail(fmt::format("written by {} version of the program (session version {}, this one reads {}); {}",
                      version < kVersion ? "an older" : "a newer", version, kVersion,
                      version < kVersion ? "reconstruct the log again" : "update gelslam"));
-  Statement tables(*this, "SELECT sql FROM sqlite_schema");
+  Statement tables(*this, "SELECT sql FROM sqlite_schema WHERE name NOT GLOB 'sqlite_stat?'");  // of ANALYZE
   std::size_t found = 0;
   for (; tables.next(); ++found)
     if (found == kTables.size() || tables.text(0) != kTables[found]) fail(kNotASession);
@@ -136,11 +135,6 @@ void Database::check_tables() {
 std::int64_t Database::pragma(const char* name) {
   Statement statement(*this, fmt::format("PRAGMA {}", name).c_str());
   return statement.next() ? statement.integer(0, INT32_MIN, std::int64_t{INT32_MAX}) : 0;
-}
-
-bool Database::is_in_place() const {
-  struct stat named {};
-  return ::stat(file_.c_str(), &named) == 0 && named.st_ino == inode_ && named.st_dev == device_;
 }
 
 void Database::execute(const char* sql) {
@@ -165,19 +159,6 @@ void Database::fail() {
   const bool of_system = code == SQLITE_IOERR || code == SQLITE_CANTOPEN;
   fail(std::string(access_ == Access::read ? "cannot be read: " : "cannot be written: ") +
        (of_system ? std::strerror(sqlite3_system_errno(connection_)) : sqlite3_errstr(code)));
-}
-
-Transaction::~Transaction() {
-  if (!is_open_) return;
-  try {
-    database_.execute("ROLLBACK");
-  } catch (const Error&) {  // SQLite has done it itself
-  }
-}
-
-void Transaction::commit() {
-  database_.execute("COMMIT");
-  is_open_ = false;
 }
 
 Statement::Statement(Database& database, const char* sql) : database_(database) {

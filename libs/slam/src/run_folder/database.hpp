@@ -16,26 +16,37 @@ class Database {
   enum class Access { read, write, create };
 
   /// A file that is read or written has to hold the tables that create() makes, and nothing else: no view or
-  /// trigger, and no other version. Who reads makes no file. Who writes keeps what was committed after kill
-  /// -9 and a power loss (write-ahead log).
-  Database(std::filesystem::path file, Access access);
-  /// Leaves the files of whatever was put in its place alone.
-  ~Database();
+  /// trigger, and no other version; what ANALYZE adds is passed over. Who reads makes no file. Who writes
+  /// keeps what was committed after kill -9 and a power loss (write-ahead log). `scan`: a number of its own
+  /// for a file that is made, by which the write-ahead log of another one is refused.
+  Database(std::filesystem::path file, Access access, std::uint32_t scan = 0);
+  ~Database() { close(); }
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
 
   void execute(const char* sql);
-  /// False: the file was moved away, or replaced.
-  bool is_in_place() const;
+  /// All that `work` writes, or nothing.
+  template <typename Work>
+  void transact(const Work& work) {
+    execute("BEGIN IMMEDIATE");
+    try {
+      work();
+      execute("COMMIT");
+    } catch (...) {
+      sqlite3_exec(connection_, "ROLLBACK", nullptr, nullptr,
+                   nullptr);  // where SQLite has not done it itself
+      throw;
+    }
+  }
   void copy_to(const std::filesystem::path& file);
   [[noreturn]] void fail();
   [[noreturn]] void fail(const std::string& why) const;
 
  private:
   friend class Statement;
-  void open();
+  void open(std::uint32_t scan);
   void close();
-  void make_tables();
+  void make_tables(std::uint32_t scan);
   void check_tables();
   std::int64_t pragma(const char* name);
   std::string journal_mode(const char* pragma);
@@ -43,22 +54,6 @@ class Database {
   const std::filesystem::path file_;
   const Access access_;
   sqlite3* connection_ = nullptr;
-  dev_t device_ = 0;
-  ino_t inode_ = 0;
-};
-
-/// Rolls back unless it is committed.
-class Transaction {
- public:
-  explicit Transaction(Database& database) : database_(database) { database_.execute("BEGIN IMMEDIATE"); }
-  ~Transaction();
-  Transaction(const Transaction&) = delete;
-  Transaction& operator=(const Transaction&) = delete;
-  void commit();
-
- private:
-  Database& database_;
-  bool is_open_ = true;
 };
 
 /// Bytes, unlike text.

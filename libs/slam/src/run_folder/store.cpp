@@ -1,5 +1,6 @@
 #include "gelslam/slam/store.hpp"
 
+#include <random>
 #include <utility>
 
 #include "gelslam/core/crc32.hpp"
@@ -106,6 +107,11 @@ void insert(Database& database, const SlamMap& map) {
   }
 }
 
+/// A scan's own. One log makes one file.
+std::uint32_t number_of(const std::string& log) {
+  return log.empty() ? std::random_device()() : crc32_of(log);
+}
+
 }  // namespace
 
 struct Store::Impl {
@@ -114,12 +120,11 @@ struct Store::Impl {
   /// All of it or nothing, with the frames that wait.
   template <typename Work>
   void write(const Work& work) {
-    if (!database.is_in_place()) database.fail("was moved or replaced during the scan");
     const std::vector<FrameRecord> frames = std::exchange(waiting, {});
-    Transaction transaction(database);
-    insert(database, frames);
-    work();
-    transaction.commit();
+    database.transact([&] {
+      insert(database, frames);
+      work();
+    });
   }
 
   Database database;
@@ -162,22 +167,23 @@ void Store::set_map(const SlamMap& map) {
 }
 
 void begin_store(const fs::path& run, const ScanPart& part) {
-  Database database(run / "session.db", Access::create);
+  Database database(run / "session.db", Access::create, number_of(part.log));
   insert(database, part);
 }
 
 void write_store(const fs::path& run, const SlamMap& map) {
-  Database database(run / "session.db", Access::create);
-  Transaction transaction(database);
-  for (const ScanPart& part : map.parts) insert(database, part);
-  insert(database, map.frames);
-  for (const auto& keyframe : map.keyframes)
-    if (keyframe) insert(database, *keyframe);
-  insert(database, map.edges);
-  for (std::size_t id = 0; id < map.searched.size(); ++id)
-    if (map.searched[id]) insert_searched(database, static_cast<int>(id));
-  insert(database, map);
-  transaction.commit();
+  Database database(run / "session.db", Access::create,
+                    map.parts.empty() ? 0 : number_of(map.parts.front().log));
+  database.transact([&] {
+    for (const ScanPart& part : map.parts) insert(database, part);
+    insert(database, map.frames);
+    for (const auto& keyframe : map.keyframes)
+      if (keyframe) insert(database, *keyframe);
+    insert(database, map.edges);
+    for (std::size_t id = 0; id < map.searched.size(); ++id)
+      if (map.searched[id]) insert_searched(database, static_cast<int>(id));
+    insert(database, map);
+  });
 }
 
 void copy_store(const fs::path& run, const fs::path& to) {
