@@ -30,6 +30,28 @@ std::vector<std::string> replay(const std::vector<std::string>& more) {
 
 json report_of(const fs::path& run) { return json::parse(read_bytes(run / "report.json")); }
 
+/// An offline run loses nothing, either.
+TEST(KilledScan, OfALogThatIsReconstructedIsFused) {
+  const TemporaryFolder folder;
+  write_long_log(folder / "log", 600);
+  const std::string run = (folder / "run").string();
+  const pid_t process = start_program(GELSLAM_PROGRAM, {"reconstruct", (folder / "log").string(), "--model",
+                                                        scan().model().string(), "-o", run, "-q"});
+  const auto keyframes = [&] {
+    return fs::exists(run + "/session.db")
+               ? std::stoi(sql(run + "/session.db", "SELECT count(*) FROM searched"))
+               : 0;
+  };
+  while (keyframes() < 3) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  ::kill(process, SIGKILL);
+  ASSERT_EQ(exit_code_of(process), -SIGKILL);
+  EXPECT_THAT(gelslam({"view", run}).err, HasSubstr("the scan was not finished; fuse the run"));
+  const ProgramResult fused = gelslam({"fuse", run});
+  EXPECT_EQ(fused.exit_code, 0) << fused.err;
+  expect_complete(run);
+  EXPECT_GE(report_of(run).at("keyframes").get<int>(), 3);
+}
+
 /// Three times, at random moments; GELSLAM_KILLS for more.
 TEST(KilledScan, GoesOnFromItsLastKeyframe) {
   const char* wanted = std::getenv("GELSLAM_KILLS");

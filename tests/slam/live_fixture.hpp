@@ -84,15 +84,6 @@ inline bool comes_true(const std::function<bool()>& condition) {
   return false;
 }
 
-/// Removes a folder that somebody may be writing to.
-inline void remove_in_use(const fs::path& folder) {
-  EXPECT_TRUE(comes_true([&] {
-    std::error_code error;
-    fs::remove_all(folder, error);
-    return !fs::exists(folder);
-  }));
-}
-
 class Live : public testing::Test {
  protected:
   Live() {

@@ -11,7 +11,7 @@
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/slam/store.hpp"
-#include "run_folder/live_run.hpp"
+#include "run_folder/growing_run.hpp"
 
 namespace gelslam {
 namespace {
@@ -66,9 +66,9 @@ TEST(RunFolderFiles, LoopsThatAreContradictedAreNotInTheGraph) {
 }
 
 /// Of a folder that holds a scan.
-std::shared_ptr<slam::detail::LiveRun> resume(const std::filesystem::path& folder) {
+std::shared_ptr<slam::detail::GrowingRun> resume(const std::filesystem::path& folder) {
   const ContinuedScan scan{{}, std::make_shared<const FolderLock>(folder)};
-  return slam::detail::LiveRun::resume(folder, scan, "", false, Config{});
+  return slam::detail::GrowingRun::resume(folder, scan, "", false, Config{});
 }
 
 TEST(RunFolderFiles, TimesAreThoseOfTheClockIfEveryFrameKnowsIt) {
@@ -90,14 +90,14 @@ TEST(RunFolderFiles, TimesAreThoseOfTheClockIfEveryFrameKnowsIt) {
 }
 
 /// A session that the scan could not write is written at its end; the one that is there goes only then.
-TEST(LiveRunFolder, ASessionThatCannotBeWrittenAgainStays) {
+TEST(GrowingRun, ASessionThatCannotBeWrittenAgainStays) {
   const TemporaryFolder folder;
   SlamMap map = map_with_a_false_loop();
   map.parts = {ScanPart{}};
   for (int i = 4; i < 200; ++i) map.frames.push_back({.frame = i, .time_s = 0.04 * i});
   write_run(folder.path(), {Config{}, map, {}, {}});
-  const std::string session = read_bytes(folder / "session.db");
   const auto run = resume(folder.path());
+  const std::string session = read_bytes(folder / "session.db");
   map.frames.push_back({.frame = 200, .time_s = 8});
   std::string message;
   {
@@ -113,7 +113,7 @@ TEST(LiveRunFolder, ASessionThatCannotBeWrittenAgainStays) {
 }
 
 /// Somebody moves the folder away during the scan, and another run comes to its place.
-TEST(LiveRunFolder, WritesIntoNoOtherRun) {
+TEST(GrowingRun, WritesIntoNoOtherRun) {
   const TemporaryFolder folder;
   SlamMap map = map_with_a_false_loop();
   const auto begin = [&](const char* name) {
@@ -126,17 +126,12 @@ TEST(LiveRunFolder, WritesIntoNoOtherRun) {
   begin("RUN");
   const std::string session = read_bytes(folder / "RUN/session.db"),
                     report = read_bytes(folder / "RUN/report.json");
-  RunReport newer;
-  newer.anchor_frame = 7;
-  for (int saves = 0; saves < 2; ++saves) {
-    const std::string message = message_of([&] { run->save({Config{}, map, {}, newer}, true); });
-    EXPECT_THAT(message, HasSubstr("another folder is there now; saved in "));
-    EXPECT_EQ(read_bytes(folder / "RUN/report.json"), report);
-    EXPECT_TRUE(read_bytes(folder / "RUN/session.db") == session);
-    const std::filesystem::path kept = folder / ("RUN.kept-" + std::to_string(::getpid()));
-    EXPECT_THAT(read_bytes(kept / "report.json"), HasSubstr("\"anchor_frame\": 7"));
-    EXPECT_EQ(load_session(kept).warning, "");
-  }
+  EXPECT_THAT(message_of([&] {
+                run->save({Config{}, map, {}, {}}, true);
+              }),
+              HasSubstr("RUN: was moved or removed during the scan; fuse it where it is now"));
+  EXPECT_EQ(read_bytes(folder / "RUN/report.json"), report);
+  EXPECT_TRUE(read_bytes(folder / "RUN/session.db") == session);
 }
 
 /// The last keyframe is a trial of its own that nothing joins; two tracked frames belong to it.

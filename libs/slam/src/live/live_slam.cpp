@@ -11,7 +11,7 @@
 #include "gelslam/sensor/log_recorder.hpp"
 #include "gelslam/slam/pose_stream.hpp"
 #include "live/live_stages.hpp"
-#include "run_folder/live_run.hpp"
+#include "run_folder/growing_run.hpp"
 
 namespace gelslam {
 
@@ -20,12 +20,13 @@ using namespace slam::detail;
 namespace {
 
 /// Null: nothing is kept.
-std::shared_ptr<LiveRun> run_of(const LiveOptions& options) {
+std::shared_ptr<GrowingRun> run_of(const LiveOptions& options) {
   if (options.run_folder.empty()) return nullptr;
   const bool records = options.record.has_value();
-  return options.continued
-             ? LiveRun::resume(options.run_folder, *options.continued, options.log, records, options.config)
-             : LiveRun::begin(options.run_folder, options.overwrite, options.log, records, options.config);
+  return options.continued ? GrowingRun::resume(options.run_folder, *options.continued, options.log, records,
+                                                options.config)
+                           : GrowingRun::begin({options.run_folder, options.overwrite, options.log, records},
+                                               options.config);
 }
 
 std::unique_ptr<LogRecorder> recorder_of(const LiveOptions& options, const RawFrameSource& source,
@@ -65,7 +66,6 @@ class LiveSlam final : public LiveSession, private LiveContext {
   void capture();
   void take_frames();
   void report_log();
-  void write_session();
   void finish();
   Run save(SlamMap map, bool partial, ProgressSink& progress);
   bool failed();
@@ -79,9 +79,10 @@ class LiveSlam final : public LiveSession, private LiveContext {
   TrackingStage tracking_{*this};
   FusionStage fusion_{*this};
   MappingStage mapping_{*this, fusion_};
-  std::shared_ptr<LiveRun> run_;
+  std::shared_ptr<GrowingRun> run_;
   std::unique_ptr<LogRecorder> recorder_;  // null: nothing is recorded
-  std::atomic<bool> paused_{false}, leaves_out_{false}, stopped_{false}, session_is_whole_{true};
+  std::atomic<bool> paused_{false}, leaves_out_{false}, stopped_{false};
+  std::string session_doubt_;  // once written_: why the session is not whole, or ""
 
   mutable std::mutex mutex_;  // for what follows
   RunReport report_;
@@ -144,8 +145,9 @@ void LiveSlam::make_threads() {
   }));
   threads_.push_back(thread([this] {
     lower_thread_priority();
-    if (run_) write_session();
-    measured.close();  // nobody reads it
+    if (run_) session_doubt_ = run_->write_session(measured);
+    measured.close();            // nobody reads it
+    board.warn(session_doubt_);  // a full disk ends the session, not the scan
     written_.count_down();
   }));
   threads_.push_back(thread([this] {
@@ -219,19 +221,6 @@ void LiveSlam::report_log() {
   board.warn_about("the log", status.warning);
 }
 
-/// A full disk ends the session, not the scan.
-void LiveSlam::write_session() {
-  try {
-    Store store(run_->folder());
-    if (options.continued) store.add(run_->part());
-    while (const auto work = measured.pop()) (*work)(store);
-    store.flush();
-  } catch (const std::exception& error) {  // whatever it is, the scan goes on
-    board.warn(error.what());
-    session_is_whole_ = false;
-  }
-}
-
 void LiveSlam::finish() {
   board.set_phase(LivePhase::finishing);
   BoardProgress progress(board);
@@ -266,7 +255,7 @@ Run LiveSlam::save(SlamMap map, bool partial, ProgressSink& progress) {
     report_ = finished.report;
   }
   board.set_words("saving", TrackStatus::background);
-  if (run_) run_->save(finished, session_is_whole_);
+  if (run_) run_->save(finished, session_doubt_.empty());
   return finished;
 }
 
@@ -328,7 +317,7 @@ RunReport LiveSlam::wait() {
 
 void check_run_folder(const LiveOptions& options) {
   if (!options.run_folder.empty() && !options.continued)
-    LiveRun::check(options.run_folder, options.overwrite, options.log);
+    GrowingRun::check({options.run_folder, options.overwrite, options.log});
 }
 
 std::unique_ptr<LiveSession> begin_live_scan(std::unique_ptr<RawFrameSource> source,

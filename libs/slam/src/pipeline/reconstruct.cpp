@@ -7,9 +7,12 @@
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/gel_slam.hpp"
 #include "gelslam/slam/surface_stream.hpp"
-#include "run_folder/run_writer.hpp"
+#include "run_folder/growing_run.hpp"
 
 namespace gelslam {
+
+using namespace slam::detail;
+
 namespace {
 
 /// Feeds the whole log to `slam`; true when stopped before its end. Surfaces are made on a thread of their
@@ -50,16 +53,30 @@ std::vector<std::string> warnings_of(const SurfaceStream& stream) {
 
 }  // namespace
 
-Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progress,
-                const std::function<bool()>& stop_requested, const std::filesystem::path& continued_run) {
+Run reconstruct(const ReconstructRequest& request, ProgressSink& progress,
+                const std::function<bool()>& stop_requested) {
   const auto start = std::chrono::steady_clock::now();
+  const Config& config = request.config;
+  const std::filesystem::path &log = request.input.log, &continued_run = request.continued_run;
+  const NewRun wanted{request.run_folder, request.overwrite, log, false, continued_run};
+  const bool is_kept = !request.run_folder.empty();
+  if (is_kept) GrowingRun::check(wanted);
   StageTimer timer;
   ScanRecord so_far;
-  if (!continued_run.empty()) so_far = continue_scan(continued_run, config, input.log);
-  SurfaceStream stream(input, config, timer);
-  if (continued_run.empty()) so_far.parts = {part_of(config, input.log)};
-  GelSlam slam(config.slam, so_far);
+  if (!continued_run.empty()) so_far = continue_scan(continued_run, config, log);
+  SurfaceStream stream(request.input, config, timer);
+  if (continued_run.empty()) so_far.parts = {part_of(config, log)};
+  std::shared_ptr<GrowingRun> folder;
+  SessionQueue measured{1};
+  std::future<std::string> session_doubt;
+  if (is_kept) {
+    folder = GrowingRun::begin(wanted, config, so_far.next_frame());
+    session_doubt = std::async(std::launch::async, [&] { return folder->write_session(measured); });
+  }
+  const QueueCloser end{measured};
+  GelSlam slam(config.slam, so_far, is_kept ? &measured : nullptr);
   const bool stopped = track_log(stream, slam, so_far, timer, progress, stop_requested);
+  measured.close();
   SlamMap map;
   {
     const auto scope = timer.measure("finish/poses");
@@ -67,28 +84,26 @@ Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progr
     map = slam.finish(/*refine=*/true, &progress, [&] { return !stopped && stop_requested(); });
   }
   RunReport report;
-  report.log = std::filesystem::absolute(input.log).lexically_normal().string();
+  report.log = std::filesystem::absolute(log).lexically_normal().string();
   report.log_description = stream.description();
   report.partial = stopped || stop_requested();
   report.warnings = warnings_of(stream);
   report.frames.left_out = stream.left_out();
-  return finish_scan(config, std::move(map), std::move(report), timer, start, &progress);
+  Run run = finish_scan(config, std::move(map), std::move(report), timer, start, &progress);
+  if (is_kept) folder->save(run, session_doubt.get().empty());
+  return run;
+}
+
+Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progress,
+                const std::function<bool()>& stop_requested, const std::filesystem::path& continued_run) {
+  return reconstruct({.input = input, .config = config, .continued_run = continued_run}, progress,
+                     stop_requested);
 }
 
 void save_run(const std::filesystem::path& path, const Run& run, bool overwrite) {
   RunFolder folder(path, {.overwrite = overwrite, .inputs = {run.report.log}});
   write_run(folder.path(), run);
   folder.commit();
-}
-
-Run reconstruct(const ReconstructRequest& request, ProgressSink& progress,
-                const std::function<bool()>& stop_requested) {
-  RunFolder folder(request.run_folder,
-                   {.overwrite = request.overwrite, .inputs = {request.input.log, request.continued_run}});
-  Run run = reconstruct(request.input, request.config, progress, stop_requested, request.continued_run);
-  write_run(folder.path(), run);
-  folder.commit();
-  return run;
 }
 
 }  // namespace gelslam

@@ -46,12 +46,13 @@ Mesh fuse_map(const SlamMap& map, const FusionOptions& options, ProgressSink* pr
 /// is not to be replaced, or holds what is not ours, or the disk is full.
 void save_run(const std::filesystem::path& folder, const Run& run, bool overwrite = false);
 
-/// The same for the program, which checks the folder before the work begins. No folder is left behind when
-/// it throws. Returns what it wrote.
+/// The same, and a run folder, which is there from the first frame on: its session grows with every keyframe,
+/// as that of a live scan. Returns what it wrote. Throws Error as save_run(), where possible before the work
+/// begins.
 struct ReconstructRequest {
   LogInput input;
-  Config config;  ///< from resolve_config()
-  std::filesystem::path run_folder;
+  Config config;                          ///< from resolve_config()
+  std::filesystem::path run_folder = {};  ///< empty: none
   bool overwrite = false;
   std::filesystem::path continued_run = {};  ///< empty: a new scan
 };
