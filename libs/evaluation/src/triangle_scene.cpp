@@ -9,22 +9,9 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/parallel.hpp"
 #include "gelslam/core/text.hpp"
-#include "ray_query.hpp"
+#include "mesh_scene.hpp"
 
 namespace gelslam {
-namespace evaluation::detail {
-
-struct DeviceRelease {
-  void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
-};
-struct SceneRelease {
-  void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
-};
-using DevicePointer = std::unique_ptr<RTCDeviceTy, DeviceRelease>;
-using ScenePointer = std::unique_ptr<RTCSceneTy, SceneRelease>;
-
-}  // namespace evaluation::detail
-
 namespace {
 
 /// A search may look at this many triangles on average: usual meshes need some dozens. Beyond it the mesh
@@ -52,26 +39,6 @@ void check_geometry(const Mesh& mesh) {
       throw Error("a triangle of the mesh names a vertex that does not exist");
     }
   }
-}
-
-evaluation::detail::ScenePointer build_scene(RTCDevice device, const Mesh& mesh) {
-  evaluation::detail::ScenePointer scene(rtcNewScene(device));
-  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
-      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices_mm.size()));
-  auto* indices = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
-      geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), mesh.triangles.size()));
-  if (!vertices || !indices) throw std::bad_alloc();
-  for (const Eigen::Vector3f& vertex : mesh.vertices_mm) vertices = std::copy_n(vertex.data(), 3, vertices);
-  for (const Eigen::Vector3i& triangle : mesh.triangles) {
-    for (const int corner : triangle) *indices++ = static_cast<unsigned>(corner);
-  }
-  rtcCommitGeometry(geometry);
-  rtcAttachGeometry(scene.get(), geometry);
-  rtcReleaseGeometry(geometry);
-  rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST | embree::kFilteredByRay);
-  rtcCommitScene(scene.get());
-  return scene;
 }
 
 Eigen::Vector3d closest_on_segment(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
@@ -129,21 +96,6 @@ bool visit_triangle(RTCPointQueryFunctionArguments* arguments) {
   return true;
 }
 
-RTCRayHit make_ray(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double length) {
-  RTCRayHit ray{};
-  ray.ray.org_x = static_cast<float>(origin.x());
-  ray.ray.org_y = static_cast<float>(origin.y());
-  ray.ray.org_z = static_cast<float>(origin.z());
-  ray.ray.dir_x = static_cast<float>(direction.x());
-  ray.ray.dir_y = static_cast<float>(direction.y());
-  ray.ray.dir_z = static_cast<float>(direction.z());
-  ray.ray.tnear = 0.0F;
-  ray.ray.tfar = static_cast<float>(length);
-  ray.ray.mask = ~0U;  // with any other mask every ray misses
-  ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  return ray;
-}
-
 /// Embree's filter gets the context by pointer: the hits are kept right behind it.
 struct CollectingContext {
   embree::RayContext context;
@@ -164,8 +116,7 @@ void collect_hit(const RTCFilterFunctionNArguments* arguments) {
 
 struct TriangleScene::Impl {
   Mesh mesh;
-  evaluation::detail::DevicePointer device;
-  evaluation::detail::ScenePointer scene;
+  embree::MeshScene triangles;
 
   /// The triangle nearest to a point; adds the triangles it looked at to `visits`.
   ClosestPoint closest(const Eigen::Vector3d& point_mm, std::size_t& visits) const {
@@ -178,7 +129,7 @@ struct TriangleScene::Impl {
     query.radius = std::numeric_limits<float>::infinity();
     RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
-    rtcPointQuery(scene.get(), &query, &context, &visit_triangle, &search);
+    rtcPointQuery(triangles.scene.get(), &query, &context, &visit_triangle, &search);
     visits += search.visits;
     return search.best;
   }
@@ -187,12 +138,7 @@ struct TriangleScene::Impl {
 TriangleScene::TriangleScene(Mesh mesh) : impl_(std::make_unique<Impl>()) {
   check_geometry(mesh);
   impl_->mesh = std::move(mesh);
-  impl_->device.reset(rtcNewDevice(nullptr));
-  if (!impl_->device) throw std::runtime_error("Embree cannot be started on this machine");
-  impl_->scene = build_scene(impl_->device.get(), impl_->mesh);
-  if (const RTCError code = rtcGetDeviceError(impl_->device.get()); code != RTC_ERROR_NONE) {
-    throw std::runtime_error("Embree could not build the mesh's hierarchy, code " + std::to_string(code));
-  }
+  impl_->triangles = embree::MeshScene(impl_->mesh, embree::kFilteredByRay);
 }
 
 TriangleScene::~TriangleScene() = default;
@@ -231,10 +177,11 @@ std::vector<ClosestPoint> TriangleScene::closest(const std::vector<Eigen::Vector
 std::vector<RayHit> TriangleScene::cast_all(const Eigen::Vector3d& origin_mm,
                                             const Eigen::Vector3d& direction, double length_mm) const {
   std::vector<RayHit> hits;
-  RTCRayHit ray = make_ray(origin_mm, direction, length_mm);
+  RTCRayHit ray =
+      embree::make_ray(origin_mm.cast<float>(), direction.cast<float>(), static_cast<float>(length_mm));
   CollectingContext collecting{};
   collecting.hits = &hits;
-  embree::intersect(impl_->scene.get(), ray, collecting.context, &collect_hit);
+  embree::intersect(impl_->triangles.scene.get(), ray, collecting.context, &collect_hit);
   return hits;
 }
 

@@ -1,22 +1,16 @@
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <memory>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/simulation/shape.hpp"
-#include "ray_query.hpp"
+#include "mesh_scene.hpp"
 
 namespace gelslam {
 namespace {
 
 using Eigen::Vector3f;
-
-struct Release {
-  void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
-  void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
-};
 
 constexpr std::size_t kMaxMeshTriangles = 20'000'000;
 
@@ -25,11 +19,7 @@ class MeshShape final : public Shape {
   explicit MeshShape(const Mesh& mesh) : mesh_(mesh) {
     check();
     for (const Vector3f& vertex : mesh_.vertices_mm) bounds_.extend(vertex);
-    device_.reset(rtcNewDevice(nullptr));
-    if (!device_) throw Error("Embree could not start; the object's mesh cannot be used");
-    scene_.reset(rtcNewScene(device_.get()));
-    rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
-    fill_scene();
+    triangles_ = embree::MeshScene(mesh_);
   }
 
   ShapeKind kind() const override {
@@ -42,14 +32,9 @@ class MeshShape final : public Shape {
   Eigen::AlignedBox3f bounds_mm() const override { return bounds_; }
 
   float intersect(const Vector3f& origin, const Vector3f& direction, float t_max) const override {
-    RTCRayHit ray{};
-    ray.ray.org_x = origin.x(), ray.ray.org_y = origin.y(), ray.ray.org_z = origin.z();
-    ray.ray.dir_x = direction.x(), ray.ray.dir_y = direction.y(), ray.ray.dir_z = direction.z();
-    ray.ray.tfar = t_max;
-    ray.ray.mask = static_cast<unsigned>(-1);  // Embree's default of 0 misses everything
-    ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    RTCRayHit ray = embree::make_ray(origin, direction, t_max);
     embree::RayContext context;
-    embree::intersect(scene_.get(), ray, context);
+    embree::intersect(triangles_.scene.get(), ray, context);
     if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::numeric_limits<float>::infinity();
     const Vector3f normal(ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z);
     return normal.dot(direction) > 0 ? 0.0F : ray.ray.tfar;  // leaving through a back face: it began inside
@@ -87,24 +72,6 @@ class MeshShape final : public Shape {
         throw Error("the object's mesh has vertices that are not finite or beyond 10 m; check its unit");
   }
 
-  void fill_scene() {
-    RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
-    void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                             sizeof(Vector3f), mesh_.vertices_mm.size());
-    void* triangles = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                              sizeof(Eigen::Vector3i), mesh_.triangles.size());
-    if (vertices == nullptr || triangles == nullptr) {
-      rtcReleaseGeometry(geometry);
-      throw Error("not enough memory for the object's mesh");
-    }
-    std::memcpy(vertices, mesh_.vertices_mm.data(), mesh_.vertices_mm.size() * sizeof(Vector3f));
-    std::memcpy(triangles, mesh_.triangles.data(), mesh_.triangles.size() * sizeof(Eigen::Vector3i));
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene_.get(), geometry);
-    rtcReleaseGeometry(geometry);
-    rtcCommitScene(scene_.get());
-  }
-
   /// Splits a triangle into n * n equal ones (vertices are not shared between input triangles).
   static void append_divided(Mesh& mesh, const Vector3f& a, const Vector3f& b, const Vector3f& c, int n) {
     if (mesh.triangles.size() + static_cast<std::size_t>(n) * static_cast<std::size_t>(n) > kMaxMeshTriangles)
@@ -128,8 +95,7 @@ class MeshShape final : public Shape {
 
   Mesh mesh_;
   Eigen::AlignedBox3f bounds_;
-  std::unique_ptr<RTCDeviceTy, Release> device_;
-  std::unique_ptr<RTCSceneTy, Release> scene_;
+  embree::MeshScene triangles_;
 };
 
 }  // namespace
