@@ -92,6 +92,18 @@ std::string tum_line(double time_s, const Pose& pose_mm) {
                      q.y(), q.z(), q.w());
 }
 
+std::vector<std::vector<Pose>> unbroken_pieces(std::span<const StampedPose> trajectory) {
+  constexpr double kGapS = 0.25;
+  std::vector<std::vector<Pose>> pieces;
+  double last_s = 0;
+  for (const StampedPose& pose : trajectory) {
+    if (pieces.empty() || pose.time_s - last_s > kGapS) pieces.emplace_back();
+    pieces.back().push_back(pose.map_T_sensor);
+    last_s = pose.time_s;
+  }
+  return pieces;
+}
+
 std::string tum_text(const std::vector<StampedPose>& trajectory) {
   std::string text;
   for (const StampedPose& pose : trajectory) text += tum_line(pose.time_s, pose.map_T_sensor);

@@ -19,7 +19,6 @@ namespace {
 
 using exchange::detail::McapFile;
 using exchange::detail::meters;
-using exchange::detail::strips;
 using Json = nlohmann::ordered_json;
 
 /// Of a Unix time, a double keeps the microseconds.
@@ -160,9 +159,9 @@ Json triangles_message(const Mesh& mesh, const VertexColors& vertex_colors,
 
 Json lines_message(const std::vector<StampedPose>& trajectory) {
   Json lines = Json::array();
-  for (const auto& strip : strips(trajectory)) {
+  for (const auto& piece : unbroken_pieces(trajectory)) {
     Json points = Json::array();
-    for (const Eigen::Vector3d& point_mm : strip) points.push_back(xyz(point_mm));
+    for (const Pose& pose : piece) points.push_back(xyz(pose.translation()));
     lines.push_back({{"type", 0},  // a strip
                      {"pose", pose_message(Pose::Identity())},
                      {"thickness", 2.0},

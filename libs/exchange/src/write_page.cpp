@@ -16,10 +16,10 @@ namespace {
 using exchange::detail::meters;
 using PageJson = nlohmann::ordered_json;
 
-PageJson places(const std::vector<Eigen::Vector3d>& points_mm) {
+PageJson places(const std::vector<Pose>& poses) {
   PageJson numbers = PageJson::array();
-  for (const Eigen::Vector3d& point_mm : points_mm)
-    for (const double coordinate_mm : point_mm) numbers.push_back(meters(coordinate_mm));
+  for (const Pose& pose : poses)
+    for (const double coordinate_mm : pose.translation()) numbers.push_back(meters(coordinate_mm));
   return numbers;
 }
 
@@ -37,10 +37,10 @@ PageJson page_data(const RunContents& run, MeshColor color) {
                                                  run.mesh.triangles.size())});
   data["warnings"] = run.warnings;
   data["strips"] = PageJson::array();
-  for (const auto& strip : exchange::detail::strips(run.trajectory)) data["strips"].push_back(places(strip));
-  std::vector<Eigen::Vector3d> keyframes_mm;
-  for (const StampedPose& pose : run.keyframes) keyframes_mm.push_back(pose.map_T_sensor.translation());
-  data["keyframes"] = places(keyframes_mm);
+  for (const auto& piece : unbroken_pieces(run.trajectory)) data["strips"].push_back(places(piece));
+  std::vector<Pose> keyframes;
+  for (const StampedPose& pose : run.keyframes) keyframes.push_back(pose.map_T_sensor);
+  data["keyframes"] = places(keyframes);
   return data;
 }
 

@@ -17,8 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kGapS = 0.25;
-
 /// `start_s`: in the run's trajectories; here times count from there.
 RunHistory read_history(const fs::path& run, double start_s) {
   RunHistory history{load_session(run), {}, read_tum(run / "trajectory.tum")};
@@ -80,15 +78,8 @@ MapSnapshot RunHistory::map_at(double time_s) const {
 }
 
 std::vector<std::vector<Pose>> RunHistory::trajectory_at(double time_s) const {
-  std::vector<std::vector<Pose>> pieces;
-  double last_s = 0;
-  for (const StampedPose& pose : trajectory) {
-    if (pose.time_s > time_s) break;
-    if (pieces.empty() || pose.time_s - last_s > kGapS) pieces.emplace_back();
-    pieces.back().push_back(pose.map_T_sensor);
-    last_s = pose.time_s;
-  }
-  return pieces;
+  const auto end = std::ranges::upper_bound(trajectory, time_s, {}, &StampedPose::time_s);
+  return unbroken_pieces({trajectory.begin(), end});
 }
 
 ViewContent load_view(const fs::path& run_or_mesh) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,9 @@ std::vector<StampedPose> read_tum(const std::filesystem::path& path);
 /// One line of a TUM trajectory, with line end: "time_s tx ty tz qx qy qz qw", meters, 12 significant digits
 /// (Unix times: microseconds), qw >= 0.
 std::string tum_line(double time_s, const Pose& pose_mm);
+
+/// Cut where nothing was tracked for more than a quarter of a second.
+std::vector<std::vector<Pose>> unbroken_pieces(std::span<const StampedPose> trajectory);
 
 /// The text of a file.
 std::string tum_text(const std::vector<StampedPose>& trajectory);
