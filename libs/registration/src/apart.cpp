@@ -16,7 +16,7 @@ namespace {
 // 16 patches of noise, unrelated textures have 0 +- 0.25; all cells of a part together less.
 constexpr double kTellingCurvaturePerPx = 0.03, kDoubtfulCcs = 0.5, kUnrelatedCcs = 0.25;
 // Share of the contact that hangs together: on clean logs, rendered and real, none is as large.
-constexpr double kLeastApart = 0.05;
+constexpr double kLeastApart = 0.1;
 constexpr int kLeastSamples = 10;  // numerics: of a cell
 
 struct Agreement {
