@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <opencv2/core.hpp>
+
 #include "slides.hpp"
 
 namespace gelslam {
@@ -262,6 +264,68 @@ TEST(Tracker, TakesAnotherMethod) {
   const TrackedFrame elsewhere = tracker.track(2, 0.08, slide(10));  // where standing still is wrong
   EXPECT_EQ(elsewhere.status, TrackStatus::lost);
   EXPECT_EQ(still->prepared, 3) << "the previous frame was tried, then this one began a trial";
+}
+
+// Rough enough for each place to be known by itself.
+const Field& moving_part() {
+  static const Field field = textured_plane(1, 0.3);
+  return field;
+}
+const Field& resting_part() {
+  static const Field field = textured_plane(99, 0.3);
+  return field;
+}
+
+/// `moves`, but left of the column the sensor sees `rests`.
+SurfacePtr beside(const Surface& rests, const SurfacePtr& moves, int column) {
+  auto both = std::make_shared<Surface>(*moves);
+  const cv::Rect left(0, 0, column, moves->contact.rows);
+  const auto join = [&left](const auto& from, auto& to) {
+    to = to.clone();
+    if (!to.empty()) from(left).copyTo(to(left));
+  };
+  join(rests.height_mm, both->height_mm);
+  join(rests.normals, both->normals);
+  join(rests.contact, both->contact);
+  join(rests.curvature, both->curvature);
+  both->contact_pixels = cv::countNonZero(both->contact);
+  return both;
+}
+
+TEST(Tracker, LeavesOutWhatDoesNotMoveWithTheRestAndSaysSo) {
+  constexpr int kColumn = 140;  // of 320: a third of the contact
+  const SurfacePtr rests = slide(0, resting_part());
+  Tracker together({}), apart({});
+  TrackedFrame frame, with_other;
+  for (int i = 0; i <= 3; ++i) {
+    frame = together.track(i, 0.04 * i, slide(i, moving_part()));
+    with_other = apart.track(i, 0.04 * i, beside(*rests, slide(i, moving_part()), kColumn));
+    ASSERT_EQ(frame.status, TrackStatus::tracked);
+    ASSERT_EQ(with_other.status, TrackStatus::tracked);
+    EXPECT_TRUE(frame.registration.apart.empty()) << "all moves together in frame " << i;
+  }
+  ASSERT_FALSE(with_other.registration.apart.empty());
+  for (const PictureCell& cell : with_other.registration.apart) EXPECT_LE(cell.column * kCellPx, kColumn);
+  EXPECT_NEAR(with_other.registration.apart_share, 0.35, 0.15);
+  // Until it has moved by the size of the texture, the other part cannot be told, and pulls.
+  expect_within(gap(with_other.trial_T_frame, true_motion(0, 3)), 0.3, 0.1);
+  const auto sigma_x = [](const TrackedFrame& of) {
+    return std::sqrt(of.registration.information.inverse()(3, 3));
+  };
+  EXPECT_GT(sigma_x(with_other), 5 * sigma_x(frame)) << "the part may be the object";
+}
+
+TEST(Tracker, KeyframesShowNothingOfWhatDoesNotMoveWithTheRest) {
+  constexpr int kColumn = 140;
+  const SurfacePtr rests = slide(0, resting_part());
+  Tracker tracker({});
+  std::shared_ptr<const Keyframe> last;
+  for (int i = 0; i <= 12; ++i)
+    last = tracker.track(i, 0.04 * i, beside(*rests, slide(i, moving_part()), kColumn)).keyframe;
+  ASSERT_GT(last->id, 0);
+  const SurfacePtr shown = last->surface.get();
+  const cv::Rect left(0, 0, kColumn - kCellPx, shown->contact.rows);
+  EXPECT_LT(cv::countNonZero(shown->contact(left)), 0.6 * cv::countNonZero(rests->contact(left)));
 }
 
 }  // namespace

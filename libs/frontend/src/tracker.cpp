@@ -217,6 +217,8 @@ void Tracker::handle_tracking_failure(TrackedFrame& result, SurfacePtr surface) 
 
 void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr surface) {
   const RegistrationResult& registration = result.registration;
+  if (!registration.apart.empty())
+    surface = std::make_shared<const Surface>(without_cells(*surface, registration.apart));
   KeyframeLink link = link_to(keyframe_, registration);
   const Pose keyframe_T_frame = link.previous_T_this;
   const double confirmed = shown_share(coarse_contact_points_mm(*surface), *previous_.surface,
@@ -224,7 +226,9 @@ void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr su
   jump_.reset();
   if (attempt.searched) jump_ = Jump{previous_, hand_};
   previous_.state = hand_.correct(attempt.expected, registration);
-  link.information = previous_.state.covariance.inverse();
+  // They, and not the rest, may be the object: then the pose is wrong by no one knows how much.
+  const Matrix6d apart = registration.apart_share * PosePrior(Pose::Identity()).step;
+  link.information = (previous_.state.covariance + apart).inverse();
   result.registration.information = information_of_inverse(link.information, keyframe_T_frame);
   static_cast<Seen&>(previous_) = {result.frame, result.time_s, surface};
   previous_.link = link;

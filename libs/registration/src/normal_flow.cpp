@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "normal_flow_kernels.hpp"
 #include "normal_flow_reference.hpp"
@@ -89,9 +90,8 @@ class Alignment {
     Pose& target_T_reference = result.target_T_reference;
     bool converged = false;
     for (int iterations = 0; iterations < options_.max_iterations && !converged; ++result.iterations) {
-      warp(reference_.samples, view_, target_T_reference, residuals());
+      lay(target_T_reference);
       if (count_shared(residuals()) < options_.min_shared_pixels) return false;
-      apply_robust_weights(residuals(), static_cast<float>(options_.robust_scale_rad));
       // Along oblique rays, pixels move with z.
       if (iterations == 0)
         target_T_reference.translation().z() +=
@@ -114,6 +114,22 @@ class Alignment {
     return true;
   }
 
+  /// From `start`.
+  RegistrationResult align(const PosePrior& prior, const Pose& start) {
+    RegistrationResult result;
+    result.target_T_reference = start;
+    result.status = RegistrationStatus::too_little_overlap;
+    const double noise_variance = variance_in_sums(0.0, reference_, options_);
+    if (!converge(prior, nullptr, noise_variance, result)) return result;
+    const ShownDirections shown = finish(prior, result);
+    if (shown.share.minCoeff() > kHardlyNoise) return result;
+    // Noise has moved the pose along directions that the surfaces hardly show.
+    RegistrationResult weighed = result;
+    if (!converge(prior, &shown, noise_variance, weighed)) return result;
+    finish(prior, weighed);
+    return weighed;
+  }
+
   /// Judges a pose as it is.
   void judge(const PosePrior& prior, RegistrationResult& result) {
     const HeightGap gap = lay_upon_target(result.target_T_reference);
@@ -131,11 +147,26 @@ class Alignment {
     return shown;
   }
 
+  void leave_out(std::vector<std::uint8_t> samples) { left_out_ = std::move(samples); }
+
+  ApartSamples apart(const RegistrationResult& result) {
+    lay(result.target_T_reference);
+    return find_apart(reference_, target_, residuals(), result.target_T_reference,
+                      shared_noise(*reference_.surface, target_));
+  }
+
  private:
   /// Fills the residuals.
-  HeightGap lay_upon_target(const Pose& target_T_reference) {
+  void lay(const Pose& target_T_reference) {
     warp(reference_.samples, view_, target_T_reference, residuals());
+    for (std::size_t k = 0; k < left_out_.size(); ++k)
+      if (left_out_[k]) residuals().weight[k] = 0;
     apply_robust_weights(residuals(), static_cast<float>(options_.robust_scale_rad));
+  }
+
+  /// The same, and compares heights.
+  HeightGap lay_upon_target(const Pose& target_T_reference) {
+    lay(target_T_reference);
     return height_gap(reference_.samples, target_, target_T_reference, residuals());
   }
 
@@ -154,7 +185,8 @@ class Alignment {
   const Surface& target_;
   TargetView view_;
   const NormalFlowOptions& options_;
-  bool wandering_ = false;  // the last step was still large when the iterations ran out
+  std::vector<std::uint8_t> left_out_;  // samples; empty: none
+  bool wandering_ = false;              // the last step was still large when the iterations ran out
 };
 
 /// For slopes as they are read of both surfaces.
@@ -193,16 +225,14 @@ RegistrationResult register_normal_flow(const NormalFlowReference& reference, co
   if (!has_enough_surface(reference, target, options)) return result;
 
   Alignment alignment(reference.impl(), target, options);
-  result.status = RegistrationStatus::too_little_overlap;
-  const double noise_variance = variance_in_sums(0.0, reference.impl(), options);
-  if (!alignment.converge(prior, nullptr, noise_variance, result)) return result;
-  const ShownDirections shown = alignment.finish(prior, result);
-  if (shown.share.minCoeff() > kHardlyNoise) return result;
-  // Noise has moved the pose along directions that the surfaces hardly show.
-  RegistrationResult weighed = result;
-  if (!alignment.converge(prior, &shown, noise_variance, weighed)) return result;
-  alignment.finish(prior, weighed);
-  return weighed;
+  result = alignment.align(prior, prior.start);
+  const ApartSamples apart = alignment.apart(result);
+  if (apart.cells.empty()) return result;
+  alignment.leave_out(apart.is_apart);
+  result = alignment.align(prior, result.target_T_reference);
+  result.apart = apart.cells;
+  result.apart_share = apart.share;
+  return result;
 }
 
 }  // namespace gelslam

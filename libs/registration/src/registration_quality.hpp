@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "gelslam/registration/normal_flow.hpp"
@@ -53,6 +54,18 @@ struct NormalEquations {
 NormalEquations linearize(const Samples& samples, const Viewpoint& view, const Residuals& residuals);
 
 int count_shared(const Residuals& residuals);
+
+/// What moves another way than the rest, of the shared contact.
+struct ApartSamples {
+  std::vector<std::uint8_t> is_apart;  ///< per sample of the reference
+  std::vector<PictureCell> cells;      ///< of the target
+  double share = 0;                    ///< of the shared samples
+};
+
+/// The parts of the shared contact in which CCS, cell by cell, is that of unrelated textures, at this pose
+/// (after Huang et al., RA-L 2024, who ask it of the whole contact). Own.
+ApartSamples find_apart(const NormalFlowReference::Impl& reference, const Surface& target,
+                        const Residuals& residuals, const Pose& target_T_reference, double noise);
 
 /// Of a normal, after a registration that left this residual.
 double normal_variance(double normal_rmse_rad, const NormalFlowOptions& options);

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "gelslam/core/text.hpp"
 #include "gelslam/slam/pose_stream.hpp"
 #include "live/live_stages.hpp"
 
@@ -23,6 +24,7 @@ void TrackingStage::handle(const SurfacedFrame& frame) {
                        std::chrono::duration<double, std::milli>(LiveClock::now() - frame.captured).count());
   if (tracked.status == TrackStatus::tracked) hidden_.pass(tracked.trial, tracked.registration.observable);
   LiveTouch touch{record_of(tracked), image.bgr, frame.surface, tracked.trial_T_frame, hidden_.words()};
+  if (touch.apart) append_sentence(touch.hidden, std::string(kApart));
   const std::string why_lost = tracked.status == TrackStatus::lost
                                    ? std::string(describe(tracked.registration.status))
                                    : std::string();

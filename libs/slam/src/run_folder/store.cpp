@@ -52,9 +52,10 @@ std::optional<std::int64_t> unless_negative(int value) {
   return value < 0 ? std::nullopt : std::optional<std::int64_t>(value);
 }
 
-int bits_of(const std::array<bool, 6>& flags) {
-  int bits = 0;
-  for (int i = 0; i < 6; ++i) bits |= int{flags[static_cast<std::size_t>(i)]} << i;
+/// What the column "observable" holds: six motions, and that a part moves another way.
+int bits_of(const FrameRecord& frame) {
+  int bits = int{frame.apart} << 6;
+  for (int i = 0; i < 6; ++i) bits |= int{frame.observable[static_cast<std::size_t>(i)]} << i;
   return bits;
 }
 
@@ -64,7 +65,7 @@ void insert(Database& database, const std::vector<FrameRecord>& frames) {
     const Numbers<12> pose = numbers(frame.keyframe_T_frame);
     const auto keyframe = unless_negative(frame.keyframe);
     insert.run(frame.frame, frame.time_s, name(frame.status), unless_negative(frame.trial), keyframe,
-               keyframe ? std::optional(blob_of(pose)) : std::nullopt, bits_of(frame.observable),
+               keyframe ? std::optional(blob_of(pose)) : std::nullopt, bits_of(frame),
                frame.unix_us == 0 ? std::nullopt : std::optional(frame.unix_us));
   }
 }

@@ -3,6 +3,7 @@
 #include <array>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "gelslam/core/se3.hpp"
 
@@ -55,6 +56,12 @@ struct PosePrior {
   PosePrior(const Pose& pose);  // NOLINT: a pose is a start
 };
 
+/// Column and row of a square of kCellPx pixels.
+struct PictureCell {
+  int column = 0, row = 0;
+};
+inline constexpr int kCellPx = 20;  // numerics
+
 struct RegistrationResult {
   RegistrationStatus status = RegistrationStatus::too_little_surface;
   Pose target_T_reference = Pose::Identity();
@@ -78,6 +85,11 @@ struct RegistrationResult {
   int shared_pixels = 0;
   /// of the shared contact as read, in the reference's frame
   Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
+  /// Cells of the target's picture (kCellPx squares) in which the texture does not fit, and that hang
+  /// together: another body, a tear, dirt on the gel. They have no part in the pose
+  /// and its information. Empty: there are none.
+  std::vector<PictureCell> apart;
+  double apart_share = 0;  ///< of the shared contact, 0..1
   int iterations = 0;
   /// x y z rx ry rz along the axes of the target's sensor frame: whether both surfaces show this motion well
   /// enough to know it to 0.25 mm or 0.05 rad even where a pattern of the gel pulls against it. z: whether
@@ -86,6 +98,9 @@ struct RegistrationResult {
 
   bool ok() const { return status == RegistrationStatus::converged; }
 };
+
+/// What RegistrationResult::apart means.
+inline constexpr std::string_view kApart = "a part of the contact does not move with the rest";
 
 /// What the surface does not show, in words: "sliding along x is not observable", or "" when
 /// it shows all six motions.

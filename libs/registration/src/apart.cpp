@@ -1,0 +1,95 @@
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "gelslam/core/index.hpp"
+#include "gelslam/surface/slopes.hpp"
+#include "registration_quality.hpp"
+
+namespace gelslam {
+
+namespace registration::detail {
+namespace {
+
+// Root mean square curvature, 1/pixel, of a cell that can tell: at one and a half times that of noise, more
+// than half of what is read is the object's, and CCS is above 0.5 where the texture is the same. In a cell of
+// 16 patches of noise, unrelated textures have 0 +- 0.25; all cells of a part together less.
+constexpr double kTellingCurvaturePerPx = 0.03, kDoubtfulCcs = 0.5, kUnrelatedCcs = 0.25;
+// Share of the contact that hangs together: on clean logs, rendered and real, none is as large.
+constexpr double kLeastApart = 0.1;
+constexpr int kLeastSamples = 10;  // numerics: of a cell
+
+struct Agreement {
+  int samples = 0;
+  double dot = 0, reference2 = 0, target2 = 0;
+
+  void add(const Agreement& other) {
+    samples += other.samples;
+    dot += other.dot;
+    reference2 += other.reference2;
+    target2 += other.target2;
+  }
+  bool is_telling(double noise) const {
+    const double telling = kTellingCurvaturePerPx * noise;
+    return samples >= kLeastSamples && std::min(reference2, target2) >= samples * telling * telling;
+  }
+  bool is_below(double ccs) const { return dot < ccs * std::sqrt(reference2 * target2); }
+};
+
+}  // namespace
+
+ApartSamples find_apart(const NormalFlowReference::Impl& reference, const Surface& target,
+                        const Residuals& residuals, const Pose& target_T_reference, double noise) {
+  const PixelLookup lookup(reference.samples, target, target_T_reference);
+  const int columns = target.contact.cols / kCellPx + 1, rows = target.contact.rows / kCellPx + 1;
+  std::vector<Agreement> cells(index(columns * rows));
+  const auto cell_of = [&](cv::Point at) { return at.y / kCellPx * columns + at.x / kCellPx; };
+  int shared = 0;
+  for (std::size_t k = 0; k < residuals.weight.size(); ++k) {
+    const cv::Point at = lookup.pixel(lookup.warped_mm(k));
+    if (residuals.weight[k] <= 0 || !is_read(target, at)) continue;
+    const double a = reference.curvature[k], b = target.curvature(at);
+    cells[index(cell_of(at))].add({1, a * b, a * a, b * b});
+    ++shared;
+  }
+  cv::Mat1b doubtful(rows, columns);
+  std::transform(cells.begin(), cells.end(), doubtful.begin(), [&](const Agreement& cell) {
+    return static_cast<std::uint8_t>(cell.is_telling(noise) && cell.is_below(kDoubtfulCcs));
+  });
+  cv::Mat1i part_of;
+  std::vector<Agreement> parts(index(cv::connectedComponents(doubtful, part_of, 4)));
+  for (int i = 0; i < columns * rows; ++i) parts[index(part_of(i))].add(cells[index(i)]);
+
+  ApartSamples apart;
+  for (int i = 0; i < columns * rows; ++i) {
+    const Agreement& part = parts[index(part_of(i))];
+    if (!doubtful(i) || part.samples <= kLeastApart * shared || !part.is_below(kUnrelatedCcs)) continue;
+    apart.cells.push_back({i % columns, i / columns});
+    apart.share += static_cast<double>(cells[index(i)].samples) / shared;
+    doubtful(i) = 2;
+  }
+  if (apart.cells.empty()) return apart;
+  apart.is_apart.resize(residuals.weight.size());
+  for (std::size_t k = 0; k < residuals.weight.size(); ++k)
+    apart.is_apart[k] = doubtful(cell_of(lookup.pixel(lookup.warped_mm(k)))) == 2;
+  return apart;
+}
+
+}  // namespace registration::detail
+
+Surface without_cells(Surface surface, const std::vector<PictureCell>& cells) {
+  const cv::Rect picture({}, surface.contact.size());
+  surface.contact = surface.contact.clone();
+  surface.confidence = surface.confidence.clone();
+  surface.curvature = surface.curvature.clone();
+  for (const PictureCell& cell : cells) {
+    const cv::Rect square = cv::Rect(cell.column * kCellPx, cell.row * kCellPx, kCellPx, kCellPx) & picture;
+    surface.contact(square) = 0;
+    surface.curvature(square) = 0;
+    if (!surface.confidence.empty()) surface.confidence(square) = 0;
+  }
+  surface.contact_pixels = cv::countNonZero(surface.contact);
+  return surface;
+}
+
+}  // namespace gelslam
