@@ -111,7 +111,7 @@ install -Dm644 "$root/packaging/gelslam.desktop" "$tree/usr/share/applications/g
 install -Dm644 "$root/packaging/gelslam.svg" "$tree/usr/share/icons/hicolor/scalable/apps/gelslam.svg"
 # README, pages and examples, beside each other as in the repository, so that their links hold.
 doc=$tree/usr/share/doc/gelslam
-(cd "$root" && find README.md CHANGELOG.md CONTRIBUTING.md CITATION.cff docs examples configs -type f -not -name '*.pyc' \
+(cd "$root" && find README.md CHANGELOG.md CONTRIBUTING.md SECURITY.md CITATION.cff docs examples configs -type f -not -name '*.pyc' \
   -exec install -Dm644 {} "$doc/{}" \;)
 mkdir -p "$tree/usr/share/man/man1"
 manual_page "$build/bin/gelslam" | gzip -9n >"$tree/usr/share/man/man1/gelslam.1.gz"

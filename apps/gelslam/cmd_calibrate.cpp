@@ -22,7 +22,7 @@ PressSet read_presses(PressOptions& options, const ModelFile& model) {
   if (!options.config.empty()) options.pitch_mm = config.surface.pixel_pitch_mm;
   PressSet set = read_press_set(options.folder);
   if (model.model.optics) set.optics = model.model.optics;
-  prepare(set, {options.pitch_mm, config.sensor.device_name, config.surface.optics},
+  prepare(set, config.surface.optics, options.pitch_mm, config.sensor.device_name,
           [](const std::string& doubt) { std::cerr << "note: " << doubt << "\n"; });
   return set;
 }

@@ -4,6 +4,9 @@ import shutil
 
 
 def find_program():
-    """The program of this wheel; of a module that has none, the one on the path. None: there is none."""
-    bundled = pathlib.Path(__file__).with_name("bin") / "gelslam"
-    return str(bundled) if bundled.exists() else shutil.which("gelslam")
+    """The program of this wheel or build folder; else the one on the path. None: there is none."""
+    here = pathlib.Path(__file__).parent
+    for bundled in (here / "bin/gelslam", here.parent.parent / "bin/gelslam"):
+        if bundled.exists():
+            return str(bundled)
+    return shutil.which("gelslam")

@@ -34,7 +34,7 @@ PythonCalibration calibrate_presses(const fs::path& presses, const fs::path& out
   PythonCalibration result;
   const auto leave_out = [&](const std::string& press) { result.left_out.push_back(press); };
   PressSet set = read_press_set(presses);
-  prepare(set, {pitch_mm, config.sensor.device_name, config.surface.optics}, [](const std::string& doubt) {
+  prepare(set, config.surface.optics, pitch_mm, config.sensor.device_name, [](const std::string& doubt) {
     const py::gil_scoped_acquire gil;
     warn(doubt);
   });

@@ -82,6 +82,7 @@ class Ros:
     def __init__(self, **parameters):
         self.parameters, self.published, self.said, self.latched, self.ok = parameters, [], [], set(), True
         self.spun = lambda: None  # called in every spin_once()
+        self.read = {"gelslam/surface", "gelslam/image/compressed"}  # topics that somebody subscribes to
 
     def sent(self, topic):
         return [message for to, message in self.published if to == topic]
@@ -97,6 +98,9 @@ class Ros:
         class Publisher:
             def __init__(self, kind, topic):
                 self.kind, self.topic = kind, topic
+
+            def get_subscription_count(self):
+                return int(self.topic in ros.read)
 
             def publish(self, message):
                 assert isinstance(message, self.kind)

@@ -5,6 +5,7 @@ import json
 import os
 import pathlib
 import pickle
+import shutil
 import signal
 import sqlite3
 import subprocess
@@ -16,6 +17,7 @@ import unittest
 import unittest.mock
 
 import gelslam
+import matplotlib.pyplot as plt
 import numpy as np
 
 import simulated
@@ -100,7 +102,7 @@ class Module(unittest.TestCase):
         self.assertTrue((sigma[~is_anchor, 3:] > 3e-4).all() and (sigma[~is_anchor, 3:] < 0.3).all(), "then radians")
 
     def test_runs_are_evaluated_and_exported_as_by_the_program(self):
-        with unittest.mock.patch.dict("os.environ", PATH=f"{pathlib.Path(simulated.PROGRAM).parent}:{os.environ['PATH']}"):
+        with unittest.mock.patch("gelslam._find_program", lambda: simulated.PROGRAM):
             told = subprocess.run([simulated.PROGRAM, "evaluate", self.folder / "program", "--truth", simulated.SCAN, "--json"],
                                   check=True, capture_output=True, text=True).stdout
             self.assertEqual(self.run_.evaluate(simulated.SCAN), json.loads(told))
@@ -111,8 +113,24 @@ class Module(unittest.TestCase):
             self.assertEqual((self.folder / "coarse.ply").read_bytes(), (self.folder / "coarse_program.ply").read_bytes())
             with self.assertRaisesRegex(gelslam.Error, r"has to end in \.ply"):
                 self.run_.export(self.folder / "mesh.doc")
-        with unittest.mock.patch.dict("os.environ", PATH=""), self.assertRaisesRegex(gelslam.Error, "not installed"):
+        with unittest.mock.patch("gelslam._find_program", lambda: None), self.assertRaisesRegex(gelslam.Error, "not installed"):
             self.run_.evaluate(simulated.SCAN)
+
+    def test_calibrates_as_the_program_does(self):
+        presses, config = self.folder / "presses", self.folder / "near.yaml"
+        shutil.copytree(simulated.FOLDER / "presses", presses)
+        (presses / "optics.yaml").unlink()  # the configuration's count
+        config.write_text("device_config:\n  ppmm: 0.064\n  optics:\n    lens_k1: 0.02\n    camera_distance_mm: 30\n")
+        subprocess.run([simulated.PROGRAM, "calibrate", "train", presses, "-o", self.folder / "program.json", "--automatic", "--steps",
+                        "200", "--config", config, "-q"], capture_output=True)
+        gelslam.calibrate(presses, self.folder / "module.json", config=config, steps=200)
+        made = (self.folder / "module.json").read_text()
+        self.assertEqual(made, (self.folder / "program.json").read_text())
+        self.assertEqual(json.loads(made)["optics"]["camera_distance_mm"], 30)
+        background = plt.imread(presses / "background.png")
+        plt.imsave(presses / "background.png", np.ascontiguousarray(background[..., 2::-1]))
+        with self.assertRaisesRegex(gelslam.Error, "red and blue"):
+            gelslam.calibrate(presses, self.folder / "swapped.json", steps=200)
 
     def test_surfaces_of_other_software(self):
         """A sphere of 4 mm pressed in by 0.8 mm, from its normals and from its heights; a motion that is known."""

@@ -1,19 +1,21 @@
 """Rigid motions as 16 numbers, row by row."""
 import math
 
+import numpy as np
+
 IDENTITY = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
 
 
+def matrix(a):
+    return np.reshape(a, (4, 4))
+
+
 def multiply(a, b):
-    return [sum(a[4 * r + k] * b[4 * k + c] for k in range(4))
-            for r in range(4) for c in range(4)]
+    return (matrix(a) @ matrix(b)).ravel().tolist()
 
 
 def inverse(a):
-    rotation = [a[4 * c + r] for r in range(3) for c in range(3)]
-    shift = [-sum(rotation[3 * r + k] * a[4 * k + 3] for k in range(3)) for r in range(3)]
-    return [*rotation[0:3], shift[0], *rotation[3:6], shift[1], *rotation[6:9], shift[2],
-            0.0, 0.0, 0.0, 1.0]
+    return np.linalg.inv(matrix(a)).ravel().tolist()
 
 
 def quaternion(a):
@@ -34,17 +36,5 @@ def quaternion(a):
 
 def fixed_axes(covariance, pose):
     """Turn a 6x6 covariance along the sensor's axes (the stream's) to the header's (ROS's)."""
-    def turn(block):  # R block R^T
-        r = [pose[0:3], pose[4:7], pose[8:11]]
-        half = [[sum(r[i][k] * block[k][j] for k in range(3)) for j in range(3)]
-                for i in range(3)]
-        return [[sum(half[i][k] * r[j][k] for k in range(3)) for j in range(3)]
-                for i in range(3)]
-
-    result = [0.0] * 36
-    for top in (0, 3):
-        for left in (0, 3):
-            block = [[covariance[6 * (top + i) + left + j] for j in range(3)] for i in range(3)]
-            for i, row in enumerate(turn(block)):
-                result[6 * (top + i) + left:6 * (top + i) + left + 3] = row
-    return result
+    turn = np.kron(np.eye(2), matrix(pose)[:3, :3])  # of the shift, and of the rotation
+    return (turn @ np.reshape(covariance, (6, 6)) @ turn.T).ravel().tolist()

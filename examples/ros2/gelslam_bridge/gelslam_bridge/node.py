@@ -50,13 +50,22 @@ class GelslamBridge(Node):
 
     def follow(self):
         """Publish one stream."""
-        bridge = Bridge(self.frames)
-        for line in lines(self.target, rclpy.ok):
-            if line is None:
-                rclpy.spin_once(self, timeout_sec=0.0)  # answers questions for parameters
-                continue
-            for item in bridge.handle(line):
-                self.publish[type(item)](item)
+        self.bridge, self.surface_waits, images = Bridge(self.frames), False, None
+        while images != self._wants_images():  # somebody came, or the last has gone
+            images = self._wants_images()
+
+            def goes_on():
+                return rclpy.ok() and images == self._wants_images()
+            for line in lines(self.target, goes_on, images):
+                if line is None:
+                    rclpy.spin_once(self, timeout_sec=0.0)  # answers questions for parameters
+                    self._publish_surface()
+                    continue
+                for item in self.bridge.handle(line):
+                    self.publish[type(item)](item)
+
+    def _wants_images(self):
+        return self.images.get_subscription_count() > 0
 
     def _pose(self, item):
         message = PoseWithCovarianceStamped()
@@ -74,9 +83,16 @@ class GelslamBridge(Node):
         self.transforms.sendTransform(message)
 
     def _surface(self, item):
+        self.surface_waits = True
+
+    def _publish_surface(self):
+        """Publish the newest surface, once somebody reads it."""
+        if not self.surface_waits or self.surfaces.get_subscription_count() == 0:
+            return
+        self.surface_waits = False
         fields = [PointField(name=name, offset=4 * k, datatype=PointField.FLOAT32, count=1)
                   for k, name in enumerate('xyz')]
-        data = array.array('B', item.points.tobytes())
+        data = array.array('B', self.bridge.surface().tobytes())
         message = PointCloud2(height=1, width=len(data) // 12, fields=fields, point_step=12,
                               row_step=len(data), is_bigendian=sys.byteorder == 'big',
                               is_dense=True, data=data)

@@ -11,7 +11,8 @@ import threading
 import time
 from urllib.parse import urlsplit
 
-from gelslam_bridge.motion import fixed_axes, IDENTITY, inverse, multiply
+from gelslam_bridge.motion import fixed_axes, IDENTITY, inverse, matrix, multiply
+import numpy as np
 
 WAIT_S = 0.2  # until somebody may ask for the end
 MOST_WAITING = 16  # lines; what is too much waits in gelslam, which says what it drops
@@ -45,9 +46,7 @@ class TransformItem:
 
 @dataclass
 class SurfaceItem:
-    """Points x y z as float32 in the map frame."""
-
-    points: array.array
+    """The surface has changed: Bridge.surface()."""
 
 
 @dataclass
@@ -62,12 +61,6 @@ class Warn:
     text: str
 
 
-def stamp_s(message):
-    """Return the capture time: Unix time, or seconds since the first frame if that is unknown."""
-    unix_s = message['time_unix_s']
-    return message['time_s'] if unix_s is None else unix_s
-
-
 class Bridge:
     """
     Follow one stream.
@@ -79,6 +72,7 @@ class Bridge:
     def __init__(self, frames=None):
         self.frames = frames or Frames()
         self.dropped = False
+        self.start_s = None  # Unix time of the first frame, where the log does not know it
         self._start(None)
 
     def _start(self, scan):
@@ -95,14 +89,14 @@ class Bridge:
             yield from self._frame(message)
         elif kind == 'image':
             jpeg = array.array('B', base64.b64decode(message['jpeg']))
-            yield ImageItem(stamp_s(message), self.frames.sensor, jpeg)
+            yield ImageItem(self._stamp_s(message), self.frames.sensor, jpeg)
         elif kind == 'keyframe':
-            self.points[message['keyframe']] = message['points']
+            self.points[message['keyframe']] = np.reshape(message['points'], (-1, 3))
         elif kind == 'map':
             self.map = message
             if message['shown_component'] >= 0:
                 self.home = message['shown_component']
-            yield self._surface()
+            yield SurfaceItem()
         elif kind == 'dropped' and not self.dropped:
             self.dropped = True
             yield Warn('too slow: some lines of the stream were dropped')
@@ -117,7 +111,7 @@ class Bridge:
             yield from self._place(frame, pose)
         self.map_T_sensor = multiply(self.map_T_trial, pose)
         covariance = fixed_axes(frame['covariance'], pose)
-        stamp = stamp_s(frame)
+        stamp = self._stamp_s(frame)
         yield PoseItem(stamp, header, pose, covariance)
         yield self._transform(stamp, self.frames.map, self.frames.trial, self.map_T_trial)
         yield self._transform(stamp, self.frames.trial, self.frames.sensor, pose)
@@ -141,15 +135,23 @@ class Bridge:
             return TransformItem(stamp, child, parent, inverse(pose))
         return TransformItem(stamp, parent, child, pose)
 
-    def _surface(self):
-        cloud = array.array('f')
+    def _stamp_s(self, message):
+        """Return the Unix time of the capture; if that is unknown, as if the log began now."""
+        if message['time_unix_s'] is not None:
+            return message['time_unix_s']
+        if self.start_s is None:
+            self.start_s = time.time() - message['time_s']
+        return self.start_s + message['time_s']
+
+    def surface(self):
+        """Return points x y z of the shown component, N x 3 float32, in the map frame."""
+        parts = [np.empty((0, 3))]
         for keyframe in self.map['keyframes']:
-            if keyframe['component'] != self.map['shown_component']:
-                continue
-            p = keyframe['pose']
-            for x, y, z in self.points.get(keyframe['keyframe'], ()):
-                cloud.extend(p[r] * x + p[r + 1] * y + p[r + 2] * z + p[r + 3] for r in (0, 4, 8))
-        return SurfaceItem(cloud)
+            points = self.points.get(keyframe['keyframe'])
+            if keyframe['component'] == self.map['shown_component'] and points is not None:
+                place = matrix(keyframe['pose'])
+                parts.append(points @ place[:3, :3].T + place[:3, 3])
+        return np.concatenate(parts).astype(np.float32)
 
 
 def check_target(target):
@@ -163,10 +165,10 @@ def check_target(target):
     raise ValueError("target '%s': give the address that gelslam --serve prints" % target)
 
 
-def _open(url):
+def _open(url, images):
     connection = http.client.HTTPConnection(url.hostname, url.port, timeout=5 * WAIT_S)
     try:
-        connection.request('GET', '/poses?surface=1&images=1&' + url.query)
+        connection.request('GET', '/poses?surface=1&images=%d&%s' % (images, url.query))
         connected = connection.sock
         reply = connection.getresponse()
         if reply.status != http.client.OK:
@@ -187,16 +189,17 @@ def _read(reply, arrived):
     arrived.put(None)
 
 
-def lines(target, goes_on):
+def lines(target, goes_on, images=True):
     """
     Yield the lines of one stream until it ends or goes_on() is false.
 
     Waits for the scan to start. Yields None between what arrives, and at least every WAIT_S.
+    `images`: also the sensor's pictures.
     """
     url = check_target(target)
     while goes_on():
         try:
-            connected, reply = _open(url)
+            connected, reply = _open(url, images)
             break
         except (OSError, http.client.HTTPException):
             yield None

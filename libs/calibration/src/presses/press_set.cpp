@@ -173,14 +173,13 @@ void fill_markers(PressSet& set) {
   set.background = filler.background();
 }
 
-void prepare(PressSet& set, const PressSensor& sensor,
+void prepare(PressSet& set, const SensorOptics& optics, double pixel_pitch_mm, const std::string& device_name,
              const std::function<void(const std::string&)>& say_doubt) {
-  if (!set.optics) set.optics = sensor.optics;
+  if (!set.optics) set.optics = optics;
   const std::string problem =
-      why_impossible(*set.optics, set.background.cols, set.background.rows, sensor.pixel_pitch_mm);
+      why_impossible(*set.optics, set.background.cols, set.background.rows, pixel_pitch_mm);
   if (!problem.empty()) throw Error(quoted(set.folder) + ": the sensor's optics: " + problem);
-  require_readable_background(set.background, sensor.device_name, quoted(set.folder / "background.png"),
-                              say_doubt);
+  require_readable_background(set.background, device_name, quoted(set.folder / "background.png"), say_doubt);
   fill_markers(set);
 }
 

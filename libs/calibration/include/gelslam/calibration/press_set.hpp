@@ -67,16 +67,9 @@ PressSet read_press_set(const std::filesystem::path& folder);
 /// notes in `covered` where they were.
 void fill_markers(PressSet& set);
 
-/// The sensor that presses are of, by its configuration.
-struct PressSensor {
-  double pixel_pitch_mm = 0.0634;
-  std::string device_name = "GelSight Mini";
-  SensorOptics optics{};  ///< where the set has none of its own
-};
-
-/// Readies a set for labels and training: optics, markers. Throws Error for optics that no sensor has, and
-/// like require_readable_background(); doubts go to `say_doubt`.
-void prepare(PressSet& set, const PressSensor& sensor,
+/// Readies a set for labels and training: markers, and `optics` where it has none. Throws Error for optics
+/// that no sensor has, and like require_readable_background(); doubts go to `say_doubt`.
+void prepare(PressSet& set, const SensorOptics& optics, double pixel_pitch_mm, const std::string& device_name,
              const std::function<void(const std::string&)>& say_doubt);
 
 /// label.npz: `center` (u, v) and `radius` in pixels, numbers of any kind. Throws Error when damaged.
