@@ -31,7 +31,7 @@ def _on_folder(run, command, *words):
     if done.returncode > 1:
         raise _core.Error(words)
     if words:
-        _warnings.warn(words, stacklevel=4)
+        _warnings.warn(words, stacklevel=3)
     return done.stdout
 
 

@@ -159,6 +159,15 @@ TEST_F(DamagedStore, NumbersThatNoScanHasAreRefused) {
   }
 }
 
+TEST_F(DamagedStore, MoreFramesThanADayHasAreRefused) {
+  sql(file,
+      "WITH RECURSIVE n(i) AS (VALUES(1000) UNION ALL SELECT i+1 FROM n WHERE i < 2600000) "
+      "INSERT INTO frames(frame, time_s, status, observable) SELECT i, i/25.0, 'no_contact', 63 FROM n");
+  for (const auto& read : {std::function<void()>([&] { load_session(folder.path()); }),
+                           std::function<void()>([&] { read_scan(folder.path(), {}); })})
+    EXPECT_THAT(refusal(read), HasSubstr("session.db: holds more frames than a day of scanning makes"));
+}
+
 /// A kill may come before a keyframe of which frames or loops are written, and after it was taken back.
 TEST_F(DamagedStore, WhatLeadsToNoKeyframeIsLeftOut) {
   sql(file,

@@ -96,8 +96,8 @@ TEST(GrowingRun, ASessionThatCannotBeWrittenAgainStays) {
   map.parts = {ScanPart{}};
   for (int i = 4; i < 200; ++i) map.frames.push_back({.frame = i, .time_s = 0.04 * i});
   write_run(folder.path(), {Config{}, map, {}, {}});
-  const auto run = resume(folder.path());
   const std::string session = read_bytes(folder / "session.db");
+  const auto run = resume(folder.path());
   map.frames.push_back({.frame = 200, .time_s = 8});
   std::string message;
   {

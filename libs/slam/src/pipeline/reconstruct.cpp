@@ -45,10 +45,15 @@ bool track_log(SurfaceStream& stream, GelSlam& slam, const ScanRecord& so_far, S
   return stopped;
 }
 
-std::vector<std::string> warnings_of(const SurfaceStream& stream) {
-  std::vector<std::string> warnings = stream.background_doubts();
-  if (std::string warning = stream.warning(); !warning.empty()) warnings.push_back(std::move(warning));
-  return warnings;
+/// What the stream knows of its log.
+RunReport report_of(const SurfaceStream& stream, const std::filesystem::path& log) {
+  RunReport report;
+  report.log = std::filesystem::absolute(log).lexically_normal().string();
+  report.log_description = stream.description();
+  report.warnings = stream.background_doubts();
+  if (std::string warning = stream.warning(); !warning.empty()) report.warnings.push_back(std::move(warning));
+  report.frames.left_out = stream.left_out();
+  return report;
 }
 
 }  // namespace
@@ -83,12 +88,8 @@ Run reconstruct(const ReconstructRequest& request, ProgressSink& progress,
     // Stopped while tracking: what was seen is refined all the same. Stopped now: the rest is left out.
     map = slam.finish(/*refine=*/true, &progress, [&] { return !stopped && stop_requested(); });
   }
-  RunReport report;
-  report.log = std::filesystem::absolute(log).lexically_normal().string();
-  report.log_description = stream.description();
+  RunReport report = report_of(stream, log);
   report.partial = stopped || stop_requested();
-  report.warnings = warnings_of(stream);
-  report.frames.left_out = stream.left_out();
   Run run = finish_scan(config, std::move(map), std::move(report), timer, start, &progress);
   if (is_kept) folder->save(run, session_doubt.get().empty());
   return run;

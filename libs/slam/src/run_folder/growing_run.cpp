@@ -24,8 +24,13 @@ RunFolderOptions options_for(const NewRun& wanted) {
 
 void GrowingRun::check(const NewRun& wanted) { check_run_folder(wanted.folder, options_for(wanted)); }
 
-GrowingRun::GrowingRun(fs::path folder, fs::path log, ScanPart part, std::shared_ptr<const FolderLock> lock)
-    : folder_(std::move(folder)), log_(std::move(log)), part_(std::move(part)), lock_(std::move(lock)) {}
+GrowingRun::GrowingRun(fs::path folder, fs::path log, ScanPart part, bool continues,
+                       std::shared_ptr<const FolderLock> lock)
+    : folder_(std::move(folder)),
+      log_(std::move(log)),
+      part_(std::move(part)),
+      continues_(continues),
+      lock_(std::move(lock)) {}
 
 std::shared_ptr<GrowingRun> GrowingRun::begin(const NewRun& wanted, const Config& config,
                                               std::int64_t first_frame) {
@@ -33,19 +38,15 @@ std::shared_ptr<GrowingRun> GrowingRun::begin(const NewRun& wanted, const Config
   const fs::path path = run.final_path(), log = path / "log.mkv";
   ScanPart part = part_of(config, wanted.records ? log : wanted.input);
   part.first_frame = first_frame;
-  if (wanted.continued_run.empty()) {
-    begin_store(run.path(), part);
-  } else {
-    copy_store(wanted.continued_run, run.path());
-    Store(run.path()).add(part);
-  }
+  const bool continues = !wanted.continued_run.empty();
+  continues ? copy_store(wanted.continued_run, run.path()) : begin_store(run.path(), part);
   write_file_atomically(run.path() / "config.yaml", write_config(config));
   RunReport nothing_saved;
   nothing_saved.partial = true;
   nothing_saved.saved = false;
   write_file_atomically(run.path() / "report.json", report_json(nothing_saved));
   auto lock = std::make_shared<const FolderLock>(run.commit());
-  return std::shared_ptr<GrowingRun>(new GrowingRun(path, log, std::move(part), std::move(lock)));
+  return std::shared_ptr<GrowingRun>(new GrowingRun(path, log, std::move(part), continues, std::move(lock)));
 }
 
 std::shared_ptr<GrowingRun> GrowingRun::resume(const fs::path& folder, const ContinuedScan& scan,
@@ -59,14 +60,14 @@ std::shared_ptr<GrowingRun> GrowingRun::resume(const fs::path& folder, const Con
   for (int part = 2; fs::exists(log, code); ++part) log = path / ("log-" + std::to_string(part) + ".mkv");
   ScanPart part = part_of(config, records ? log : input);
   part.first_frame = scan.record.next_frame();
-  Store(path).add(part);
-  return std::shared_ptr<GrowingRun>(new GrowingRun(path, log, std::move(part), scan.lock));
+  return std::shared_ptr<GrowingRun>(new GrowingRun(path, log, std::move(part), true, scan.lock));
 }
 
 std::string GrowingRun::write_session(SessionQueue& measured) const {
   const QueueCloser end{measured};
   try {
     Store store(folder_);
+    if (continues_) store.add(part_);
     while (const auto work = measured.pop()) (*work)(store);
     store.flush();
     return "";

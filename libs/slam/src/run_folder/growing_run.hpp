@@ -49,11 +49,12 @@ class GrowingRun {
   void save(const Run& run, bool session_is_whole) const;
 
  private:
-  GrowingRun(std::filesystem::path folder, std::filesystem::path log, ScanPart part,
+  GrowingRun(std::filesystem::path folder, std::filesystem::path log, ScanPart part, bool continues,
              std::shared_ptr<const FolderLock> lock);
 
   const std::filesystem::path folder_, log_;
   const ScanPart part_;
+  const bool continues_;  // the session does not have part_ yet
   const std::shared_ptr<const FolderLock> lock_;
 };
 

@@ -25,6 +25,7 @@ using Access = Database::Access;
 // lists by these numbers rely on it.
 constexpr int kMaxKeyframeId = 1'000'000;
 constexpr int kMaxTrial = 1'000'000;
+constexpr std::int64_t kMaxFrames = 24 * 3600 * 30;  // a day's: 0.5 GB
 constexpr std::int64_t kMaxFrame = 1'000'000'000'000;
 constexpr double kMaxDistanceMm = 1e6;    // as in trajectories
 constexpr double kMaxInformation = 1e12;  // sigmas of a millionth of a radian and of a millimeter
@@ -159,6 +160,10 @@ void read_edges(Database& database, ScanRecord& record) {
 }
 
 void read_frames(Database& database, ScanRecord& record) {
+  Statement count(database, "SELECT count(*) FROM frames");
+  const std::int64_t frames = count.next() ? count.integer(0, 0, std::int64_t{INT64_MAX}) : 0;
+  if (frames > kMaxFrames) count.fail("holds more frames than a day of scanning makes");
+  record.frames.reserve(static_cast<std::size_t>(frames));
   Rows rows(
       database,
       "SELECT frame, time_s, status, trial, keyframe, keyframe_T_frame, observable, unix_us FROM frames "
