@@ -36,7 +36,7 @@ test_packages=(
 )
 python_packages=(python3-dev python3-numpy python3-pybind11 pybind11-dev)
 package_packages=("${python_packages[@]}" dpkg-dev)
-wheel_packages=("${python_packages[@]}" dpkg-dev nasm patchelf python3-wheel)
+wheel_packages=("${python_packages[@]}" dpkg-dev nasm patchelf python3-wheel python3-venv)
 reference_packages=(doxygen)
 check_packages=(clang-format clang-tidy python3-ament-flake8 python3-ament-pep257)
 
