@@ -21,7 +21,7 @@ py::array_t<double> covariance_of(const RegistrationResult& result) {
   PoseGraphEdge edge;
   edge.from_T_to = result.target_T_reference;
   edge.information = result.information;
-  return scaled_array_of(uncertain_motion(edge).covariance, kMetersPerMm);
+  return scaled_array_of(uncertain_motion(edge).from_T_to.covariance, kMetersPerMm);
 }
 
 RegistrationResult register_surfaces(const TouchedSurface& reference, const TouchedSurface& target,

@@ -15,9 +15,8 @@ namespace {
 /// a_T_b to b_T_a.
 UncertainMotion inverse(const UncertainMotion& motion) {
   // (T exp(n))^-1 = T^-1 exp(-Ad(T) n)
-  const Matrix6d to_start = adjoint(motion.from_T_to);
-  return {motion.from_T_to.inverse(), to_start * motion.covariance * to_start.transpose(),
-          -to_start * motion.by_scale, -to_start * motion.by_membrane_bias};
+  const Matrix6d to_start = adjoint(motion.from_T_to.pose);
+  return {motion.from_T_to.inverse(), -to_start * motion.by_scale, -to_start * motion.by_membrane_bias};
 }
 
 Graph chain(int nodes) {
@@ -97,8 +96,9 @@ TEST(MotionCertainty, OfATreeIsWhatTheSolvedGraphKnows) {
     const int parent = id % 7 == 0 ? id / 2 : id - 1;
     tree.join(id % 3 == 0 ? id : parent, id % 3 == 0 ? parent : id, EdgeKind::odometry);
   }
+  std::vector<bool> outlier(tree.edges.size(), false);
   for (const double scale_sigma : {0.0, 0.1}) {
-    const MotionCertainty certainty(tree.edges, scale_sigma);
+    const MotionCertainty certainty(tree.edges, outlier, scale_sigma);
     for (const auto& [from, to] :
          {std::pair(20, 27), std::pair(27, 20), std::pair(5, 29), std::pair(0, 13)}) {
       const Eigen::Matrix3d known = covariances(tree, from, scale_sigma).at(to).bottomRightCorner<3, 3>();
@@ -107,7 +107,10 @@ TEST(MotionCertainty, OfATreeIsWhatTheSolvedGraphKnows) {
       EXPECT_NEAR(certainty.sigma_mm(from, to), sigma_mm, 1e-3 * sigma_mm) << from << ' ' << to;
     }
   }
-  EXPECT_EQ(MotionCertainty(tree.edges, 0.0).sigma_mm(0, 77), std::numeric_limits<double>::infinity());
+  constexpr double kUnknown = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(MotionCertainty(tree.edges, outlier, 0.0).sigma_mm(0, 77), kUnknown);
+  outlier.back() = true;  // it leads to node 29
+  EXPECT_EQ(MotionCertainty(tree.edges, outlier, 0.0).sigma_mm(5, 29), kUnknown);
 }
 
 }  // namespace

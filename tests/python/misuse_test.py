@@ -98,7 +98,7 @@ class Misuse(unittest.TestCase):
         holes[3, 4] = np.nan
         self.refused(gelslam.Error, "not finite", of_height, holes, contact, 0.1)
         self.refused(gelslam.Error, "negative heights", of_height, flat[..., 2], np.ones((60, 80), bool), 0.1)
-        self.refused(TypeError, "from_height(str, ndarray, float)", of_height, "deep", contact, 0.1)
+        self.refused(TypeError, "from_height(): incompatible", of_height, "deep", contact, 0.1)
         self.refused(gelslam.Error, "no model", gelslam.Slam(gelslam.Sensor.of_surfaces(320, 240, 0.0634)).process,
                      self.images[20], 1.0)
 

@@ -117,5 +117,29 @@ TEST(Information, ObservabilityIsAboutTheAxesOfTheSensorAsItLiesNow) {
       << describe_observability(result.observable);
 }
 
+/// A round bump shows where it slides, but not whether it turns about itself. Far from the middle of the
+/// sensor, that turn is a lever for the place of the sensor, not for that of the bump.
+TEST(Information, ObservabilityIsAboutWhereTheContactIs) {
+  for (const Eigen::Vector2d& center_mm :
+       {Eigen::Vector2d(0, 0), Eigen::Vector2d(6, 4), Eigen::Vector2d(-7, 3)}) {
+    const Field bump = [center_mm](const Eigen::Vector3d& p) {
+      constexpr double kHeightMm = -0.3, kWidthMm = 0.8;
+      const Eigen::Vector2d from = (p.head<2>() - center_mm) / kWidthMm;
+      const double height = kHeightMm * std::exp(-0.5 * from.squaredNorm());
+      return std::pair{p.z() - height,
+                       Eigen::Vector3d(height / kWidthMm * from.x(), height / kWidthMm * from.y(), 1)};
+    };
+    View view;
+    view.contact_width_px = view.contact_height_px = 35;
+    view.contact_center_px = center_mm / view.pixel_pitch_mm;
+    const SurfacePtr surface = touch(bump, kAbove, view);
+    const RegistrationResult result =
+        register_normal_flow(NormalFlowReference(surface, {}), *surface, Pose::Identity(), {});
+    ASSERT_TRUE(result.ok()) << center_mm.transpose();
+    EXPECT_FALSE(result.observable[5]) << center_mm.transpose();
+    EXPECT_TRUE(result.observable[0] && result.observable[1]) << center_mm.transpose();
+  }
+}
+
 }  // namespace
 }  // namespace gelslam

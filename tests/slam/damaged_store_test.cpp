@@ -116,7 +116,7 @@ TEST_F(DamagedStore, NumbersThatNoScanHasAreRefused) {
            "UPDATE frames SET keyframe_T_frame=NULL WHERE frame=59",
            "UPDATE frames SET keyframe_T_frame=x'00' WHERE frame=59",
            "UPDATE frames SET keyframe_T_frame=CAST(zeroblob(96) || x'AE65F4BA' AS BLOB) WHERE frame=59",
-           "UPDATE frames SET observable=64",
+           "UPDATE frames SET observable=128",
            "DELETE FROM frames WHERE frame=15",
            "UPDATE keyframes SET id=1000001 WHERE id=2",
            "UPDATE keyframes SET id=-1 WHERE id=0",

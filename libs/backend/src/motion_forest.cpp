@@ -8,8 +8,9 @@
 namespace gelslam::backend::detail {
 
 double mismatch(const UncertainMotion& a, const UncertainMotion& b, double gradient_scale_sigma) {
-  const Vector6d error = se3_log(a.from_T_to.inverse() * b.from_T_to);
-  const UncertainMotion difference{Pose::Identity(), a.covariance + b.covariance, b.by_scale - a.by_scale};
+  const Vector6d error = se3_log(a.from_T_to.pose.inverse() * b.from_T_to.pose);
+  const UncertainMotion difference{{Pose::Identity(), a.from_T_to.covariance + b.from_T_to.covariance},
+                                   b.by_scale - a.by_scale};
   const Matrix6d covariance = difference.total_covariance(gradient_scale_sigma);
   return std::sqrt(std::max(error.dot(covariance.ldlt().solve(error)), 0.0));  // NaN stays NaN
 }
@@ -42,7 +43,7 @@ MotionForest::MotionForest(int nodes, const std::vector<Edge>& edges)
 void MotionForest::attach(int child, int parent, const Edge& edge) {
   const Node& above = at(parent);
   const bool forward = edge.to == child;
-  const Pose& measured = edge.motion->from_T_to;
+  const Pose& measured = edge.motion->from_T_to.pose;
   Node& node = nodes_[static_cast<std::size_t>(child)];
   node.tree = above.tree;
   node.parent = parent;
@@ -52,7 +53,7 @@ void MotionForest::attach(int child, int parent, const Edge& edge) {
   node.jump = above.depth - jump.depth == jump.depth - at(jump.jump).depth ? jump.jump : parent;
   node.root_T_node = normalized(above.root_T_node * (forward ? measured : Pose(measured.inverse())));
   const Matrix6d to_root = adjoint(forward ? node.root_T_node : above.root_T_node);
-  node.covariance = above.covariance + to_root * edge.motion->covariance * to_root.transpose();
+  node.covariance = above.covariance + to_root * edge.motion->from_T_to.covariance * to_root.transpose();
   node.by_scale = above.by_scale + (forward ? 1.0 : -1.0) * to_root * edge.motion->by_scale;
 }
 
@@ -70,8 +71,8 @@ int MotionForest::common_ancestor(int a, int b) const {
 UncertainMotion MotionForest::path(int from, int to) const {
   const Node &a = at(from), &b = at(to), &top = at(common_ancestor(from, to));
   const Matrix6d to_end = adjoint(b.root_T_node.inverse());
-  return {a.root_T_node.inverse() * b.root_T_node,
-          to_end * (a.covariance + b.covariance - 2 * top.covariance) * to_end.transpose(),
+  return {{a.root_T_node.inverse() * b.root_T_node,
+           to_end * (a.covariance + b.covariance - 2 * top.covariance) * to_end.transpose()},
           to_end * (b.by_scale - a.by_scale)};
 }
 

@@ -84,11 +84,12 @@ PoseGraphSolution solve_with_gradient_scale(const std::map<int, Pose>& initial,
 
 Matrix6d UncertainMotion::total_covariance(double gradient_scale_sigma) const {
   const MotionByScale sigma = by_scale * scale_sigmas(gradient_scale_sigma).asDiagonal();
-  return covariance + sigma * sigma.transpose() + by_membrane_bias * by_membrane_bias.transpose();
+  return from_T_to.covariance + sigma * sigma.transpose() + by_membrane_bias * by_membrane_bias.transpose();
 }
 
 UncertainMotion uncertain_motion(const PoseGraphEdge& edge) {
-  return {edge.from_T_to, with_overlap_prior(edge.information).inverse(), motion_by_gradient_scale(edge),
+  return {{edge.from_T_to, with_overlap_prior(edge.information).inverse()},
+          motion_by_gradient_scale(edge),
           Vector6d::Zero()};
 }
 
@@ -99,7 +100,7 @@ double worst_sigma(const Eigen::Matrix3d& covariance) {
 
 bool tells_place(const PoseGraphEdge& edge) {
   constexpr double kMaxSigmaMm = 2.5, kMaxSigmaRad = 0.17;
-  const Matrix6d covariance = uncertain_motion(edge).covariance;
+  const Matrix6d covariance = uncertain_motion(edge).from_T_to.covariance;
   Eigen::Matrix<double, 3, 6> at_center;
   at_center << -skew(edge.shared_center_mm), Eigen::Matrix3d::Identity();
   return worst_sigma(at_center * covariance * at_center.transpose()) <= kMaxSigmaMm &&
@@ -107,9 +108,9 @@ bool tells_place(const PoseGraphEdge& edge) {
 }
 
 UncertainMotion compose(const UncertainMotion& a, const UncertainMotion& b) {
-  const Matrix6d to_end = adjoint(b.from_T_to.inverse());
-  return {a.from_T_to * b.from_T_to, to_end * a.covariance * to_end.transpose() + b.covariance,
-          to_end * a.by_scale + b.by_scale, to_end * a.by_membrane_bias + b.by_membrane_bias};
+  const Matrix6d to_end = adjoint(b.from_T_to.pose.inverse());
+  return {compose(a.from_T_to, b.from_T_to), to_end * a.by_scale + b.by_scale,
+          to_end * a.by_membrane_bias + b.by_membrane_bias};
 }
 
 struct MotionCertainty::Impl {
@@ -118,7 +119,8 @@ struct MotionCertainty::Impl {
   double gradient_scale_sigma;
 };
 
-MotionCertainty::MotionCertainty(const std::vector<PoseGraphEdge>& edges, double gradient_scale_sigma) {
+MotionCertainty::MotionCertainty(const std::vector<PoseGraphEdge>& edges, const std::vector<bool>& outlier,
+                                 double gradient_scale_sigma) {
   std::map<int, int> node_of;
   std::vector<UncertainMotion> motions;
   std::vector<MotionForest::Edge> links;
@@ -126,9 +128,10 @@ MotionCertainty::MotionCertainty(const std::vector<PoseGraphEdge>& edges, double
   const auto number = [&](int id) {
     return node_of.try_emplace(id, static_cast<int>(node_of.size())).first->second;
   };
-  for (const PoseGraphEdge& edge : edges) {
-    motions.push_back(uncertain_motion(edge));
-    links.push_back({number(edge.from), number(edge.to), &motions.back()});
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    if (outlier[i]) continue;
+    motions.push_back(uncertain_motion(edges[i]));
+    links.push_back({number(edges[i].from), number(edges[i].to), &motions.back()});
   }
   const int nodes = static_cast<int>(node_of.size());
   impl_.reset(new Impl{std::move(node_of), MotionForest(nodes, links), gradient_scale_sigma});

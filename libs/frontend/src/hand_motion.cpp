@@ -39,10 +39,9 @@ Vector6d sizes_mm2(const Matrix6d& directions, const Eigen::Vector3d& center_mm)
 }  // namespace
 
 PosePrior ExpectedMotion::prior() const {
-  // true = T * exp(noise) <=> true^-1 = T^-1 * exp(Ad(T) * -noise)
-  const Matrix6d to_reference = adjoint(reference_T_frame);
-  return {reference_T_frame.inverse(), to_reference * covariance * to_reference.transpose(),
-          to_reference * step * to_reference.transpose()};
+  const UncertainPose frame_T_reference = reference_T_frame.inverse();
+  const UncertainPose by_step = UncertainPose{reference_T_frame.pose, step}.inverse();
+  return {frame_T_reference.pose, frame_T_reference.covariance, by_step.covariance};
 }
 
 PosePrior ExpectedMotion::prior_at(const RegistrationResult& place) const {
@@ -74,11 +73,11 @@ std::array<ExpectedMotion, 2> HandMotion::expect(const MotionState& before, doub
   unit.topLeftCorner<3, 3>() /= kMmPerRad;
   unit.bottomLeftCorner<3, 3>() = skew(before.center_mm) / kMmPerRad;
   const Matrix6d step = elapsed_s * elapsed_s * variance_ * unit * unit.transpose();
-  const Pose moved = se3_exp(elapsed_s * before.velocity), &stopped = before.reference_T_frame;
-  const Matrix6d turn = adjoint(moved.inverse());
-  return {ExpectedMotion{stopped, stopped * moved, turn * before.covariance * turn.transpose() + step, step,
-                         before.velocity, elapsed_s, elapsed_s * std::sqrt(change_variance_)},
-          ExpectedMotion{stopped, stopped, before.covariance + step, step, before.velocity, elapsed_s,
+  const UncertainPose &here = before.reference_T_frame, moved{se3_exp(elapsed_s * before.velocity), step},
+                      stopped{Pose::Identity(), step};
+  return {ExpectedMotion{here.pose, compose(here, moved), step, before.velocity, elapsed_s,
+                         elapsed_s * std::sqrt(change_variance_)},
+          ExpectedMotion{here.pose, compose(here, stopped), step, before.velocity, elapsed_s,
                          elapsed_s * std::sqrt(variance_)}};
 }
 
@@ -89,16 +88,18 @@ MotionState HandMotion::correct(const ExpectedMotion& expected, const Registrati
   const Vector6d information = information_along(registration.directions, registration.information);
   // Steps have one direction for some time: their errors add up, rather than their variances.
   const Matrix6d drift = 2 * kSteadyS / expected.elapsed_s * expected.step;
-  const Vector6d variance = variance_along(along, expected.covariance + drift);
+  const Vector6d variance = variance_along(along, expected.reference_T_frame.covariance + drift);
 
   // What was known and is not shown now is still known.
   const Vector6d kept = (variance.cwiseInverse() - information).cwiseMax(0.0);
   const Matrix6d both = to_reference.transpose() * registration.information * to_reference +
                         along.transpose() * kept.asDiagonal() * along;
-  MotionState state{frame_T_reference.inverse(), both.inverse(), Vector6d::Zero(),
+  MotionState state{{frame_T_reference.inverse(), both.inverse()},
+                    Vector6d::Zero(),
                     frame_T_reference * registration.shared_center_mm};
-  const Vector6d speed =
-      along * se3_log(expected.reference_T_before.inverse() * state.reference_T_frame) / expected.elapsed_s;
+  const Vector6d speed = along *
+                         se3_log(expected.reference_T_before.inverse() * state.reference_T_frame.pose) /
+                         expected.elapsed_s;
   const Vector6d of_step = gain(variance_along(along, expected.step), information);
   state.velocity = directions * of_step.cwiseProduct(speed);
 

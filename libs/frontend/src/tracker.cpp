@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "gelslam/core/uncertain_pose.hpp"
 #include "gelslam/registration/relocalization.hpp"
 #include "gelslam/surface/contact_overlap.hpp"
 #include "gelslam/surface/surface.hpp"
@@ -22,12 +23,6 @@ constexpr int kContactShrinks = 4;
 
 /// Halfway between what a keyframe has to share and all.
 double room_to_move(double keyframe_min_shared) { return 0.5 * (1 + keyframe_min_shared); }
-
-/// Information of the inverse pose: true = T * exp(noise) <=> true^-1 = T^-1 * exp(Ad(T) * -noise).
-Matrix6d information_of_inverse(const Matrix6d& information, const Pose& pose) {
-  const Matrix6d from = adjoint(pose.inverse());
-  return from.transpose() * information * from;
-}
 
 }  // namespace
 
@@ -123,7 +118,7 @@ Tracker::Attempt Tracker::register_to(const Reference& reference, const Surface&
 bool Tracker::passes_gate(const RegistrationResult& registration, const ExpectedMotion& expected) const {
   const double residual_increase_rad = registration.normal_rmse_rad - previous_.residual_rad;
   return registration.ok() && kGateSigmas * expected.sigma_mm <= kMinPeriodMm &&
-         innovation_mm(registration, expected.reference_T_frame.inverse()) <= kMinPeriodMm &&
+         innovation_mm(registration, expected.reference_T_frame.pose.inverse()) <= kMinPeriodMm &&
          residual_increase_rad <= previous_.surface->slope_noise * normal_flow_.normal_noise_rad &&
          expected.normalized_innovation(registration) <= kGateSigmas;
 }
@@ -141,11 +136,11 @@ Tracker::Attempt Tracker::relocalize_on(const Reference& reference, const Surfac
   if (!options_.relocalize) return attempt;
   // A body that is shaken turns back within a frame.
   const auto& [predicted, stopped] = reference.expected;
-  const bool goes_on = innovation_mm(attempt.registration, predicted.reference_T_frame.inverse()) <=
-                       innovation_mm(attempt.registration, stopped.reference_T_frame.inverse());
+  const bool goes_on = innovation_mm(attempt.registration, predicted.reference_T_frame.pose.inverse()) <=
+                       innovation_mm(attempt.registration, stopped.reference_T_frame.pose.inverse());
   const ExpectedMotion& expected = goes_on ? predicted : stopped;
   const RegistrationResult place =
-      relocalize(*reference.prepared.samples(), surface, expected.reference_T_frame.inverse(),
+      relocalize(*reference.prepared.samples(), surface, expected.reference_T_frame.pose.inverse(),
                  attempt.registration, normal_flow_, verification_);
   if (!place.ok()) return {place, expected};
   // Another method starts from there and decides.
@@ -222,13 +217,13 @@ void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr su
   KeyframeLink link = link_to(keyframe_, registration);
   const Pose keyframe_T_frame = link.previous_T_this;
   const double confirmed = shown_share(coarse_contact_points_mm(*surface), *previous_.surface,
-                                       previous_.state.reference_T_frame.inverse() * keyframe_T_frame);
+                                       previous_.state.reference_T_frame.pose.inverse() * keyframe_T_frame);
   jump_.reset();
   if (attempt.searched) jump_ = Jump{previous_, hand_};
   previous_.state = hand_.correct(attempt.expected, registration);
   // They, and not the rest, may be the object: then the pose is wrong by no one knows how much.
   const Matrix6d apart = registration.apart_share * PosePrior(Pose::Identity()).step;
-  link.information = (previous_.state.covariance + apart).inverse();
+  link.information = (previous_.state.reference_T_frame.covariance + apart).inverse();
   result.registration.information = information_of_inverse(link.information, keyframe_T_frame);
   static_cast<Seen&>(previous_) = {result.frame, result.time_s, surface};
   previous_.link = link;

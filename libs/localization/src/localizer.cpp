@@ -143,8 +143,8 @@ void Localizer::predict(const TrackedFrame& tracked) {
   const Pose step = trial_T_sensor_.inverse() * tracked.trial_T_frame;
   trial_T_sensor_ = tracked.trial_T_frame;
   const Matrix6d turn = adjoint(step.inverse());
-  const Matrix6d noise =
-      uncertain_motion(odometry_edge(link_to(tracked.keyframe, tracked.registration), -1)).covariance;
+  const Matrix6d noise = uncertain_motion(odometry_edge(link_to(tracked.keyframe, tracked.registration), -1))
+                             .from_T_to.covariance;
   for (Hypothesis& h : hypotheses_) {
     h.map_T_sensor = normalized(h.map_T_sensor * step);
     h.covariance = turn * h.covariance * turn.transpose() + noise;

@@ -135,7 +135,7 @@ MapFit SurfaceMap::fit(const NormalFlowReference& touch, const Pose& map_T_senso
   if (!fit.registration.ok()) return fit;
   const KeyframeLink link = link_to(place->keyframe, fit.registration);
   fit.map_T_sensor = normalized(place->map_T_keyframe * link.previous_T_this);
-  fit.covariance = uncertain_motion(odometry_edge(link, -1)).covariance;
+  fit.covariance = uncertain_motion(odometry_edge(link, -1)).from_T_to.covariance;
   return fit;
 }
 

@@ -63,12 +63,14 @@ double normal_rmse_rad(const Residuals& residuals) {
   return weight > 0 ? std::sqrt(sum / weight) : 0.0;
 }
 
-/// A motion is observable when looking has told it to within the given limits, whatever was known before.
-/// `information` is about the reference's axes, the answer about the target's: those are the sensor's as it
-/// lies now.
-std::array<bool, 6> observability(const Matrix6d& information, const Eigen::Matrix3d& target_R_reference,
-                                  bool heights_known) {
-  Matrix6d with_prior = information;
+/// A motion of the shared center is observable when looking has told it to within the given limits, whatever
+/// was known before. `information` is about the reference's axes, the answer about the target's: those are
+/// the sensor's as it lies now.
+std::array<bool, 6> observability(const RegistrationResult& result, bool heights_known) {
+  const Eigen::Matrix3d target_R_reference = result.target_T_reference.linear();
+  Matrix6d origin_from_center = Matrix6d::Identity();
+  origin_from_center.bottomLeftCorner<3, 3>() = skew(result.shared_center_mm);
+  Matrix6d with_prior = origin_from_center.transpose() * result.information * origin_from_center;
   with_prior += PosePrior(Pose::Identity()).step.inverse();
   const Matrix6d covariance = with_prior.inverse();
   const auto known = [&](int axis, int first, double limit) {
@@ -208,7 +210,7 @@ ShownDirections assess(const NormalFlowReference::Impl& reference, const Surface
   result.directions.topLeftCorner<kParameters, kParameters>() = directions.basis;
   result.directions.block<1, kParameters>(5, 0) = x * directions.basis.row(1) - y * directions.basis.row(0);
   result.membrane_bias = membrane_bias(directions, reference.surface->camera(), target.camera(), result);
-  result.observable = observability(result.information, result.target_T_reference.linear(), heights_known);
+  result.observable = observability(result, heights_known);
   result.status = judge(result, agreement, noise, options);
   return directions;
 }

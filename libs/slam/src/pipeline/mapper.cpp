@@ -131,9 +131,10 @@ void add_overlap_edges(SlamMap& map, double scale_sigma, const SlamOptions& opti
   for (int round = 0; round < kOverlapRounds; ++round) {
     const std::vector<PoseGraphEdge> found =
         find_overlap_edges(map.keyframes, map.solution, map.solved_edges, options, stop_requested, &progress);
-    if (found.empty() || stop_requested()) return;
+    if (found.empty()) return;
     map.solved_edges.insert(map.solved_edges.end(), found.begin(), found.end());
     solve_map(map, map.solution.component_T_node, scale_sigma, options);
+    if (stop_requested()) return;  // what was found before counts
   }
 }
 

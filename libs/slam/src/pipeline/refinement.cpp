@@ -107,7 +107,8 @@ std::vector<PoseGraphEdge> find_overlap_edges(const std::vector<std::shared_ptr<
   for (const PoseGraphEdge& edge : edges)
     linked.emplace(std::min(edge.from, edge.to), std::max(edge.from, edge.to));
   const std::vector<PosedKeyframe> all = posed(keyframes, solution, options.fusion.threads);
-  const MotionCertainty certainty(edges, gradient_scale_sigma(keyframes, options.gradient_scale));
+  const MotionCertainty certainty(edges, solution.edge_outlier,
+                                  gradient_scale_sigma(keyframes, options.gradient_scale));
   std::vector<std::vector<PoseGraphEdge>> found(all.size());  // by the newer keyframe
   parallel_for(all.size(), options.fusion.threads, [&](std::size_t i) {
     const PosedKeyframe& newer = all[i];

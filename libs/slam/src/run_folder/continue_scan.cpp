@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
+#include <vector>
 
 #include "gelslam/core/crc32.hpp"
 #include "gelslam/core/error.hpp"
@@ -18,9 +20,11 @@ namespace {
 namespace fs = std::filesystem;
 
 std::uint32_t crc32_of_numbers(const GradientModel& model) {
-  const std::span<const float> numbers =
+  const std::span<const float> network =
       model.wide ? std::span<const float>(model.wide->numbers) : model.numbers;
-  return crc32_of({reinterpret_cast<const char*>(numbers.data()), numbers.size_bytes()});
+  std::vector<float> numbers(network.begin(), network.end());
+  numbers.insert(numbers.end(), model.slope_matrix.begin(), model.slope_matrix.end());
+  return crc32_of({reinterpret_cast<const char*>(numbers.data()), sizeof(float) * numbers.size()});
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gelslam/backend/pose_graph.hpp"
+#include "gelslam/core/uncertain_pose.hpp"
 
 namespace gelslam {
 
@@ -40,8 +41,7 @@ PoseGraphSolution solve_with_gradient_scale(const std::map<int, Pose>& initial_m
 /// A measured motion and its uncertainty: its noise, and two causes common to all measurements, the
 /// gradient scale and membrane bias.
 struct UncertainMotion {
-  Pose from_T_to = Pose::Identity();
-  Matrix6d covariance = Matrix6d::Zero();  ///< of the right perturbation (rad, mm)
+  UncertainPose from_T_to;
   /// How the measurement changes when the gradient scale is corrected (motion_by_gradient_scale()). The
   /// correction is common to all measurements.
   MotionByScale by_scale = MotionByScale::Zero();
@@ -68,10 +68,13 @@ bool tells_place(const PoseGraphEdge& edge);
 UncertainMotion compose(const UncertainMotion& a, const UncertainMotion& b);
 
 /// How precisely a graph's edges determine the motion between two of its nodes: by the edges of one short
-/// path between them, without a solve. A gradient scale common to all edges counts (see pose_graph.hpp).
+/// path between them, without a solve. What is an outlier leads nowhere. A gradient scale common to all edges
+/// counts (see pose_graph.hpp).
 class MotionCertainty {
  public:
-  MotionCertainty(const std::vector<PoseGraphEdge>& edges, double gradient_scale_sigma);
+  /// `outlier`: PoseGraphSolution::edge_outlier of these edges.
+  MotionCertainty(const std::vector<PoseGraphEdge>& edges, const std::vector<bool>& outlier,
+                  double gradient_scale_sigma);
   ~MotionCertainty();
 
   /// Standard deviation of the translation of from_T_to in its worst direction, mm; infinite where no edges

@@ -2,28 +2,27 @@
 
 #include <array>
 
-#include "gelslam/core/se3.hpp"
+#include "gelslam/core/uncertain_pose.hpp"
 #include "gelslam/registration/registration.hpp"
 
 namespace gelslam {
 
 /// What is known of a tracked frame's pose.
 struct MotionState {
-  Pose reference_T_frame = Pose::Identity();
-  Matrix6d covariance = Matrix6d::Zero();  ///< of the right perturbation (rad, mm; order as in se3.hpp)
-  Vector6d velocity = Vector6d::Zero();    ///< per second, along the frame's axes, as far as it was shown
+  UncertainPose reference_T_frame;
+  Vector6d velocity = Vector6d::Zero();  ///< per second, along the frame's axes, as far as it was shown
   Eigen::Vector3d center_mm = Eigen::Vector3d::Zero();  ///< of the contact, in the frame
 
   /// In the frame itself, which is the reference from now on.
-  MotionState in_itself() const { return {Pose::Identity(), Matrix6d::Zero(), velocity, center_mm}; }
+  MotionState in_itself() const { return {{}, velocity, center_mm}; }
 };
 
 /// Where the next frame is expected.
 struct ExpectedMotion {
-  Pose reference_T_before, reference_T_frame;
-  Matrix6d covariance;  ///< of reference_T_frame, as in MotionState
-  Matrix6d step;        ///< of the motion since the frame before alone
-  Vector6d velocity;    ///< MotionState::velocity of the frame before
+  Pose reference_T_before;
+  UncertainPose reference_T_frame;
+  Matrix6d step;      ///< covariance of the motion since the frame before alone
+  Vector6d velocity;  ///< MotionState::velocity of the frame before
   double elapsed_s = 0;
   double sigma_mm = 0;  ///< by how much such expectations have been wrong of late
 

@@ -1,0 +1,23 @@
+#pragma once
+
+#include "gelslam/core/se3.hpp"
+
+namespace gelslam {
+
+/// A pose a_T_b and the covariance of its right perturbation: true = pose * exp(noise), along the axes of b;
+/// rad, mm, order as in se3.hpp. All functions are right to first order of the noise.
+struct UncertainPose {
+  Pose pose = Pose::Identity();
+  Matrix6d covariance = Matrix6d::Zero();
+
+  /// b_T_a. true^-1 = pose^-1 * exp(-Ad(pose) * noise).
+  UncertainPose inverse() const;
+};
+
+/// a_T_b and b_T_c, independent of each other, to a_T_c.
+UncertainPose compose(const UncertainPose& a_T_b, const UncertainPose& b_T_c);
+
+/// UncertainPose::inverse() of an inverse covariance, which may be singular.
+Matrix6d information_of_inverse(const Matrix6d& information, const Pose& pose);
+
+}  // namespace gelslam

@@ -1,0 +1,20 @@
+#include "gelslam/core/uncertain_pose.hpp"
+
+namespace gelslam {
+
+UncertainPose UncertainPose::inverse() const {
+  const Matrix6d to_start = adjoint(pose);
+  return {pose.inverse(), to_start * covariance * to_start.transpose()};
+}
+
+UncertainPose compose(const UncertainPose& a_T_b, const UncertainPose& b_T_c) {
+  const Matrix6d to_end = adjoint(b_T_c.pose.inverse());
+  return {a_T_b.pose * b_T_c.pose, to_end * a_T_b.covariance * to_end.transpose() + b_T_c.covariance};
+}
+
+Matrix6d information_of_inverse(const Matrix6d& information, const Pose& pose) {
+  const Matrix6d from_start = adjoint(pose.inverse());
+  return from_start.transpose() * information * from_start;
+}
+
+}  // namespace gelslam
