@@ -78,7 +78,13 @@ TEST_F(OverlapEdges, ARepeatedPatternIsLinkedOnlyWhereThePlaceIsKnownBeforehand)
   Matrix6d good = Matrix6d::Identity() * 1e4, drifting = Matrix6d::Identity();
   edges = {{0, 1, truth[0].inverse() * truth[1], good, EdgeKind::odometry},
            {1, 2, truth[1].inverse() * truth[2], drifting, EdgeKind::odometry}};
+  solution.edge_outlier.assign(2, false);
   EXPECT_TRUE(find_overlap_edges(keyframes, solution, edges, options).empty());
+  edges.push_back({0, 2, truth[0].inverse() * solution.component_T_node[2], good, EdgeKind::loop});
+  solution.edge_outlier.push_back(true);  // tells nothing
+  EXPECT_TRUE(find_overlap_edges(keyframes, solution, edges, options).empty());
+  edges.pop_back();
+  solution.edge_outlier.pop_back();
   SlamOptions trusting = options;
   trusting.verification.max_self_similarity = 1.0;
   const std::vector<PoseGraphEdge> misled = find_overlap_edges(keyframes, solution, edges, trusting);
@@ -100,6 +106,7 @@ TEST_F(OverlapEdges, TakesTheLargestOverlapsWhenThereAreTooMany) {
   edges = {{0, 1, Pose::Identity(), Matrix6d::Identity(), EdgeKind::odometry},
            {0, 2, Pose::Identity(), Matrix6d::Identity(), EdgeKind::odometry},
            {1, 2, Pose::Identity(), Matrix6d::Identity(), EdgeKind::odometry}};
+  solution.edge_outlier.assign(3, false);
   options.refinement.max_pairs_per_keyframe = 1;
   const std::vector<PoseGraphEdge> found = find_overlap_edges(keyframes, solution, edges, options);
   ASSERT_EQ(found.size(), 1u);

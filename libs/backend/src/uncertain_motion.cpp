@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 
+#include "gelslam/core/error.hpp"
 #include "gelslam/core/gradient_model.hpp"
 #include "gelslam/core/index.hpp"
 #include "motion_forest.hpp"
@@ -121,6 +122,7 @@ struct MotionCertainty::Impl {
 
 MotionCertainty::MotionCertainty(const std::vector<PoseGraphEdge>& edges, const std::vector<bool>& outlier,
                                  double gradient_scale_sigma) {
+  if (outlier.size() != edges.size()) throw Error("pose graph: the solution is of other edges");
   std::map<int, int> node_of;
   std::vector<UncertainMotion> motions;
   std::vector<MotionForest::Edge> links;
