@@ -228,6 +228,44 @@ TEST(ImageFolderSource, NamesThatAreTimesAreTimes) {
   }
 }
 
+TEST(ImageFolderSource, TimesOfTwoNumbersAreRead) {
+  for (const std::vector<std::string>& names :
+       {std::vector<std::string>{"1403636579_980000000.png", "1403636580_20000000.png",
+                                 "1403636580_60000000.png", "1403636580_100000000.png"},
+        {"1403636579.980000000.png", "1403636580.20000000.png", "1403636580.60000000.png",
+         "1403636580.100000000.png"},
+        {"1403636579.98.png", "1403636580.02.png", "1403636580.06.png", "1403636580.1.png"}}) {
+    TemporaryFolder folder;
+    write_pictures(folder, names);
+    const Played played = play(folder.path());
+    EXPECT_THAT(played.times_s, testing::Pointwise(testing::DoubleNear(1e-6), {0.0, 0.04, 0.08, 0.12}))
+        << names[0];
+    EXPECT_THAT(played.warning, testing::Not(HasSubstr("time")));
+  }
+}
+
+TEST(ImageFolderSource, TimesThatCannotBeRightAreSaid) {
+  const auto milliseconds = [](int time) { return "1403636" + std::to_string(579000 + time) + ".png"; };
+  TemporaryFolder back;  // by half a second, before the picture at 1 s
+  std::vector<std::string> names;
+  for (int i = 0; i < 60; ++i) names.push_back(milliseconds(40 * i - (i < 25 ? 0 : 490)));
+  write_pictures(back, names);
+  EXPECT_THAT(play(back.path()).warning,
+              HasSubstr("after half of the usual time, as several before it; if the clock"));
+  TemporaryFolder twice;
+  write_pictures(twice, {"a" + milliseconds(0), milliseconds(0), milliseconds(40)});
+  EXPECT_THAT(play(twice.path()).warning, HasSubstr(".png: its name gives no time of its own"));
+  TemporaryFolder odd;
+  write_pictures(odd, {"odd.png", milliseconds(0), milliseconds(40)});
+  EXPECT_THAT(play(odd.path()).warning,
+              HasSubstr("odd.png: its name gives no time of its own; times are counted at 50 Hz"));
+  TemporaryFolder uneven;
+  names.clear();
+  for (int i = 0; i < 60; ++i) names.push_back(milliseconds(40 * i + 7 * i % 18));
+  write_pictures(uneven, names);
+  EXPECT_THAT(play(uneven.path()).warning, testing::Not(HasSubstr("clock")));
+}
+
 TEST(ImageFolderSource, NumbersThatAreNoTimesOfThisCenturyStayNumbers) {
   TemporaryFolder folder;
   write_pictures(folder, {"0000000001.png", "0000000002.png", "9999999999.png"});
