@@ -30,7 +30,7 @@ const std::vector<std::string> kTakeLogs = {"reconstruct", "scan", "track", "rec
                                kTakeSessions = {"fuse", "scan --continue", "track --map"};
 
 /// Endings of what is written for other programs, or read as a part of a folder.
-constexpr const char* kOnlyWritten[] = {".glb", ".npy", ".html", ".mcap", ".g2o", ".csv"};
+constexpr const char* kOnlyWritten[] = {".glb", ".npy", ".html", ".g2o", ".csv"};
 
 /// Runs one part of a folder's inspection; what is wrong with it becomes one problem and the rest goes on.
 void attempt(InfoReport& report, const std::function<void()>& part) {

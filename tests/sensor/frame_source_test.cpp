@@ -177,6 +177,25 @@ TEST(VideoSource, WhatIsNoVideoIsNamed) {
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
+TEST(EveryInput, DataSetsOfRoboticsAreNamedWithTheWayToTheirPictures) {
+  TemporaryFolder folder;
+  write_bytes(folder / "a.mcap", "\x89MCAP0\r\n and more");
+  write_bytes(folder / "a.bag", "#ROSBAG V2.0\n");
+  write_bytes(folder / "a.h5", "\x89HDF\r\n\x1a\n and more");
+  EXPECT_THAT(error_of(folder / "a.mcap"), HasSubstr("a.mcap: an MCAP file; play it (ros2 bag play BAG)"));
+  EXPECT_THAT(error_of(folder / "a.bag"), HasSubstr("a.bag: a bag of ROS 1; play it (rosbag play BAG)"));
+  EXPECT_THAT(error_of(folder / "a.h5"), HasSubstr("a.h5: an HDF5 file; save its pictures"));
+  for (const char* made : {"bag2", "lerobot/meta", "lerobot/videos/front"})
+    std::filesystem::create_directories(folder / made);
+  write_bytes(folder / "bag2/metadata.yaml", "rosbag2_bagfile_information:\n");
+  write_bytes(folder / "lerobot/meta/info.json", "{}");
+  write_bytes(folder / "lerobot/videos/front/0.mp4", "");
+  EXPECT_THAT(error_of(folder / "bag2"), HasSubstr("bag2: a bag of ROS 2; play it"));
+  EXPECT_THAT(
+      error_of(folder / "lerobot"),
+      testing::MatchesRegex(".*lerobot: a LeRobot data set; give one of its videos, as .*/front/0.mp4"));
+}
+
 TEST(ImageFolderSource, NaturalOrderAndTheProfilesRate) {
   TemporaryFolder folder;
   for (const char* name : {"f10.png", "f9.bmp", "f1.png", "f2.png"}) {
