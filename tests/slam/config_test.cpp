@@ -65,6 +65,13 @@ TEST_F(ConfigFile, EveryValueSurvivesWritingAndReading) {
   EXPECT_EQ(back.slam.verification.curvature.min_ccs, 0.82);
 }
 
+TEST_F(ConfigFile, PixelsPerMillimeterAreNotTakenForThePitch) {
+  EXPECT_THAT(
+      message_of([&] { read("device_config:\n  ppmm: 18.6\n"); }),
+      HasSubstr("ppmm is 18.6, must be from 0.001 to 1: mm per pixel after crop and resize, not pixels "
+                "per mm: perhaps 0.05376"));
+}
+
 TEST_F(ConfigFile, ThePublicConfigurationIsReadAsItIs) {
   const Config config = read(R"(device_config:
   device_name: "GelSight Mini"
