@@ -68,11 +68,18 @@ void LogOptions::add_to(CLI::App& command) {
           "Times of poses: Unix time, where the log knows it (clock), or since its first frame (start)")
       ->check(CLI::IsMember({"clock", "start"}))
       ->capture_default_str();
+  add_track_option(command, track);
+}
+
+void add_track_option(CLI::App& command, int& track) {
+  command.add_option("--track", track, "Video track of a file with several, from 1")
+      ->transform(whole_number(1, 99));
 }
 
 LogInput LogOptions::input(const std::string& log) const {
   LogInput input{log, config, model, background, force, named_frames()};
   input.counts_from_start = time == "start";
+  input.track = track;
   return input;
 }
 

@@ -31,6 +31,7 @@ TEST_F(ConfigFile, EveryValueSurvivesWritingAndReading) {
   config.sensor.raw_width_px = 640;
   config.sensor.raw_height_px = 480;
   config.sensor.frame_rate_hz = 59.94;
+  config.sensor.video_track = 2;
   config.sensor.camera = "DIGIT D20966";
   config.sensor.camera_format = "YUYV";
   config.sensor.camera_controls = "exposure_time_absolute=120, gain=3";

@@ -31,13 +31,16 @@ const char* ending_of(FrameEncoding encoding) {
 
 class VideoLog final : public RawFrameSource {
  public:
-  VideoLog(const fs::path& path, double profile_rate_hz)
+  VideoLog(const fs::path& path, const SensorProfile& profile)
       : path_(path),
-        file_(path),
+        file_(path, nullptr, profile.video_track),
         video_(file_.properties()),
-        rate_hz_(video_.rate_hz > 0 ? video_.rate_hz : profile_rate_hz),
+        rate_hz_(video_.rate_hz > 0 ? video_.rate_hz : profile.frame_rate_hz),
         frames_(video_.frames) {
     read_ahead();
+    if (profile.video_track == 0 && video_.tracks > 1)
+      warning_ = fmt::format("{}: has {} video tracks; this is the first (--track takes another)",
+                             path.string(), video_.tracks);
     // The duration of a Matroska file is the time at which it ends.
     const bool is_late =
         !video_.frames_are_counted && is_matroska(path) && !ahead_.empty() && ahead_.front().time_us;
@@ -132,8 +135,8 @@ class VideoLog final : public RawFrameSource {
     ended_ = true;
     if (index_ == 0) throw Error(path_.string() + ": the log holds no readable frame");
     if (frames_ && ends_early()) {
-      warning_ = path_.string() + " ends after " + std::to_string(index_) + " of " +
-                 std::to_string(*frames_) + " frames; is it truncated or damaged?";
+      append_sentence(warning_, path_.string() + " ends after " + std::to_string(index_) + " of " +
+                                    std::to_string(*frames_) + " frames; is it truncated or damaged?");
     } else if (video_.ours && !frames_) {
       warning_ = fmt::format(
           "{} was never closed (its program was killed, or is still writing); readable: {} frames, {} s",
@@ -204,7 +207,7 @@ std::unique_ptr<RawFrameSource> open_video(const fs::path& path, const SensorPro
   if (!std::ifstream(path)) throw Error(path.string() + ": cannot be opened; check its permissions");
   refuse_lfs_pointer(path);
   refuse_container(path);
-  return std::make_unique<VideoLog>(path, profile.frame_rate_hz);
+  return std::make_unique<VideoLog>(path, profile);
 }
 
 std::unique_ptr<RawFrameSource> open_folder(const fs::path& folder, const SensorProfile& profile) {
