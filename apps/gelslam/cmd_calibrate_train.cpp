@@ -7,6 +7,7 @@
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/calibration/calibrate.hpp"
+#include "gelslam/core/text.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam {
@@ -42,6 +43,10 @@ int run_train(TrainArguments arguments) {
   if (!fs::exists(set.folder / kOpticsFileName))
     std::cerr << "note: no " << kOpticsFileName << " beside the presses: trained for "
               << optics_text(*set.optics) << " (gelslam calibrate optics finds your sensor's)\n";
+  if (arguments.output.extension() == ".pth")
+    std::cerr << "note: PyTorch's format holds neither optics nor uncertainty: also write GelSLAM's own (-o "
+                 "model.json --pth "
+              << one_line(arguments.output.filename().string()) << ")\n";
   if (check.diameters.size() == 1)
     std::cerr
         << "note: presses of one ball cannot show whether its diameter is right: press a second size too, "

@@ -107,6 +107,9 @@ TEST(CalibrateCommand, LabelsThatAllLieAsideAndPressesOfTheTrainingAreSaid) {
   write_folder(aside, set);
   const ProgramResult trained = calibrate({"train", right, "-o", model, "--steps", "100"});
   EXPECT_THAT(trained.err, testing::Not(HasSubstr("aside")));
+  EXPECT_THAT(trained.err, testing::Not(HasSubstr("PyTorch")));
+  const ProgramResult pth = calibrate({"train", right, "-o", (folder / "m.pth").string(), "--steps", "100"});
+  EXPECT_THAT(pth.err, HasSubstr("holds neither optics nor uncertainty: also write GelSLAM's own"));
   const char* const words = "labels lie aside of the contacts by +3.";
   const ProgramResult wrong =
       calibrate({"train", aside, "-o", (folder / "wrong.json").string(), "--steps", "100"});
