@@ -65,7 +65,7 @@ int run_check(CheckArguments arguments) {
   const BallZones zones = find_ball_zones(set, arguments.presses.pitch_mm, /*automatic=*/true, show);
   progress.end();
   for (const RejectedPress& press : zones.rejected)
-    std::cerr << "left out: " << set.presses[press.press].name << ": " << press.reason << "\n";
+    print_line("left out: " + set.presses[press.press].name + ": " + press.reason);
   progress.begin("checking", std::ssize(zones.zones));
   ModelCheck check = check_model(file.model, set, zones.zones, arguments.presses.pitch_mm, show);
   progress.end();

@@ -160,7 +160,7 @@ std::string write_output(const ExportArguments& a, const RunContents& run, Progr
   if (ending == ".mcap") {
     const McapOutcome outcome = write_mcap(a.output, run, colors, progress);
     if (!outcome.missing.empty())
-      std::cerr << (outcome.pictures > 0 ? "not all pictures: " : "no pictures: ") << outcome.missing << "\n";
+      print_line((outcome.pictures > 0 ? "not all pictures: " : "no pictures: ") + outcome.missing);
     if (run.mesh.triangles.empty()) std::cerr << "no surface: the run has no mesh\n";
     return counted(outcome.poses, "pose") + ", " + counted(outcome.pictures, "picture") + ", in m" +
            (run.start_s > 0 ? "" : ", times from 0: the log does not say when it was recorded");
@@ -184,7 +184,7 @@ void say_loose_pieces(const Mesh& mesh) {
 int run_export(const ExportArguments& a) {
   check_output(a);
   const auto say = [&](const std::string& sentence) {
-    if (!a.quiet) std::cerr << sentence << "\n";
+    if (!a.quiet) print_line(sentence);
   };
   StoppableProgress progress(a.quiet, [] { throw Stopped{}; });
   progress.begin("reading the mesh", std::nullopt);
@@ -194,7 +194,7 @@ int run_export(const ExportArguments& a) {
   check_contents(a, run);
   const bool as_asked = reduce_mesh(a, run, progress, say);
   const std::string words = write_output(a, run, progress);
-  say("wrote " + one_line(a.output.string()) + ": " + words);
+  say("wrote " + a.output.string() + ": " + words);
   if (!a.quiet) say_loose_pieces(run.mesh);
   if (!a.quiet && !run.folder.empty()) say_reservations(run.folder);
   return as_asked ? kExitDone : kExitNotGood;
@@ -229,7 +229,7 @@ void add_options(CLI::App& command, ExportArguments& a) {
           "Simplify while the error, an estimate of the distance from the full surface, stays within this")
       ->check(number_between(1e-5, 100.0));
   command
-      .add_option("--units", a.units,
+      .add_option("--unit,--units", a.units,
                   "Unit of the PLY, OBJ or STL written (default: mm for OBJ and STL, m for PLY)")
       ->check(CLI::IsMember({"m", "mm"}));
   add_overwrite_flag(command, a.overwrite);

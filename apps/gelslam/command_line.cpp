@@ -103,12 +103,13 @@ std::optional<std::pair<int, int>> two_numbers(const std::string& text, char bet
   return is_whole && std::min(numbers.first, numbers.second) >= 0 ? std::optional(numbers) : std::nullopt;
 }
 
+void print_line(const std::string& words) { std::cerr << one_line(words) << std::endl; }
+
 void say_mesh_unit(const std::filesystem::path& file) {
   if (!std::filesystem::is_regular_file(file)) return;
   if (const auto bytes = static_cast<std::int64_t>(bytes_behind_mesh(file)); bytes > 0)
-    std::cerr << file.string() << ": ignored " << counted(bytes, "byte") << " behind the last triangle\n";
-  if (!noted_unit(file))
-    std::cerr << "unit of " << file.string() << ": " << short_name(usual_unit(file)) << "\n";
+    print_line(file.string() + ": ignored " + counted(bytes, "byte") + " behind the last triangle");
+  if (!noted_unit(file)) print_line("unit of " + file.string() + ": " + short_name(usual_unit(file)));
 }
 
 void add_overwrite_flag(CLI::App& command, bool& overwrite) {

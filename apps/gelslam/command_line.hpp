@@ -24,6 +24,9 @@ struct LogOptions {
   LogInput input(const std::string& log) const;
 };
 
+/// Prints one line on stderr, whatever the words hold: for all that comes from files.
+void print_line(const std::string& words);
+
 /// --track, of a video with several.
 void add_track_option(CLI::App& command, int& track);
 

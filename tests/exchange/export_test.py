@@ -103,8 +103,8 @@ class Info(unittest.TestCase):
             self.assertRegex(self.info(file), r": the optics of .*\n  optics +camera at 22 mm, lens k1 0.037, dome")
 
     def test_files_that_are_only_written_are_no_videos(self):
-        export("only.glb"), export("only.html"), export("only.mcap")
-        for file in WORK / "only.glb", WORK / "only.html", WORK / "only.mcap", RUN / "pose_graph.g2o", SCAN / "touched.npy":
+        export("only.glb"), export("only.html")
+        for file in WORK / "only.glb", WORK / "only.html", RUN / "pose_graph.g2o", SCAN / "touched.npy":
             self.assertEqual(self.info(file, 2), f"gelslam: error: {file}: not a file that gelslam reads by itself\n")
         self.assertIn(": calibration presses\n", self.info(SCAN.parent / "presses/catalog.csv"))
 
@@ -219,10 +219,10 @@ class Export(unittest.TestCase):
         moved = WORK / "moved"
         shutil.copytree(RUN, moved, dirs_exist_ok=True)
         report = json.loads((moved / "report.json").read_text())
-        (moved / "report.json").write_text(json.dumps({**report, "log": "/nowhere/log.avi"}))
+        (moved / "report.json").write_text(json.dumps({**report, "log": "/nowhere/\x1b[31m\a/log.avi"}))
         data, said = export("moved.mcap", source=moved)
         self.assertIn("no pictures: ", said)
-        self.assertIn("/nowhere/log.avi", said)
+        self.assertIn("/nowhere/ [31m /log.avi", said)
         mcap = readers.Mcap(data)
         self.assertEqual(mcap.of("/tactile"), [])
         self.assertEqual(len(mcap.of("/sensor")), len(self.trajectory))
