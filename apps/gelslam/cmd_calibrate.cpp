@@ -1,6 +1,7 @@
 #include <iostream>
 
 #include "calibrate_commands.hpp"
+#include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/slam/config.hpp"
 #include "terminal_progress.hpp"
@@ -23,7 +24,7 @@ PressSet read_presses(PressOptions& options, const ModelFile& model) {
   PressSet set = read_press_set(options.folder);
   if (model.model.optics) set.optics = model.model.optics;
   prepare(set, config.surface.optics, options.pitch_mm, config.sensor.device_name,
-          [](const std::string& doubt) { std::cerr << "note: " << doubt << "\n"; });
+          [](const std::string& doubt) { print_line("note: " + doubt); });
   return set;
 }
 

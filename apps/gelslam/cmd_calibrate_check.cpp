@@ -2,6 +2,7 @@
 
 #include <iostream>
 #include <memory>
+#include <opencv2/core.hpp>
 
 #include "calibrate_commands.hpp"
 #include "command_line.hpp"
@@ -43,6 +44,12 @@ std::string drift_since(const CalibrationRecord& record, const PressSet& set) {
   return drift.words;  // the presses show whether it matters
 }
 
+bool is_trained_on(const CalibrationRecord& record, const PressSet& set, const ModelCheck& check) {
+  constexpr double kRoundingLevels = 0.01;
+  return record.presses == std::ssize(check.presses) &&
+         cv::norm(record.background_cells, background_cells(set.background), cv::NORM_INF) < kRoundingLevels;
+}
+
 int run_check(CheckArguments arguments) {
   if (std::filesystem::is_directory(arguments.model) &&
       std::filesystem::is_regular_file(arguments.presses.folder))
@@ -58,10 +65,14 @@ int run_check(CheckArguments arguments) {
   const BallZones zones = find_ball_zones(set, arguments.presses.pitch_mm, /*automatic=*/true, show);
   progress.end();
   for (const RejectedPress& press : zones.rejected)
-    std::cerr << "left out: " << set.presses[press.press].name << ": " << press.reason << "\n";
+    print_line("left out: " + set.presses[press.press].name + ": " + press.reason);
   progress.begin("checking", std::ssize(zones.zones));
-  const ModelCheck check = check_model(file.model, set, zones.zones, arguments.presses.pitch_mm, show);
+  ModelCheck check = check_model(file.model, set, zones.zones, arguments.presses.pitch_mm, show);
   progress.end();
+  check.add_doubt(zones.doubt);
+  if (file.record && is_trained_on(*file.record, set, check))
+    findings.emplace_back(
+        "these seem to be the presses that the model was trained on, which cannot judge it");
   print_for_people(check, findings);
   return check.verdict == Verdict::recalibrate ? kExitNotGood : kExitDone;
 }

@@ -63,7 +63,7 @@ int label_presses(const CollectArguments& arguments, PressWindowOptions window) 
     labels.save();
     for (const PressLabel& label : labels.labels())
       if (label.state == LabelState::open)
-        std::cerr << "not clear: " << labels.set().presses[label.press].name << ": " << label.doubt << "\n";
+        print_line("not clear: " + labels.set().presses[label.press].name + ": " + label.doubt);
   } else {
     const InterruptWatch interrupt;
     window.asks_to_end = [&] { return interrupt.requested(); };
@@ -118,7 +118,7 @@ int run_collect(CollectArguments arguments) {
   LabelSession labels = find_circles(folder.earlier(), window.pixel_pitch_mm, arguments.quiet);
   const std::unique_ptr<RawFrameSource> source = open_source(arguments, config);
   const auto say = [&](const std::string& words) {
-    if (!arguments.quiet) std::cerr << words << "\n";
+    if (!arguments.quiet) print_line(words);
   };
   CollectSession session(*source, config.sensor, std::move(folder), collect, say);
   session.count(labels.contacts(collect.diameter_mm));
@@ -140,9 +140,9 @@ int run_collect(CollectArguments arguments) {
   warn(source->warning());
   std::cout << session.summary() << "\n";
   if (!arguments.quiet)
-    std::cerr << (session.enough() ? "next: gelslam calibrate train "
-                                   : "continue with the same command; or: gelslam calibrate train ")
-              << collect.folder.string() << " -o model.json\n";
+    print_line((session.enough() ? "next: gelslam calibrate train "
+                                 : "continue with the same command; or: gelslam calibrate train ") +
+               collect.folder.string() + " -o model.json");
   return session.enough() ? kExitDone : kExitNotGood;
 }
 

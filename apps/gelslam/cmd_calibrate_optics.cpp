@@ -32,13 +32,17 @@ std::vector<SeenFrame> seen_frames(const LogInput& input, const Config& config, 
   StageTimer timer;
   SurfaceStream stream(input, config, timer);
   GelSlam slam(config.slam);
-  const std::int64_t every = std::max<std::int64_t>(1, stream.frame_count().value_or(0) / kWantedFrames);
+  std::int64_t every = std::max<std::int64_t>(1, stream.frame_count().value_or(0) / kWantedFrames);
   std::map<std::int64_t, SurfacePtr> kept;
   progress.begin("tracking", stream.frame_count());
   while (const auto item = stream.next()) {
     const std::int64_t frame = item->image.index;
     slam.process(frame, item->image.time_s, item->surface, timer);
     if (item->surface && frame % every == 0) kept[frame] = item->surface;
+    if (std::ssize(kept) > 2 * kWantedFrames) {  // of a log that does not know its length
+      every *= 2;
+      std::erase_if(kept, [&](const auto& one) { return one.first % every != 0; });
+    }
     progress.update(frame + 1);
   }
   progress.end();

@@ -28,8 +28,8 @@ int run_train(TrainArguments arguments) {
   const PressSet set = read_presses(arguments.presses);
   const CalibrationOptions options{{.pixel_pitch_mm = arguments.presses.pitch_mm, .steps = arguments.steps},
                                    arguments.automatic};
-  const Calibration calibration = calibrate(
-      set, options, progress, [](const std::string& press) { std::cerr << "left out: " << press << "\n"; });
+  const Calibration calibration =
+      calibrate(set, options, progress, [](const std::string& press) { print_line("left out: " + press); });
   const ModelCheck& check = calibration.check;
   write_calibration(arguments.output, calibration);
   if (!arguments.pth.empty()) write_pth_model(arguments.pth, calibration.file.model);
@@ -42,6 +42,11 @@ int run_train(TrainArguments arguments) {
   if (!fs::exists(set.folder / kOpticsFileName))
     std::cerr << "note: no " << kOpticsFileName << " beside the presses: trained for "
               << optics_text(*set.optics) << " (gelslam calibrate optics finds your sensor's)\n";
+  if (arguments.output.extension() == ".pth")
+    print_line(
+        "note: PyTorch's format holds neither optics nor uncertainty: also write GelSLAM's own (-o "
+        "model.json --pth " +
+        arguments.output.filename().string() + ")");
   if (check.diameters.size() == 1)
     std::cerr
         << "note: presses of one ball cannot show whether its diameter is right: press a second size too, "

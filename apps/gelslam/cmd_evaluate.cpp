@@ -16,9 +16,13 @@ struct EvaluateArguments {
   bool json = false, quiet = false;
 };
 
-/// A mesh beside a mesh, or a run beside the data folder of its log.
+bool compares_meshes(const EvaluateArguments& arguments) {
+  return std::filesystem::is_regular_file(arguments.truth) && arguments.truth.extension() != ".tum";
+}
+
+/// A mesh beside a mesh, or a run beside the data folder of its log or a trajectory.
 Evaluation judge(const EvaluateArguments& arguments, ProgressSink& progress) {
-  if (std::filesystem::is_regular_file(arguments.truth))
+  if (compares_meshes(arguments))
     return evaluate({read_mesh(arguments.run), read_mesh(arguments.truth)}, &progress);
   const Comparison comparison = compare(arguments.run, arguments.truth);
   return evaluate(comparison, place_meshes(comparison), &progress);
@@ -27,7 +31,7 @@ Evaluation judge(const EvaluateArguments& arguments, ProgressSink& progress) {
 void run_evaluate(const EvaluateArguments& arguments) {
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const Evaluation evaluation = judge(arguments, *progress);
-  if (!arguments.quiet && std::filesystem::is_regular_file(arguments.truth))
+  if (!arguments.quiet && compares_meshes(arguments))
     for (const std::filesystem::path& mesh : {arguments.run, arguments.truth}) say_mesh_unit(mesh);
   std::cout << (arguments.json ? to_json(evaluation) : to_table(evaluation));
 }
@@ -43,10 +47,10 @@ void add_evaluate_command(CLI::App& app, int& exit_code) {
                    "Run folder (trajectory.tum, report.json, mesh.ply), .tum file, or mesh (PLY, OBJ or STL)")
       ->required();
   command
-      ->add_option(
-          "--truth", arguments->truth,
-          "Data folder with true_start_T_currs.npy (and gt_mesh.ply, touched.npy); of a mesh its true "
-          "shape, in the same frame")
+      ->add_option("--truth", arguments->truth,
+                   "Data folder with true_start_T_currs.npy (and gt_mesh.ply, touched.npy); or the sensor's "
+                   "trajectory "
+                   "by another system, as motion capture (.tum); of a mesh its true shape, in the same frame")
       ->required();
   command->add_flag("--json", arguments->json, "Print JSON instead of a table");
   add_quiet_flag(*command, arguments->quiet);

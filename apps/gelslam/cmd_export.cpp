@@ -32,7 +32,8 @@ struct ExportArguments {
   fs::path source, output;
   std::string units, color;
   std::optional<double> max_error_mm;
-  bool largest_piece = false, watertight = false, close = false, overwrite = false, quiet = false;
+  bool largest_piece = false, watertight = false, close = false, any_log = false, overwrite = false,
+       quiet = false;
 };
 
 /// What Ctrl-C throws out of the work; no Error, which some of the work takes for a damaged log.
@@ -48,15 +49,20 @@ std::set<std::string> chosen_options(const ExportArguments& a) {
   if (a.max_error_mm) given.insert("--max-error-mm");
   if (a.largest_piece) given.insert("--largest-piece");
   if (a.watertight) given.insert("--watertight");
+  if (a.any_log) given.insert("--any-log");
   return given;
 }
 
 /// Throws Error for an ending that is none, or an option that has no meaning for it.
 void check_output(const ExportArguments& a) {
   static const std::set<std::string> mesh = {"--max-error-mm", "--largest-piece", "--watertight"};
-  static const std::map<std::string, std::set<std::string>> takes = {
-      {".ply", {"--units", "--color"}}, {".obj", {"--units"}},  {".stl", {"--units"}}, {".glb", {"--color"}},
-      {".mcap", {"--color"}},           {".html", {"--color"}}, {".tum", {}}};
+  static const std::map<std::string, std::set<std::string>> takes = {{".ply", {"--units", "--color"}},
+                                                                     {".obj", {"--units"}},
+                                                                     {".stl", {"--units"}},
+                                                                     {".glb", {"--color"}},
+                                                                     {".mcap", {"--color", "--any-log"}},
+                                                                     {".html", {"--color"}},
+                                                                     {".tum", {}}};
   const std::string ending = ending_of(a.output);
   const auto found = takes.find(ending);
   if (found == takes.end())
@@ -160,7 +166,7 @@ std::string write_output(const ExportArguments& a, const RunContents& run, Progr
   if (ending == ".mcap") {
     const McapOutcome outcome = write_mcap(a.output, run, colors, progress);
     if (!outcome.missing.empty())
-      std::cerr << (outcome.pictures > 0 ? "not all pictures: " : "no pictures: ") << outcome.missing << "\n";
+      print_line((outcome.pictures > 0 ? "not all pictures: " : "no pictures: ") + outcome.missing);
     if (run.mesh.triangles.empty()) std::cerr << "no surface: the run has no mesh\n";
     return counted(outcome.poses, "pose") + ", " + counted(outcome.pictures, "picture") + ", in m" +
            (run.start_s > 0 ? "" : ", times from 0: the log does not say when it was recorded");
@@ -184,17 +190,18 @@ void say_loose_pieces(const Mesh& mesh) {
 int run_export(const ExportArguments& a) {
   check_output(a);
   const auto say = [&](const std::string& sentence) {
-    if (!a.quiet) std::cerr << sentence << "\n";
+    if (!a.quiet) print_line(sentence);
   };
   StoppableProgress progress(a.quiet, [] { throw Stopped{}; });
   progress.begin("reading the mesh", std::nullopt);
   RunContents run = read_run_contents(a.source);
+  run.takes_any_log = a.any_log;
   progress.end();
   if (!a.quiet) say_mesh_unit(a.source);
   check_contents(a, run);
   const bool as_asked = reduce_mesh(a, run, progress, say);
   const std::string words = write_output(a, run, progress);
-  say("wrote " + one_line(a.output.string()) + ": " + words);
+  say("wrote " + a.output.string() + ": " + words);
   if (!a.quiet) say_loose_pieces(run.mesh);
   if (!a.quiet && !run.folder.empty()) say_reservations(run.folder);
   return as_asked ? kExitDone : kExitNotGood;
@@ -229,9 +236,11 @@ void add_options(CLI::App& command, ExportArguments& a) {
           "Simplify while the error, an estimate of the distance from the full surface, stays within this")
       ->check(number_between(1e-5, 100.0));
   command
-      .add_option("--units", a.units,
+      .add_option("--unit,--units", a.units,
                   "Unit of the PLY, OBJ or STL written (default: mm for OBJ and STL, m for PLY)")
       ->check(CLI::IsMember({"m", "mm"}));
+  command.add_flag("--any-log", a.any_log,
+                   "Pictures (mcap) also of logs that are not in the folder that holds the run");
   add_overwrite_flag(command, a.overwrite);
   add_quiet_flag(command, a.quiet);
 }

@@ -48,9 +48,9 @@ int fuse_one(const FuseArguments& arguments) {
   const FuseSummary summary = fuse_run(request, *progress, [&] { return interrupt.requested(); });
   if (!arguments.quiet) {
     if (summary.map_was_made) std::cerr << "the scan had not been finished: its map was made first\n";
-    std::cerr << fmt::format("{} fused, {}: {}\n",
-                             counted(static_cast<std::int64_t>(summary.keyframes), "keyframe"),
-                             mesh_words(summary.mesh), arguments.output.empty() ? run : arguments.output);
+    print_line(fmt::format("{} fused, {}: {}",
+                           counted(static_cast<std::int64_t>(summary.keyframes), "keyframe"),
+                           mesh_words(summary.mesh), arguments.output.empty() ? run : arguments.output));
   }
   if (summary.mesh.triangles == 0)
     warn("the mesh is empty: its cells are larger than the touches, or no keyframe has a usable touch");

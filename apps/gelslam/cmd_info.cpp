@@ -42,6 +42,7 @@ std::string info_json(const InfoReport& report) {
 void add_info_command(CLI::App& app, int& exit_code) {
   struct Arguments {
     std::filesystem::path path;
+    int track = 0;
     bool json = false, quiet = false;
   };
   CLI::App* command =
@@ -53,11 +54,12 @@ void add_info_command(CLI::App& app, int& exit_code) {
                    "calibration presses, model, configuration or mesh")
       ->required();
   command->add_flag("--json", arguments->json, "Print one JSON object for another program");
+  add_track_option(*command, arguments->track);
   add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "Example: gelslam info RUN --json\nExit code 1: something is wrong with it; the output says what.");
   command->callback([arguments, &exit_code] {
-    const InfoReport report = inspect(arguments->path, *make_progress(arguments->quiet));
+    const InfoReport report = inspect(arguments->path, arguments->track, *make_progress(arguments->quiet));
     std::cout << (arguments->json ? info_json(report) : info_text(report));
     exit_code = report.problems.empty() ? kExitDone : kExitNotGood;
   });

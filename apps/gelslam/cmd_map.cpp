@@ -27,8 +27,8 @@ struct MapArguments {
 void say_unit(const std::filesystem::path& mesh, const std::string& given) {
   if (given.empty()) return say_mesh_unit(mesh);
   const std::optional<LengthUnit> noted = noted_unit(mesh);
-  std::cerr << "unit of " << mesh.string() << ": "
-            << (noted ? short_name(*noted) + std::string(", as the file notes") : given) << "\n";
+  print_line("unit of " + mesh.string() + ": " +
+             (noted ? short_name(*noted) + std::string(", as the file notes") : given));
 }
 
 int run_map(const MapArguments& arguments) {
@@ -40,12 +40,12 @@ int run_map(const MapArguments& arguments) {
   const MeshMap map = make_mesh_map(mesh, options, progress);
   write_map(folder.path(), map, mesh, std::filesystem::absolute(arguments.mesh).string());
   folder.commit();
-  if (!map.warning.empty()) std::cerr << "warning: " << map.warning << "\n";
+  if (!map.warning.empty()) print_line("warning: " + map.warning);
   if (!arguments.quiet) {
     say_unit(arguments.mesh, arguments.unit);
-    std::cerr << fmt::format("{}, {:.0f} % of the surface covered: {}\n",
-                             counted(static_cast<std::int64_t>(map.patches.size()), "touch"),
-                             100 * map.covered_share, arguments.output.string());
+    print_line(fmt::format("{}, {:.0f} % of the surface covered: {}",
+                           counted(static_cast<std::int64_t>(map.patches.size()), "touch"),
+                           100 * map.covered_share, arguments.output.string()));
   }
   return map.warning.empty() ? kExitDone : kExitNotGood;
 }
@@ -58,7 +58,7 @@ void add_map_command(CLI::App& app, int& exit_code) {
   const auto a = std::make_shared<MapArguments>();
   command->add_option("MESH", a->mesh, "Closed mesh of the object (STL, OBJ or PLY)")->required();
   command
-      ->add_option("--unit", a->unit,
+      ->add_option("--unit,--units", a->unit,
                    "Unit of a mesh file that notes none (default: mm for STL and OBJ, m for PLY)")
       ->check(CLI::IsMember({"mm", "cm", "in", "m"}));
   command->add_option("-o,--output", a->output, "Map folder to write")->required();

@@ -20,6 +20,7 @@ struct RecordArguments {
   std::string output, device, from, config, model;
   double seconds = 0;
   std::int64_t keep_free_bytes = 0;
+  int track = 0;
   bool resized = false, quiet = false;
 };
 
@@ -61,8 +62,10 @@ int run(const RecordArguments& arguments) {
   std::error_code code;
   if (fs::exists(log, code))
     throw Error(log.string() + ": exists already; name another file");  // before a camera is disturbed
-  const Config config =
-      find_config({.log = arguments.from, .config = arguments.config, .model = arguments.model});
+  const Config config = find_config({.log = arguments.from,
+                                     .config = arguments.config,
+                                     .model = arguments.model,
+                                     .track = arguments.track});
   const CameraInput source = arguments.from.empty() ? open_camera_input(config, arguments.device, kAwayS)
                                                     : open_log(arguments, config);
   LogRecorderOptions options;
@@ -107,6 +110,7 @@ void add_record_command(CLI::App& app, int& exit_code) {
       "Store the resized pictures that tracking uses, without loss (PNG), instead of the camera's own");
   command->add_option("--config", arguments->config, "Configuration to use and to store in the log");
   command->add_option("--model", arguments->model, "Gradient model nnmodel.pth to store in the log");
+  add_track_option(*command, arguments->track);
   add_keep_free_option(*command, arguments->keep_free_bytes);
   add_quiet_flag(*command, arguments->quiet);
   command->footer(

@@ -111,7 +111,7 @@ void add_scan(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& argu
   scan->add_option("--motion", a.scan.motion.name, "Motion (see gelslam simulate --list)")
       ->capture_default_str();
   scan->add_option("--frames", a.scan.motion.frames, "Pictures after the 10 of the background")
-      ->transform(whole_number(1, 10'000'000))
+      ->transform(whole_number(1, 200'000))
       ->capture_default_str();
   scan->add_option("--speed", a.scan.motion.speed, "Factor on how far the hand moves")->capture_default_str();
   scan->add_option("--indentation", a.scan.motion.indentation_mm,

@@ -180,8 +180,8 @@ int run_surface(const SurfaceArguments& arguments) {
   double deepest_mm = 0.0;
   cv::minMaxLoc(surface->height_mm, &deepest_mm, nullptr);
   const auto ball_mm = ball_diameter_mm(*surface);
-  for (const std::string& doubt : doubts) std::cerr << "warning: " << doubt << "\n";
-  if (!mismatch.empty()) std::cerr << "warning: " << mismatch << "\n";
+  for (const std::string& doubt : doubts) print_line("warning: " + doubt);
+  if (!mismatch.empty()) print_line("warning: " + mismatch);
   if (!arguments.quiet)
     std::cout << fmt::format("contact {} pixels, deepest {:.3f} mm", surface->contact_pixels, -deepest_mm)
               << (ball_mm ? fmt::format("; its middle is round as a ball of {:.2f} mm", *ball_mm) : "")

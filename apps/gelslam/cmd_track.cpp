@@ -189,8 +189,7 @@ SurfaceStream open_stream(const TrackArguments& arguments, const LogInput& input
                                                      : pace(open_raw_log(input.log, config.sensor));
   stopper.watch(frames);
   std::function<void(const std::string&)> ask;
-  if (arguments.is_camera)
-    ask = [](const std::string& request) { std::cerr << "gelslam: " << request << "\n"; };
+  if (arguments.is_camera) ask = [](const std::string& request) { print_line("gelslam: " + request); };
   const std::string name = arguments.is_camera ? "camera" : input.log.string();
   return {std::make_unique<FrameSource>(frames, name, config.sensor), input, config, timer, ask};
 }
@@ -232,7 +231,7 @@ int run(const TrackArguments& arguments) {
     summary = compute();
     if (arguments.window.shows_map()) write_map_snapshot(shown, touches, arguments.window.snapshot);
   }
-  if (!arguments.quiet || summary.posed == 0) std::cerr << summary.words(!arguments.map.empty()) << "\n";
+  if (!arguments.quiet || summary.posed == 0) print_line(summary.words(!arguments.map.empty()));
   return summary.posed > 0 ? kExitDone : kExitNotGood;
 }
 

@@ -90,7 +90,7 @@ void view(const ViewArguments& arguments) {
   progress->begin("drawing", std::nullopt);
   write_view_snapshot(std::move(content), std::move(second), options, arguments.snapshot);
   progress->end();
-  if (!arguments.quiet) std::cerr << "wrote " << one_line(arguments.snapshot.string()) << "\n";
+  if (!arguments.quiet) print_line("wrote " + arguments.snapshot.string());
 }
 
 }  // namespace

@@ -68,11 +68,18 @@ void LogOptions::add_to(CLI::App& command) {
           "Times of poses: Unix time, where the log knows it (clock), or since its first frame (start)")
       ->check(CLI::IsMember({"clock", "start"}))
       ->capture_default_str();
+  add_track_option(command, track);
+}
+
+void add_track_option(CLI::App& command, int& track) {
+  command.add_option("--track", track, "Video track of a file with several, from 1")
+      ->transform(whole_number(1, 99));
 }
 
 LogInput LogOptions::input(const std::string& log) const {
   LogInput input{log, config, model, background, force, named_frames()};
   input.counts_from_start = time == "start";
+  input.track = track;
   return input;
 }
 
@@ -96,12 +103,13 @@ std::optional<std::pair<int, int>> two_numbers(const std::string& text, char bet
   return is_whole && std::min(numbers.first, numbers.second) >= 0 ? std::optional(numbers) : std::nullopt;
 }
 
+void print_line(const std::string& words) { std::cerr << one_line(words) << std::endl; }
+
 void say_mesh_unit(const std::filesystem::path& file) {
   if (!std::filesystem::is_regular_file(file)) return;
   if (const auto bytes = static_cast<std::int64_t>(bytes_behind_mesh(file)); bytes > 0)
-    std::cerr << file.string() << ": ignored " << counted(bytes, "byte") << " behind the last triangle\n";
-  if (!noted_unit(file))
-    std::cerr << "unit of " << file.string() << ": " << short_name(usual_unit(file)) << "\n";
+    print_line(file.string() + ": ignored " + counted(bytes, "byte") + " behind the last triangle");
+  if (!noted_unit(file)) print_line("unit of " + file.string() + ": " + short_name(usual_unit(file)));
 }
 
 void add_overwrite_flag(CLI::App& command, bool& overwrite) {

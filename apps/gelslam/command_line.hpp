@@ -16,12 +16,19 @@ namespace gelslam {
 struct LogOptions {
   std::string config, model, background, background_frames, time = "clock";
   bool force = false;
+  int track = 0;
 
   void add_to(CLI::App& command);
   /// Of --background-frames A-B.
   std::optional<FrameRange> named_frames() const;
   LogInput input(const std::string& log) const;
 };
+
+/// Prints one line on stderr, whatever the words hold: for all that comes from files.
+void print_line(const std::string& words);
+
+/// --track, of a video with several.
+void add_track_option(CLI::App& command, int& track);
 
 /// Says on stderr in which unit a mesh file was read that notes none.
 void say_mesh_unit(const std::filesystem::path& file);

@@ -30,7 +30,7 @@ const std::vector<std::string> kTakeLogs = {"reconstruct", "scan", "track", "rec
                                kTakeSessions = {"fuse", "scan --continue", "track --map"};
 
 /// Endings of what is written for other programs, or read as a part of a folder.
-constexpr const char* kOnlyWritten[] = {".glb", ".npy", ".html", ".mcap", ".g2o", ".csv"};
+constexpr const char* kOnlyWritten[] = {".glb", ".npy", ".html", ".g2o", ".csv"};
 
 /// Runs one part of a folder's inspection; what is wrong with it becomes one problem and the rest goes on.
 void attempt(InfoReport& report, const std::function<void()>& part) {
@@ -188,7 +188,7 @@ InfoReport inspect_presses(const fs::path& folder) {
 }
 
 /// A data folder, a folder of images, or a video.
-InfoReport inspect_log(const fs::path& log, ProgressSink& progress) {
+InfoReport inspect_log(const fs::path& log, int track, ProgressSink& progress) {
   std::error_code code;
   const bool is_folder = fs::is_directory(log, code);
   const fs::path folder = is_folder ? log : log.parent_path(), config = folder / "config.yaml",
@@ -198,6 +198,7 @@ InfoReport inspect_log(const fs::path& log, ProgressSink& progress) {
   SensorProfile profile;
   if (fs::exists(config, code))
     attempt(report, [&] { profile = add_config(report, find_config({.log = log, .config = config})); });
+  if (track > 0) profile.video_track = track;
   const auto add = [&] { add_log(report, log, profile, progress); };
   is_data ? attempt(report, add) : add();
   if (!profile.calibration_model_path.empty())
@@ -210,16 +211,17 @@ InfoReport inspect_log(const fs::path& log, ProgressSink& progress) {
   return report;
 }
 
-InfoReport inspect_recorded_log(const fs::path& file, ProgressSink& progress) {
+InfoReport inspect_recorded_log(const fs::path& file, int track, ProgressSink& progress) {
   InfoReport report{file, "a recorded log"};
   SensorProfile profile;
   attempt(report, [&] { profile = add_config(report, find_config({.log = file})); });
   if (!read_log_attachments(file).model.empty()) attempt(report, [&] { add_model(report, file); });
+  if (track > 0) profile.video_track = track;
   add_log(report, file, profile, progress);
   return report;
 }
 
-InfoReport inspect_file(const fs::path& file, ProgressSink& progress) {
+InfoReport inspect_file(const fs::path& file, int track, ProgressSink& progress) {
   const std::string ending = file.extension().string(), name = file.filename().string();
   const fs::path folder = fs::absolute(file).parent_path();
   std::error_code code;
@@ -253,26 +255,27 @@ InfoReport inspect_file(const fs::path& file, ProgressSink& progress) {
   } else if (std::ranges::find(kOnlyWritten, ending) != std::end(kOnlyWritten)) {
     throw Error(file.string() + ": not a file that gelslam reads by itself");
   } else {
-    return is_matroska(file) ? inspect_recorded_log(file, progress) : inspect_log(file, progress);
+    return is_matroska(file) ? inspect_recorded_log(file, track, progress)
+                             : inspect_log(file, track, progress);
   }
   return report;
 }
 
 }  // namespace
 
-InfoReport inspect(const fs::path& path, ProgressSink& progress) {
+InfoReport inspect(const fs::path& path, int track, ProgressSink& progress) {
   std::error_code code;
   if (!fs::exists(path, code) && !is_matroska(path)) {
     const std::string left = path.empty() ? "" : left_behind(path);
     throw Error(path.string() + ": no such file or folder" + (left.empty() ? "" : "; " + left));
   }
-  if (!fs::is_directory(path, code)) return inspect_file(path, progress);
+  if (!fs::is_directory(path, code)) return inspect_file(path, track, progress);
   if (fs::exists(path / "report.json", code)) return inspect_run(path);
   if (fs::exists(path / "map.json", code)) return inspect_map(path);
   if (fs::exists(path / "session.db", code)) return inspect_session(path / "session.db");
   if (fs::exists(path / "height_mm.npy", code)) return inspect_surface(path);
   if (fs::exists(path / "catalog.csv", code)) return inspect_presses(path);
-  return inspect_log(path, progress);
+  return inspect_log(path, track, progress);
 }
 
 }  // namespace gelslam

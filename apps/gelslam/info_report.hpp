@@ -21,6 +21,6 @@ struct InfoReport {
 
 /// Throws Error when `path` is nothing of ours or, for a single file, damaged; a damaged part of a folder is
 /// a problem in the report.
-InfoReport inspect(const std::filesystem::path& path, ProgressSink& progress);
+InfoReport inspect(const std::filesystem::path& path, int track, ProgressSink& progress);
 
 }  // namespace gelslam

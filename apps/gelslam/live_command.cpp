@@ -113,7 +113,7 @@ std::string report_text(RunReport r, const LiveStatus& status, const std::vector
   for (const std::string& said : warned) std::erase(r.warnings, said);
   std::string text = warning_words(r.warnings) + warning_words(r.reservations);
   if (quiet) return text;
-  for (const std::string& part : r.parts) text += part + "\n";
+  for (const std::string& part : r.parts) text += one_line(part) + "\n";
   text += fmt::format("{} in {:.1f} s, {} lost by the camera, {} dropped, {} damaged\n",
                       counted(status.frames, "frame"), r.seconds, status.lost_by_camera, status.dropped,
                       status.damaged);
@@ -188,8 +188,8 @@ WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& ar
   window.keeps_run = !options.run_folder.empty();
   window.snapshot = arguments.snapshot;
   if (options.continued && !arguments.quiet)
-    std::cerr << fmt::format("continuing {}: {}\n", options.run_folder.string(),
-                             counted(std::ssize(options.continued->record.keyframes), "keyframe"));
+    print_line(fmt::format("continuing {}: {}", options.run_folder.string(),
+                           counted(std::ssize(options.continued->record.keyframes), "keyframe")));
   if (!arguments.headless) GlContext::window({.visible = false});
   return window;
 }

@@ -64,10 +64,7 @@ std::string did_you_mean(const CLI::App& command) {
   return "";
 }
 
-/// `message` on one line of stderr, whatever it holds.
-void print_error(const std::string& message) {
-  std::cerr << "gelslam: error: " << one_line(message) << std::endl;
-}
+void print_error(const std::string& message) { print_line("gelslam: error: " + message); }
 
 int report_parse_error(const CLI::App& app, const CLI::ParseError& error) {
   std::string name;

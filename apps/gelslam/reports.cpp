@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <iostream>
 
+#include "command_line.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/surface/background.hpp"
@@ -31,7 +32,8 @@ std::string mesh_words(const RunReport::MeshSize& mesh) {
 
 std::string warning_words(const std::vector<std::string>& warnings) {
   std::string text;
-  for (const std::string& sentence : warnings) text += amber("warning: " + sentence, STDERR_FILENO) + "\n";
+  for (const std::string& sentence : warnings)
+    text += amber("warning: " + one_line(sentence), STDERR_FILENO) + "\n";
   return text;
 }
 
@@ -45,7 +47,7 @@ std::string run_words(const RunReport& r, const std::string& run_folder, bool qu
   text += warning_words(r.warnings);
   const std::string last = warning_words(r.reservations);
   if (quiet) return text + last;
-  for (const std::string& part : r.parts) text += part + "\n";
+  for (const std::string& part : r.parts) text += one_line(part) + "\n";
   text += fmt::format("{} of {} frames tracked, {}\n{}, in {} s: {}\n", r.frames.tracked, r.frames.total,
                       map_words(r), mesh_words(r.mesh), short_number(r.seconds, 3), one_line(run_folder));
   return text + last;
@@ -59,12 +61,12 @@ RecordReport::RecordReport(const std::string& log, bool quiet, const RawFrameSou
     : source_(source), log_(log), quiet_(quiet), terminal_(::isatty(STDERR_FILENO) != 0) {}
 
 void RecordReport::start() {
-  if (!quiet_) std::cerr << "recording " << source_.description() << " (Ctrl-C ends it)\n";
+  if (!quiet_) print_line("recording " + source_.description() + " (Ctrl-C ends it)");
 }
 
 void RecordReport::say(const std::string& sentence) {
   clear_line();
-  std::cerr << "gelslam: " << sentence << "\n";
+  print_line("gelslam: " + sentence);
 }
 
 void RecordReport::count(const RawFrame& frame, const LogRecorderStatus& status) {
@@ -99,7 +101,7 @@ void RecordReport::finish(const LogRecorderStatus& status) {
     std::cerr << " in " << fmt::format("{:.1f} s", last_s_ - first_s_) << " ("
               << fmt::format("{:.2f} Hz", rate_hz()) << ")";
   std::cerr << ", " << source_.lost_frames() << " lost by the camera, " << bytes_text(status.bytes) << ": "
-            << log_ << "\n";
+            << one_line(log_) << "\n";
 }
 
 void RecordReport::clear_line() {

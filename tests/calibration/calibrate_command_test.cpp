@@ -97,6 +97,32 @@ TEST(CalibrateCommand, LabelsAndTrainsThroughTheOpticsOnWhatCanBeUsed) {
   expect_mistake(train({"--overwrite"}), "camera_distance_mm must be at least 5");
 }
 
+TEST(CalibrateCommand, LabelsThatAllLieAsideAndPressesOfTheTrainingAreSaid) {
+  const TemporaryFolder folder;
+  PressSet set = labelled(few_presses(), 1.0, 4.0);
+  const std::string right = (folder / "right").string(), aside = (folder / "aside").string(),
+                    model = (folder / "model.json").string();
+  write_folder(right, set);
+  for (CalibrationPress& press : set.presses) press.label->u_px += 3.6;
+  write_folder(aside, set);
+  const ProgramResult trained = calibrate({"train", right, "-o", model, "--steps", "100"});
+  EXPECT_THAT(trained.err, testing::Not(HasSubstr("aside")));
+  EXPECT_THAT(trained.err, testing::Not(HasSubstr("PyTorch")));
+  const ProgramResult pth = calibrate({"train", right, "-o", (folder / "m.pth").string(), "--steps", "100"});
+  EXPECT_THAT(pth.err, HasSubstr("holds neither optics nor uncertainty: also write GelSLAM's own"));
+  const char* const words = "labels lie aside of the contacts by +3.";
+  const ProgramResult wrong =
+      calibrate({"train", aside, "-o", (folder / "wrong.json").string(), "--steps", "100"});
+  EXPECT_THAT(wrong.err, HasSubstr(words));
+  EXPECT_EQ(wrong.exit_code, 1);
+  EXPECT_THAT(calibrate({"check", model, aside}).out, HasSubstr(words));
+  const char* const same = "these seem to be the presses that the model was trained on";
+  EXPECT_THAT(calibrate({"check", model, right}).out, HasSubstr(same));
+  set.presses.pop_back();
+  write_folder(folder / "fewer", set);
+  EXPECT_THAT(calibrate({"check", model, (folder / "fewer").string()}).out, testing::Not(HasSubstr(same)));
+}
+
 TEST(CalibrateCommand, RefusesBadPressesAndWritesNothing) {
   const TemporaryFolder folder;
   const std::string presses = (folder / "presses").string(), model = (folder / "model.json").string();

@@ -19,7 +19,16 @@ TEST(NearestName, FindsMisspellingsOnly) {
 TEST(OneLine, HoldsNoControlCharacters) {
   EXPECT_EQ(one_line("a\nb\r\n\tc  d\x1b[31m\n"), "a b c d [31m");
   EXPECT_EQ(one_line("\n \n"), "");
-  EXPECT_EQ(one_line("größe"), "größe");
+  EXPECT_EQ(one_line("größe 触覚 😀"), "größe 触覚 😀");
+  EXPECT_EQ(one_line("a\xff"
+                     "b\xc3"),
+            "a?b?")
+      << "no UTF-8";
+  EXPECT_EQ(one_line("a\xc2\x9b"
+                     "31m"),
+            "a 31m")
+      << "C1 controls begin sequences, too";
+  EXPECT_EQ(one_line(std::string(300'000, 'x')), std::string(4000, 'x') + "...");
 }
 
 TEST(NaturalLess, NumbersCompareAsNumbers) {

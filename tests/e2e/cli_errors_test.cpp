@@ -76,7 +76,10 @@ TEST(Cli, NumbersAreReadWholeOrRefused) {
   expect_mistake(diameter("6.35"), "x.mkv");  // the number is right, and what comes next is wrong
   for (const char* text : {"-1", "18446744073709551616", "1e3", "1.5", "0x10", ""})
     expect_mistake(gelslam({"simulate", "scan", "--seed", text}), " is no whole number from 0 to");
-  expect_mistake(gelslam({"map", "x.ply", "-o", "x", "--touches", "08"}), "x.ply");  // not octal
+  expect_mistake(gelslam({"map", "x.ply", "-o", "x", "--touches", "08", "--units", "mm"}),
+                 "x.ply");  // not octal
+  expect_mistake(gelslam({"simulate", "scan", "--frames", "200001"}),
+                 "200001 is no whole number from 1 to 200000");
 }
 
 TEST(Cli, AFullStandardOutputIsNoticed) {

@@ -67,7 +67,7 @@ TEST(Info, ARunSaysWhatItLacks) {
     EXPECT_THAT(run.out, HasSubstr("warning    poses may be off by 2 mm\n"));
     EXPECT_THAT(run.out,
                 HasSubstr("warning    the gel may be dirty\n  warning    is it this sensor's model?\n"));
-    EXPECT_THAT(run.out, HasSubstr("5 mm in 0 s"));
+    EXPECT_THAT(run.out, HasSubstr("5 mm in 0.4 s"));
   }
   EXPECT_EQ(nlohmann::json::parse(info(folder.path(), true).out).at("warnings").at(2), missing);
   EXPECT_THAT(on_terminal(GELSLAM_PROGRAM " info " + folder.path().string()), HasSubstr("\x1b[33m" + missing))
@@ -101,7 +101,7 @@ TEST(Export, SaysUnitAndLoosePieces) {
   EXPECT_THAT(stl, HasSubstr("2 triangles, in mm\n"));
   EXPECT_THAT(stl, HasSubstr("2 loose pieces: the largest has 75.0 % of the area"));
   EXPECT_THAT(exported({"-o", (folder / "a.ply").string()}), HasSubstr("2 triangles, in m\n"));
-  EXPECT_THAT(exported({"-o", (folder / "a.obj").string(), "--units", "m"}), HasSubstr("in m\n"));
+  EXPECT_THAT(exported({"-o", (folder / "a.obj").string(), "--unit", "m"}), HasSubstr("in m\n"));
   EXPECT_EQ(exported({"-q", "-o", (folder / "b.ply").string()}), "");
   EXPECT_THAT(info(folder / "a.stl").out, HasSubstr("11 x 3 x 0 mm; its unit is mm"));
   const std::string shown = GELSLAM_PROGRAM " export " + (folder / "two.stl").string() +

@@ -1,10 +1,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "../sensor/raw_frames.hpp"
 #include "../support/data_folder.hpp"
+#include "../support/pictures.hpp"
 #include "../support/run_program.hpp"
 
 namespace gelslam {
@@ -47,6 +49,25 @@ TEST(Record, CopiesALogByteByByte) {
   EXPECT_EQ(stored.sensor, "GelSight Mini of the test");
   EXPECT_EQ(stored.camera_settings, "gain 3\n");
   EXPECT_THAT(stored.config_yaml, HasSubstr("device_config"));
+}
+
+TEST(Record, OfTwoVideoTracksTheFirstIsSaidOrOneIsNamed) {
+  const TemporaryFolder folder;
+  for (const auto& [name, frames] : {std::pair{"a.avi", 5}, std::pair{"b.avi", 9}})
+    write_video(folder / name, "MJPG", frames, 320, 240);
+  const std::string two = folder / "two.mkv", one = folder / "one.mkv";
+  const std::string join = "ffmpeg -v error -i " + (folder / "a.avi").string() + " -i " +
+                           (folder / "b.avi").string() + " -map 0 -map 1 -c copy " + two;
+  if (std::system(join.c_str()) != 0) GTEST_SKIP() << "needs ffmpeg";
+  const ProgramResult first = gelslam({"info", two});
+  EXPECT_THAT(first.out, HasSubstr("5 frames over"));
+  EXPECT_THAT(first.out, HasSubstr("has 2 video tracks; this is the first (--track takes another)"));
+  EXPECT_THAT(gelslam({"info", two, "--track", "2"}).out,
+              HasSubstr("9 frames over 0.32 s, 0 lost by the camera; whole"));
+  expect_mistake(gelslam({"info", two, "--track", "3"}), "has 2 video tracks, and no track 3");
+  EXPECT_THAT(gelslam({"record", "--from", two, "--track", "2", "-o", one}).err,
+              HasSubstr("recorded 9 frames"));
+  EXPECT_THAT(gelslam({"info", one}).out, HasSubstr("9 frames over"));
 }
 
 TEST(Record, MistakesAreOneLineAndLeaveNothing) {

@@ -166,6 +166,35 @@ TEST(Evaluate, ABareTrajectoryIsJudgedFromItsFirstFrame) {
   EXPECT_EQ(evaluation.trials, std::nullopt);
 }
 
+/// Another system at another rate, with a gap, in another frame.
+TEST(Evaluate, ATrajectoryByAnotherSystemIsMatchedByTime) {
+  Scene scene;
+  scene.write_run(0);
+  const Pose world_T_map = motion(0.5, 1, -2, 300, 200, 100);
+  std::string lines;
+  for (double s = 0.3; s < 2.5; s += 0.011) {
+    const double index = 25 * s - kBackground;
+    const int before = static_cast<int>(std::floor(index));
+    if (before >= 30 && before < 35) continue;
+    lines += tum_line(
+        s, world_T_map * true_pose(before) *
+               se3_exp((index - before) * se3_log(true_pose(before).inverse() * true_pose(before + 1))));
+  }
+  write_bytes(scene.data / "truth.tum", lines);
+  const Evaluation evaluation = evaluate(compare(scene.run.path(), scene.data / "truth.tum"), std::nullopt);
+  EXPECT_LT(evaluation.trajectory->ate_mm, 1e-3);
+  EXPECT_LT(evaluation.trajectory->over_one_second.translation_mm, 1e-3);
+  EXPECT_EQ(evaluation.trajectory->over_one_second.pairs, 9);
+  EXPECT_LT(evaluation.trajectory->mae_deg.norm(), 1e-3);
+  EXPECT_THAT(to_table(evaluation),
+              HasSubstr("relative to the pose at 0.400000 s (of the true one as the sensor's own)"));
+  EXPECT_THAT(to_table(evaluation), HasSubstr("compared                34 of 40 poses"));
+  EXPECT_EQ(json::parse(to_json(evaluation))["reference_frame"], nullptr);
+  write_bytes(scene.data / "truth.tum", tum_line(1e9, Pose::Identity()));
+  EXPECT_THAT(message_of([&] { compare(scene.run.path(), scene.data / "truth.tum"); }),
+              HasSubstr("are both in Unix time, or from one start?"));
+}
+
 TEST(Evaluate, TruthOfAnotherLengthIsNoticed) {
   Scene scene;
   scene.write_truth(kFrames - 5);  // beside a meta.json that says otherwise

@@ -103,8 +103,8 @@ class Info(unittest.TestCase):
             self.assertRegex(self.info(file), r": the optics of .*\n  optics +camera at 22 mm, lens k1 0.037, dome")
 
     def test_files_that_are_only_written_are_no_videos(self):
-        export("only.glb"), export("only.html"), export("only.mcap")
-        for file in WORK / "only.glb", WORK / "only.html", WORK / "only.mcap", RUN / "pose_graph.g2o", SCAN / "touched.npy":
+        export("only.glb"), export("only.html")
+        for file in WORK / "only.glb", WORK / "only.html", RUN / "pose_graph.g2o", SCAN / "touched.npy":
             self.assertEqual(self.info(file, 2), f"gelslam: error: {file}: not a file that gelslam reads by itself\n")
         self.assertIn(": calibration presses\n", self.info(SCAN.parent / "presses/catalog.csv"))
 
@@ -123,7 +123,7 @@ class Export(unittest.TestCase):
         cls.trajectory = readers.read_tum((RUN / "trajectory.tum").read_text())
 
     def test_height_colors_follow_the_height(self):
-        parts = [m["entities"][0]["triangles"][0] for _, m in readers.Mcap(export("height.mcap")[0]).of("/surface")]
+        parts = [m["entities"][0]["triangles"][0] for _, m in readers.Mcap(export("height.mcap", "--any-log")[0]).of("/surface")]
         z = [point["z"] for part in parts for point in part["points"]]
         red = [color["r"] for part in parts for color in part["colors"]]
         self.assertLess(red[np.argmax(z)], 0.12)  # -z is out of the object
@@ -185,7 +185,7 @@ class Export(unittest.TestCase):
         self.assertIn("2 pieces not joined", gelslam("info", doubtful).stdout)
 
     def test_mcap_holds_poses_pictures_and_surface(self):
-        mcap = readers.Mcap(export("run.mcap")[0])
+        mcap = readers.Mcap(export("run.mcap", "--any-log")[0])
         for key in ("/sensor", "/tf"):
             self.assertEqual([t for t, _ in mcap.of(key)], [round(p[0] * 1e9) for p in self.trajectory])
         for (_, message), pose in zip(mcap.of("/sensor"), self.trajectory):
@@ -219,25 +219,32 @@ class Export(unittest.TestCase):
         moved = WORK / "moved"
         shutil.copytree(RUN, moved, dirs_exist_ok=True)
         report = json.loads((moved / "report.json").read_text())
-        (moved / "report.json").write_text(json.dumps({**report, "log": "/nowhere/log.avi"}))
-        data, said = export("moved.mcap", source=moved)
+        (moved / "report.json").write_text(json.dumps({**report, "log": "/nowhere/\x1b[31m\a/log.avi"}))
+        data, said = export("moved.mcap", "--any-log", source=moved)
         self.assertIn("no pictures: ", said)
-        self.assertIn("/nowhere/log.avi", said)
+        self.assertIn("/nowhere/ [31m /log.avi", said)
         mcap = readers.Mcap(data)
         self.assertEqual(mcap.of("/tactile"), [])
         self.assertEqual(len(mcap.of("/sensor")), len(self.trajectory))
+        (moved / "report.json").write_text(json.dumps({**report, "log": str(SCAN)}))
+        data, said = export("moved.mcap", source=moved)
+        self.assertIn("is not beside the run; --any-log takes it all the same", said)
+        self.assertEqual(readers.Mcap(data).of("/tactile"), [])
+        shutil.copytree(SCAN, WORK / "beside")
+        (moved / "report.json").write_text(json.dumps({**report, "log": str(WORK / "beside")}))
+        self.assertEqual(len(readers.Mcap(export("moved.mcap", source=moved)[0]).of("/tactile")), report["frames"]["total"])
         (moved / "report.json").write_text(json.dumps(report))
         (moved / "config.yaml").write_text("device_config: [")  # says at what size pictures were tracked
-        data, said = export("moved.mcap", source=moved)
+        data, said = export("moved.mcap", "--any-log", source=moved)
         self.assertIn("config.yaml", said)
         self.assertEqual(len(readers.Mcap(data).of("/sensor")), len(self.trajectory))
         (moved / "mesh.ply").unlink()
-        data, said = export("moved.mcap", source=moved)
+        data, said = export("moved.mcap", "--any-log", source=moved)
         self.assertIn("no surface: the run has no mesh", said)
         self.assertEqual(readers.Mcap(data).of("/surface"), [])
 
     def test_a_log_that_knows_its_time_lies_beside_a_robots_bag(self):
-        pictures = readers.Mcap(export("run.mcap")[0]).of("/tactile")
+        pictures = readers.Mcap(export("run.mcap", "--any-log")[0]).of("/tactile")
         start_us = 1764268461123457
         times_us = [start_us + t // 1000 for t, _ in pictures]
         named = WORK / "named"
@@ -264,9 +271,9 @@ class Export(unittest.TestCase):
         self.assertRegex(gelslam("info", timed).stdout, r"times +from 2025-11-27 18:34:21\.123457 UTC")
         self.assertRegex(gelslam("info", SCAN).stdout, r"times +from 0; it does not say when it was recorded")
 
-        data, said = export("timed.mcap", source=run)
+        data, said = export("timed.mcap", "--any-log", source=run)
         self.assertNotIn("times from 0", said)
-        self.assertIn("times from 0: the log does not say when it was recorded", export("zero.mcap", source=zero)[1])
+        self.assertIn("times from 0: the log does not say when it was recorded", export("zero.mcap", "--any-log", source=zero)[1])
         ours = readers.Mcap(data)
         self.assertEqual([t for t, _ in ours.of("/tactile")], [1000 * t for t in times_us])
         self.assertEqual([t for t, _ in ours.of("/sensor")], [1000 * t for t in at_us])
@@ -282,7 +289,7 @@ class Export(unittest.TestCase):
         frames = json.loads((RUN / "report.json").read_text())["frames"]["total"]
         once = [i / 25 for i in range(frames)]
         times = [round(t * 1e9) for t in once + [once[-1] + 1 + t for t in once]]
-        mcap = readers.Mcap(export("both.mcap", source=both)[0])
+        mcap = readers.Mcap(export("both.mcap", "--any-log", source=both)[0])
         pictures = mcap.of("/tactile")
         self.assertEqual([t for t, _ in pictures], times)
         self.assertEqual([m["data"] for _, m in pictures[:frames]], [m["data"] for _, m in pictures[frames:]])
@@ -292,7 +299,7 @@ class Export(unittest.TestCase):
         report = json.loads((both / "report.json").read_text())
         report["logs"][0]["file"] = "/nowhere/log.avi"
         (both / "report.json").write_text(json.dumps(report))
-        data, said = export("half.mcap", source=both)
+        data, said = export("half.mcap", "--any-log", source=both)
         self.assertIn("not all pictures: ", said)
         self.assertIn("/nowhere/log.avi", said)
         self.assertEqual([t for t, _ in readers.Mcap(data).of("/tactile")], times[frames:])

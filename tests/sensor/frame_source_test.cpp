@@ -177,6 +177,25 @@ TEST(VideoSource, WhatIsNoVideoIsNamed) {
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
+TEST(EveryInput, DataSetsOfRoboticsAreNamedWithTheWayToTheirPictures) {
+  TemporaryFolder folder;
+  write_bytes(folder / "a.mcap", "\x89MCAP0\r\n and more");
+  write_bytes(folder / "a.bag", "#ROSBAG V2.0\n");
+  write_bytes(folder / "a.h5", "\x89HDF\r\n\x1a\n and more");
+  EXPECT_THAT(error_of(folder / "a.mcap"), HasSubstr("a.mcap: an MCAP file; play it (ros2 bag play BAG)"));
+  EXPECT_THAT(error_of(folder / "a.bag"), HasSubstr("a.bag: a bag of ROS 1; play it (rosbag play BAG)"));
+  EXPECT_THAT(error_of(folder / "a.h5"), HasSubstr("a.h5: an HDF5 file; save its pictures"));
+  for (const char* made : {"bag2", "lerobot/meta", "lerobot/videos/front"})
+    std::filesystem::create_directories(folder / made);
+  write_bytes(folder / "bag2/metadata.yaml", "rosbag2_bagfile_information:\n");
+  write_bytes(folder / "lerobot/meta/info.json", "{}");
+  write_bytes(folder / "lerobot/videos/front/0.mp4", "");
+  EXPECT_THAT(error_of(folder / "bag2"), HasSubstr("bag2: a bag of ROS 2; play it"));
+  EXPECT_THAT(
+      error_of(folder / "lerobot"),
+      testing::MatchesRegex(".*lerobot: a LeRobot data set; give one of its videos, as .*/front/0.mp4"));
+}
+
 TEST(ImageFolderSource, NaturalOrderAndTheProfilesRate) {
   TemporaryFolder folder;
   for (const char* name : {"f10.png", "f9.bmp", "f1.png", "f2.png"}) {
@@ -226,6 +245,44 @@ TEST(ImageFolderSource, NamesThatAreTimesAreTimes) {
     EXPECT_THAT(source->description(), HasSubstr("of 3 images, "));
     EXPECT_THAT(source->description(), HasSubstr(" Hz, times of their names"));
   }
+}
+
+TEST(ImageFolderSource, TimesOfTwoNumbersAreRead) {
+  for (const std::vector<std::string>& names :
+       {std::vector<std::string>{"1403636579_980000000.png", "1403636580_20000000.png",
+                                 "1403636580_60000000.png", "1403636580_100000000.png"},
+        {"1403636579.980000000.png", "1403636580.20000000.png", "1403636580.60000000.png",
+         "1403636580.100000000.png"},
+        {"1403636579.98.png", "1403636580.02.png", "1403636580.06.png", "1403636580.1.png"}}) {
+    TemporaryFolder folder;
+    write_pictures(folder, names);
+    const Played played = play(folder.path());
+    EXPECT_THAT(played.times_s, testing::Pointwise(testing::DoubleNear(1e-6), {0.0, 0.04, 0.08, 0.12}))
+        << names[0];
+    EXPECT_THAT(played.warning, testing::Not(HasSubstr("time")));
+  }
+}
+
+TEST(ImageFolderSource, TimesThatCannotBeRightAreSaid) {
+  const auto milliseconds = [](int time) { return "1403636" + std::to_string(579000 + time) + ".png"; };
+  TemporaryFolder back;  // by half a second, before the picture at 1 s
+  std::vector<std::string> names;
+  for (int i = 0; i < 60; ++i) names.push_back(milliseconds(40 * i - (i < 25 ? 0 : 490)));
+  write_pictures(back, names);
+  EXPECT_THAT(play(back.path()).warning,
+              HasSubstr("after half of the usual time, as several before it; if the clock"));
+  TemporaryFolder twice;
+  write_pictures(twice, {"a" + milliseconds(0), milliseconds(0), milliseconds(40)});
+  EXPECT_THAT(play(twice.path()).warning, HasSubstr(".png: its name gives no time of its own"));
+  TemporaryFolder odd;
+  write_pictures(odd, {"odd.png", milliseconds(0), milliseconds(40)});
+  EXPECT_THAT(play(odd.path()).warning,
+              HasSubstr("odd.png: its name gives no time of its own; times are counted at 50 Hz"));
+  TemporaryFolder uneven;
+  names.clear();
+  for (int i = 0; i < 60; ++i) names.push_back(milliseconds(40 * i + 7 * i % 18));
+  write_pictures(uneven, names);
+  EXPECT_THAT(play(uneven.path()).warning, testing::Not(HasSubstr("clock")));
 }
 
 TEST(ImageFolderSource, NumbersThatAreNoTimesOfThisCenturyStayNumbers) {

@@ -31,6 +31,7 @@ TEST_F(ConfigFile, EveryValueSurvivesWritingAndReading) {
   config.sensor.raw_width_px = 640;
   config.sensor.raw_height_px = 480;
   config.sensor.frame_rate_hz = 59.94;
+  config.sensor.video_track = 2;
   config.sensor.camera = "DIGIT D20966";
   config.sensor.camera_format = "YUYV";
   config.sensor.camera_controls = "exposure_time_absolute=120, gain=3";
@@ -63,6 +64,13 @@ TEST_F(ConfigFile, EveryValueSurvivesWritingAndReading) {
   EXPECT_EQ(back.sensor.device_name, config.sensor.device_name);
   EXPECT_EQ(back.sensor.pixel_pitch_mm, config.sensor.pixel_pitch_mm) << "to the last bit";
   EXPECT_EQ(back.slam.verification.curvature.min_ccs, 0.82);
+}
+
+TEST_F(ConfigFile, PixelsPerMillimeterAreNotTakenForThePitch) {
+  EXPECT_THAT(
+      message_of([&] { read("device_config:\n  ppmm: 18.6\n"); }),
+      HasSubstr("ppmm is 18.6, must be from 0.001 to 1: mm per pixel after crop and resize, not pixels "
+                "per mm: perhaps 0.05376"));
 }
 
 TEST_F(ConfigFile, ThePublicConfigurationIsReadAsItIs) {

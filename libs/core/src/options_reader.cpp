@@ -33,17 +33,18 @@ class OptionReader final : public OptionVisitor {
     return static_cast<bool>(node);
   }
 
-  void number(const std::string& key, double& value, double min, double max, const std::string&) override {
-    if (const YAML::Node node = find(key)) value = bounded(node, key, min, max);
+  void number(const std::string& key, double& value, double min, double max,
+              const std::string& comment) override {
+    if (const YAML::Node node = find(key)) value = bounded(node, key, min, max, comment);
   }
 
   void pair(const std::string& key, std::array<double, 2>& values, double min, double max,
-            const std::string&) override {
+            const std::string& comment) override {
     const YAML::Node node = find(key);
     if (!node) return;
     if (!node.IsSequence() || node.size() != values.size())
       fail_value(node, key, "must be two numbers: [1, 2]");
-    for (std::size_t i = 0; i < values.size(); ++i) values[i] = bounded(node[i], key, min, max);
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = bounded(node[i], key, min, max, comment);
   }
 
   void integer(const std::string& key, int& value, int min, int max, const std::string&) override {
@@ -161,12 +162,18 @@ class OptionReader final : public OptionVisitor {
     return node.Scalar();
   }
 
-  double bounded(const YAML::Node& node, const std::string& key, double min, double max) const {
+  double bounded(const YAML::Node& node, const std::string& key, double min, double max,
+                 const std::string& comment) const {
     double given = 0.0;
     if (!parse(scalar(node, key, "a number"), given) || !std::isfinite(given))
       fail_value(node, key, "must be a number");
     if (given < min || given > max)
-      fail_value(node, key, fmt::format("is {}, must be from {} to {}", shortened(node.Scalar()), min, max));
+      fail_value(
+          node, key,
+          fmt::format("is {}, must be from {} to {}: {}", shortened(node.Scalar()), min, max, comment) +
+              (comment.starts_with("mm per pixel") && 1 / given >= min && 1 / given <= max
+                   ? ", not pixels per mm: perhaps " + short_number(1 / given)
+                   : ""));
     return given;
   }
 

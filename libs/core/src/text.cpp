@@ -20,6 +20,21 @@ std::string_view number_at(std::string_view text, std::size_t at, std::size_t& e
   return text.substr(at, end - at);
 }
 
+/// Bytes of the letter that UTF-8 text begins with; 0 where these are none.
+std::size_t letter_bytes(std::string_view text) {
+  const auto first = static_cast<unsigned char>(text[0]);
+  const std::size_t bytes = first < 0x80   ? 1
+                            : first < 0xc2 ? 0
+                            : first < 0xe0 ? 2
+                            : first < 0xf0 ? 3
+                            : first < 0xf5 ? 4
+                                           : 0;
+  if (bytes > text.size()) return 0;
+  for (std::size_t i = 1; i < bytes; ++i)
+    if ((static_cast<unsigned char>(text[i]) & 0xc0) != 0x80) return 0;
+  return bytes;
+}
+
 /// Least number of insertions, deletions and replacements of one byte and swaps of two neighbors that turn
 /// `a` into `b` (optimal string alignment: no byte is edited twice).
 int edit_distance(std::string_view a, std::string_view b) {
@@ -58,17 +73,21 @@ std::string nearest_name(std::string_view word, const std::vector<std::string>& 
 }
 
 std::string one_line(std::string_view text) {
+  constexpr std::size_t kMostBytes = 4000;
   std::string line;
-  for (const char c : text) {
-    const bool blank = static_cast<unsigned char>(c) <= ' ' || c == '\x7f';
-    if (!blank) {
-      line += c;
-    } else if (!line.empty() && line.back() != ' ') {
+  while (!text.empty() && line.size() < kMostBytes) {
+    const std::string_view letter = text.substr(0, letter_bytes(text));
+    text.remove_prefix(std::max<std::size_t>(letter.size(), 1));
+    const bool blank = letter.size() == 1
+                           ? static_cast<unsigned char>(letter[0]) <= ' ' || letter[0] == '\x7f'
+                           : letter.starts_with('\xc2') && letter[1] < '\xa0';
+    if (!blank)
+      line += letter.empty() ? "?" : letter;
+    else if (!line.empty() && line.back() != ' ')
       line += ' ';
-    }
   }
   if (!line.empty() && line.back() == ' ') line.pop_back();
-  return line;
+  return text.empty() ? line : line + "...";
 }
 
 bool natural_less(std::string_view a, std::string_view b) {

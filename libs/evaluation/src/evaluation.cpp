@@ -1,9 +1,11 @@
 #include "gelslam/evaluation/evaluation.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/median.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 
 namespace gelslam {
@@ -79,9 +81,50 @@ MeshEvaluation evaluate_meshes(const PlacedMeshes& meshes, const std::vector<Eig
   return result;
 }
 
+/// Between the two poses around a time, unless these are too far apart.
+std::optional<Pose> pose_at(const std::vector<StampedPose>& trajectory, double time_s) {
+  constexpr double kMostApartS = 0.1;
+  const auto after = std::ranges::lower_bound(trajectory, time_s, {}, &StampedPose::time_s);
+  if (after == trajectory.end()) return std::nullopt;
+  if (after->time_s == time_s) return after->map_T_sensor;
+  if (after == trajectory.begin() || after->time_s - std::prev(after)->time_s > kMostApartS)
+    return std::nullopt;
+  const StampedPose& before = *std::prev(after);
+  const double share = (time_s - before.time_s) / (after->time_s - before.time_s);
+  return before.map_T_sensor * se3_exp(share * se3_log(before.map_T_sensor.inverse() * after->map_T_sensor));
+}
+
+/// Matches by time: one true pose for each of the run's, indices as its rate gives them.
+Comparison compare_with_trajectory(const std::filesystem::path& run, const std::filesystem::path& tum) {
+  constexpr double kMaxFps = 1000;
+  Comparison comparison;
+  comparison.run = read_run(run);
+  GroundTruth& truth = comparison.truth;
+  const std::vector<StampedPose> measured = read_tum(tum),
+                                 poses = read_tum(std::filesystem::is_directory(run) ? run / "trajectory.tum"
+                                                                                     : run);
+  std::vector<double> steps_s;
+  for (std::size_t i = 1; i < poses.size(); ++i) steps_s.push_back(poses[i].time_s - poses[i - 1].time_s);
+  truth.fps = steps_s.empty() ? truth.fps : std::min(kMaxFps, 1 / quantile(steps_s, 0.5));
+  truth.background_frames = 0;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const int missing =
+        i == 0 ? 0 : static_cast<int>(std::lround(std::clamp(steps_s[i - 1], 0.0, 2.0) * truth.fps)) - 1;
+    truth.start_T_currs.resize(truth.start_T_currs.size() + static_cast<std::size_t>(std::max(0, missing)));
+    comparison.estimate.push_back({static_cast<int>(truth.start_T_currs.size()), poses[i].map_T_sensor});
+    truth.start_T_currs.push_back(pose_at(measured, poses[i].time_s));
+    if (!truth.start_s && truth.start_T_currs.back()) truth.start_s = poses[i].time_s;
+  }
+  if (!truth.start_s)
+    throw Error(tum.string() +
+                ": no pose around any time of the run; are both in Unix time, or from one start?");
+  return comparison;
+}
+
 }  // namespace
 
 Comparison compare(const std::filesystem::path& run, const std::filesystem::path& data_folder) {
+  if (std::filesystem::is_regular_file(data_folder)) return compare_with_trajectory(run, data_folder);
   Comparison comparison;
   comparison.truth = read_ground_truth(data_folder);
   comparison.run = read_run(run);
@@ -116,7 +159,8 @@ Evaluation evaluate(const Comparison& comparison, const std::optional<PlacedMesh
   // As the public system is measured, whose first frame is its anchor.
   const int first = choose_reference_index(comparison.estimate, truth.start_T_currs, std::nullopt);
   evaluation.trajectory = evaluate_trajectory(comparison.estimate, truth.start_T_currs, first, truth.fps);
-  evaluation.reference_frame = first + truth.background_frames;
+  evaluation.reference_s = truth.start_s;
+  if (!truth.start_s) evaluation.reference_frame = first + truth.background_frames;
   evaluation.anchor_frame = comparison.run.anchor_frame;
   evaluation.trials = comparison.run.trials;
   evaluation.components = comparison.run.components;

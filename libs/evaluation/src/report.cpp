@@ -11,7 +11,12 @@ using Json = nlohmann::ordered_json;
 
 std::string trajectory_table(const Evaluation& evaluation) {
   const TrajectoryMetrics& t = *evaluation.trajectory;
-  std::string text = "Trajectory, relative to frame " + std::to_string(*evaluation.reference_frame) + "\n";
+  std::string text =
+      evaluation.reference_s
+          ? fmt::format(
+                "Trajectory, relative to the pose at {:.6f} s (of the true one as the sensor's own)\n",
+                *evaluation.reference_s)
+          : fmt::format("Trajectory, relative to frame {}\n", *evaluation.reference_frame);
   text += fmt::format("  mean absolute error     x {:.4f}  y {:.4f}  z {:.4f} mm\n", t.mae_mm.x(),
                       t.mae_mm.y(), t.mae_mm.z());
   text += fmt::format("                          rx {:.3f}  ry {:.3f}  rz {:.3f} deg\n", t.mae_deg.x(),
@@ -26,6 +31,9 @@ std::string trajectory_table(const Evaluation& evaluation) {
       fmt::format("  RPE over 1 s            {:.4f} mm  {:.4f} deg ({} pairs)\n",
                   t.over_one_second.translation_mm, t.over_one_second.rotation_deg, t.over_one_second.pairs);
   text += fmt::format("  at the last frame       {:.4f} mm  {:.3f} deg\n", t.final_mm, t.final_deg);
+  if (evaluation.reference_s)
+    return text + fmt::format("  compared                {} of {} poses\n", t.compared_frames,
+                              t.compared_frames + t.estimated_without_touch);
   text += fmt::format("  touched frames tracked  {} of {} ({:.1f} %)\n", t.compared_frames, t.touched_frames,
                       100.0 * t.tracked_share());
   if (t.estimated_without_touch > 0) {
@@ -125,6 +133,7 @@ std::string to_json(const Evaluation& evaluation) {
   Json json;
   json["trajectory"] = evaluation.trajectory ? to_json(*evaluation.trajectory) : Json(nullptr);
   json["reference_frame"] = or_null(evaluation.reference_frame);
+  json["reference_s"] = or_null(evaluation.reference_s);
   json["anchor_frame"] = or_null(evaluation.anchor_frame);
   json["trials"] = or_null(evaluation.trials);
   json["components"] = or_null(evaluation.components);

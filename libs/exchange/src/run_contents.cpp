@@ -36,8 +36,9 @@ void add_path(RunContents& run) {
         (run.trajectory[i].map_T_sensor.translation() - run.trajectory[i - 1].map_T_sensor.translation())
             .norm();
   const double duration_s = run.trajectory.back().time_s - run.trajectory.front().time_s;
-  run.figures.emplace_back("Motion",
-                           fmt::format("{} mm in {}", short_number(length_mm), duration_text(duration_s)));
+  run.figures.emplace_back("Motion", fmt::format("{} mm in {}", short_number(length_mm),
+                                                 duration_s < 10 ? short_number(duration_s, 2) + " s"
+                                                                 : duration_text(duration_s)));
 }
 
 /// Where a log lies is nobody's business whom a page is sent to.

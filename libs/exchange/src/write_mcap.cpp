@@ -262,10 +262,15 @@ class RunRecorder {
 };
 
 /// Writes the pictures of a log that can be read; the reason why there are no more, or "".
-std::string write_pictures(RunRecorder& recorder, const std::filesystem::path& config,
-                           const RunReport::Log& log, ProgressSink& progress, std::int64_t& written) {
+std::string write_pictures(RunRecorder& recorder, const RunContents& run, const RunReport::Log& log,
+                           ProgressSink& progress, std::int64_t& written) {
   if (log.file.empty()) return "the run does not say which log it was made from";
+  const std::filesystem::path config = run.folder / "config.yaml",
+                              beside = std::filesystem::weakly_canonical(run.folder).parent_path(),
+                              place = std::filesystem::weakly_canonical(log.file).lexically_relative(beside);
   try {
+    if (!run.takes_any_log && (place.empty() || *place.begin() == ".."))
+      throw Error(log.file + ": is not beside the run; --any-log takes it all the same");
     const SensorProfile profile =
         std::filesystem::exists(config) ? read_config(config).sensor : SensorProfile{};
     const auto source = open_frame_source(log.file, profile);
@@ -294,8 +299,7 @@ McapOutcome write_mcap(const std::filesystem::path& path, const RunContents& run
   McapOutcome outcome;
   outcome.poses = static_cast<std::int64_t>(run.trajectory.size());
   for (const RunReport::Log& log : run.logs)
-    append_sentence(outcome.missing,
-                    write_pictures(recorder, run.folder / "config.yaml", log, progress, outcome.pictures));
+    append_sentence(outcome.missing, write_pictures(recorder, run, log, progress, outcome.pictures));
   recorder.write_poses(std::numeric_limits<double>::infinity());
   recorder.finish();
   return outcome;

@@ -54,6 +54,24 @@ std::optional<double> ball_share_of_labels(const PressSet& set, const std::vecto
   return shares.size() < kMinCompared ? std::nullopt : std::optional(std::min(1.0, median(shares)));
 }
 
+/// Labels of another crop lie aside of all contacts by as much.
+std::string common_offset(const PressSet& set, const std::vector<FoundCircle>& found) {
+  constexpr double kMostPx = 3.0;  // hand-made labels of two sensors: within 1.5
+  std::vector<double> right_px, down_px;
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    const auto& label = set.presses[k].label;
+    if (!label || set.presses[k].left_out || !found[k].problem.empty()) continue;
+    right_px.push_back(label->u_px - found[k].circle.u_px);
+    down_px.push_back(label->v_px - found[k].circle.v_px);
+  }
+  const double right = median(right_px), down = median(down_px);
+  if (right_px.size() < kMinCompared || std::hypot(right, down) < kMostPx) return "";
+  return fmt::format(
+      "labels lie aside of the contacts by {:+.1f} px along x and {:+.1f} px along y (median of {}): "
+      "were they drawn in pictures of another crop?",
+      right, down, right_px.size());
+}
+
 /// Why a label cannot be right, or nothing.
 std::string problem_with_label(const CalibrationPress& press, const FoundCircle& found) {
   const ContactCircle& label = *press.label;
@@ -122,6 +140,7 @@ BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool autom
   require_possible_widths(set, shares);
   const std::optional<double> drawn_share = ball_share_of_labels(set, found);
   BallZones result;
+  result.doubt = common_offset(set, found);
   for (std::size_t k = 0; k < set.presses.size(); ++k) {
     const CalibrationPress& press = set.presses[k];
     const ContactCircle circle = press.label.value_or(found[k].circle);

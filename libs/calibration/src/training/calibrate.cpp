@@ -51,6 +51,7 @@ Calibration calibrate(const PressSet& set, const CalibrationOptions& options, Pr
   model.optics = set.optics;
   progress.begin("checking", static_cast<std::int64_t>(zones.zones.size()));
   ModelCheck check = check_model(model, set, zones.zones, training.pixel_pitch_mm, count);
+  check.add_doubt(zones.doubt);
   progress.end();
   CalibrationRecord record = record_of(set, check, training);
   return {{std::move(model), std::move(record)}, std::move(check)};

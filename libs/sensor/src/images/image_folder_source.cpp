@@ -25,6 +25,7 @@ struct FolderTimes {
   std::vector<std::int64_t> unix_us = {};  ///< from their names; empty: these are no times
   std::vector<std::int64_t> numbers;       ///< of the frames, from 0, with gaps where names leave some out
   double rate_hz;
+  std::string doubt = {};  ///< for people
 
   double time_s(std::size_t i) const {
     return unix_us.empty() ? static_cast<double>(numbers[i]) / rate_hz
@@ -38,7 +39,8 @@ struct FolderTimes {
 };
 
 /// The digits that a name ends with, and those behind a point: "cam0-1403636579.763" has "1403636579", "763".
-std::pair<std::string, std::string> number_in(const fs::path& image) {
+/// So has "1403636579_763" where the names are of `seconds_nanoseconds`.
+std::pair<std::string, std::string> number_in(const fs::path& image, bool seconds_nanoseconds = false) {
   const std::string stem = image.stem().string();
   const auto digits_before = [&](std::size_t end) {
     std::size_t begin = end;
@@ -47,18 +49,20 @@ std::pair<std::string, std::string> number_in(const fs::path& image) {
   };
   const std::string last = digits_before(stem.size());
   const std::size_t point = stem.size() - last.size();
-  if (point == 0 || stem[point - 1] != '.') return {last, ""};
+  if (point == 0 || (stem[point - 1] != '.' && !(seconds_nanoseconds && stem[point - 1] == '_')))
+    return {last, ""};
   const std::string whole = digits_before(point - 1);
   return whole.empty() ? std::pair(last, std::string()) : std::pair(whole, last);
 }
 
 /// Of a name that is a time since 1970 as datasets write it: seconds (10 digits, perhaps with more behind a
-/// point), milliseconds (13), microseconds (16) or nanoseconds (19).
-std::optional<std::int64_t> unix_us_of_name(const fs::path& image) {
-  const auto [whole, behind] = number_in(image);
+/// point, or with a number of nanoseconds), milliseconds (13), microseconds (16) or nanoseconds (19).
+std::optional<std::int64_t> unix_us_of_name(const fs::path& image, bool seconds_nanoseconds) {
+  auto [whole, behind] = number_in(image, seconds_nanoseconds);
   if (whole.size() != 10 &&
       (!behind.empty() || (whole.size() != 13 && whole.size() != 16 && whole.size() != 19)))
     return std::nullopt;
+  if (seconds_nanoseconds && behind.size() < 9) behind.insert(0, 9 - behind.size(), '0');
   const std::int64_t unix_us = std::stoll((whole + behind + "000000").substr(0, 16));
   constexpr std::int64_t kFirstUs = 1'000'000'000'000'000;  // 2001
   return unix_us >= kFirstUs && unix_us < kMaxUnixUs ? std::optional(unix_us) : std::nullopt;
@@ -93,14 +97,46 @@ std::vector<std::int64_t> frame_numbers(const std::vector<fs::path>& images) {
   return named;
 }
 
-FolderTimes times_of(const std::vector<fs::path>& images, double profile_rate_hz) {
+/// Where a clock was set back, pictures of two times mix: two steps together make the usual one. Else "".
+std::string doubt_of(const std::vector<std::int64_t>& unix_us, std::int64_t usual_us,
+                     const std::vector<fs::path>& images) {
+  constexpr int kFewestMixed = 6;
+  int mixed = 0;
+  for (std::size_t i = 2; i < unix_us.size(); ++i) {
+    mixed = 5 * std::abs(unix_us[i] - unix_us[i - 2] - usual_us) < usual_us ? mixed + 1 : 0;
+    if (mixed == kFewestMixed)
+      return images[i].string() +
+             ": taken after half of the usual time, as several before it; if the clock "
+             "was set back there, their order is wrong";
+  }
+  return "";
+}
+
+/// Brings the images into the order of their names' times, if they have some.
+FolderTimes times_of(std::vector<fs::path>& images, double profile_rate_hz) {
   FolderTimes times{.numbers = frame_numbers(images), .rate_hz = profile_rate_hz};
-  std::vector<std::int64_t> unix_us;
-  for (const fs::path& image : images)
-    if (const auto time = unix_us_of_name(image)) unix_us.push_back(*time);
-  if (unix_us.size() != images.size() || unix_us.size() < 2 || !increases(unix_us)) return times;
-  times.rate_hz = 1e6 / static_cast<double>(quantile(steps_of(unix_us), 0.5));
-  times.unix_us = std::move(unix_us);
+  const bool seconds_nanoseconds = std::ranges::any_of(
+      images, [](const fs::path& image) { return number_in(image, true).second.size() == 9; });
+  std::map<std::int64_t, fs::path> timed;
+  std::string second;  // name of the same time, or without one
+  for (const fs::path& image : images) {
+    const auto time = unix_us_of_name(image, seconds_nanoseconds);
+    if (!time || !timed.emplace(*time, image).second) second = image.string();
+  }
+  if (2 * timed.size() <= images.size() || timed.size() < 2) return times;
+  if (!second.empty()) {
+    times.doubt = second + fmt::format(": its name gives no time of its own; times are counted at {:g} Hz",
+                                       profile_rate_hz);
+    return times;
+  }
+  images.clear();
+  for (auto& [time_us, image] : timed) {
+    times.unix_us.push_back(time_us);
+    images.push_back(std::move(image));
+  }
+  const std::int64_t usual_us = quantile(steps_of(times.unix_us), 0.5);
+  times.rate_hz = 1e6 / static_cast<double>(usual_us);
+  times.doubt = doubt_of(times.unix_us, usual_us, images);
   return times;
 }
 
@@ -131,6 +167,7 @@ class ImageFolderSource final : public RawFrameSource {
     return fmt::format("folder {} of {} images, {:g} Hz{}", folder_.string(), images_.size(), times_.rate_hz,
                        times_.words());
   }
+  std::string warning() const override { return times_.doubt; }
   std::int64_t lost_frames() const override {
     return index_ == 0 ? 0 : times_.numbers[index_ - 1] + 1 - static_cast<std::int64_t>(index_);
   }

@@ -7,6 +7,9 @@ extern "C" {
 #include <libswscale/swscale.h>
 }
 
+#include <fmt/core.h>
+
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -17,6 +20,7 @@ extern "C" {
 #include <utility>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/core/trajectory.hpp"
 #include "images/crop.hpp"
 #include "images/sources.hpp"
@@ -123,7 +127,9 @@ struct VideoFile::Av {
   bool is_whole();
   bool convert();
   void obey_color_tags();
-  std::int64_t indexed_frames() const;
+  /// Nullptr where there is none.
+  AVStream* video(int track, int& count) const;
+  std::int64_t indexed_frames(int track) const;
   std::optional<std::int64_t> microseconds(std::int64_t ticks) const;
 };
 
@@ -233,25 +239,32 @@ std::optional<std::int64_t> VideoFile::Av::microseconds(std::int64_t ticks) cons
 
 /// Pictures that a complete index leads to, before any is read: an AVI lists none for a dropped frame, and
 /// the edit list of an MP4 may leave some out. 0: there is no index.
-std::int64_t VideoFile::Av::indexed_frames() const {
+std::int64_t VideoFile::Av::indexed_frames(int track) const {
   std::int64_t frames = 0;
-  for (AVStream* video : std::span(file->streams, file->nb_streams)) {
-    if (video->codecpar->codec_type != AVMEDIA_TYPE_VIDEO) continue;
-    for (int i = 0; i < avformat_index_get_entries_count(video); ++i)
-      frames += (avformat_index_get_entry(video, i)->flags & AVINDEX_DISCARD_FRAME) == 0;
-    break;
-  }
+  int count = 0;
+  AVStream* const of = video(track, count);
+  for (int i = 0; of != nullptr && i < avformat_index_get_entries_count(of); ++i)
+    frames += (avformat_index_get_entry(of, i)->flags & AVINDEX_DISCARD_FRAME) == 0;
   return frames;
 }
 
-VideoFile::VideoFile(const std::filesystem::path& path, const char* format)
+AVStream* VideoFile::Av::video(int track, int& count) const {
+  AVStream* found = nullptr;
+  for (AVStream* one : std::span(file->streams, file->nb_streams))
+    if (one->codecpar->codec_type == AVMEDIA_TYPE_VIDEO &&
+        (one->disposition & AV_DISPOSITION_ATTACHED_PIC) == 0 && ++count == std::max(track, 1))
+      found = one;
+  return found;
+}
+
+VideoFile::VideoFile(const std::filesystem::path& path, const char* format, int track)
     : path_(path), av_(std::make_unique<Av>()) {
   const Error unreadable(path.string() + ": not a video that can be read (or damaged from the start)");
   const bool matroska = is_matroska(path);
   if (!av_->open(path, matroska ? "matroska" : format)) throw unreadable;
-  const std::int64_t indexed = matroska ? 0 : av_->indexed_frames();
+  const std::int64_t indexed = matroska ? 0 : av_->indexed_frames(track);
   if (!matroska && avformat_find_stream_info(av_->file, nullptr) < 0) throw unreadable;
-  find_video(path, matroska);
+  find_video(path, matroska, track);
   if (indexed > 0 && properties_.frames_are_counted && properties_.frames)
     properties_.frames = std::min(*properties_.frames, indexed);
   check_picture_size(path, properties_.width_px, properties_.height_px);
@@ -263,23 +276,20 @@ VideoFile::VideoFile(const std::filesystem::path& path, const char* format)
 
 VideoFile::~VideoFile() = default;
 
-void VideoFile::find_video(const std::filesystem::path& path, bool is_matroska) {
+void VideoFile::find_video(const std::filesystem::path& path, bool is_matroska, int track) {
   Properties& p = properties_;
   p.ours = tag_of(av_->file->metadata, "encoder") == kLogApplication;
-  for (AVStream* stream : std::span(av_->file->streams, av_->file->nb_streams)) {
-    const bool is_video = stream->codecpar->codec_type == AVMEDIA_TYPE_VIDEO &&
-                          (stream->disposition & AV_DISPOSITION_ATTACHED_PIC) == 0;
-    if (is_video && av_->stream == nullptr) {
-      av_->stream = stream;
-      continue;
-    }
-    if (is_video && p.ours)
-      throw Error(path.string() +
-                  ": a log of two sensors, as older versions made; take one out with: ffmpeg -i " +
-                  path.string() + " -map 0:v:0 -c copy first.mkv, and name its configuration and model");
-    stream->discard = AVDISCARD_ALL;
-  }
-  if (av_->stream == nullptr) throw Error(path.string() + ": holds no video");
+  av_->stream = av_->video(p.ours ? 1 : track, p.tracks);
+  if (p.tracks > 1 && p.ours)
+    throw Error(path.string() +
+                ": a log of two sensors, as older versions made; take one out with: ffmpeg -i " +
+                path.string() + " -map 0:v:0 -c copy first.mkv, and name its configuration and model");
+  if (p.tracks == 0) throw Error(path.string() + ": holds no video");
+  if (av_->stream == nullptr)
+    throw Error(
+        fmt::format("{}: has {}, and no track {}", path.string(), counted(p.tracks, "video track"), track));
+  for (AVStream* stream : std::span(av_->file->streams, av_->file->nb_streams))
+    if (stream != av_->stream) stream->discard = AVDISCARD_ALL;
   p.encoding = encoding_of(*av_->stream->codecpar);
   p.width_px = av_->stream->codecpar->width;
   p.height_px = av_->stream->codecpar->height;

@@ -13,10 +13,10 @@ namespace gelslam::detail {
 /// the next picture after damage. JPEG, PNG and YUYV pictures are handed on as they are, others decoded.
 class VideoFile {
  public:
-  /// `format`: libav's name of the only format to take, or null for any. Of several videos the first is
-  /// taken. Throws Error when the file cannot be read, its pictures are larger than any touch sensor's, or it
-  /// is a log of two sensors, as older versions made.
-  explicit VideoFile(const std::filesystem::path& path, const char* format = nullptr);
+  /// `format`: libav's name of the only format to take, or null for any. `track`: which of several videos,
+  /// from 1 (0: the first). Throws Error when the file cannot be read, its pictures are larger than any touch
+  /// sensor's, or it is a log of two sensors, as older versions made.
+  explicit VideoFile(const std::filesystem::path& path, const char* format = nullptr, int track = 0);
   ~VideoFile();
 
   struct Properties {
@@ -26,6 +26,7 @@ class VideoFile {
     double duration_s = 0;               ///< 0: not said
     std::optional<std::int64_t> frames;  ///< as the header says it, or by duration and rate
     bool frames_are_counted = false;     ///< the header says it
+    int tracks = 0;                      ///< videos in the file
     bool ours = false;                   ///< written by LogWriter
     std::int64_t start_unix_us = 0;      ///< when its time 0 was; 0: not said
   };
@@ -43,7 +44,7 @@ class VideoFile {
 
  private:
   struct Av;
-  void find_video(const std::filesystem::path& path, bool is_matroska);
+  void find_video(const std::filesystem::path& path, bool is_matroska, int track);
   std::optional<Packet> next_as_it_is();
   std::optional<Packet> next_decoded();
 

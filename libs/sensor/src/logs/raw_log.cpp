@@ -31,13 +31,16 @@ const char* ending_of(FrameEncoding encoding) {
 
 class VideoLog final : public RawFrameSource {
  public:
-  VideoLog(const fs::path& path, double profile_rate_hz)
+  VideoLog(const fs::path& path, const SensorProfile& profile)
       : path_(path),
-        file_(path),
+        file_(path, nullptr, profile.video_track),
         video_(file_.properties()),
-        rate_hz_(video_.rate_hz > 0 ? video_.rate_hz : profile_rate_hz),
+        rate_hz_(video_.rate_hz > 0 ? video_.rate_hz : profile.frame_rate_hz),
         frames_(video_.frames) {
     read_ahead();
+    if (profile.video_track == 0 && video_.tracks > 1)
+      warning_ = fmt::format("{}: has {} video tracks; this is the first (--track takes another)",
+                             path.string(), video_.tracks);
     // The duration of a Matroska file is the time at which it ends.
     const bool is_late =
         !video_.frames_are_counted && is_matroska(path) && !ahead_.empty() && ahead_.front().time_us;
@@ -132,8 +135,8 @@ class VideoLog final : public RawFrameSource {
     ended_ = true;
     if (index_ == 0) throw Error(path_.string() + ": the log holds no readable frame");
     if (frames_ && ends_early()) {
-      warning_ = path_.string() + " ends after " + std::to_string(index_) + " of " +
-                 std::to_string(*frames_) + " frames; is it truncated or damaged?";
+      append_sentence(warning_, path_.string() + " ends after " + std::to_string(index_) + " of " +
+                                    std::to_string(*frames_) + " frames; is it truncated or damaged?");
     } else if (video_.ours && !frames_) {
       warning_ = fmt::format(
           "{} was never closed (its program was killed, or is still writing); readable: {} frames, {} s",
@@ -162,6 +165,40 @@ class VideoLog final : public RawFrameSource {
   std::string warning_;
 };
 
+constexpr const char* kRos2Way =
+    "; play it (ros2 bag play BAG) while its pictures are saved (ros2 run image_view image_saver --ros-args "
+    "-r image:=TOPIC), and give their folder";
+
+/// Throws Error for files of robotics that hold pictures among other things, with the way to these.
+void refuse_container(const fs::path& file) {
+  std::string head(8, '\0');
+  std::ifstream(file, std::ios::binary).read(head.data(), std::ssize(head));
+  if (head.starts_with("\x89MCAP")) throw Error(file.string() + ": an MCAP file" + kRos2Way);
+  if (head.starts_with("#ROSBAG"))
+    throw Error(file.string() +
+                ": a bag of ROS 1; play it (rosbag play BAG) while its pictures are saved (rosrun image_view "
+                "extract_images image:=TOPIC), and give their folder");
+  if (head.starts_with("\x89HDF"))
+    throw Error(
+        file.string() +
+        ": an HDF5 file; save its pictures (h5ls -r FILE names arrays), and give their folder: python3 "
+        "-c \"import h5py, cv2; [cv2.imwrite(f'{i}.png', p[..., ::-1]) for i, p in "
+        "enumerate(h5py.File('FILE')['ARRAY'])]\"");
+}
+
+/// The same for folders.
+void refuse_dataset(const fs::path& folder) {
+  std::error_code code;
+  if (fs::exists(folder / "metadata.yaml", code))
+    throw Error(folder.string() + ": a bag of ROS 2" + kRos2Way);
+  if (!fs::exists(folder / "meta/info.json", code)) return;
+  for (fs::recursive_directory_iterator entry(folder / "videos", code), end; !code && entry != end;
+       entry.increment(code))
+    if (entry->path().extension() == ".mp4")
+      throw Error(folder.string() + ": a LeRobot data set; give one of its videos, as " +
+                  entry->path().string());
+}
+
 std::unique_ptr<RawFrameSource> open_video(const fs::path& path, const SensorProfile& profile) {
   std::error_code code;
   const std::uintmax_t size = fs::file_size(path, code);
@@ -169,7 +206,8 @@ std::unique_ptr<RawFrameSource> open_video(const fs::path& path, const SensorPro
   if (size == 0) throw Error(path.string() + ": the file is empty");
   if (!std::ifstream(path)) throw Error(path.string() + ": cannot be opened; check its permissions");
   refuse_lfs_pointer(path);
-  return std::make_unique<VideoLog>(path, profile.frame_rate_hz);
+  refuse_container(path);
+  return std::make_unique<VideoLog>(path, profile);
 }
 
 std::unique_ptr<RawFrameSource> open_folder(const fs::path& folder, const SensorProfile& profile) {
@@ -177,6 +215,7 @@ std::unique_ptr<RawFrameSource> open_folder(const fs::path& folder, const Sensor
   for (const char* name : {"log.mkv", "gelsight.avi"})
     if (fs::exists(folder / name, code)) return open_raw_log(folder / name, profile);
   std::vector<fs::path> images = detail::list_images(folder);
+  if (images.empty()) refuse_dataset(folder);
   if (images.empty())
     throw Error(folder.string() +
                 ": the folder holds neither log.mkv nor gelsight.avi nor images (png, jpg, bmp)");

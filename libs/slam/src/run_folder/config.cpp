@@ -19,6 +19,7 @@ void describe_sensor(OptionVisitor& visit, Config& config) {
   visit.integer("raw_imgh", sensor.raw_height_px, 32, 16384, "height of the camera's image before the crop");
   visit.integer("raw_imgw", sensor.raw_width_px, 32, 16384, "width of the camera's image before the crop");
   visit.flag("cropped", sensor.cropped, "pictures of other sizes, of about that shape, are only resized");
+  visit.integer("video_track", sensor.video_track, 0, 99, "of a video with several, from 1; 0: the first");
   visit.number("framerate", sensor.frame_rate_hz, 0.1, 1000,
                "Hz: requested from a camera; of logs without times");
   visit.text("camera", sensor.camera, "/dev/videoN, part of the camera's name, or auto");

@@ -67,6 +67,7 @@ FoundConfig look_up(const LogInput& input) {
   add_optics(input, found.config);
   found.config.sensor.cropped |= input.cropped;
   found.config.sensor.counts_from_start = input.counts_from_start;
+  if (input.track > 0) found.config.sensor.video_track = input.track;
   if (!input.model.empty()) found.config.sensor.calibration_model_path = fs::absolute(input.model);
   return found;
 }

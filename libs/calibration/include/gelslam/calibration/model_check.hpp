@@ -36,6 +36,13 @@ struct ModelCheck {
   std::vector<DiameterCheck> diameters;  ///< in growing order
   Verdict verdict = Verdict::recalibrate;
   std::vector<std::string> reasons;  ///< for people: what is not good, worst first; empty when all is
+
+  /// A reason to recalibrate that lies in the presses; "" is none.
+  void add_doubt(const std::string& doubt) {
+    if (doubt.empty()) return;
+    verdict = Verdict::recalibrate;
+    reasons.insert(reasons.begin(), doubt);
+  }
 };
 
 /// How the mean slope errors of presses change with their place along an axis (regression).

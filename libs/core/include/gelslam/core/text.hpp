@@ -12,8 +12,8 @@ namespace gelslam {
 /// letters differ). The first of equally near ones.
 std::string nearest_name(std::string_view word, const std::vector<std::string>& candidates);
 
-/// `text` with line breaks and other control characters turned into blanks, and runs of blanks into one:
-/// error messages are one line even where a library or a file name brings its own breaks.
+/// `text` with line breaks and other control characters turned into blanks, runs of blanks into one, and
+/// bytes that are no UTF-8 into ?; at most 4 kB: messages are one line whatever a file or its name holds.
 std::string one_line(std::string_view text);
 
 /// Order by which people sort file names: runs of digits compare as numbers, so frame_2 comes before

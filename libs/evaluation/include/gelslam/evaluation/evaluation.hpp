@@ -21,6 +21,7 @@ struct MeshEvaluation {
 struct Evaluation {
   std::optional<TrajectoryMetrics> trajectory;
   std::optional<int> reference_frame;        ///< log frame at which estimate and truth are set to identity
+  std::optional<double> reference_s;         ///< the same for a truth that was matched by time
   std::optional<std::int64_t> anchor_frame;  ///< as the run says
   std::optional<int> trials;
   std::optional<int> components;
@@ -43,7 +44,9 @@ struct Comparison {
 };
 
 /// Reads both and matches them. Throws Error when they do not belong together: time stamps that are no frames
-/// of the log, more frames than the truth has, a log of another length, or no frame that both know.
+/// of the log, more frames than the truth has, a log of another length, or no frame that both know. A file in
+/// the place of the data folder is a trajectory (TUM) of the sensor by another system, in any fixed frame,
+/// with times as the run's; it is interpolated.
 Comparison compare(const std::filesystem::path& run, const std::filesystem::path& data_folder);
 
 /// Both meshes in the object's frame, placed by the known pose; none where one of them is missing.

@@ -16,6 +16,7 @@ struct GroundTruth {
       start_T_currs;           ///< one per frame after the background; none where nothing touches
   int background_frames = 10;  ///< frames of the log before start_T_currs[0]
   double fps = 25.0;
+  std::optional<double> start_s{};  ///< of a truth that was matched by time: of the first pose that both know
   std::optional<Pose> object_T_start;       ///< places a reconstruction on the true mesh
   std::filesystem::path mesh_path;          ///< the object's true surface; empty where there is none
   std::vector<Eigen::Vector3d> touched_mm;  ///< points really touched, object frame; empty where unknown

@@ -22,6 +22,7 @@ struct RunContents {
   double start_s = 0;  ///< of the first log, in the trajectory: Unix time, where that is known
   /// At least one of a run folder; more of one that was continued, or merged.
   std::vector<RunReport::Log> logs;
+  bool takes_any_log = false;  ///< pictures also of logs that are not beside the run: a report may be foreign
   /// Counts of report.json in words: {"Loops", "89"}.
   std::vector<std::pair<std::string, std::string>> figures;
   std::vector<std::string> warnings;  ///< sentences: pieces that are not joined, a partial run
@@ -44,8 +45,9 @@ struct McapOutcome {
 };
 
 /// Writes a run as MCAP (https://mcap.dev/spec) with Foxglove's JSON messages; docs/file-formats.md lists the
-/// topics. Pictures come from `logs`, cropped and resized as the tracker saw them. If a log is missing or
-/// damaged, only its pictures are left out. Appears whole or not at all. Throws Error when the disk is full.
+/// topics. Pictures come from `logs`, cropped and resized as the tracker saw them. If a log is missing,
+/// damaged or not to be taken, only its pictures are left out. Appears whole or not at all. Throws Error when
+/// the disk is full.
 McapOutcome write_mcap(const std::filesystem::path& path, const RunContents& run, const VertexColors& colors,
                        ProgressSink& progress);
 

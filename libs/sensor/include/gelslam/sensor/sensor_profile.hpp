@@ -23,6 +23,7 @@ struct SensorProfile {
   /// pictures that are neither `imgw` x `imgh` nor `raw_imgw` x `raw_imgh` have been cropped: only resize
   /// them
   bool cropped = false;
+  int video_track = 0;                 ///< of a video with several, from 1; 0: the first, which is said
   double frame_rate_hz = 25.0;         ///< `framerate`: requested from a camera; of a log without times
   std::string camera = "auto";         ///< a path, part of the camera's name, or "auto": see camera.hpp
   std::string camera_format = "MJPG";  ///< MJPG or YUYV, at the raw size

@@ -61,6 +61,7 @@ struct LogInput {
   std::optional<FrameRange> background_frames = {};
   bool cropped = false;            ///< SensorProfile::cropped, whatever the configuration says
   bool counts_from_start = false;  ///< SensorProfile::counts_from_start
+  int track = 0;                   ///< SensorProfile::video_track, where it is not 0
 };
 
 /// For a log that continues a run, or a camera in the map of a run (`run` is not empty): the configuration is
