@@ -38,11 +38,13 @@ void print_catalog(const std::string& title, const std::vector<CatalogEntry>& en
     std::cout << "  " << std::left << std::setw(12) << entry.name << entry.description << "\n";
 }
 
-/// `truth`: the file by which a folder is known to be simulated. A mesh to simulate is an input, too.
-RunFolderOptions folder_options(const SimulateArguments& arguments, const char* truth) {
+/// `truth`: the file, with this text, by which a folder is known to be simulated. A mesh to simulate is an
+/// input, too.
+RunFolderOptions folder_options(const SimulateArguments& arguments, const char* truth, const char* text) {
   const std::filesystem::path object = arguments.scan.object.name;
   return {.overwrite = arguments.overwrite,
           .marker_file = truth,
+          .marker_text = text,
           .known_entries = {"gelsight.avi", "config.yaml", "meta.json", "gt_mesh.ply", "touched.npy",
                             "true_start_T_currs.npy", "true_heights.npy", "true_contacts.npy", "touches.csv",
                             "model.json", "optics.yaml"},
@@ -74,7 +76,7 @@ std::filesystem::path model_of(const SimulateArguments& arguments, const std::fi
 void run_scan(SimulateArguments& arguments) {
   prepare(arguments);
   StoppableProgress progress(arguments.quiet);
-  RunFolder folder(arguments.output, folder_options(arguments, "meta.json"));
+  RunFolder folder(arguments.output, folder_options(arguments, "meta.json", "contact_start_frame"));
   arguments.folder.name = name_of(folder.final_path());
   const Simulator simulator(arguments.scan);  // first: it knows whether object and motion exist
   if (!arguments.quiet) say_mesh_unit(arguments.scan.object.name);
@@ -141,7 +143,7 @@ void add_presses(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& a
   add_common_options(*presses, *arguments);
   presses->footer("Example: gelslam simulate presses --diameter 9.5 -o hand");
   presses->callback([arguments, &exit_code] {
-    RunFolder folder(arguments->output, folder_options(*arguments, "touches.csv"));
+    RunFolder folder(arguments->output, folder_options(*arguments, "touches.csv", "first_frame"));
     prepare(*arguments);
     StoppableProgress progress(arguments->quiet);
     write_press_log(folder.path(), arguments->press_log, progress);

@@ -88,8 +88,10 @@ class PoseOutlet {
     watch_ = service_->watch(std::move(scan));
   }
   void write(PoseLine line, const std::string& source) {
-    std::cout << (tum_ ? line.tum : line.ndjson) << std::flush;
-    if (!service_) return;
+    if (!service_) {  // not both: a pipe that nobody reads would hold up the service
+      std::cout << (tum_ ? line.tum : line.ndjson) << std::flush;
+      return;
+    }
     show(line, source);
     StreamedFrame frame{std::move(line.ndjson), std::move(line.tum), line.touch.frame, line.touch.time_s};
     frame.picture = line.touch.image;

@@ -44,6 +44,23 @@ TEST(WriteFileAtomically, FailedWriteKeepsTheOldFile) {
   EXPECT_THAT(folder.names(), ElementsAre("f"));
 }
 
+TEST(WriteFileAtomically, RemovesWhatAKilledProgramLeft) {
+  TemporaryFolder folder;
+  write_bytes(folder / ".tmp-1-0-g", "of another file");
+  write_bytes(folder / ".tmp-x-0-f", "of a person");
+  KilledProcess killed([&](const auto& tell) {
+    const TemporaryFile file(folder / "f");
+    tell();
+    ::pause();
+  });
+  killed.wait_for_step();
+  write_file_atomically(folder / "f", "new");
+  EXPECT_EQ(folder.names().size(), 4u) << "its program is at work";
+  killed.kill();
+  write_file_atomically(folder / "f", "newer");
+  EXPECT_THAT(folder.names(), ElementsAre(".tmp-1-0-g", ".tmp-x-0-f", "f"));
+}
+
 TEST(WriteFileAtomically, WrongPlacesAreNamed) {
   TemporaryFolder folder;
   write_bytes(folder / "file", "x");
@@ -162,13 +179,29 @@ TEST(RunFolder, EverythingThatASaveWritesOrLeavesMayBeReplaced) {
   const TemporaryFolder folder;
   for (const char* inner : {"", "saving.tmp", "saved.tmp"}) {
     fs::create_directories(folder / "RUN" / inner);
-    write_bytes(folder / "RUN" / inner / ".tmp-1-0-x", "");
+    write_bytes(folder / "RUN" / inner / ".tmp-1-0-mesh.ply", "");
     for (const std::string& name : saved_entries()) write_bytes(folder / "RUN" / inner / name, "");
   }
   for (const char* of_a_killed_scan : {"session.db-wal", "session.db-shm"})
     write_bytes(folder / "RUN" / of_a_killed_scan, "");
   write_bytes(folder / "RUN/screenshot_1.png", "");
   check_run_folder(folder / "RUN", {.overwrite = true});
+  check_save(folder / "RUN", "saving.tmp");
+  for (const char* mine : {".tmp-x", ".tmp-1-0-hand.avi", "saving.tmp/.tmp-x", "saved.tmp/hand.avi"}) {
+    write_bytes(folder / "RUN" / mine, "pictures");
+    EXPECT_THAT(message_of([&] { check_run_folder(folder / "RUN", {.overwrite = true}); }),
+                HasSubstr(std::string("holds ") + mine + ", which is not of this command"));
+    if (std::string(mine).starts_with("sav")) {
+      EXPECT_THAT(message_of([&] { check_save(folder / "RUN", fs::path(mine).parent_path().c_str()); }),
+                  HasSubstr(std::string(mine) + ": is not of this program, which would remove it"));
+    }
+    fs::remove(folder / "RUN" / mine);
+  }
+  const RunFolderOptions marked{.overwrite = true, .marker_text = "ours"};
+  EXPECT_THAT(message_of([&] { check_run_folder(folder / "RUN", marked); }),
+              HasSubstr("for its report.json is not of this command"));
+  write_bytes(folder / "RUN/report.json", "it is ours");
+  check_run_folder(folder / "RUN", marked);
 }
 
 TEST(RunFolder, KeepsAllOthersOutOfTheFolderThatItReplaces) {

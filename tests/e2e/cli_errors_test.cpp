@@ -103,6 +103,11 @@ TEST(Cli, NoOptionReplacesARecording) {
   write_bytes(folder / "meta.json", "{}");
   expect_mistake(gelslam({"simulate", "scan", "-o", folder.path().string(), "--overwrite"}),
                  "for it holds the recording log.mkv");
+  std::filesystem::remove(log);
+  expect_mistake(gelslam({"simulate", "scan", "-o", folder.path().string(), "--overwrite"}),
+                 "for its meta.json is not of this command");
+  EXPECT_TRUE(std::filesystem::exists(video));
+  write_bytes(log, "\x1A\x45\xDF\xA3 pictures");
   for (const auto& [command, option, ending] :
        {std::array{"export", "-o", ".glb"}, std::array{"view", "--snapshot", ".png"}}) {
     write_bytes(log + ending, "\x1A\x45\xDF\xA3 pictures");

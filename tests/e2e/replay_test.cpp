@@ -139,6 +139,14 @@ TEST(Replay, StreamsThePlacesOfFramesInTheMap) {
   EXPECT_GT(placed, 0);
 }
 
+TEST(Replay, ATrackThatServesLeavesStdoutAlone) {
+  EXPECT_THAT(gelslam({"track", scan().log().string(), "-q"}).out, HasSubstr("\"frame\""));
+  const ProgramResult served =
+      gelslam({"track", scan().log().string(), "-q", "--serve", "0", "--token", "word"});
+  EXPECT_EQ(served.exit_code, 0) << served.err;
+  EXPECT_EQ(served.out, "") << "a pipe that nobody reads would hold it up";
+}
+
 TEST(Replay, StreamsThatCannotBeAreRefusedInOneLine) {
   const std::string log = scan().log().string();
   expect_mistake(gelslam(replay({log, "--stream", "tcp:5555"})), "should be -; other programs read --serve");

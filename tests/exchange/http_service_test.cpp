@@ -5,14 +5,18 @@
 #include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <netinet/in.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
 #include <array>
 #include <atomic>
+#include <cstdlib>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/file_descriptor.hpp"
 #include "gelslam/core/process.hpp"
@@ -192,6 +196,40 @@ TEST_F(Service, GivesTheMeshWholeAndInBlocks) {
   EXPECT_THAT(nothing, HasSubstr("\"blocks\":[]"));
 }
 
+TEST_F(Service, AMeshThatCannotBeWrittenLeavesNothing) {
+  const test::TemporaryFolder folder;
+  const char* const before = std::getenv("TMPDIR");
+  const std::string old = before == nullptr ? "/tmp" : before;
+  ::setenv("TMPDIR", folder.path().c_str(), 1);
+  MeshBlock block;
+  block.mesh.vertices_mm = {{0, 0, 0}, {1, 0, 0}, {0, 2, 0}};
+  block.mesh.normals.assign(2, {0, 0, -1});
+  block.mesh.confidence.assign(3, 1);
+  block.mesh.triangles = {{0, 1, 2}};
+  mesh.add(false, {block});
+  EXPECT_THAT(request("GET /mesh.glb"), StartsWith("HTTP/1.1 500"));
+  ::setenv("TMPDIR", old.c_str(), 1);
+  EXPECT_TRUE(folder.names().empty());
+}
+
+/// As in a container with a limit on processes, which counts threads. In a process of its own.
+[[noreturn]] void serve_with_few_threads() {
+  rlimit few{};
+  few.rlim_cur = few.rlim_max = 24;
+  ::setrlimit(RLIMIT_NPROC, &few);
+  if (::setresuid(54321, 54321, 54321) != 0) std::_Exit(0);  // of root there is no limit
+  LineFeed lines;
+  const auto service = serve_scan({"0", "word"}, lines, nullptr);
+  const std::string& url = service->urls.at(0);
+  const FileDescriptor client = connect_to(std::stoi(url.substr(url.rfind(':') + 1)));
+  say(client, "GET /status?token=word HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
+  std::_Exit(hear_until(client).starts_with("HTTP/1.1 200") ? 0 : 1);
+}
+
+TEST(ServiceOfFewThreads, TakesAsManyClientsAsThereAreThreads) {
+  EXPECT_EXIT(serve_with_few_threads(), testing::ExitedWithCode(0), "");
+}
+
 TEST_F(Service, RefusesOtherSites) {
   const std::string own = "Host: 127.0.0.1:" + std::to_string(port()) + "\r\n";
   EXPECT_THAT(request("GET /status", own), StartsWith("HTTP/1.1 200"));
@@ -315,7 +353,17 @@ TEST_F(Service, DropsRequestsThatAreTooLarge) {
 TEST_F(Service, ManyRangesAreNoProblem) {
   std::string ranges = "Range: bytes=0-1";
   while (ranges.size() < 8000) ranges += ",0-1";
-  request("GET /", "Host: localhost\r\n" + ranges + "\r\n");
+  const std::string host = "Host: localhost\r\n", whole = body_of(request("GET /"));
+  for (const std::string& some :
+       {ranges, std::string("Range: bytes=5-9"), std::string("Range: bytes=0-,0-,5-")}) {
+    const std::string answer = request("GET /", host + some + "\r\n");
+    EXPECT_THAT(answer, StartsWith("HTTP/1.1 200"));
+    EXPECT_THAT(answer, HasSubstr("Content-Length: " + std::to_string(whole.size()) + "\r\n"))
+        << some.substr(0, 40);
+    EXPECT_TRUE(body_of(answer) == whole) << "the whole is a right answer to any range";
+  }
+  EXPECT_THAT(request("POST /stop", host + "Content-Length: -5\r\n"), StartsWith("HTTP/1.1 413"));
+  EXPECT_TRUE(asked.empty());
   EXPECT_THAT(request("GET /status"), StartsWith("HTTP/1.1 200"));
 }
 

@@ -131,6 +131,15 @@ TEST(MeshMap, MeshesThatCannotBeMeasuredAreRefused) {
   Mesh tiny = pebble();
   for (Eigen::Vector3f& vertex : tiny.vertices_mm) vertex *= 0.001F;
   EXPECT_THAT(test::message_of([&] { make_mesh_map(tiny, {}, progress); }), testing::HasSubstr("unit"));
+  Mesh turned = pebble();
+  for (std::size_t k = 0; k < turned.triangles.size(); k += 2)
+    std::swap(turned.triangles[k][0], turned.triangles[k][1]);
+  MeshMapOptions few;
+  few.max_touches = 5;
+  const std::string said =
+      test::message_of([&] { throw Error(make_mesh_map(turned, few, progress).warning); });
+  EXPECT_THAT(said, testing::HasSubstr("% of the mesh's edges one triangle faces inward and one outward"));
+  EXPECT_THAT(pebble_map().warning, testing::Not(testing::HasSubstr("faces inward")));
   Mesh broken = pebble();
   broken.triangles.front()[0] = 1 << 30;
   EXPECT_THROW(make_mesh_map(broken, {}, progress), Error);

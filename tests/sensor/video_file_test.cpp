@@ -3,6 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+extern "C" {
+#include <libavutil/log.h>
+}
+
 #include <opencv2/videoio.hpp>
 
 #include "../support/pictures.hpp"
@@ -81,6 +85,20 @@ TEST(VideoFile, PicturesTimesAndCountsAreThoseOfOpenCV) {
     }
   }
   EXPECT_GE(written, 20);
+}
+
+TEST(VideoFile, LeavesTheLogLevelOfTheProcess) {
+  const TemporaryFolder folder;
+  test::write_video(folder / "a.mp4", "mp4v", 3, 64, 48);
+  const int before = av_log_get_level();
+  av_log_set_level(AV_LOG_INFO);
+  {
+    VideoFile video(folder / "a.mp4");
+    EXPECT_TRUE(video.next());
+    EXPECT_EQ(av_log_get_level(), AV_LOG_INFO);
+  }
+  EXPECT_EQ(av_log_get_level(), AV_LOG_INFO);
+  av_log_set_level(before);
 }
 
 std::string mp4_of(const cv::Mat3b& picture, const std::filesystem::path& path) {

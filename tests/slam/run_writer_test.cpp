@@ -106,6 +106,14 @@ TEST(GrowingRun, ASessionThatCannotBeWrittenAgainStays) {
   }
   EXPECT_THAT(message, HasSubstr((folder / "session.db: cannot be written").string()));
   EXPECT_TRUE(read_bytes(folder / "session.db") == session);
+  std::filesystem::create_directory(folder / "saving.tmp");
+  write_bytes(folder / "saving.tmp/hand.avi", "pictures");
+  EXPECT_THAT(message_of([&] {
+                run->save({Config{}, map, {}, {}}, false);
+              }),
+              HasSubstr("saving.tmp/hand.avi: is not of this program"));
+  EXPECT_EQ(read_bytes(folder / "saving.tmp/hand.avi"), "pictures");
+  std::filesystem::remove(folder / "saving.tmp/hand.avi");
   run->save({Config{}, map, {}, {}}, false);
   EXPECT_EQ(read_scan(folder.path(), {}).frames.size(), 201u);
   EXPECT_EQ(load_session(folder.path()).warning, "");

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cerrno>
+#include <cstdio>
 #include <fstream>
 #include <sstream>
 #include <string>
@@ -44,6 +45,23 @@ fs::path resolve_link(const fs::path& path) {
   return code ? path : target;
 }
 
+/// Removes temporary files for `path` whose programs have ended: they hold no lock.
+void remove_left_behind(const fs::path& path) {
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  std::error_code code;
+  for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code)) {
+    const std::string name = entry->path().filename().string();
+    int process = 0, attempt = 0, used = 0;
+    if (std::sscanf(name.c_str(), ".tmp-%d-%d-%n", &process, &attempt, &used) != 2 || used == 0 ||
+        name.substr(static_cast<std::size_t>(used)) != path.filename() ||
+        !fs::is_regular_file(entry->symlink_status(code)))
+      continue;
+    const FileDescriptor file(::open(entry->path().c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC));
+    std::error_code ignored;
+    if (file.ok() && ::flock(file.get(), LOCK_EX | LOCK_NB) == 0) fs::remove(entry->path(), ignored);
+  }
+}
+
 /// " (gelslam, process 123)": who holds the lock, as the kernel lists it. "" where it does not tell.
 std::string holder_of(const FileDescriptor& directory) {
   struct stat status {};
@@ -72,15 +90,20 @@ TemporaryFile::TemporaryFile(const fs::path& final_path) : final_path_(resolve_l
   if (!final_path_.has_filename()) throw Error("'" + final_path.string() + "' is not the name of a file");
   if (fs::is_directory(final_path_, code))
     throw Error(final_path.string() + ": is a folder, a file is to be written");
+  remove_left_behind(final_path_);
   for (int attempt = 0;; ++attempt) {
     std::string name =
         ".tmp-";  // built by +=: g++ 12 warns falsely (-Wrestrict) about literal + std::to_string
     name +=
         std::to_string(::getpid()) + "-" + std::to_string(attempt) + "-" + final_path_.filename().string();
     temporary_path_ = final_path_.parent_path() / name;
-    const FileDescriptor file(::open(temporary_path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
-    if (file.ok()) return;
-    if (errno != EEXIST) throw Error(final_path.string() + ": cannot be created: " + errno_text());
+    lock_ = FileDescriptor(::open(temporary_path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+    struct stat status {};
+    if (lock_.ok() && (::flock(lock_.get(), LOCK_EX | LOCK_NB) != 0 || ::fstat(lock_.get(), &status) != 0 ||
+                       status.st_nlink > 0))
+      return;
+    if (!lock_.ok() && errno != EEXIST)
+      throw Error(final_path.string() + ": cannot be created: " + errno_text());
   }
 }
 

@@ -10,6 +10,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/file_descriptor.hpp"
+#include "gelslam/core/files.hpp"
 
 namespace gelslam {
 namespace {
@@ -70,6 +71,9 @@ void check_may_write(const fs::path& folder, const RunFolderOptions& options) {
     if (!input.empty() && lies_inside(input, folder))
       throw Error(folder.string() + ": will not be overwritten, for it holds the input " + input.string());
   check_entries(folder, options.known_entries);
+  if (read_file(folder / options.marker_file).find(options.marker_text) == std::string::npos)
+    throw Error(folder.string() + ": will not be overwritten, for its " + options.marker_file +
+                " is not of this command");
 }
 
 fs::path sibling(const fs::path& folder, const std::string& ending) {
@@ -104,10 +108,11 @@ std::vector<std::string> saved_entries() {
 
 std::vector<std::string> run_entries() {
   std::vector<std::string> entries;
-  for (const std::string& entry : saved_entries())
-    for (const char* folder : {"", "saving.tmp/", "saved.tmp/"}) entries.push_back(folder + entry);
-  entries.insert(entries.end(),
-                 {"session.db-wal", "session.db-shm", ".tmp-*", "*/.tmp-*", "screenshot_*", "mesh_mm_*"});
+  std::vector<std::string> names = saved_entries();
+  names.insert(names.end(), {"session.db-wal", "session.db-shm", "screenshot_*.png"});
+  for (const std::string& name : names)
+    for (const std::string folder : {"", "saving.tmp/", "saved.tmp/"})
+      entries.insert(entries.end(), {folder + name, folder + ".tmp-[0-9]*-[0-9]*-" + name});
   return entries;
 }
 
@@ -211,6 +216,13 @@ void refuse_unfinished(const fs::path& folder) {
   const FolderLock nobody_writes(folder);
   throw Error(folder.string() +
               ": the scan was not finished; fuse the run to make its map and mesh, or continue the scan");
+}
+
+void check_save(const fs::path& folder, const char* name) {
+  std::error_code code;
+  for (fs::directory_iterator entry(folder / name, code), end; !code && entry != end; entry.increment(code))
+    if (entry->is_directory() || !is_one_of(name / entry->path().filename(), run_entries()))
+      throw Error(entry->path().string() + ": is not of this program, which would remove it; move it away");
 }
 
 bool has_incomplete_save(const fs::path& folder) {

@@ -164,11 +164,29 @@ Covered covered_by(const PosedSurface& patch) {
           kInnerShare * std::sqrt(area / std::numbers::pi)};
 }
 
+/// Where triangles face both ways: both of an edge run along it in one direction. Else "".
+std::string orientation_doubt(const Mesh& mesh) {
+  constexpr double kMostTurned = 0.1;  // a few are scratches of a good mesh
+  std::vector<std::pair<int, int>> edges;
+  for (const Eigen::Vector3i& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) edges.emplace_back(t[k], t[(k + 1) % 3]);
+  std::ranges::sort(edges);
+  double turned = 0;
+  for (std::size_t k = 1; k < edges.size(); ++k) turned += edges[k] == edges[k - 1];
+  const double share = 2 * turned / static_cast<double>(edges.size());
+  if (share < kMostTurned) return "";
+  return fmt::format(
+      "at {:.0f} % of the mesh's edges one triangle faces inward and one outward; turn them to one "
+      "side in another program (MeshLab: re-orient all faces coherently)",
+      100 * share);
+}
+
 /// Touches one batch of places after the other, until all are covered.
 class MeshToucher {
  public:
   MeshToucher(const Mesh& mesh, const MeshMapOptions& options)
       : options_(options),
+        doubt_(orientation_doubt(mesh)),
         gel_(options.camera),
         scene_(mesh),
         shape_(make_mesh_shape(mesh)),
@@ -190,13 +208,15 @@ class MeshToucher {
       progress.update(std::count_if(places_.begin(), places_.end(), [](const auto& p) { return p.done; }));
     }
     progress.end();
-    if (map_.patches.empty()) throw Error("the gel touches the mesh nowhere; check its unit");
+    if (map_.patches.empty())
+      throw Error(doubt_.empty() ? "the gel touches the mesh nowhere; check its unit" : doubt_);
     map_.covered_share = static_cast<double>(covered_) / static_cast<double>(places_.size());
     if (static_cast<int>(map_.patches.size()) >= options_.max_touches)
       map_.warning = fmt::format(
           "the surface is larger than {} touches cover; allow more touches, or give a mesh of the part that "
           "is touched",
           options_.max_touches);
+    append_sentence(map_.warning, doubt_);
     return std::move(map_);
   }
 
@@ -229,6 +249,7 @@ class MeshToucher {
   }
 
   const MeshMapOptions options_;
+  const std::string doubt_;
   const SeenGel gel_;
   TriangleScene scene_;
   ShapePtr shape_;

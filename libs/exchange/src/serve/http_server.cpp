@@ -5,9 +5,12 @@
 
 #include <chrono>
 #include <csignal>
+#include <future>
 #include <random>
+#include <system_error>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "gelslam/core/error.hpp"
 
@@ -16,7 +19,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kMostClients = 160;
+constexpr std::size_t kMostClients = 160;
 constexpr std::size_t kMostRequests = 10'000;  // of one connection
 constexpr std::size_t kBytesAtOnce = 65'536;
 constexpr std::chrono::seconds kTimeToTake{5}, kTimeOfAnswer{30}, kTimeToEnd{5};
@@ -24,6 +27,21 @@ constexpr std::chrono::seconds kTimeToTake{5}, kTimeOfAnswer{30}, kTimeToEnd{5};
 std::string random_token() {
   std::random_device random;
   return fmt::format("{:08x}{:08x}{:08x}{:08x}", random(), random(), random(), random());
+}
+
+/// Threads that can be had for clients, half of what the system still grants: httplib's pool would end the
+/// program where it gets too few.
+std::size_t possible_clients() {
+  std::vector<std::jthread> tried;
+  std::promise<void> end;
+  const std::shared_future<void> ended = end.get_future().share();
+  const std::shared_ptr<void> at_end(nullptr, [&](void*) { end.set_value(); });
+  try {
+    while (tried.size() < 2 * kMostClients) tried.emplace_back([ended] { ended.wait(); });
+  } catch (const std::system_error&) {
+    if (tried.size() < 2) throw;
+  }
+  return tried.size() / 2;
 }
 
 /// Takes as long wherever the texts differ.
@@ -66,7 +84,7 @@ class TokenServer final : public HttpServer {
 
  private:
   void set_up() {
-    server_.new_task_queue = [] { return new httplib::ThreadPool(kMostClients); };
+    server_.new_task_queue = [clients = possible_clients()] { return new httplib::ThreadPool(clients); };
     server_.set_tcp_nodelay(true);
     server_.set_read_timeout(kTimeToTake);
     server_.set_write_timeout(kTimeToTake);
@@ -85,6 +103,7 @@ class TokenServer final : public HttpServer {
     server_.set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
       ++answers_;
       const std::shared_ptr<void> counted(nullptr, [this](void*) { --answers_; });
+      const_cast<httplib::Request&>(request).ranges.clear();  // httplib sends parts as if they were the whole
       send(reply_to(request), counted, response);
       return httplib::Server::HandlerResponse::Handled;
     });
@@ -110,7 +129,8 @@ class TokenServer final : public HttpServer {
     if (!is_equal(request.get_param_value("token"), token))
       return {.status = 403,
               .body = "the token is missing or wrong: open the address that gelslam has printed\n"};
-    if (request.has_header("Transfer-Encoding") || request.get_header_value("Content-Length") > "0")
+    const std::string length = request.get_header_value("Content-Length");
+    if (request.has_header("Transfer-Encoding") || (!length.empty() && length != "0"))
       return {.status = 413, .body = "a request has no body here\n"};
     const auto handler =
         handlers_.find((request.method == "HEAD" ? "GET" : request.method) + " " + request.path);

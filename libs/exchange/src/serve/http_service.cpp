@@ -103,11 +103,13 @@ std::string mesh_file(const MeshFeed& feed, bool as_glb) {
     if (!as_glb) return encode_ply(mesh);
     std::string folder = std::filesystem::temp_directory_path() / "gelslam-XXXXXX";
     if (::mkdtemp(folder.data()) == nullptr) throw Error("no folder for a temporary file");
+    const std::shared_ptr<void> removed(nullptr, [&](void*) {
+      std::error_code ignored;
+      std::filesystem::remove_all(folder, ignored);
+    });
     const std::filesystem::path file = std::filesystem::path(folder) / "mesh.glb";
     write_mesh(file, mesh);
-    std::string bytes = read_file(file);
-    std::filesystem::remove_all(folder);
-    return bytes;
+    return read_file(file);
   };
   return std::async(std::launch::async, make).get();
 }

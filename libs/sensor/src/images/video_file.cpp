@@ -14,6 +14,7 @@ extern "C" {
 #include <cmath>
 #include <cstring>
 #include <initializer_list>
+#include <mutex>
 #include <opencv2/core.hpp>
 #include <span>
 #include <string_view>
@@ -43,6 +44,28 @@ struct AvOptions {
   AvOptions(const AvOptions&) = delete;
   AvOptions& operator=(const AvOptions&) = delete;
   AVDictionary* dictionary = nullptr;
+};
+
+/// What is wrong with a file is said by our errors. libav's level is that of the process: as it was,
+/// afterwards.
+class Quiet {
+ public:
+  Quiet() {
+    const std::lock_guard lock(mutex);
+    if (users++ > 0) return;
+    before = av_log_get_level();
+    av_log_set_level(AV_LOG_QUIET);
+  }
+  ~Quiet() {
+    const std::lock_guard lock(mutex);
+    if (--users == 0) av_log_set_level(before);
+  }
+  Quiet(const Quiet&) = delete;
+  Quiet& operator=(const Quiet&) = delete;
+
+ private:
+  static inline std::mutex mutex;
+  static inline int users = 0, before = 0;
 };
 
 std::string tag_of(const AVDictionary* tags, const char* name) {
@@ -113,6 +136,7 @@ struct VideoFile::Av {
   Av& operator=(const Av&) = delete;
   ~Av() {
     sws_freeContext(scaler);
+    const Quiet quiet;
     av_frame_free(&bgr);
     av_frame_free(&frame);
     av_packet_free(&packet);
@@ -134,7 +158,6 @@ struct VideoFile::Av {
 };
 
 bool VideoFile::Av::open(const std::filesystem::path& path, const char* only_format) {
-  av_log_set_level(AV_LOG_QUIET);  // what is wrong with a file is said by our errors
   // A frame cut off by the end of a truncated file must not reach us half gray. Playlists, which lead to
   // other files, and text, which would be drawn as pictures, are no videos.
   AvOptions options(
@@ -259,6 +282,7 @@ AVStream* VideoFile::Av::video(int track, int& count) const {
 
 VideoFile::VideoFile(const std::filesystem::path& path, const char* format, int track)
     : path_(path), av_(std::make_unique<Av>()) {
+  const Quiet quiet;
   const Error unreadable(path.string() + ": not a video that can be read (or damaged from the start)");
   const bool matroska = is_matroska(path);
   if (!av_->open(path, matroska ? "matroska" : format)) throw unreadable;
@@ -313,6 +337,7 @@ void VideoFile::find_video(const std::filesystem::path& path, bool is_matroska, 
 }
 
 std::optional<VideoFile::Packet> VideoFile::next() {
+  const Quiet quiet;
   return properties_.encoding == FrameEncoding::bgr ? next_decoded() : next_as_it_is();
 }
 

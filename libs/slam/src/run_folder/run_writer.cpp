@@ -88,6 +88,7 @@ void replace_results(const fs::path& run, const std::function<void(const fs::pat
                      const SlamMap* map) {
   const fs::path saving = run / "saving.tmp", saved = run / "saved.tmp";
   const bool was_incomplete = has_incomplete_save(run);
+  for (const char* name : {"saving.tmp", "saved.tmp"}) check_save(run, name);
   std::error_code code;
   fs::remove_all(saving, code);
   if (!code) fs::create_directory(saving, code);

@@ -9,9 +9,9 @@
 namespace gelslam {
 
 /// A file under construction: write to path(), then commit() makes it appear whole under its final name
-/// (fsync, rename). Without commit() it vanishes. The temporary name lies in the same folder and keeps the
-/// ending, so that writers which choose the format by it (cv::VideoWriter, cv::imwrite) work. A final name
-/// that is a symbolic link is followed.
+/// (fsync, rename). Without commit() it vanishes; what a killed program left, with the next file of that
+/// name. The temporary name lies in the same folder and keeps the ending, so that writers which choose the
+/// format by it (cv::VideoWriter, cv::imwrite) work. A final name that is a symbolic link is followed.
 class TemporaryFile {
  public:
   /// Throws Error when the folder does not exist or cannot be written, or when a folder has the final name.
@@ -26,6 +26,7 @@ class TemporaryFile {
 
  private:
   std::filesystem::path final_path_, temporary_path_;
+  FileDescriptor lock_;  ///< says that this program is alive
 };
 
 /// Writes a whole file at once; until it is complete the old one (or none) stays. A device or pipe

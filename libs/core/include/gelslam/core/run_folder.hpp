@@ -20,6 +20,7 @@ struct RunFolderOptions {
   bool overwrite = false;
   /// Only a folder that holds this file is ever replaced: the program has written it.
   std::string marker_file = "report.json";
+  std::string marker_text = {};  ///< that the file holds when the program has written it
   /// Paths of all files that such a folder may hold, as patterns. With anything else in it, it is not
   /// replaced: a person has put that there.
   std::vector<std::string> known_entries = run_entries();
@@ -67,6 +68,9 @@ class RunFolder {
 
 /// Throws Error for a run without a map: who is still writing it, or that its scan was not finished.
 [[noreturn]] void refuse_unfinished(const std::filesystem::path& folder);
+
+/// Throws Error when FOLDER/NAME, in which a save is made, holds something that no save has put there.
+void check_save(const std::filesystem::path& folder, const char* name);
 
 /// Files of a save lie in FOLDER/saved.tmp until all of them are in their places.
 bool has_incomplete_save(const std::filesystem::path& folder);
