@@ -61,7 +61,7 @@ TEST(Record, OfTwoVideoTracksTheFirstIsSaidOrOneIsNamed) {
   if (std::system(join.c_str()) != 0) GTEST_SKIP() << "needs ffmpeg";
   const ProgramResult first = gelslam({"info", two});
   EXPECT_THAT(first.out, HasSubstr("5 frames over"));
-  EXPECT_THAT(first.out, HasSubstr("has 2 video tracks; this is the first (--track takes another)"));
+  EXPECT_THAT(first.out, HasSubstr("has 2 video tracks; this is the first (video_track takes another)"));
   EXPECT_THAT(gelslam({"info", two, "--track", "2"}).out,
               HasSubstr("9 frames over 0.32 s, 0 lost by the camera; whole"));
   expect_mistake(gelslam({"info", two, "--track", "3"}), "has 2 video tracks, and no track 3");

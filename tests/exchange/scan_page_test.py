@@ -81,7 +81,7 @@ class Pages(unittest.TestCase):
 
     def tearDown(self):
         said = [entry["message"] for entry in self.browser.get_log("browser") if entry["level"] == "SEVERE"]
-        self.assertEqual([message for message in said if "ERR_CONNECTION" not in message], [], "the page's errors")
+        self.assertEqual([message for message in said if "net::ERR_" not in message], [], "the page's errors")
 
     def wait(self, condition, what):
         """What the condition gives, once it is something."""

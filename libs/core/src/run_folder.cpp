@@ -1,6 +1,7 @@
 #include "gelslam/core/run_folder.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <fnmatch.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -111,8 +112,8 @@ std::vector<std::string> run_entries() {
   std::vector<std::string> names = saved_entries();
   names.insert(names.end(), {"session.db-wal", "session.db-shm", "screenshot_*.png"});
   for (const std::string& name : names)
-    for (const std::string folder : {"", "saving.tmp/", "saved.tmp/"})
-      entries.insert(entries.end(), {folder + name, folder + ".tmp-[0-9]*-[0-9]*-" + name});
+    for (const char* folder : {"", "saving.tmp/", "saved.tmp/"})
+      entries.insert(entries.end(), {folder + name, fmt::format("{}.tmp-[0-9]*-[0-9]*-{}", folder, name)});
   return entries;
 }
 

@@ -39,7 +39,7 @@ class VideoLog final : public RawFrameSource {
         frames_(video_.frames) {
     read_ahead();
     if (profile.video_track == 0 && video_.tracks > 1)
-      warning_ = fmt::format("{}: has {} video tracks; this is the first (--track takes another)",
+      warning_ = fmt::format("{}: has {} video tracks; this is the first (video_track takes another)",
                              path.string(), video_.tracks);
     // The duration of a Matroska file is the time at which it ends.
     const bool is_late =
