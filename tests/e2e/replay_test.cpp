@@ -193,8 +193,7 @@ TEST(Replay, DoesNotReplaceTheRunThatHoldsItsLog) {
   const TemporaryFolder folder;
   const fs::path run = folder / "run";
   fs::create_directory(run);
-  for (const char* ours : {"report.json", "screenshot_001.png"})
-    std::ofstream(run / ours) << "{}";
+  for (const char* ours : {"report.json", "screenshot_001.png"}) std::ofstream(run / ours) << "{}";
   const ProgramResult recorded =
       gelslam({"record", "--from", scan().log().string(), "-o", (run / "log.mkv").string(), "-q"});
   ASSERT_EQ(recorded.exit_code, 0) << recorded.err;
