@@ -140,14 +140,15 @@ void Localizer::begin_touch(const Touch& touch) {
 
 /// Every hypothesis moves as the sensor did.
 void Localizer::predict(const TrackedFrame& tracked) {
-  const Pose step = trial_T_sensor_.inverse() * tracked.trial_T_frame;
+  const UncertainPose step{
+      trial_T_sensor_.inverse() * tracked.trial_T_frame,
+      uncertain_motion(odometry_edge(link_to(tracked.keyframe, tracked.registration), -1))
+          .from_T_to.covariance};
   trial_T_sensor_ = tracked.trial_T_frame;
-  const Matrix6d turn = adjoint(step.inverse());
-  const Matrix6d noise = uncertain_motion(odometry_edge(link_to(tracked.keyframe, tracked.registration), -1))
-                             .from_T_to.covariance;
   for (Hypothesis& h : hypotheses_) {
-    h.map_T_sensor = normalized(h.map_T_sensor * step);
-    h.covariance = turn * h.covariance * turn.transpose() + noise;
+    const UncertainPose moved = compose({h.map_T_sensor, h.covariance}, step);
+    h.map_T_sensor = normalized(moved.pose);
+    h.covariance = moved.covariance;
   }
 }
 

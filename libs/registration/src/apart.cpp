@@ -19,22 +19,17 @@ constexpr double kTellingCurvaturePerPx = 0.03, kDoubtfulCcs = 0.5, kUnrelatedCc
 constexpr double kLeastApart = 0.1;
 constexpr int kLeastSamples = 10;  // numerics: of a cell
 
-struct Agreement {
-  int samples = 0;
-  double dot = 0, reference2 = 0, target2 = 0;
+bool is_below(double ccs, const CurvatureProducts& of) {
+  return of.dot < ccs * std::sqrt(of.reference2 * of.target2);
+}
 
-  void add(const Agreement& other) {
-    samples += other.samples;
-    dot += other.dot;
-    reference2 += other.reference2;
-    target2 += other.target2;
-  }
-  bool is_telling(double noise) const {
-    const double telling = kTellingCurvaturePerPx * noise;
-    return samples >= kLeastSamples && std::min(reference2, target2) >= samples * telling * telling;
-  }
-  bool is_below(double ccs) const { return dot < ccs * std::sqrt(reference2 * target2); }
-};
+/// A cell with enough texture, in which the two differ.
+bool is_doubtful(const CurvatureProducts& cell, double noise) {
+  const double telling = kTellingCurvaturePerPx * noise;
+  return cell.samples >= kLeastSamples &&
+         std::min(cell.reference2, cell.target2) >= cell.samples * telling * telling &&
+         is_below(kDoubtfulCcs, cell);
+}
 
 }  // namespace
 
@@ -42,28 +37,28 @@ ApartSamples find_apart(const NormalFlowReference::Impl& reference, const Surfac
                         const Residuals& residuals, const Pose& target_T_reference, double noise) {
   const PixelLookup lookup(reference.samples, target, target_T_reference);
   const int columns = target.contact.cols / kCellPx + 1, rows = target.contact.rows / kCellPx + 1;
-  std::vector<Agreement> cells(index(columns * rows));
+  std::vector<CurvatureProducts> cells(index(columns * rows));
   const auto cell_of = [&](cv::Point at) { return at.y / kCellPx * columns + at.x / kCellPx; };
   int shared = 0;
   for (std::size_t k = 0; k < residuals.weight.size(); ++k) {
+    if (residuals.weight[k] <= 0) continue;
     const cv::Point at = lookup.pixel(lookup.warped_mm(k));
-    if (residuals.weight[k] <= 0 || !is_read(target, at)) continue;
-    const double a = reference.curvature[k], b = target.curvature(at);
-    cells[index(cell_of(at))].add({1, a * b, a * a, b * b});
+    if (!is_read(target, at)) continue;
+    cells[index(cell_of(at))].add(products_of(reference.curvature[k], target.curvature(at)));
     ++shared;
   }
   cv::Mat1b doubtful(rows, columns);
-  std::transform(cells.begin(), cells.end(), doubtful.begin(), [&](const Agreement& cell) {
-    return static_cast<std::uint8_t>(cell.is_telling(noise) && cell.is_below(kDoubtfulCcs));
+  std::transform(cells.begin(), cells.end(), doubtful.begin(), [&](const CurvatureProducts& cell) {
+    return static_cast<std::uint8_t>(is_doubtful(cell, noise));
   });
   cv::Mat1i part_of;
-  std::vector<Agreement> parts(index(cv::connectedComponents(doubtful, part_of, 4)));
+  std::vector<CurvatureProducts> parts(index(cv::connectedComponents(doubtful, part_of, 4)));
   for (int i = 0; i < columns * rows; ++i) parts[index(part_of(i))].add(cells[index(i)]);
 
   ApartSamples apart;
   for (int i = 0; i < columns * rows; ++i) {
-    const Agreement& part = parts[index(part_of(i))];
-    if (!doubtful(i) || part.samples <= kLeastApart * shared || !part.is_below(kUnrelatedCcs)) continue;
+    const CurvatureProducts& part = parts[index(part_of(i))];
+    if (!doubtful(i) || part.samples <= kLeastApart * shared || !is_below(kUnrelatedCcs, part)) continue;
     apart.cells.push_back({i % columns, i / columns});
     apart.share += static_cast<double>(cells[index(i)].samples) / shared;
     doubtful(i) = 2;

@@ -76,13 +76,12 @@ Matrix5d information_of_normals(const ShownDirections& directions, double noise_
 Matrix6d pose_information(const ShownDirections& directions, bool heights_known, double shared_mm2,
                           double model_sigma, double noise_variance, const PosePrior& prior,
                           const RegistrationResult& result, const NormalFlowOptions& options) {
-  Matrix6d center_from_origin = Matrix6d::Identity();  // of an error's six numbers
-  center_from_origin.bottomLeftCorner<3, 3>() = -skew(result.shared_center_mm);
-  const Matrix6d origin_from_center = 2.0 * Matrix6d::Identity() - center_from_origin;
+  const Matrix6d from_center = origin_from_center(result.shared_center_mm),
+                 to_center = origin_from_center(-result.shared_center_mm);
 
   Matrix6d noise = Matrix6d::Zero();
   noise.topLeftCorner<kParameters, kParameters>() = information_of_normals(directions, noise_variance, prior);
-  noise = (origin_from_center.transpose() * noise * origin_from_center).eval();
+  noise = (from_center.transpose() * noise * from_center).eval();
   // Where no bare gel tells the depth, both touches still lie within the gel.
   const double height_sigma_mm = heights_known ? options.height_noise_mm : kMinPeriodMm;
   noise(5, 5) += 1.0 / (height_sigma_mm * height_sigma_mm);
@@ -92,7 +91,7 @@ Matrix6d pose_information(const ShownDirections& directions, bool heights_known,
   const Vector6d variance =
       motion_variance(motion, directions.share.minCoeff() > 0, shared_mm2, model_sigma, options);
   const Matrix6d both = (Matrix6d::Identity() + noise * variance.asDiagonal()).partialPivLu().solve(noise);
-  const Matrix6d information = center_from_origin.transpose() * both * center_from_origin;
+  const Matrix6d information = to_center.transpose() * both * to_center;
   return 0.5 * (information + information.transpose());
 }
 

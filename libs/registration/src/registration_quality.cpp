@@ -26,8 +26,8 @@ struct CurvatureAgreement {
 CurvatureAgreement compare_curvature(const NormalFlowReference::Impl& reference, const Surface& target,
                                      const Residuals& residuals, const Pose& target_T_reference) {
   const PixelLookup lookup(reference.samples, target, target_T_reference);
-  double all = 0, shared = 0, dot = 0, reference2 = 0, target2 = 0, sum = 0, target_sum = 0;
-  int count = 0;
+  double all = 0, shared = 0, sum = 0, target_sum = 0;
+  CurvatureProducts products;
   for (std::size_t k = 0; k < reference.curvature.size(); ++k) {
     const double c = reference.curvature[k];
     all += std::fabs(c);
@@ -36,13 +36,11 @@ CurvatureAgreement compare_curvature(const NormalFlowReference::Impl& reference,
     const double d = target.curvature(at);
     shared += std::fabs(c);
     if (!is_read(target, at)) continue;
-    dot += c * d;
-    reference2 += c * c;
-    target2 += d * d;
+    products.add(products_of(c, d));
     sum += c;
     target_sum += d;
-    ++count;
   }
+  const auto& [count, dot, reference2, target2] = products;
   CurvatureAgreement agreement;
   if (all > 0) agreement.shared_ratio = shared / all;
   if (reference2 > 0 && target2 > 0) agreement.cosine_similarity = dot / std::sqrt(reference2 * target2);
@@ -68,9 +66,8 @@ double normal_rmse_rad(const Residuals& residuals) {
 /// the sensor's as it lies now.
 std::array<bool, 6> observability(const RegistrationResult& result, bool heights_known) {
   const Eigen::Matrix3d target_R_reference = result.target_T_reference.linear();
-  Matrix6d origin_from_center = Matrix6d::Identity();
-  origin_from_center.bottomLeftCorner<3, 3>() = skew(result.shared_center_mm);
-  Matrix6d with_prior = origin_from_center.transpose() * result.information * origin_from_center;
+  const Matrix6d from_center = origin_from_center(result.shared_center_mm);
+  Matrix6d with_prior = from_center.transpose() * result.information * from_center;
   with_prior += PosePrior(Pose::Identity()).step.inverse();
   const Matrix6d covariance = with_prior.inverse();
   const auto known = [&](int axis, int first, double limit) {

@@ -55,6 +55,29 @@ NormalEquations linearize(const Samples& samples, const Viewpoint& view, const R
 
 int count_shared(const Residuals& residuals);
 
+/// Sums over samples of the products of two curvatures.
+struct CurvatureProducts {
+  int samples = 0;
+  double dot = 0, reference2 = 0, target2 = 0;
+
+  void add(const CurvatureProducts& other) {
+    samples += other.samples;
+    dot += other.dot;
+    reference2 += other.reference2;
+    target2 += other.target2;
+  }
+};
+inline CurvatureProducts products_of(double reference, double target) {
+  return {1, reference * target, reference * reference, target * target};
+}
+
+/// Right perturbations of a pose, from those about a point to those about the origin; of -point: back.
+inline Matrix6d origin_from_center(const Eigen::Vector3d& center_mm) {
+  Matrix6d matrix = Matrix6d::Identity();
+  matrix.bottomLeftCorner<3, 3>() = skew(center_mm);
+  return matrix;
+}
+
 /// What moves another way than the rest, of the shared contact.
 struct ApartSamples {
   std::vector<std::uint8_t> is_apart;  ///< per sample of the reference
