@@ -12,6 +12,7 @@ namespace gelslam::test {
 inline std::string sql(const std::filesystem::path& file, const std::string& statements) {
   sqlite3* database = nullptr;
   EXPECT_EQ(sqlite3_open_v2(file.c_str(), &database, SQLITE_OPEN_READWRITE, nullptr), SQLITE_OK) << file;
+  sqlite3_busy_timeout(database, 5000);  // a scan may be beginning its file
   std::string rows;
   const auto add = [](void* all, int columns, char** values, char**) {
     auto& text = *static_cast<std::string*>(all);
