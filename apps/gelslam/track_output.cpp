@@ -13,8 +13,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json hypothesis_json(const PlaceHypothesis& hypothesis) {
-  Json json = {{"probability", hypothesis.probability}, {"pose", row_major_meters(hypothesis.map_T_sensor)}};
-  add_sigma(json, translation_first(hypothesis.covariance));
+  Json json = {{"probability", hypothesis.probability},
+               {"pose", row_major_meters(hypothesis.map_T_sensor.pose)}};
+  add_sigma(json, translation_first(hypothesis.map_T_sensor.covariance));
   return json;
 }
 
@@ -22,11 +23,12 @@ Json hypothesis_json(const PlaceHypothesis& hypothesis) {
 Json map_json(const LocalizedFrame& frame, const Surface* surface) {
   const bool localized = frame.status == PlaceStatus::localized;
   FrameReport report{frame.tracked, surface};
-  if (localized) report.covariance = translation_first(frame.hypotheses.front().covariance);
+  if (localized) report.covariance = translation_first(frame.hypotheses.front().map_T_sensor.covariance);
   Json json = frame_json(report);
   json["status"] = status_name(frame);
   if (frame.tracked.status != TrackStatus::background) json["reason"] = frame.reason;
-  json["pose"] = localized ? Json(row_major_meters(frame.hypotheses.front().map_T_sensor)) : Json(nullptr);
+  json["pose"] =
+      localized ? Json(row_major_meters(frame.hypotheses.front().map_T_sensor.pose)) : Json(nullptr);
   json["in_map"] = localized;
   json["hypotheses"] = Json::array();
   for (const PlaceHypothesis& hypothesis : frame.hypotheses)
@@ -79,7 +81,7 @@ class MapOutput final : public PoseOutput {
     line.touch.trial = -1;
     if (line.has_pose) {
       line.touch.trial = 0;
-      line.touch.trial_T_frame = frame.hypotheses.front().map_T_sensor;
+      line.touch.trial_T_frame = frame.hypotheses.front().map_T_sensor.pose;
       line.words = "localized";
     } else if (line.touch.status == TrackStatus::tracked || line.touch.status == TrackStatus::lost) {
       line.touch.status = TrackStatus::lost;

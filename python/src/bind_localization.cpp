@@ -86,15 +86,15 @@ struct PythonPlacedFrame {
   }
 };
 
-py::array_t<double> pose_of_place(const PlaceHypothesis& place) { return array_of(place.map_T_sensor); }
+py::array_t<double> pose_of_place(const PlaceHypothesis& place) { return array_of(place.map_T_sensor.pose); }
 py::array_t<double> covariance_of_place(const PlaceHypothesis& place) {
-  return scaled_array_of(place.covariance, kMetersPerMm);
+  return scaled_array_of(place.map_T_sensor.covariance, kMetersPerMm);
 }
 py::array_t<double> sigma_mm_of_place(const PlaceHypothesis& place) {
-  return sigma_mm_of(sigma_of(translation_first(place.covariance)));
+  return sigma_mm_of(sigma_of(translation_first(place.map_T_sensor.covariance)));
 }
 py::array_t<double> sigma_rad_of_place(const PlaceHypothesis& place) {
-  return sigma_rad_of(sigma_of(translation_first(place.covariance)));
+  return sigma_rad_of(sigma_of(translation_first(place.map_T_sensor.covariance)));
 }
 
 template <auto part>

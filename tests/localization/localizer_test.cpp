@@ -51,7 +51,7 @@ struct Session {
 };
 
 double error_mm(const PlaceHypothesis& found, const Pose& truth) {
-  return pose_distance_mm(found.map_T_sensor, truth, Eigen::Vector3d::Zero());
+  return pose_distance_mm(found.map_T_sensor.pose, truth, Eigen::Vector3d::Zero());
 }
 
 Pose half_turn() { return place(0, 0, 180) * Eigen::Translation3d(0, 0, -0.3); }
@@ -75,10 +75,10 @@ TEST(Localizer, SaysHowWrongThePoseMayBe) {
   const LocalizedFrame found = session.at(texture, truth);
   ASSERT_EQ(found.status, PlaceStatus::localized) << found.reason;
   const PlaceHypothesis& best = found.hypotheses.front();
-  const Vector6d error = se3_log(best.map_T_sensor.inverse() * truth);
+  const Vector6d error = se3_log(best.map_T_sensor.pose.inverse() * truth);
   for (int axis = 0; axis < 6; ++axis) {
-    EXPECT_GT(best.covariance(axis, axis), 0) << axis;
-    EXPECT_LT(std::abs(error[axis]), 5 * std::sqrt(best.covariance(axis, axis))) << axis;
+    EXPECT_GT(best.map_T_sensor.covariance(axis, axis), 0) << axis;
+    EXPECT_LT(std::abs(error[axis]), 5 * std::sqrt(best.map_T_sensor.covariance(axis, axis))) << axis;
   }
 }
 
@@ -189,7 +189,7 @@ TEST(SurfaceMap, LooksAlikeWhereItIsSymmetric) {
   const SurfaceMap map(map_of(texture, -9, 9), {});
   const Pose truth = place(5.1, 0.7, 120, -1, 1), other = half_turn() * truth;
   const MapFit fit =
-      map.fit(NormalFlowReference(feel(texture, truth, kSmall), {}), truth, PlacePrior::known, 0.1);
+      map.fit(NormalFlowReference(feel(texture, truth, kSmall), {}), {truth}, PlacePrior::known);
   ASSERT_TRUE(fit.ok());
   const std::vector<Pose> places = map.look_alikes(fit);
   for (const Pose& expected : {truth, other})
@@ -208,7 +208,7 @@ TEST(SurfaceMap, ATouchFarFromTheMapIsNotCoveredWhateverTheLimit) {
   options.verification.curvature.min_scr = 0;
   const SurfaceMap map(map_of(texture, 0, 3), options);
   const NormalFlowReference touch(feel(texture, place(0, 0), kSmall), options.registration);
-  EXPECT_FALSE(map.fit(touch, place(500, 0), PlacePrior::known, 1.0).covered);
+  EXPECT_FALSE(map.fit(touch, {place(500, 0)}, PlacePrior::known).covered);
 }
 
 }  // namespace

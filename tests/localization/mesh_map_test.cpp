@@ -104,7 +104,7 @@ TEST(MeshMap, AnObjectThatWasNeverTouchedIsFound) {
     Localizer localizer(map, {});
     const LocalizedFrame found = localizer.process(0, 0, truth.surface.get());
     if (found.hypotheses.empty()) continue;
-    const bool is_right = pose_distance_mm(found.hypotheses.front().map_T_sensor, truth.map_T_keyframe,
+    const bool is_right = pose_distance_mm(found.hypotheses.front().map_T_sensor.pose, truth.map_T_keyframe,
                                            Eigen::Vector3d::Zero()) < 0.5;
     right += is_right;
     EXPECT_TRUE(is_right || found.status != PlaceStatus::localized) << k;

@@ -14,7 +14,7 @@ using namespace test;
 /// A pose that came from elsewhere, verified as a place.
 std::optional<PoseGraphEdge> verify_guess(const Keyframe& older, const Keyframe& newer,
                                           const Pose& older_T_newer) {
-  return verify_loop(older, newer, {older_T_newer, PlacePrior::suspected}, {}, {});
+  return verify_loop(older, newer, older_T_newer, {}, {});
 }
 
 PoseGap error_of(const PoseGraphEdge& loop, const Pose& map_T_from, const Pose& map_T_to) {

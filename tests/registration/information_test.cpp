@@ -4,7 +4,7 @@
 
 #include "../support/analytic_surface.hpp"
 #include "gelslam/core/se3.hpp"
-#include "gelslam/registration/normal_flow.hpp"
+#include "gelslam/registration/verification.hpp"
 
 namespace gelslam {
 namespace {
@@ -139,6 +139,19 @@ TEST(Information, ObservabilityIsAboutWhereTheContactIs) {
     EXPECT_FALSE(result.observable[5]) << center_mm.transpose();
     EXPECT_TRUE(result.observable[0] && result.observable[1]) << center_mm.transpose();
   }
+}
+
+// A pattern of the gel may hold a pose back by as far as the place was unknown.
+TEST(Information, IsLessOfAPlaceThatWasHardlyKnown) {
+  const NormalFlowReference touched(touch(textured_plane(1, 0.03), kAbove), {});
+  const auto sigma_mm = [&](double known_to_mm) {
+    Matrix6d covariance = Matrix6d::Zero();
+    covariance.bottomRightCorner<3, 3>().diagonal().setConstant(known_to_mm * known_to_mm);
+    const RegistrationResult result =
+        verify(touched, touched, {Pose::Identity(), covariance}, PlacePrior::known, {}, {});
+    return UncertainPose{result.target_T_reference, result.information.inverse()}.worst_sigma_mm();
+  };
+  EXPECT_GT(sigma_mm(3), 2 * sigma_mm(0.1));
 }
 
 }  // namespace

@@ -78,7 +78,7 @@ TEST_F(Rejoin, DoesNotTakeTheNextBeadForThisOne) {
   add(rim(), round_the_rim(0));
   add(rim(), round_the_rim(0.7));
   ASSERT_LT(keyframes[1]->reference->self_similarity(), options.verification.max_self_similarity);
-  const auto wrong = verify_loop(*keyframes[0], *keyframes[1], {}, {}, {});
+  const auto wrong = verify_loop(*keyframes[0], *keyframes[1], Pose::Identity(), {}, {});
   ASSERT_TRUE(wrong) << "verification alone sees it";
   ASSERT_GT(gap(wrong->from_T_to, truth[0].inverse() * truth[1]).deg, 10);
   EXPECT_TRUE(loops().empty());

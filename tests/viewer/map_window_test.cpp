@@ -27,9 +27,10 @@ Mesh plate() {
 /// On the upper side of the plate, or on the lower one.
 PlaceHypothesis at(double x, double y, double probability, bool above = true) {
   PlaceHypothesis place;
-  if (!above) place.map_T_sensor = Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX());
-  place.map_T_sensor.translation() = Eigen::Vector3d(x, y, above ? 0 : 4);
-  place.covariance = Vector6d(1e-6, 1e-6, 4e-6, 1e-4, 1e-4, 4e-4).asDiagonal();  // 0.02 mm, 0.11 degrees
+  if (!above) place.map_T_sensor.pose = Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX());
+  place.map_T_sensor.pose.translation() = Eigen::Vector3d(x, y, above ? 0 : 4);
+  place.map_T_sensor.covariance =
+      Vector6d(1e-6, 1e-6, 4e-6, 1e-4, 1e-4, 4e-4).asDiagonal();  // 0.02 mm, 0.11 degrees
   place.probability = probability;
   return place;
 }
@@ -75,7 +76,7 @@ class MapWindowPicture : public testing::Test {
   }
   /// How much redder than blue the picture is in the middle of a touch.
   int glow(const cv::Mat3b& picture, const PlaceHypothesis& place) const {
-    const Eigen::Vector2f p = window_->pixel_of(place.map_T_sensor.translation());
+    const Eigen::Vector2f p = window_->pixel_of(place.map_T_sensor.pose.translation());
     const cv::Vec3b color = picture(cvRound(p.y()), cvRound(p.x()));
     return color[2] - color[0];
   }
@@ -96,7 +97,7 @@ TEST_F(MapWindowPicture, TheMapIsGrayAndTheTouchGlowsAtItsPlace) {
   EXPECT_TRUE(shows("σ 0.020 mm, 0.11°", theme::kText));
   EXPECT_GT(glow(shown, place), 60);
   EXPECT_LT(glow(shown, elsewhere), 4) << "gray, not of clay";
-  const Eigen::Vector2f p = window_->pixel_of(elsewhere.map_T_sensor.translation());
+  const Eigen::Vector2f p = window_->pixel_of(elsewhere.map_T_sensor.pose.translation());
   EXPECT_GT(shown(cvRound(p.y()), cvRound(p.x()))[1], 80) << "the map, brighter than what is behind it";
 }
 

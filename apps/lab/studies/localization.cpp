@@ -115,7 +115,7 @@ struct PoseError {
 };
 
 PoseError error_of(const PlaceHypothesis& found, const Pose& map_T_sensor) {
-  const Pose error = map_T_sensor.inverse() * found.map_T_sensor;
+  const Pose error = map_T_sensor.inverse() * found.map_T_sensor.pose;
   return {error.translation().norm(), rotation_angle_rad(error) * 180 / M_PI};
 }
 
@@ -174,7 +174,7 @@ void judge(const Trial& trial, const StudyMap& map, Score& score) {
     return Pose(map.map_T_object * trial.sensor_T_object[k].inverse());
   };
   const NormalFlowReference first(trial.surfaces.front(), {});
-  const bool shown = map.map->fit(first, truth(0), PlacePrior::known, 0).covered;
+  const bool shown = map.map->fit(first, {truth(0)}, PlacePrior::known).covered;
   Localizer localizer(map.map, {});
   bool sure = false;
   for (std::size_t k = 0; k < trial.surfaces.size() && !sure; ++k) {

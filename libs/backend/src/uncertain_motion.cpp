@@ -1,11 +1,9 @@
 #include "gelslam/backend/uncertain_motion.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 
 #include "gelslam/core/error.hpp"
@@ -94,11 +92,6 @@ UncertainMotion uncertain_motion(const PoseGraphEdge& edge) {
           Vector6d::Zero()};
 }
 
-double worst_sigma(const Eigen::Matrix3d& covariance) {
-  return std::sqrt(
-      std::max(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvalues().maxCoeff(), 0.0));
-}
-
 bool tells_place(const PoseGraphEdge& edge) {
   constexpr double kMaxSigmaMm = 2.5, kMaxSigmaRad = 0.17;
   const Matrix6d covariance = uncertain_motion(edge).from_T_to.covariance;
@@ -141,12 +134,12 @@ MotionCertainty::MotionCertainty(const std::vector<PoseGraphEdge>& edges, const 
 
 MotionCertainty::~MotionCertainty() = default;
 
-double MotionCertainty::sigma_mm(int from, int to) const {
+std::optional<UncertainPose> MotionCertainty::motion(int from, int to) const {
   const auto a = impl_->node_of.find(from), b = impl_->node_of.find(to), none = impl_->node_of.end();
   if (a == none || b == none || impl_->forest.tree(a->second) != impl_->forest.tree(b->second))
-    return std::numeric_limits<double>::infinity();
+    return std::nullopt;
   const UncertainMotion path = impl_->forest.path(a->second, b->second);
-  return worst_sigma(path.total_covariance(impl_->gradient_scale_sigma).bottomRightCorner<3, 3>());
+  return UncertainPose{path.from_T_to.pose, path.total_covariance(impl_->gradient_scale_sigma)};
 }
 
 }  // namespace gelslam

@@ -1,10 +1,21 @@
 #include "gelslam/core/uncertain_pose.hpp"
 
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
 namespace gelslam {
 
 UncertainPose UncertainPose::inverse() const {
   const Matrix6d to_start = adjoint(pose);
   return {pose.inverse(), to_start * covariance * to_start.transpose()};
+}
+
+double UncertainPose::worst_sigma_mm() const { return worst_sigma(covariance.bottomRightCorner<3, 3>()); }
+
+double worst_sigma(const Eigen::Matrix3d& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(solver.eigenvalues().maxCoeff(), 0.0));
 }
 
 UncertainPose compose(const UncertainPose& a_T_b, const UncertainPose& b_T_c) {

@@ -3,7 +3,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "gelslam/backend/uncertain_motion.hpp"
@@ -30,14 +29,10 @@ Matrix6d inverse(const Matrix6d& matrix) {
   return 0.5 * (result + result.transpose());
 }
 
-double translation_sigma_mm(const Matrix6d& covariance) {
-  return std::sqrt(covariance.diagonal().tail<3>().maxCoeff());
-}
-
 /// All of the pose is known, at two standard deviations, to less than the distance of two places.
-bool is_known_well(const Matrix6d& covariance) {
-  const double turn_rad = std::sqrt(covariance.diagonal().head<3>().maxCoeff());
-  return 2 * std::max(translation_sigma_mm(covariance), kMmPerRad * turn_rad) <= kMinPeriodMm;
+bool is_known_well(const UncertainPose& place) {
+  const double turn_rad = worst_sigma(place.covariance.topLeftCorner<3, 3>());
+  return 2 * std::max(place.worst_sigma_mm(), kMmPerRad * turn_rad) <= kMinPeriodMm;
 }
 
 std::string reason_without_track(const TrackedFrame& tracked) {
@@ -85,9 +80,8 @@ LocalizedFrame Localizer::process(std::int64_t frame, double time_s, SurfacePtr 
   if (touches_.empty() || touches_.back().reference_id != touch.reference_id) begin_touch(touch);
   correct(touch);
   if (!is_certain() && shows_new_surface(touch)) {
-    constexpr double kUnknown = std::numeric_limits<double>::infinity();
-    for (const Pose& map_T_sensor : recognized(touch)) add(touch, map_T_sensor, kUnknown);
-    add_symmetric(touch, kUnknown);
+    for (const Pose& map_T_sensor : recognized(touch)) add(touch, {map_T_sensor}, PlacePrior::suspected);
+    add_symmetric(touch, Matrix6d::Zero(), PlacePrior::suspected);
     searched_contact_px_ = touch.keyframe.surface->contact_pixels;
   }
   weigh(touch);
@@ -116,7 +110,7 @@ Localizer::Touch Localizer::make_touch(const TrackedFrame& tracked, SurfacePtr s
 /// Contact was broken or track was lost: the object may be anywhere.
 void Localizer::begin_trial(const Touch& touch) {
   if (!hypotheses_.empty()) last_places_.clear();
-  for (const Hypothesis& h : hypotheses_) last_places_.push_back(h.map_T_sensor);
+  for (const Hypothesis& h : hypotheses_) last_places_.push_back(h.map_T_sensor.pose);
   hypotheses_.clear();
   touches_.clear();
   looked_elsewhere_ = false;
@@ -146,9 +140,8 @@ void Localizer::predict(const TrackedFrame& tracked) {
           .from_T_to.covariance};
   trial_T_sensor_ = tracked.trial_T_frame;
   for (Hypothesis& h : hypotheses_) {
-    const UncertainPose moved = compose({h.map_T_sensor, h.covariance}, step);
-    h.map_T_sensor = normalized(moved.pose);
-    h.covariance = moved.covariance;
+    h.map_T_sensor = compose(h.map_T_sensor, step);
+    h.map_T_sensor.pose = normalized(h.map_T_sensor.pose);
   }
 }
 
@@ -156,13 +149,13 @@ void Localizer::predict(const TrackedFrame& tracked) {
 /// that follow each other share their errors.
 void Localizer::correct(const Touch& touch) {
   for (Hypothesis& h : hypotheses_) {
-    h.fit = map_->fit(*touch.keyframe.reference.get(), h.map_T_sensor, PlacePrior::known,
-                      translation_sigma_mm(h.covariance));
+    h.fit = map_->fit(*touch.keyframe.reference.get(), h.map_T_sensor, PlacePrior::known);
     if (!h.fit.covered || h.fit.ok()) h.last_agreed_s = touch.time_s;
     if (!h.fit.ok()) continue;
     h.last_fit_s = touch.time_s;
+    const Matrix6d before = h.map_T_sensor.covariance;
     h.map_T_sensor = h.fit.map_T_sensor;
-    h.covariance = inverse(inverse(h.fit.covariance) + 0.5 * inverse(h.covariance));
+    h.map_T_sensor.covariance = inverse(inverse(h.fit.map_T_sensor.covariance) + 0.5 * inverse(before));
   }
 }
 
@@ -179,25 +172,23 @@ std::vector<Pose> Localizer::recognized(const Touch& touch) const {
 
 bool Localizer::is_known(const Touch& touch, const Pose& map_T_sensor) const {
   return std::any_of(hypotheses_.begin(), hypotheses_.end(), [&](const Hypothesis& h) {
-    return pose_distance_mm(h.map_T_sensor, map_T_sensor, touch.center_mm) < kMinPeriodMm;
+    return pose_distance_mm(h.map_T_sensor.pose, map_T_sensor, touch.center_mm) < kMinPeriodMm;
   });
 }
 
 /// A new hypothesis if the touch fits the map there, judged by all touches of the trial.
-void Localizer::add(const Touch& touch, const Pose& map_T_sensor, double sigma_mm) {
-  if (hypotheses_.size() == kMaxHypotheses || is_known(touch, map_T_sensor)) return;
+void Localizer::add(const Touch& touch, const UncertainPose& map_T_sensor, PlacePrior prior) {
+  if (hypotheses_.size() == kMaxHypotheses || is_known(touch, map_T_sensor.pose)) return;
   Hypothesis h;
-  h.fit = map_->fit(*touch.keyframe.reference.get(), map_T_sensor,
-                    std::isfinite(sigma_mm) ? PlacePrior::known : PlacePrior::suspected, sigma_mm);
-  if (!h.fit.ok() || is_known(touch, h.fit.map_T_sensor)) return;
+  h.fit = map_->fit(*touch.keyframe.reference.get(), map_T_sensor, prior);
+  if (!h.fit.ok() || is_known(touch, h.fit.map_T_sensor.pose)) return;
   h.map_T_sensor = h.fit.map_T_sensor;
-  h.covariance = h.fit.covariance;
   h.last_fit_s = h.last_agreed_s = touch.time_s;
-  const Pose map_T_trial = h.map_T_sensor * touch.trial_T_sensor.inverse();
+  const UncertainPose map_T_trial = compose(h.map_T_sensor, {touch.trial_T_sensor.inverse()});
   for (std::size_t i = 0; i + 1 < touches_.size(); ++i) {
     const Touch& before = touches_[i];
-    const MapFit fit = map_->fit(*before.keyframe.reference.get(), map_T_trial * before.trial_T_sensor,
-                                 PlacePrior::known, translation_sigma_mm(h.covariance));
+    const MapFit fit = map_->fit(*before.keyframe.reference.get(),
+                                 compose(map_T_trial, {before.trial_T_sensor}), PlacePrior::known);
     h.past_log_odds += before.weight * log_odds(fit, before);
   }
   hypotheses_.push_back(h);
@@ -205,20 +196,20 @@ void Localizer::add(const Touch& touch, const Pose& map_T_sensor, double sigma_m
 
 /// Where two places fit, the map looks the same after the motion between them: then it may do so after the
 /// same motion from any other place, too.
-void Localizer::add_symmetric(const Touch& touch, double sigma_mm) {
+void Localizer::add_symmetric(const Touch& touch, const Matrix6d& covariance, PlacePrior prior) {
   std::vector<Pose> tried;
   for (std::size_t i = 0; i < hypotheses_.size(); ++i)
     for (std::size_t j = 0; j < hypotheses_.size(); ++j)
       for (std::size_t k = 0; k < hypotheses_.size() && i != j; ++k) {
-        const Pose place =
-            hypotheses_[j].map_T_sensor * hypotheses_[i].map_T_sensor.inverse() * hypotheses_[k].map_T_sensor;
+        const Pose place = hypotheses_[j].map_T_sensor.pose * hypotheses_[i].map_T_sensor.pose.inverse() *
+                           hypotheses_[k].map_T_sensor.pose;
         const bool was_tried = std::any_of(tried.begin(), tried.end(), [&](const Pose& other) {
           return pose_distance_mm(other, place, touch.center_mm) < kMinPeriodMm;
         });
         if (was_tried || is_known(touch, place)) continue;
         if (tried.size() == kMaxSymmetricTries) return;
         tried.push_back(place);
-        add(touch, place, sigma_mm);
+        add(touch, {place, covariance}, prior);
       }
 }
 
@@ -230,13 +221,12 @@ void Localizer::add_look_alikes(const Touch& touch) {
                                      [](const auto& a, const auto& b) { return a.total() < b.total(); });
   if (!best->fit.ok() || best->fit.keyframe == looked_from_) return;
   looked_from_ = best->fit.keyframe;
-  const Pose here = best->fit.map_T_sensor;
-  const double sigma_mm = translation_sigma_mm(best->covariance);
+  const auto [here, covariance] = best->map_T_sensor;
   for (const Pose& map_T_sensor : map_->look_alikes(best->fit)) {
     looked_elsewhere_ |= pose_distance_mm(here, map_T_sensor, touch.center_mm) < kMinPeriodMm;
-    add(touch, map_T_sensor, sigma_mm);
+    add(touch, {map_T_sensor, covariance}, PlacePrior::known);
   }
-  add_symmetric(touch, sigma_mm);
+  add_symmetric(touch, covariance, PlacePrior::known);
 }
 
 /// At the frame by which the touch is judged.
@@ -288,7 +278,7 @@ void Localizer::remove_refuted(const Touch& touch) {
   for (Hypothesis& h : all) {
     const double rival = hypotheses_.empty() ? 0.0 : std::max(0.0, hypotheses_.front().total());
     const bool contradicted = touch.time_s - h.last_agreed_s > options_.tracker.patience_s;
-    if (!contradicted && h.total() - rival > kNegligibleLogOdds && !is_known(touch, h.map_T_sensor))
+    if (!contradicted && h.total() - rival > kNegligibleLogOdds && !is_known(touch, h.map_T_sensor.pose))
       hypotheses_.push_back(std::move(h));
   }
 }
@@ -311,7 +301,7 @@ bool Localizer::is_certain() const {
 void Localizer::conclude(const Touch& touch, LocalizedFrame& result) const {
   const std::vector<double> shares = probabilities();
   for (std::size_t i = 0; i < hypotheses_.size(); ++i)
-    result.hypotheses.push_back({hypotheses_[i].map_T_sensor, hypotheses_[i].covariance, shares[i]});
+    result.hypotheses.push_back({hypotheses_[i].map_T_sensor, shares[i]});
   if (hypotheses_.empty()) {
     result.reason = "no place of the map looks like this touch";
     return;
@@ -328,7 +318,7 @@ void Localizer::conclude(const Touch& touch, LocalizedFrame& result) const {
                                            : "this touch shows too little to be certain";
   } else if (!looked_elsewhere_) {
     result.reason = "the map repeats itself here";
-  } else if (!is_known_well(best.covariance)) {
+  } else if (!is_known_well(best.map_T_sensor)) {
     result.reason = describe_observability(best.fit.registration.observable);
   } else {
     result.status = PlaceStatus::localized;

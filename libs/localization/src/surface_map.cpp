@@ -93,7 +93,7 @@ std::vector<Pose> SurfaceMap::recognize(const Keyframe& touch) const {
 
 std::vector<Pose> SurfaceMap::look_alikes(const MapFit& fit) const {
   const MapPlace& place = impl_->place(fit.keyframe);
-  const Pose keyframe_T_sensor = place.map_T_keyframe.inverse() * fit.map_T_sensor;
+  const Pose keyframe_T_sensor = place.map_T_keyframe.inverse() * fit.map_T_sensor.pose;
   std::vector<Pose> poses = recognize(*place.keyframe);
   for (Pose& pose : poses) pose = normalized(pose * keyframe_T_sensor);
   return poses;
@@ -121,21 +121,21 @@ Overlap SurfaceMap::Impl::most_overlapping(const Surface& touch, const Pose& map
   return best;
 }
 
-MapFit SurfaceMap::fit(const NormalFlowReference& touch, const Pose& map_T_sensor, PlacePrior prior,
-                       double sigma_mm) const {
+MapFit SurfaceMap::fit(const NormalFlowReference& touch, const UncertainPose& map_T_sensor,
+                       PlacePrior prior) const {
   MapFit fit;
   fit.map_T_sensor = map_T_sensor;
-  const auto [place, share] = impl_->most_overlapping(touch.surface(), map_T_sensor);
+  const auto [place, share] = impl_->most_overlapping(touch.surface(), map_T_sensor.pose);
   fit.covered = place && share >= impl_->options.verification.curvature.min_scr;
   if (!fit.covered) return fit;
   fit.keyframe = place->keyframe->id;
-  const Pose sensor_T_keyframe = map_T_sensor.inverse() * place->map_T_keyframe;
-  fit.registration = verify(*place->keyframe->reference.get(), touch, {sensor_T_keyframe, prior, sigma_mm},
+  const UncertainPose sensor_T_keyframe = compose(map_T_sensor.inverse(), {place->map_T_keyframe});
+  fit.registration = verify(*place->keyframe->reference.get(), touch, sensor_T_keyframe, prior,
                             impl_->options.registration, impl_->options.verification);
   if (!fit.registration.ok()) return fit;
   const KeyframeLink link = link_to(place->keyframe, fit.registration);
-  fit.map_T_sensor = normalized(place->map_T_keyframe * link.previous_T_this);
-  fit.covariance = uncertain_motion(odometry_edge(link, -1)).from_T_to.covariance;
+  fit.map_T_sensor = {normalized(place->map_T_keyframe * link.previous_T_this),
+                      uncertain_motion(odometry_edge(link, -1)).from_T_to.covariance};
   return fit;
 }
 

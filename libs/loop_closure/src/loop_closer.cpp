@@ -86,7 +86,7 @@ std::vector<PoseGraphEdge> LoopCloser::Impl::search(const PlaceFeatures& feature
     const std::optional<Pose> pose = lift(*older.surface.get(), *newer.surface.get(),
                                           candidate.place->features, features, candidate.inliers);
     if (!pose) continue;
-    const auto loop = verify_loop(older, newer, {*pose, PlacePrior::suspected}, registration, verification);
+    const auto loop = verify_loop(older, newer, *pose, registration, verification);
     if (loop) loops.push_back(*loop);
   }
   return loops;
@@ -103,11 +103,10 @@ void LoopCloser::Impl::keep(const Keyframe& keyframe, PlaceFeatures features) {
 // The newer keyframe is the reference of the registration: its result is then older_T_newer with the
 // information in the newer keyframe's axes, as in an edge.
 std::optional<PoseGraphEdge> verify_loop(const Keyframe& older, const Keyframe& newer,
-                                         const PlaceCandidate& candidate,
-                                         const NormalFlowOptions& registration,
+                                         const Pose& older_T_newer, const NormalFlowOptions& registration,
                                          const VerificationOptions& verification) {
-  const RegistrationResult result =
-      verify(*newer.reference.get(), *older.reference.get(), candidate, registration, verification);
+  const RegistrationResult result = verify(*newer.reference.get(), *older.reference.get(), {older_T_newer},
+                                           PlacePrior::suspected, registration, verification);
   if (!result.ok()) return std::nullopt;
   return PoseGraphEdge{older.id,
                        newer.id,

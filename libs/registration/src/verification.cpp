@@ -59,22 +59,29 @@ bool shows_all_of(const NormalFlowReference& target, const NormalFlowReference& 
 }  // namespace
 
 RegistrationResult verify(const NormalFlowReference& reference, const NormalFlowReference& target,
-                          const PlaceCandidate& candidate, const NormalFlowOptions& registration,
-                          const VerificationOptions& options) {
+                          const UncertainPose& target_T_reference, PlacePrior prior,
+                          const NormalFlowOptions& registration, const VerificationOptions& options) {
   RegistrationResult result;
-  result.target_T_reference = candidate.target_T_reference;
+  result.target_T_reference = target_T_reference.pose;
+  const bool is_known = prior == PlacePrior::known;
   const auto repeats = [&](const NormalFlowReference& shown) {
     return shown.self_similarity() > options.max_self_similarity;
   };
-  if (candidate.sigma_mm > kObservableSigmaMm && (repeats(reference) || repeats(target))) {
+  if ((!is_known || target_T_reference.worst_sigma_mm() > kObservableSigmaMm) &&
+      (repeats(reference) || repeats(target))) {
     result.status = RegistrationStatus::ambiguous;
     return result;
   }
   NormalFlowOptions gates = registration;
   gates.curvature = options.curvature;
-  result = register_normal_flow(reference, target.surface(), candidate.target_T_reference, gates);
+  PosePrior start(target_T_reference.pose);
+  if (is_known) {
+    start.covariance += target_T_reference.covariance;
+    start.step += target_T_reference.covariance;
+  }
+  result = register_normal_flow(reference, target.surface(), start, gates);
   if (shows_all_of(target, reference, result, gates)) result.status = RegistrationStatus::converged;
-  return verify_registered(reference, target.surface(), result, candidate.prior, options);
+  return verify_registered(reference, target.surface(), result, prior, options);
 }
 
 RegistrationResult verify_registered(const NormalFlowReference& reference, const Surface& target,

@@ -56,8 +56,7 @@ std::vector<PoseGraphEdge> rejoin_broken_trials(const ScanRecord& scan, const Sl
     const std::optional<Pose> pose =
         candidate_pose(*older, *newer, before->keyframe_T_frame * after->keyframe_T_frame.inverse(), options);
     if (!pose) continue;
-    const auto loop = verify_loop(*older, *newer, {*pose, PlacePrior::suspected}, options.registration,
-                                  options.verification);
+    const auto loop = verify_loop(*older, *newer, *pose, options.registration, options.verification);
     if (loop) found.push_back(*loop);
   }
   return found;

@@ -33,7 +33,7 @@ SceneStyle gray_style() {
 
 /// "0.020 mm, 0.11°": one standard deviation along the least certain axes.
 std::string sigma_words(const PlaceHypothesis& place) {
-  const Vector6d sigma = sigma_of(place.covariance);
+  const Vector6d sigma = sigma_of(place.map_T_sensor.covariance);
   return fmt::format("{:.3f} mm, {:.2f}°", sigma.tail<3>().maxCoeff(),
                      sigma.head<3>().maxCoeff() * kDegreesPerRadian);
 }
@@ -96,9 +96,9 @@ void MapWindow::show(const std::shared_ptr<const LocatedTouch>& touch) {
                                ? 1
                                : kGhostOpacity * place.probability / places().front().probability;
     if (!patch)
-      patch = TouchPatch{touch->surface, place.map_T_sensor, map_.gradient_scale, opacity};
+      patch = TouchPatch{touch->surface, place.map_T_sensor.pose, map_.gradient_scale, opacity};
     else
-      patch->ghosts.push_back({place.map_T_sensor, opacity});
+      patch->ghosts.push_back({place.map_T_sensor.pose, opacity});
   }
   scene_.set_touch(std::move(patch));
 }
@@ -110,10 +110,10 @@ bool MapWindow::follow_touch(double dt_s) {
   const Eigen::Vector3d looks = -camera_.map_R_camera().col(2).cast<double>();
   Pose goal = std::max_element(places().begin(), places().end(),
                                [&](const PlaceHypothesis& a, const PlaceHypothesis& b) {
-                                 return a.map_T_sensor.linear().col(2).dot(looks) <
-                                        b.map_T_sensor.linear().col(2).dot(looks);
+                                 return a.map_T_sensor.pose.linear().col(2).dot(looks) <
+                                        b.map_T_sensor.pose.linear().col(2).dot(looks);
                                })
-                  ->map_T_sensor;
+                  ->map_T_sensor.pose;
   const Eigen::Vector3d middle = scene_.bounds_mm().center().cast<double>();
   const double nearness =
       1 - static_cast<double>(camera_.distance_mm() / whole_view(viewport()).distance_mm());
@@ -151,10 +151,10 @@ void MapWindow::draw_probabilities(Ui& ui) const {
   if (!touch_ || touch_->place.status != PlaceStatus::ambiguous) return;
   for (const PlaceHypothesis& place : places()) {
     const double edge_mm = 0.5 * touch_->surface->contact.rows * touch_->surface->pixel_pitch_mm;
-    const Eigen::Vector3f edge = (place.map_T_sensor * Eigen::Vector3d(0, edge_mm, 0)).cast<float>();
+    const Eigen::Vector3f edge = (place.map_T_sensor.pose * Eigen::Vector3d(0, edge_mm, 0)).cast<float>();
     const auto at = on_screen(viewport(), edge);
     if (!at) continue;
-    const Eigen::Vector3f outward = -place.map_T_sensor.linear().col(2).cast<float>();
+    const Eigen::Vector3f outward = -place.map_T_sensor.pose.linear().col(2).cast<float>();
     const bool is_seen = outward.dot(camera_.eye_mm() - edge) > 0;
     ui.tag(Face::title, at->x(), at->y(), is_seen ? theme::kText : theme::kDim,
            theme::with_alpha(theme::kBackdrop, is_seen ? 0.7 : 0.4), percent(place.probability));

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "gelslam/backend/pose_graph.hpp"
@@ -57,9 +58,6 @@ struct UncertainMotion {
 /// radian and to the sensor's width.
 UncertainMotion uncertain_motion(const PoseGraphEdge& edge);
 
-/// One standard deviation along the direction in which it is largest.
-double worst_sigma(const Eigen::Matrix3d& covariance);
-
 /// Whether an edge tells where its surfaces lie on each other: two standard deviations are below 5 mm, where
 /// they touch, and 20 degrees. A contact is some 8 mm wide.
 bool tells_place(const PoseGraphEdge& edge);
@@ -77,9 +75,8 @@ class MotionCertainty {
                   double gradient_scale_sigma);
   ~MotionCertainty();
 
-  /// Standard deviation of the translation of from_T_to in its worst direction, mm; infinite where no edges
-  /// lead.
-  double sigma_mm(int from, int to) const;
+  /// What these edges say of from_T_to; nothing where none lead.
+  std::optional<UncertainPose> motion(int from, int to) const;
 
  private:
   struct Impl;

@@ -12,7 +12,13 @@ struct UncertainPose {
 
   /// b_T_a. true^-1 = pose^-1 * exp(-Ad(pose) * noise).
   UncertainPose inverse() const;
+
+  /// One standard deviation of the translation in its worst direction.
+  double worst_sigma_mm() const;
 };
+
+/// The same of any covariance, and in its unit.
+double worst_sigma(const Eigen::Matrix3d& covariance);
 
 /// a_T_b and b_T_c, independent of each other, to a_T_c.
 UncertainPose compose(const UncertainPose& a_T_b, const UncertainPose& b_T_c);

@@ -13,8 +13,7 @@ namespace gelslam {
 
 /// A place where the sensor may be.
 struct PlaceHypothesis {
-  Pose map_T_sensor = Pose::Identity();
-  Matrix6d covariance = Matrix6d::Identity();  ///< of the right perturbation (rad, mm)
+  UncertainPose map_T_sensor;
   double probability = 0;  ///< the rest to 1, over all hypotheses: elsewhere, or not in the map
 };
 
@@ -58,8 +57,7 @@ class Localizer {
     double best_rmse_rad = 0;                             ///< of the same
   };
   struct Hypothesis {
-    Pose map_T_sensor = Pose::Identity();
-    Matrix6d covariance = Matrix6d::Identity();
+    UncertainPose map_T_sensor;
     MapFit fit;                ///< of the newest frame
     double past_log_odds = 0;  ///< of finished touches
     double log_odds = 0;       ///< of the current one (weigh())
@@ -77,9 +75,8 @@ class Localizer {
   bool is_certain() const;
   bool shows_new_surface(const Touch& touch) const;
   std::vector<Pose> recognized(const Touch& touch) const;
-  /// `sigma_mm`: of the pose, before the comparison; infinite: the place is only suspected.
-  void add(const Touch& touch, const Pose& map_T_sensor, double sigma_mm);
-  void add_symmetric(const Touch& touch, double sigma_mm);
+  void add(const Touch& touch, const UncertainPose& map_T_sensor, PlacePrior prior);
+  void add_symmetric(const Touch& touch, const Matrix6d& covariance, PlacePrior prior);
   void add_look_alikes(const Touch& touch);
   bool is_known(const Touch& touch, const Pose& map_T_sensor) const;
   bool fits_as_well_as_best(const MapFit& fit, const Touch& touch) const;

@@ -13,10 +13,9 @@ namespace gelslam {
 struct MapFit {
   bool covered = false;  ///< the map shows enough of what the touch shows
   RegistrationResult
-      registration;   ///< verify(): a keyframe of the map is the reference, the touch the target
-  int keyframe = -1;  ///< id of that keyframe
-  Pose map_T_sensor = Pose::Identity();    ///< as registered, or the given one where registration failed
-  Matrix6d covariance = Matrix6d::Zero();  ///< of the right perturbation of map_T_sensor (rad, mm)
+      registration;            ///< verify(): a keyframe of the map is the reference, the touch the target
+  int keyframe = -1;           ///< id of that keyframe
+  UncertainPose map_T_sensor;  ///< as registered, or the given one where registration failed
 
   bool ok() const { return covered && registration.ok(); }
 };
@@ -42,8 +41,7 @@ class SurfaceMap {
   std::vector<Pose> look_alikes(const MapFit& fit) const;
 
   /// Registers the touch to the keyframe of the map that shows most of it at `map_T_sensor`.
-  MapFit fit(const NormalFlowReference& touch, const Pose& map_T_sensor, PlacePrior prior,
-             double sigma_mm) const;
+  MapFit fit(const NormalFlowReference& touch, const UncertainPose& map_T_sensor, PlacePrior prior) const;
 
  private:
   struct Impl;

@@ -1,7 +1,6 @@
 #pragma once
 
-#include <limits>
-
+#include "gelslam/core/uncertain_pose.hpp"
 #include "gelslam/registration/normal_flow.hpp"
 
 namespace gelslam {
@@ -38,23 +37,19 @@ struct VerificationOptions {
 /// What was known of a place before the two surfaces were compared. The less it was, the better they have to
 /// agree.
 enum class PlacePrior {
-  known,      ///< predicted by the motion or by the pose graph: the registration has to succeed
+  known,      ///< predicted by the motion or by the pose graph, which state its covariance: the
+              ///< registration has to succeed
   suspected,  ///< recognized, or nearby: the textures have to agree, too
   none,       ///< the best of all shifts: the textures have to agree clearly
 };
 
-struct PlaceCandidate {
-  Pose target_T_reference = Pose::Identity();
-  PlacePrior prior = PlacePrior::suspected;
-  double sigma_mm = std::numeric_limits<double>::infinity();  ///< of the pose, before the comparison
-};
-
-/// Decides whether two surfaces show the same place: registers them from the candidate's pose, then applies
+/// Decides whether two surfaces show the same place: registers them from there, then applies
 /// verify_registered(). The result is ok() if they do, or its status says why not: a surface that repeats
-/// itself is `ambiguous`. SCR is that of the smaller contact.
+/// itself is `ambiguous`. SCR is that of the smaller contact. `target_T_reference` has the covariance of a
+/// known place; it is not read of others.
 RegistrationResult verify(const NormalFlowReference& reference, const NormalFlowReference& target,
-                          const PlaceCandidate& candidate, const NormalFlowOptions& registration,
-                          const VerificationOptions& options);
+                          const UncertainPose& target_T_reference, PlacePrior prior,
+                          const NormalFlowOptions& registration, const VerificationOptions& options);
 
 /// The tests that follow a successful registration: texture, heights and free space. Returns `registration`
 /// with the status of the first test that fails.
