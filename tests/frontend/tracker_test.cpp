@@ -56,7 +56,7 @@ TEST(Tracker, FirstContactStartsATrialWithAKeyframe) {
   EXPECT_TRUE(frame.new_keyframes.back().keyframe->surface.packed().bytes() ==
               PackedSurface(*surface).bytes());
   EXPECT_TRUE(static_cast<bool>(frame.new_keyframes.back().keyframe->reference));
-  EXPECT_EQ(frame.new_keyframes.back().link.previous, nullptr);
+  EXPECT_FALSE(frame.new_keyframes.back().edge);
   EXPECT_THAT(frame.registration.observable, testing::Each(true));
 }
 
@@ -90,10 +90,10 @@ TEST(Tracker, AnOutgrownKeyframeIsReplacedAndPosesGoOn) {
     EXPECT_EQ(frame.new_keyframes.back().keyframe->frame,
               i);  // early: this very frame, before tracking needs it
     EXPECT_EQ(frame.keyframe, frame.new_keyframes.back().keyframe);
-    const KeyframeLink& link = frame.new_keyframes.back().link;
-    ASSERT_EQ(link.previous, current);
-    expect_pose(link.previous_T_this, true_motion(static_cast<int>(current->frame), i), 1);
-    EXPECT_GT(link.information.topLeftCorner(5, 5).determinant(), 0);
+    const PoseGraphEdge& edge = frame.new_keyframes.back().edge.value();
+    ASSERT_EQ(edge.from, current->id);
+    expect_pose(edge.from_T_to, true_motion(static_cast<int>(current->frame), i), 1);
+    EXPECT_GT(edge.information.topLeftCorner(5, 5).determinant(), 0);
     current = frame.new_keyframes.back().keyframe;
   }
   // 10 mm of slide; a keyframe of 7.6 mm is left when it shares less than 45 %, after about 4 mm.
@@ -115,8 +115,8 @@ TEST(Tracker, WhenTheKeyframeIsLostThePreviousFrameBecomesOne) {
     EXPECT_EQ(frame.new_keyframes.back().keyframe->frame, i - 1);
     EXPECT_EQ(frame.new_keyframes.back().keyframe->id, 1);
     EXPECT_EQ(frame.keyframe, frame.new_keyframes.back().keyframe);
-    EXPECT_EQ(frame.new_keyframes.back().link.previous, first);
-    expect_pose(frame.new_keyframes.back().link.previous_T_this, true_motion(0, i - 1), 1);
+    EXPECT_EQ(frame.new_keyframes.back().edge.value().from, first->id);
+    expect_pose(frame.new_keyframes.back().edge->from_T_to, true_motion(0, i - 1), 1);
     expect_pose(frame.keyframe_T_frame, true_motion(i - 1, i), 1);
     return;
   }
@@ -143,7 +143,7 @@ void expect_loss_after(int before) {
   EXPECT_EQ(lost.new_keyframes.back().keyframe->trial, 1);
   EXPECT_EQ(lost.new_keyframes.back().keyframe->id, before > 1 ? 2 : 1)
       << "every keyframe that is made is handed out, and ids have no gaps";
-  EXPECT_EQ(lost.new_keyframes.back().link.previous, nullptr);
+  EXPECT_FALSE(lost.new_keyframes.back().edge);
 
   const TrackedFrame next = tracker.track(before + 1, 0.04 * (before + 1), slide(1, other_texture()));
   EXPECT_EQ(next.status, TrackStatus::tracked);
@@ -194,7 +194,7 @@ TEST(Tracker, TwoFramesThatAgreeElsewhereAreTheNextTrial) {
   EXPECT_EQ(next.new_keyframes.back().keyframe->frame, 4);
   EXPECT_EQ(next.new_keyframes.back().keyframe->trial, 1);
   EXPECT_EQ(next.new_keyframes.back().keyframe->id, 2) << "after the last touch of the trial before";
-  EXPECT_EQ(next.new_keyframes.back().link.previous, nullptr);
+  EXPECT_FALSE(next.new_keyframes.back().edge);
   expect_pose(next.trial_T_frame, true_motion(0, 1), 1);
 }
 
@@ -225,7 +225,7 @@ TEST(Tracker, LiftingEndsATrialAndTouchingAgainStartsTheNext) {
   EXPECT_TRUE(again.trial_T_frame.isApprox(Pose::Identity()));
   ASSERT_THAT(again.new_keyframes, testing::Not(testing::IsEmpty()));
   EXPECT_EQ(again.new_keyframes.back().keyframe->id, 2) << "after the last touch of the trial before";
-  EXPECT_EQ(again.new_keyframes.back().link.previous, nullptr);
+  EXPECT_FALSE(again.new_keyframes.back().edge);
   const TrackedFrame next = tracker.track(6, 0.24, slide(4));
   EXPECT_EQ(next.trial, 1);
   expect_pose(next.trial_T_frame, true_motion(3, 4), 1);  // from the new trial's first frame

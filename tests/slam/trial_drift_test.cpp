@@ -35,14 +35,14 @@ class RollingTracker {
   TrackedFrame begin(int trial) {
     current_ = keyframe(next_id_++, frame_, trial, model_sigma_);
     estimate_ = Pose::Identity();
-    return tracked({{current_, {}}});
+    return tracked({{current_}});
   }
 
   TrackedFrame next() {
-    const KeyframeLink link{current_, step_ * se3_exp(noise()), step_information(), Eigen::Vector3d::Zero()};
+    const PoseGraphEdge edge{current_->id, next_id_, step_ * se3_exp(noise()), step_information()};
     current_ = keyframe(next_id_++, frame_, current_->trial, model_sigma_);
-    estimate_ = estimate_ * link.previous_T_this;
-    return tracked({{current_, link}});
+    estimate_ = estimate_ * edge.from_T_to;
+    return tracked({{current_, edge}});
   }
 
   /// A frame registered to the current keyframe.

@@ -40,13 +40,18 @@ std::string_view name(TrackStatus status) {
   return "unknown";
 }
 
-KeyframeLink link_to(const std::shared_ptr<const Keyframe>& keyframe,
-                     const RegistrationResult& registration) {
-  const Pose& frame_T_keyframe = registration.target_T_reference;
-  return {keyframe, frame_T_keyframe.inverse(),
-          information_of_inverse(registration.information, frame_T_keyframe),
-          frame_T_keyframe * registration.shared_center_mm,
-          -adjoint(frame_T_keyframe) * registration.membrane_bias};
+PoseGraphEdge odometry_edge(int from, int to, const RegistrationResult& registration) {
+  const Pose& to_T_from = registration.target_T_reference;
+  return {from,
+          to,
+          to_T_from.inverse(),
+          symmetric(information_of_inverse(registration.information, to_T_from)),
+          EdgeKind::odometry,
+          to_T_from * registration.shared_center_mm};
+}
+
+Vector6d odometry_bias(const RegistrationResult& registration) {
+  return -adjoint(registration.target_T_reference) * registration.membrane_bias;
 }
 
 Tracker::Tracker(const TrackerOptions& options, std::shared_ptr<const Registrar> registrar,
@@ -181,9 +186,7 @@ Tracker::Attempt Tracker::track_with_fallback(TrackedFrame& result, const Surfac
     if (previous) on_previous = relocalize_on(*previous, surface, on_previous);
     if (!on_previous.registration.ok()) return place;
   }
-  const Pose trial_T_previous = trial_T_keyframe_ * previous_.link.previous_T_this;
-  switch_keyframe(result, {previous_.frame, previous_.surface, trial_T_previous, previous_.link},
-                  std::move(prepared));
+  switch_keyframe(result, previous_, std::move(prepared));
   return on_previous;
 }
 
@@ -214,8 +217,8 @@ void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr su
   const RegistrationResult& registration = result.registration;
   if (!registration.apart.empty())
     surface = std::make_shared<const Surface>(without_cells(*surface, registration.apart));
-  KeyframeLink link = link_to(keyframe_, registration);
-  const Pose keyframe_T_frame = link.previous_T_this;
+  PoseGraphEdge edge = odometry_edge(keyframe_->id, -1, registration);
+  const Pose keyframe_T_frame = edge.from_T_to;
   const double confirmed = shown_share(coarse_contact_points_mm(*surface), *previous_.surface,
                                        previous_.state.reference_T_frame.pose.inverse() * keyframe_T_frame);
   jump_.reset();
@@ -223,18 +226,19 @@ void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr su
   previous_.state = hand_.correct(attempt.expected, registration);
   // They, and not the rest, may be the object: then the pose is wrong by no one knows how much.
   const Matrix6d apart = registration.apart_share * PosePrior(Pose::Identity()).step;
-  link.information = (previous_.state.reference_T_frame.covariance + apart).inverse();
-  result.registration.information = information_of_inverse(link.information, keyframe_T_frame);
-  static_cast<Seen&>(previous_) = {result.frame, result.time_s, surface};
-  previous_.link = link;
+  edge.information = symmetric((previous_.state.reference_T_frame.covariance + apart).inverse());
+  result.registration.information = information_of_inverse(edge.information, keyframe_T_frame);
+  const TurningPoints::Touch touch{result.frame, surface, trial_T_keyframe_ * keyframe_T_frame, edge,
+                                   odometry_bias(registration)};
+  static_cast<TurningPoints::Touch&>(previous_) = touch;
+  previous_.time_s = result.time_s;
   previous_.residual_rad = registration.normal_rmse_rad;
   lost_.reset();
   result.status = TrackStatus::tracked;
   result.trial = trial_;
-  result.trial_T_frame = trial_T_keyframe_ * keyframe_T_frame;
+  result.trial_T_frame = touch.trial_T_frame;
   result.keyframe = keyframe_;
   result.keyframe_T_frame = keyframe_T_frame;
-  const TurningPoints::Touch touch{result.frame, surface, result.trial_T_frame, link};
   const bool keyframe_is_new =
       !result.new_keyframes.empty() && result.new_keyframes.back().keyframe == keyframe_;
   if (jump_ || confirmed < room_to_move(options_.keyframe_min_shared)) return;
@@ -251,7 +255,7 @@ std::vector<NewKeyframe> Tracker::end_trial() {
   in_trial_ = false;
   const std::optional<TurningPoints::Touch> touch = turning_points_.end_trial();
   if (!touch) return {};
-  return {{make_keyframe(*touch), touch->link}};
+  return {make_keyframe(*touch)};
 }
 
 bool Tracker::needs_new_keyframe(const NormalFlowReference& keyframe, const RegistrationResult& registration,
@@ -261,7 +265,7 @@ bool Tracker::needs_new_keyframe(const NormalFlowReference& keyframe, const Regi
   return shared_area_px < options_.keyframe_min_shared * surface.contact_pixels;
 }
 
-std::shared_ptr<const Keyframe> Tracker::make_keyframe(const TurningPoints::Touch& touch) {
+NewKeyframe Tracker::make_keyframe(const TurningPoints::Touch& touch) {
   auto keyframe = std::make_shared<Keyframe>();
   keyframe->id = next_keyframe_id_++;
   keyframe->frame = touch.frame;
@@ -269,7 +273,9 @@ std::shared_ptr<const Keyframe> Tracker::make_keyframe(const TurningPoints::Touc
   keyframe->trial_T_keyframe = normalized(touch.trial_T_frame);
   keyframe->surface = StoredSurface::packed_later(touch.surface);
   keyframe->reference = StoredReference(keyframe->surface, normal_flow_);
-  return keyframe;
+  NewKeyframe added{keyframe, touch.edge, touch.membrane_bias};
+  if (added.edge) added.edge->to = keyframe->id;
+  return added;
 }
 
 /// Begins with `first`, which is this frame or the one before.
@@ -278,14 +284,14 @@ void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
   result.new_keyframes = end_trial();
   ++trial_;
   in_trial_ = true;
-  const TurningPoints::Touch touch{first.frame, first.surface, Pose::Identity(), {}};
-  keyframe_ = make_keyframe(touch);
+  const TurningPoints::Touch touch{first.frame, first.surface};
+  result.new_keyframes.push_back(make_keyframe(touch));
+  keyframe_ = result.new_keyframes.back().keyframe;
   reference_ = std::move(reference);
   turning_points_.begin_trial(touch);
   trial_T_keyframe_ = Pose::Identity();
   // The first step deepens the contact: its residual may be larger than noise.
-  previous_ = {
-      first, KeyframeLink{keyframe_}, 3 * first.surface->slope_noise * normal_flow_.normal_noise_rad, {}};
+  previous_ = {touch, first.time_s, 3 * first.surface->slope_noise * normal_flow_.normal_noise_rad, {}};
   previous_.state.center_mm.head<2>() = contact_center_mm(*first.surface);
   hand_ = {};
   jump_.reset();
@@ -294,23 +300,21 @@ void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
   result.keyframe = keyframe_;
   result.keyframe_T_frame = Pose::Identity();
   result.trial_T_frame = Pose::Identity();
-  result.new_keyframes.push_back({keyframe_, {}});
 }
 
 void Tracker::switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& touch,
                               std::shared_ptr<const PreparedReference> reference) {
   hand_out_turning_point(result, turning_points_.add_keyframe(touch));
-  keyframe_ = make_keyframe(touch);
+  result.new_keyframes.push_back(make_keyframe(touch));
+  keyframe_ = result.new_keyframes.back().keyframe;
   reference_ = std::move(reference);
-  result.new_keyframes.push_back({keyframe_, touch.link});
   trial_T_keyframe_ = keyframe_->trial_T_keyframe;
-  previous_.link = KeyframeLink{keyframe_};
   previous_.state = previous_.state.in_itself();
 }
 
 void Tracker::hand_out_turning_point(TrackedFrame& result, const std::optional<TurningPoints::Touch>& touch) {
   if (!touch) return;
-  result.new_keyframes.push_back({make_keyframe(*touch), touch->link});
+  result.new_keyframes.push_back(make_keyframe(*touch));
 }
 
 }  // namespace gelslam

@@ -136,8 +136,7 @@ void Localizer::begin_touch(const Touch& touch) {
 void Localizer::predict(const TrackedFrame& tracked) {
   const UncertainPose step{
       trial_T_sensor_.inverse() * tracked.trial_T_frame,
-      uncertain_motion(odometry_edge(link_to(tracked.keyframe, tracked.registration), -1))
-          .from_T_to.covariance};
+      uncertain_motion(odometry_edge(tracked.keyframe->id, -1, tracked.registration)).from_T_to.covariance};
   trial_T_sensor_ = tracked.trial_T_frame;
   for (Hypothesis& h : hypotheses_) {
     h.map_T_sensor = compose(h.map_T_sensor, step);

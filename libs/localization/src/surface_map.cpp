@@ -133,9 +133,9 @@ MapFit SurfaceMap::fit(const NormalFlowReference& touch, const UncertainPose& ma
   fit.registration = verify(*place->keyframe->reference.get(), touch, sensor_T_keyframe, prior,
                             impl_->options.registration, impl_->options.verification);
   if (!fit.registration.ok()) return fit;
-  const KeyframeLink link = link_to(place->keyframe, fit.registration);
-  fit.map_T_sensor = {normalized(place->map_T_keyframe * link.previous_T_this),
-                      uncertain_motion(odometry_edge(link, -1)).from_T_to.covariance};
+  const PoseGraphEdge edge = odometry_edge(place->keyframe->id, -1, fit.registration);
+  fit.map_T_sensor = {normalized(place->map_T_keyframe * edge.from_T_to),
+                      uncertain_motion(edge).from_T_to.covariance};
   return fit;
 }
 

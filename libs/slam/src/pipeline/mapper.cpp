@@ -161,33 +161,32 @@ Mapper::Mapper(const SlamOptions& options)
     : options_(options), loop_closer_(options.loop_closure, options.registration, options.verification) {}
 
 std::vector<PoseGraphEdge> Mapper::add_keyframe(const NewKeyframe& added, bool search_loops) {
-  const auto& [keyframe, link] = added;
+  const auto& keyframe = added.keyframe;
   const int id = keyframe->id;
   measured_.keyframes.resize(static_cast<std::size_t>(id) + 1);
   measured_.keyframes.back() = keyframe;
-  chain(id, link);
+  chain(id, added.edge);
   measured_.searched.resize(measured_.keyframes.size());
   measured_.searched.back() = search_loops;
   if (!search_loops) return {};
-  std::vector<PoseGraphEdge> loops = this->search_loops(*keyframe, link.previous ? link.previous->id : -1);
+  std::vector<PoseGraphEdge> loops = this->search_loops(*keyframe, added.edge ? added.edge->from : -1);
   measured_.edges.insert(measured_.edges.end(), loops.begin(), loops.end());
   return loops;
 }
 
 /// The live map has the keyframe where its link puts it, until loops move it.
-void Mapper::chain(int id, const KeyframeLink& link) {
+void Mapper::chain(int id, const std::optional<PoseGraphEdge>& edge) {
   live_.component_T_node[id] = Pose::Identity();
   live_.component_of_node[id] = id;
   ++version_;
-  if (!link.previous) return;
-  const PoseGraphEdge edge = odometry_edge(link, id);
-  measured_.edges.push_back(edge);
-  live_edges_.push_back(edge);
+  if (!edge) return;
+  measured_.edges.push_back(*edge);
+  live_edges_.push_back(*edge);
   live_.edge_residual.push_back(0);
   live_.edge_outlier.push_back(false);
   live_.component_T_node[id] =
-      live_.component_T_node.at(edge.from) * scale_corrected(edge, live_.shared_unknowns);
-  live_.component_of_node[id] = live_.component_of_node.at(edge.from);
+      live_.component_T_node.at(edge->from) * scale_corrected(*edge, live_.shared_unknowns);
+  live_.component_of_node[id] = live_.component_of_node.at(edge->from);
 }
 
 std::vector<PoseGraphEdge> Mapper::search_loops(const Keyframe& keyframe, int previous) {

@@ -117,12 +117,12 @@ std::vector<PoseGraphEdge> find_overlap_edges(const std::vector<std::shared_ptr<
     for (const Candidate& candidate : overlapping(to, all, linked, options)) {
       const int from = candidate.from;
       const PosedKeyframe& older = all[index(from)];
-      std::optional<UncertainPose> motion = certainty.motion(from, to);
-      if (!motion) continue;  // only what is an outlier leads there
-      motion->pose = older.component_T_keyframe.inverse() * newer.component_T_keyframe;
-      const RegistrationResult result =
-          verify(*newer.keyframe->reference.get(), *older.keyframe->reference.get(), *motion,
-                 PlacePrior::known, options.registration, options.verification);
+      const std::optional<UncertainPose> motion = certainty.motion(from, to);
+      UncertainPose older_T_newer = motion.value_or(UncertainPose{});
+      older_T_newer.pose = older.component_T_keyframe.inverse() * newer.component_T_keyframe;
+      const RegistrationResult result = verify(
+          *newer.keyframe->reference.get(), *older.keyframe->reference.get(), older_T_newer,
+          motion ? PlacePrior::known : PlacePrior::suspected, options.registration, options.verification);
       if (result.ok())
         found[i].push_back({from, to, result.target_T_reference, result.information, EdgeKind::loop,
                             result.shared_center_mm});

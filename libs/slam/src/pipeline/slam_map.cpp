@@ -9,11 +9,6 @@
 
 namespace gelslam {
 
-PoseGraphEdge odometry_edge(const KeyframeLink& link, int to) {
-  return {link.previous->id,    to, link.previous_T_this, symmetric(link.information), EdgeKind::odometry,
-          link.shared_center_mm};
-}
-
 FrameRecord record_of(const TrackedFrame& tracked) {
   FrameRecord record{tracked.frame,
                      tracked.time_s,

@@ -11,9 +11,8 @@ namespace gelslam {
 
 namespace {
 
-UncertainMotion uncertain_motion(const KeyframeLink& link) {
-  UncertainMotion motion = uncertain_motion(odometry_edge(link, -1));
-  motion.by_membrane_bias = link.membrane_bias;
+UncertainMotion with_bias(UncertainMotion motion, const Vector6d& membrane_bias) {
+  motion.by_membrane_bias = membrane_bias;
   return motion;
 }
 
@@ -43,14 +42,16 @@ std::optional<Matrix6d> TrialDrift::add(const TrackedFrame& frame) {
   for (const NewKeyframe& added : frame.new_keyframes) {
     if (added.keyframe->trial != trial_) continue;  // left behind by the trial before
     trial_T_keyframes_[added.keyframe->id] =
-        added.link.previous
-            ? compose(trial_T_keyframes_.at(added.link.previous->id), uncertain_motion(added.link))
-            : UncertainMotion();
+        added.edge ? compose(trial_T_keyframes_.at(added.edge->from),
+                             with_bias(uncertain_motion(*added.edge), added.membrane_bias))
+                   : UncertainMotion();
   }
   if (frame.status != TrackStatus::tracked) return std::nullopt;
   UncertainMotion motion = trial_T_keyframes_.at(frame.keyframe->id);
   if (frame.keyframe->frame != frame.frame)
-    motion = compose(motion, uncertain_motion(link_to(frame.keyframe, frame.registration)));
+    motion =
+        compose(motion, with_bias(uncertain_motion(odometry_edge(frame.keyframe->id, -1, frame.registration)),
+                                  odometry_bias(frame.registration)));
   return translation_first(with_second_order(
       motion.total_covariance(gradient_scale_sigma_ * frame.keyframe->surface.facts().model_sigma)));
 }

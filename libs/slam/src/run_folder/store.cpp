@@ -145,10 +145,9 @@ void Store::add(const FrameRecord& frame) {
 }
 
 void Store::add(const NewKeyframe& added) {
-  const auto& [keyframe, link] = added;
-  impl_->write([&, &keyframe = keyframe, &link = link] {
-    insert(impl_->database, *keyframe);
-    if (link.previous) insert(impl_->database, std::vector{odometry_edge(link, keyframe->id)});
+  impl_->write([&] {
+    insert(impl_->database, *added.keyframe);
+    if (added.edge) insert(impl_->database, std::vector{*added.edge});
   });
 }
 

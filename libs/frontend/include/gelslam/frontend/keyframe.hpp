@@ -2,7 +2,9 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 
+#include "gelslam/core/pose_graph_edge.hpp"
 #include "gelslam/registration/normal_flow.hpp"
 #include "gelslam/surface/stored_surface.hpp"
 
@@ -21,23 +23,16 @@ struct Keyframe {
   Pose trial_T_keyframe = Pose::Identity();
 };
 
-/// How a keyframe is linked to an earlier one of the same trial: that which it was registered to.
-struct KeyframeLink {
-  std::shared_ptr<const Keyframe> previous;  ///< null at the start of a trial
-  Pose previous_T_this = Pose::Identity();
-  Matrix6d information = Matrix6d::Zero();  ///< of the right perturbation of previous_T_this
-  /// of what both show, in this keyframe's frame
-  Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
-  Vector6d membrane_bias = Vector6d::Zero();  ///< RegistrationResult::membrane_bias, of previous_T_this
-};
-
-/// How a frame is linked to the keyframe it was registered to.
-KeyframeLink link_to(const std::shared_ptr<const Keyframe>& keyframe, const RegistrationResult& registration);
+/// The motion from a keyframe to what was registered to it.
+PoseGraphEdge odometry_edge(int from, int to, const RegistrationResult& registration);
+/// RegistrationResult::membrane_bias of that motion.
+Vector6d odometry_bias(const RegistrationResult& registration);
 
 /// A keyframe as the tracker hands it out.
 struct NewKeyframe {
   std::shared_ptr<const Keyframe> keyframe;
-  KeyframeLink link;
+  std::optional<PoseGraphEdge> edge{};  ///< from the keyframe that it was registered to; none begins a trial
+  Vector6d membrane_bias = Vector6d::Zero();  ///< odometry_bias() of `edge`
 };
 
 }  // namespace gelslam

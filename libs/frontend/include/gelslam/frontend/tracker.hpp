@@ -97,8 +97,8 @@ class Tracker {
     double time_s = 0;
     SurfacePtr surface;
   };
-  struct Tracked : Seen {
-    KeyframeLink link;        ///< to the current keyframe
+  struct Tracked : TurningPoints::Touch {
+    double time_s = 0;
     double residual_rad = 0;  ///< of the normals
     MotionState state;        ///< in the current keyframe
   };
@@ -130,7 +130,7 @@ class Tracker {
                    std::shared_ptr<const PreparedReference> reference);
   bool needs_new_keyframe(const NormalFlowReference& keyframe, const RegistrationResult& registration,
                           const Surface& surface) const;
-  std::shared_ptr<const Keyframe> make_keyframe(const TurningPoints::Touch& touch);
+  NewKeyframe make_keyframe(const TurningPoints::Touch& touch);
   void switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& touch,
                        std::shared_ptr<const PreparedReference> reference);
   void hand_out_turning_point(TrackedFrame& result, const std::optional<TurningPoints::Touch>& touch);

@@ -20,7 +20,8 @@ class TurningPoints {
     std::int64_t frame = 0;
     SurfacePtr surface;
     Pose trial_T_frame = Pose::Identity();
-    KeyframeLink link;  ///< only passed through
+    std::optional<PoseGraphEdge> edge{};        ///< only passed through, as this
+    Vector6d membrane_bias = Vector6d::Zero();  ///< NewKeyframe
   };
 
   /// `min_unseen`: share of its contact that a frame must have shown alone.

@@ -50,7 +50,7 @@ class Mapper {
 
  private:
   const std::vector<bool>& judge_edges();
-  void chain(int id, const KeyframeLink& link);
+  void chain(int id, const std::optional<PoseGraphEdge>& edge);
   std::vector<PoseGraphEdge> search_loops(const Keyframe& keyframe, int previous);
   std::map<int, Pose> chained_links() const;
   std::vector<bool> placed() const;

@@ -15,9 +15,6 @@
 
 namespace gelslam {
 
-/// The edge that a link to an earlier keyframe gives the node `to`.
-PoseGraphEdge odometry_edge(const KeyframeLink& link, int to);
-
 /// The map when a scan has ended: what was measured, and what follows. Everything is in the sensor frame of
 /// `anchor_frame`: the first keyframe of the map that shows a full contact. A map that no
 /// scan has measured has keyframes alone.

@@ -1,0 +1,31 @@
+#pragma once
+
+#include "gelslam/core/se3.hpp"
+
+namespace gelslam {
+
+enum class EdgeKind { odometry, loop };
+
+/// A measured relative pose. `information` is the inverse covariance (rad, mm; order as in se3.hpp) of the
+/// right perturbation: true from_T_to = from_T_to * exp(noise). It may be singular: along a direction that
+/// was not observable there is only a prior for overlapping frames (kOverlapSigma*).
+struct PoseGraphEdge {
+  int from = 0;
+  int to = 0;
+  Pose from_T_to = Pose::Identity();
+  Matrix6d information = Matrix6d::Identity();
+  EdgeKind kind = EdgeKind::odometry;
+  /// Center of what both frames showed, as measured, in the `to` frame: where the frames touch. Used by
+  /// motion_by_gradient_scale().
+  Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
+  /// A loop that is too weak to join two pieces alone (consistent_edges). solve_pose_graph() ignores it.
+  bool tentative = false;
+};
+
+/// The matrix made exactly symmetric, without rounding differences of its halves: sessions keep only one
+/// half.
+inline Matrix6d symmetric(const Matrix6d& information) {
+  return 0.5 * (information + information.transpose());
+}
+
+}  // namespace gelslam
