@@ -246,7 +246,7 @@ class StandingStill final : public Registrar {
   struct Prepared final : PreparedReference {
     using PreparedReference::PreparedReference;
     RegistrationResult register_to(const Surface& target, const PosePrior& prior) const override {
-      return judge_pose(*samples(), target, prior.target_T_reference, {});
+      return judge_pose(*samples(), target, prior.pose, {});
     }
   };
 };

@@ -36,7 +36,7 @@ class Scripted final : public Registrar {
     Prepared(std::shared_ptr<const NormalFlowReference> samples, std::shared_ptr<Script> lines)
         : PreparedReference(std::move(samples)), script(std::move(lines)) {}
     RegistrationResult register_to(const Surface&, const PosePrior& prior) const override {
-      script->starts.push_back(prior.target_T_reference);
+      script->starts.push_back(prior.pose);
       const int call = static_cast<int>(script->starts.size());
       const bool lost = holds(script->lost, call);
       RegistrationResult result;

@@ -43,7 +43,7 @@ class BaselineRegistrar final : public Registrar {
              const NormalFlowOptions& limits)
         : PreparedReference(std::move(reference)), method(samples()->surface(), options), judged_by(limits) {}
     RegistrationResult register_to(const Surface& target, const PosePrior& prior) const override {
-      return judge_pose(*samples(), target, method.align(target, prior.target_T_reference), judged_by);
+      return judge_pose(*samples(), target, method.align(target, prior.pose), judged_by);
     }
     const Method method;
     const NormalFlowOptions judged_by;

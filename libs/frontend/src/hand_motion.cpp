@@ -41,7 +41,7 @@ Vector6d sizes_mm2(const Matrix6d& directions, const Eigen::Vector3d& center_mm)
 PosePrior ExpectedMotion::prior() const {
   const UncertainPose frame_T_reference = reference_T_frame.inverse();
   const UncertainPose by_step = UncertainPose{reference_T_frame.pose, step}.inverse();
-  return {frame_T_reference.pose, frame_T_reference.covariance, by_step.covariance};
+  return {frame_T_reference, by_step.covariance};
 }
 
 PosePrior ExpectedMotion::prior_at(const RegistrationResult& place) const {
@@ -49,8 +49,8 @@ PosePrior ExpectedMotion::prior_at(const RegistrationResult& place) const {
   const Matrix6d along = place.directions.inverse(), anywhere = PosePrior(Pose::Identity()).step;
   const Vector6d shown = gain(variance_along(along, at.covariance + anywhere),
                               information_along(place.directions, place.information));
-  const Vector6d moved = along * se3_log(at.target_T_reference.inverse() * place.target_T_reference);
-  at.target_T_reference = at.target_T_reference * se3_exp(place.directions * shown.cwiseProduct(moved));
+  const Vector6d moved = along * se3_log(at.pose.inverse() * place.target_T_reference);
+  at.pose = at.pose * se3_exp(place.directions * shown.cwiseProduct(moved));
   at.start = place.target_T_reference;
   return at;
 }
@@ -60,7 +60,7 @@ double ExpectedMotion::normalized_innovation(const RegistrationResult& found) co
   const Matrix6d along = found.directions.inverse();
   const Vector6d variance = variance_along(along, before.covariance);
   const Vector6d shown = gain(variance, information_along(found.directions, found.information));
-  const Vector6d moved = along * se3_log(before.target_T_reference.inverse() * found.target_T_reference);
+  const Vector6d moved = along * se3_log(before.pose.inverse() * found.target_T_reference);
   double squares = 0;  // the mean of prior and measurement has moved by `shown` of what was measured
   for (int i = 0; i < 6; ++i)
     if (shown[i] > 0) squares += moved[i] * moved[i] / (shown[i] * variance[i]);

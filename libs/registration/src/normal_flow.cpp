@@ -101,8 +101,7 @@ class Alignment {
       NormalEquations equations = linearize(reference_.samples, view, residuals());
       if (shown) keep_shown(*shown, equations);
       equations.hessian += of_prior;
-      equations.gradient +=
-          of_prior * se3_log(prior.target_T_reference.inverse() * target_T_reference).head<kParameters>();
+      equations.gradient += of_prior * se3_log(prior.pose.inverse() * target_T_reference).head<kParameters>();
       const Vector5d step = equations.hessian.ldlt().solve(equations.gradient);
       target_T_reference = target_T_reference * se3_exp(with_tz(step, view)).inverse();
       // Smaller than one standard deviation of the noise, all five directions together.

@@ -36,11 +36,13 @@ class NormalFlowRegistrar final : public Registrar {
 
 }  // namespace
 
-PosePrior::PosePrior(const Pose& pose) : target_T_reference(pose), start(pose) {
+PosePrior::PosePrior(const UncertainPose& target_T_reference)
+    : UncertainPose(target_T_reference), start(pose) {
   constexpr double kUsualMotion2 = 0.01;  // a motion usually has a tenth of the start's sigma
   step.diagonal() << Eigen::Vector3d::Constant(1 / (kMmPerRad * kMmPerRad)), Eigen::Vector3d::Ones();
   step *= kMinPeriodMm * kMinPeriodMm;
-  covariance = kUsualMotion2 * step;
+  covariance = kUsualMotion2 * step + target_T_reference.covariance;
+  step += target_T_reference.covariance;
 }
 
 std::string_view describe(RegistrationStatus status) {

@@ -63,23 +63,17 @@ RegistrationResult verify(const NormalFlowReference& reference, const NormalFlow
                           const NormalFlowOptions& registration, const VerificationOptions& options) {
   RegistrationResult result;
   result.target_T_reference = target_T_reference.pose;
-  const bool is_known = prior == PlacePrior::known;
   const auto repeats = [&](const NormalFlowReference& shown) {
     return shown.self_similarity() > options.max_self_similarity;
   };
-  if ((!is_known || target_T_reference.worst_sigma_mm() > kObservableSigmaMm) &&
+  if ((prior != PlacePrior::known || target_T_reference.worst_sigma_mm() > kObservableSigmaMm) &&
       (repeats(reference) || repeats(target))) {
     result.status = RegistrationStatus::ambiguous;
     return result;
   }
   NormalFlowOptions gates = registration;
   gates.curvature = options.curvature;
-  PosePrior start(target_T_reference.pose);
-  if (is_known) {
-    start.covariance += target_T_reference.covariance;
-    start.step += target_T_reference.covariance;
-  }
-  result = register_normal_flow(reference, target.surface(), start, gates);
+  result = register_normal_flow(reference, target.surface(), target_T_reference, gates);
   if (shows_all_of(target, reference, result, gates)) result.status = RegistrationStatus::converged;
   return verify_registered(reference, target.surface(), result, prior, options);
 }

@@ -269,7 +269,7 @@ void Mapper::assess() {
   const auto first = static_cast<int>(std::find(in_map.begin(), in_map.end(), true) - in_map.begin());
   const int gauge = live_.component_of_node.at(first);
   for (const auto& [id, covariance] : covariances(live_edges_, live_, gauge))
-    sigma_mm_[id] = sigma_of(covariance).tail<3>().maxCoeff();
+    sigma_mm_[id] = worst_sigma(covariance.bottomRightCorner<3, 3>());
 }
 
 MapSnapshot Mapper::snapshot() const {

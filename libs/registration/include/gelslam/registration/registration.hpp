@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "gelslam/core/se3.hpp"
+#include "gelslam/core/uncertain_pose.hpp"
 
 namespace gelslam {
 
@@ -40,20 +40,17 @@ enum class RegistrationStatus {
 /// A sentence for a person: "too little overlap".
 std::string_view describe(RegistrationStatus status);
 
-/// What is known of a pose (target_T_reference) before the surfaces are compared. What they do not show stays
-/// as it is here.
-struct PosePrior {
-  Pose target_T_reference = Pose::Identity();
-  /// Of the right perturbation (rad, mm; order as in se3.hpp): by what a pattern of the gel may have held the
-  /// pose back.
-  Matrix6d covariance = Matrix6d::Identity();
-  Matrix6d step = Matrix6d::Identity();  ///< the same of the last motion alone: how far the pose may move
+/// What is known of target_T_reference before the surfaces are compared. What they do not show stays as it is
+/// here. Its covariance: by what a pattern of the gel may have held the pose back.
+struct PosePrior : UncertainPose {
+  Matrix6d step = Matrix6d::Identity();  ///< covariance of the last motion alone: how far the pose may move
   Pose start = Pose::Identity();         ///< where the search begins
 
-  PosePrior(const Pose& pose, const Matrix6d& covariance_of_pose, const Matrix6d& of_step)
-      : target_T_reference(pose), covariance(covariance_of_pose), step(of_step), start(pose) {}
-  /// A start: right to kMinPeriodMm along every axis, turns by kMmPerRad.
-  PosePrior(const Pose& pose);  // NOLINT: a pose is a start
+  PosePrior(const UncertainPose& target_T_reference, const Matrix6d& of_step)
+      : UncertainPose(target_T_reference), step(of_step), start(pose) {}
+  /// A start: right to kMinPeriodMm along every axis, turns by kMmPerRad, besides what it states itself.
+  PosePrior(const UncertainPose& target_T_reference);  // NOLINT: a pose is a start
+  PosePrior(const Pose& target_T_reference) : PosePrior(UncertainPose{target_T_reference}) {}  // NOLINT
 };
 
 /// Column and row of a square of kCellPx pixels.

@@ -45,8 +45,8 @@ enum class PlacePrior {
 
 /// Decides whether two surfaces show the same place: registers them from there, then applies
 /// verify_registered(). The result is ok() if they do, or its status says why not: a surface that repeats
-/// itself is `ambiguous`. SCR is that of the smaller contact. `target_T_reference` has the covariance of a
-/// known place; it is not read of others.
+/// itself is `ambiguous`. SCR is that of the smaller contact. The covariance is that of a known place;
+/// suspected ones have none.
 RegistrationResult verify(const NormalFlowReference& reference, const NormalFlowReference& target,
                           const UncertainPose& target_T_reference, PlacePrior prior,
                           const NormalFlowOptions& registration, const VerificationOptions& options);
