@@ -110,6 +110,18 @@ TEST_F(Merge, SaysWhatDidNotJoin) {
     EXPECT_THAT(message_of([&] { merge({"left", again}); }), HasSubstr("is given twice"));
 }
 
+TEST_F(Merge, FindsTheLoopsThatAnAbortedScanDidNotSearchFor) {
+  Strokes aborted, elsewhere;
+  aborted.stroke(0, 0, 0);
+  aborted.stroke(0.8, 0.6, 50);
+  elsewhere.stroke(20, 0, 0);
+  save("aborted", aborted);
+  save("elsewhere", elsewhere);
+  for (const char* lost : {"DELETE FROM edges WHERE kind = 'loop'", "DELETE FROM searched"})
+    sql(folder / "aborted/session.db", lost);
+  EXPECT_EQ(merge({"aborted", "elsewhere"}).components, 2);
+}
+
 TEST_F(Merge, FusesAgainWithOtherSettings) {
   Strokes scan;
   scan.stroke(0, 0, 0);

@@ -107,6 +107,9 @@ Run merge_scans(const MergeRequest& request, ProgressSink& progress,
   std::vector<ScanRecord> records;
   for (const fs::path& run : request.runs) {
     records.push_back(read_scan(run, config.slam.registration));
+    // What an aborted scan has not searched for.
+    for (const auto& [keyframe, loops] : Mapper(config.slam).restore(records.back()))
+      records.back().edges.insert(records.back().edges.end(), loops.begin(), loops.end());
     for (ScanPart& part : records.back().parts)
       if (part.log.empty()) part.log = run.string();
   }
