@@ -12,11 +12,9 @@
 #include <cstdio>
 #include <fstream>
 #include <sstream>
-#include <string>
 #include <system_error>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/file_descriptor.hpp"
 #include "gelslam/core/text.hpp"
 
 namespace gelslam {

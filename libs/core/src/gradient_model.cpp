@@ -3,7 +3,6 @@
 #include "gelslam/core/gradient_model.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "gelslam/core/target_clones.hpp"
 

@@ -11,7 +11,6 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/file_descriptor.hpp"
-#include "gelslam/core/files.hpp"
 
 namespace gelslam {
 namespace {

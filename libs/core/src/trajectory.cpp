@@ -6,7 +6,6 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
-#include <string>
 
 #include "gelslam/core/error.hpp"
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"

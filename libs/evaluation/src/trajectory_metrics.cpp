@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/se3.hpp"
 
 namespace gelslam {
 namespace {

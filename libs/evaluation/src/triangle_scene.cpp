@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
-#include <string>
 #include <utility>
 
 #include "gelslam/core/error.hpp"

@@ -1,13 +1,10 @@
 #include "block_map.hpp"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
 
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/parallel.hpp"
-#include "gelslam/core/progress.hpp"
 
 namespace gelslam::fusion::detail {
 namespace {

@@ -6,7 +6,6 @@
 #include <limits>
 #include <vector>
 
-#include "blocks.hpp"
 #include "field.hpp"
 
 namespace gelslam::fusion::detail {

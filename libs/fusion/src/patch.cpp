@@ -1,6 +1,5 @@
 #include "patch.hpp"
 
-#include <algorithm>
 #include <opencv2/imgproc.hpp>
 #include <string>
 

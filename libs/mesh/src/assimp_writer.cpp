@@ -1,7 +1,6 @@
 #include <assimp/material.h>
 #include <assimp/scene.h>
 
-#include <array>
 #include <assimp/Exporter.hpp>
 #include <cmath>
 

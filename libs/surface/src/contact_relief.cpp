@@ -1,7 +1,6 @@
 #include "gelslam/surface/contact_relief.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <opencv2/imgproc.hpp>
 

@@ -10,7 +10,6 @@
 
 #include "gelslam/core/crc32.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/surface/surface.hpp"
 
 namespace gelslam {
 namespace {

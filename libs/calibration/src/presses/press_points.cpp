@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
-#include <vector>
 
 #include "judging/gel_change.hpp"
 #include "presses/press_fit.hpp"

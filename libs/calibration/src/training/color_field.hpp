@@ -3,8 +3,6 @@
 #include <array>
 #include <vector>
 
-#include "gelslam/calibration/model_trainer.hpp"
-
 namespace gelslam::calibration::detail {
 
 /// One pixel whose slope is known.

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "gelslam/calibration/slope_statistics.hpp"
 #include "training/color_field.hpp"
 
 namespace gelslam::calibration::detail {

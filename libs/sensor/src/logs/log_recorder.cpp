@@ -1,7 +1,6 @@
 #include "gelslam/sensor/log_recorder.hpp"
 
 #include <condition_variable>
-#include <cstdint>
 #include <deque>
 #include <filesystem>
 #include <mutex>

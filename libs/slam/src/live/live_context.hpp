@@ -4,15 +4,12 @@
 #include <memory>
 #include <optional>
 #include <variant>
-#include <vector>
 
 #include "gelslam/core/bounded_queue.hpp"
 #include "gelslam/core/stage_timer.hpp"
-#include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/raw_frame.hpp"
 #include "gelslam/slam/gel_slam.hpp"
 #include "gelslam/slam/live_slam.hpp"
-#include "gelslam/slam/store.hpp"
 #include "gelslam/slam/surface_stream.hpp"
 #include "live/live_board.hpp"
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <span>
-#include <string_view>
 #include <unordered_map>
 
 #include "gelslam/core/error.hpp"

@@ -3,7 +3,6 @@
 #include <string>
 
 #include "gelslam/slam/live_session.hpp"
-#include "gelslam/slam/status_text.hpp"
 #include "gelslam/viewer/controls.hpp"
 
 namespace gelslam::viewer::detail {

@@ -2,7 +2,6 @@
 
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "gelslam/slam/status_text.hpp"
 #include "gelslam/viewer/window.hpp"

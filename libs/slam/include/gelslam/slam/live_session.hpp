@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "gelslam/core/run_report.hpp"
-#include "gelslam/core/stage_timer.hpp"
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/sensor/raw_frame.hpp"
 #include "gelslam/slam/map_snapshot.hpp"

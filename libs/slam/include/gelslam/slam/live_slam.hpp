@@ -4,7 +4,6 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <string>
 
 #include "gelslam/sensor/raw_frame.hpp"
 #include "gelslam/sensor/raw_log.hpp"
