@@ -8,7 +8,6 @@
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/parallel.hpp"
 #include "gelslam/surface/contact_overlap.hpp"
-#include "gelslam/surface/contact_relief.hpp"
 #include "gelslam/surface/surface.hpp"
 
 namespace gelslam {

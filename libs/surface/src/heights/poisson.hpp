@@ -3,6 +3,8 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
+#include "lanes.hpp"
+
 namespace gelslam::surface::detail {
 
 /// Cosine transform of the rows of an image and its inverse (Lee, IEEE Trans. ASSP 1984), eight rows at once.

@@ -9,7 +9,7 @@
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/fusion/fusion.hpp"
 #include "gelslam/slam/scan_record.hpp"
-#include "gelslam/surface/gradient_scale.hpp"
+#include "gelslam/surface/surface.hpp"
 
 namespace gelslam {
 
