@@ -243,4 +243,17 @@ void check_is_run(const fs::path& folder, RunNeeds needs) {
   if (needs == RunNeeds::map) refuse_unfinished(folder);
 }
 
+fs::path RunFiles::mesh() const {
+  const bool is_empty = report && report->mesh.triangles == 0;
+  return !is_empty && fs::exists(folder / "mesh.ply") ? folder / "mesh.ply" : "";
+}
+
+RunFiles read_run_files(const fs::path& folder) {
+  check_is_run(folder);
+  const auto poses = [&](const char* name) {
+    return fs::exists(folder / name) ? read_tum(folder / name) : std::vector<StampedPose>();
+  };
+  return {folder, find_report(folder), poses("trajectory.tum"), poses("keyframes.tum")};
+}
+
 }  // namespace gelslam

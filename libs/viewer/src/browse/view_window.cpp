@@ -11,7 +11,6 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/run_folder.hpp"
-#include "gelslam/core/run_report.hpp"
 #include "gelslam/evaluation/evaluation.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 
@@ -222,27 +221,26 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// `start_s`: in the run's trajectories; here times count from there.
-RunHistory read_history(const fs::path& run, double start_s) {
-  RunHistory history{load_session(run), {}, read_tum(run / "trajectory.tum")};
-  for (StampedPose& pose : history.trajectory) pose.time_s -= start_s;
-  for (const StampedPose& keyframe : read_tum(run / "keyframes.tum"))
-    history.keyframes_s.push_back(keyframe.time_s - start_s);
+/// Times count from the first log's start.
+RunHistory read_history(RunFiles files) {
+  RunHistory history{load_session(files.folder), {}, std::move(files.trajectory)};
+  for (StampedPose& pose : history.trajectory) pose.time_s -= files.start_s();
+  for (const StampedPose& keyframe : files.keyframes)
+    history.keyframes_s.push_back(keyframe.time_s - files.start_s());
   if (history.keyframes_s.size() != history.session.patches.size())
-    throw Error(run.string() + ": keyframes.tum lists " + std::to_string(history.keyframes_s.size()) +
-                " keyframes, session.db " + std::to_string(history.session.patches.size()) +
-                "; the folder holds files of two runs");
+    throw Error(files.folder.string() + ": keyframes.tum lists " +
+                std::to_string(history.keyframes_s.size()) + " keyframes, session.db " +
+                std::to_string(history.session.patches.size()) + "; the folder holds files of two runs");
   return history;
 }
 
 ViewContent load_run(const fs::path& run) {
-  check_is_run(run);
-  const bool has_mesh = fs::exists(run / "mesh.ply"), has_session = fs::exists(run / "session.db");
-  if (!has_mesh) throw Error(run.string() + ": holds no mesh.ply; give a run folder or a mesh file");
+  RunFiles files = read_run_files(run);
+  if (!fs::exists(run / "mesh.ply"))
+    throw Error(run.string() + ": holds no mesh.ply; give a run folder or a mesh file");
   ViewContent content{name_of(run), read_mesh(run / "mesh.ply"), std::nullopt};
-  const RunReport report = find_report(run).value_or(RunReport());
-  content.warnings = report.reservations;
-  if (has_session) content.history = read_history(run, stamp_s(report.start_unix_us.value_or(0), 0));
+  if (files.report) content.warnings = files.report->reservations;
+  if (fs::exists(run / "session.db")) content.history = read_history(std::move(files));
   return content;
 }
 

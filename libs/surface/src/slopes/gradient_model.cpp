@@ -1,6 +1,6 @@
 // Plain floats: compiled for several instruction sets, chosen at run time.
 
-#include "gelslam/core/gradient_model.hpp"
+#include "gelslam/surface/gradient_model.hpp"
 
 #include <algorithm>
 
