@@ -12,7 +12,6 @@
 #include "gelslam/core/files.hpp"
 #include "gelslam/image/codecs.hpp"
 #include "gelslam/sensor/frame_source.hpp"
-#include "images/crop.hpp"
 #include "images/sources.hpp"
 #include "images/video_file.hpp"
 

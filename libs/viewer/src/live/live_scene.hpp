@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "gelslam/slam/live_session.hpp"
+#include "gelslam/slam/live_slam.hpp"
 #include "gelslam/viewer/orbit_camera.hpp"
 #include "gelslam/viewer/scene.hpp"
 #include "gelslam/viewer/ui.hpp"

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "gelslam/slam/live_session.hpp"
+#include "gelslam/slam/live_slam.hpp"
 #include "gelslam/slam/status_text.hpp"
 #include "gelslam/viewer/controls.hpp"
 #include "gelslam/viewer/window.hpp"

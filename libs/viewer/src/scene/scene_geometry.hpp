@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "gelslam/mesh/mesh.hpp"
-#include "gelslam/slam/live_session.hpp"
+#include "gelslam/slam/live_slam.hpp"
 #include "gelslam/viewer/orbit_camera.hpp"
 
 namespace gelslam::viewer::detail {
