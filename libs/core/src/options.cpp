@@ -117,9 +117,8 @@ class OptionReader final : public OptionVisitor {
   void leave() {
     const Section& section = sections_.back();
     std::vector<std::string> seen;
-    if (section.node) {
+    if (section.node)
       for (const auto& entry : section.node) check_key(section, entry.first, seen);
-    }
     sections_.pop_back();
   }
 
@@ -137,10 +136,9 @@ class OptionReader final : public OptionVisitor {
 
   [[noreturn]] void fail_unknown(const UnknownKey& unknown) const {
     std::string hint;
-    for (const auto& [section, key] : described_) {
+    for (const auto& [section, key] : described_)
       if (key == unknown.key)
         hint = ", it belongs " + (section.empty() ? "to no section" : "into " + without_dot(section));
-    }
     if (hint.empty()) {
       const std::string near = nearest_name(unknown.key, unknown.known);
       if (!near.empty()) hint = ", did you mean " + near + "?";
@@ -215,9 +213,8 @@ std::string read_text(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file, code)) throw Error(file.string() + ": no such file");
   if (!std::filesystem::is_regular_file(file, code))
     throw Error(file.string() + ": not a configuration file");
-  if (std::filesystem::file_size(file, code) > kLargestConfigBytes) {
+  if (std::filesystem::file_size(file, code) > kLargestConfigBytes)
     throw Error(file.string() + ": too large for a configuration (more than 1 MiB)");
-  }
   return read_file(file);
 }
 
@@ -252,13 +249,12 @@ std::string quoted_scalar(const std::string& text) {
   std::string result = "\"";
   for (const char c : text) {
     const auto byte = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') {
+    if (c == '"' || c == '\\')
       result += {'\\', c};
-    } else if (byte < 0x20 || byte == 0x7f) {
+    else if (byte < 0x20 || byte == 0x7f)
       result += {'\\', 'x', digits[byte >> 4], digits[byte & 15]};
-    } else {
+    else
       result += c;
-    }
   }
   return result + "\"";
 }

@@ -94,9 +94,8 @@ void remove_contents(const fs::path& folder) {
 }
 
 void rename_or_throw(const fs::path& from, const fs::path& to) {
-  if (std::rename(from.c_str(), to.c_str()) != 0) {
+  if (std::rename(from.c_str(), to.c_str()) != 0)
     throw Error(to.string() + ": cannot be written: " + errno_text());
-  }
 }
 
 }  // namespace

@@ -230,13 +230,11 @@ void read_vertices(const Element& element, double mm_per_unit, Cursor& cursor, M
   if (has[6]) mesh.confidence.reserve(n);
   for (std::size_t i = 0; i < n; ++i) {
     std::array<double, kVertexSlots.size()> value{};
-    for (std::size_t k = 0; k < slot_of_property.size(); ++k) {
-      if (slot_of_property[k] < 0) {
+    for (std::size_t k = 0; k < slot_of_property.size(); ++k)
+      if (slot_of_property[k] < 0)
         skip(element.properties[k], cursor);
-      } else {
+      else
         value[static_cast<std::size_t>(slot_of_property[k])] = cursor.scalar(*element.properties[k].type);
-      }
-    }
     mesh.vertices_mm.push_back(vertex_mm({value[0], value[1], value[2]}, mm_per_unit));
     if (has_normals) mesh.normals.push_back(Eigen::Vector3d(value[3], value[4], value[5]).cast<float>());
     if (has[6]) mesh.confidence.push_back(static_cast<float>(value[6]));
@@ -244,9 +242,8 @@ void read_vertices(const Element& element, double mm_per_unit, Cursor& cursor, M
 }
 
 int to_index(double value) {
-  if (!(value >= 0 && value <= std::numeric_limits<int>::max()) || value != std::floor(value)) {
+  if (!(value >= 0 && value <= std::numeric_limits<int>::max()) || value != std::floor(value))
     throw Error("a face of it names a vertex that does not exist");
-  }
   return static_cast<int>(value);
 }
 
@@ -265,13 +262,11 @@ void read_polygon(const Property& property, Cursor& cursor, Mesh& mesh) {
 void read_faces(const Element& element, Cursor& cursor, Mesh& mesh) {
   mesh.triangles.reserve(static_cast<std::size_t>(element.count));
   for (std::uint64_t i = 0; i < element.count; ++i) {
-    for (const Property& p : element.properties) {
-      if (p.count_type && (p.name == "vertex_indices" || p.name == "vertex_index")) {
+    for (const Property& p : element.properties)
+      if (p.count_type && (p.name == "vertex_indices" || p.name == "vertex_index"))
         read_polygon(p, cursor, mesh);
-      } else {
+      else
         skip(p, cursor);
-      }
-    }
   }
 }
 
@@ -290,9 +285,8 @@ Mesh read_ply(const std::filesystem::path& path, double mm_per_unit) {
     } else if (element.name == "face") {
       read_faces(element, cursor, mesh);
     } else {
-      for (std::uint64_t i = 0; i < element.count; ++i) {
+      for (std::uint64_t i = 0; i < element.count; ++i)
         for (const Property& p : element.properties) skip(p, cursor);
-      }
     }
   }
   return mesh;

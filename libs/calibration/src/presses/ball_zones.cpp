@@ -198,17 +198,16 @@ BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool autom
         was_drawn && drawn_share ? *drawn_share * circle.radius_px : circle.on_ball_px();
     const BallZone zone{k, circle.u_px, circle.v_px, on_ball_px - kZoneMarginPx};
     std::string problem;
-    if (press.left_out) {
+    if (press.left_out)
       problem = "a person has left it out";
-    } else if (!press.problem.empty()) {
+    else if (!press.problem.empty())
       problem = press.problem;
-    } else if (!has_same_light(press.bgr, set.background)) {
+    else if (!has_same_light(press.bgr, set.background))
       problem = "its untouched gel does not look like background.png: another light, gel or sensor";
-    } else if (press.label) {
+    else if (press.label)
       problem = problem_with_label(press, found[k]);
-    } else {
+    else
       problem = automatic ? found[k].problem : "it has no label";
-    }
     if (problem.empty() && zone.radius_px < kMinZonePx) problem = "its contact is too small";
     if (problem.empty() && zone.radius_px > 0.95 * press.ball_px(pixel_pitch_mm))
       problem = "its contact is larger than the ball: is the diameter right?";

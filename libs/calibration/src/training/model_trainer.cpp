@@ -6,7 +6,6 @@
 #include <random>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/surface/gradient_model.hpp"
 #include "training/color_field.hpp"
 
 namespace gelslam {

@@ -74,9 +74,8 @@ int FrameDecoder::Impl::denominator_of(cv::Size raw) const {
   const cv::Rect window = detail::kept_window(raw, *profile);
   int denominator = 1;
   while (denominator < 4 && window.width >= 2 * denominator * profile->width_px &&
-         window.height >= 2 * denominator * profile->height_px) {
+         window.height >= 2 * denominator * profile->height_px)
     denominator *= 2;
-  }
   return denominator;
 }
 

@@ -235,9 +235,8 @@ std::span<const PickleToken> state_dict_of(std::span<const PickleToken> tokens) 
 
 std::string printable(const std::string& text) {
   std::string result = text.substr(0, 80);
-  for (char& c : result) {
+  for (char& c : result)
     if (c < ' ' || c > '~') c = '?';
-  }
   return result;
 }
 

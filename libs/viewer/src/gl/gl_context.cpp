@@ -9,7 +9,6 @@
 #include <cstdlib>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
-#include <string>
 #include <utility>
 
 #include "gelslam/core/error.hpp"
@@ -37,15 +36,13 @@ bool is_set(const char* variable) {
 /// default.
 EGLDisplay screenless_display() {
   if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_base")) {
-    if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_MESA_platform_surfaceless")) {
+    if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_MESA_platform_surfaceless"))
       return eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
-    }
     EGLDeviceEXT device = nullptr;
     EGLint count = 0;
     if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_enumeration") &&
-        eglQueryDevicesEXT(1, &device, &count) == EGL_TRUE && count > 0) {
+        eglQueryDevicesEXT(1, &device, &count) == EGL_TRUE && count > 0)
       return eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, device, nullptr);
-    }
   }
   return eglGetDisplay(EGL_DEFAULT_DISPLAY);
 }

@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <limits>
 #include <numbers>
-#include <vector>
 
 #include "gelslam/core/median.hpp"
 
@@ -24,9 +23,8 @@ bool is_drawable(const Mesh& mesh, const Vector3i& triangle) {
     if (corner < 0 || static_cast<std::size_t>(corner) >= mesh.vertices_mm.size()) return false;
     // not (a < b) on purpose: it holds for NaN too
     if (!(mesh.vertices_mm[static_cast<std::size_t>(corner)].cwiseAbs().maxCoeff() < kFurthestMm) ||
-        !mesh.vertices_mm[static_cast<std::size_t>(corner)].allFinite()) {
+        !mesh.vertices_mm[static_cast<std::size_t>(corner)].allFinite())
       return false;
-    }
   }
   return true;
 }
@@ -104,9 +102,8 @@ void set_curvature(DrawableMesh& out) {
     weight[a] += length2, weight[b] += length2;
   }
   out.curvature.reserve(sum.size());
-  for (std::size_t i = 0; i < sum.size(); ++i) {
+  for (std::size_t i = 0; i < sum.size(); ++i)
     out.curvature.push_back(weight[i] > 0 ? std::clamp(sum[i] / weight[i], -1e3F, 1e3F) : 0.0F);
-  }
 }
 
 void set_values(DrawableMesh& out, const Mesh& mesh, const std::vector<float>& values) {
@@ -149,9 +146,8 @@ float round_limit_mm(std::vector<float> distance_mm) {
   if (distance_mm.empty()) return 1;
   const float wanted = std::max(quantile_in_place(distance_mm, 0.98), 1e-4F);
   const float power = std::pow(10.0F, std::floor(std::log10(wanted)));
-  for (const float step : {1.0F, 2.0F, 5.0F}) {
+  for (const float step : {1.0F, 2.0F, 5.0F})
     if (step * power >= wanted) return step * power;
-  }
   return 10 * power;
 }
 
