@@ -194,7 +194,9 @@ RunResult read_run(const std::filesystem::path& folder_or_tum) {
   RunFiles files;
   const bool is_folder = std::filesystem::is_directory(folder_or_tum);
   if (is_folder) files = read_run_files(folder_or_tum);
-  run.trajectory = is_folder ? files.trajectory : read_tum(folder_or_tum);
+  run.trajectory = files.trajectory;
+  if (run.trajectory.empty())
+    run.trajectory = read_tum(is_folder ? folder_or_tum / "trajectory.tum" : folder_or_tum);
   if (run.trajectory.empty())
     throw Error("the trajectory of " + folder_or_tum.string() + " is empty: nothing was tracked");
   if (is_folder) add_report(files, run);

@@ -68,7 +68,9 @@ void add_report(RunContents& run, const RunReport& report) {
 
 RunContents read_folder(const fs::path& folder) {
   RunFiles files = read_run_files(folder);
-  RunContents run{.name = fs::weakly_canonical(folder).filename().string(), .folder = folder};
+  RunContents run;
+  run.name = fs::weakly_canonical(folder).filename().string();
+  run.folder = folder;
   if (const fs::path mesh = files.mesh(); !mesh.empty()) run.mesh = read_mesh(mesh);
   run.trajectory = std::move(files.trajectory);
   run.keyframes = std::move(files.keyframes);

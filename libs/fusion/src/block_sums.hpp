@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "blocks.hpp"
 #include "field.hpp"
 
 namespace gelslam::fusion::detail {
