@@ -35,7 +35,7 @@ marked='//[/<!]* (numerics|layout|bound|speed|message)(:|$)'
 
 # Formats, and what only a live scan has.
 chain_sources() {
-  sources "${chain[@]}" | grep -vE '/slam/src/(live|stream|run_folder)/|/(live_[a-z]+|packed_surface|model_file|pickle_reader|pth_reader|scan_record|background_judgement)[.]'
+  sources "${chain[@]}" | grep -vE '/slam/src/(live|stream|run_folder)/|/(live_[a-z]+|packed_surface|model_file|gradient_model|pickle_reader|pth_(reader|writer)|scan_record|background_judgement)[.]'
 }
 constants=$(chain_sources | tr '\n' '\0' | xargs -0 -r awk -v marked="$marked" '
   /^ *(inline |static )*constexpr [^(]*( |\])?k?[A-Za-z_0-9]+(\[[^]]*\])* *[={;]/ || /^(inline |static )*const [^(]* k[A-Z][A-Za-z0-9]*(\[[^]]*\])* *[={;(]/ {

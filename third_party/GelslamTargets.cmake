@@ -1,6 +1,6 @@
-# gelslam_library(name SOURCES ... [PUBLIC deps] [PRIVATE deps] [COLD] [COMPONENT c] [HEADERS ...]): one library of libs/,
-#   as gelslam::name. COLD: gelslam_cold(). With COMPONENT it is installed as part of that component (docs/cpp.md);
-#   HEADERS, names in include/gelslam/<name>, are then its public API. Others are internal and are not installed.
+# gelslam_library(name SOURCES ... [PUBLIC deps] [PRIVATE deps] [COLD] [HEADERS ...] [INSTALLED]): one library of libs/, as
+#   gelslam::name. COLD: gelslam_cold(). With HEADERS, names in include/gelslam/<name>, it is installed (docs/cpp.md) and
+#   they are its public API; others are internal. INSTALLED: without any, for what needs it.
 # gelslam_test(name SOURCES ... DEPS ... [INCLUDES folders] [PROGRAM] [LAUNCHER command] [COST seconds]): one GoogleTest
 #   executable and one test of ctest. One process for all its cases: loading 250 shared libraries takes 0.3 s, longer than
 #   most cases, and cases share what they simulate. PROGRAM: it runs the built program, GELSLAM_PROGRAM. COST: the longest
@@ -23,7 +23,7 @@ function(gelslam_cold target)
 endfunction()
 
 function(gelslam_library name)
-  cmake_parse_arguments(ARG "NO_UNITY;COLD" "COMPONENT" "SOURCES;PUBLIC;PRIVATE;HEADERS" ${ARGN})
+  cmake_parse_arguments(ARG "NO_UNITY;COLD;INSTALLED" "" "SOURCES;PUBLIC;PRIVATE;HEADERS" ${ARGN})
   add_library(gelslam_${name} STATIC ${ARG_SOURCES})
   add_library(gelslam::${name} ALIAS gelslam_${name})
   target_include_directories(gelslam_${name}
@@ -42,8 +42,8 @@ function(gelslam_library name)
   if(NOT ARG_NO_UNITY)
     gelslam_unity(gelslam_${name})
   endif()
-  if(ARG_COMPONENT)
-    install(TARGETS gelslam_${name} EXPORT gelslam_${ARG_COMPONENT}_targets
+  if(ARG_HEADERS OR ARG_INSTALLED)
+    install(TARGETS gelslam_${name} EXPORT gelslam_targets
       ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
     list(TRANSFORM ARG_HEADERS PREPEND include/gelslam/${name}/)
     install(FILES ${ARG_HEADERS} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/gelslam/${name} COMPONENT development)

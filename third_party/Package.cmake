@@ -11,7 +11,5 @@ configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/gelslamConfig.cmake.in $
 write_basic_package_version_file(${CMAKE_BINARY_DIR}/gelslamConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_BINARY_DIR}/gelslamConfig.cmake ${CMAKE_BINARY_DIR}/gelslamConfigVersion.cmake
   DESTINATION ${package_dir} COMPONENT development)
-foreach(component registration slam)
-  install(EXPORT gelslam_${component}_targets NAMESPACE gelslam:: FILE gelslam_${component}.cmake
-    DESTINATION ${package_dir} COMPONENT development)
-endforeach()
+install(EXPORT gelslam_targets NAMESPACE gelslam:: FILE gelslam_targets.cmake
+  DESTINATION ${package_dir} COMPONENT development)

@@ -1,4 +1,3 @@
-#include <iostream>
 
 #include "calibrate_commands.hpp"
 #include "command_line.hpp"

@@ -1,6 +1,5 @@
 #include <fmt/core.h>
 
-#include <iostream>
 #include <memory>
 #include <opencv2/core.hpp>
 

@@ -14,8 +14,7 @@
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/sensor/sensor_profile.hpp"
 #include "gelslam/simulation/data_folder.hpp"
-#include "gelslam/simulation/press_log.hpp"
-#include "gelslam/simulation/sensor_model.hpp"
+#include "gelslam/simulation/optics.hpp"
 #include "gelslam/simulation/simulator.hpp"
 #include "terminal_progress.hpp"
 

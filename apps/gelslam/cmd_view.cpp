@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <iostream>
 #include <map>
 #include <memory>
 #include <optional>
@@ -12,7 +11,6 @@
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/text.hpp"
 #include "gelslam/viewer/view_window.hpp"
 #include "reports.hpp"
 #include "terminal_progress.hpp"

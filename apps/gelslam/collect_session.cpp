@@ -3,7 +3,6 @@
 #include <exception>
 #include <utility>
 
-#include "gelslam/calibration/circle_finder.hpp"
 #include "gelslam/calibration/press_coverage.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"

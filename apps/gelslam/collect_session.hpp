@@ -3,9 +3,7 @@
 #include <atomic>
 #include <filesystem>
 #include <functional>
-#include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 
 #include "gelslam/calibration/press_collector.hpp"

@@ -7,7 +7,6 @@
 #include <optional>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/gradient_model.hpp"
 #include "gelslam/core/npy.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/core/sensor_optics.hpp"
@@ -19,6 +18,7 @@
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
 #include "gelslam/slam/store.hpp"
+#include "gelslam/surface/gradient_model.hpp"
 #include "info_report.hpp"
 
 namespace gelslam {

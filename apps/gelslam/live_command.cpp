@@ -15,7 +15,6 @@
 #include "camera_input.hpp"
 #include "commands.hpp"
 #include "gelslam/core/bounded_queue.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/core/file_descriptor.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/core/text.hpp"

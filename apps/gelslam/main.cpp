@@ -7,7 +7,6 @@
 #include <opencv2/core/utility.hpp>
 #include <string>
 #include <system_error>
-#include <utility>
 #include <vector>
 
 #include "command_line.hpp"

@@ -6,7 +6,7 @@
 #include "gelslam/core/files.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/sensor/sensor_profile.hpp"
-#include "gelslam/simulation/sensor_model.hpp"
+#include "gelslam/simulation/optics.hpp"
 #include "gelslam/simulation/simulator.hpp"
 
 namespace gelslam {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "gelslam/exchange/http_service.hpp"
-#include "gelslam/slam/line_output.hpp"
+#include "gelslam/slam/line_feed.hpp"
 
 namespace gelslam {
 

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "gelslam/localization/localizer.hpp"
-#include "gelslam/slam/live_session.hpp"
+#include "gelslam/slam/live_slam.hpp"
 #include "gelslam/slam/surface_stream.hpp"
 #include "gelslam/viewer/map_window.hpp"
 

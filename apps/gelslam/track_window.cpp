@@ -5,7 +5,6 @@
 #include <future>
 
 #include "command_line.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/fusion/fusion.hpp"
 #include "gelslam/mesh/mesh_io.hpp"

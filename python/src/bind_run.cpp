@@ -122,13 +122,12 @@ void add_mesh(py::module_& module) {
 }
 
 PythonRun read_run(const fs::path& folder) {
-  check_is_run(folder);
-  PythonRun run;
-  run.folder = folder;
-  run.trajectory = read_tum(folder / "trajectory.tum");
-  run.mesh = std::make_shared<MetricMesh>(read_mesh(folder / "mesh.ply"));
-  run.report = find_report(folder).value_or(RunReport());
-  return run;
+  RunFiles files = read_run_files(folder);
+  return {.run = nullptr,
+          .mesh = std::make_shared<MetricMesh>(read_mesh(folder / "mesh.ply")),
+          .trajectory = std::move(files.trajectory),
+          .report = std::move(files.report).value_or(RunReport()),
+          .folder = folder};
 }
 
 void save(const PythonRun& self, const fs::path& folder, bool overwrite) {

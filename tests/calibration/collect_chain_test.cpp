@@ -16,7 +16,6 @@
 #include "../support/temporary_folder.hpp"
 #include "gelslam/calibration/press_set.hpp"
 #include "gelslam/simulation/data_folder.hpp"
-#include "gelslam/simulation/press_log.hpp"
 #include "gelslam/surface/model_file.hpp"
 
 namespace gelslam::test {

@@ -8,9 +8,9 @@
 
 #include "gelslam/calibration/ball_zones.hpp"
 #include "gelslam/calibration/press_set.hpp"
+#include "gelslam/simulation/data_folder.hpp"
 #include "gelslam/simulation/gel.hpp"
 #include "gelslam/simulation/optics.hpp"
-#include "gelslam/simulation/press_log.hpp"
 #include "random.hpp"
 
 namespace gelslam::test {

@@ -1,12 +1,12 @@
 // A simulated hand that presses a ball: what the log shows, and what its truth says.
 
-#include "gelslam/simulation/press_log.hpp"
-
 #include <gtest/gtest.h>
 
 #include <opencv2/core.hpp>
 #include <set>
 #include <vector>
+
+#include "gelslam/simulation/data_folder.hpp"
 
 namespace gelslam {
 namespace {

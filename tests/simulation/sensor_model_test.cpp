@@ -1,12 +1,11 @@
 // The models that are shipped, on scans that no training has seen.
 
-#include "gelslam/simulation/sensor_model.hpp"
-
 #include <gtest/gtest.h>
 
 #include <opencv2/core.hpp>
 
 #include "gelslam/sensor/sensor_profile.hpp"
+#include "gelslam/simulation/optics.hpp"
 #include "gelslam/simulation/simulator.hpp"
 #include "gelslam/surface/model_file.hpp"
 #include "gelslam/surface/surface_estimator.hpp"

@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 
 #include "../support/temporary_folder.hpp"
-#include "gelslam/slam/line_output.hpp"
 #include "gelslam/slam/mesh_feed.hpp"
 
 namespace gelslam {

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "../support/analytic_surface.hpp"
-#include "gelslam/core/gradient_model.hpp"
+#include "gelslam/surface/gradient_model.hpp"
 
 namespace gelslam::test {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "gelslam/core/gradient_model.hpp"
+#include "gelslam/surface/gradient_model.hpp"
 
 namespace gelslam::test {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "analytic_surface.hpp"
-#include "gelslam/slam/live_session.hpp"
+#include "gelslam/slam/live_slam.hpp"
 
 namespace gelslam::test {
 

@@ -1,8 +1,7 @@
-#include "gelslam/viewer/view_content.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "gelslam/viewer/view_window.hpp"
 #include "temporary_folder.hpp"
 #include "view_run.hpp"
 

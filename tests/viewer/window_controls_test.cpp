@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "fake_session.hpp"
-#include "live/live_controls.hpp"
+#include "live/live_window.hpp"
 #include "window_pictures.hpp"
 
 namespace gelslam::test {

@@ -1,6 +1,6 @@
 #include "simulated_frames.hpp"
 
-#include "gelslam/simulation/sensor_model.hpp"
+#include "gelslam/simulation/optics.hpp"
 #include "gelslam/simulation/simulator.hpp"
 #include "gelslam/surface/model_file.hpp"
 #include "gelslam/surface/surface_estimator.hpp"

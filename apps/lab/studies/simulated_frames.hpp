@@ -3,8 +3,8 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
-#include "gelslam/core/gradient_model.hpp"
 #include "gelslam/simulation/optics.hpp"
+#include "gelslam/surface/gradient_model.hpp"
 #include "gelslam/surface/surface.hpp"
 
 namespace gelslam::lab {

@@ -8,10 +8,10 @@
 #include <tuple>
 #include <vector>
 
-#include "gelslam/core/gradient_model.hpp"
 #include "gelslam/core/se3.hpp"
 #include "gelslam/simulation/gel.hpp"
 #include "gelslam/simulation/shape.hpp"
+#include "gelslam/surface/gradient_model.hpp"
 #include "gelslam/surface/surface.hpp"
 
 namespace gelslam::lab {

@@ -7,8 +7,8 @@
 #include <map>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/gradient_model.hpp"
 #include "gelslam/core/index.hpp"
+#include "gelslam/core/sensor_optics.hpp"
 #include "motion_forest.hpp"
 #include "whitened_graph.hpp"
 

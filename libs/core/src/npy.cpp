@@ -1,20 +1,21 @@
 #include "gelslam/core/npy.hpp"
 
+#include <fmt/core.h>
+#include <yaml-cpp/yaml.h>
+
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <charconv>
 #include <cstring>
 #include <fstream>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
-#include <string>
-#include <utility>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
-#include "npy_header.hpp"
 
 namespace gelslam {
 namespace {
@@ -23,20 +24,37 @@ static_assert(std::endian::native == std::endian::little, "elements are copied a
 
 constexpr std::string_view kMagic{"\x93NUMPY", 6};
 constexpr std::size_t kLongestHeader = 1u << 16;
+constexpr std::size_t kMaxDimensions = 32;  // numpy's own limit
+
+template <class T>
+std::vector<double> converted(const std::vector<std::byte>& data) {
+  std::vector<double> values(data.size() / sizeof(T));
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    std::array<std::byte, sizeof(T)> element;
+    std::memcpy(element.data(), data.data() + i * sizeof(T), sizeof(T));
+    values[i] = static_cast<double>(std::bit_cast<T>(element));
+  }
+  return values;
+}
+
+std::vector<double> converted_flags(const std::vector<std::byte>& data) {
+  std::vector<double> values(data.size());
+  std::ranges::transform(data, values.begin(), [](std::byte b) { return b == std::byte{0} ? 0.0 : 1.0; });
+  return values;
+}
 
 struct TypeName {
   NpyType type;
   std::string_view descr;
   std::size_t bytes;
+  std::vector<double> (*to_doubles)(const std::vector<std::byte>&);
 };
-constexpr TypeName kTypeNames[] = {{NpyType::float16, "<f2", 2}, {NpyType::float32, "<f4", 4},
-                                   {NpyType::float64, "<f8", 8}, {NpyType::int64, "<i8", 8},
-                                   {NpyType::uint8, "|u1", 1},   {NpyType::boolean, "|b1", 1}};
+constexpr TypeName kTypeNames[] = {
+    {NpyType::float16, "<f2", 2, converted<Eigen::half>}, {NpyType::float32, "<f4", 4, converted<float>},
+    {NpyType::float64, "<f8", 8, converted<double>},      {NpyType::int64, "<i8", 8, converted<std::int64_t>},
+    {NpyType::uint8, "|u1", 1, converted<std::uint8_t>},  {NpyType::boolean, "|b1", 1, converted_flags}};
 
-const TypeName& name_of(NpyType type) {
-  return *std::find_if(std::begin(kTypeNames), std::end(kTypeNames),
-                       [&](const TypeName& n) { return n.type == type; });
-}
+const TypeName& name_of(NpyType type) { return *std::ranges::find(kTypeNames, type, &TypeName::type); }
 
 /// Number of elements, or nothing when it does not fit into `limit`.
 std::optional<std::size_t> checked_size(const std::vector<std::size_t>& shape, std::size_t limit) {
@@ -56,7 +74,39 @@ std::string read_exactly(std::istream& file, std::size_t bytes) {
   return buffer;
 }
 
-detail::NpyHeader read_header(std::istream& file) {
+struct Header {
+  std::string descr;
+  bool fortran_order = false;
+  std::vector<std::size_t> shape;
+};
+
+std::size_t extent_of(std::string text) {
+  if (text.ends_with('L')) text.pop_back();  // written by Python 2
+  std::size_t extent = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), extent);
+  if (error != std::errc{} || end != text.data() + text.size())
+    throw std::invalid_argument("its header has a bad number in 'shape'");
+  return extent;
+}
+
+/// "{'descr': '<f8', 'fortran_order': False, 'shape': (3, 4), }", a dictionary of Python, is nearly YAML.
+Header parse_header(std::string text) {
+  std::ranges::replace(text, '(', '[');
+  std::ranges::replace(text, ')', ']');
+  try {
+    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
+    if (documents.size() != 1 || documents[0].size() != 3) throw YAML::Exception({}, "");
+    Header header{documents[0]["descr"].as<std::string>(), documents[0]["fortran_order"].as<bool>(), {}};
+    const YAML::Node shape = documents[0]["shape"];
+    if (!shape.IsSequence() || shape.size() > kMaxDimensions) throw YAML::Exception({}, "");
+    for (const YAML::Node& extent : shape) header.shape.push_back(extent_of(extent.Scalar()));
+    return header;
+  } catch (const YAML::Exception&) {
+    throw std::invalid_argument("its header is not one of numpy");
+  }
+}
+
+Header read_header(std::istream& file) {
   if (read_exactly(file, kMagic.size()) != kMagic)
     throw std::invalid_argument("it does not start with \\x93NUMPY");
   const std::string version = read_exactly(file, 2);
@@ -66,20 +116,17 @@ detail::NpyHeader read_header(std::istream& file) {
   for (std::size_t i = length_bytes.size(); i-- > 0;)
     length = length << 8 | static_cast<unsigned char>(length_bytes[i]);
   if (length > kLongestHeader) throw std::invalid_argument("its header is too long");
-  return detail::parse_npy_header(read_exactly(file, length));
+  return parse_header(read_exactly(file, length));
 }
 
 /// The file is as long as its header says, and the array no longer than `max_bytes`.
 NpyArray read_array(std::istream& file, std::size_t max_bytes) {
-  const detail::NpyHeader header = read_header(file);
-  const auto* known = std::find_if(std::begin(kTypeNames), std::end(kTypeNames),
-                                   [&](const TypeName& n) { return n.descr == header.descr; });
-  if (known == std::end(kTypeNames)) {
+  const Header header = read_header(file);
+  const auto* known = std::ranges::find(kTypeNames, header.descr, &TypeName::descr);
+  if (known == std::end(kTypeNames))
     throw std::invalid_argument("its element type " + header.descr + " is none of <f2 <f4 <f8 <i8 |u1 |b1");
-  }
-  if (header.fortran_order && header.shape.size() > 1) {
+  if (header.fortran_order && header.shape.size() > 1)
     throw std::invalid_argument("it is in Fortran order; save it with numpy.ascontiguousarray");
-  }
   const auto size = checked_size(header.shape, max_bytes / known->bytes);
   if (!size) throw std::invalid_argument("it claims more than " + std::to_string(max_bytes) + " bytes");
   const std::streampos data_start = file.tellg();
@@ -113,70 +160,28 @@ std::ifstream open_file(const std::filesystem::path& path) {
 }
 
 template <class T>
-std::vector<double> converted(const std::vector<std::byte>& data) {
-  std::vector<double> values(data.size() / sizeof(T));
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    std::array<std::byte, sizeof(T)> element;
-    std::memcpy(element.data(), data.data() + i * sizeof(T), sizeof(T));
-    values[i] = static_cast<double>(std::bit_cast<T>(element));
-  }
-  return values;
-}
-
-/// All that stands before the elements.
-std::string format_start(NpyType type, const std::vector<std::size_t>& shape) {
-  std::string header = detail::format_npy_header({std::string(name_of(type).descr), false, shape});
+std::string format_array(NpyType type, const std::vector<std::size_t>& shape, std::span<const T> values) {
+  if (checked_size(shape, values.size()) != values.size())
+    throw std::invalid_argument("write_npy: values do not fit the shape");
+  std::string extents;
+  for (const std::size_t extent : shape) extents += (extents.empty() ? "" : ", ") + std::to_string(extent);
+  std::string header = fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': ({}{}), }}",
+                                   name_of(type).descr, extents, shape.size() == 1 ? "," : "");
   const std::size_t prefix = kMagic.size() + 4;
   header.append(63 - (prefix + header.size()) % 64, ' ');  // data aligned to 64 bytes, as numpy has it
   header += '\n';
   std::string contents(kMagic);
   contents +=
       {'\x01', '\x00', static_cast<char>(header.size() & 0xff), static_cast<char>(header.size() >> 8)};
-  return contents + header;
-}
-
-std::string format_array(NpyType type, const std::vector<std::size_t>& shape, std::string_view bytes) {
-  const std::size_t element = name_of(type).bytes;
-  const auto size = checked_size(shape, bytes.size() / element);
-  if (!size || *size * element != bytes.size())
-    throw std::invalid_argument("write_npy: values do not fit the shape");
-  return format_start(type, shape).append(bytes);
-}
-
-void write_array(const std::filesystem::path& path, NpyType type, const std::vector<std::size_t>& shape,
-                 std::string_view bytes) {
-  write_file_atomically(path, format_array(type, shape, bytes));
-}
-
-template <class T>
-std::string_view bytes_of(std::span<const T> values) {
-  return {reinterpret_cast<const char*>(values.data()), values.size_bytes()};
+  contents += header;
+  return contents.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
 }
 
 }  // namespace
 
 std::size_t NpyArray::size() const { return data.size() / name_of(type).bytes; }
 
-std::vector<double> NpyArray::to_doubles() const {
-  switch (type) {
-    case NpyType::float16:
-      return converted<Eigen::half>(data);
-    case NpyType::float32:
-      return converted<float>(data);
-    case NpyType::float64:
-      return converted<double>(data);
-    case NpyType::int64:
-      return converted<std::int64_t>(data);
-    case NpyType::uint8:
-      return converted<std::uint8_t>(data);
-    case NpyType::boolean:
-      break;
-  }
-  std::vector<double> values(data.size());
-  std::transform(data.begin(), data.end(), values.begin(),
-                 [](std::byte b) { return b == std::byte{0} ? 0.0 : 1.0; });
-  return values;
-}
+std::vector<double> NpyArray::to_doubles() const { return name_of(type).to_doubles(data); }
 
 NpyArray read_npy(const std::filesystem::path& path, std::size_t max_bytes) {
   std::ifstream file = open_file(path);
@@ -189,16 +194,16 @@ NpyArray parse_npy(std::string_view bytes, const std::string& name) {
 }
 
 std::string format_npy(const std::vector<std::size_t>& shape, std::span<const double> values) {
-  return format_array(NpyType::float64, shape, bytes_of(values));
+  return format_array(NpyType::float64, shape, values);
 }
 
 void write_npy(const std::filesystem::path& path, const std::vector<std::size_t>& shape,
                std::span<const double> values) {
-  write_array(path, NpyType::float64, shape, bytes_of(values));
+  write_file_atomically(path, format_npy(shape, values));
 }
 void write_npy(const std::filesystem::path& path, const std::vector<std::size_t>& shape,
                std::span<const float> values) {
-  write_array(path, NpyType::float32, shape, bytes_of(values));
+  write_file_atomically(path, format_array(NpyType::float32, shape, values));
 }
 
 }  // namespace gelslam

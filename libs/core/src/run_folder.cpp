@@ -11,7 +11,6 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/file_descriptor.hpp"
-#include "gelslam/core/files.hpp"
 
 namespace gelslam {
 namespace {
@@ -95,9 +94,8 @@ void remove_contents(const fs::path& folder) {
 }
 
 void rename_or_throw(const fs::path& from, const fs::path& to) {
-  if (std::rename(from.c_str(), to.c_str()) != 0) {
+  if (std::rename(from.c_str(), to.c_str()) != 0)
     throw Error(to.string() + ": cannot be written: " + errno_text());
-  }
 }
 
 }  // namespace
@@ -242,6 +240,19 @@ void check_is_run(const fs::path& folder, RunNeeds needs) {
   if (!holds("session.db"))
     throw Error(folder.string() + ": is no run folder (no session.db, mesh.ply or trajectory.tum)");
   if (needs == RunNeeds::map) refuse_unfinished(folder);
+}
+
+fs::path RunFiles::mesh() const {
+  const bool is_empty = report && report->mesh.triangles == 0;
+  return !is_empty && fs::exists(folder / "mesh.ply") ? folder / "mesh.ply" : "";
+}
+
+RunFiles read_run_files(const fs::path& folder) {
+  check_is_run(folder);
+  const auto poses = [&](const char* name) {
+    return fs::exists(folder / name) ? read_tum(folder / name) : std::vector<StampedPose>();
+  };
+  return {folder, find_report(folder), poses("trajectory.tum"), poses("keyframes.tum")};
 }
 
 }  // namespace gelslam

@@ -1,7 +1,6 @@
 #include "gelslam/core/se3.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
 #include <cmath>
 
 namespace gelslam {

@@ -13,11 +13,10 @@ void StageTimer::add(std::string_view stage, double duration_ms) {
   }
   Stage& times = found->second;
   const auto sample = static_cast<float>(duration_ms);
-  if (times.newest_ms.size() < kKeptSamples) {
+  if (times.newest_ms.size() < kKeptSamples)
     times.newest_ms.push_back(sample);
-  } else {
+  else
     times.newest_ms[static_cast<std::size_t>(times.count) % kKeptSamples] = sample;
-  }
   ++times.count;
   times.max_ms = std::max(times.max_ms, duration_ms);
   times.total_ms += duration_ms;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
@@ -63,11 +62,9 @@ MeshEvaluation evaluate_meshes(const PlacedMeshes& meshes, const std::vector<Eig
   const TriangleScene estimate(meshes.estimate);
   const TriangleScene truth(meshes.truth);
   std::vector<Eigen::Vector3d> truth_points = touched_mm;
-  if (truth_points.empty()) {
-    for (const SurfaceSample& sample : sample_surface(meshes.truth, kTruthSamples, kTruthSeed)) {
+  if (truth_points.empty())
+    for (const SurfaceSample& sample : sample_surface(meshes.truth, kTruthSamples, kTruthSeed))
       truth_points.push_back(sample.point_mm);
-    }
-  }
   MeshEvaluation result;
   result.touched_only = !touched_mm.empty();
   result.at_known_pose = evaluate_mesh(estimate, truth, truth_points);

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/se3.hpp"
 
 namespace gelslam {
 namespace {
@@ -19,9 +18,8 @@ struct PosePair {
 double wrapped_deg(double angle_deg) { return std::remainder(angle_deg, 360.0); }
 
 const IndexedPose* find(const std::vector<IndexedPose>& estimate, int index) {
-  for (const IndexedPose& pose : estimate) {
+  for (const IndexedPose& pose : estimate)
     if (pose.index == index) return &pose;
-  }
   return nullptr;
 }
 
@@ -137,9 +135,8 @@ TrajectoryMetrics evaluate_trajectory(const std::vector<IndexedPose>& estimate,
   metrics.estimated_without_touch = static_cast<int>(estimate.size() - pairs.size());
   set_axis_errors(pairs, metrics);
   double squared_sum = 0.0;
-  for (const PosePair& pair : pairs) {
+  for (const PosePair& pair : pairs)
     squared_sum += (pair.estimated.translation() - pair.truth.translation()).squaredNorm();
-  }
   metrics.ate_mm = std::sqrt(squared_sum / static_cast<double>(pairs.size()));
   metrics.ate_aligned_mm = aligned_rmse_mm(pairs);
   metrics.over_one_frame = relative_error(pairs, 1);

@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
-#include <string>
 #include <utility>
 
 #include "gelslam/core/error.hpp"
@@ -34,11 +33,9 @@ void check_geometry(const Mesh& mesh) {
                 " m from its origin, more than can be measured (" + short_number(1e-3 * kFurthestVertexMm) +
                 " m); is its unit right?");
   const auto count = static_cast<std::int64_t>(mesh.vertices_mm.size());
-  for (const Eigen::Vector3i& triangle : mesh.triangles) {
-    if (triangle.minCoeff() < 0 || triangle.maxCoeff() >= count) {
+  for (const Eigen::Vector3i& triangle : mesh.triangles)
+    if (triangle.minCoeff() < 0 || triangle.maxCoeff() >= count)
       throw Error("a triangle of the mesh names a vertex that does not exist");
-    }
-  }
 }
 
 Eigen::Vector3d closest_on_segment(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
@@ -61,9 +58,8 @@ Eigen::Vector3d closest_on_triangle(const Eigen::Vector3d& p, const Eigen::Vecto
     if (inside) return p - (p - a).dot(normal) / normal2 * normal;
   }
   Eigen::Vector3d best = closest_on_segment(p, a, b);
-  for (const Eigen::Vector3d& candidate : {closest_on_segment(p, b, c), closest_on_segment(p, c, a)}) {
+  for (const Eigen::Vector3d& candidate : {closest_on_segment(p, b, c), closest_on_segment(p, c, a)})
     if ((candidate - p).squaredNorm() < (best - p).squaredNorm()) best = candidate;
-  }
   return best;
 }
 

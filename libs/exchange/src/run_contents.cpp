@@ -7,7 +7,6 @@
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/core/text.hpp"
-#include "gelslam/core/trajectory.hpp"
 #include "gelslam/exchange/run_export.hpp"
 #include "gelslam/image/color_map.hpp"
 
@@ -60,7 +59,6 @@ void add_report(RunContents& run, const RunReport& report) {
   run.warnings = report.warnings;
   if (report.partial) run.warnings.emplace_back("The run ended before its log did.");
   run.warnings.insert(run.warnings.end(), report.reservations.begin(), report.reservations.end());
-  run.start_s = stamp_s(report.start_unix_us.value_or(0), 0);
   run.logs = report.logs;
   if (run.logs.empty()) run.logs.push_back({report.log, run.start_s});
   for (auto& [name, words] : run.figures) leave_out_folders(words, run.logs);
@@ -69,18 +67,16 @@ void add_report(RunContents& run, const RunReport& report) {
 }
 
 RunContents read_folder(const fs::path& folder) {
-  check_is_run(folder);
+  RunFiles files = read_run_files(folder);
   RunContents run;
-  const fs::path clean = fs::weakly_canonical(folder);
-  run.name = clean.filename().string();
+  run.name = fs::weakly_canonical(folder).filename().string();
   run.folder = folder;
-  const std::optional<RunReport> report = find_report(folder);
-  const bool is_empty = report && report->mesh.triangles == 0;
-  if (fs::exists(folder / "mesh.ply") && !is_empty) run.mesh = read_mesh(folder / "mesh.ply");
-  if (fs::exists(folder / "trajectory.tum")) run.trajectory = read_tum(folder / "trajectory.tum");
-  if (fs::exists(folder / "keyframes.tum")) run.keyframes = read_tum(folder / "keyframes.tum");
-  if (report)
-    add_report(run, *report);
+  if (const fs::path mesh = files.mesh(); !mesh.empty()) run.mesh = read_mesh(mesh);
+  run.trajectory = std::move(files.trajectory);
+  run.keyframes = std::move(files.keyframes);
+  run.start_s = files.start_s();
+  if (files.report)
+    add_report(run, *files.report);
   else
     run.warnings.emplace_back("There is no report.json.");
   run.logs.resize(std::max<std::size_t>(run.logs.size(), 1));

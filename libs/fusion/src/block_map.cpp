@@ -1,13 +1,10 @@
 #include "block_map.hpp"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
 
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/parallel.hpp"
-#include "gelslam/core/progress.hpp"
 
 namespace gelslam::fusion::detail {
 namespace {
@@ -39,9 +36,8 @@ unsigned neighbors_that_see(const std::vector<float>& before, const std::vector<
                        (i < kBlockEdge * kBlockEdge ? 4 : 0);
     const std::size_t voxel = static_cast<std::size_t>(i);
     if (lowest == 0 || !differs(at(before, voxel), at(after, voxel))) continue;
-    for (int n = 1; n < kBlockNeighbors; ++n) {
+    for (int n = 1; n < kBlockNeighbors; ++n)
       if ((n & lowest) == n) seen |= 1u << n;
-    }
   }
   return seen;
 }
@@ -136,9 +132,8 @@ void BlockMap::sample(std::int64_t key, std::vector<std::int64_t>& to_place) {
   update_distances(key, *block, std::move(wanted));
   to_place.push_back(key);
   const unsigned seen = neighbors_that_see(before, block->distances);
-  for (int n = 1; n < kBlockNeighbors; ++n) {
+  for (int n = 1; n < kBlockNeighbors; ++n)
     if ((seen >> n) & 1) to_place.push_back(key - neighbor_step(n));
-  }
 }
 
 void BlockMap::update_distances(std::int64_t key, Block& block, std::vector<PatchPtr> wanted) {

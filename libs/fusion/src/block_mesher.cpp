@@ -59,9 +59,8 @@ class VertexPlacer {
       ++count[cycle];
     }
     const Eigen::Vector3f corner_mm = lattice_.position(lattice_.first_voxel + lowest_voxel(cell));
-    for (std::size_t cycle = 0; cycle < static_cast<std::size_t>(cycles.count); ++cycle) {
+    for (std::size_t cycle = 0; cycle < static_cast<std::size_t>(cycles.count); ++cycle)
       add_vertex(corner_mm, sum[cycle] / static_cast<float>(count[cycle]));
-    }
   }
 
  private:
@@ -121,9 +120,8 @@ class VertexJoiner {
   explicit VertexJoiner(const std::array<const BlockSurface*, kBlockNeighbors>& lower) : lower_(lower) {}
 
   std::vector<NamedTriangle> run() {
-    for (const ActiveCell& cell : lower_[0]->cells) {
+    for (const ActiveCell& cell : lower_[0]->cells)
       for (int axis = 0; axis < 3; ++axis) add_edge(cell, axis);
-    }
     return std::move(triangles_);
   }
 
@@ -141,9 +139,8 @@ class VertexJoiner {
     std::array<VertexName, 4> quad{vertex_at(voxel, 4 * axis), vertex_at(voxel - back_b, 4 * axis + 1),
                                    vertex_at(voxel - back_b - back_c, 4 * axis + 3),
                                    vertex_at(voxel - back_c, 4 * axis + 2)};
-    for (const VertexName& v : quad) {
+    for (const VertexName& v : quad)
       if (v.neighbor < 0) return;
-    }
     if (from_outside) std::reverse(quad.begin(), quad.end());
     add_quad(quad);
   }
@@ -223,9 +220,8 @@ void place_vertices(const BlockLattice& lattice,
       observed = observed && !std::isnan(d);
       if (d > 0) outside |= 1u << c;
     }
-    if (observed && outside != 0 && outside != 255) {
+    if (observed && outside != 0 && outside != 255)
       placer.add_cell(cell, corner, static_cast<std::uint8_t>(outside));
-    }
   }
 }
 

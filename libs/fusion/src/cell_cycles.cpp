@@ -52,9 +52,8 @@ void join_across_face(int axis, int side, std::uint8_t outside, EdgeSets& sets) 
   };
   std::array<int, 4> crossed{};
   std::size_t crossings = 0;
-  for (int i = 0; i < 4; ++i) {
+  for (int i = 0; i < 4; ++i)
     if (is_outside(i) != is_outside(i + 1)) crossed[crossings++] = edge(i);
-  }
   if (crossings == 2) sets.join(crossed[0], crossed[1]);
   if (crossings == 4) {
     const int first = is_outside(0) ? 0 : 1;  // each outside corner is cut off by itself
@@ -65,9 +64,8 @@ void join_across_face(int axis, int side, std::uint8_t outside, EdgeSets& sets) 
 
 CellCycles make_cycles(std::uint8_t outside) {
   EdgeSets sets;
-  for (int axis = 0; axis < 3; ++axis) {
+  for (int axis = 0; axis < 3; ++axis)
     for (int side = 0; side < 2; ++side) join_across_face(axis, side, outside, sets);
-  }
   CellCycles cycles;
   std::array<int, 12> number;
   number.fill(-1);

@@ -20,9 +20,8 @@ void PatchPlaces::declare(const std::vector<PosedSurface>& patches, double gradi
   std::map<int, PosedSurface> wanted;
   for (const PosedSurface& posed : patches) {
     check_patch(posed);
-    if (!wanted.emplace(posed.id, posed).second) {
+    if (!wanted.emplace(posed.id, posed).second)
       throw Error("cannot fuse keyframe " + std::to_string(posed.id) + ": it is given twice");
-    }
   }
   wanted_ = std::move(wanted);
   gradient_scale_ = gradient_scale;
@@ -31,17 +30,15 @@ void PatchPlaces::declare(const std::vector<PosedSurface>& patches, double gradi
   changed_.clear();
   for (const auto& [id, posed] : wanted_) {
     const auto placed = placed_.find(id);
-    if (placed == placed_.end()) {
+    if (placed == placed_.end())
       (waiting.contains(id) ? changed_ : new_).insert(id);
-    } else if (stale(placed->second, posed)) {
+    else if (stale(placed->second, posed))
       changed_.insert(id);
-    }
   }
   // When many come at once (another component is shown), they are placed together like moved ones.
   while (new_.size() > kMaxNew) changed_.insert(new_.extract(new_.begin()));
-  for (const auto& [id, placed] : placed_) {
+  for (const auto& [id, placed] : placed_)
     if (!wanted_.contains(id)) changed_.insert(id);
-  }
 }
 
 bool PatchPlaces::stale(const PlacedPatch& placed, const PosedSurface& wanted) const {

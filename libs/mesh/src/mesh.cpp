@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <vector>
 
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/median.hpp"

@@ -34,14 +34,11 @@ std::string unit_note(LengthUnit unit) {
 void check_consistent(const Mesh& mesh, const VertexColors& colors) {
   const std::size_t n = mesh.vertices_mm.size();
   if ((!mesh.normals.empty() && mesh.normals.size() != n) ||
-      (!mesh.confidence.empty() && mesh.confidence.size() != n) || (!colors.empty() && colors.size() != n)) {
+      (!mesh.confidence.empty() && mesh.confidence.size() != n) || (!colors.empty() && colors.size() != n))
     throw Error("it has not as many normals, confidences or colors as vertices");
-  }
-  for (const auto& t : mesh.triangles) {
-    if (t.minCoeff() < 0 || static_cast<std::size_t>(t.maxCoeff()) >= n) {
+  for (const auto& t : mesh.triangles)
+    if (t.minCoeff() < 0 || static_cast<std::size_t>(t.maxCoeff()) >= n)
       throw Error("it has a triangle that names a vertex that does not exist");
-    }
-  }
 }
 
 /// Notes the unit in an OBJ as a comment, in an STL as its header of 80 bytes.

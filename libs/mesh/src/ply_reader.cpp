@@ -7,10 +7,12 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <map>
 #include <sstream>
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "gelslam/core/error.hpp"
@@ -37,14 +39,31 @@ constexpr std::size_t kMaxElements = 16;
 constexpr std::size_t kMaxProperties = 64;
 constexpr std::size_t kMaxPolygonCorners = 1024;
 
-enum class Type { i8, u8, i16, u16, i32, u32, f32, f64 };
+template <typename T>
+double take(const char* at, bool reversed) {
+  std::array<char, sizeof(T)> raw;
+  std::memcpy(raw.data(), at, sizeof(T));
+  if (reversed) std::reverse(raw.begin(), raw.end());
+  return static_cast<double>(std::bit_cast<T>(raw));
+}
+
+struct Type {
+  std::string_view name, other_name;
+  std::size_t bytes;
+  double (*take)(const char* at, bool reversed);
+};
+constexpr Type kTypes[] = {
+    {"char", "int8", 1, take<std::int8_t>},    {"uchar", "uint8", 1, take<std::uint8_t>},
+    {"short", "int16", 2, take<std::int16_t>}, {"ushort", "uint16", 2, take<std::uint16_t>},
+    {"int", "int32", 4, take<std::int32_t>},   {"uint", "uint32", 4, take<std::uint32_t>},
+    {"float", "float32", 4, take<float>},      {"double", "float64", 8, take<double>}};
+
 enum class Format { ascii, little_endian, big_endian };
 
 struct Property {
   std::string name;
-  Type type = Type::f32;
-  bool is_list = false;
-  Type count_type = Type::u8;
+  const Type* type = nullptr;
+  const Type* count_type = nullptr;  ///< of a list
 };
 
 struct Element {
@@ -59,26 +78,10 @@ struct Header {
   std::size_t size_bytes = 0;
 };
 
-Type parse_type(const std::string& name) {
-  static constexpr std::array<std::pair<std::string_view, Type>, 16> names{{{"char", Type::i8},
-                                                                            {"int8", Type::i8},
-                                                                            {"uchar", Type::u8},
-                                                                            {"uint8", Type::u8},
-                                                                            {"short", Type::i16},
-                                                                            {"int16", Type::i16},
-                                                                            {"ushort", Type::u16},
-                                                                            {"uint16", Type::u16},
-                                                                            {"int", Type::i32},
-                                                                            {"int32", Type::i32},
-                                                                            {"uint", Type::u32},
-                                                                            {"uint32", Type::u32},
-                                                                            {"float", Type::f32},
-                                                                            {"float32", Type::f32},
-                                                                            {"double", Type::f64},
-                                                                            {"float64", Type::f64}}};
-  const auto found = std::find_if(names.begin(), names.end(), [&](const auto& n) { return n.first == name; });
-  if (found == names.end()) throw Error("the PLY header names an unknown type '" + name.substr(0, 40) + "'");
-  return found->second;
+const Type* parse_type(const std::string& name) {
+  for (const Type& type : kTypes)
+    if (name == type.name || name == type.other_name) return &type;
+  throw Error("the PLY header names an unknown type '" + name.substr(0, 40) + "'");
 }
 
 void parse_property(std::istringstream& words, Element& element) {
@@ -87,7 +90,6 @@ void parse_property(std::istringstream& words, Element& element) {
   std::string type;
   words >> type;
   if (type == "list") {
-    property.is_list = true;
     std::string count_type;
     words >> count_type >> type;
     property.count_type = parse_type(count_type);
@@ -98,17 +100,15 @@ void parse_property(std::istringstream& words, Element& element) {
 }
 
 void parse_format(std::istringstream& words, Header& header) {
+  static const std::map<std::string, Format> names = {{"ascii", Format::ascii},
+                                                      {"binary_little_endian", Format::little_endian},
+                                                      {"binary_big_endian", Format::big_endian}};
   std::string format;
   words >> format;
-  if (format == "ascii") {
-    header.format = Format::ascii;
-  } else if (format == "binary_little_endian") {
-    header.format = Format::little_endian;
-  } else if (format == "binary_big_endian") {
-    header.format = Format::big_endian;
-  } else {
+  const auto found = names.find(format);
+  if (found == names.end())
     throw Error("the PLY header names an unknown format '" + format.substr(0, 40) + "'");
-  }
+  header.format = found->second;
 }
 
 Header parse_header(std::string_view bytes) {
@@ -150,24 +150,6 @@ Header parse_header(std::string_view bytes) {
   return header;
 }
 
-std::size_t type_size(Type type) {
-  switch (type) {
-    case Type::i8:
-    case Type::u8:
-      return 1;
-    case Type::i16:
-    case Type::u16:
-      return 2;
-    case Type::i32:
-    case Type::u32:
-    case Type::f32:
-      return 4;
-    case Type::f64:
-      return 8;
-  }
-  return 8;
-}
-
 /// Walks the body of the file, one scalar at a time.
 class Cursor {
  public:
@@ -176,11 +158,11 @@ class Cursor {
 
   std::size_t remaining() const { return static_cast<std::size_t>(end_ - at_); }
   /// Fewest bytes that a scalar of this type can take.
-  std::size_t min_size(Type type) const { return format_ == Format::ascii ? 1 : type_size(type); }
+  std::size_t min_size(const Type& type) const { return format_ == Format::ascii ? 1 : type.bytes; }
 
-  double scalar(Type type) { return format_ == Format::ascii ? ascii() : binary(type); }
+  double scalar(const Type& type) { return format_ == Format::ascii ? ascii() : binary(type); }
 
-  std::size_t count(Type type) {
+  std::size_t count(const Type& type) {
     const double value = scalar(type);
     if (!(value >= 0) || value > static_cast<double>(remaining()))
       throw Error("a list in it is longer than the file");
@@ -198,37 +180,11 @@ class Cursor {
     return value;
   }
 
-  template <typename T>
-  double take() {
-    std::array<char, sizeof(T)> raw;
-    std::memcpy(raw.data(), at_, sizeof(T));
+  double binary(const Type& type) {
+    if (remaining() < type.bytes) throw Error("it ends too early");
     const bool file_is_little = format_ == Format::little_endian;
-    if (file_is_little != (std::endian::native == std::endian::little)) std::reverse(raw.begin(), raw.end());
-    at_ += sizeof(T);
-    return static_cast<double>(std::bit_cast<T>(raw));
-  }
-
-  double binary(Type type) {
-    if (remaining() < type_size(type)) throw Error("it ends too early");
-    switch (type) {
-      case Type::i8:
-        return take<std::int8_t>();
-      case Type::u8:
-        return take<std::uint8_t>();
-      case Type::i16:
-        return take<std::int16_t>();
-      case Type::u16:
-        return take<std::uint16_t>();
-      case Type::i32:
-        return take<std::int32_t>();
-      case Type::u32:
-        return take<std::uint32_t>();
-      case Type::f32:
-        return take<float>();
-      case Type::f64:
-        return take<double>();
-    }
-    return 0;
+    const char* const begin = std::exchange(at_, at_ + type.bytes);
+    return type.take(begin, file_is_little != (std::endian::native == std::endian::little));
   }
 
   const char* at_;
@@ -239,7 +195,7 @@ class Cursor {
 void check_count(const Element& element, const Cursor& cursor) {
   std::size_t least_bytes = 0;
   for (const Property& p : element.properties)
-    least_bytes += cursor.min_size(p.is_list ? p.count_type : p.type);
+    least_bytes += cursor.min_size(*(p.count_type ? p.count_type : p.type));
   if (least_bytes == 0 && element.count > 0)
     throw Error("its element '" + element.name.substr(0, 40) + "' is empty");
   if (element.count > 0 && element.count > cursor.remaining() / least_bytes) {
@@ -251,8 +207,8 @@ void check_count(const Element& element, const Cursor& cursor) {
 }
 
 void skip(const Property& property, Cursor& cursor) {
-  const std::size_t n = property.is_list ? cursor.count(property.count_type) : 1;
-  for (std::size_t i = 0; i < n; ++i) cursor.scalar(property.type);
+  const std::size_t n = property.count_type ? cursor.count(*property.count_type) : 1;
+  for (std::size_t i = 0; i < n; ++i) cursor.scalar(*property.type);
 }
 
 constexpr std::array<std::string_view, 7> kVertexSlots{"x", "y", "z", "nx", "ny", "nz", "confidence"};
@@ -262,7 +218,7 @@ void read_vertices(const Element& element, double mm_per_unit, Cursor& cursor, M
   std::array<bool, kVertexSlots.size()> has{};
   for (const Property& p : element.properties) {
     const auto found = std::find(kVertexSlots.begin(), kVertexSlots.end(), p.name);
-    const bool used = found != kVertexSlots.end() && !p.is_list;
+    const bool used = found != kVertexSlots.end() && !p.count_type;
     slot_of_property.push_back(used ? static_cast<int>(found - kVertexSlots.begin()) : -1);
     if (used) has[static_cast<std::size_t>(slot_of_property.back())] = true;
   }
@@ -274,13 +230,11 @@ void read_vertices(const Element& element, double mm_per_unit, Cursor& cursor, M
   if (has[6]) mesh.confidence.reserve(n);
   for (std::size_t i = 0; i < n; ++i) {
     std::array<double, kVertexSlots.size()> value{};
-    for (std::size_t k = 0; k < slot_of_property.size(); ++k) {
-      if (slot_of_property[k] < 0) {
+    for (std::size_t k = 0; k < slot_of_property.size(); ++k)
+      if (slot_of_property[k] < 0)
         skip(element.properties[k], cursor);
-      } else {
-        value[static_cast<std::size_t>(slot_of_property[k])] = cursor.scalar(element.properties[k].type);
-      }
-    }
+      else
+        value[static_cast<std::size_t>(slot_of_property[k])] = cursor.scalar(*element.properties[k].type);
     mesh.vertices_mm.push_back(vertex_mm({value[0], value[1], value[2]}, mm_per_unit));
     if (has_normals) mesh.normals.push_back(Eigen::Vector3d(value[3], value[4], value[5]).cast<float>());
     if (has[6]) mesh.confidence.push_back(static_cast<float>(value[6]));
@@ -288,19 +242,18 @@ void read_vertices(const Element& element, double mm_per_unit, Cursor& cursor, M
 }
 
 int to_index(double value) {
-  if (!(value >= 0 && value <= std::numeric_limits<int>::max()) || value != std::floor(value)) {
+  if (!(value >= 0 && value <= std::numeric_limits<int>::max()) || value != std::floor(value))
     throw Error("a face of it names a vertex that does not exist");
-  }
   return static_cast<int>(value);
 }
 
 void read_polygon(const Property& property, Cursor& cursor, Mesh& mesh) {
-  const std::size_t corners = cursor.count(property.count_type);
+  const std::size_t corners = cursor.count(*property.count_type);
   if (corners < 3 || corners > kMaxPolygonCorners) throw Error("a face of it is no polygon");
-  const int first = to_index(cursor.scalar(property.type));
-  int previous = to_index(cursor.scalar(property.type));
+  const int first = to_index(cursor.scalar(*property.type));
+  int previous = to_index(cursor.scalar(*property.type));
   for (std::size_t c = 2; c < corners; ++c) {
-    const int corner = to_index(cursor.scalar(property.type));
+    const int corner = to_index(cursor.scalar(*property.type));
     mesh.triangles.emplace_back(first, previous, corner);
     previous = corner;
   }
@@ -309,13 +262,11 @@ void read_polygon(const Property& property, Cursor& cursor, Mesh& mesh) {
 void read_faces(const Element& element, Cursor& cursor, Mesh& mesh) {
   mesh.triangles.reserve(static_cast<std::size_t>(element.count));
   for (std::uint64_t i = 0; i < element.count; ++i) {
-    for (const Property& p : element.properties) {
-      if (p.is_list && (p.name == "vertex_indices" || p.name == "vertex_index")) {
+    for (const Property& p : element.properties)
+      if (p.count_type && (p.name == "vertex_indices" || p.name == "vertex_index"))
         read_polygon(p, cursor, mesh);
-      } else {
+      else
         skip(p, cursor);
-      }
-    }
   }
 }
 
@@ -334,9 +285,8 @@ Mesh read_ply(const std::filesystem::path& path, double mm_per_unit) {
     } else if (element.name == "face") {
       read_faces(element, cursor, mesh);
     } else {
-      for (std::uint64_t i = 0; i < element.count; ++i) {
+      for (std::uint64_t i = 0; i < element.count; ++i)
         for (const Property& p : element.properties) skip(p, cursor);
-      }
     }
   }
   return mesh;

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "gelslam/core/gradient_model.hpp"
+#include "gelslam/surface/gradient_model.hpp"
 #include "registration_quality.hpp"
 
 namespace gelslam::registration::detail {

@@ -6,7 +6,6 @@
 #include <opencv2/core/mat.hpp>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "gelslam/core/files.hpp"
 #include "gelslam/simulation/gel.hpp"

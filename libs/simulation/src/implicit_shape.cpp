@@ -1,8 +1,8 @@
-#include "implicit_shape.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "shape_makers.hpp"
 
 namespace gelslam::simulation::detail {
 namespace {

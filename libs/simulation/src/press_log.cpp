@@ -1,5 +1,3 @@
-#include "gelslam/simulation/press_log.hpp"
-
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/image/codecs.hpp"
+#include "gelslam/simulation/data_folder.hpp"
 #include "random.hpp"
 
 namespace gelslam {

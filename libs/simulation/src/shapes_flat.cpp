@@ -4,7 +4,6 @@
 #include <array>
 #include <numbers>
 
-#include "implicit_shape.hpp"
 #include "random.hpp"
 #include "shape_makers.hpp"
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <numbers>
 
-#include "implicit_shape.hpp"
 #include "shape_makers.hpp"
 
 namespace gelslam::simulation::detail {

@@ -5,7 +5,6 @@
 #include <numbers>
 #include <vector>
 
-#include "implicit_shape.hpp"
 #include "shape_makers.hpp"
 
 namespace gelslam::simulation::detail {

@@ -4,7 +4,7 @@
 #include <unordered_map>
 
 #include "gelslam/core/error.hpp"
-#include "implicit_shape.hpp"
+#include "shape_makers.hpp"
 
 namespace gelslam::simulation::detail {
 namespace {

@@ -10,7 +10,6 @@
 
 #include "gelslam/core/crc32.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/surface/surface.hpp"
 
 namespace gelslam {
 namespace {
@@ -86,12 +85,11 @@ void predict_all(cv::Mat_<std::int16_t>& plane, Visit&& visit) {
   for (int v = 0; v < plane.rows; ++v) {
     std::int16_t* const row = plane[v];
     const std::int16_t* const above = v > 0 ? plane[v - 1] : nullptr;
-    for (int u = 0; u < plane.cols; ++u) {
+    for (int u = 0; u < plane.cols; ++u)
       if (u > 0)
         visit(row[u], above ? predicted(row[u - 1], above[u], above[u - 1]) : row[u - 1]);
       else
         visit(row[u], above ? above[0] : 0);
-    }
   }
 }
 

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
-#include "point_on_surface.hpp"
-
 namespace gelslam {
 
 std::vector<Eigen::Vector3d> coarse_contact_points_mm(const Surface& surface) {
@@ -34,11 +32,6 @@ Eigen::Vector2d contact_center_mm(const Surface& surface) {
   const CameraModel camera = surface.camera();
   const Eigen::Vector2d rest_mm = camera.to_mm(Eigen::Vector2d(u_sum / pixels, v_sum / pixels));
   return camera.point_mm(rest_mm, height_sum_mm / pixels).head<2>();
-}
-
-bool shows(const Surface& surface, const Eigen::Vector3d& point_mm) {
-  const std::optional<cv::Point> pixel = surface.camera().pixel_at(point_mm);
-  return pixel && surface.contact(*pixel) && surface::detail::is_close(point_mm, surface.height_mm(*pixel));
 }
 
 bool is_possible_picture(cv::Size size, double pixel_pitch_mm) {

@@ -5,10 +5,8 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
-#include <optional>
 #include <utility>
 
 #include "gelslam/calibration/press_coverage.hpp"

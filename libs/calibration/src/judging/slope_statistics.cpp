@@ -1,8 +1,6 @@
 #include "gelslam/calibration/slope_statistics.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include "gelslam/core/se3.hpp"
 #include "gelslam/surface/slopes.hpp"

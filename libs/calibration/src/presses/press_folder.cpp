@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/files.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/image/codecs.hpp"
 #include "gelslam/sensor/image_input.hpp"

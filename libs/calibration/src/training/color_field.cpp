@@ -5,6 +5,49 @@
 #include <cmath>
 
 namespace gelslam::calibration::detail {
+
+namespace {
+
+SlopeSample sample_at(const cv::Mat3b& bgr, const cv::Mat3b& background, int u, int v) {
+  SlopeSample sample;
+  for (int channel = 0; channel < 3; ++channel) {
+    const auto c = static_cast<std::size_t>(channel);
+    sample.color[c] = static_cast<float>(bgr(v, u)[channel]) / 255.0F;
+    sample.flat_color[c] = static_cast<float>(background(v, u)[channel]) / 255.0F;
+  }
+  sample.place = {static_cast<float>(u) / static_cast<float>(bgr.cols),
+                  static_cast<float>(v) / static_cast<float>(bgr.rows)};
+  sample.u_px = u;
+  sample.v_px = v;
+  return sample;
+}
+
+}  // namespace
+
+std::vector<SlopeSample> zone_samples(const PressSet& set, const std::vector<BallZone>& zones,
+                                      double pixel_pitch_mm, int wanted) {
+  double area = 0.0;
+  for (const BallZone& zone : zones) area += 3.1416 * zone.radius_px * zone.radius_px;
+  // Every pixel when there are few; else those whose number, along the picture, falls on the grid.
+  const int every = std::max(1, static_cast<int>(area / wanted));
+  std::vector<SlopeSample> samples;
+  int number = 0;
+  for (std::size_t k = 0; k < zones.size(); ++k) {
+    const BallZone& zone = zones[k];
+    const CalibrationPress& press = set.presses[zone.press];
+    const SeenBall ball(set.camera(pixel_pitch_mm), zone, press.diameter_mm);
+    for_each_pixel(ball, press, [&](int u, int v, const Eigen::Vector2d& rest_mm) {
+      if (number++ % every != 0) return;
+      SlopeSample sample = sample_at(press.bgr, set.background, u, v);
+      const auto slope = ball.slope(rest_mm);
+      for (std::size_t axis = 0; axis < 2; ++axis)
+        sample.angle_rad[axis] = static_cast<float>(std::atan(slope[axis]));
+      sample.zone = static_cast<int>(k);
+      samples.push_back(sample);
+    });
+  }
+  return samples;
+}
 namespace {
 
 constexpr int kSlopeDegree = 4, kPlaceDegree = 4;
@@ -146,6 +189,60 @@ std::array<float, 3> ColorField::change(const std::array<float, 2>& place,
     for (const float s : slope)
       for (float& sum : sums) sum += s * *coefficient++;
     for (std::size_t p = 0; p < sums.size(); ++p) result[c] += sums[p] * places[p];
+  }
+  return result;
+}
+
+void ScaleField::Regression::note(double read, double truth) {
+  read_true += read * truth;
+  true_true += truth * truth;
+}
+
+void ScaleField::Regression::update() {
+  constexpr double keep = 0.98, follow = 0.02, bound = 1.25, enough = 1e-3;
+  if (true_true > enough)
+    stretch = std::clamp(stretch * (1.0 + follow * (1.0 - read_true / true_true)), 1.0 / bound, bound);
+  read_true *= keep;
+  true_true *= keep;
+}
+
+void ScaleField::note(const Pair& place, const Pair& read, const Pair& truth) {
+  const auto third = [](float along) {
+    return std::min<std::size_t>(2, static_cast<std::size_t>(3.0F * along));
+  };
+  const std::size_t ninth = 3 * third(place[1]) + third(place[0]);
+  const auto steepness = std::hypot(static_cast<double>(truth[0]), static_cast<double>(truth[1]));
+  const auto step = std::min(kSteps - 1, static_cast<std::size_t>(steepness / kStepRad));
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    by_place_[axis][ninth].note(static_cast<double>(read[axis]), static_cast<double>(truth[axis]));
+    by_steepness_[step].note(static_cast<double>(read[axis]), static_cast<double>(truth[axis]));
+  }
+}
+
+void ScaleField::update() {
+  for (auto& axis : by_place_)
+    for (Regression& ninth : axis) ninth.update();
+  for (Regression& step : by_steepness_) step.update();
+}
+
+ScaleField::Pair ScaleField::stretched(const Pair& place, const Pair& truth) const {
+  const double x = std::clamp(3.0 * static_cast<double>(place[0]) - 0.5, 0.0, 2.0),
+               y = std::clamp(3.0 * static_cast<double>(place[1]) - 0.5, 0.0, 2.0);
+  const auto column = std::min<std::size_t>(1, static_cast<std::size_t>(x)),
+             row = std::min<std::size_t>(1, static_cast<std::size_t>(y));
+  const double right = x - static_cast<double>(column), down = y - static_cast<double>(row);
+  const double along =
+      std::clamp(std::hypot(static_cast<double>(truth[0]), static_cast<double>(truth[1])) / kStepRad - 0.5,
+                 0.0, kSteps - 1.0);
+  const auto step = std::min(kSteps - 2, static_cast<std::size_t>(along));
+  const double up = along - static_cast<double>(step);
+  const double steep = (1.0 - up) * by_steepness_[step].stretch + up * by_steepness_[step + 1].stretch;
+  Pair result{};
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    const auto at = [&](std::size_t r, std::size_t c) { return by_place_[axis][3 * r + c].stretch; };
+    const double placed = (1.0 - down) * ((1.0 - right) * at(row, column) + right * at(row, column + 1)) +
+                          down * ((1.0 - right) * at(row + 1, column) + right * at(row + 1, column + 1));
+    result[axis] = static_cast<float>(placed * steep) * truth[axis];
   }
   return result;
 }

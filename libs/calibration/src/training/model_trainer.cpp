@@ -6,9 +6,7 @@
 #include <random>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/gradient_model.hpp"
 #include "training/color_field.hpp"
-#include "training/scale_field.hpp"
 
 namespace gelslam {
 namespace {

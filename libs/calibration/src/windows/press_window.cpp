@@ -1,13 +1,9 @@
 #include "windows/press_window.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <opencv2/imgproc.hpp>
-#include <vector>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/median.hpp"
-#include "presses/press_fit.hpp"
 
 namespace gelslam::calibration::detail {
 namespace {

@@ -2,7 +2,6 @@
 
 #include <exception>
 #include <optional>
-#include <utility>
 
 #include "gelslam/calibration/press_window.hpp"
 #include "gelslam/viewer/window_loop.hpp"

@@ -1,10 +1,9 @@
 #pragma once
 
-#include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "gelslam/slam/live_session.hpp"
+#include "gelslam/slam/live_slam.hpp"
 #include "gelslam/slam/mesh_feed.hpp"
 
 namespace gelslam::exchange::detail {

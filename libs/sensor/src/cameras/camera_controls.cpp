@@ -128,10 +128,9 @@ class Holder {
 
   std::vector<CameraSetting> read() const {
     std::vector<CameraSetting> settings;
-    for (const Control& control : controls_) {
+    for (const Control& control : controls_)
       if (const auto value = value_of(node_, control.id))
         settings.push_back({control.name, *value, !is_moved(node_, control.id)});
-    }
     return settings;
   }
 

@@ -119,9 +119,8 @@ std::string find_again(const NodeIdentity& camera, const std::vector<std::string
 }
 
 std::string capture_node_beside(const std::string& path, const std::string& bus, const VideoSystem& system) {
-  for (const CameraInfo& camera : list_cameras(system)) {
+  for (const CameraInfo& camera : list_cameras(system))
     if (camera.path != path && camera.bus == bus && camera.node == CameraNode::capture) return camera.path;
-  }
   return "";
 }
 

@@ -44,9 +44,8 @@ v4l2_pix_format set_format(const VideoNode& node, const CameraOptions& options) 
     throw camera_failure(node.system(), node.path(), "set the format", code);
   }
   if (same_pictures(asked.pixelformat, picture.pixelformat) && asked.width == picture.width &&
-      asked.height == picture.height) {
+      asked.height == picture.height)
     return picture;
-  }
   throw Error(node.path() + ": asked for " + format_text(asked.pixelformat, asked.width, asked.height) +
               ", the driver gave " + format_text(picture.pixelformat, picture.width, picture.height) +
               what_there_is(node));
@@ -74,11 +73,10 @@ CaptureFormat negotiate_format(const VideoNode& node, const CameraOptions& optio
     result.row_bytes = std::max<std::size_t>(picture.bytesperline, 2 * std::size_t{picture.width});
   const double granted_hz = set_rate(node, options.rate_hz);
   result.rate_hz = granted_hz > 0 ? granted_hz : options.rate_hz;
-  if (granted_hz <= 0) {
+  if (granted_hz <= 0)
     result.warning = "the driver does not say its rate";
-  } else if (std::abs(granted_hz - options.rate_hz) > 0.02 * options.rate_hz) {
+  else if (std::abs(granted_hz - options.rate_hz) > 0.02 * options.rate_hz)
     result.warning = "asked for " + hertz(options.rate_hz) + ", the driver gives " + hertz(granted_hz);
-  }
   return result;
 }
 

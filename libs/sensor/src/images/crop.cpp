@@ -1,5 +1,3 @@
-#include "images/crop.hpp"
-
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
+#include "images/sources.hpp"
 
 namespace gelslam::detail {
 namespace {

@@ -7,7 +7,8 @@
 #include "gelslam/image/codecs.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/image_input.hpp"
-#include "images/crop.hpp"
+#include "gelslam/sensor/raw_log.hpp"
+#include "images/sources.hpp"
 
 namespace gelslam {
 namespace {
@@ -73,9 +74,8 @@ int FrameDecoder::Impl::denominator_of(cv::Size raw) const {
   const cv::Rect window = detail::kept_window(raw, *profile);
   int denominator = 1;
   while (denominator < 4 && window.width >= 2 * denominator * profile->width_px &&
-         window.height >= 2 * denominator * profile->height_px) {
+         window.height >= 2 * denominator * profile->height_px)
     denominator *= 2;
-  }
   return denominator;
 }
 
@@ -235,6 +235,31 @@ bool is_gray(const cv::Mat3b& image, int tolerance) {
     }
   }
   return true;
+}
+
+FrameSource::FrameSource(std::shared_ptr<RawFrameSource> raw, std::string name, const SensorProfile& profile)
+    : raw_(std::move(raw)), name_(std::move(name)), decoder_(profile) {}
+
+std::optional<TactileImage> FrameSource::next() {
+  constexpr std::int64_t patience = 10;  // where nothing but damage comes, the log is the wrong one
+  while (std::optional<RawFrame> frame = raw_->next()) {
+    if (frame->name.empty()) frame->name = name_ + ", frame " + std::to_string(frame->index);
+    if (std::optional<TactileImage> image = decoder_.decode(*frame)) return image;
+    if (decoder_.good() == 0 && decoder_.left_out() == patience) break;
+  }
+  if (decoder_.good() == 0 && decoder_.left_out() > 0) throw Error(decoder_.first_damage());
+  return std::nullopt;
+}
+
+std::string FrameSource::warning() const {
+  std::string text = raw_->warning();
+  append_sentence(text, decoder_.warning());
+  return text;
+}
+
+std::unique_ptr<FrameSource> open_frame_source(const std::filesystem::path& log,
+                                               const SensorProfile& profile) {
+  return std::make_unique<FrameSource>(open_raw_log(log, profile), log.string(), profile);
 }
 
 }  // namespace gelslam

@@ -229,9 +229,8 @@ std::vector<fs::path> list_images(const fs::path& folder) {
     std::error_code not_a_file;
     const bool hidden = path.filename().string().starts_with(".");
     if (!hidden && path.stem() != "background" && has_image_ending(path) &&
-        entry->is_regular_file(not_a_file)) {
+        entry->is_regular_file(not_a_file))
       images.push_back(path);
-    }
   }
   if (code) throw Error(folder.string() + ": cannot be listed: " + code.message());
   std::sort(images.begin(), images.end(), [](const fs::path& a, const fs::path& b) {

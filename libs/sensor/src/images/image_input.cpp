@@ -10,10 +10,8 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
-#include "gelslam/core/text.hpp"
 #include "gelslam/image/codecs.hpp"
 #include "gelslam/sensor/frame_source.hpp"
-#include "images/crop.hpp"
 #include "images/sources.hpp"
 #include "images/video_file.hpp"
 

@@ -23,7 +23,6 @@ extern "C" {
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/core/trajectory.hpp"
-#include "images/crop.hpp"
 #include "images/sources.hpp"
 #include "logs/matroska_header.hpp"
 

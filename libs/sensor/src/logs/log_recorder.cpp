@@ -1,7 +1,6 @@
 #include "gelslam/sensor/log_recorder.hpp"
 
 #include <condition_variable>
-#include <cstdint>
 #include <deque>
 #include <filesystem>
 #include <mutex>
@@ -134,11 +133,10 @@ struct LogRecorder::Impl {
     const std::lock_guard lock(mutex);
     LogRecorderStatus now = status;
     if (now.stopped) return now;
-    if (now.left_out > 0) {
+    if (now.left_out > 0)
       now.warning = "the disk is too slow: " + counted(now.left_out, "frame") + " could not be recorded";
-    } else if (now.waiting_bytes > options.max_waiting_bytes / 4) {
+    else if (now.waiting_bytes > options.max_waiting_bytes / 4)
       now.warning = "the disk is slow: " + megabytes(now.waiting_bytes) + " wait to be written";
-    }
     return now;
   }
 

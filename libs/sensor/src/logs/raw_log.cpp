@@ -90,12 +90,11 @@ class VideoLog final : public RawFrameSource {
 
  private:
   void read_ahead() {
-    while (ahead_.size() <= kSuccessors && !file_ended_) {
+    while (ahead_.size() <= kSuccessors && !file_ended_)
       if (std::optional<VideoFile::Packet> packet = file_.next())
         ahead_.push_back(std::move(*packet));
       else
         file_ended_ = true;
-    }
   }
 
   void count_gap(std::int64_t frames) {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "gelslam/core/progress.hpp"
-#include "gelslam/slam/live_session.hpp"
+#include "gelslam/slam/live_slam.hpp"
 #include "gelslam/slam/slam_map.hpp"
 
 namespace gelslam::slam::detail {

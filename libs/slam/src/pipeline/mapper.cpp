@@ -6,11 +6,9 @@
 #include <utility>
 
 #include "gelslam/backend/pose_covariance.hpp"
-#include "gelslam/backend/pose_graph.hpp"
 #include "gelslam/backend/uncertain_motion.hpp"
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/median.hpp"
-#include "gelslam/core/progress.hpp"
 #include "gelslam/slam/refinement.hpp"
 #include "gelslam/slam/trajectory_uncertainty.hpp"
 #include "gelslam/slam/trial_drift.hpp"

@@ -7,9 +7,7 @@
 #include "gelslam/backend/uncertain_motion.hpp"
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/parallel.hpp"
-#include "gelslam/slam/slam_options.hpp"
 #include "gelslam/surface/contact_overlap.hpp"
-#include "gelslam/surface/contact_relief.hpp"
 #include "gelslam/surface/surface.hpp"
 
 namespace gelslam {

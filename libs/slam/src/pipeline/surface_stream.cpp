@@ -7,7 +7,6 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
-#include "gelslam/sensor/image_input.hpp"
 #include "gelslam/surface/background_drift.hpp"
 #include "gelslam/surface/model_file.hpp"
 

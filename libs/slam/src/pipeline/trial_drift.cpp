@@ -2,8 +2,6 @@
 
 #include <fmt/core.h>
 
-#include <array>
-
 #include "gelslam/core/se3.hpp"
 #include "gelslam/slam/slam_map.hpp"
 

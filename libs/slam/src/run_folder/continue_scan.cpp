@@ -4,15 +4,12 @@
 
 #include <algorithm>
 #include <span>
-#include <vector>
 
 #include "gelslam/core/crc32.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/files.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/slam/store.hpp"
-#include "gelslam/surface/model_file.hpp"
 
 namespace gelslam {
 namespace {

@@ -8,7 +8,6 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/run_folder.hpp"
-#include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/store.hpp"
 
 namespace gelslam::slam::detail {

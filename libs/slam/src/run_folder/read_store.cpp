@@ -10,7 +10,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/slam/store.hpp"
-#include "run_folder/session_rows.hpp"
+#include "run_folder/database.hpp"
 
 namespace gelslam {
 

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "gelslam/core/crc32.hpp"
-#include "run_folder/session_rows.hpp"
+#include "run_folder/database.hpp"
 
 namespace gelslam {
 

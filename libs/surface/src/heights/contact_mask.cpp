@@ -132,17 +132,15 @@ void ContactDetector::keep_colored_pieces(const cv::Mat3f& block_difference, dou
     for (int column = 0; column < blocks_.cols; ++column) {
       if (blocks_(row, column) == 0) continue;
       const cv::Vec3f& difference = block_difference(row, column);
-      if (static_cast<double>(difference.dot(difference)) > color_threshold * color_threshold) {
+      if (static_cast<double>(difference.dot(difference)) > color_threshold * color_threshold)
         colored[static_cast<std::size_t>(labels_(row, column))] = true;
-      }
     }
   }
   colored[0] = false;  // label 0 is no piece
   if (std::all_of(colored.begin() + 1, colored.end(), [](bool seen) { return seen; })) return;
   for (int row = 0; row < blocks_.rows; ++row) {
-    for (int column = 0; column < blocks_.cols; ++column) {
+    for (int column = 0; column < blocks_.cols; ++column)
       if (!colored[static_cast<std::size_t>(labels_(row, column))]) blocks_(row, column) = 0;
-    }
   }
   keep_.create(contact.size());
   spread_blocks(blocks_, keep_);

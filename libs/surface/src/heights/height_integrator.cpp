@@ -1,8 +1,5 @@
 #include "heights/height_integrator.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 #include "gelslam/core/target_clones.hpp"
 
 namespace gelslam::surface::detail {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <opencv2/core.hpp>
-#include <vector>
 
 #include "gelslam/core/target_clones.hpp"
 #include "photometry/blocks.hpp"

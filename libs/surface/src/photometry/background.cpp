@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 
@@ -303,11 +302,10 @@ std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frame
     if (const auto markers = find_marker_dots(mean); markers && !markers->are_readable()) continue;
     if (!find_motion(used, mean).empty()) continue;
     const Imprint imprint = find_imprint(mean, model, options.pixel_pitch_mm);
-    if (imprint.strength() < 1) {
+    if (imprint.strength() < 1)
       least_imprint = std::min(least_imprint, imprint.strength());
-    } else if (log.empty() || !is_of_the_gel(imprint, mean, log, model)) {
+    else if (log.empty() || !is_of_the_gel(imprint, mean, log, model))
       continue;
-    }
     candidates.push_back({{begin, count, imprint.strength() < 1 ? 0.0 : imprint.depth_mm},
                           end - begin,
                           imprint.strength(),

@@ -45,9 +45,8 @@ void BlockAverager::average(const cv::Mat3b& bgr, cv::Mat3f& means) {
       const int left = column * kBlockPx;
       const int width = std::min(kBlockPx, bgr.cols - left);
       int total[3] = {0, 0, 0};
-      for (int u = left; u < left + width; ++u) {
+      for (int u = left; u < left + width; ++u)
         for (int c = 0; c < 3; ++c) total[c] += sums[3 * u + c];
-      }
       const float scale = 1.0F / static_cast<float>(width * height);
       for (int c = 0; c < 3; ++c) means(row, column)[c] = static_cast<float>(total[c]) * scale;
     }

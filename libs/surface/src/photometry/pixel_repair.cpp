@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
-#include <vector>
 
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/target_clones.hpp"

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <span>
-#include <string_view>
 #include <unordered_map>
 
 #include "gelslam/core/error.hpp"
@@ -236,9 +235,8 @@ std::span<const PickleToken> state_dict_of(std::span<const PickleToken> tokens) 
 
 std::string printable(const std::string& text) {
   std::string result = text.substr(0, 80);
-  for (char& c : result) {
+  for (char& c : result)
     if (c < ' ' || c > '~') c = '?';
-  }
   return result;
 }
 

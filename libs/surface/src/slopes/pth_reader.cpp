@@ -81,15 +81,13 @@ Values read_tensor(const TorchArchive& archive, const TensorEntry& entry) {
   }
   const std::string& key = entry.storage_key;
   if (key.empty() || key.size() > 20 ||
-      !std::all_of(key.begin(), key.end(), [](char c) { return c >= '0' && c <= '9'; })) {
+      !std::all_of(key.begin(), key.end(), [](char c) { return c >= '0' && c <= '9'; }))
     throw Error("'" + name + "' has a bad storage key");
-  }
   const std::string& bytes = archive.at("data/" + key);
   const auto stored = static_cast<std::int64_t>(bytes.size() / known->bytes);
   if (entry.storage_elements != stored || bytes.size() % known->bytes != 0 || entry.storage_offset < 0 ||
-      entry.storage_offset > stored - elements) {
+      entry.storage_offset > stored - elements)
     throw Error("'" + name + "' is truncated or damaged");
-  }
   const auto first = static_cast<std::size_t>(entry.storage_offset),
              count = static_cast<std::size_t>(elements);
   const auto part = std::as_bytes(std::span(bytes)).subspan(first * known->bytes, count * known->bytes);

@@ -3,9 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <iterator>
 #include <utility>
 
 #include "gelslam/core/error.hpp"
@@ -33,9 +30,8 @@ std::vector<float> distances_mm(const Mesh& mesh, const TriangleScene& target) {
 /// About `count` vertices, evenly from the whole mesh.
 void add_vertices(const Mesh& mesh, std::size_t count, std::vector<Eigen::Vector3f>& points) {
   const std::size_t step = 1 + mesh.vertices_mm.size() / count;
-  for (std::size_t i = 0; i < mesh.vertices_mm.size(); i += step) {
+  for (std::size_t i = 0; i < mesh.vertices_mm.size(); i += step)
     if (mesh.vertices_mm[i].allFinite()) points.push_back(mesh.vertices_mm[i]);
-  }
 }
 
 /// As `evaluate` measures; nothing of a mesh without area.

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "gelslam/viewer/scene.hpp"
-#include "gelslam/viewer/view_content.hpp"
+#include "gelslam/viewer/view_window.hpp"
 
 namespace gelslam::viewer::detail {
 

@@ -1,4 +1,4 @@
-#include "live/live_controls.hpp"
+#include "live/live_window.hpp"
 
 namespace gelslam::viewer::detail {
 namespace {

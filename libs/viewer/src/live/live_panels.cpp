@@ -1,7 +1,10 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "gelslam/core/text.hpp"
+#include "gelslam/slam/trial_drift.hpp"
 #include "live/live_window.hpp"
 
 namespace gelslam::viewer::detail {
@@ -93,6 +96,124 @@ void draw_diagnostics(Ui& ui, const Box& view, const LiveFrame& frame) {
   figures.push_back(free_disk(frame.disk_free_bytes));
   draw_figures(ui, "##further", figures);
   ui.end_panel();
+}
+
+namespace {
+
+constexpr double kCardPadding = 20, kCardMargin = 18, kMostWidth = 720, kLeastHeight = 180;  // design pixels
+constexpr Color kSensor = theme::rgb(255, 150, 40);  ///< as the sensor's outline in the scene
+
+struct Step {
+  const char *title, *sentence;
+};
+constexpr Step kSteps[] = {
+    {"Bare gel", "Nothing touches it until its background is measured."},
+    {"Press", "Press the object in by half a millimeter: enough that its texture shows."},
+    {"Roll slowly", "Then come back to where you began, so that the loop closes."},
+};
+
+int step_now(const LiveFrame& frame) {
+  if (frame.words.state == "background") return 0;
+  return frame.status.track == TrackStatus::no_contact ? 1 : 2;
+}
+
+void draw_steps(Ui& ui, const LiveFrame& frame) {
+  const int now = step_now(frame);
+  for (int i = 0; i < 3; ++i) {
+    const Step& step = kSteps[i];
+    const Color color = i < now ? theme::kGreen : i == now ? theme::kBlue : theme::kLine;
+    const Box place = ui.room();
+    const float radius = ui.px(13);
+    ui.disc(place.x + radius, place.y + radius, radius, color);
+    ui.text_centered(Face::body, {place.x, place.y, 2 * radius, 2 * radius},
+                     i > now ? theme::kText : theme::kBackdrop, std::to_string(i + 1));
+    ui.indent(38);
+    ui.text(Face::title, i > now ? theme::kDim : theme::kText, step.title);
+    ui.gap(2);
+    ui.paragraph(Face::body, i == now ? theme::kText : theme::kDim, step.sentence);
+    ui.indent(-38);
+    ui.gap(i < 2 ? 16 : 0);
+  }
+}
+
+/// The camera's picture in the sensor's outline, with a circle where to press.
+void draw_gel(Ui& ui, const LiveFrame& frame) {
+  const float width = ui.room().width;
+  const float aspect = frame.tactile->empty() ? 0.75F : frame.tactile->aspect();
+  const Box box{ui.room().x, ui.room().y, width, width * aspect};
+  if (frame.tactile->empty())
+    ui.fill(box, theme::kRaised, 8);
+  else
+    ui.image(*frame.tactile, box, 8);
+  ui.frame(box, kSensor, 8, 2);
+  if (step_now(frame) == 1)
+    ui.ring(box.x + 0.5F * box.width, box.y + 0.5F * box.height, 0.28F * box.height, theme::kText, 2, box);
+  ui.gap(static_cast<double>(box.height / ui.px(1)) + 6);
+  ui.text(Face::small, theme::kDim, "The gel, as the camera sees it");
+}
+
+struct Fact {
+  const char* label;
+  std::string value;
+  Color color = theme::kText;
+};
+
+std::vector<Fact> facts_of(const LiveFrame& frame) {
+  const LiveStatus& s = frame.status;
+  std::vector<Fact> facts = {{"Keyframes", text_of_count(s.keyframes)}};
+  if (const Eigen::Vector3f size = frame.mesh_mm.sizes(); !frame.mesh_mm.isEmpty())
+    facts.push_back({"Size", fmt::format("{:.1f} x {:.1f} x {:.1f} mm", size.x(), size.y(), size.z())});
+  if (s.drift_mm > 0)
+    facts.push_back(
+        {"Expected error", fmt::format("at most {:.2f} mm, {:.1f}\u00b0", s.drift_mm, s.drift_deg),
+         s.drift_mm > kLargeDriftMm || s.drift_deg > kLargeDriftDeg ? theme::kAmber : theme::kText});
+  facts.push_back(
+      {"Not joined",
+       s.components > 1 ? fmt::format("{} of {} pieces", s.components - 1, s.components) : "nothing",
+       s.components > 1 ? theme::kAmber : theme::kText});
+  return facts;
+}
+
+}  // namespace
+
+void draw_start(Ui& ui, const Box& view, const LiveFrame& frame) {
+  if (view.height < ui.px(kLeastHeight)) return;
+  const float width = std::min(ui.px(kMostWidth), view.width - ui.px(2 * kCardMargin));
+  ui.begin_panel("##start", {view.x + 0.5F * view.width, view.y + 0.5F * view.height, width, 0}, kCardPadding,
+                 10, 0.5F, 0.5F);
+  const bool has_room = width >= ui.px(560) && view.height >= ui.px(330);
+  if (!has_room) {
+    draw_steps(ui, frame);
+  } else if (ui.begin_table("##both", 2, 24)) {
+    ui.next_cell();
+    draw_gel(ui, frame);
+    ui.next_cell();
+    draw_steps(ui, frame);
+    ui.end_table();
+  }
+  ui.end_panel();
+}
+
+float draw_end(Ui& ui, const Box& view, const LiveFrame& frame) {
+  if (view.height < ui.px(kLeastHeight)) return 0;
+  const float width = std::min(ui.px(380), view.width - ui.px(2 * kCardMargin));
+  ui.begin_panel("##end", {view.x + ui.px(kCardMargin), view.y + ui.px(10), width, 0}, 16, 10);
+  for (const Fact& fact : facts_of(frame)) {
+    ui.row(Face::body, fact.label, fact.value, fact.color);
+    ui.gap(5);
+  }
+  if (!frame.output_folder.empty()) {
+    ui.gap(4);
+    ui.text(Face::small, theme::kDim, "Saved in");
+    ui.paragraph(Face::body, theme::kText, frame.output_folder);
+  }
+  if (!frame.output_folder.empty() && !frame.mesh_mm.isEmpty()) {
+    ui.gap(6);
+    ui.text(Face::small, theme::kDim, "To print or share it");
+    ui.paragraph(Face::body, theme::kText, "gelslam export " + frame.output_folder + " -o object.stl");
+  }
+  ui.end_panel();
+  return width + ui.px(kCardMargin);
 }
 
 }  // namespace gelslam::viewer::detail

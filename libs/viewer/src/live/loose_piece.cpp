@@ -1,4 +1,4 @@
-#include "live/loose_piece.hpp"
+#include "live/live_scene.hpp"
 
 namespace gelslam::viewer::detail {
 namespace {

@@ -6,11 +6,11 @@
 #include <utility>
 
 #include "gelslam/image/color_map.hpp"
+#include "scene/scene_geometry.hpp"
 #include "scene/scene_lines.hpp"
 #include "scene/scene_mesh.hpp"
 #include "scene/scene_shaders.hpp"
 #include "scene/scene_touch.hpp"
-#include "scene/scene_values.hpp"
 
 namespace gelslam {
 namespace {

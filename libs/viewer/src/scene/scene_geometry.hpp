@@ -2,9 +2,11 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <opencv2/core/mat.hpp>
 #include <vector>
 
 #include "gelslam/mesh/mesh.hpp"
+#include "gelslam/slam/live_slam.hpp"
 #include "gelslam/viewer/orbit_camera.hpp"
 
 namespace gelslam::viewer::detail {
@@ -41,5 +43,13 @@ std::vector<PackedVertex> pack(const DrawableMesh& mesh);
 /// Turns a camera to where most of the mesh faces it (a closed one: to its broad side), its long side lying,
 /// and a little to the side and above, so that depth shows. Meshes without area leave it as it is.
 void look_at_broad_side(const Mesh& mesh, OrbitCamera& camera);
+
+/// 1, 2 or 5 times a power of ten that nearly all of the distances are below; 1 without any.
+float round_limit_mm(std::vector<float> distance_mm);
+
+/// How much a keyframe's place is in doubt, in red, by id along rows of kDoubtColumns: 0 where two standard
+/// deviations are `from_mm`, 255 where they are `to_mm`.
+cv::Mat4b doubt_by_keyframe(const MapSnapshot& map, double from_mm, double to_mm);
+inline constexpr int kDoubtColumns = 256;
 
 }  // namespace gelslam::viewer::detail

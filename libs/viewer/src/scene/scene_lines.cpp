@@ -81,9 +81,8 @@ std::vector<SceneLine> keyframe_lines(const MapSnapshot& map) {
 
 std::vector<SceneLine> edge_lines(const MapSnapshot& map) {
   std::map<int, Vector3f> place;
-  for (const MapSnapshot::Node& node : map.nodes) {
+  for (const MapSnapshot::Node& node : map.nodes)
     if (is_shown(map, node)) place.emplace(node.keyframe, anchor(node.component_T_keyframe));
-  }
   std::vector<SceneLine> lines;
   for (const MapSnapshot::Edge& edge : map.edges) {
     const auto from = place.find(edge.from), to = place.find(edge.to);

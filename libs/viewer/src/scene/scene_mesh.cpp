@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "gelslam/core/median.hpp"
-#include "scene/scene_geometry.hpp"
 
 namespace gelslam::viewer::detail {
 namespace {

@@ -147,11 +147,10 @@ void draw_messages(Ui& ui, const Box& view, const Controls& controls) {
 }
 
 void draw_dialogs(Ui& ui, Controls& controls, double now_s) {
-  if (const std::optional<Question> question = controls.question()) {
+  if (const std::optional<Question> question = controls.question())
     draw_question(ui, *question, controls, now_s);
-  } else if (controls.shows_help()) {
+  else if (controls.shows_help())
     draw_help(ui, controls);
-  }
 }
 
 }  // namespace gelslam::viewer

@@ -104,11 +104,10 @@ void WindowLoop::handle_input(double now_s) {
         break;
       case InputEvent::Kind::button:
         draw_next_ = true;  // what a button does shows in the frame after the click
-        if (!event.pressed) {
+        if (!event.pressed)
           released(event.code);
-        } else if (!on_panel()) {
+        else if (!on_panel())
           pressed(event.code, pointer_px_, now_s);
-        }
         break;
       case InputEvent::Kind::scroll:
         if (!on_panel()) scrolled(event.y, pointer_px_);

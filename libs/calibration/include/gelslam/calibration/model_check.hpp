@@ -8,7 +8,7 @@
 
 #include "gelslam/calibration/ball_zones.hpp"
 #include "gelslam/calibration/slope_statistics.hpp"
-#include "gelslam/core/gradient_model.hpp"
+#include "gelslam/surface/gradient_model.hpp"
 
 namespace gelslam {
 

@@ -1,13 +1,12 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "gelslam/calibration/ball_zones.hpp"
 #include "gelslam/calibration/press_set.hpp"
-#include "gelslam/core/gradient_model.hpp"
 #include "gelslam/core/progress.hpp"
+#include "gelslam/surface/gradient_model.hpp"
 
 namespace gelslam {
 

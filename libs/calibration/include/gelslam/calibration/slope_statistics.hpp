@@ -1,12 +1,11 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <vector>
 
 #include "gelslam/calibration/ball_zones.hpp"
 #include "gelslam/calibration/press_set.hpp"
-#include "gelslam/core/gradient_model.hpp"
+#include "gelslam/surface/gradient_model.hpp"
 
 namespace gelslam {
 

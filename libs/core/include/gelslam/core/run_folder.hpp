@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "gelslam/core/files.hpp"
+#include "gelslam/core/run_report.hpp"
+#include "gelslam/core/trajectory.hpp"
 
 namespace gelslam {
 
@@ -85,5 +87,19 @@ void check_run_files(const std::filesystem::path& folder);
 /// To be called before a run is read: check_run_files(), then throws Error, saying what is missing and what
 /// to do, where the run is not complete; `map`: with the files of its last save.
 void check_is_run(const std::filesystem::path& folder, RunNeeds needs = RunNeeds::map);
+
+/// What a run folder holds beside its mesh and session; what it lacks stays empty.
+struct RunFiles {
+  std::filesystem::path folder;
+  std::optional<RunReport> report;
+  std::vector<StampedPose> trajectory, keyframes;
+
+  /// Of the first log, in the trajectories: Unix time, where that is known.
+  double start_s() const { return report ? stamp_s(report->start_unix_us.value_or(0), 0) : 0; }
+  /// mesh.ply; "" where there is none, or where it is known to have no triangles.
+  std::filesystem::path mesh() const;
+};
+/// check_is_run(), and reads them. Throws Error for damaged files.
+RunFiles read_run_files(const std::filesystem::path& folder);
 
 }  // namespace gelslam

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 
@@ -56,5 +55,9 @@ SensorOptics read_optics(const std::filesystem::path& file);
 /// The file of optics in the folder of `beside`, if there is one.
 std::optional<SensorOptics> find_optics(const std::filesystem::path& beside);
 void write_optics(const std::filesystem::path& file, const SensorOptics& optics);
+
+/// Error that a slope along one axis causes in the slope along the other, as a share of the error that it
+/// causes in the slope along its own axis.
+inline constexpr double kCrossAxisShare = 0.3;
 
 }  // namespace gelslam

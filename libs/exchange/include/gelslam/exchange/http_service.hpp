@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "gelslam/slam/line_feed.hpp"
-#include "gelslam/slam/live_session.hpp"
+#include "gelslam/slam/live_slam.hpp"
 #include "gelslam/slam/mesh_feed.hpp"
 #include "gelslam/slam/status_text.hpp"
 

@@ -1,8 +1,14 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <opencv2/core/mat.hpp>
+#include <vector>
 
 #include "gelslam/core/progress.hpp"
+#include "gelslam/simulation/gel.hpp"
+#include "gelslam/simulation/optics.hpp"
 #include "gelslam/simulation/simulator.hpp"
 
 namespace gelslam {
@@ -21,5 +27,33 @@ struct DataFolderOptions {
 /// when whole. Throws Error.
 void write_data_folder(const std::filesystem::path& folder, const Simulator& simulator,
                        const DataFolderOptions& options, ProgressSink& progress);
+
+struct PressLogSpec {
+  double diameter_mm = 6.31;  ///< of the ball, 3 .. 15
+  int presses = 20;           ///< over the whole gel, 1 .. 500
+  /// bare gel before the first touch, 0 .. 1000; with 0 the ball lies on the gel at the start
+  int background_frames = 15;
+  GelOptions gel;
+  OpticsOptions optics;
+  SensorGeometry geometry;
+  double frame_rate_hz = 25.0;
+  std::uint64_t seed = 1;  ///< of places and depths
+};
+
+/// One touch of the log, with the truth.
+struct SimulatedTouch {
+  int first_frame = 0, last_frame = 0;  ///< while the ball is held
+  cv::Point2d center_px;                ///< of the contact circle
+  double radius_px = 0;                 ///< the same
+};
+
+/// The whole log, picture by picture: bare gel, then for every touch approach, hold, lift and bare gel again.
+/// Deterministic. Throws Error for a spec out of range.
+std::vector<SimulatedTouch> simulate_press_log(const PressLogSpec& spec,
+                                               const std::function<void(const cv::Mat3b& bgr)>& take);
+
+/// Writes it as a data folder: gelsight.avi, config.yaml, touches.csv (the truth). The folder is made if it
+/// is not there. Throws Error.
+void write_press_log(const std::filesystem::path& folder, const PressLogSpec& spec, ProgressSink& progress);
 
 }  // namespace gelslam

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <opencv2/core/mat.hpp>
+#include <string_view>
 
 #include "gelslam/simulation/gel.hpp"
 
@@ -77,5 +78,11 @@ struct ImageCircle {
   double radius_px = 0;
 };
 ImageCircle seen_circle(const Optics& optics, const PressedBall& ball);
+
+/// Model files (docs/file-formats.md) of the simulated sensor, with a GelSight Mini's optics and with none.
+/// scripts/simulated_models.sh makes them: `gelslam calibrate train` on presses of `gelslam simulate
+/// presses`.
+std::string_view mini_model_file();
+std::string_view flat_model_file();
 
 }  // namespace gelslam

@@ -7,9 +7,9 @@
 #include <string>
 #include <string_view>
 
-#include "gelslam/core/gradient_model.hpp"
 #include "gelslam/sensor/sensor_profile.hpp"
 #include "gelslam/slam/slam_options.hpp"
+#include "gelslam/surface/gradient_model.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
 
 namespace gelslam {

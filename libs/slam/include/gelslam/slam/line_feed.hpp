@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <future>
@@ -9,6 +10,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <thread>
 
 #include "gelslam/core/bounded_queue.hpp"
 #include "gelslam/slam/map_snapshot.hpp"
@@ -80,6 +82,26 @@ class LineFeed::Reader {
   std::set<int> keyframes_;                  // that were sent of this scan
   std::shared_ptr<const MapSnapshot> sent_;  // the last map
   int scan_ = 0;
+};
+
+/// Lines of a feed to standard output, on a thread of its own.
+class LineOutput {
+ public:
+  LineOutput(LineFeed& feed, const LineWishes& wishes);
+  ~LineOutput() { finish(); }
+
+  /// Closes the feed; its reader gets up to a second for what is still queued. False when it could not be
+  /// written, as on a full disk. A reader that left is no failure.
+  bool finish();
+
+ private:
+  void run(LineFeed::Reader& lines);
+  bool write(const std::string& lines);
+
+  LineFeed& feed_;
+  std::atomic<bool> ending_{false}, failed_{false};
+  std::chrono::steady_clock::time_point end_at_{};
+  std::jthread thread_;
 };
 
 }  // namespace gelslam

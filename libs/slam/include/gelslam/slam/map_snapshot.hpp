@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "gelslam/backend/pose_graph.hpp"
-#include "gelslam/surface/gradient_scale.hpp"
 #include "gelslam/surface/stored_surface.hpp"
+#include "gelslam/surface/surface.hpp"
 
 namespace gelslam {
 

@@ -3,12 +3,10 @@
 #include <cstdint>
 #include <functional>
 #include <map>
-#include <memory>
 #include <vector>
 
 #include "gelslam/backend/pose_graph.hpp"
 #include "gelslam/core/progress.hpp"
-#include "gelslam/frontend/tracker.hpp"
 #include "gelslam/loop_closure/loop_closer.hpp"
 #include "gelslam/slam/map_snapshot.hpp"
 #include "gelslam/slam/slam_map.hpp"

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "gelslam/core/progress.hpp"
-#include "gelslam/slam/config.hpp"
 #include "gelslam/slam/reconstruct.hpp"
 
 namespace gelslam {

@@ -1,8 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
-#include <string>
 #include <vector>
 
 #include "gelslam/backend/pose_graph.hpp"
@@ -11,7 +9,7 @@
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/fusion/fusion.hpp"
 #include "gelslam/slam/scan_record.hpp"
-#include "gelslam/surface/gradient_scale.hpp"
+#include "gelslam/surface/surface.hpp"
 
 namespace gelslam {
 

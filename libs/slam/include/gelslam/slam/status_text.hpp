@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "gelslam/slam/live_session.hpp"
+#include "gelslam/slam/live_slam.hpp"
 
 namespace gelslam {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "gelslam/core/gradient_model.hpp"
+#include "gelslam/surface/gradient_model.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
 
 namespace gelslam {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "gelslam/core/gradient_model.hpp"
+#include "gelslam/surface/gradient_model.hpp"
 
 namespace gelslam {
 

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <string>
-#include <string_view>
 
 #include "gelslam/core/swapped_bytes.hpp"
 #include "gelslam/surface/surface.hpp"

@@ -3,7 +3,7 @@
 #include <memory>
 #include <opencv2/core/mat.hpp>
 
-#include "gelslam/core/gradient_model.hpp"
+#include "gelslam/surface/gradient_model.hpp"
 #include "gelslam/surface/surface.hpp"
 
 namespace gelslam {

@@ -1,13 +1,12 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "gelslam/mesh/mesh.hpp"
-#include "gelslam/slam/live_session.hpp"
+#include "gelslam/slam/live_slam.hpp"
 #include "gelslam/viewer/orbit_camera.hpp"
 #include "gelslam/viewer/scene_style.hpp"
 

@@ -4,7 +4,7 @@
 #include <functional>
 #include <string>
 
-#include "gelslam/slam/live_session.hpp"
+#include "gelslam/slam/live_slam.hpp"
 #include "gelslam/viewer/window_options.hpp"
 
 namespace gelslam {

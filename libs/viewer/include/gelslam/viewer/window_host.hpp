@@ -1,12 +1,10 @@
 #pragma once
 
-#include <array>
 #include <deque>
 #include <filesystem>
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "gelslam/viewer/gl_context.hpp"

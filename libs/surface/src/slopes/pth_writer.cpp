@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
-#include "gelslam/core/gradient_model.hpp"
 #include "gelslam/core/zip_archive.hpp"
+#include "gelslam/surface/gradient_model.hpp"
 
 namespace gelslam {
 namespace {

@@ -1,4 +1,4 @@
-#include "gelslam/core/gradient_model.hpp"
+#include "gelslam/surface/gradient_model.hpp"
 
 #include <gtest/gtest.h>
 
@@ -40,7 +40,7 @@ TEST(NetworkForward, AgreesWithTheGoldenFile) {
     const auto hash = static_cast<std::uint32_t>(k * 2654435761ULL);
     network.numbers[k] = static_cast<float>((hash / 4294967296.0 - 0.5) * 0.8);
   }
-  std::ifstream file(GELSLAM_CORE_TEST_DATA "/gradient_model_golden.txt");
+  std::ifstream file(GELSLAM_SURFACE_TEST_DATA "/gradient_model_golden.txt");
   std::string line;
   int samples = 0;
   while (std::getline(file, line)) {

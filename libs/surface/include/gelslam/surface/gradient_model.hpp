@@ -3,7 +3,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -12,10 +11,6 @@
 #include "gelslam/core/sensor_optics.hpp"
 
 namespace gelslam {
-
-/// Error that a slope along one axis causes in the slope along the other, as a share of the error that it
-/// causes in the slope along its own axis.
-inline constexpr double kCrossAxisShare = 0.3;
 
 /// Where the numbers of a network lie: five inputs, three hidden layers with ReLU, two outputs; of each layer
 /// the weights, row-major [out][in], then the biases.

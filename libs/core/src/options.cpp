@@ -1,3 +1,5 @@
+#include "gelslam/core/options.hpp"
+
 #include <fmt/core.h>
 #include <yaml-cpp/yaml.h>
 
@@ -9,7 +11,6 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
-#include "gelslam/core/options.hpp"
 #include "gelslam/core/text.hpp"
 
 namespace gelslam {
@@ -116,9 +117,8 @@ class OptionReader final : public OptionVisitor {
   void leave() {
     const Section& section = sections_.back();
     std::vector<std::string> seen;
-    if (section.node) {
+    if (section.node)
       for (const auto& entry : section.node) check_key(section, entry.first, seen);
-    }
     sections_.pop_back();
   }
 
@@ -136,10 +136,9 @@ class OptionReader final : public OptionVisitor {
 
   [[noreturn]] void fail_unknown(const UnknownKey& unknown) const {
     std::string hint;
-    for (const auto& [section, key] : described_) {
+    for (const auto& [section, key] : described_)
       if (key == unknown.key)
         hint = ", it belongs " + (section.empty() ? "to no section" : "into " + without_dot(section));
-    }
     if (hint.empty()) {
       const std::string near = nearest_name(unknown.key, unknown.known);
       if (!near.empty()) hint = ", did you mean " + near + "?";
@@ -214,9 +213,8 @@ std::string read_text(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file, code)) throw Error(file.string() + ": no such file");
   if (!std::filesystem::is_regular_file(file, code))
     throw Error(file.string() + ": not a configuration file");
-  if (std::filesystem::file_size(file, code) > kLargestConfigBytes) {
+  if (std::filesystem::file_size(file, code) > kLargestConfigBytes)
     throw Error(file.string() + ": too large for a configuration (more than 1 MiB)");
-  }
   return read_file(file);
 }
 
@@ -241,6 +239,76 @@ void read_options_text(std::string_view yaml, const std::filesystem::path& name,
 
 void read_options(const std::filesystem::path& file, const OptionList& options) {
   read_options_text(read_text(file), file, options);
+}
+
+namespace {
+
+/// A YAML double-quoted scalar, safe for any bytes.
+std::string quoted_scalar(const std::string& text) {
+  constexpr char digits[] = "0123456789abcdef";
+  std::string result = "\"";
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\')
+      result += {'\\', c};
+    else if (byte < 0x20 || byte == 0x7f)
+      result += {'\\', 'x', digits[byte >> 4], digits[byte & 15]};
+    else
+      result += c;
+  }
+  return result + "\"";
+}
+
+class OptionWriter final : public OptionVisitor {
+ public:
+  bool section(const std::string& key, const std::string& comment,
+               const std::function<void()>& fields) override {
+    line(key, "", comment);
+    indent_ += "  ";
+    fields();
+    indent_.resize(indent_.size() - 2);
+    return true;
+  }
+  void number(const std::string& key, double& value, double min, double max,
+              const std::string& comment) override {
+    line(key, fmt::format("{}", value), fmt::format("{} ({} to {})", comment, min, max));
+  }
+  void pair(const std::string& key, std::array<double, 2>& values, double min, double max,
+            const std::string& comment) override {
+    line(key, fmt::format("[{}, {}]", values[0], values[1]), fmt::format("{} ({} to {})", comment, min, max));
+  }
+  void integer(const std::string& key, int& value, int min, int max, const std::string& comment) override {
+    line(key, fmt::format("{}", value), fmt::format("{} ({} to {})", comment, min, max));
+  }
+  void flag(const std::string& key, bool& value, const std::string& comment) override {
+    line(key, value ? "true" : "false", comment);
+  }
+  void text(const std::string& key, std::string& value, const std::string& comment) override {
+    line(key, quoted_scalar(value), comment);
+  }
+  void path(const std::string& key, std::filesystem::path& value, const std::string& comment) override {
+    line(key, quoted_scalar(value.string()), comment);
+  }
+  void ignored(const std::string&) override {}
+
+  const std::string& yaml() const { return yaml_; }
+
+ private:
+  void line(const std::string& key, const std::string& value, const std::string& comment) {
+    yaml_ += indent_ + key + ":" + (value.empty() ? "" : " " + value);
+    if (!comment.empty()) yaml_ += "  # " + one_line(comment);
+    yaml_ += "\n";
+  }
+
+  std::string indent_, yaml_;
+};
+
+}  // namespace
+
+std::string write_options(const OptionList& options) {
+  OptionWriter writer;
+  options(writer);
+  return writer.yaml();
 }
 
 }  // namespace gelslam

@@ -1,3 +1,5 @@
+#include "gelslam/evaluation/run_and_truth.hpp"
+
 #include <yaml-cpp/yaml.h>
 
 #include <Eigen/LU>
@@ -10,7 +12,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/npy.hpp"
-#include "gelslam/evaluation/run_and_truth.hpp"
+#include "gelslam/core/run_folder.hpp"
 
 namespace gelslam {
 namespace {
@@ -68,13 +70,11 @@ Pose to_pose(const double* numbers, const std::string& what) {
 }
 
 std::vector<std::optional<Pose>> read_poses(const std::filesystem::path& path) {
-  if (!std::filesystem::exists(path)) {
+  if (!std::filesystem::exists(path))
     throw Error("there is no " + path.string() + ": this folder has no ground truth to compare with");
-  }
   const NpyArray array = read_npy(path);
-  if (array.shape.size() != 3 || array.shape[1] != 4 || array.shape[2] != 4) {
+  if (array.shape.size() != 3 || array.shape[1] != 4 || array.shape[2] != 4)
     throw Error(path.string() + ": expected an array of shape N x 4 x 4");
-  }
   const std::vector<double> values = array.to_doubles();
   std::vector<std::optional<Pose>> poses(array.shape[0]);
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -82,9 +82,8 @@ std::vector<std::optional<Pose>> read_poses(const std::filesystem::path& path) {
     if (std::any_of(numbers, numbers + 16, [](double n) { return std::isnan(n); })) continue;
     poses[i] = to_pose(numbers, path.string() + ", pose " + std::to_string(i));
   }
-  if (std::none_of(poses.begin(), poses.end(), [](const auto& pose) { return pose.has_value(); })) {
+  if (std::none_of(poses.begin(), poses.end(), [](const auto& pose) { return pose.has_value(); }))
     throw Error(path.string() + " holds no pose at all (only NaN): nothing ever touches");
-  }
   return poses;
 }
 
@@ -105,9 +104,8 @@ void read_meta(const std::filesystem::path& path, GroundTruth& truth) {
   const nlohmann::json meta = read_json_object(path);
   if (const auto count = integer_at(meta, "background_frames", 0, path)) truth.background_frames = *count;
   if (const auto fps = number_at(meta, "fps", 1e-3, kMaxFps, path)) truth.fps = *fps;
-  if (meta.contains("start_T_object")) {
+  if (meta.contains("start_T_object"))
     truth.object_T_start = read_matrix(meta["start_T_object"], path.string() + ": start_T_object").inverse();
-  }
   const auto frames = integer_at(meta, "frames", 0, path);
   if (frames && *frames - truth.background_frames != static_cast<int>(truth.start_T_currs.size())) {
     throw Error("the truth beside " + path.string() + " has " + std::to_string(truth.start_T_currs.size()) +
@@ -124,16 +122,14 @@ void read_frame_rate(const std::filesystem::path& path, GroundTruth& truth) {
   } catch (const YAML::Exception& error) {
     throw Error("cannot read device_config.framerate in " + path.string() + ": " + error.what());
   }
-  if (!(truth.fps > 0.0 && truth.fps <= kMaxFps)) {
+  if (!(truth.fps > 0.0 && truth.fps <= kMaxFps))
     throw Error(path.string() + ": device_config.framerate is not a rate in frames per second");
-  }
 }
 
 std::vector<Eigen::Vector3d> read_points(const std::filesystem::path& path) {
   const NpyArray array = read_npy(path);
-  if (array.shape.size() != 2 || array.shape[1] != 3 || array.shape[0] == 0) {
+  if (array.shape.size() != 2 || array.shape[1] != 3 || array.shape[0] == 0)
     throw Error(path.string() + ": expected an array of shape N x 3, N at least 1");
-  }
   const std::vector<double> values = array.to_doubles();
   std::vector<Eigen::Vector3d> points(array.shape[0]);
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -152,19 +148,59 @@ std::filesystem::path truth_file(const std::filesystem::path& folder) {
 }
 
 GroundTruth read_ground_truth(const std::filesystem::path& folder) {
-  if (!std::filesystem::is_directory(folder)) {
+  if (!std::filesystem::is_directory(folder))
     throw Error("there is no folder " + folder.string() + ": --truth expects a data folder");
-  }
   GroundTruth truth;
   truth.start_T_currs = read_poses(truth_file(folder));
   if (const auto config = folder / "config.yaml"; std::filesystem::exists(config))
     read_frame_rate(config, truth);
   if (const auto meta = folder / "meta.json"; std::filesystem::exists(meta)) read_meta(meta, truth);
   if (const auto mesh = folder / "gt_mesh.ply"; std::filesystem::exists(mesh)) truth.mesh_path = mesh;
-  if (const auto touched = folder / "touched.npy"; std::filesystem::exists(touched)) {
+  if (const auto touched = folder / "touched.npy"; std::filesystem::exists(touched))
     truth.touched_mm = read_points(touched);
-  }
   return truth;
+}
+
+namespace {
+
+/// Of a run of several logs the first one's poses are compared.
+void keep_first_log(const RunReport& report, RunResult& run) {
+  if (report.logs.size() < 2) return;
+  const double end_s = report.logs[1].first_time_s;
+  std::erase_if(run.trajectory, [&](const StampedPose& pose) { return pose.time_s >= end_s; });
+  run.log_frames.reset();
+}
+
+void add_report(const RunFiles& files, RunResult& run) {
+  run.mesh_path = files.mesh();
+  if (!files.report) return;
+  const RunReport& report = *files.report;
+  if (report.anchor_frame >= 0) run.anchor_frame = report.anchor_frame;
+  run.trials = report.trials;
+  run.components = report.components;
+  // A run that was interrupted has seen only the beginning of its log.
+  if (!report.partial && report.frames.left_out == 0) run.log_frames = report.frames.total;
+  keep_first_log(report, run);
+  for (StampedPose& pose : run.trajectory)
+    pose.time_s -= files.start_s();  // the truth's times count from there
+}
+
+}  // namespace
+
+RunResult read_run(const std::filesystem::path& folder_or_tum) {
+  if (!std::filesystem::exists(folder_or_tum))
+    throw Error("there is no " + folder_or_tum.string() + ": give a run's folder or a .tum file");
+  RunResult run;
+  RunFiles files;
+  const bool is_folder = std::filesystem::is_directory(folder_or_tum);
+  if (is_folder) files = read_run_files(folder_or_tum);
+  run.trajectory = files.trajectory;
+  if (run.trajectory.empty())
+    run.trajectory = read_tum(is_folder ? folder_or_tum / "trajectory.tum" : folder_or_tum);
+  if (run.trajectory.empty())
+    throw Error("the trajectory of " + folder_or_tum.string() + " is empty: nothing was tracked");
+  if (is_folder) add_report(files, run);
+  return run;
 }
 
 }  // namespace gelslam

@@ -1,9 +1,8 @@
 // Plain floats: compiled for several instruction sets, chosen at run time.
 
-#include "gelslam/core/gradient_model.hpp"
+#include "gelslam/surface/gradient_model.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "gelslam/core/target_clones.hpp"
 
