@@ -32,7 +32,7 @@ class SurfaceStage {
   LiveContext& context_;
   FrameDecoder decoder_;
   FrameToSurface frames_;
-  std::int64_t resumed_at_ = -1;               // of the context, when it was last looked at
+  int returns_ = 0;                            // of the last frame
   std::deque<RawFramePtr> background_frames_;  // the newest ones, until they are accepted
 };
 
