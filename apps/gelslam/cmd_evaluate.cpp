@@ -6,6 +6,7 @@
 #include "commands.hpp"
 #include "gelslam/evaluation/evaluation.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
+#include "reports.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam {
@@ -34,6 +35,7 @@ void run_evaluate(const EvaluateArguments& arguments) {
   if (!arguments.quiet && compares_meshes(arguments))
     for (const std::filesystem::path& mesh : {arguments.run, arguments.truth}) say_mesh_unit(mesh);
   std::cout << (arguments.json ? to_json(evaluation) : to_table(evaluation));
+  warn(evaluation.doubt());
 }
 
 }  // namespace

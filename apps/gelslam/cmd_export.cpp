@@ -167,7 +167,7 @@ std::string write_output(const ExportArguments& a, const RunContents& run, Progr
     const McapOutcome outcome = write_mcap(a.output, run, colors, progress);
     if (!outcome.missing.empty())
       print_line((outcome.pictures > 0 ? "not all pictures: " : "no pictures: ") + outcome.missing);
-    if (run.mesh.triangles.empty()) std::cerr << "no surface: the run has no mesh\n";
+    if (run.mesh.triangles.empty()) std::cerr << "no mesh: the run has none\n";
     return counted(outcome.poses, "pose") + ", " + counted(outcome.pictures, "picture") + ", in m" +
            (run.start_s > 0 ? "" : ", times from 0: the log does not say when it was recorded");
   }

@@ -53,7 +53,7 @@ int fuse_one(const FuseArguments& arguments) {
                            mesh_words(summary.mesh), arguments.output.empty() ? run : arguments.output));
   }
   if (summary.mesh.triangles == 0)
-    warn("the mesh is empty: its cells are larger than the touches, or no keyframe has a usable touch");
+    warn("no mesh: its cells are larger than the touches, or no keyframe has a usable touch");
   if (!arguments.quiet) say_reservations(run);
   return summary.mesh.triangles == 0 ? kExitNotGood : kExitDone;
 }

@@ -104,7 +104,10 @@ void add_scan(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& argu
   CLI::App* scan =
       simulate.add_subcommand("scan", "An object moved over the sensor, as a data folder with ground truth");
   SimulateArguments& a = *arguments;
-  scan->add_option("--object", a.scan.object.name, "Object (see gelslam simulate --list), or a mesh file")
+  scan->add_option(
+          "--object", a.scan.object.name,
+          "Object (see gelslam simulate --list), or a mesh file. The seed changes it, too: for another "
+          "scan of the same object give its SCAN/gt_mesh.ply")
       ->capture_default_str();
   scan->add_option("--size", a.scan.object.size, "Factor on the object's size")->capture_default_str();
   scan->add_option("--texture", a.scan.object.texture, "Factor on its texture's height; 0: polished")

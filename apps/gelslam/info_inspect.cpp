@@ -253,7 +253,8 @@ InfoReport inspect_file(const fs::path& file, int track, ProgressSink& progress)
     add_mesh(report, file, read_mesh(file));
     report.commands = {"view", "export", "map", "evaluate", "simulate scan --object"};
   } else if (std::ranges::find(kOnlyWritten, ending) != std::end(kOnlyWritten)) {
-    throw Error(file.string() + ": not a file that gelslam reads by itself");
+    throw Error(file.string() +
+                ": written for other programs, or part of a folder; give the run or folder that it is of");
   } else {
     return is_matroska(file) ? inspect_recorded_log(file, track, progress)
                              : inspect_log(file, track, progress);

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "../support/temporary_folder.hpp"
@@ -81,6 +82,19 @@ TEST(HeldOutSigma, IsMeasuredWherePressesAreAndTheDefaultElsewhere) {
       }
     }
   EXPECT_GT(lower, 10);
+}
+
+// The balls of the forty alternate: halves by parity would be one ball each.
+TEST(HeldOutSigma, HasBothBallsInBothHalvesHoweverTheyAlternate) {
+  const PressSet& set = forty_labelled();
+  const std::vector<BallZone>& zones = zones_of_labelled().zones;
+  std::vector<BallZone> in_blocks = zones;
+  std::ranges::stable_sort(in_blocks, {},
+                           [&](const BallZone& zone) { return set.presses[zone.press].diameter_mm; });
+  EXPECT_NE(zones[1].press, in_blocks[1].press);
+  NoProgress quiet;
+  EXPECT_EQ(held_out_sigma_rad(set, zones, {kPitchMm, 1, 40}, quiet),
+            held_out_sigma_rad(set, in_blocks, {kPitchMm, 1, 40}, quiet));
 }
 
 // Whatever a covered pixel shows: training and check are the same as with the gel there.

@@ -146,6 +146,19 @@ TEST(Evaluate, ThePerfectRunIsPerfectWhateverItsAnchor) {
   }
 }
 
+/// As near as its own, but not its relief.
+TEST(Evaluate, TheTruthOfAnotherObjectIsDoubted) {
+  Scene scene;
+  scene.write_truth();
+  scene.write_run(5);
+  scene.write_meshes(5);
+  EXPECT_EQ(scene.evaluated().doubt(), "");
+  const auto other = [](double x, double y) { return 0.4 * bumps(y + 0.7, -x); };
+  write_mesh(scene.data / "gt_mesh.ply", height_field(-5, 5, -5, 5, 60, other));
+  const Evaluation evaluation = scene.evaluated();
+  EXPECT_THAT(evaluation.doubt(), HasSubstr("is it the truth of this object"));
+}
+
 TEST(Evaluate, AWrongAnchorIsAnErrorInTheMesh) {
   Scene scene;
   scene.write_truth();

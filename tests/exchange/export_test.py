@@ -105,13 +105,13 @@ class Info(unittest.TestCase):
     def test_files_that_are_only_written_are_no_videos(self):
         export("only.glb"), export("only.html")
         for file in WORK / "only.glb", WORK / "only.html", RUN / "pose_graph.g2o", SCAN / "touched.npy":
-            self.assertEqual(self.info(file, 2), f"gelslam: error: {file}: not a file that gelslam reads by itself\n")
+            self.assertEqual(self.info(file, 2), f"gelslam: error: {file}: written for other programs, or part of a folder; give the run or folder that it is of\n")
         self.assertIn(": calibration presses\n", self.info(SCAN.parent / "presses/catalog.csv"))
 
     def test_an_empty_mesh_has_a_reason_and_few_uses(self):
         fused = gelslam("fuse", RUN, "--voxel-size-mm", "10", "-o", WORK / "coarse", "-q")
         self.assertEqual(fused.returncode, 1)
-        self.assertIn("the mesh is empty: its cells are larger than the touches", fused.stderr)
+        self.assertIn("no mesh: its cells are larger than the touches", fused.stderr)
         self.assertRegex(self.info(WORK / "coarse"), r"use +gelslam evaluate, fuse, scan --continue, track --map\n")
         self.assertEqual(gelslam("evaluate", WORK / "coarse", "--truth", SCAN).returncode, 0)
 
@@ -240,7 +240,7 @@ class Export(unittest.TestCase):
         self.assertEqual(len(readers.Mcap(data).of("/sensor")), len(self.trajectory))
         (moved / "mesh.ply").unlink()
         data, said = export("moved.mcap", "--any-log", source=moved)
-        self.assertIn("no surface: the run has no mesh", said)
+        self.assertIn("no mesh: the run has none", said)
         self.assertEqual(readers.Mcap(data).of("/surface"), [])
 
     def test_a_log_that_knows_its_time_lies_beside_a_robots_bag(self):
@@ -354,6 +354,7 @@ class Export(unittest.TestCase):
             ((WORK / "one.stl", "-o", WORK / "a.html", "--color", "confidence"), "no confidence to color it by"),
             ((mesh, "-o", WORK / "a.tum"), "give a run folder"),
             ((SCAN, "-o", WORK / "a.glb"), "no run folder"),
+            ((WORK / "there.glb", "-o", WORK / "a.ply"), ".stl (GLB is written only)"),
             ((WORK / "missing", "-o", WORK / "a.glb"), "no such file or folder"),
         ]:
             result = gelslam("export", *arguments)

@@ -2,6 +2,7 @@
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -154,7 +155,7 @@ class Pages(unittest.TestCase):
         self.all_is_in_sight("stop", "new", "all", "help", "color", "path", "size", "picture", "figures", "files")
         self.wait(lambda: self.value("return pictured >= 0 && by('picture').getContext('2d').getImageData(5, 5, 1, 1).data[3] === 255"),
                   "the camera's picture")
-        self.wait(lambda: "kB/s" in self.text("rate"), "the rate")
+        self.wait(lambda: re.fullmatch(r"\d+ kB/s, pictures at \d+ Hz", self.text("rate")), "the rate")
         self.wait(lambda: self.value("return lines.has('way') && lines.has('keyframes')"), "the trajectory")
         self.assertRegex(self.text("size"), r"^Size: [\d.]+ × [\d.]+ × [\d.]+ mm$")
         self.look_at_colors()

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <future>
 #include <thread>
@@ -135,7 +136,7 @@ class AwayCamera : public Camera {
   std::unique_ptr<CameraSource> open_and_read_two() {
     auto camera = open();
     opened = true;
-    EXPECT_FALSE(camera->next()->resumes);
+    EXPECT_EQ(camera->next()->returns, 0);
     last = *camera->next();
     EXPECT_EQ(camera->absence(), "");
     return camera;
@@ -164,8 +165,8 @@ TEST_F(AwayCamera, IsOpenedAgainByItsNameWithItsSettings) {
   at_power_on = {{V4L2_CID_AUTO_WHITE_BALANCE, 1}, {V4L2_CID_WHITE_BALANCE_TEMPERATURE, 2800}};
   const auto camera = open_and_read_two();
   const RawFrame back = *camera->next(), next = *camera->next();
-  EXPECT_TRUE(back.resumes);
-  EXPECT_FALSE(next.resumes);
+  EXPECT_EQ(back.returns, 1);
+  EXPECT_EQ(next.returns, 1);
   EXPECT_EQ(back.index, 2);
   EXPECT_NEAR(back.time_s, 3.04, 1e-5);
   EXPECT_NEAR(next.time_s, 3.08, 1e-5);
@@ -176,6 +177,22 @@ TEST_F(AwayCamera, IsOpenedAgainByItsNameWithItsSettings) {
   EXPECT_THAT(camera->warning(), testing::MatchesRegex("the camera was away for [0-9]\\.[0-9] s"));
   EXPECT_EQ(mini.controls[V4L2_CID_AUTO_WHITE_BALANCE].value, 0);
   EXPECT_EQ(mini.controls[V4L2_CID_WHITE_BALANCE_TEMPERATURE].value, 4000);
+}
+
+/// Who shows it asks from another thread (for the thread sanitizer).
+TEST_F(AwayCamera, IsDescribedFromAnyThreadAsItWasOpened) {
+  const auto camera = open_and_read_two();
+  const std::string before = camera->description();
+  std::atomic<bool> done = false;
+  std::jthread asks([&] {
+    while (!done) {
+      EXPECT_EQ(camera->description(), before);
+      camera->warning();
+    }
+  });
+  EXPECT_EQ(camera->next()->returns, 1);
+  EXPECT_EQ(camera->description(), before);
+  done = true;
 }
 
 TEST_F(AwayCamera, AnotherOneIsNotTaken) {
@@ -206,7 +223,7 @@ TEST_F(AwayCamera, OfTwoWithOneNameItIsTheOneAtItsPlace) {
   system = both;
   options.device = "/dev/video0";
   const auto camera = open_and_read_two();
-  EXPECT_TRUE(camera->next()->resumes);
+  EXPECT_EQ(camera->next()->returns, 1);
   EXPECT_EQ(twin.open_count, 0);
   EXPECT_TRUE(mini.streaming);
 }

@@ -28,6 +28,24 @@ const Simulator& simulator() {
   return instance;
 }
 
+// The seed changes object and motion; a mesh is what it is.
+TEST(Simulator, ScansTheSameObjectTwiceByItsMesh) {
+  const TemporaryFolder folder;
+  write_mesh(folder / "gt_mesh.ply", simulator().surface(), LengthUnit::meter);
+  ScanSpec spec = simulator().spec();
+  spec.motion.seed = spec.object.seed = 2;
+  const Simulator other(spec);
+  spec.object.name = (folder / "gt_mesh.ply").string();
+  const Simulator again(spec);
+  const auto at_the_middle = [](const Simulator& scan) {
+    const Shape& shape = scan.shape();
+    return shape.intersect({1, 1, 30}, {0, 0, -1}, 60);
+  };
+  EXPECT_NEAR(at_the_middle(again), at_the_middle(simulator()), 0.005);
+  EXPECT_GT(std::abs(at_the_middle(other) - at_the_middle(simulator())), 0.01);
+  EXPECT_FALSE(again.frame(20).start_T_sensor->isApprox(*simulator().frame(20).start_T_sensor, 1e-3));
+}
+
 /// A data folder with what the options say, gone with the test.
 class Written {
  public:

@@ -90,6 +90,18 @@ TEST_F(Live, GoesOnAsANewTrialWhenTheCameraComesBackWithTheSameGel) {
   EXPECT_THAT(summary.warnings, testing::Not(testing::Contains(HasSubstr("came back"))));
 }
 
+/// Gone again before the first of its pictures were looked at.
+TEST_F(Live, ComparesNoPictureOfACameraThatCameBackWithTheOldBackground) {
+  std::vector<cv::Mat3b> pictures = peanut_pictures();
+  const int back = static_cast<int>(pictures.size()), again = 3;
+  pictures.insert(pictures.end(), peanut_pictures().begin(), peanut_pictures().begin() + again);
+  pictures.insert(pictures.end(), peanut_pictures().begin(), peanut_pictures().end());
+  source = std::make_unique<Pictures>(pictures);
+  source->resume(back);
+  source->resume(back + again);
+  EXPECT_EQ(start().wait().frames.background, 2 * kBackgroundFrames + again);
+}
+
 TEST_F(Live, EndsSavedWhenTheCameraComesBackWithAnotherGel) {
   std::vector<cv::Mat3b> pictures = peanut_pictures();
   for (const cv::Mat3b& picture : peanut_pictures()) {

@@ -50,6 +50,21 @@ TEST(SurfaceEstimator, GivesBackTheHeightOfAPressedBall) {
   }
 }
 
+TEST(SurfaceEstimator, SeesNoTouchInATestPicture) {
+  cv::Mat3b bars(kSensor);
+  for (int v = 0; v < bars.rows; ++v)
+    for (int u = 0; u < bars.cols; ++u) {
+      const int bar = 7 * u / bars.cols;
+      bars(v, u) = cv::Vec3b(bar % 2 ? 0 : 191, bar < 4 ? 191 : 0, bar % 4 < 2 ? 191 : 0);
+    }
+  const SurfacePtr surface = make_estimator().estimate(bars);
+  double lowest_mm = 0;
+  cv::minMaxLoc(surface->height_mm, &lowest_mm);
+  EXPECT_LT(lowest_mm, -4) << "as deep as no gel is thick";
+  EXPECT_EQ(surface->contact_pixels, 0);
+  EXPECT_EQ(cv::countNonZero(surface->contact), 0);
+}
+
 /// What a ray shows of a domed gel into which a ball is pressed.
 struct Seen {
   double z = 0;

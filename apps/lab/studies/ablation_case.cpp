@@ -23,8 +23,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using OptionalPose = std::optional<Pose>;
 
-constexpr double kWrongMm = 1.0, kWrongDeg = 5.0;
-
 /// What the tracker's poses are worth the moment they are said. A frame fails silently when along an axis
 /// that it calls observable it is more than 1 mm or 5 degrees off and further than two of its own standard
 /// deviations.

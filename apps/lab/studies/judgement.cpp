@@ -9,7 +9,6 @@ namespace gelslam::lab {
 namespace {
 
 constexpr double kRightMm = 0.3, kRightDeg = 2.0;
-constexpr double kWrongMm = 1.0, kWrongDeg = 5.0;
 
 double largest(const Eigen::Vector3d& error, const bool* observable) {
   double most = 0;

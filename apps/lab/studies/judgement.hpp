@@ -7,6 +7,9 @@
 
 namespace gelslam::lab {
 
+/// From here on a pose is wrong, in every study.
+inline constexpr double kWrongMm = 1.0, kWrongDeg = 5.0;
+
 /// What an answer is worth. Errors are where the sensor truly was, seen from where it was said to be.
 struct Judgement {
   double error_mm = 0, error_deg = 0;  ///< in all directions

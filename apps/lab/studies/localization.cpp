@@ -16,6 +16,7 @@
 #include "gelslam/simulation/simulator.hpp"
 #include "gelslam/slam/gel_slam.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
+#include "judgement.hpp"
 #include "simulated_frames.hpp"
 #include "study.hpp"
 #include "touch_studio.hpp"
@@ -23,7 +24,6 @@
 namespace gelslam::lab {
 namespace {
 
-constexpr double kWrongPlaceMm = 1.0, kWrongPlaceDeg = 5.0;
 constexpr float kMapMeshSpacingMm = 0.1F, kCoarseSpacingMm = 0.5F;
 constexpr double kFrameS = 0.04;
 constexpr int kMapFrames = 300;
@@ -111,7 +111,7 @@ StudyMap map_of_mesh(const Object& object) {
 
 struct PoseError {
   double mm = 0, deg = 0;
-  bool right() const { return mm < kWrongPlaceMm && deg < kWrongPlaceDeg; }
+  bool right() const { return mm < kWrongMm && deg < kWrongDeg; }
 };
 
 PoseError error_of(const PlaceHypothesis& found, const Pose& map_T_sensor) {

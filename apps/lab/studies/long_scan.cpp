@@ -98,7 +98,6 @@ struct Scan {
 
 /// Whether the frame is not where its keyframe says.
 bool is_wrong(const TrackedFrame& tracked, const std::vector<std::optional<Pose>>& truth) {
-  constexpr double kWrongMm = 0.5, kWrongDeg = 3.0;
   if (tracked.status != TrackStatus::tracked) return false;
   const auto at = [&](std::int64_t frame) { return truth[static_cast<std::size_t>(frame)]; };
   const std::optional<Pose> keyframe = at(tracked.keyframe->frame), frame = at(tracked.frame);

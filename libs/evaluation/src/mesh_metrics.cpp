@@ -6,6 +6,7 @@
 #include <random>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/median.hpp"
 
 namespace gelslam {
 namespace {
@@ -68,6 +69,22 @@ std::vector<double> sampled_distances(const Mesh& surface, const TriangleScene& 
   return distances_of(target.closest(points));
 }
 
+/// Median angle between the normals of a surface, moved along itself, and those of the target nearby.
+double turn_deg(const TriangleScene& surface, const TriangleScene& target, double aside_mm) {
+  constexpr int kSamples = 20'000;
+  const std::vector<SurfaceSample> samples = sample_surface(surface.mesh(), kSamples, kAccuracySeed);
+  std::vector<Eigen::Vector3d> points, normals;
+  for (const SurfaceSample& sample : samples) {
+    normals.push_back(surface.triangle_normal(sample.triangle));
+    points.push_back(sample.point_mm + aside_mm * normals.back().unitOrthogonal());
+  }
+  const std::vector<ClosestPoint> closest = target.closest(points);
+  std::vector<double> cosines;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    cosines.push_back(std::abs(normals[i].dot(target.triangle_normal(closest[i].triangle))));
+  return std::acos(std::min(1.0, median(std::move(cosines)))) * kDegreesPerRadian;
+}
+
 double share_within(const std::vector<double>& distances, double limit_mm) {
   const auto near =
       std::count_if(distances.begin(), distances.end(), [&](double d) { return d <= limit_mm; });
@@ -114,6 +131,8 @@ MeshMetrics evaluate_mesh(const TriangleScene& estimate, const TriangleScene& tr
   MeshMetrics metrics;
   metrics.accuracy = summarize(to_truth);
   metrics.completeness = summarize(to_estimate);
+  metrics.normals_deg = turn_deg(estimate, truth, 0);
+  metrics.normals_aside_deg = turn_deg(estimate, truth, 1);
   for (const double level : kLevelsMm) {
     const double precision = share_within(to_truth, level);
     const double completeness = share_within(to_estimate, level);

@@ -104,7 +104,10 @@ Json to_json(const MeshMetrics& m) {
                       {"completeness", w.completeness},
                       {"f_score", w.f_score}});
   }
-  return {{"accuracy", to_json(m.accuracy)}, {"completeness", to_json(m.completeness)}, {"within", within}};
+  return {{"accuracy", to_json(m.accuracy)},
+          {"completeness", to_json(m.completeness)},
+          {"normals_deg", m.normals_deg},
+          {"within", within}};
 }
 
 Json to_json(const MeshEvaluation& mesh) {

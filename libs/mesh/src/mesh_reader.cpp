@@ -104,7 +104,8 @@ std::uintmax_t bytes_behind_mesh(const std::filesystem::path& path) {
 Mesh read_mesh(const std::filesystem::path& path, std::optional<double> mm_per_unit) {
   const std::string extension = lower_extension(path);
   if (extension != ".ply" && extension != ".obj" && extension != ".stl") {
-    throw Error("cannot read mesh '" + path.string() + "': the name has to end in .ply, .obj or .stl");
+    throw Error("cannot read mesh '" + path.string() +
+                "': the name has to end in .ply, .obj or .stl (GLB is written only)");
   }
   refuse_lfs_pointer(path);
   try {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
 
@@ -38,14 +39,16 @@ std::vector<float> held_out_sigma_rad(const PressSet& set, const std::vector<Bal
   cv::multiply(variance, variance, variance);
   variance *= kDefaultCount;
   cv::Mat1d presses(variance.size(), kDefaultCount);
+  std::vector<BallZone> by_ball = zones;  // else balls that alternate would be halves of their own
+  std::ranges::stable_sort(by_ball, {},
+                           [&](const BallZone& zone) { return set.presses[zone.press].diameter_mm; });
   for (const std::size_t held_out : {0, 1}) {
     std::vector<BallZone> taken;
-    for (std::size_t k = 0; k < zones.size(); ++k)
-      if (k % 2 != held_out) taken.push_back(zones[k]);
+    for (std::size_t k = 1 - held_out; k < by_ball.size(); k += 2) taken.push_back(by_ball[k]);
     const GradientModel model = train_model(set, taken, half, progress);
-    for (std::size_t k = held_out; k < zones.size(); k += 2) {
+    for (std::size_t k = held_out; k < by_ball.size(); k += 2) {
       CellErrors errors;
-      for (const ZoneReading& pixel : read_zone(model, set, zones[k], training.pixel_pitch_mm))
+      for (const ZoneReading& pixel : read_zone(model, set, by_ball[k], training.pixel_pitch_mm))
         errors.add(pixel, set.background.size());
       for (int row = 0; row < variance.rows; ++row)
         for (int column = 0; column < variance.cols; ++column) {

@@ -113,7 +113,7 @@ function look_at_picture() {
 function show_rate() {
   const now = performance.now(), seconds = (now - rate.since) / 1000;
   if (seconds < 2) return;
-  by("rate").textContent = ended ? "" : `${Math.round(rate.bytes / seconds / 1000)} kB/s, ${Math.round((pictures - rate.pictures) / seconds)} pictures/s`;
+  by("rate").textContent = ended ? "" : `${Math.round(rate.bytes / seconds / 1000)} kB/s, pictures at ${Math.round((pictures - rate.pictures) / seconds)} Hz`;
   Object.assign(rate, {since: now, bytes: 0, pictures});
 }
 

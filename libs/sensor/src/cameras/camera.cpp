@@ -124,7 +124,7 @@ class V4l2Camera final : public CameraSource {
     if (damaged > 0)
       append_sentence(text, path_ + ": " + counted(damaged, "frame") +
                                 " came damaged from the driver; check cable and port");
-    if (away_s_ > 0) append_sentence(text, fmt::format("the camera was away for {:.1f} s", away_s_));
+    if (away_s_ > 0) append_sentence(text, fmt::format("the camera was away for {:.1f} s", away_s_.load()));
     if (clock_step_us_ != 0)
       append_sentence(text, fmt::format("the system's clock was set by {:.1f} s; times go on as they began",
                                         1e-6 * static_cast<double>(clock_step_us_)));
@@ -163,8 +163,8 @@ class V4l2Camera final : public CameraSource {
   }
 
   void open_again() {
-    path_ = find_again(identity_, others_, system_);
-    open_ = std::make_unique<OpenCamera>(options_, path_, system_, &settings_);
+    open_ =
+        std::make_unique<OpenCamera>(options_, find_again(identity_, others_, system_), system_, &settings_);
   }
 
   std::string wrong_sensor_warning() const {
@@ -178,7 +178,7 @@ class V4l2Camera final : public CameraSource {
         "{}: no {}frame for {:g} s{}; unplug the camera and plug it in again, directly and into another port "
         "if this "
         "comes back",
-        path_, damaged_here > 0 ? "whole " : "", options_.timeout_s,
+        open_->node.path(), damaged_here > 0 ? "whole " : "", options_.timeout_s,
         damaged_here > 0 ? fmt::format(" ({} damaged ones)", damaged_here) : "");
   }
 
@@ -220,8 +220,11 @@ class V4l2Camera final : public CameraSource {
     last_sequence_ = captured_.sequence;
 
     RawFrame frame;
-    frame.resumes = is_away_.exchange(false);
-    if (frame.resumes) away_s_ += away_s_now();
+    if (is_away_.exchange(false)) {
+      away_s_ += away_s_now();
+      ++returns_;
+    }
+    frame.returns = returns_;
     frame.encoding = options_.encoding;
     frame.bytes = std::move(captured_.bytes);
     frame.width_px = options_.width_px;
@@ -267,11 +270,12 @@ class V4l2Camera final : public CameraSource {
   const NodeIdentity identity_;
   const CaptureFormat format_;
   const std::vector<CameraSetting> settings_;
-  std::string path_, opening_warning_;
-  std::string why_away_;
+  const std::string path_;
+  std::string opening_warning_, why_away_;
   std::vector<std::string> others_;    // cameras of its name that were there when it was lost
   std::atomic<bool> is_away_ = false;  // until a frame comes
-  double away_s_ = 0;                  // all together
+  std::atomic<double> away_s_ = 0;     // all together
+  int returns_ = 0;
 
   CapturedFrame captured_;
   std::int64_t delivered_ = 0, sequence_ = 0;

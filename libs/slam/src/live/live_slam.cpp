@@ -197,7 +197,6 @@ void LiveSlam::take_frames() {
   while (can_wait && !has_begun()) std::this_thread::sleep_for(std::chrono::milliseconds(10));
   while (std::optional<RawFrame> next = source_->next()) {
     const auto frame = std::make_shared<const RawFrame>(std::move(*next));
-    if (frame->resumes) resumed_at = frame->index;
     board.frame_arrived(frame->arrived, source_->lost_frames());
     board.warn_about("the source", source_->warning());
     if (recorder_) {

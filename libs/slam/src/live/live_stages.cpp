@@ -22,8 +22,8 @@ void SurfaceStage::run() {
   while (const std::optional<RawFramePtr> frame = context_.raw.pop()) {
     std::optional<TactileImage> image = decode(**frame);
     if (!image) continue;
-    if (const std::int64_t at = context_.resumed_at; at > resumed_at_ && (*frame)->index >= at) {
-      resumed_at_ = at;
+    if ((*frame)->returns != returns_) {
+      returns_ = (*frame)->returns;
       context_.surfaced.push_beyond_limit(BreakTrial{});
       frames_.compare_background();
       report_background();

@@ -47,8 +47,7 @@ struct LiveContext {
   StageTimer timer;
   LiveBoard board;
   std::atomic<bool> aborted{false};
-  std::atomic<std::int64_t> resumed_at{-1};  ///< index of the first frame since the camera came back
-  std::atomic<bool> lost{false};             ///< the source, or its gel: the scan ends early
+  std::atomic<bool> lost{false};  ///< the source, or its gel: the scan ends early
 
   static constexpr std::size_t kQueuedFrames = 2;  ///< what is older is not worth its latency
   BoundedQueue<RawFramePtr> raw{kQueuedFrames};
@@ -74,7 +73,7 @@ class SurfaceStage {
   LiveContext& context_;
   FrameDecoder decoder_;
   FrameToSurface frames_;
-  std::int64_t resumed_at_ = -1;               // of the context, when it was last looked at
+  int returns_ = 0;                            // of the last frame
   std::deque<RawFramePtr> background_frames_;  // the newest ones, until they are accepted
 };
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/even_sample.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/surface/background_drift.hpp"
 #include "gelslam/surface/model_file.hpp"
@@ -27,17 +28,11 @@ std::string ended_early(std::size_t frames, const LogInput& input, int wanted) {
 
 /// Some dozens of pictures, evenly from a whole log.
 std::deque<TactileImage> some_of(FrameSource& log) {
-  constexpr std::size_t most = 64;  // memory
+  EvenSample<TactileImage> sample(64);  // memory
+  for (std::int64_t i = 0; std::optional<TactileImage> image = log.next(); ++i)
+    sample.add(i, std::move(*image));
   std::deque<TactileImage> some;
-  std::size_t step = 1;
-  for (std::size_t i = 0; std::optional<TactileImage> image = log.next(); ++i) {
-    if (i % step != 0) continue;
-    some.push_back(std::move(*image));
-    if (some.size() < most) continue;
-    step *= 2;
-    for (std::size_t k = 1; k < most / 2; ++k) some[k] = std::move(some[2 * k]);
-    some.resize(most / 2);
-  }
+  for (auto& [i, image] : sample.items()) some.push_back(std::move(image));
   return some;
 }
 
@@ -142,8 +137,8 @@ void FrameToSurface::doubt_background(const std::deque<TactileImage>& first) {
 }
 
 void FrameToSurface::compare_background() {
-  if (!estimator_) return;
-  compares_ = true;
+  compares_ =
+      estimator_.has_value();  // else what was gathered for the first background does not belong to it
   named_.reset();
   last_for_background_ = -1;
   candidates_.clear();

@@ -26,6 +26,9 @@ struct Evaluation {
   std::optional<int> trials;
   std::optional<int> components;
   std::optional<MeshEvaluation> mesh;
+
+  /// Why the truth may be that of another object, or "".
+  std::string doubt() const;
 };
 
 /// Where a run's mesh lies on the true object, with both meshes in the object's frame.

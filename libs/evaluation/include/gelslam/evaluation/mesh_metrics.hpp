@@ -27,6 +27,9 @@ struct MeshMetrics {
   DistanceSummary accuracy;         ///< distances_from() the reconstruction to the true surface
   DistanceSummary completeness;     ///< from the truth's points to the reconstructed surface
   std::vector<ShareWithin> within;  ///< at 0.05, 0.1 and 0.25 mm
+  /// Median angle between normals of the reconstruction and of the true surface nearby; and the same with the
+  /// reconstruction moved along itself by 1 mm: no larger where the relief is another.
+  double normals_deg = 0, normals_aside_deg = 0;
 };
 
 struct SurfaceSample {

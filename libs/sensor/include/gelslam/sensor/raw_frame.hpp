@@ -26,7 +26,8 @@ struct RawFrame {
   std::int64_t sequence = 0;        ///< the driver's count; a gap is a frame that the driver lost
   std::chrono::steady_clock::time_point arrived;  ///< when this program got it
   std::chrono::steady_clock::duration age{};      ///< since its capture, when it arrived; 0: not known
-  bool resumes = false;  ///< the camera was away before it, so that the gel may be another one's
+  int returns =
+      0;  ///< how often the camera was away before: since the last time the gel may be another one's
 };
 
 inline std::int64_t microseconds_of(std::chrono::nanoseconds duration) {
@@ -57,13 +58,13 @@ class RawFrameSource {
   virtual bool hold(bool /*held*/) { return false; }
   virtual double rate_hz() const = 0;  ///< as granted by the driver, or as the log says
   virtual std::optional<std::int64_t> frame_count() const { return std::nullopt; }
-  /// For people: "GelSight Mini R0B 28KX, /dev/video2, MJPG 3280x2464, 25 Hz".
+  /// For people: "GelSight Mini R0B 28KX, /dev/video2, MJPG 3280x2464, 25 Hz". From any thread.
   virtual std::string description() const = 0;
   /// What next() waits for longer than for a frame, for people, or "". From any thread.
   virtual std::string absence() const { return ""; }
   /// Frames that the driver lost between the ones delivered.
   virtual std::int64_t lost_frames() const { return 0; }
-  /// What was wrong so far, as sentences for people, or "".
+  /// What was wrong so far, as sentences for people, or "". Of a camera from any thread.
   virtual std::string warning() const { return ""; }
 };
 
