@@ -30,7 +30,7 @@ browser_packages=(chromium chromium-driver python3-selenium) # Ubuntu 24.04 has 
 test_packages=(
   libgtest-dev libgmock-dev libbenchmark-dev
   xvfb xauth                       # windows without a display
-  python3-numpy python3-matplotlib # charts
+  python3-numpy python3-matplotlib python3-scipy # charts
   python3-venv                     # the wheel, installed
   jupyter-nbconvert python3-ipykernel # the notebook
 )
@@ -38,7 +38,8 @@ python_packages=(python3-dev python3-numpy python3-pybind11 pybind11-dev)
 package_packages=("${python_packages[@]}" dpkg-dev)
 wheel_packages=("${python_packages[@]}" dpkg-dev nasm patchelf python3-wheel python3-venv)
 reference_packages=(doxygen)
-check_packages=(clang-format clang-tidy python3-ament-flake8 python3-ament-pep257)
+check_packages=(clang-format clang-tidy python3-ament-flake8 python3-ament-pep257
+  ros-geometry-msgs ros-sensor-msgs ros-std-msgs ros-std-srvs) # of the ROS 2 bridge
 
 install=true
 for argument in "$@"; do

@@ -25,7 +25,7 @@ int run(int argc, char** argv) {
   // After the subcommands, which would inherit it.
   lab.footer(
       "Example: gelslam-lab stability DATA/sequences/track_* -o STUDY && scripts/plot_stability.py STUDY\n"
-      "All charts: scripts/charts.sh DATA");
+      "All charts: scripts/results.sh DATA");
   try {
     lab.parse(argc, argv);
   } catch (const CLI::RuntimeError& error) {  // a study that is done, but has nothing good to show

@@ -294,6 +294,25 @@ class Log:
     @property
     def warning(self) -> str: ...
 
+class Recorder:
+    def __init__(
+        self,
+        path: _Path,
+        *,
+        config: Optional[_Path] = None,
+        model: Optional[_Path] = None,
+        rate_hz: float = 25.0,
+    ) -> None: ...
+    def __enter__(self) -> Recorder: ...
+    def __exit__(
+        self,
+        kind: Optional[Type[BaseException]],
+        value: Optional[BaseException],
+        traceback: Optional[TracebackType],
+    ) -> None: ...
+    def write(self, image: _Image, time_s: float) -> None: ...
+    def close(self) -> None: ...
+
 class Camera:
     """Only where the module was built with cameras."""
 

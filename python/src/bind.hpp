@@ -22,7 +22,7 @@ void bind_registration(py::module_& module);  // Registration, register
 void bind_run(py::module_& module);           // Mesh, Run, reconstruct, read_run, fuse
 void bind_slam(py::module_& module);          // TrackedFrame, Slam
 void bind_localization(py::module_& module);  // Map, Place, LocatedFrame, Localizer
-void bind_frames(py::module_& module);        // Log, Camera
+void bind_frames(py::module_& module);        // Log, Recorder, Camera
 void bind_calibration(py::module_& module);   // calibrate
 
 /// The named configuration and model; the default configuration without a name.

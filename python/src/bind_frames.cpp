@@ -146,6 +146,76 @@ too, which are left out. Close it, or use `with`.)")
           "What was not right with the frames of the newest iteration so far, or \"\".");
 }
 
+/// Pictures into a log.
+class Recorder {
+ public:
+  Recorder(const fs::path& path, const OptionalPath& config, const OptionalPath& model, double rate_hz)
+      : writer_(path, attachments(config, model), rate_hz) {}
+
+  void write(const cv::Mat3b& bgr, double time_s) {
+    const std::lock_guard lock(mutex_);
+    if (time_s < last_s_) throw Error("time_s is before that of the picture before");
+    RawFrame frame;
+    frame.encoding = FrameEncoding::bgr;
+    frame.width_px = bgr.cols;
+    frame.height_px = bgr.rows;
+    frame.time_s = time_s;
+    frame.bytes.assign(bgr.datastart, bgr.dataend);
+    frame.index = frame.sequence = writer_.frames();
+    if (closed_) throw Error("the log is closed");
+    if (!writer_.write(frame)) throw Error(writer_.failure());
+    last_s_ = time_s;
+  }
+  void close() {
+    const std::lock_guard lock(mutex_);
+    closed_ = true;
+    writer_.close();
+  }
+
+ private:
+  static LogAttachments attachments(const OptionalPath& config, const OptionalPath& model) {
+    LogInput input;
+    input.config = config.value_or("");
+    input.model = model.value_or("");
+    return attachments_of(find_config(input));
+  }
+
+  std::mutex mutex_;
+  LogWriter writer_;
+  double last_s_ = 0;
+  bool closed_ = false;
+};
+
+void add_recorder(py::module_& module) {
+  using Release = py::call_guard<py::gil_scoped_release>;
+  py::class_<Recorder>(module, "Recorder",
+                       R"(Writes pictures into a log (.mkv) without loss, as `gelslam record --resized`.
+
+config, model: stored in the log. Close it, or use `with`; what was written before a crash can be read. For a camera's
+own pictures in full size: `gelslam record`.)")
+      .def(py::init<const fs::path&, const OptionalPath&, const OptionalPath&, double>(), py::arg("path"),
+           py::kw_only(), py::arg("config") = py::none(), py::arg("model") = py::none(),
+           py::arg("rate_hz") = 25.0)
+      .def("__enter__", [](const py::object& self) { return self; })
+      .def("__exit__",
+           [](Recorder& self, const py::object&, const py::object&, const py::object&) {
+             const py::gil_scoped_release release;
+             self.close();
+           })
+      .def(
+          "write",
+          [](Recorder& self, const py::object& image, double time_s) {
+            const Picture picture = picture_of(image, "image");
+            const cv::Mat3b dense = picture.bgr.isContinuous() ? picture.bgr : cv::Mat3b(picture.bgr.clone());
+            const py::gil_scoped_release release;
+            self.write(dense, time_s);
+          },
+          py::arg("image"), py::arg("time_s"),
+          "image: HxWx3 uint8, BGR, all of one size. time_s: seconds since the first; never smaller than "
+          "before.")
+      .def("close", &Recorder::close, Release(), "Closes the file. May be called twice.");
+}
+
 #ifdef GELSLAM_BUILD_CAMERAS
 /// A camera that streams until it is closed. close() may be called while another thread waits for a frame.
 class Camera {
@@ -247,6 +317,7 @@ device: "auto", "/dev/video2", "2", or part of the camera's name. Exposure, gain
 
 void bind_frames(py::module_& module) {
   add_log(module);
+  add_recorder(module);
 #ifdef GELSLAM_BUILD_CAMERAS
   add_camera(module);
 #endif

@@ -4,6 +4,7 @@ A block that cannot run is marked at the end of the text before it, <!--not-run:
 that needs a camera every line is run: it does what it says, or ends because there is no camera.
 """
 import glob
+import json
 import os
 import pathlib
 import re
@@ -16,6 +17,9 @@ import unittest
 import gelslam
 import matplotlib.pyplot as plt
 import numpy as np
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
+import results  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 LOG = pathlib.Path(os.environ["GELSLAM_LOG"])
@@ -201,6 +205,18 @@ class Docs(unittest.TestCase):
             lines = [re.sub(r"\s*#.*", "", line).strip() for line in text.splitlines() if re.match(r"\s*\w+:", line)]
             return sorted(line for line in lines if "calibration_model_path" not in line)
         self.assertEqual(entries(block.text), entries((self.inputs.store / "run/config.yaml").read_text()))
+
+    def test_figures(self):
+        """Every figure of README and results is that of results.json; what has decimals is a figure, or said to be set."""
+        measured = json.loads((DOCS / "docs/results.json").read_text())
+        for page in (DOCS / "README.md", DOCS / "docs/results.md"):
+            text = page.read_text()
+            with self.subTest(page=page.name):
+                self.assertEqual(text, results.filled(text, measured))
+                known = {f"{part}.{name}" for part, result in measured.items() for name in result["figures"]}
+                self.assertEqual(set(results.keys(text)) - known, set())
+                prose = re.sub(r"```.*?```|^ {4,}.*$|`[^`]*`|\]\([^)]*\)|Ubuntu \d\d\.04", "", text, flags=re.M | re.S)
+                self.assertEqual(re.findall(r"(?<![\d.])\d+\.\d+(?![\d.]*<!--)(?![\d.]).*", prose), [])
 
     def test_the_summary_in_getting_started(self):
         """The words of the example are those of the program."""

@@ -1,28 +1,21 @@
 """What the ROS 2 bridge needs of ROS 2: messages by their definitions, and a node that notes what it publishes.
 
-Messages refuse unknown fields and wrong types, as those that rosidl generates do.
+Definitions are those of Debian's ros-*-msgs and ros-std-srvs (ROS 1), with the time and header of ROS 2. Messages refuse
+unknown fields and wrong types, as those that rosidl generates do.
 """
 import array
+import pathlib
+import re
 import sys
 import types
 
-DEFINITIONS = {
-    "builtin_interfaces/Time": "int32 sec, uint32 nanosec",
-    "std_msgs/Header": "builtin_interfaces/Time stamp, string frame_id",
-    "geometry_msgs/Point": "float64 x, float64 y, float64 z",
-    "geometry_msgs/Vector3": "float64 x, float64 y, float64 z",
-    "geometry_msgs/Quaternion": "float64 x, float64 y, float64 z, float64 w",
-    "geometry_msgs/Pose": "geometry_msgs/Point position, geometry_msgs/Quaternion orientation",
-    "geometry_msgs/PoseWithCovariance": "geometry_msgs/Pose pose, float64[36] covariance",
-    "geometry_msgs/PoseWithCovarianceStamped": "std_msgs/Header header, geometry_msgs/PoseWithCovariance pose",
-    "geometry_msgs/Transform": "geometry_msgs/Vector3 translation, geometry_msgs/Quaternion rotation",
-    "geometry_msgs/TransformStamped": "std_msgs/Header header, string child_frame_id, geometry_msgs/Transform transform",
-    "sensor_msgs/PointField": "string name, uint32 offset, uint8 datatype, uint32 count",
-    "sensor_msgs/PointCloud2": "std_msgs/Header header, uint32 height, uint32 width, sensor_msgs/PointField[] fields, "
-                               "bool is_bigendian, uint32 point_step, uint32 row_step, uint8[] data, bool is_dense",
-    "sensor_msgs/CompressedImage": "std_msgs/Header header, string format, uint8[] data",
-}
-CONSTANTS = {"sensor_msgs/PointField": {"FLOAT32": 7}}
+SHARE = pathlib.Path("/usr/share")
+FOUND = all((SHARE / package).exists() for package in ("geometry_msgs", "sensor_msgs", "std_msgs", "std_srvs"))
+USED = ["geometry_msgs/Point", "geometry_msgs/Vector3", "geometry_msgs/Quaternion", "geometry_msgs/Pose",
+        "geometry_msgs/PoseWithCovariance", "geometry_msgs/PoseWithCovarianceStamped", "geometry_msgs/Transform",
+        "geometry_msgs/PointStamped", "geometry_msgs/TransformStamped", "sensor_msgs/PointField", "sensor_msgs/PointCloud2",
+        "sensor_msgs/CompressedImage", "std_msgs/String", "std_msgs/Float64"]
+OF_ROS2 = {"builtin_interfaces/Time": "int32 sec\nuint32 nanosec", "std_msgs/Header": "builtin_interfaces/Time stamp\nstring frame_id"}
 INTEGERS = {"uint8": (0, 2**8), "uint32": (0, 2**32), "int32": (-2**31, 2**31)}
 SIMPLE = {"string": str, "bool": bool, "float64": float}
 messages = {}
@@ -53,7 +46,15 @@ def default(kind):
 
 
 def message_class(name, definition):
-    kinds = {field: kind for kind, field in (part.split() for part in definition.split(", "))}
+    kinds, constants = {}, {}
+    for kind, field, value in re.findall(r"^(\S+)\s+(\w+)(?:\s*=\s*(\d+))?\s*(?:#.*)?$", definition, re.M):
+        base = kind.partition("[")[0]
+        if base not in SIMPLE and base not in INTEGERS and "/" not in kind:
+            kind = ("std_msgs/" if kind == "Header" else name.partition("/")[0] + "/") + kind
+        if value:
+            constants[field] = int(value)
+        else:
+            kinds[field] = kind
 
     class Message:
         __slots__ = tuple(kinds)
@@ -67,13 +68,19 @@ def message_class(name, definition):
             assert accepts(kinds[field], value), f"{name}.{field} is no {kinds[field]}: {value!r}"
             super().__setattr__(field, value)
 
-    for constant, value in CONSTANTS.get(name, {}).items():
+    for constant, value in constants.items():
         setattr(Message, constant, value)
     return Message
 
 
-for name, definition in DEFINITIONS.items():
-    messages[name] = message_class(name, definition)
+if FOUND:
+    for name, definition in OF_ROS2.items():
+        messages[name] = message_class(name, definition)
+    for name in USED:
+        package, kind = name.split("/")
+        messages[name] = message_class(name, (SHARE / package / "msg" / (kind + ".msg")).read_text())
+    answer = (SHARE / "std_srvs/srv/Trigger.srv").read_text().split("---")[1]
+    Trigger = types.SimpleNamespace(Request=object, Response=message_class("std_srvs/Trigger_Response", answer))
 
 
 class Ros:
@@ -81,6 +88,7 @@ class Ros:
 
     def __init__(self, **parameters):
         self.parameters, self.published, self.said, self.latched, self.ok = parameters, [], [], set(), True
+        self.services = {}
         self.spun = lambda: None  # called in every spin_once()
         self.read = {"gelslam/surface", "gelslam/image/compressed"}  # topics that somebody subscribes to
 
@@ -131,6 +139,10 @@ class Ros:
                     ros.latched.add(topic)
                 return Publisher(kind, topic)
 
+            def create_service(self, kind, name, answer):
+                assert kind is Trigger
+                ros.services[name] = lambda: answer(kind.Request(), kind.Response())
+
             def get_logger(self):
                 return Logger()
 
@@ -152,6 +164,8 @@ class Ros:
             "rclpy.node": {"Node": Node},
             "rclpy.qos": {"QoSProfile": QoSProfile,
                           "DurabilityPolicy": types.SimpleNamespace(TRANSIENT_LOCAL="transient local")},
+            "std_srvs": {},
+            "std_srvs.srv": {"Trigger": Trigger},
             "tf2_ros": {"TransformBroadcaster": TransformBroadcaster},
         }
         for name, kind in messages.items():

@@ -220,6 +220,21 @@ class Module(unittest.TestCase):
             iter(log)
         log.close()
 
+    def test_a_recorded_log_is_read_as_it_was_written(self):
+        with gelslam.Recorder(self.folder / "own.mkv", model=simulated.MODEL) as log:
+            for image, time_s in self.frames:
+                log.write(image, time_s)
+            with self.assertRaisesRegex(gelslam.Error, "before"):
+                log.write(image, 0.0)
+        with self.assertRaisesRegex(gelslam.Error, "closed"):
+            log.write(image, time_s + 1)
+        with self.assertRaisesRegex(gelslam.Error, "exists"):
+            gelslam.Recorder(self.folder / "own.mkv")
+        read = list(gelslam.Log(self.folder / "own.mkv"))
+        np.testing.assert_array_equal([image for image, _ in read], self.images)
+        np.testing.assert_allclose([time_s for _, time_s in read], [time_s for _, time_s in self.frames], atol=1e-6)
+        np.testing.assert_array_equal(gelslam.reconstruct(self.folder / "own.mkv").trajectory, self.run_.trajectory)
+
     def test_frame_by_frame_gives_the_same_map(self):
         slam = gelslam.Slam(simulated.sensor(self.images))
         tracked = [slam.process(image, time_s) for image, time_s in self.frames[simulated.BARE_FRAMES:]]

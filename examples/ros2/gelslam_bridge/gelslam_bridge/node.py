@@ -1,18 +1,21 @@
 """Publishes the poses and the growing surface of a GelSLAM scan."""
 import array
+from functools import partial
 import sys
 
 from builtin_interfaces.msg import Time
-from gelslam_bridge.motion import quaternion
-from gelslam_bridge.stream import (Bridge, check_target, Frames, ImageItem, lines, PoseItem,
-                                   SurfaceItem, TransformItem, Warn)
-from geometry_msgs.msg import (Point, Pose, PoseWithCovarianceStamped, Quaternion,
+from gelslam_bridge.stream import (ask, Bridge, check_target, Frames, ImageItem, lines, PoseItem,
+                                   StatusItem, SurfaceItem, TransformItem, Warn)
+from geometry_msgs.msg import (Point, PointStamped, Pose, PoseWithCovarianceStamped, Quaternion,
                                TransformStamped, Vector3)
 import rclpy
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CompressedImage, PointCloud2, PointField
+from std_msgs.msg import Float64, String
+from std_srvs.srv import Trigger
 from tf2_ros import TransformBroadcaster
 
 
@@ -22,8 +25,13 @@ def _time(seconds):
 
 
 def _rotation(pose):
-    x, y, z, w = quaternion(pose)
+    x, y, z, w = map(float, Rotation.from_matrix(pose[:3, :3]).as_quat())
     return Quaternion(x=x, y=y, z=z, w=w)
+
+
+def _place(kind, pose):
+    x, y, z = map(float, pose[:3, 3])
+    return kind(x=x, y=y, z=z)
 
 
 class GelslamBridge(Node):
@@ -44,9 +52,15 @@ class GelslamBridge(Node):
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self.surfaces = self.create_publisher(PointCloud2, 'gelslam/surface', latched)
         self.images = self.create_publisher(CompressedImage, 'gelslam/image/compressed', 10)
+        self.states = self.create_publisher(String, 'gelslam/status', 10)
+        self.contacts = self.create_publisher(PointStamped, 'gelslam/contact', 10)
+        self.areas = self.create_publisher(Float64, 'gelslam/contact_area', 10)
+        for what in ('stop', 'new'):
+            self.create_service(Trigger, 'gelslam/' + what, partial(self._ask, what))
         self.transforms = TransformBroadcaster(self)
         self.publish = {PoseItem: self._pose, TransformItem: self._transform,
-                        SurfaceItem: self._surface, ImageItem: self._image, Warn: self._warn}
+                        SurfaceItem: self._surface, ImageItem: self._image,
+                        StatusItem: self._status, Warn: self._warn}
 
     def follow(self):
         """Publish one stream."""
@@ -58,7 +72,7 @@ class GelslamBridge(Node):
                 return rclpy.ok() and images == self._wants_images()
             for line in lines(self.target, goes_on, images):
                 if line is None:
-                    rclpy.spin_once(self, timeout_sec=0.0)  # answers questions for parameters
+                    rclpy.spin_once(self, timeout_sec=0.0)  # answers services
                     self._publish_surface()
                     continue
                 for item in self.bridge.handle(line):
@@ -70,16 +84,16 @@ class GelslamBridge(Node):
     def _pose(self, item):
         message = PoseWithCovarianceStamped()
         message.header.stamp, message.header.frame_id = _time(item.stamp_s), item.frame
-        place = Point(x=item.pose[3], y=item.pose[7], z=item.pose[11])
-        message.pose.pose = Pose(position=place, orientation=_rotation(item.pose))
-        message.pose.covariance = item.covariance
+        message.pose.pose = Pose(position=_place(Point, item.pose),
+                                 orientation=_rotation(item.pose))
+        message.pose.covariance = item.covariance.ravel().tolist()
         self.poses.publish(message)
 
     def _transform(self, item):
         message = TransformStamped(child_frame_id=item.child)
         message.header.stamp, message.header.frame_id = _time(item.stamp_s), item.parent
-        shift = Vector3(x=item.pose[3], y=item.pose[7], z=item.pose[11])
-        message.transform.translation, message.transform.rotation = shift, _rotation(item.pose)
+        message.transform.translation = _place(Vector3, item.pose)
+        message.transform.rotation = _rotation(item.pose)
         self.transforms.sendTransform(message)
 
     def _surface(self, item):
@@ -104,6 +118,18 @@ class GelslamBridge(Node):
         message = CompressedImage(format='jpeg', data=item.jpeg)
         message.header.stamp, message.header.frame_id = _time(item.stamp_s), item.frame
         self.images.publish(message)
+
+    def _status(self, item):
+        self.states.publish(String(data=item.text))
+        self.areas.publish(Float64(data=item.area_m2))
+        if item.center is not None:
+            message = PointStamped(point=Point(x=item.center[0], y=item.center[1], z=0.0))
+            message.header.stamp, message.header.frame_id = _time(item.stamp_s), item.frame
+            self.contacts.publish(message)
+
+    def _ask(self, what, request, response):
+        response.success, response.message = ask(self.target, what)
+        return response
 
     def _warn(self, item):
         self.get_logger().warning(item.text)

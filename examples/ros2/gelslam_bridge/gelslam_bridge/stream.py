@@ -9,9 +9,9 @@ import queue
 import socket
 import threading
 import time
+from typing import Optional
 from urllib.parse import urlsplit
 
-from gelslam_bridge.motion import fixed_axes, IDENTITY, inverse, matrix, multiply
 import numpy as np
 
 WAIT_S = 0.2  # until somebody may ask for the end
@@ -22,18 +22,20 @@ MOST_WAITING = 16  # lines; what is too much waits in gelslam, which says what i
 class Frames:
     """Names of frames, and which end of the tree is fixed: 'map' or 'sensor'."""
 
-    map: str = 'gelslam_map'
-    trial: str = 'gelslam_trial'
-    sensor: str = 'gelslam_sensor_optical'
+    map: str = 'map'
+    trial: str = 'trial'
+    sensor: str = 'sensor'
     root: str = 'map'
 
 
 @dataclass
 class PoseItem:
+    """A pose, 4 x 4 and meters, and its covariance, 6 x 6 along the axes of `frame`."""
+
     stamp_s: float
     frame: str
-    pose: list
-    covariance: list
+    pose: np.ndarray
+    covariance: np.ndarray
 
 
 @dataclass
@@ -41,7 +43,7 @@ class TransformItem:
     stamp_s: float
     parent: str
     child: str
-    pose: list
+    pose: np.ndarray
 
 
 @dataclass
@@ -57,8 +59,29 @@ class ImageItem:
 
 
 @dataclass
+class StatusItem:
+    """What a frame is and why, and what it touches (None: nothing)."""
+
+    stamp_s: float
+    frame: str
+    text: str
+    area_m2: float
+    center: Optional[list]  # x y in the sensor frame, meters
+
+
+@dataclass
 class Warn:
     text: str
+
+
+def matrix(numbers):
+    return np.reshape(np.array(numbers, dtype=float), (4, 4))
+
+
+def fixed_axes(covariance, pose):
+    """Turn a 6x6 covariance along the sensor's axes (the stream's) to the header's (ROS's)."""
+    turn = np.kron(np.eye(2), pose[:3, :3])  # of the shift, and of the rotation
+    return turn @ np.reshape(covariance, (6, 6)) @ turn.T
 
 
 class Bridge:
@@ -78,7 +101,7 @@ class Bridge:
     def _start(self, scan):
         self.scan, self.points, self.map = scan, {}, None
         self.trial, self.home = None, None  # home: the component whose frame is the map frame
-        self.map_T_trial = self.map_T_sensor = IDENTITY
+        self.map_T_trial = self.map_T_sensor = np.eye(4)
 
     def handle(self, line):
         message = json.loads(line)
@@ -102,19 +125,27 @@ class Bridge:
             yield Warn('too slow: some lines of the stream were dropped')
 
     def _frame(self, frame):
+        yield self._status(frame)
         if frame['status'] not in ('tracked', 'localized'):
             return
-        pose, header = frame['pose'], self.frames.trial
+        pose, header = matrix(frame['pose']), self.frames.trial
         if frame['status'] == 'localized':  # the pose is in the map
-            self.map_T_trial, header = IDENTITY, self.frames.map
+            self.map_T_trial, header = np.eye(4), self.frames.map
         else:
             yield from self._place(frame, pose)
-        self.map_T_sensor = multiply(self.map_T_trial, pose)
+        self.map_T_sensor = self.map_T_trial @ pose
         covariance = fixed_axes(frame['covariance'], pose)
         stamp = self._stamp_s(frame)
         yield PoseItem(stamp, header, pose, covariance)
         yield self._transform(stamp, self.frames.map, self.frames.trial, self.map_T_trial)
         yield self._transform(stamp, self.frames.trial, self.frames.sensor, pose)
+
+    def _status(self, frame):
+        text = ': '.join(word for word in (frame['status'], frame.get('reason')) if word)
+        contact = frame.get('contact') or {'area_mm2': 0, 'center_mm': None}
+        center = contact['center_mm'] and [1e-3 * mm for mm in contact['center_mm']]
+        return StatusItem(self._stamp_s(frame), self.frames.sensor, text,
+                          1e-6 * contact['area_mm2'], center)
 
     def _place(self, frame, pose):
         """Set map_T_trial. Other components of the map than `home` have frames of their own."""
@@ -123,16 +154,16 @@ class Bridge:
         if map_pose is not None and self.home is None:
             self.home = frame['component']
         if map_pose is not None and frame['component'] == self.home:
-            self.map_T_trial = multiply(map_pose, inverse(pose))
+            self.map_T_trial = matrix(map_pose) @ np.linalg.inv(pose)
         elif begins:
-            self.map_T_trial = multiply(self.map_T_sensor, inverse(pose))
+            self.map_T_trial = self.map_T_sensor @ np.linalg.inv(pose)
             if self.home is not None:
                 yield Warn('trial %d is not in the map yet: it is shown where the sensor was '
                            'last' % self.trial)
 
     def _transform(self, stamp, parent, child, pose):
         if self.frames.root == 'sensor':
-            return TransformItem(stamp, child, parent, inverse(pose))
+            return TransformItem(stamp, child, parent, np.linalg.inv(pose))
         return TransformItem(stamp, parent, child, pose)
 
     def _stamp_s(self, message):
@@ -163,6 +194,19 @@ def check_target(target):
     except ValueError:
         pass
     raise ValueError("target '%s': give the address that gelslam --serve prints" % target)
+
+
+def ask(target, what):
+    """Post /stop or /new. Return whether it is done, and the answer."""
+    url = check_target(target)
+    connection = http.client.HTTPConnection(url.hostname, url.port, timeout=5 * WAIT_S)
+    with contextlib.closing(connection):
+        try:
+            connection.request('POST', '/%s?%s' % (what, url.query))
+            reply = connection.getresponse()
+            return reply.status // 100 == 2, reply.read().decode().strip()
+        except (OSError, http.client.HTTPException) as error:
+            return False, str(error)
 
 
 def _open(url, images):

@@ -13,9 +13,9 @@ from launch_ros.parameter_descriptions import ParameterValue
 PARAMETERS = [
     ('target', 'http://127.0.0.1:5555/', 'the address that --serve prints, with its token'),
     ('root', 'map', 'map: the sensor moves in the map; sensor: the object is its child'),
-    ('map_frame', 'gelslam_map', 'frame of the object'),
-    ('trial_frame', 'gelslam_trial', 'frame in which poses are continuous'),
-    ('sensor_frame', 'gelslam_sensor_optical', 'x right, y down, z out of the gel (REP 103)'),
+    ('map_frame', 'map', 'frame of the object'),
+    ('trial_frame', 'trial', 'frame in which poses are continuous'),
+    ('sensor_frame', 'sensor', 'x right, y down, z out of the gel (REP 103)'),
 ]
 MOUNT = [
     ('flange_frame', '', 'with root:=sensor: frame of the robot that carries the sensor'),

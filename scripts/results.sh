@@ -1,0 +1,162 @@
+#!/usr/bin/env bash
+# usage: scripts/results.sh [--only PART,...] DATA [REAL]
+#
+# Measures what README.md and docs/results.md state (40 minutes on two idle cores), writes docs/results.json with the
+# commit, draws the charts and sets the figures in both texts. DATA: rendered sequences with truth and presses. REAL: a
+# folder of logs of real sensors: NAME/{left,right}.avi, NAME/background_{left,right}.png, NAME/pair.json (ppmm, start, end).
+# PUBLIC=DIR also times the public system (scripts/side_by_side.sh). What is not run stays, with its commit.
+#   --only    of: models accuracy stability mechanisms calibration real live real_live followed long speed public
+#             (accuracy, mechanisms and calibration need models; from live on an idle machine is needed)
+#
+# Tables stay in build/results.
+set -euo pipefail
+
+usage() { sed -n '2,/^set /s/^# \?//p' "$0"; }
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
+
+only=
+if [[ ${1:-} == --only ]]; then
+  only=${2:?--only needs parts}
+  shift 2
+fi
+case ${1:-} in
+  -h | --help) usage; exit 0 ;;
+  "" | -*) usage >&2; exit 2 ;;
+esac
+data=$(realpath -e "$1") real=${2:+$(realpath -e "$2")}
+[[ -z ${PUBLIC:-} ]] || PUBLIC=$(realpath -e "$PUBLIC")
+cd "$root"
+export GELSLAM_DATA=$data  # of check_sequences.py
+out=$root/build/results gelslam=build/bin/gelslam lab=build/bin/gelslam-lab
+commit=$(git rev-parse --short=8 HEAD)
+mkdir -p "$out"
+[[ -n ${NO_BUILD:-} ]] || scripts/build.sh --lab --python build
+sequences=("$data"/sequences/*/) tracks=("$data"/sequences/track_*/)
+optics=("$data"/optics/optics_*/)
+
+part() { [[ -z $only || ,$only, == *,$1,* ]]; }
+begin() {  # part: true if it is to be run
+  part "$1" || return 1
+  echo "results: $1, $(date +%H:%M:%S)"
+  rm -rf "${out:?}/$1"
+  mkdir -p "$out/$1"
+}
+end() { echo "$commit" >"$out/$1/commit"; }
+check() { # name of the table, arguments
+  local status=0
+  scripts/check_sequences.py --out "$out/runs" --json "$out/$1.json" "${@:2}" >"$out/$1.txt" || status=$?
+  ((status <= 1)) || exit "$status"  # 1: a target is missed
+}
+names() { for path in "$@"; do basename "$path"; done; }
+
+if begin models; then
+  "$gelslam" calibrate train "$data/calibration_sim" -o "$out/models/flat.json" -q &
+  "$gelslam" calibrate train "$data/optics/calibration" -o "$out/models/optics.json" -q || (($? == 1))
+  wait $! || (($? == 1))
+  # Every fifth press is for the check.
+  for share in train check; do
+    mkdir -p "$out/models/$share"
+    ln -s "$data"/calibration/*mm "$data/calibration/background.png" "$out/models/$share"
+  done
+  awk 'NR == 1 || (NR - 2) % 5' "$data/calibration/catalog.csv" >"$out/models/train/catalog.csv"
+  awk 'NR == 1 || (NR - 2) % 5 == 0' "$data/calibration/catalog.csv" >"$out/models/check/catalog.csv"
+  "$gelslam" calibrate train "$out/models/train" --automatic -o "$out/models/real.json" -q || (($? == 1))
+  end models
+fi
+
+if begin accuracy; then
+  check accuracy/network
+  check accuracy/own $(names "${sequences[@]}" "$data"/ablation/*/) --extra "--model $out/models/flat.json"
+  check accuracy/optics_own $(names "${optics[@]}") --extra "--model $out/models/optics.json"
+  sed '/^device_config:/a\  optics: {lens_k1: 0, camera_distance_mm: 0, gel_dome_per_mm: [0, 0]}' "${optics[0]}/config.yaml" >"$out/accuracy/flat.yaml"
+  check accuracy/optics_flat $(names "${optics[@]}") \
+    --extra "--config $out/accuracy/flat.yaml --model $data/optics/calibration/model/nnmodel.pth"
+  # scripts/demo.sh, with ten seeds of the hand
+  for seed in {1..10}; do echo "$seed"; done | xargs -P 2 -I{} bash -ec '
+    "$0" simulate scan --object pebble --size 0.5 --indentation 0.8 --motion allover --frames 400 --seed {} -o "$1/log{}" -q
+    "$0" reconstruct "$1/log{}" -o "$1/run{}" -q
+    "$0" evaluate "$1/run{}" --truth "$1/log{}" --json >"$1/demo{}.json"' "$gelslam" "$out/accuracy"
+  rm -r "$out"/accuracy/{log,run}*
+  end accuracy
+fi
+
+if begin stability; then
+  "$lab" stability "${tracks[@]}" --methods fpfh -o "$out/stability/fpfh" >/dev/null &
+  "$lab" stability "${tracks[@]}" --methods normalflow icp icp-tuned filterreg filterreg-tuned -o "$out/stability/others" >/dev/null
+  wait $!
+  jq -s add "$out"/stability/{others,fpfh}/stability.json >"$out/stability/stability.json"
+  end stability
+fi
+
+if begin mechanisms; then
+  "$lab" ablation "$data/sequences" "$data/ablation" --threads 2 -o "$out/mechanisms" >/dev/null
+  "$lab" ablation "$data/optics" --only lens perspective dome --model "$out/models/optics.json" --threads 2 -o "$out/mechanisms/optics" >/dev/null
+  end mechanisms
+fi
+
+if begin calibration; then
+  for presses in calibration calibration_b markers; do
+    "$gelslam" calibrate check "$data/real/nnmini.pt" "$data/$presses" -q >"$out/calibration/maker_$presses.txt" || (($? == 1))
+  done
+  "$gelslam" calibrate check "$out/models/real.json" "$out/models/check" -q >"$out/calibration/own.txt" || (($? == 1))
+  "$gelslam" calibrate check "$data/calibration/model/nnmodel.pth" "$out/models/check" -q >"$out/calibration/owner.txt" || (($? == 1))
+  PYTHONPATH=build/python scripts/slopes_read.py "$data" >"$out/calibration/slopes.json"
+  end calibration
+fi
+
+real_logs() {  # part, options of scan
+  for log in "$real"/*/*.avi; do echo "$log"; done | xargs -P 2 -I{} bash -ec '
+    log={} gelslam=$0 out=$1 model=$2 finger=$(basename {} .avi)
+    pair=$(dirname "$log")
+    run=$out/$(basename "$pair")_$finger
+    ppmm=$(jq .ppmm "$pair/pair.json")
+    echo "device_config: {ppmm: $ppmm}" >"$run.yaml"
+    "$gelslam" scan "$log" "${@:3}" --headless -q --time start --background "$pair/background_$finger.png" \
+      --model "$model" --config "$run.yaml" -o "$run" --overwrite 2>>"$out/log.txt" || (($? == 1))
+    scripts/still_moved.py "$log" "$pair/background_$finger.png" "$run/trajectory.tum" --pitch "$ppmm" \
+      --first "$(jq .start "$pair/pair.json")" --last "$(jq .end "$pair/pair.json")" >"$run.json"
+    rm -r "$run"' "$gelslam" "$out/$1" "$data/real/nnmini.pt" "${@:2}"
+}
+if [[ -n $real ]] && begin real; then
+  real_logs real --every-frame
+  end real
+fi
+if begin live; then
+  check live/live --live $(names "$data"/sequences/{track,hard}_*/)
+  end live
+fi
+
+if [[ -n $real ]] && begin real_live; then
+  real_logs real_live
+  end real_live
+fi
+
+if begin followed; then
+  scripts/speed_followed.py "$out/followed" >"$out/followed/table.txt"
+  rm -rf "$out"/followed/log_*
+  end followed
+fi
+
+if begin long; then
+  "$lab" long-scan --frames 10000 -o "$out/long" >"$out/long/table.txt"
+  end long
+fi
+
+if begin speed; then
+  "$lab" speed-accuracy "$data"/sequences/{track,hard,scan}_*/ --slow-every 12 -o "$out/speed" >/dev/null
+  "$lab" soak "$data/sequences/track_coin" --minutes 1 >"$out/speed/soak.txt"
+  for i in 1 2 3; do
+    for log in track_golf scan_peanut360; do
+      taskset -c 1 "$gelslam" reconstruct "$data/sequences/$log" -o "$out/speed/$log-$i" -q
+    done
+  done
+  end speed
+fi
+
+if [[ -n ${PUBLIC:-} ]] && begin public; then
+  scripts/side_by_side.sh "$PUBLIC" "$out/public" "$data"/sequences/{track_pebble,scan_peanut360} "$data/optics/optics_bolt" >"$out/public/table.txt"
+  end public
+fi
+
+scripts/results.py "$out" "$data"

@@ -1,0 +1,55 @@
+#!/usr/bin/python3
+"""How steep flanks are read: over rings of equal true slope of labeled ball presses, the median of what models read.
+
+Prints JSON, for the presses of two sensors in DATA, with their owner's network and with the maker's.
+
+Example: PYTHONPATH=build/python scripts/slopes_read.py DATA
+"""
+
+import csv
+import json
+import pathlib
+import sys
+import warnings
+
+import cv2
+import gelslam
+import numpy as np
+
+PITCH_MM = 0.0634
+RINGS = range(5, 45, 5)  # degrees, each as wide
+INSIDE = 0.9  # of the circle that was labeled
+LEAST_PIXELS = 5000
+
+
+def rings_of(folder, model):
+    sensor = gelslam.Sensor(model, background=cv2.imread(str(folder / "background.png")))
+    read = {ring: [] for ring in RINGS}
+    for press in csv.DictReader(open(folder / "catalog.csv")):
+        path = folder / press["experiment_reldir"]
+        label = np.load(path / "label.npz")
+        normals = sensor(cv2.imread(str(path / "gelsight.png"))).normals
+        v, u = np.indices(normals.shape[:2])
+        distance = np.hypot(u - label["center"][0], v - label["center"][1])
+        true = np.degrees(np.arcsin(np.minimum(1, distance * PITCH_MM / (float(press["diameter(mm)"]) / 2))))
+        slope = np.degrees(np.arccos(np.clip(np.abs(normals[..., 2]), 0, 1)))
+        for ring in RINGS:
+            read[ring].append(slope[(distance < INSIDE * label["radius"]) & (np.abs(true - ring) < 2.5)])
+    joined = {ring: np.concatenate(values) for ring, values in read.items()}
+    return {ring: float(np.median(values)) for ring, values in joined.items() if len(values) >= LEAST_PIXELS}
+
+
+def main():
+    if len(sys.argv) != 2 or sys.argv[1].startswith("-"):
+        print(__doc__)
+        return 2
+    warnings.simplefilter("ignore")
+    data = pathlib.Path(sys.argv[1])
+    print(json.dumps({presses: {name: rings_of(data / presses, model) for name, model in (
+        ("owner", data / presses / "model/nnmodel.pth"), ("maker", data / "real/nnmini.pt"))}
+        for presses in ("markers", "calibration_b")}, indent=1))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
