@@ -1,7 +1,6 @@
 #include <fmt/core.h>
 
 #include <iostream>
-#include <map>
 #include <memory>
 
 #include "calibrate_commands.hpp"
@@ -9,6 +8,7 @@
 #include "commands.hpp"
 #include "gelslam/calibration/optics_fit.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/even_sample.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/slam/gel_slam.hpp"
 #include "gelslam/slam/surface_stream.hpp"
@@ -32,25 +32,21 @@ std::vector<SeenFrame> seen_frames(const LogInput& input, const Config& config, 
   StageTimer timer;
   SurfaceStream stream(input, config, timer);
   GelSlam slam(config.slam);
-  std::int64_t every = std::max<std::int64_t>(1, stream.frame_count().value_or(0) / kWantedFrames);
-  std::map<std::int64_t, SurfacePtr> kept;
+  EvenSample<SurfacePtr> kept(2 * kWantedFrames,
+                              std::max<std::int64_t>(1, stream.frame_count().value_or(0) / kWantedFrames));
   progress.begin("tracking", stream.frame_count());
   while (const auto item = stream.next()) {
     const std::int64_t frame = item->image.index;
     slam.process(frame, item->image.time_s, item->surface, timer);
-    if (item->surface && frame % every == 0) kept[frame] = item->surface;
-    if (std::ssize(kept) > 2 * kWantedFrames) {  // of a log that does not know its length
-      every *= 2;
-      std::erase_if(kept, [&](const auto& one) { return one.first % every != 0; });
-    }
+    if (item->surface) kept.add(frame, item->surface);
     progress.update(frame + 1);
   }
   progress.end();
   const SlamMap map = slam.finish(/*refine=*/true, &progress);
   std::vector<SeenFrame> frames;
   for (const FrameRecord& frame : map.frames)
-    if (const auto surface = kept.find(frame.frame);
-        surface != kept.end() && map.has_pose(frame) && frame.status == TrackStatus::tracked)
+    if (const auto surface = kept.items().find(frame.frame);
+        surface != kept.items().end() && map.has_pose(frame) && frame.status == TrackStatus::tracked)
       frames.push_back({surface->second, map.anchor_T_keyframe(frame.keyframe) * frame.keyframe_T_frame});
   return frames;
 }

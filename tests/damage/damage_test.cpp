@@ -188,7 +188,7 @@ TEST_P(Damaged, IsAnErrorInOneLineOrWhatCanBeRead) {
       const std::string message = read(good.substr(0, length));
       EXPECT_TRUE(format.cuts_can_be_read || message != "") << "cut at " << length << " of " << good.size();
     }
-    std::mt19937 random(7);
+    std::mt19937 random(7 + static_cast<unsigned>(GTEST_FLAG_GET(random_seed)));
     for (int round = 0; round < 200; ++round) {
       std::string bad = good;
       for (auto changes = 1 + random() % 20; changes > 0; --changes) {
