@@ -16,14 +16,12 @@ constexpr std::uint64_t kTruthSeed = 3;
 constexpr double kMaxTimeMismatchFrames = 0.25;
 
 void check_lengths(const GroundTruth& truth, const RunResult& run) {
-  if (run.log_frames && *run.log_frames != truth.log_frames()) {
+  if (run.log_frames && *run.log_frames != truth.log_frames())
     throw Error("the run's log had " + std::to_string(*run.log_frames) + " frames, the truth is for " +
                 std::to_string(truth.log_frames()) + ": they do not belong together");
-  }
-  if (run.anchor_frame && *run.anchor_frame >= truth.log_frames()) {
+  if (run.anchor_frame && *run.anchor_frame >= truth.log_frames())
     throw Error("the run's anchor_frame " + std::to_string(*run.anchor_frame) + " is beyond the log's " +
                 std::to_string(truth.log_frames()) + " frames");
-  }
 }
 
 /// The truth's index for each time stamp; frames of the background, which the truth does not cover, are left
@@ -32,21 +30,18 @@ std::vector<IndexedPose> match_frames(const GroundTruth& truth, const RunResult&
   std::vector<IndexedPose> estimate;
   for (const StampedPose& pose : run.trajectory) {
     const double frame = pose.time_s * truth.fps;
-    if (std::abs(frame) > 1e9 || std::abs(frame - std::round(frame)) > kMaxTimeMismatchFrames) {
+    if (std::abs(frame) > 1e9 || std::abs(frame - std::round(frame)) > kMaxTimeMismatchFrames)
       throw Error("the trajectory's time " + std::to_string(pose.time_s) + " s is no frame of a log at " +
                   std::to_string(truth.fps) + " frames per second: times count from the log's first frame");
-    }
     const int index = static_cast<int>(std::lround(frame)) - truth.background_frames;
     if (index < 0) continue;
-    if (index >= static_cast<int>(truth.start_T_currs.size())) {
+    if (index >= static_cast<int>(truth.start_T_currs.size()))
       throw Error("the trajectory reaches frame " + std::to_string(index + truth.background_frames) +
                   ", but the truth ends after " + std::to_string(truth.log_frames()) +
                   " frames: it belongs to another log");
-    }
-    if (!estimate.empty() && estimate.back().index == index) {
+    if (!estimate.empty() && estimate.back().index == index)
       throw Error("the trajectory has two poses for frame " +
                   std::to_string(index + truth.background_frames));
-    }
     estimate.push_back({index, pose.map_T_sensor});
   }
   return estimate;
@@ -64,9 +59,8 @@ MeshEvaluation evaluate_meshes(const PlacedMeshes& meshes, const std::vector<Eig
   const TriangleScene truth(meshes.truth);
   std::vector<Eigen::Vector3d> truth_points = touched_mm;
   if (truth_points.empty()) {
-    for (const SurfaceSample& sample : sample_surface(meshes.truth, kTruthSamples, kTruthSeed)) {
+    for (const SurfaceSample& sample : sample_surface(meshes.truth, kTruthSamples, kTruthSeed))
       truth_points.push_back(sample.point_mm);
-    }
   }
   MeshEvaluation result;
   result.touched_only = !touched_mm.empty();

@@ -37,10 +37,9 @@ std::optional<double> number_at(const nlohmann::json& object, const std::string&
   const auto found = object.find(key);
   if (found == object.end() || found->is_null()) return std::nullopt;
   const double value = found->is_number() ? found->get<double>() : std::nan("");
-  if (!(value >= low && value <= high)) {
+  if (!(value >= low && value <= high))
     throw Error(path.string() + ": " + key + " is not a number from " + nlohmann::json(low).dump() + " to " +
                 nlohmann::json(high).dump());
-  }
   return value;
 }
 
@@ -68,13 +67,11 @@ Pose to_pose(const double* numbers, const std::string& what) {
 }
 
 std::vector<std::optional<Pose>> read_poses(const std::filesystem::path& path) {
-  if (!std::filesystem::exists(path)) {
+  if (!std::filesystem::exists(path))
     throw Error("there is no " + path.string() + ": this folder has no ground truth to compare with");
-  }
   const NpyArray array = read_npy(path);
-  if (array.shape.size() != 3 || array.shape[1] != 4 || array.shape[2] != 4) {
+  if (array.shape.size() != 3 || array.shape[1] != 4 || array.shape[2] != 4)
     throw Error(path.string() + ": expected an array of shape N x 4 x 4");
-  }
   const std::vector<double> values = array.to_doubles();
   std::vector<std::optional<Pose>> poses(array.shape[0]);
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -82,9 +79,8 @@ std::vector<std::optional<Pose>> read_poses(const std::filesystem::path& path) {
     if (std::any_of(numbers, numbers + 16, [](double n) { return std::isnan(n); })) continue;
     poses[i] = to_pose(numbers, path.string() + ", pose " + std::to_string(i));
   }
-  if (std::none_of(poses.begin(), poses.end(), [](const auto& pose) { return pose.has_value(); })) {
+  if (std::none_of(poses.begin(), poses.end(), [](const auto& pose) { return pose.has_value(); }))
     throw Error(path.string() + " holds no pose at all (only NaN): nothing ever touches");
-  }
   return poses;
 }
 
@@ -105,15 +101,13 @@ void read_meta(const std::filesystem::path& path, GroundTruth& truth) {
   const nlohmann::json meta = read_json_object(path);
   if (const auto count = integer_at(meta, "background_frames", 0, path)) truth.background_frames = *count;
   if (const auto fps = number_at(meta, "fps", 1e-3, kMaxFps, path)) truth.fps = *fps;
-  if (meta.contains("start_T_object")) {
+  if (meta.contains("start_T_object"))
     truth.object_T_start = read_matrix(meta["start_T_object"], path.string() + ": start_T_object").inverse();
-  }
   const auto frames = integer_at(meta, "frames", 0, path);
-  if (frames && *frames - truth.background_frames != static_cast<int>(truth.start_T_currs.size())) {
+  if (frames && *frames - truth.background_frames != static_cast<int>(truth.start_T_currs.size()))
     throw Error("the truth beside " + path.string() + " has " + std::to_string(truth.start_T_currs.size()) +
                 " poses, but the log has " + std::to_string(*frames) + " frames, " +
                 std::to_string(truth.background_frames) + " of them background: it belongs to another log");
-  }
 }
 
 /// The public layout has no meta.json; its frame rate is in the configuration.
@@ -124,16 +118,14 @@ void read_frame_rate(const std::filesystem::path& path, GroundTruth& truth) {
   } catch (const YAML::Exception& error) {
     throw Error("cannot read device_config.framerate in " + path.string() + ": " + error.what());
   }
-  if (!(truth.fps > 0.0 && truth.fps <= kMaxFps)) {
+  if (!(truth.fps > 0.0 && truth.fps <= kMaxFps))
     throw Error(path.string() + ": device_config.framerate is not a rate in frames per second");
-  }
 }
 
 std::vector<Eigen::Vector3d> read_points(const std::filesystem::path& path) {
   const NpyArray array = read_npy(path);
-  if (array.shape.size() != 2 || array.shape[1] != 3 || array.shape[0] == 0) {
+  if (array.shape.size() != 2 || array.shape[1] != 3 || array.shape[0] == 0)
     throw Error(path.string() + ": expected an array of shape N x 3, N at least 1");
-  }
   const std::vector<double> values = array.to_doubles();
   std::vector<Eigen::Vector3d> points(array.shape[0]);
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -152,18 +144,16 @@ std::filesystem::path truth_file(const std::filesystem::path& folder) {
 }
 
 GroundTruth read_ground_truth(const std::filesystem::path& folder) {
-  if (!std::filesystem::is_directory(folder)) {
+  if (!std::filesystem::is_directory(folder))
     throw Error("there is no folder " + folder.string() + ": --truth expects a data folder");
-  }
   GroundTruth truth;
   truth.start_T_currs = read_poses(truth_file(folder));
   if (const auto config = folder / "config.yaml"; std::filesystem::exists(config))
     read_frame_rate(config, truth);
   if (const auto meta = folder / "meta.json"; std::filesystem::exists(meta)) read_meta(meta, truth);
   if (const auto mesh = folder / "gt_mesh.ply"; std::filesystem::exists(mesh)) truth.mesh_path = mesh;
-  if (const auto touched = folder / "touched.npy"; std::filesystem::exists(touched)) {
+  if (const auto touched = folder / "touched.npy"; std::filesystem::exists(touched))
     truth.touched_mm = read_points(touched);
-  }
   return truth;
 }
 

@@ -27,9 +27,8 @@ Matches match(const std::vector<Eigen::Vector3d>& samples, const Pose& pose, con
   Matches matches;
   for (const Eigen::Vector3d& sample : samples) matches.points.push_back(pose * sample);
   matches.closest = truth.closest(matches.points);
-  for (const ClosestPoint& closest : matches.closest) {
+  for (const ClosestPoint& closest : matches.closest)
     matches.mean_distance += closest.distance_mm / static_cast<double>(samples.size());
-  }
   return matches;
 }
 
@@ -95,9 +94,8 @@ Pose moved(const Pose& pose, const Vector6d& step, const Eigen::Vector3d& center
 
 Refinement refine_rigidly(const TriangleScene& estimate, const TriangleScene& truth) {
   std::vector<Eigen::Vector3d> samples;
-  for (const SurfaceSample& sample : sample_surface(estimate.mesh(), kMatchSamples, kMatchSeed)) {
+  for (const SurfaceSample& sample : sample_surface(estimate.mesh(), kMatchSamples, kMatchSeed))
     samples.push_back(sample.point_mm);
-  }
   const Eigen::Vector3d first_center = centroid(samples);
   const double radius = std::max(1e-6, spread(samples, first_center));
   Pose pose = Pose::Identity();

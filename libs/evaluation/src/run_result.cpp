@@ -29,16 +29,14 @@ void add_report(const RunReport& report, RunResult& run) {
 }  // namespace
 
 RunResult read_run(const std::filesystem::path& folder_or_tum) {
-  if (!std::filesystem::exists(folder_or_tum)) {
+  if (!std::filesystem::exists(folder_or_tum))
     throw Error("there is no " + folder_or_tum.string() + ": give a run's folder or a .tum file");
-  }
   const bool is_folder = std::filesystem::is_directory(folder_or_tum);
   if (is_folder) check_is_run(folder_or_tum);
   RunResult run;
   run.trajectory = read_tum(is_folder ? folder_or_tum / "trajectory.tum" : folder_or_tum);
-  if (run.trajectory.empty()) {
+  if (run.trajectory.empty())
     throw Error("the trajectory of " + folder_or_tum.string() + " is empty: nothing was tracked");
-  }
   if (!is_folder) return run;
   if (const auto mesh = folder_or_tum / "mesh.ply"; std::filesystem::exists(mesh)) run.mesh_path = mesh;
   if (const auto report = find_report(folder_or_tum)) add_report(*report, run);

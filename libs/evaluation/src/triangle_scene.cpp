@@ -35,9 +35,8 @@ void check_geometry(const Mesh& mesh) {
                 " m); is its unit right?");
   const auto count = static_cast<std::int64_t>(mesh.vertices_mm.size());
   for (const Eigen::Vector3i& triangle : mesh.triangles) {
-    if (triangle.minCoeff() < 0 || triangle.maxCoeff() >= count) {
+    if (triangle.minCoeff() < 0 || triangle.maxCoeff() >= count)
       throw Error("a triangle of the mesh names a vertex that does not exist");
-    }
   }
 }
 
