@@ -114,9 +114,8 @@ TemporaryFile::~TemporaryFile() {
 
 void TemporaryFile::commit() {
   const FileDescriptor file(::open(temporary_path_.c_str(), O_RDONLY | O_CLOEXEC));
-  if (!file.ok() || ::fsync(file.get()) != 0 || ::rename(temporary_path_.c_str(), final_path_.c_str()) != 0) {
+  if (!file.ok() || ::fsync(file.get()) != 0 || ::rename(temporary_path_.c_str(), final_path_.c_str()) != 0)
     throw Error(final_path_.string() + ": cannot be written: " + errno_text());
-  }
   temporary_path_.clear();
   sync_folder(final_path_.parent_path());
 }

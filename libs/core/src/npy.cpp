@@ -74,12 +74,10 @@ NpyArray read_array(std::istream& file, std::size_t max_bytes) {
   const detail::NpyHeader header = read_header(file);
   const auto* known = std::find_if(std::begin(kTypeNames), std::end(kTypeNames),
                                    [&](const TypeName& n) { return n.descr == header.descr; });
-  if (known == std::end(kTypeNames)) {
+  if (known == std::end(kTypeNames))
     throw std::invalid_argument("its element type " + header.descr + " is none of <f2 <f4 <f8 <i8 |u1 |b1");
-  }
-  if (header.fortran_order && header.shape.size() > 1) {
+  if (header.fortran_order && header.shape.size() > 1)
     throw std::invalid_argument("it is in Fortran order; save it with numpy.ascontiguousarray");
-  }
   const auto size = checked_size(header.shape, max_bytes / known->bytes);
   if (!size) throw std::invalid_argument("it claims more than " + std::to_string(max_bytes) + " bytes");
   const std::streampos data_start = file.tellg();

@@ -53,11 +53,10 @@ class OptionReader final : public OptionVisitor {
     double given = 0.0;  // so that 320.0 is a whole number too
     if (!parse(scalar(node, key, "a whole number"), given) || given != std::floor(given))
       fail_value(node, key, "must be a whole number");
-    if (!(given >= min && given <= max)) {
+    if (!(given >= min && given <= max))
       fail_value(node, key,
                  "is " + shortened(node.Scalar()) + ", must be from " + std::to_string(min) + " to " +
                      std::to_string(max));
-    }
     value = static_cast<int>(given);
   }
 
@@ -214,9 +213,8 @@ std::string read_text(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file, code)) throw Error(file.string() + ": no such file");
   if (!std::filesystem::is_regular_file(file, code))
     throw Error(file.string() + ": not a configuration file");
-  if (std::filesystem::file_size(file, code) > kLargestConfigBytes) {
+  if (std::filesystem::file_size(file, code) > kLargestConfigBytes)
     throw Error(file.string() + ": too large for a configuration (more than 1 MiB)");
-  }
   return read_file(file);
 }
 

@@ -43,9 +43,8 @@ StampedPose to_stamped_pose(const std::array<double, 8>& n, const std::string& w
   const Eigen::Vector3d translation_m(n[1], n[2], n[3]);
   const Eigen::Quaterniond rotation(n[7], n[4], n[5], n[6]);
   if (translation_m.norm() > kMaxTranslationM) throw Error(where + ": a position more than 1 km away");
-  if (std::abs(rotation.norm() - 1.0) > 0.01) {
+  if (std::abs(rotation.norm() - 1.0) > 0.01)
     throw Error(where + ": the quaternion (columns 5 to 8, qx qy qz qw) is not of unit length");
-  }
   StampedPose pose;
   pose.time_s = n[0];
   pose.map_T_sensor.linear() = rotation.normalized().toRotationMatrix();
@@ -57,26 +56,22 @@ StampedPose to_stamped_pose(const std::array<double, 8>& n, const std::string& w
 
 std::vector<StampedPose> read_tum(const std::filesystem::path& path) {
   std::ifstream file(path);
-  if (!file || std::filesystem::is_directory(path)) {
+  if (!file || std::filesystem::is_directory(path))
     throw Error("cannot open the trajectory " + path.string() + ": expected a file of TUM lines");
-  }
   std::vector<StampedPose> trajectory;
   std::string line;
   for (std::size_t line_number = 1; std::getline(file, line); ++line_number) {
     const std::string where = at_line(path, line_number);
-    if (line.size() > kMaxLineLength || line_number > kMaxLines) {
+    if (line.size() > kMaxLineLength || line_number > kMaxLines)
       throw Error(where + ": not a TUM trajectory (a line or the file is too long)");
-    }
     const std::size_t first = line.find_first_not_of(" \t\r");
     if (first == std::string::npos || line[first] == '#') continue;
     std::array<double, 8> numbers{};
-    if (!parse_numbers(line, numbers)) {
+    if (!parse_numbers(line, numbers))
       throw Error(where + ": expected eight finite numbers: time_s x y z qx qy qz qw");
-    }
     trajectory.push_back(to_stamped_pose(numbers, where));
-    if (trajectory.size() > 1 && trajectory.back().time_s <= trajectory[trajectory.size() - 2].time_s) {
+    if (trajectory.size() > 1 && trajectory.back().time_s <= trajectory[trajectory.size() - 2].time_s)
       throw Error(where + ": the time does not increase");
-    }
   }
   if (file.bad()) throw Error("cannot read the trajectory " + path.string());
   return trajectory;

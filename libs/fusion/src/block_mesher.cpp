@@ -59,9 +59,8 @@ class VertexPlacer {
       ++count[cycle];
     }
     const Eigen::Vector3f corner_mm = lattice_.position(lattice_.first_voxel + lowest_voxel(cell));
-    for (std::size_t cycle = 0; cycle < static_cast<std::size_t>(cycles.count); ++cycle) {
+    for (std::size_t cycle = 0; cycle < static_cast<std::size_t>(cycles.count); ++cycle)
       add_vertex(corner_mm, sum[cycle] / static_cast<float>(count[cycle]));
-    }
   }
 
  private:
@@ -223,9 +222,8 @@ void place_vertices(const BlockLattice& lattice,
       observed = observed && !std::isnan(d);
       if (d > 0) outside |= 1u << c;
     }
-    if (observed && outside != 0 && outside != 255) {
+    if (observed && outside != 0 && outside != 255)
       placer.add_cell(cell, corner, static_cast<std::uint8_t>(outside));
-    }
   }
 }
 

@@ -82,9 +82,8 @@ std::vector<PassedBlock> blocks_of(const Patch& patch, const BlockReach& reach) 
       const Eigen::Vector3f p = point + along * normal;
       const Eigen::Array3f low = ((p.array() - margin) / block_mm).floor();
       const Eigen::Array3f high = ((p.array() + margin) / block_mm).floor();
-      if (low.minCoeff() < lowest || high.maxCoeff() > highest) {
+      if (low.minCoeff() < lowest || high.maxCoeff() > highest)
         throw Error("cannot fuse: a keyframe lies too far from the map's origin for this voxel size");
-      }
       const bool near = std::fabs(along) <= reach.surface_mm + 0.5f * spacing;
       for (int z = static_cast<int>(low.z()); z <= static_cast<int>(high.z()); ++z) {
         for (int y = static_cast<int>(low.y()); y <= static_cast<int>(high.y()); ++y) {

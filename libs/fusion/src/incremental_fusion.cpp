@@ -28,9 +28,8 @@ constexpr std::size_t kBlocksPerRound = 256;  // speed
 void check(const FusionOptions& o) {
   if (!(o.voxel_size_mm >= 0.01 && o.voxel_size_mm <= 10))
     throw Error("the voxel size has to be 0.01 to 10 mm");
-  if (!(o.truncation_mm >= 2 * o.voxel_size_mm && o.truncation_mm <= 100)) {
+  if (!(o.truncation_mm >= 2 * o.voxel_size_mm && o.truncation_mm <= 100))
     throw Error("the truncation has to be at least two voxels and at most 100 mm");
-  }
   if (!(o.min_weight > 0) || !std::isfinite(o.min_weight))
     throw Error("the minimal weight has to be positive");
 }

@@ -47,9 +47,8 @@ void check_patch(const PosedSurface& posed) {
   if (!posed.surface) throw Error("cannot fuse " + name + ": it has no surface");
   if (!posed.map_T_keyframe.matrix().allFinite())
     throw Error("cannot fuse " + name + ": its pose is not finite");
-  if (!posed.surface.maps_agree()) {
+  if (!posed.surface.maps_agree())
     throw Error("cannot fuse " + name + ": its height, normal and contact maps differ in size");
-  }
   if (!(posed.surface.facts().pixel_pitch_mm > 0))
     throw Error("cannot fuse " + name + ": its pixel pitch is not positive");
 }

@@ -20,9 +20,8 @@ void PatchPlaces::declare(const std::vector<PosedSurface>& patches, double gradi
   std::map<int, PosedSurface> wanted;
   for (const PosedSurface& posed : patches) {
     check_patch(posed);
-    if (!wanted.emplace(posed.id, posed).second) {
+    if (!wanted.emplace(posed.id, posed).second)
       throw Error("cannot fuse keyframe " + std::to_string(posed.id) + ": it is given twice");
-    }
   }
   wanted_ = std::move(wanted);
   gradient_scale_ = gradient_scale;

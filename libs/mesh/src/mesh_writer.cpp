@@ -38,9 +38,8 @@ void check_consistent(const Mesh& mesh, const VertexColors& colors) {
     throw Error("it has not as many normals, confidences or colors as vertices");
   }
   for (const auto& t : mesh.triangles) {
-    if (t.minCoeff() < 0 || static_cast<std::size_t>(t.maxCoeff()) >= n) {
+    if (t.minCoeff() < 0 || static_cast<std::size_t>(t.maxCoeff()) >= n)
       throw Error("it has a triangle that names a vertex that does not exist");
-    }
   }
 }
 

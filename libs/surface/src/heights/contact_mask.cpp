@@ -132,9 +132,8 @@ void ContactDetector::keep_colored_pieces(const cv::Mat3f& block_difference, dou
     for (int column = 0; column < blocks_.cols; ++column) {
       if (blocks_(row, column) == 0) continue;
       const cv::Vec3f& difference = block_difference(row, column);
-      if (static_cast<double>(difference.dot(difference)) > color_threshold * color_threshold) {
+      if (static_cast<double>(difference.dot(difference)) > color_threshold * color_threshold)
         colored[static_cast<std::size_t>(labels_(row, column))] = true;
-      }
     }
   }
   colored[0] = false;  // label 0 is no piece

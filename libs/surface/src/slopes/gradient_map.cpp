@@ -71,9 +71,8 @@ GradientMap::GradientMap(const GradientModel& model, const cv::Mat3b& background
       slope_matrix_(model.slope_matrix),
       background_gx_(background.size(), 0.0F),
       background_gy_(background.size(), 0.0F) {
-  for (int u = 0; u < background.cols; ++u) {
+  for (int u = 0; u < background.cols; ++u)
     column_.push_back(static_cast<float>(u) / static_cast<float>(background.cols));
-  }
   for (int v = 0; v < background.rows; ++v)
     row_.push_back(static_cast<float>(v) / static_cast<float>(background.rows));
   cv::Mat1f gx, gy;

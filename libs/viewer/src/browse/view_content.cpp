@@ -93,10 +93,9 @@ ViewContent load_truth(const fs::path& data_folder_or_mesh, const fs::path& run)
   if (!fs::is_directory(data_folder_or_mesh)) return load_view(data_folder_or_mesh);
   const Comparison comparison = compare(run, data_folder_or_mesh);
   const GroundTruth& truth = comparison.truth;
-  if (truth.mesh_path.empty() || !truth.object_T_start) {
+  if (truth.mesh_path.empty() || !truth.object_T_start)
     throw Error(data_folder_or_mesh.string() +
                 ": knows no true surface (gt_mesh.ply and its place in meta.json)");
-  }
   const Pose object_T_map = *truth.object_T_start * comparison.start_T_map;
   return {"truth", transformed(read_mesh(truth.mesh_path), object_T_map.inverse()), std::nullopt};
 }

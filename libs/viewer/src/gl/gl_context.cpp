@@ -34,9 +34,8 @@ bool is_set(const char* variable) {
 /// default.
 EGLDisplay screenless_display() {
   if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_base")) {
-    if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_MESA_platform_surfaceless")) {
+    if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_MESA_platform_surfaceless"))
       return eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
-    }
     EGLDeviceEXT device = nullptr;
     EGLint count = 0;
     if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_enumeration") &&
@@ -162,11 +161,10 @@ std::unique_ptr<GlContext> GlContext::offscreen() {
   auto impl = std::make_unique<Impl>();
   if (!impl->open_egl()) {
     impl = std::make_unique<Impl>();
-    if (!has_display()) {
+    if (!has_display())
       throw Error(
           "cannot draw: there is neither a display nor EGL; install Mesa's drivers (libegl1, "
           "libgl1-mesa-dri)");
-    }
     impl->open_window({.visible = false}, 0);
   }
   return std::unique_ptr<GlContext>(new GlContext(std::move(impl)));

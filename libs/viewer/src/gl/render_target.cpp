@@ -18,10 +18,9 @@ struct RenderTarget::Impl {
 };
 
 RenderTarget::RenderTarget(int width_px, int height_px) {
-  if (std::min(width_px, height_px) < 1 || std::max(width_px, height_px) > kMaxSidePx) {
+  if (std::min(width_px, height_px) < 1 || std::max(width_px, height_px) > kMaxSidePx)
     throw Error("cannot draw a picture of " + std::to_string(width_px) + "x" + std::to_string(height_px) +
                 " pixels: each side must be 1 to " + std::to_string(kMaxSidePx));
-  }
   impl_ = std::make_unique<Impl>(Impl{width_px, height_px, {}, {}, {}, {}, {}});
   GLint most = 0;
   glGetIntegerv(GL_MAX_SAMPLES, &most);
@@ -36,10 +35,9 @@ RenderTarget::RenderTarget(int width_px, int height_px) {
   glBindFramebuffer(GL_FRAMEBUFFER, impl_->drawing.name());
   attach(impl_->color, GL_RGBA8, used, GL_COLOR_ATTACHMENT0);
   attach(impl_->depth, GL_DEPTH_COMPONENT24, used, GL_DEPTH_ATTACHMENT);
-  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
+  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
     throw Error("the graphics driver cannot draw a picture of " + std::to_string(width_px) + "x" +
                 std::to_string(height_px) + " pixels; try a smaller one");
-  }
 }
 
 RenderTarget::~RenderTarget() = default;

@@ -26,9 +26,8 @@ float tangent_of_half_view() {
 
 std::array<Vector3f, 8> corners(const Eigen::AlignedBox3f& box) {
   std::array<Vector3f, 8> result;
-  for (int i = 0; i < 8; ++i) {
+  for (int i = 0; i < 8; ++i)
     result[static_cast<std::size_t>(i)] = box.corner(static_cast<Eigen::AlignedBox3f::CornerType>(i));
-  }
   return result;
 }
 

@@ -98,9 +98,8 @@ void set_curvature(DrawableMesh& out) {
     weight[a] += length2, weight[b] += length2;
   }
   out.curvature.reserve(sum.size());
-  for (std::size_t i = 0; i < sum.size(); ++i) {
+  for (std::size_t i = 0; i < sum.size(); ++i)
     out.curvature.push_back(weight[i] > 0 ? std::clamp(sum[i] / weight[i], -1e3F, 1e3F) : 0.0F);
-  }
 }
 
 void set_values(DrawableMesh& out, const Mesh& mesh, const std::vector<float>& values) {
