@@ -54,11 +54,10 @@ class OptionReader final : public OptionVisitor {
     double given = 0.0;  // so that 320.0 is a whole number too
     if (!parse(scalar(node, key, "a whole number"), given) || given != std::floor(given))
       fail_value(node, key, "must be a whole number");
-    if (!(given >= min && given <= max)) {
+    if (!(given >= min && given <= max))
       fail_value(node, key,
                  "is " + shortened(node.Scalar()) + ", must be from " + std::to_string(min) + " to " +
                      std::to_string(max));
-    }
     value = static_cast<int>(given);
   }
 

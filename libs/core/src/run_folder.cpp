@@ -63,10 +63,9 @@ void check_may_write(const fs::path& folder, const RunFolderOptions& options) {
   if (empty) return;
   if (!options.overwrite)
     throw Error(folder.string() + ": exists already; name another folder or overwrite it");
-  if (!fs::exists(folder / options.marker_file, code)) {
+  if (!fs::exists(folder / options.marker_file, code))
     throw Error(folder.string() + ": will not be overwritten, for it holds no " + options.marker_file +
                 " and so was not made by this command");
-  }
   for (const fs::path& input : options.inputs)
     if (!input.empty() && lies_inside(input, folder))
       throw Error(folder.string() + ": will not be overwritten, for it holds the input " + input.string());

@@ -18,14 +18,15 @@ constexpr double kLevelsMm[] = {0.05, 0.1, 0.25};
 /// Uniform in [0, 1), the same on every platform (std::uniform_real_distribution is not).
 double uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1.0p-53; }
 
+Eigen::Vector3d corner_of(const Mesh& mesh, const Eigen::Vector3i& triangle, int k) {
+  return mesh.vertices_mm.at(static_cast<std::size_t>(triangle[k])).cast<double>();
+}
+
 std::vector<double> cumulated_areas(const Mesh& mesh) {
   std::vector<double> cumulated;
-  cumulated.reserve(mesh.triangles.size());
   double total = 0.0;
   for (const Eigen::Vector3i& triangle : mesh.triangles) {
-    const auto corner = [&](int k) -> Eigen::Vector3d {
-      return mesh.vertices_mm.at(static_cast<std::size_t>(triangle[k])).cast<double>();
-    };
+    const auto corner = [&](int k) { return corner_of(mesh, triangle, k); };
     total += 0.5 * (corner(1) - corner(0)).cross(corner(2) - corner(0)).norm();
     cumulated.push_back(total);
   }
@@ -34,16 +35,12 @@ std::vector<double> cumulated_areas(const Mesh& mesh) {
 
 Eigen::Vector3d point_on(const Mesh& mesh, std::size_t triangle, double u, double v) {
   const double root = std::sqrt(u);  // uniform over the area (Osada et al. 2002)
-  const Eigen::Vector3i& corners = mesh.triangles[triangle];
-  const auto corner = [&](int k) -> Eigen::Vector3d {
-    return mesh.vertices_mm[static_cast<std::size_t>(corners[k])].cast<double>();
-  };
+  const auto corner = [&](int k) { return corner_of(mesh, mesh.triangles[triangle], k); };
   return (1.0 - root) * corner(0) + root * (1.0 - v) * corner(1) + root * v * corner(2);
 }
 
 std::vector<double> distances_of(const std::vector<ClosestPoint>& closest) {
   std::vector<double> distances;
-  distances.reserve(closest.size());
   for (const ClosestPoint& point : closest) distances.push_back(point.distance_mm);
   return distances;
 }
@@ -98,7 +95,6 @@ std::vector<SurfaceSample> sample_surface(const Mesh& mesh, int count, std::uint
   if (cumulated.empty() || !(cumulated.back() > 0.0)) throw Error("the mesh has no area: nothing to measure");
   std::mt19937_64 random(seed);
   std::vector<SurfaceSample> samples;
-  samples.reserve(static_cast<std::size_t>(count));
   std::size_t triangle = 0;
   for (int i = 0; i < count; ++i) {
     const double area = (i + uniform(random)) / count * cumulated.back();
@@ -111,12 +107,10 @@ std::vector<SurfaceSample> sample_surface(const Mesh& mesh, int count, std::uint
 
 Mesh transformed(const Mesh& mesh, const Pose& target_T_mesh) {
   Mesh result = mesh;
-  for (Eigen::Vector3f& vertex : result.vertices_mm) {
+  for (Eigen::Vector3f& vertex : result.vertices_mm)
     vertex = (target_T_mesh * vertex.cast<double>()).cast<float>();
-  }
-  for (Eigen::Vector3f& normal : result.normals) {
+  for (Eigen::Vector3f& normal : result.normals)
     normal = (target_T_mesh.linear() * normal.cast<double>()).cast<float>();
-  }
   return result;
 }
 

@@ -39,10 +39,9 @@ std::optional<double> number_at(const nlohmann::json& object, const std::string&
   const auto found = object.find(key);
   if (found == object.end() || found->is_null()) return std::nullopt;
   const double value = found->is_number() ? found->get<double>() : std::nan("");
-  if (!(value >= low && value <= high)) {
+  if (!(value >= low && value <= high))
     throw Error(path.string() + ": " + key + " is not a number from " + nlohmann::json(low).dump() + " to " +
                 nlohmann::json(high).dump());
-  }
   return value;
 }
 
@@ -107,11 +106,10 @@ void read_meta(const std::filesystem::path& path, GroundTruth& truth) {
   if (meta.contains("start_T_object"))
     truth.object_T_start = read_matrix(meta["start_T_object"], path.string() + ": start_T_object").inverse();
   const auto frames = integer_at(meta, "frames", 0, path);
-  if (frames && *frames - truth.background_frames != static_cast<int>(truth.start_T_currs.size())) {
+  if (frames && *frames - truth.background_frames != static_cast<int>(truth.start_T_currs.size()))
     throw Error("the truth beside " + path.string() + " has " + std::to_string(truth.start_T_currs.size()) +
                 " poses, but the log has " + std::to_string(*frames) + " frames, " +
                 std::to_string(truth.background_frames) + " of them background: it belongs to another log");
-  }
 }
 
 /// The public layout has no meta.json; its frame rate is in the configuration.

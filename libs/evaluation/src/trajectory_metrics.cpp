@@ -61,20 +61,18 @@ double aligned_rmse_mm(const std::vector<PosePair>& pairs) {
     true_mean += pair.truth.translation() / static_cast<double>(pairs.size());
   }
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  for (const PosePair& pair : pairs) {
+  for (const PosePair& pair : pairs)
     covariance +=
         (pair.truth.translation() - true_mean) * (pair.estimated.translation() - estimated_mean).transpose();
-  }
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Vector3d signs = Eigen::Vector3d::Ones();
   if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0) signs.z() = -1.0;  // no mirror images
   const Eigen::Matrix3d rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
   double sum = 0.0;
-  for (const PosePair& pair : pairs) {
+  for (const PosePair& pair : pairs)
     sum +=
         (rotation * (pair.estimated.translation() - estimated_mean) - (pair.truth.translation() - true_mean))
             .squaredNorm();
-  }
   return std::sqrt(sum / static_cast<double>(pairs.size()));
 }
 

@@ -50,9 +50,8 @@ void check_readable(const Mesh& mesh) {
   if (!std::all_of(mesh.normals.begin(), mesh.normals.end(), finite))
     throw Error("it holds numbers that are not finite");
   const auto usable = [](float c) { return std::isfinite(c) && c >= 0; };
-  if (!std::all_of(mesh.confidence.begin(), mesh.confidence.end(), usable)) {
+  if (!std::all_of(mesh.confidence.begin(), mesh.confidence.end(), usable))
     throw Error("it holds a confidence that is negative or not finite");
-  }
   for (const auto& t : mesh.triangles) {
     if (t.minCoeff() < 0 || t.maxCoeff() >= n) throw Error("a face of it names a vertex that does not exist");
   }
@@ -103,10 +102,9 @@ std::uintmax_t bytes_behind_mesh(const std::filesystem::path& path) {
 
 Mesh read_mesh(const std::filesystem::path& path, std::optional<double> mm_per_unit) {
   const std::string extension = lower_extension(path);
-  if (extension != ".ply" && extension != ".obj" && extension != ".stl") {
+  if (extension != ".ply" && extension != ".obj" && extension != ".stl")
     throw Error("cannot read mesh '" + path.string() +
                 "': the name has to end in .ply, .obj or .stl (GLB is written only)");
-  }
   refuse_lfs_pointer(path);
   try {
     if (!std::filesystem::exists(path)) throw Error("there is no such file");

@@ -198,10 +198,9 @@ void check_count(const Element& element, const Cursor& cursor) {
     least_bytes += cursor.min_size(*(p.count_type ? p.count_type : p.type));
   if (least_bytes == 0 && element.count > 0)
     throw Error("its element '" + element.name.substr(0, 40) + "' is empty");
-  if (element.count > 0 && element.count > cursor.remaining() / least_bytes) {
+  if (element.count > 0 && element.count > cursor.remaining() / least_bytes)
     throw Error("it is too short for its " + std::to_string(element.count) + " elements '" +
                 element.name.substr(0, 40) + "'");
-  }
   if (element.count > static_cast<std::uint64_t>(std::numeric_limits<int>::max()))
     throw Error("it is too large");
 }

@@ -181,10 +181,9 @@ SurfaceEstimator& SurfaceEstimator::operator=(SurfaceEstimator&&) noexcept = def
 
 SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
   Impl& self = *impl_;
-  if (image.size() != self.size) {
+  if (image.size() != self.size)
     throw Error("image is " + size_text(image.cols, image.rows) + " but the background is " +
                 size_text(self.size.width, self.size.height));
-  }
   Stopwatch watch;
   auto surface = std::make_shared<Surface>();
   surface->pixel_pitch_mm = self.camera.pitch_mm;

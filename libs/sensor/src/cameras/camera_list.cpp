@@ -68,10 +68,9 @@ std::string find_by_name(const std::string& part, const std::vector<CameraInfo>&
   const auto found = cameras_where(
       cameras, [&](const CameraInfo& camera) { return camera.name.find(part) != std::string::npos; });
   if (found.empty()) throw Error("no camera has \"" + part + "\" in its name: " + what_there_is(cameras));
-  if (found.size() > 1) {
+  if (found.size() > 1)
     throw Error("more than one camera has \"" + part + "\" in its name: " + what_there_is(found) +
                 "; give more of the name, or the path");
-  }
   return found.front().path;
 }
 

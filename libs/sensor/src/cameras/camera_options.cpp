@@ -13,10 +13,9 @@ std::pair<std::string, std::int64_t> parse_control(const std::string& text) {
   const std::string number = equals == std::string::npos ? "" : trimmed(text.substr(equals + 1));
   std::int64_t value = 0;
   const auto [end, code] = std::from_chars(number.data(), number.data() + number.size(), value);
-  if (name.empty() || number.empty() || code != std::errc() || end != number.data() + number.size()) {
+  if (name.empty() || number.empty() || code != std::errc() || end != number.data() + number.size())
     throw Error("device_config.camera_controls: \"" + text +
                 "\" is not name=number; write \"exposure_time_absolute=120, gain=3\"");
-  }
   return {name, value};
 }
 

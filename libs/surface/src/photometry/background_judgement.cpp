@@ -88,16 +88,14 @@ bool blue_leads(const cv::Mat3f& bgr) {
 
 std::string judge_mini_lamps(const cv::Mat3f& bgr) {
   const RedOverBlue slope = red_over_blue(bgr);
-  if (std::abs(slope.downward) < kRedBlueSlope || std::abs(slope.sideways) > kRedBlueSlope) {
+  if (std::abs(slope.downward) < kRedBlueSlope || std::abs(slope.sideways) > kRedBlueSlope)
     return "the colors do not lie as a GelSight Mini's (bluish top, reddish bottom): is it the right camera, "
            "and uncropped?";
-  }
   if (slope.downward < 0) return judge_mini_orientation(slope, blue_leads(bgr));
-  if (!blue_leads(bgr)) {
+  if (!blue_leads(bgr))
     return "red outweighs blue, as on no bare GelSight Mini: check the white balance, and whether red and "
            "blue "
            "are swapped";
-  }
   return "";
 }
 

@@ -162,11 +162,10 @@ std::unique_ptr<GlContext> GlContext::offscreen() {
   auto impl = std::make_unique<Impl>();
   if (!impl->open_egl()) {
     impl = std::make_unique<Impl>();
-    if (!has_display()) {
+    if (!has_display())
       throw Error(
           "cannot draw: there is neither a display nor EGL; install Mesa's drivers (libegl1, "
           "libgl1-mesa-dri)");
-    }
     impl->open_window({.visible = false}, 0);
   }
   return std::unique_ptr<GlContext>(new GlContext(std::move(impl)));
