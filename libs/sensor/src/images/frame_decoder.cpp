@@ -7,7 +7,6 @@
 #include "gelslam/image/codecs.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/image_input.hpp"
-#include "gelslam/sensor/raw_log.hpp"
 #include "images/sources.hpp"
 
 namespace gelslam {
@@ -255,11 +254,6 @@ std::string FrameSource::warning() const {
   std::string text = raw_->warning();
   append_sentence(text, decoder_.warning());
   return text;
-}
-
-std::unique_ptr<FrameSource> open_frame_source(const std::filesystem::path& log,
-                                               const SensorProfile& profile) {
-  return std::make_unique<FrameSource>(open_raw_log(log, profile), log.string(), profile);
 }
 
 }  // namespace gelslam

@@ -12,6 +12,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/sensor/frame_source.hpp"
 #include "images/sources.hpp"
 #include "images/video_file.hpp"
 
@@ -245,6 +246,10 @@ std::unique_ptr<RawFrameSource> open_raw_log(const fs::path& log, const SensorPr
   if (detail::has_image_ending(log))
     throw Error(log.string() + ": a single image; give the folder that holds the images, or a video");
   return open_video(log, profile);
+}
+
+std::unique_ptr<FrameSource> open_frame_source(const fs::path& log, const SensorProfile& profile) {
+  return std::make_unique<FrameSource>(open_raw_log(log, profile), log.string(), profile);
 }
 
 }  // namespace gelslam
