@@ -236,13 +236,13 @@ def main():
     arguments = parse_arguments()
     reference, set_of = {}, {}
     for name in SETS:
-        try:
-            of_set = json.loads((DATA / name / "reference.json").read_text())
-        except OSError as error:
-            fail("no sequences with a reference.json (%s); set GELSLAM_DATA" % error)
-            return NO_DATA
+        path = DATA / name / "reference.json"
+        of_set = json.loads(path.read_text()) if path.exists() else {}
         reference.update(of_set)
         set_of.update(dict.fromkeys(of_set, name))
+    if not reference:
+        fail("no sequences with a reference.json in %s; set GELSLAM_DATA" % DATA)
+        return NO_DATA
     unknown = [name for name in arguments.names if name not in reference]
     if unknown:
         return fail("unknown sequence %s; there are: %s" % (", ".join(unknown), ", ".join(sorted(reference))))

@@ -4,9 +4,9 @@
 # Measures what README.md and docs/results.md state (40 minutes on two idle cores), writes docs/results.json with the
 # commit, draws the charts and sets the figures in both texts. DATA: rendered sequences with truth and presses. REAL: a
 # folder of logs of real sensors: NAME/{left,right}.avi, NAME/background_{left,right}.png, NAME/pair.json (ppmm, start, end).
-# PUBLIC=DIR also times the public system (scripts/side_by_side.sh). What is not run stays, with its commit.
+# NO_BUILD=1 takes what is built. PUBLIC=DIR also times the public system (scripts/side_by_side.sh). What is not run stays, with its commit.
 #   --only    of: models accuracy stability mechanisms calibration real live real_live followed long speed public
-#             (accuracy, mechanisms and calibration need models; from live on an idle machine is needed)
+#             (accuracy and calibration need models; from live on an idle machine is needed)
 #
 # Tables stay in build/results.
 set -euo pipefail
@@ -83,15 +83,15 @@ fi
 
 if begin stability; then
   "$lab" stability "${tracks[@]}" --methods fpfh -o "$out/stability/fpfh" >/dev/null &
-  "$lab" stability "${tracks[@]}" --methods normalflow icp icp-tuned filterreg filterreg-tuned -o "$out/stability/others" >/dev/null
+  "$lab" stability "${tracks[@]}" --methods normalflow,icp,icp-tuned,filterreg,filterreg-tuned -o "$out/stability/others" >/dev/null
   wait $!
   jq -s add "$out"/stability/{others,fpfh}/stability.json >"$out/stability/stability.json"
   end stability
 fi
 
 if begin mechanisms; then
-  "$lab" ablation "$data/sequences" "$data/ablation" --threads 2 -o "$out/mechanisms" >/dev/null
-  "$lab" ablation "$data/optics" --only lens perspective dome --model "$out/models/optics.json" --threads 2 -o "$out/mechanisms/optics" >/dev/null
+  "$lab" ablation "$data"/sequences/{track,hard}_*/ "$data/ablation" --threads 2 -o "$out/mechanisms" >/dev/null
+  "$lab" ablation "$data/optics" --only lens,perspective,dome --threads 2 -o "$out/mechanisms/optics" >/dev/null
   end mechanisms
 fi
 

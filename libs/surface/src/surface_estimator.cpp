@@ -132,9 +132,8 @@ struct SurfaceEstimator::Impl {
                             contact);
     rest_grid.remove_beyond(contact);
     constexpr double kDeepest = 0.25;  // bound: of the narrow side; no gel is thicker (a test picture)
-    double lowest_mm = 0;
-    cv::minMaxLoc(relief_mm, &lowest_mm, nullptr, nullptr, nullptr, contact);
-    if (lowest_mm < -kDeepest * std::min(size.width, size.height) * options.pixel_pitch_mm) contact = 0;
+    const double mean_mm = cv::mean(relief_mm, contact)[0];
+    if (mean_mm < -kDeepest * std::min(size.width, size.height) * options.pixel_pitch_mm) contact = 0;
     return contact;
   }
 
