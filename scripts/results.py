@@ -169,7 +169,7 @@ def followed(study, data):
     from speed_followed import shares
     rows = [{k: v if k in ("object", "schedule") else float(v) for k, v in row.items()} for row in csv.DictReader(open(study / "speed_followed.csv"))]
     figures = {"%s_%s_%g" % (schedule, unit.replace("/", "_"), low): share
-               for schedule in ("offline", "live") for unit in ("mm/s", "degrees/s") for low, _, _, share in shares(rows, schedule, unit)}
+               for schedule in ("offline", "live", "public") for unit in ("mm/s", "degrees/s") for low, _, _, share in shares(rows, schedule, unit)}
     shutil.copy(study / "speed_followed.png", CHARTS)
     return figures
 
@@ -228,7 +228,7 @@ def draw_real(out):
     axis.set_ylabel("still pictures whose pose moved (%)")
     axis.set_ylim(bottom=-0.5)
     axis.grid(alpha=0.3)
-    axis.legend()
+    axis.legend(loc="lower right", fontsize=8)
     save(figure, CHARTS / "real.png")
 
 
@@ -247,7 +247,7 @@ def draw_chain(out, figures):
     axis.set_xlabel("processor time of the whole program per frame (ms)")
     axis.set_ylabel("pose error (mm)")
     axis.grid(alpha=0.3, which="both")
-    axis.legend()
+    axis.legend(loc="lower right", fontsize=8)
     save(figure, CHARTS / "chain.png")
 
 

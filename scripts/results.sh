@@ -62,6 +62,12 @@ if begin models; then
   awk 'NR == 1 || (NR - 2) % 5' "$data/calibration/catalog.csv" >"$out/models/train/catalog.csv"
   awk 'NR == 1 || (NR - 2) % 5 == 0' "$data/calibration/catalog.csv" >"$out/models/check/catalog.csv"
   "$gelslam" calibrate train "$out/models/train" --automatic -o "$out/models/real.json" -q || (($? == 1))
+  # Of the simulated sensor, in the public format.
+  for diameter in 6.31 9.5; do
+    "$gelslam" simulate presses --diameter "$diameter" --presses 90 -o "$out/models/log_$diameter" -q
+    "$gelslam" calibrate collect "$out/models/log_$diameter" -o "$out/models/mini" --diameter "$diameter" --presses 90 --headless -q || (($? == 1))
+  done
+  "$gelslam" calibrate train "$out/models/mini" -o "$out/models/mini.pth" -q || (($? == 1))
   end models
 fi
 
@@ -133,7 +139,7 @@ if [[ -n $real ]] && begin real_live; then
 fi
 
 if begin followed; then
-  scripts/speed_followed.py "$out/followed" >"$out/followed/table.txt"
+  scripts/speed_followed.py "$out/followed" ${PUBLIC:+--public "$PUBLIC" --public-model "$out/models/mini.pth"} >"$out/followed/table.txt"
   rm -rf "$out"/followed/log_*
   end followed
 fi

@@ -1,10 +1,11 @@
 #!/usr/bin/python3
-"""How fast a motion may be: the share of right steps against speed, offline and live.
+"""How fast a motion may be: the share of right steps against speed, offline, live and of the public system.
 
 Simulates textured objects that are rolled all over and slid to and fro at growing speeds (25 Hz), tracks each log with
 `gelslam reconstruct`'s tracker and with `gelslam scan` at the log's own pace, and compares the motion between every two
 frames with the truth. A step is right if both frames are tracked in one trial and it is within 0.1 mm and 1 degree of the
-truth; what is lost or dropped is not right. Prints a table, and writes speed_followed.csv and speed_followed.png into DIR.
+truth; what is lost or dropped is not right. --public DIR (see scripts/side_by_side.sh) tracks with the public
+system, too, offline; its model is an nnmodel.pth of the simulated sensor. Prints a table, and writes speed_followed.csv and speed_followed.png into DIR.
 
 Example: scripts/speed_followed.py STUDY --program build/bin/gelslam
 """
@@ -13,11 +14,13 @@ import argparse
 import csv
 import json
 import pathlib
+import re
 import subprocess
 
 import numpy as np
 import plotting
 from plotting import plt
+from scipy.spatial.transform import Rotation
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 RATE_HZ, BACKGROUND_FRAMES = 25, 10
@@ -41,6 +44,25 @@ def frames_of(words):
     return found
 
 
+def public_frames(public, model, log):
+    """The same of the public system. Empty where it finds nothing."""
+    config = log / "config.yaml"
+    config.write_text(re.sub(r"(calibration_model_path:).*", r"\1 " + json.dumps(str(model)), config.read_text()))
+    subprocess.run(["/usr/bin/python3", public / "run_reference.py", "--normalflow", public / "normalflow", "--gs-sdk",
+                    public / "gs_sdk", "--gelslam", public / "gelslam", "--out", log / "public", log],
+                   stdout=subprocess.DEVNULL, check=True)
+    tracked = log / "public" / log.name / "track.tum"
+    if not tracked.exists():
+        return {}
+    found = {}
+    trials = np.loadtxt(tracked.with_name("track_groups.txt"), dtype=int, ndmin=2)
+    for (frame, trial), row in zip(trials, np.loadtxt(tracked, ndmin=2)):
+        pose = np.eye(4)
+        pose[:3, :3], pose[:3, 3] = Rotation.from_quat(row[4:]).as_matrix(), 1e3 * row[1:4]
+        found[frame - BACKGROUND_FRAMES] = trial, pose
+    return found
+
+
 def size_of(motion):
     """mm and degrees."""
     turn = np.degrees(np.arccos(np.clip((np.trace(motion[:3, :3]) - 1) / 2, -1, 1)))
@@ -60,16 +82,19 @@ def steps(truth, found):
         yield *(RATE_HZ * np.array(size_of(motion))), right
 
 
-def measure(program, folder):
+def measure(program, folder, public, public_model):
     rows = []
     for k, (name, words) in enumerate(MOTIONS):
         log = folder / ("log_%d" % k)
         subprocess.run([program, "simulate", "scan", *words, "-q", "--overwrite", "-o", log], check=True)
         truth = np.load(log / "true_start_T_currs.npy")
         truth[:, :3, 3] *= 1e3
-        for schedule, command in (("offline", ["track", log, "--format", "ndjson"]),
-                                  ("live", ["scan", log, "--headless", "-q", "--stream", "-"])):
-            for mm_s, deg_s, right in steps(truth, frames_of([program, *command])):
+        found = {"offline": frames_of([program, "track", log, "--format", "ndjson"]),
+                 "live": frames_of([program, "scan", log, "--headless", "-q", "--stream", "-"])}
+        if public:
+            found["public"] = public_frames(public, public_model, log)
+        for schedule, frames in found.items():
+            for mm_s, deg_s, right in steps(truth, frames):
                 rows.append({"object": name, "schedule": schedule, "mm/s": mm_s, "degrees/s": deg_s, "right": int(right)})
     return rows
 
@@ -86,17 +111,21 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("study", type=pathlib.Path, metavar="DIR", help="folder to write")
     parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/bin/gelslam")
+    parser.add_argument("--public", type=pathlib.Path, metavar="DIR")
+    parser.add_argument("--public-model", type=pathlib.Path, metavar="nnmodel.pth")
     arguments = parser.parse_args()
     arguments.study.mkdir(parents=True, exist_ok=True)
-    rows = measure(arguments.program.resolve(), arguments.study.resolve())
+    rows = measure(arguments.program.resolve(), arguments.study.resolve(), *(path and path.resolve() for path in (arguments.public, arguments.public_model)))
     with open(arguments.study / "speed_followed.csv", "w", newline="") as file:
         writer = csv.DictWriter(file, rows[0].keys())
         writer.writeheader()
         writer.writerows(rows)
     figure, axes = plt.subplots(1, 2, figsize=(9, 3.4), sharey=True)
     for axis, speed in zip(axes, BINS):
-        for schedule, style in (("offline", "-o"), ("live", "--x")):
+        for schedule, style in (("offline", "-o"), ("live", "--x"), ("public", ":s")):
             table = list(shares(rows, schedule, speed))
+            if not table:
+                continue
             for low, high, count, share in table:
                 print("%-8s %5g to %-5g %-9s %5d steps, right %.3f" % (schedule, low, high, speed, count, share))
             axis.plot(["< %g" % row[1] if row[1] < 1e9 else "more" for row in table], [row[3] for row in table], style, label=schedule)
