@@ -126,7 +126,7 @@ class VertexJoiner {
   }
 
  private:
-  static constexpr VertexName nowhere{-1, -1};  // layout
+  static constexpr VertexName kNowhere{-1, -1};  // layout
 
   void add_edge(const ActiveCell& cell, int axis) {
     const bool from_outside = (cell.outside & 1) != 0;
@@ -154,14 +154,14 @@ class VertexJoiner {
       neighbor |= 1 << axis;
     }
     const BlockSurface* block = lower_[static_cast<std::size_t>(neighbor)];
-    if (!block) return nowhere;
+    if (!block) return kNowhere;
     const int cell = static_cast<int>(voxel_index(voxel, kBlockEdge));
     const auto found = std::lower_bound(block->cells.begin(), block->cells.end(), cell,
                                         [](const ActiveCell& a, int wanted) { return a.cell < wanted; });
-    if (found == block->cells.end() || found->cell != cell) return nowhere;
+    if (found == block->cells.end() || found->cell != cell) return kNowhere;
     const int cycle = cell_cycles(found->outside).of_edge[static_cast<std::size_t>(edge)];
     const int vertex = found->first_vertex + cycle;
-    if (cycle < 0 || !(block->weights[static_cast<std::size_t>(vertex)] > 0)) return nowhere;
+    if (cycle < 0 || !(block->weights[static_cast<std::size_t>(vertex)] > 0)) return kNowhere;
     return {neighbor, vertex};
   }
 
