@@ -172,8 +172,8 @@ bool VideoFile::Av::open_decoder() {
   codec = avcodec_alloc_context3(decoder);
   if (decoder == nullptr || codec == nullptr) return false;
   codec->max_pixels = kMaxPicturePixels;
-  codec->thread_count = 0;                 // as many as there are cores
-  codec->log_level_offset = AV_LOG_TRACE;  // its threads may complain between our calls: Quiet
+  codec->thread_count = 0;               // as many as there are cores
+  codec->thread_type = FF_THREAD_SLICE;  // threads of pictures complain between our calls: Quiet
   const AVCodecDescriptor* properties = avcodec_descriptor_get(stream->codecpar->codec_id);
   is_predicted = properties == nullptr || (properties->props & AV_CODEC_PROP_INTRA_ONLY) == 0;
   return avcodec_parameters_to_context(codec, stream->codecpar) >= 0 &&
