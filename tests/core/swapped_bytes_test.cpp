@@ -4,6 +4,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <vector>
 
 #include "gelslam/core/process.hpp"
@@ -41,6 +45,20 @@ TEST(SwappedBytes, OutliveTheirNeighbors) {
   EXPECT_EQ(copy.read(), block('b'));
   EXPECT_EQ(third.read(), block('c'));
   EXPECT_EQ(fourth.read(), block('d'));
+}
+
+// A process may hold some 65 000 mappings; then it gets no memory.
+TEST(SwappedBytes, ManyAreNoMoreMappingsOrFiles) {
+  const auto held = [] {
+    std::ifstream maps("/proc/self/maps");
+    const std::filesystem::directory_iterator files("/proc/self/fd");
+    return std::count(std::istreambuf_iterator<char>(maps), {}, '\n') +
+           std::distance(begin(files), end(files));
+  };
+  std::vector<SwappedBytes> blocks{SwappedBytes("a")};
+  const auto before = held();
+  for (int i = 0; i < 1000; ++i) blocks.emplace_back("b");
+  EXPECT_LT(held() - before, 100);
 }
 
 TEST(SwappedBytes, SurviveAFork) {
