@@ -4,7 +4,7 @@
 # Measures what README.md and docs/results.md state (40 minutes on two idle cores), writes docs/results.json with the
 # commit, draws the charts and sets the figures in both texts. DATA: rendered sequences with truth and presses. REAL: a
 # folder of logs of real sensors: NAME/{left,right}.avi, NAME/background_{left,right}.png, NAME/pair.json (ppmm, start, end).
-# NO_BUILD=1 takes what is built. PUBLIC=DIR also times the public system (scripts/side_by_side.sh). What is not run stays, with its commit.
+# NO_BUILD=1 takes what is built. PUBLIC=DIR also runs the public system (scripts/public_system.sh). What is not run stays, with its commit.
 #   --only    of: models accuracy stability mechanisms calibration real live real_live followed long speed public
 #             (accuracy and calibration need models; from live on an idle machine is needed)
 #
@@ -62,12 +62,7 @@ if begin models; then
   awk 'NR == 1 || (NR - 2) % 5' "$data/calibration/catalog.csv" >"$out/models/train/catalog.csv"
   awk 'NR == 1 || (NR - 2) % 5 == 0' "$data/calibration/catalog.csv" >"$out/models/check/catalog.csv"
   "$gelslam" calibrate train "$out/models/train" --automatic -o "$out/models/real.json" -q || (($? == 1))
-  # Of the simulated sensor, in the public format.
-  for diameter in 6.31 9.5; do
-    "$gelslam" simulate presses --diameter "$diameter" --presses 90 -o "$out/models/log_$diameter" -q
-    "$gelslam" calibrate collect "$out/models/log_$diameter" -o "$out/models/mini" --diameter "$diameter" --presses 90 --headless -q || (($? == 1))
-  done
-  "$gelslam" calibrate train "$out/models/mini" -o "$out/models/mini.pth" -q || (($? == 1))
+  scripts/simulated_models.sh "$gelslam" "$out/models" mini
   end models
 fi
 

@@ -1,14 +1,13 @@
 #!/usr/bin/env bash
 # Times whole offline reconstructions and their stages of the public Python system and of gelslam: both on one core, in
 # turn, on the same logs. Prints a table of medians and ratios (scripts/plot_side_by_side.py) and draws a chart.
-# PUBLIC is a folder with run_reference.py, which drives unchanged checkouts of rpl-cmu/normalflow, joehjhuang/gs_sdk
-# and rpl-cmu/gelslam (normalflow/, gs_sdk/ and gelslam/ in it, or where NORMALFLOW, GS_SDK and GELSLAM say).
+# PUBLIC: see scripts/public_system.sh.
 #
 # Example: scripts/side_by_side.sh PUBLIC OUT DATA/sequences/track_pebble DATA/optics/optics_tread9
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-usage() { sed -n '2,7s/^# \?//p' "$0" >&2; exit 2; }
+usage() { sed -n '2,6s/^# \?//p' "$0" >&2; exit 2; }
 (($# >= 3)) || usage
 public=$1 out=$2
 shift 2
@@ -51,8 +50,7 @@ for log in "$@"; do
   folder=$(with_absolute_model "$log")
   for ((i = 1; i <= repetitions; ++i)); do
     echo "$(basename "$log") $i of $repetitions" >&2
-    timed public "$log" "$i" /usr/bin/python3 "$public/run_reference.py" --normalflow "${NORMALFLOW:-$public/normalflow}" \
-      --gs-sdk "${GS_SDK:-$public/gs_sdk}" --gelslam "${GELSLAM:-$public/gelslam}" --out "$out/public-$i" "$folder"
+    timed public "$log" "$i" scripts/public_system.sh "$public" "$out/public-$i" "$folder"
     timed gelslam "$log" "$i" "$gelslam" reconstruct "$folder" -o "$out/gelslam-$i/$(basename "$log")" --overwrite -q
   done
 done

@@ -4,7 +4,7 @@
 Simulates textured objects that are rolled all over and slid to and fro at growing speeds (25 Hz), tracks each log with
 `gelslam reconstruct`'s tracker and with `gelslam scan` at the log's own pace, and compares the motion between every two
 frames with the truth. A step is right if both frames are tracked in one trial and it is within 0.1 mm and 1 degree of the
-truth; what is lost or dropped is not right. --public DIR (see scripts/side_by_side.sh) tracks with the public
+truth; what is lost or dropped is not right. --public DIR (see scripts/public_system.sh) tracks with the public
 system, too, offline; its model is an nnmodel.pth of the simulated sensor. Prints a table, and writes speed_followed.csv and speed_followed.png into DIR.
 
 Example: scripts/speed_followed.py STUDY --program build/bin/gelslam
@@ -20,7 +20,6 @@ import subprocess
 import numpy as np
 import plotting
 from plotting import plt
-from scipy.spatial.transform import Rotation
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 RATE_HZ, BACKGROUND_FRAMES = 25, 10
@@ -48,19 +47,14 @@ def public_frames(public, model, log):
     """The same of the public system. Empty where it finds nothing."""
     config = log / "config.yaml"
     config.write_text(re.sub(r"(calibration_model_path:).*", r"\1 " + json.dumps(str(model)), config.read_text()))
-    subprocess.run(["/usr/bin/python3", public / "run_reference.py", "--normalflow", public / "normalflow", "--gs-sdk",
-                    public / "gs_sdk", "--gelslam", public / "gelslam", "--out", log / "public", log],
-                   stdout=subprocess.DEVNULL, check=True)
+    subprocess.run([ROOT / "scripts/public_system.sh", public, log / "public", log], stdout=subprocess.DEVNULL, check=True)
     tracked = log / "public" / log.name / "track.tum"
     if not tracked.exists():
         return {}
-    found = {}
+    from still_moved import poses_of
+    poses = poses_of(tracked, RATE_HZ)
     trials = np.loadtxt(tracked.with_name("track_groups.txt"), dtype=int, ndmin=2)
-    for (frame, trial), row in zip(trials, np.loadtxt(tracked, ndmin=2)):
-        pose = np.eye(4)
-        pose[:3, :3], pose[:3, 3] = Rotation.from_quat(row[4:]).as_matrix(), 1e3 * row[1:4]
-        found[frame - BACKGROUND_FRAMES] = trial, pose
-    return found
+    return {frame - BACKGROUND_FRAMES: (trial, poses[frame]) for frame, trial in trials}
 
 
 def size_of(motion):
