@@ -155,6 +155,7 @@ class Recorder {
   void write(const cv::Mat3b& bgr, double time_s) {
     const std::lock_guard lock(mutex_);
     if (time_s < last_s_) throw Error("time_s is before that of the picture before");
+    if (closed_) throw Error("the log is closed");
     RawFrame frame;
     frame.encoding = FrameEncoding::bgr;
     frame.width_px = bgr.cols;
@@ -162,7 +163,6 @@ class Recorder {
     frame.time_s = time_s;
     frame.bytes.assign(bgr.datastart, bgr.dataend);
     frame.index = frame.sequence = writer_.frames();
-    if (closed_) throw Error("the log is closed");
     if (!writer_.write(frame)) throw Error(writer_.failure());
     last_s_ = time_s;
   }

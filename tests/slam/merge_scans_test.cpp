@@ -21,6 +21,12 @@ using testing::HasSubstr;
 
 class Merge : public testing::Test {
  protected:
+  struct TwoThatOverlap : Strokes {
+    TwoThatOverlap() {
+      stroke(0, 0, 0);
+      stroke(0.8, 0.6, 50);
+    }
+  };
   /// A run folder of these strokes.
   void save(const char* name, const Strokes& scan) {
     const SlamMap map = scan.finish();
@@ -57,9 +63,8 @@ class Merge : public testing::Test {
 };
 
 TEST_F(Merge, JoinsTwoHalvesOfAScan) {
-  Strokes left, right;
-  left.stroke(0, 0, 0);
-  left.stroke(0.8, 0.6, 50);
+  const TwoThatOverlap left;
+  Strokes right;
   right.stroke(1.5, -0.5, -30);
   right.stroke(2.5, 0.1, 10);
   save("left", left);
@@ -96,9 +101,8 @@ TEST_F(Merge, RefusesScansOfDifferentSensorsOrModels) {
 }
 
 TEST_F(Merge, SaysWhatDidNotJoin) {
-  Strokes left, right;
-  left.stroke(0, 0, 0);
-  left.stroke(0.8, 0.6, 50);
+  const TwoThatOverlap left;
+  Strokes right;
   right.stroke(40, 0, 0);
   save("left", left);
   save("right", right);
@@ -111,11 +115,9 @@ TEST_F(Merge, SaysWhatDidNotJoin) {
 }
 
 TEST_F(Merge, FindsTheLoopsThatAnAbortedScanDidNotSearchFor) {
-  Strokes aborted, elsewhere;
-  aborted.stroke(0, 0, 0);
-  aborted.stroke(0.8, 0.6, 50);
+  Strokes elsewhere;
   elsewhere.stroke(20, 0, 0);
-  save("aborted", aborted);
+  save("aborted", TwoThatOverlap());
   save("elsewhere", elsewhere);
   for (const char* lost : {"DELETE FROM edges WHERE kind = 'loop'", "DELETE FROM searched"})
     sql(folder / "aborted/session.db", lost);

@@ -28,7 +28,7 @@ Matrix6d whitening_matrix(const Matrix6d& information) {
   if ((information - information.transpose()).cwiseAbs().maxCoeff() > kRoundingTolerance * largest)
     throw Error("pose graph: an edge's information is not symmetric");
 
-  const Eigen::LLT<Matrix6d> factor(with_overlap_prior(0.5 * (information + information.transpose())));
+  const Eigen::LLT<Matrix6d> factor(with_overlap_prior(symmetric(information)));
   if (factor.info() != Eigen::Success)
     throw Error("pose graph: an edge's information is not positive semi-definite");
   return factor.matrixU();

@@ -24,10 +24,7 @@ constexpr std::size_t kMaxHypotheses = 24;      // a cube's corner has as many
 constexpr std::size_t kMaxSymmetricTries = 48;  // registrations per search
 constexpr std::size_t kMaxTouches = 8;          // that a new hypothesis is judged by
 
-Matrix6d inverse(const Matrix6d& matrix) {
-  const Matrix6d result = matrix.inverse();
-  return 0.5 * (result + result.transpose());
-}
+Matrix6d inverse(const Matrix6d& matrix) { return symmetric(matrix.inverse()); }
 
 /// All of the pose is known, at two standard deviations, to less than the distance of two places.
 bool is_known_well(const UncertainPose& place) {

@@ -91,8 +91,7 @@ Matrix6d pose_information(const ShownDirections& directions, bool heights_known,
   const Vector6d variance =
       motion_variance(motion, directions.share.minCoeff() > 0, shared_mm2, model_sigma, options);
   const Matrix6d both = (Matrix6d::Identity() + noise * variance.asDiagonal()).partialPivLu().solve(noise);
-  const Matrix6d information = to_center.transpose() * both * to_center;
-  return 0.5 * (information + information.transpose());
+  return symmetric(to_center.transpose() * both * to_center);
 }
 
 Vector6d membrane_bias(const ShownDirections& directions, const CameraModel& reference,

@@ -9,7 +9,8 @@ namespace gelslam {
 
 namespace {
 
-UncertainMotion with_bias(UncertainMotion motion, const Vector6d& membrane_bias) {
+UncertainMotion uncertain_motion(const PoseGraphEdge& edge, const Vector6d& membrane_bias) {
+  UncertainMotion motion = uncertain_motion(edge);
   motion.by_membrane_bias = membrane_bias;
   return motion;
 }
@@ -39,17 +40,16 @@ std::optional<Matrix6d> TrialDrift::add(const TrackedFrame& frame) {
   }
   for (const NewKeyframe& added : frame.new_keyframes) {
     if (added.keyframe->trial != trial_) continue;  // left behind by the trial before
-    trial_T_keyframes_[added.keyframe->id] =
-        added.edge ? compose(trial_T_keyframes_.at(added.edge->from),
-                             with_bias(uncertain_motion(*added.edge), added.membrane_bias))
-                   : UncertainMotion();
+    trial_T_keyframes_[added.keyframe->id] = added.edge
+                                                 ? compose(trial_T_keyframes_.at(added.edge->from),
+                                                           uncertain_motion(*added.edge, added.membrane_bias))
+                                                 : UncertainMotion();
   }
   if (frame.status != TrackStatus::tracked) return std::nullopt;
   UncertainMotion motion = trial_T_keyframes_.at(frame.keyframe->id);
   if (frame.keyframe->frame != frame.frame)
-    motion =
-        compose(motion, with_bias(uncertain_motion(odometry_edge(frame.keyframe->id, -1, frame.registration)),
-                                  odometry_bias(frame.registration)));
+    motion = compose(motion, uncertain_motion(odometry_edge(frame.keyframe->id, -1, frame.registration),
+                                              odometry_bias(frame.registration)));
   return translation_first(with_second_order(
       motion.total_covariance(gradient_scale_sigma_ * frame.keyframe->surface.facts().model_sigma)));
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "gelslam/core/se3.hpp"
+#include "gelslam/core/uncertain_pose.hpp"
 
 namespace gelslam {
 
@@ -21,11 +21,5 @@ struct PoseGraphEdge {
   /// A loop that is too weak to join two pieces alone (consistent_edges). solve_pose_graph() ignores it.
   bool tentative = false;
 };
-
-/// The matrix made exactly symmetric, without rounding differences of its halves: sessions keep only one
-/// half.
-inline Matrix6d symmetric(const Matrix6d& information) {
-  return 0.5 * (information + information.transpose());
-}
 
 }  // namespace gelslam

@@ -23,6 +23,10 @@ double worst_sigma(const Eigen::Matrix3d& covariance);
 /// a_T_b and b_T_c, independent of each other, to a_T_c.
 UncertainPose compose(const UncertainPose& a_T_b, const UncertainPose& b_T_c);
 
+/// A covariance or its inverse made exactly symmetric, without rounding differences of its halves: sessions
+/// keep only one half.
+inline Matrix6d symmetric(const Matrix6d& matrix) { return 0.5 * (matrix + matrix.transpose()); }
+
 /// UncertainPose::inverse() of an inverse covariance, which may be singular.
 Matrix6d information_of_inverse(const Matrix6d& information, const Pose& pose);
 
