@@ -24,7 +24,8 @@ struct Place {
   double similarity = 0;                               // normalized cross-correlation
 };
 
-int wrapped(int shift, int size) { return shift > size / 2 ? shift - size : shift; }
+/// `shift` of a texture beneath one of `size`, as it stands in a map of `period`.
+int wrapped(int shift, int size, int period) { return shift < size ? shift : shift - period; }
 
 bool is_peak(const cv::Mat1f& map, int y, int x) {
   for (int dy = -1; dy <= 1; ++dy)
@@ -33,8 +34,9 @@ bool is_peak(const cv::Mat1f& map, int y, int x) {
   return true;
 }
 
-/// All peaks of one twist.
-void add_peaks(const TextureSpectrum::Agreement& agreement, const Place& twist, double min_similarity,
+/// All peaks of one twist: `turned` beneath `target`.
+void add_peaks(const CoarseTexture& turned, const CoarseTexture& target,
+               const TextureSpectrum::Agreement& agreement, const Place& twist, double min_similarity,
                double min_shared_px, std::vector<Place>& peaks) {
   const cv::Mat1f& similarity = agreement.similarity;
   for (int y = 0; y < similarity.rows; ++y)
@@ -43,7 +45,9 @@ void add_peaks(const TextureSpectrum::Agreement& agreement, const Place& twist, 
           !is_peak(similarity, y, x))
         continue;
       Place& peak = peaks.emplace_back(twist);
-      peak.shift_px = {wrapped(x, similarity.cols), wrapped(y, similarity.rows)};
+      peak.shift_px = Eigen::Vector2d(wrapped(x, target.mask.cols, similarity.cols),
+                                      wrapped(y, target.mask.rows, similarity.rows)) +
+                      target.origin_px - turned.origin_px;
       peak.similarity = similarity(y, x);
     }
 }
@@ -115,14 +119,20 @@ std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target,
   if (min_shared_px < 1) return {};
   // Before registration textures agree about half as well as after it.
   const double min_similarity = options.min_texture_correlation / 2;
-  const TextureSpectrum target_spectrum(target_texture);
-  std::vector<Place> peaks;
+  std::vector<Place> twists;
+  std::vector<CoarseTexture> turned;
+  cv::Size size;
   for (int step = -kTwistSteps; step <= kTwistSteps; ++step) {
-    const double twist_rad = twist_of(expected) + step * kTwistStepRad;
-    const TextureSpectrum turned(texture.turned(twist_rad));
-    add_peaks(turned.laid_on(target_spectrum), {.twist_step = step, .twist_rad = twist_rad}, min_similarity,
-              min_shared_px, peaks);
+    twists.push_back({.twist_step = step, .twist_rad = twist_of(expected) + step * kTwistStepRad});
+    const cv::Size own = turned.emplace_back(texture.turned(twists.back().twist_rad)).mask.size();
+    size = {std::max(size.width, own.width), std::max(size.height, own.height)};
   }
+  size += target_texture.mask.size();
+  const TextureSpectrum target_spectrum(target_texture, size);
+  std::vector<Place> peaks;
+  for (std::size_t i = 0; i < turned.size(); ++i)
+    add_peaks(turned[i], target_texture, TextureSpectrum(turned[i], size).laid_on(target_spectrum), twists[i],
+              min_similarity, min_shared_px, peaks);
   std::vector<Pose> starts;
   for (const Place& place : best_places(std::move(peaks), kMinPeriodMm / texture.pixel_pitch_mm))
     starts.push_back(pose_at(place, reference, target));

@@ -6,6 +6,8 @@
 namespace gelslam {
 namespace {
 
+constexpr int kStartIterations = 10;  // speed: where a start is right, registration is there in fewer
+
 /// From one pose of the target to another, along the target's axes: how the shared center moves, and the
 /// turn.
 struct Difference {
@@ -57,10 +59,12 @@ RegistrationResult relocalize(const NormalFlowReference& reference, const Surfac
       rivals.push_back(place);
   };
   add(found, PlacePrior::known);
+  NormalFlowOptions from_start = normal_flow;
+  from_start.max_iterations = std::min(from_start.max_iterations, kStartIterations);
   PosePrior prior(expected);
   for (const Pose& start : coarse_starts(reference.surface(), target, expected, options)) {
     prior.start = start;
-    add(register_normal_flow(reference, target, prior, normal_flow), PlacePrior::suspected);
+    add(register_normal_flow(reference, target, prior, from_start), PlacePrior::suspected);
   }
   if (places.empty()) {
     RegistrationResult none = found;

@@ -1,5 +1,6 @@
 #include "texture_spectrum.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
@@ -11,9 +12,8 @@
 namespace gelslam::registration::detail {
 namespace {
 
-cv::Mat spectrum(const cv::Mat1f& image) {
-  const cv::Size size(cv::getOptimalDFTSize(2 * image.cols), cv::getOptimalDFTSize(2 * image.rows));
-  cv::Mat1f padded(size, 0.0F);
+cv::Mat spectrum(const cv::Mat1f& image, cv::Size size) {
+  cv::Mat1f padded(cv::getOptimalDFTSize(size.height), cv::getOptimalDFTSize(size.width), 0.0F);
   image.copyTo(padded(cv::Rect({0, 0}, image.size())));
   cv::Mat result;
   cv::dft(padded, result);
@@ -35,6 +35,11 @@ cv::Mat1f correlate(const cv::Mat& a, const cv::Mat& b) {
   return result;
 }
 
+/// From the center of a picture to that of its first pixel.
+Eigen::Vector2d corner_px(const cv::Mat& image) {
+  return -0.5 * Eigen::Vector2d(image.cols - 1, image.rows - 1);
+}
+
 }  // namespace
 
 CoarseTexture::CoarseTexture(const Surface& surface, int shrink)
@@ -42,37 +47,39 @@ CoarseTexture::CoarseTexture(const Surface& surface, int shrink)
   read_contact(surface).convertTo(mask, CV_32F, 1.0 / 255.0);
   cv::resize(mask, mask, {}, 1.0 / shrink, 1.0 / shrink, cv::INTER_NEAREST);
   cv::resize(surface.curvature, curvature, mask.size(), 0, 0, cv::INTER_AREA);
-  remove_mean();
+  origin_px = corner_px(mask);
+  crop_to_contact();
 }
 
 CoarseTexture CoarseTexture::turned(double angle_rad) const {
-  // OpenCV counts angles the other way round, as its y points down and its angles do not.
-  const cv::Point2f center(static_cast<float>(mask.cols - 1) / 2, static_cast<float>(mask.rows - 1) / 2);
-  const cv::Mat turn = cv::getRotationMatrix2D(center, -angle_rad * kDegreesPerRadian, 1.0);
+  const Eigen::Matrix2d turn = Eigen::Rotation2Dd(angle_rad).toRotationMatrix();
+  const Eigen::Vector2d size = turn.cwiseAbs() * Eigen::Vector2d(mask.cols, mask.rows);
   CoarseTexture result;
   result.pixel_pitch_mm = pixel_pitch_mm;
-  cv::warpAffine(mask, result.mask, turn, mask.size(), cv::INTER_NEAREST);
-  cv::warpAffine(curvature, result.curvature, turn, mask.size(), cv::INTER_LINEAR);
-  result.remove_mean();
+  result.mask.create(static_cast<int>(size.y()) + 1, static_cast<int>(size.x()) + 1);
+  const Eigen::Vector2d moved = turn * corner_px(mask) - corner_px(result.mask);
+  const cv::Matx23d turn_px(turn(0, 0), turn(0, 1), moved.x(), turn(1, 0), turn(1, 1), moved.y());
+  cv::warpAffine(curvature, result.curvature, turn_px, result.mask.size(), cv::INTER_LINEAR);
+  cv::warpAffine(mask, result.mask, turn_px, result.mask.size(), cv::INTER_NEAREST);
+  result.origin_px = turn * origin_px - moved;
+  result.crop_to_contact();
   return result;
 }
 
-void CoarseTexture::crop() {
+void CoarseTexture::crop_to_contact() {
   const cv::Rect box = cv::boundingRect(cv::Mat1b(mask > 0));
   mask = mask(box);
   curvature = curvature(box);
-}
-
-void CoarseTexture::remove_mean() {
+  origin_px += Eigen::Vector2d(box.x, box.y);
   pixels = cv::sum(mask)[0];
   if (pixels > 0) curvature -= static_cast<float>(curvature.dot(mask) / pixels);
   cv::multiply(curvature, mask, curvature);
 }
 
-TextureSpectrum::TextureSpectrum(const CoarseTexture& texture)
-    : curvature_(spectrum(texture.curvature)),
-      squared_(spectrum(squared(texture.curvature))),
-      mask_(spectrum(texture.mask)) {}
+TextureSpectrum::TextureSpectrum(const CoarseTexture& texture, cv::Size size)
+    : curvature_(spectrum(texture.curvature, size)),
+      squared_(spectrum(squared(texture.curvature), size)),
+      mask_(spectrum(texture.mask, size)) {}
 
 TextureSpectrum::Agreement TextureSpectrum::laid_on(const TextureSpectrum& other) const {
   const cv::Mat1f dot = correlate(curvature_, other.curvature_), energy = correlate(squared_, other.mask_),
@@ -95,10 +102,9 @@ using namespace registration::detail;
 double self_similarity(const Surface& surface) {
   constexpr double kMinShared = 0.5;  // numerics: fewer pixels correlate by chance
   if (surface.contact_pixels == 0) return 0.0;
-  CoarseTexture texture(surface);
+  const CoarseTexture texture(surface);
   if (texture.pixels < 1) return 0.0;
-  texture.crop();
-  const TextureSpectrum spectrum(texture);
+  const TextureSpectrum spectrum(texture, texture.mask.size() * 2);
   const auto [similarity, shared] = spectrum.laid_on(spectrum);
   const double min_shift_px = kMinPeriodMm / texture.pixel_pitch_mm;
   double largest = 0.0;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 
 #include "gelslam/surface/surface.hpp"
@@ -15,22 +16,22 @@ struct CoarseTexture {
   cv::Mat1f mask;       ///< 1 in the contact, else 0
   double pixels = 0;    ///< sum of the mask
   double pixel_pitch_mm = 0;
+  Eigen::Vector2d origin_px = Eigen::Vector2d::Zero();  ///< of the first pixel, from the picture's center
 
   CoarseTexture() = default;
   explicit CoarseTexture(const Surface& surface, int shrink = kTextureShrink);
   /// Turned about the sensor's z axis.
   CoarseTexture turned(double angle_rad) const;
-  /// To the contact, where no other texture has to be of the same size.
-  void crop();
 
  private:
-  void remove_mean();
+  void crop_to_contact();
 };
 
-/// The Fourier transform of a texture, to compare it with another of the same size at all shifts at once.
+/// The Fourier transform of a texture, padded to `size`: that of both together, for it to be compared with
+/// another at all shifts at once.
 class TextureSpectrum {
  public:
-  explicit TextureSpectrum(const CoarseTexture& texture);
+  TextureSpectrum(const CoarseTexture& texture, cv::Size size);
 
   /// How two textures agree when the second one is shifted. Shift (x, y) in pixels stands in column x and row
   /// y; negative shifts stand at the end, as size + shift.
