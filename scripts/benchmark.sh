@@ -6,58 +6,44 @@
 #   --against COMMIT   default: the last commit with such a file, else the one before this
 #   --program BEFORE   a gelslam-lab that is built already, instead of a commit
 #   FILTER             regular expression, such as registration/
-set -euo pipefail
+. "$(dirname "$0")/common.sh"
 
-usage() { sed -n '2,/^set /s/^# \?//p' "$0"; }
-
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
-
-against='' before='' now=$root/build/bin/gelslam-lab
-while [[ ${1:-} == -* ]]; do
-  case $1 in
-    --against) against=$(git -C "$root" rev-parse --short "${2:?--against needs a commit}"); shift ;;
-    --program) before=$(realpath "${2:?--program needs a program}"); shift ;;
-    -h | --help) usage; exit 0 ;;
-    *) usage >&2; exit 2 ;;
-  esac
-  shift
-done
-(($# <= 1)) || { usage >&2; exit 2; }
+against='' program=''
+parse "--against= --program=" 0 1 "$@"
 folder=$root/build/benchmarks
+declare -A lab=([now]=$root/build/bin/gelslam-lab [before]=$program)
 commit=$(git -C "$root" rev-parse --short HEAD)
 mkdir -p "$folder"
 
-if [[ -z $before ]]; then
+if [[ -z $program ]]; then
   if [[ -z $against ]]; then
     last=$(find "$folder" -maxdepth 1 -name '*.json' ! -name "$commit.json" -printf '%T@ %f\n' | sort -n | tail -1)
-    last=${last##* }
-    last=${last%.json}
-    against=$(git -C "$root" rev-parse --short "${last:-HEAD~1}")
+    against=$(basename "${last##* }" .json)
   fi
-  source=$folder/src-$against before=$folder/$against/bin/gelslam-lab
+  against=$(git -C "$root" rev-parse --short "${against:-HEAD~1}")
+  source=$folder/src-$against lab[before]=$folder/$against/bin/gelslam-lab
   [[ -d $source ]] || git -C "$root" worktree add --detach "$source" "$against" >/dev/null
-  [[ -x $before ]] || "$source/scripts/build.sh" --lab "$folder/$against"
+  [[ -x ${lab[before]} ]] || "$source/scripts/build.sh" --lab "$folder/$against"
   "$root/scripts/build.sh" --lab "$root/build"
 fi
 
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-rounds=5
-for ((round = 0; round < rounds; ++round)); do
-  for program in now before; do
-    "${!program}" micro-benchmarks "${@}" --benchmark_format=json --benchmark_min_time=0.1 >"$work/$program-$round.json" 2>/dev/null
+for round in {0..4}; do
+  for state in now before; do
+    "${lab[$state]}" micro-benchmarks "${arguments[@]}" --benchmark_format=json --benchmark_min_time=0.1 >"$work/$state-$round.json" 2>/dev/null
   done
 done
-python3 - "$work" "$folder/$commit.json" "$commit" "${against:-$before}" <<'END'
+python3 - "$work" "$folder/$commit.json" "$commit" "${against:-$program}" <<'END'
 import glob, json, statistics, sys
 
 work, out, commit, against = sys.argv[1:]
 unit = {"ns": 1, "us": 1e3, "ms": 1e6, "s": 1e9}
 
 
-def medians(program):
+def medians(state):
     times = {}
-    for path in glob.glob(f"{work}/{program}-*.json"):
+    for path in glob.glob(f"{work}/{state}-*.json"):
         for case in json.load(open(path))["benchmarks"]:
             times.setdefault(case["name"], []).append(case["cpu_time"] * unit[case["time_unit"]])
     return {name: statistics.median(values) for name, values in times.items()}

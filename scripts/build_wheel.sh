@@ -11,28 +11,15 @@
 #                 build/wheel
 #   --check       also use both in a fresh Debian root without a compiler, with a window (needs mmdebstrap and a package
 #                 mirror)
-set -euo pipefail
+. "$(dirname "$0")/common.sh"
 
-usage() { sed -n '2,/^set /s/^# \?//p' "$0"; }
-
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
-
-build= check=false
-while [[ ${1:-} == -* ]]; do
-  case $1 in
-    --build) build=$(cd "${2:?--build needs a folder}" && pwd -P); shift ;;
-    --check) check=true ;;
-    -h | --help) usage; exit 0 ;;
-    *) usage >&2; exit 2 ;;
-  esac
-  shift
-done
-(($# <= 1)) || { usage >&2; exit 2; }
-out=$(realpath -m "${1:-$root/packages}")
+build='' check=false
+parse "--build= --check" 0 1 "$@"
+[[ -z $build ]] || build=$(realpath -e "$build")
+out=$(realpath -m "${arguments[0]:-$root/packages}")
 
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-say() { echo "build_wheel: $*"; }
 
 # source_of PACKAGE: unpacks the source of an installed package in the current folder, and prints where.
 source_of() {
@@ -89,7 +76,7 @@ if [[ -z $build ]]; then
   cmake --build "$build" --parallel "$(nproc)" --target gelslam_app gelslam_python
 fi
 cached() { sed -n "s/^$1:[A-Z]*=//p" "$build/CMakeCache.txt"; }
-[[ $(cached GELSLAM_BUILD_PYTHON) == ON ]] || { echo "build_wheel: $build has no Python module (GELSLAM_BUILD_PYTHON)" >&2; exit 2; }
+[[ $(cached GELSLAM_BUILD_PYTHON) == ON ]] || fail "$build has no Python module (GELSLAM_BUILD_PYTHON)"
 version=$(cached CMAKE_PROJECT_VERSION) python=$(cached _Python_EXECUTABLE)
 
 # The program's folder: bin, lib, share, licenses. The module lies beside them.
@@ -138,7 +125,7 @@ while read -r name _ path _; do
 done < <({ LD_LIBRARY_PATH=$parts/lib ldd "$package/bin/gelslam" "$module"; } | sort -u -k1,1) >"$work/libraries"
 { echo "Libraries, and the packages of $(. /etc/os-release && echo "$PRETTY_NAME") that they and their sources are from:"
   cat "$work/libraries"; } >"$package/licenses/LIBRARIES"
-for text in $(grep -ohE '/usr/share/common-licenses/[A-Z][A-Za-z0-9.-]*[A-Za-z0-9]' "$package"/licenses/* | sort -u); do
+grep -ohE '/usr/share/common-licenses/[A-Z][A-Za-z0-9.-]*[A-Za-z0-9]' "$package"/licenses/* | sort -u | while read -r text; do
   [[ ! -f $text ]] || cp "$text" "$package/licenses/common-${text##*/}"
 done
 # OpenCV asks GLX which context is current; nothing here does that, and the module needs no X.

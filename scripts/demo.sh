@@ -12,25 +12,14 @@
 #   trajectory.tum   the sensor's pose against the pebble, frame by frame, meters
 #   log/             the simulated log with its ground truth and model, as a public data folder
 #   run/             all that gelslam reconstruct wrote
-set -euo pipefail
+. "$(dirname "$0")/common.sh"
 
-usage() { sed -n '2,/^set /s/^# \?//p' "$0"; }
+no_install=
+parse --no-install 0 1 "$@"
+build=$(realpath -m "${arguments[0]:-$root/build}")
+demo=$root/demo gelslam=$build/bin/gelslam
 
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
-
-options=()
-case ${1:-} in
-  -h | --help) usage; exit 0 ;;
-  --no-install) options+=(--no-install); shift ;;
-esac
-[[ ${1:-} != -* && $# -le 1 ]] || { usage >&2; exit 2; }
-build=$(realpath -m "${1:-$root/build}")
-demo=$root/demo
-gelslam=$build/bin/gelslam
-
-say() { echo "demo: $*"; }
-
-"$root/scripts/build.sh" "${options[@]}" "$build"
+"$root/scripts/build.sh" ${no_install:+--no-install} "$build"
 
 mkdir -p "$demo"
 rm -f "$demo"/{mesh.ply,trajectory.tum,picture.png,evaluation.json}

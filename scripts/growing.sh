@@ -4,10 +4,10 @@
 # Makes the README's first picture: the live window while the touch that scripts/real_sample.sh left in SAMPLE (default:
 # sample in the repository) is replayed at its own pace, 18 s. OUT: default docs/images/growing.webp. Needs build/bin/gelslam,
 # Xvfb and ffmpeg, and a machine that has two cores to spare for the 18 s: it says how many pictures differ (of 80).
-set -euo pipefail
+. "$(dirname "$0")/common.sh"
 
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
-sample=$(realpath "${1:-$root/sample}") out=$(realpath -m "${2:-$root/docs/images/growing.webp}")
+parse "" 0 2 "$@"
+sample=$(realpath "${arguments[0]:-$root/sample}") out=$(realpath -m "${arguments[1]:-$root/docs/images/growing.webp}")
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 

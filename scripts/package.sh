@@ -11,26 +11,12 @@
 #   --build DIR   take what was built in DIR, instead of building first
 #   --check       also run lintian, and install and remove the packages in a fresh Debian root (needs lintian,
 #                 mmdebstrap and a package mirror)
-set -euo pipefail
+. "$(dirname "$0")/common.sh"
 
-usage() { sed -n '2,/^set /s/^# \?//p' "$0"; }
-
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
-
-build= check=false
-while [[ ${1:-} == -* ]]; do
-  case $1 in
-    --build) build=$(cd "${2:?--build needs a folder}" && pwd -P); shift ;;
-    --check) check=true ;;
-    -h | --help) usage; exit 0 ;;
-    *) usage >&2; exit 2 ;;
-  esac
-  shift
-done
-(($# <= 1)) || { usage >&2; exit 2; }
-out=$(realpath -m "${1:-$root/packages}")
-
-say() { echo "package: $*"; }
+build='' check=false
+parse "--build= --check" 0 1 "$@"
+[[ -z $build ]] || build=$(realpath -e "$build")
+out=$(realpath -m "${arguments[0]:-$root/packages}")
 
 if [[ -z $build ]]; then
   build=$root/build
@@ -74,7 +60,7 @@ shared_libraries() {
 
 # finish PACKAGE SECTION DEPENDS RECOMMENDS: with the description on standard input.
 finish() {
-  local tree=$work/$1 field
+  local tree=$work/$1
   mkdir -p "$tree/DEBIAN"
   { printf 'Package: %s\nSource: gelslam\nVersion: %s\nArchitecture: %s\nMaintainer: %s\n' "$1" "$version" "$architecture" "$maintainer"
     printf 'Section: %s\nPriority: optional\nInstalled-Size: %s\n' "$2" "$(du -sk --exclude=DEBIAN "$tree" | cut -f1)"

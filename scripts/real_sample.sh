@@ -8,11 +8,8 @@
 #   --no-window   only write DIR/picture.png
 #
 # Leaves in DIR: run (what gelslam reconstruct writes), picture.png, nnmini.pt, and the videos.
-set -euo pipefail
+. "$(dirname "$0")/common.sh"
 
-usage() { sed -n '2,/^set /s/^# \?//p' "$0"; }
-
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 # Tests take others.
 videos_url=${SAMPLE_VIDEOS_URL:-https://github.com/amitparag/Incipient-Slip-Detection}
 model_url=${SAMPLE_MODEL_URL:-https://github.com/gelsightinc/gsrobotics}
@@ -22,20 +19,9 @@ sums=${SAMPLE_SUMS:-"6905c991fc49d2fb3a677755cb5b9bae9b4069d74eb0230469609b85706
 c15fca1f3b56dbf1592a9d87ac7db4e8ea6c8d69639430b570bcd5bdd81c64b1  bare.avi
 091bb7ee7ac259d8f77e80ca61c0370c09af6a4659bc9a4222474d4eca0bd65e  nnmini.pt"}
 
-window=true
-while [[ ${1:-} == -* ]]; do
-  case $1 in
-    --no-window) window=false ;;
-    -h | --help) usage; exit 0 ;;
-    *) usage >&2; exit 2 ;;
-  esac
-  shift
-done
-(($# <= 1)) || { usage >&2; exit 2; }
-sample=$(realpath -m "${1:-$root/sample}")
-
-say() { echo "real_sample: $*"; }
-fail() { say "$*" >&2; exit 2; }
+no_window=
+parse --no-window 0 1 "$@"
+sample=$(realpath -m "${arguments[0]:-$root/sample}")
 
 python=python3
 if ! "$python" -c 'import gelslam' 2>/dev/null; then
@@ -71,12 +57,12 @@ if ! is_whole; then
 fi
 
 say "reconstructing"
-"$python" - "$sample" $bare_frames <<'END'
+"$python" - "$sample" "$bare_frames" <<'END'
 import itertools, pathlib, sys, warnings
 import gelslam
 
 warnings.showwarning = lambda message, *_: print(f"real_sample: {message}")
-sample, first, last = pathlib.Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])
+sample, (first, last) = pathlib.Path(sys.argv[1]), map(int, sys.argv[2].split())
 bare = [image for image, _ in itertools.islice(gelslam.Log(sample / "bare.avi"), first, last)]
 sensor = gelslam.Sensor(sample / "nnmini.pt", background=bare)
 slam = gelslam.Slam(sensor)
@@ -90,4 +76,4 @@ END
 
 "$python" -m gelslam view "$sample/run" --snapshot "$sample/picture.png" --overwrite -q
 say "its picture: $sample/picture.png"
-if $window && [[ -n ${DISPLAY:-}${WAYLAND_DISPLAY:-} ]]; then exec "$python" -m gelslam view "$sample/run"; fi
+if [[ -z $no_window && -n ${DISPLAY:-}${WAYLAND_DISPLAY:-} ]]; then exec "$python" -m gelslam view "$sample/run"; fi

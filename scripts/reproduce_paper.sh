@@ -13,28 +13,13 @@
 #   -o OUT           folder for tables, pictures and runs (default: paper in the repository)
 #
 # The program is built if GELSLAM_BIN does not name a folder with gelslam and gelslam-lab.
-set -euo pipefail
+. "$(dirname "$0")/common.sh"
 
-usage() { sed -n '2,/^set /s/^# \?//p' "$0"; }
-
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
-
-methods=normalflow,icp,fpfh,filterreg
-out=$root/paper
-folders=()
-while (($# > 0)); do
-  case $1 in
-    -h | --help) usage; exit 0 ;;
-    --methods) methods=${2:?--methods needs a list}; shift ;;
-    -o) out=${2:?-o needs a folder}; shift ;;
-    -*) usage >&2; exit 2 ;;
-    *) folders+=("$1") ;;
-  esac
-  shift
-done
-if ((${#folders[@]} < 1 || ${#folders[@]} > 2)); then usage >&2; exit 2; fi
+methods=normalflow,icp,fpfh,filterreg o=$root/paper
+parse "--methods= -o=" 1 2 "$@"
+out=$o folders=("${arguments[@]}")
 for folder in "${folders[@]}"; do
-  [[ -d $folder ]] || { echo "reproduce_paper: there is no folder $folder" >&2; exit 2; }
+  [[ -d $folder ]] || fail "there is no folder $folder"
 done
 
 bin=${GELSLAM_BIN:-$root/build/bin}
@@ -44,7 +29,7 @@ mkdir -p "$out"
 echo "tracking: ${folders[0]}"
 "$bin/gelslam-lab" benchmark "${folders[0]}" --methods "$methods" -o "$out/tracking" >"$out/tracking.txt"
 cat "$out/tracking.txt"
-"$root/scripts/plot_benchmark.py" "$out/tracking" >/dev/null || echo "reproduce_paper: no pictures without matplotlib" >&2
+"$root/scripts/plot_benchmark.py" "$out/tracking" >/dev/null || say "no pictures without matplotlib" >&2
 python3 - "$out/tracking/accuracy.json" <<'END'
 import json, statistics, sys
 
@@ -58,23 +43,15 @@ PUBLISHED = {  # mean over ten objects, sensor pose against motion capture; the 
 SYMMETRIC = {"ball", "cylinder"}  # they do not show every rotation
 
 rows = [r for r in json.load(open(sys.argv[1])) if r["object"] != "all"]
-
-
-def mean(rows):
-    return [statistics.fmean(r[a] for r in rows) for a in AXES] + [statistics.fmean(r["median_ms"] for r in rows)]
-
-
 print("\n%-42s" % "mean over objects" + "".join("%9s" % a.replace("_", " ") for a in AXES) + "%9s" % "ms")
 for method in dict.fromkeys(r["method"] for r in rows):
     own = [r for r in rows if r["method"] == method]
     others = [r for r in own if r["object"] not in SYMMETRIC]
-    lines = [(f"{method}, all {len(own)}", mean(own))]
-    if others and len(others) < len(own):
-        lines.append((f"{method}, {len(others)} without {' and '.join(sorted(SYMMETRIC))}", mean(others)))
-    if method in PUBLISHED:
-        lines.append((f"{method}, published", PUBLISHED[method]))
-    for name, values in lines:
-        print("%-42s" % name + "".join("%9.3f" % v for v in values))
+    lines = {f"all {len(own)}": own, f"{len(others)} without {' and '.join(sorted(SYMMETRIC))}": others if others != own else []}
+    means = {name: [statistics.fmean(r[k] for r in some) for k in (*AXES, "median_ms")] for name, some in lines.items() if some}
+    for name, values in {**means, "published": PUBLISHED.get(method, ())}.items():
+        if values:
+            print("%-42s" % f"{method}, {name}" + "".join("%9.3f" % v for v in values))
 END
 
 ((${#folders[@]} == 2)) || exit 0

@@ -9,22 +9,12 @@
 #             (accuracy and calibration need models; from live on an idle machine is needed)
 #
 # Tables stay in build/results.
-set -euo pipefail
-
-usage() { sed -n '2,/^set /s/^# \?//p' "$0"; }
-
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
+. "$(dirname "$0")/common.sh"
 
 only=
-if [[ ${1:-} == --only ]]; then
-  only=${2:?--only needs parts}
-  shift 2
-fi
-case ${1:-} in
-  -h | --help) usage; exit 0 ;;
-  "" | -*) usage >&2; exit 2 ;;
-esac
-data=$(realpath -e "$1") real=${2:+$(realpath -e "$2")}
+parse --only= 1 2 "$@"
+data=$(realpath -e "${arguments[0]}")
+real=${arguments[1]:+$(realpath -e "${arguments[1]}")}
 [[ -z ${PUBLIC:-} ]] || PUBLIC=$(realpath -e "$PUBLIC")
 cd "$root"
 export GELSLAM_DATA=$data  # of check_sequences.py
@@ -38,17 +28,17 @@ optics=("$data"/optics/optics_*/)
 part() { [[ -z $only || ,$only, == *,$1,* ]]; }
 begin() {  # part: true if it is to be run
   part "$1" || return 1
-  echo "results: $1, $(date +%H:%M:%S)"
+  say "$1, $(date +%H:%M:%S)"
   rm -rf "${out:?}/$1"
   mkdir -p "$out/$1"
 }
 end() { echo "$commit" >"$out/$1/commit"; }
-check() { # name of the table, arguments
-  local status=0
-  scripts/check_sequences.py --out "$out/runs" --json "$out/$1.json" "${@:2}" >"$out/$1.txt" || status=$?
+check() {  # name of the table, an option, folders of logs
+  local status=0 names=("${@:3}")
+  names=("${names[@]%/}")
+  scripts/check_sequences.py --out "$out/runs" --json "$out/$1.json" "${@:2:1}" "${names[@]##*/}" >"$out/$1.txt" || status=$?
   ((status <= 1)) || exit "$status"  # 1: a target is missed
 }
-names() { for path in "$@"; do basename "$path"; done; }
 
 if begin models; then
   "$gelslam" calibrate train "$data/calibration_sim" -o "$out/models/flat.json" -q &
@@ -68,11 +58,10 @@ fi
 
 if begin accuracy; then
   check accuracy/network
-  check accuracy/own $(names "${sequences[@]}" "$data"/ablation/*/) --extra "--model $out/models/flat.json"
-  check accuracy/optics_own $(names "${optics[@]}") --extra "--model $out/models/optics.json"
+  check accuracy/own --extra="--model $out/models/flat.json" "${sequences[@]}" "$data"/ablation/*/
+  check accuracy/optics_own --extra="--model $out/models/optics.json" "${optics[@]}"
   sed '/^device_config:/a\  optics: {lens_k1: 0, camera_distance_mm: 0, gel_dome_per_mm: [0, 0]}' "${optics[0]}/config.yaml" >"$out/accuracy/flat.yaml"
-  check accuracy/optics_flat $(names "${optics[@]}") \
-    --extra "--config $out/accuracy/flat.yaml --model $data/optics/calibration/model/nnmodel.pth"
+  check accuracy/optics_flat --extra="--config $out/accuracy/flat.yaml --model $data/optics/calibration/model/nnmodel.pth" "${optics[@]}"
   # scripts/demo.sh, with ten seeds of the hand
   for seed in {1..10}; do echo "$seed"; done | xargs -P 2 -I{} bash -ec '
     "$0" simulate scan --object pebble --size 0.5 --indentation 0.8 --motion allover --frames 400 --seed {} -o "$1/log{}" -q
@@ -124,7 +113,7 @@ if [[ -n $real ]] && begin real; then
   end real
 fi
 if begin live; then
-  check live/live --live $(names "$data"/sequences/{track,hard}_*/)
+  check live/live --live "$data"/sequences/{track,hard}_*/
   end live
 fi
 
