@@ -9,12 +9,10 @@
 #   --reference    also what scripts/api_reference.sh needs
 #   --checks       also clang-format, clang-tidy and ROS 2's linters
 #   --no-install   only say what is missing; exit code 1 if something is
-set -euo pipefail
-
-usage() { sed -n '2,/^set /s/^# \?//p' "$0"; }
+. "$(dirname "$0")/common.sh"
 
 # Their names are the same in Debian 12, Debian 13 and Ubuntu 24.04.
-packages=(
+needed=(
   g++ cmake ninja-build ccache pkg-config # build
   libeigen3-dev libopencv-dev libceres-dev libassimp-dev libembree-dev libmeshoptimizer-dev
   libcli11-dev libyaml-cpp-dev nlohmann-json3-dev libfmt-dev libzip-dev libsqlite3-dev libcpp-httplib-dev
@@ -41,90 +39,56 @@ reference_packages=(doxygen)
 check_packages=(clang-format clang-tidy python3-ament-flake8 python3-ament-pep257
   ros-geometry-msgs ros-sensor-msgs ros-std-msgs ros-std-srvs) # of the ROS 2 bridge
 
-install=true
-for argument in "$@"; do
-  case $argument in
-    --tests)
-      packages+=("${test_packages[@]}" "${package_packages[@]}" "${wheel_packages[@]}")
-      optional_packages+=("${browser_packages[@]}")
-      without_optional+="; or pages are not tried in a browser"
-      ;;
-    --python) packages+=("${python_packages[@]}") ;;
-    --packages) packages+=("${package_packages[@]}") ;;
-    --wheel) packages+=("${wheel_packages[@]}") ;;
-    --reference) packages+=("${reference_packages[@]}") ;;
-    --checks) packages+=("${check_packages[@]}") ;;
-    --no-install) install=false ;;
-    -h | --help) usage; exit 0 ;;
-    *) usage >&2; exit 2 ;;
-  esac
-done
-
-say() { echo "setup: $*"; }
+tests='' python='' packages='' wheel='' reference='' checks='' no_install=''
+parse "--tests --python --packages --wheel --reference --checks --no-install" 0 0 "$@"
+if [[ -n $tests ]]; then
+  needed+=("${test_packages[@]}" "${package_packages[@]}" "${wheel_packages[@]}")
+  optional_packages+=("${browser_packages[@]}")
+  without_optional+="; or pages are not tried in a browser"
+fi
+[[ -z $python ]] || needed+=("${python_packages[@]}")
+[[ -z $packages ]] || needed+=("${package_packages[@]}")
+[[ -z $wheel ]] || needed+=("${wheel_packages[@]}")
+[[ -z $reference ]] || needed+=("${reference_packages[@]}")
+[[ -z $checks ]] || needed+=("${check_packages[@]}")
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
-  say "this is no Debian-like system; install the equivalents of: ${packages[*]}" >&2
+  say "this is no Debian-like system; install the equivalents of: ${needed[*]}" >&2
   # The compiler finds out what is missing.
-  if $install; then exit 1; else exit 0; fi
+  if [[ -z $no_install ]]; then exit 1; else exit 0; fi
 fi
 
-is_installed() { [[ $(dpkg-query --show --showformat '${db:Status-Status}' "$1" 2>/dev/null || true) == installed ]]; }
-is_known() { apt-cache show "$1" >/dev/null 2>&1; }
-add_optional() {
+# missing_of PACKAGE...: one per line.
+missing_of() {
   local package
-  for package in "${optional_packages[@]}"; do
-    if is_installed "$package"; then continue; fi
-    if is_known "$package"; then missing+=("$package"); else say "no package $package here: $without_optional"; fi
+  for package in "$@"; do
+    [[ $(dpkg-query --show --showformat '${db:Status-Status}' "$package" 2>/dev/null || true) == installed ]] || echo "$package"
   done
 }
+mapfile -t missing < <(missing_of "${needed[@]}")
 
-missing=()
-for package in "${packages[@]}"; do
-  is_installed "$package" || missing+=("$package")
-done
-if ((${#missing[@]} == 0)); then add_optional; fi
-if ((${#missing[@]} == 0)); then
-  say "all ${#packages[@]} packages are installed"
-  exit 0
-fi
-if ! $install; then
-  say "missing: ${missing[*]}" >&2
-  exit 1
-fi
-
-as_root=()
-if ((EUID != 0)); then
-  if ! command -v sudo >/dev/null; then
+as_root() {
+  if ((EUID == 0)); then "$@"; else sudo "$@"; fi
+}
+if ((${#missing[@]} > 0)) && [[ -z $no_install ]]; then
+  if ((EUID != 0)) && ! command -v sudo >/dev/null; then
     say "missing ${missing[*]}; run as root: apt-get install --no-install-recommends ${missing[*]}" >&2
     exit 1
   fi
-  as_root=(sudo)
-  say "calling sudo apt-get to install: ${missing[*]} (--no-install refuses)"
-else
-  say "installing: ${missing[*]}"
+  say "missing: ${missing[*]}; refreshing the package lists"
+  as_root apt-get update -qq
 fi
-
-update() {
-  say "refreshing the package lists"
-  "${as_root[@]}" apt-get update -qq
-}
-install_missing() {
-  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends "${missing[@]}"
-}
-
-updated=false
-for package in "${missing[@]}"; do
-  if ! is_known "$package"; then
-    update
-    updated=true
-    break
-  fi
+for package in $(missing_of "${optional_packages[@]}"); do
+  if apt-cache show "$package" >/dev/null 2>&1; then missing+=("$package"); else say "no package $package here: $without_optional"; fi
 done
-[[ " ${missing[*]} " == *" ${optional_packages[0]} "* ]] || add_optional
-if ! install_missing; then
-  # Old lists name files that the mirrors have replaced.
-  if $updated; then exit 1; fi
-  update
-  install_missing
+if ((${#missing[@]} == 0)); then
+  say "all ${#needed[@]} packages are installed"
+  exit 0
 fi
+if [[ -n $no_install ]]; then
+  say "missing: ${missing[*]}" >&2
+  exit 1
+fi
+say "installing with apt-get: ${missing[*]} (--no-install refuses)"
+as_root env DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends "${missing[@]}"
 say "done"
