@@ -10,59 +10,41 @@
 #                numerics (iterations, kernel radii, sampling), layout, bound (of input), speed, message
 #   short files  .cpp and .hpp files of less than 40 lines, everywhere
 #   words        in README.md and docs/*.md, docs/*/*.md
-set -euo pipefail
+. "$(dirname "$0")/common.sh"
 
-usage() { sed -n '2,/^set /s/^# \?//p' "$0"; }
-
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
-
-case ${1:-} in
-  -h | --help) usage; exit 0 ;;
-  -*) usage >&2; exit 2 ;;
-esac
-cd "${1:-$root}"
+parse "" 0 1 "$@"
+cd "${arguments[0]:-$root}"
 
 chain=(libs/surface libs/registration libs/frontend libs/loop_closure libs/backend libs/fusion libs/slam)
 
-# Files of these folders, one per line.
-sources() {
-  find "$@" \( -name '*.cpp' -o -name '*.hpp' \) 2>/dev/null || true
-}
-lines_of() { sources "$@" | tr '\n' '\0' | xargs -0 -r cat | wc -l; }
+lines_of() { find "$@" \( -name '*.cpp' -o -name '*.hpp' \) -exec cat {} + 2>/dev/null | wc -l; }
 row() { printf '%-52s %8s\n' "$1" "$2"; }
 
 marked='//[/<!]* (numerics|layout|bound|speed|message)(:|$)'
 
-# Formats, and what only a live scan has.
-chain_sources() {
-  sources "${chain[@]}" | grep -vE '/slam/src/(live|stream|run_folder)/|/(live_[a-z]+|packed_surface|model_file|gradient_model|pickle_reader|pth_(reader|writer)|scan_record|background_judgement)[.]'
-}
-constants=$(chain_sources | tr '\n' '\0' | xargs -0 -r awk -v marked="$marked" '
+# Without formats, and what only a live scan has.
+read -r constants fields < <(find "${chain[@]}" \( -name '*.cpp' -o -name '*.hpp' \) 2>/dev/null |
+  grep -vE '/slam/src/(live|stream|run_folder)/|/(live_[a-z]+|packed_surface|model_file|gradient_model|pickle_reader|pth_(reader|writer)|scan_record|background_judgement)[.]' |
+  xargs awk -v marked="$marked" '
+  FNR == 1 || /^};/ { inside = 0 }
+  /^struct [A-Za-z]*(Options|Limits)( |$|\{)/ { inside = 1; next }
+  $0 ~ marked { next }
+  { sub(/\/\/.*/, "") }
   /^ *(inline |static )*constexpr [^(]*( |\])?k?[A-Za-z_0-9]+(\[[^]]*\])* *[={;]/ || /^(inline |static )*const [^(]* k[A-Z][A-Za-z0-9]*(\[[^]]*\])* *[={;(]/ {
-    line = $0
-    if (line ~ marked) next
-    sub(/\/\/.*/, "", line)
-    if (line ~ /= *$/ && (getline more) > 0) line = line more
-    value = line
-    if (line ~ /char *\*|string_view/ || !sub(/^[^={]*[={]/, "", value)) next
+    if (/= *$/ && (getline more) > 0) $0 = $0 more
+    value = $0
+    if (/char *\*|string_view/ || !sub(/^[^={]*[={]/, "", value)) next
     gsub(/, *k[A-Z][A-Za-z0-9]* *=/, ",", value)  # the next constant of the line
     if (value ~ /(^|[^A-Za-z_])k[A-Z]/ || value ~ /numeric_limits|numbers::/) next
-    gsub(/[({][^(){}]*[)}]/, "", line)   # values may hold commas
-    count += 1 + gsub(/, *k[A-Z]/, "", line)
+    gsub(/[({][^(){}]*[)}]/, "")   # values may hold commas
+    constants += 1 + gsub(/, *k[A-Z]/, "")
+    next
   }
-  END { print count + 0 }')
-fields=$(chain_sources | tr '\n' '\0' | xargs -0 -r awk -v marked="$marked" '
-  FNR == 1 { inside = 0 }
-  /^struct [A-Za-z]*(Options|Limits)( |$|\{)/ { inside = 1; next }
-  inside && /^};/ { inside = 0 }
   inside && /^  [A-Za-z][^()]*;/ && !/^  (using|static|friend|return) / && !/^  [A-Za-z]*(Options|Limits|Optics) / {
-    line = $0
-    if (line ~ marked) next
-    sub(/\/\/.*/, "", line)
-    gsub(/[({][^(){}]*[)}]/, "", line)
-    count += 1 + gsub(/, *[a-z]/, "", line)
+    gsub(/[({][^(){}]*[)}]/, "")
+    fields += 1 + gsub(/, *[a-z]/, "")
   }
-  END { print count + 0 }')
+  END { print constants + 0, fields + 0 }')
 
 row "lines, libs and apps/gelslam" "$(lines_of libs apps/gelslam)"
 for part in libs/* apps/*; do
