@@ -38,15 +38,13 @@ python3 - "$work" "$folder/$commit.json" "$commit" "${against:-$program}" <<'END
 import glob, json, statistics, sys
 
 work, out, commit, against = sys.argv[1:]
-unit = {"ns": 1, "us": 1e3, "ms": 1e6, "s": 1e9}
+UNIT = {"ns": 1, "us": 1e3, "ms": 1e6, "s": 1e9}
 
 
 def medians(state):
-    times = {}
-    for path in glob.glob(f"{work}/{state}-*.json"):
-        for case in json.load(open(path))["benchmarks"]:
-            times.setdefault(case["name"], []).append(case["cpu_time"] * unit[case["time_unit"]])
-    return {name: statistics.median(values) for name, values in times.items()}
+    cases = [case for path in glob.glob(f"{work}/{state}-*.json") for case in json.load(open(path))["benchmarks"]]
+    return {name: statistics.median(c["cpu_time"] * UNIT[c["time_unit"]] for c in cases if c["name"] == name)
+            for name in dict.fromkeys(c["name"] for c in cases)}
 
 
 now, before = medians("now"), medians("before")

@@ -32,28 +32,22 @@ import subprocess
 import sys
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 DATA = pathlib.Path(os.environ.get("GELSLAM_DATA", ROOT.parent / "shared/data"))
-MM_PER_DEG = 0.087
-TRACK_RATIO = 0.85
-MESH_RATIO = 0.8
-WHOLE_SHARE = 0.999
+TRACK_RATIO, MESH_RATIO, KIN_RATIO, WHOLE_SHARE = 0.85, 0.8, 2.0, 0.999
 KIN = {"hard_edge": "track_pebble", "hard_light": "track_golf", "hard_dirt": "track_coin"}
-KIN_RATIO = 2.0
 BACKGROUND_FRAMES = 10
 WRONG = np.array((1.0,) * 3 + (5.0,) * 3)  # mm and degrees
 SETS = ("sequences", "ablation", "optics")  # of the data; everything was developed on the first
 HIDDEN = ("ablate_cable", "ablate_thread")  # their turning cannot be told from sliding; not in the mean
 NO_DATA = 77
-AXES = ("x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg")
+AXES = {"x_mm": 1, "y_mm": 1, "z_mm": 1, "rx_deg": 0.087, "ry_deg": 0.087, "rz_deg": 0.087}  # in mm
 
 
 def geometric_mean(mae):
-    product = 1.0
-    for axis in AXES:
-        product *= mae[axis] * (MM_PER_DEG if axis.endswith("deg") else 1.0)
-    return product ** (1.0 / 6.0)
+    return math.prod(mae[axis] * mm for axis, mm in AXES.items()) ** (1 / 6)
 
 
 def public_error(public):
@@ -64,14 +58,8 @@ def public_error(public):
     return geometric_mean(mae) if mae and None not in mae.values() else None
 
 
-def worst_axis(mae):
-    """The axis with the largest error, a degree counted as MM_PER_DEG."""
-    axis = max(AXES, key=lambda a: mae[a] * (MM_PER_DEG if a.endswith("deg") else 1.0))
-    return "%s %.3f" % (axis, mae[axis])
-
-
 def ate_lower_bound(mae):
-    return sum(mae[a] ** 2 for a in AXES[:3]) ** 0.5
+    return math.hypot(mae["x_mm"], mae["y_mm"], mae["z_mm"])
 
 
 def run(command, log):
@@ -93,16 +81,14 @@ def last_line(path):
 def check_sequence(name, arguments, folder):
     """Reconstructs and evaluates one sequence. Returns the evaluation, or a text that says what went wrong."""
     out = arguments.out / name
-    if out.exists():
-        if not (out / "report.json").exists():
-            return "%s is in the way and no run folder" % out, 0.0
-        shutil.rmtree(out)
+    if out.exists() and not (out / "report.json").exists():
+        return "%s is in the way and no run folder" % out, 0.0
+    shutil.rmtree(out, ignore_errors=True)
     log_path = arguments.out / (name + ".log")
     with open(log_path, "w") as log:
         program = str(arguments.program)
         pace = [] if arguments.live else ["--every-frame"]
-        scan = [program, "scan", str(folder), "--headless", "-q", "--stream", "-", "-o", str(out)] + pace + shlex.split(arguments.extra)
-        stream, seconds = run(scan, log)
+        stream, seconds = run([program, "scan", str(folder), "--headless", "-q", "--stream", "-", "-o", str(out), *pace, *shlex.split(arguments.extra)], log)
         if stream is None:
             return "scan failed: " + last_line(log_path), seconds
         text, _ = run([program, "evaluate", str(out), "--truth", str(folder), "--json"], log)
@@ -116,15 +102,6 @@ def check_sequence(name, arguments, folder):
     return evaluation, seconds
 
 
-def rotation_vector_deg(turn):
-    cosine = np.clip((np.trace(turn) - 1) / 2, -1, 1)
-    axis = np.array((turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]))
-    norm = np.linalg.norm(axis)
-    if norm < 1e-12:
-        return np.full(3, 0.0 if cosine > 0 else 180.0)
-    return np.degrees(np.arccos(cosine)) * axis / norm
-
-
 def judged(frames, truth):
     """How many tracked frames fail silently, and each one's error over its stated sigma (root mean square of the six).
     truth: poses in meters."""
@@ -136,12 +113,11 @@ def judged(frames, truth):
         pose = np.reshape(frame["pose"], (4, 4))
         true_first, estimated_first = first.setdefault(frame["trial"], (truth[index], pose))
         gap = np.linalg.inv(np.linalg.inv(estimated_first) @ pose) @ np.linalg.inv(true_first) @ truth[index]
-        turn = rotation_vector_deg(gap[:3, :3])
-        error = np.abs(np.concatenate((1e3 * gap[:3, 3], turn)))
+        noise = np.concatenate((gap[:3, 3], Rotation.from_matrix(gap[:3, :3]).as_rotvec()))
+        error = np.abs(noise) * np.repeat((1e3, 180 / np.pi), 3)
         limit = np.maximum(WRONG, 2 * np.array(frame["sigma_mm"] + frame["sigma_deg"], dtype=float))
         silent += bool(np.any((error > limit) & np.array(frame["observable"], dtype=bool)))
         if estimated_first is not pose:
-            noise = np.concatenate((gap[:3, 3], np.radians(turn)))
             squared = noise @ np.linalg.solve(np.reshape(frame["covariance"], (6, 6)), noise)
             ratios.append(round(float(squared / 6) ** 0.5, 4))
     return {"silent": silent, "error_over_sigma": ratios}
@@ -182,6 +158,7 @@ COLUMNS = ("sequence", "ours", "public", "ratio", "worst axis", "end mm/deg", "A
 
 def row(name, ours, public, seconds, checks):
     t = ours["trajectory"]
+    worst = max(AXES, key=lambda axis: t["mae"][axis] * AXES[axis])
     mine, theirs = geometric_mean(t["mae"]), public_error(public)
     mesh = ours["mesh"]
     mesh_cells = [""] * 6
@@ -192,16 +169,15 @@ def row(name, ours, public, seconds, checks):
                       "%.4f" % mesh["after_icp"]["accuracy"]["mean_mm"], "%.2f" % at_100["completeness"], "%.2f" % at_100["f_score"]]
     verdict = " ".join("%s %s" % (what, "pass" if met else "FAIL") for what, met in checks) or "-"
     public_cells = ["%.4f" % theirs, "%.2f" % (mine / theirs)] if theirs else ["-", "-"]
-    return [name, "%.4f" % mine, *public_cells, worst_axis(t["mae"]),
+    return [name, "%.4f" % mine, *public_cells, "%s %.3f" % (worst, t["mae"][worst]),
             "%.2f/%.2f" % (t["final_drift_mm"], t["final_drift_deg"]), "%.3f" % t["ate_mm"],
             "%.3f" % ate_lower_bound(public["mae"]) if theirs and "mae" in public else "-", *mesh_cells, str(ours.get("components")), "%.3f" % t["tracked_share"],
             str(ours["silent"]), "%.0f" % seconds, verdict]
 
 
 def print_table(rows):
-    table = [list(COLUMNS)] + rows
-    widths = [max(len(line[i]) if i < len(line) else 0 for line in table) for i in range(len(COLUMNS))]
-    for line in table:
+    widths = [max(map(len, column)) for column in zip(COLUMNS, *rows)]
+    for line in (COLUMNS, *rows):
         print("  ".join(cell.ljust(width) for cell, width in zip(line, widths)).rstrip())
 
 
@@ -209,11 +185,11 @@ def print_mean(name, sequences, results, reference):
     ratios = [geometric_mean(results[n][0]["trajectory"]["mae"]) / public_error(reference[n])
               for n in sequences if not isinstance(results[n][0], str)]
     if ratios:
-        mean = math.exp(sum(math.log(max(ratio, 1e-9)) for ratio in ratios) / len(ratios))
-        print("%s: geometric mean of the ratios %.3f, largest %.2f, over %d sequences" % (name, mean, max(ratios), len(ratios)))
+        print("%s: geometric mean of the ratios %.3f, largest %.2f, over %d sequences"
+              % (name, math.prod(ratios) ** (1 / len(ratios)), max(ratios), len(ratios)))
 
 
-def parse_arguments():
+def command_line():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", help="sequences to run (default: all)")
     parser.add_argument("--targets", action="store_true", help="without names: only the sequences that have a target")
@@ -224,30 +200,25 @@ def parse_arguments():
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "runs/check_sequences",
                         help="folder for the runs and their logs (replaced run by run)")
     parser.add_argument("--json", type=pathlib.Path, help="also write all evaluations to this file")
-    return parser.parse_args()
-
-
-def fail(message):
-    print("check_sequences: " + message, file=sys.stderr)
-    return 2
+    return parser
 
 
 def main():
-    arguments = parse_arguments()
+    parser = command_line()
+    arguments = parser.parse_args()
     reference, set_of = {}, {}
-    for name in SETS:
-        path = DATA / name / "reference.json"
-        of_set = json.loads(path.read_text()) if path.exists() else {}
+    for path in filter(pathlib.Path.exists, (DATA / name / "reference.json" for name in SETS)):
+        of_set = json.loads(path.read_text())
         reference.update(of_set)
-        set_of.update(dict.fromkeys(of_set, name))
+        set_of.update(dict.fromkeys(of_set, path.parent.name))
     if not reference:
-        fail("no sequences with a reference.json in %s; set GELSLAM_DATA" % DATA)
+        print("check_sequences: no sequences with a reference.json in %s; set GELSLAM_DATA" % DATA, file=sys.stderr)
         return NO_DATA
     unknown = [name for name in arguments.names if name not in reference]
     if unknown:
-        return fail("unknown sequence %s; there are: %s" % (", ".join(unknown), ", ".join(sorted(reference))))
+        parser.error("unknown sequence %s; there are: %s" % (", ".join(unknown), ", ".join(sorted(reference))))
     if not arguments.program.exists():
-        return fail("there is no program %s; build it or give --program" % arguments.program)
+        parser.error("there is no program %s; build it or give --program" % arguments.program)
     names = arguments.names or [n for n in sorted(reference) if not arguments.targets or has_target(n)]
     arguments.out.mkdir(parents=True, exist_ok=True)
     with concurrent.futures.ThreadPoolExecutor(max(1, arguments.jobs)) as pool:

@@ -7,7 +7,8 @@ Example: gelslam-lab ablation DATA/sequences -o STUDY && scripts/plot_ablation.p
 import math
 
 from matplotlib.ticker import FixedLocator, NullLocator
-from plotting import COLORS, draw_study, in_order, plt, save
+
+from plotting import COLORS, draw_study, in_order, mark, plt, save
 
 MOST = 8.0  # ratios beyond are drawn at the border
 TICKS = (0.125, 0.25, 0.5, 0.8, 1, 1.25, 2, 4, 8)
@@ -25,7 +26,7 @@ def shifted(index, count):
 
 
 def draw_ratios(plot, rows, mechanisms, sets):
-    plot.axvspan(1 / MOST / 1.1, 1, color="#d1495b", alpha=0.07, linewidth=0)
+    plot.axvspan(1 / MOST / 1.1, 1, color=PALETTE[1], alpha=0.07, linewidth=0)
     plot.axvline(1, color="dimgray", linewidth=0.8)
     plot.axvline(PAYS, color="dimgray", linewidth=0.8, linestyle=":")
     for line, mechanism in enumerate(mechanisms):
@@ -41,12 +42,10 @@ def draw_ratios(plot, rows, mechanisms, sets):
         worst, r = min(mine, key=lambda one: one[0])
         plot.annotate("%.2f %s" % (worst, r["sequence"]), (1 / MOST, line - 0.34), fontsize=6, color="#7a1f2b", va="center")
         plot.annotate("%.2f" % mean, (MOST, line), fontsize=7, va="center", ha="right", weight="bold")
-    plot.set_xscale("log")
-    plot.set_xlim(1 / MOST / 1.1, MOST * 1.1)
+    plot.set(xscale="log", xlim=(1 / MOST / 1.1, MOST * 1.1), xlabel="error without it / with it (left of 1 it harms)")
     plot.xaxis.set_major_locator(FixedLocator(TICKS))
     plot.xaxis.set_minor_locator(NullLocator())
     plot.xaxis.set_major_formatter("{x:g}")
-    plot.set_xlabel("error without it / with it (left of 1 it harms)", fontsize=8)
 
 
 def draw_silent(plot, rows, mechanisms):
@@ -58,33 +57,27 @@ def draw_silent(plot, rows, mechanisms):
         plot.plot(counts, (line, line), "-", color="silver", linewidth=1.5, zorder=1)
         plot.plot(counts[0], line, "o", color=PALETTE[0], markersize=5)
         plot.plot(counts[1], line, "x", color=PALETTE[1], markersize=6, markeredgewidth=1.6)
-    plot.set_xlim(-0.06 * most, 1.06 * most)
+    plot.set(xlim=(-0.06 * most, 1.06 * most), xlabel="silent frames (live)")
     plot.xaxis.get_major_locator().set_params(integer=True)
-    plot.set_xlabel("silent frames (live)", fontsize=8)
 
 
 def draw(rows, path):
     mechanisms, sets, models = (in_order(r[column] for r in rows) for column in ("without", "set", "model"))
-    figure, plots = plt.subplots(1, 2 * len(models), figsize=(2.2 + 6.2 * len(models), 1.3 + 0.34 * len(mechanisms)), dpi=120,
-                                 sharey=True, squeeze=False, width_ratios=(3, 1) * len(models))
+    figure, plots = plt.subplots(1, 2 * len(models), figsize=(2.2 + 6.2 * len(models), 1.3 + 0.34 * len(mechanisms)), sharey=True,
+                                 squeeze=False, width_ratios=(3, 1) * len(models))
     for index, model in enumerate(models):
         mine = [r for r in rows if r["model"] == model]
         ratios, silent = plots[0][2 * index:2 * index + 2]
         draw_ratios(ratios, mine, mechanisms, sets)
         draw_silent(silent, mine, mechanisms)
         if len(models) > 1:
-            ratios.set_title("model: " + model, fontsize=9)
-    for plot in plots[0]:
-        plot.set_yticks(range(len(mechanisms)), mechanisms)
-        plot.tick_params(labelsize=7.5)
-        plot.grid(True, axis="x", alpha=0.25)
+            ratios.set_title("model: " + model)
+    plots[0][0].set_yticks(range(len(mechanisms)), mechanisms)
     plots[0][0].set_ylim(len(mechanisms) - 0.4, -0.6)
-    handles = [plt.Line2D([], [], color=PALETTE[i % len(PALETTE)], marker="o", linestyle="", markersize=4, label=s) for i, s in enumerate(sets)]
-    handles += [plt.Line2D([], [], color="black", marker="D", linestyle="", markersize=5, label="geometric mean"),
-                plt.Line2D([], [], color=PALETTE[0], marker="o", linestyle="", markersize=5, label="silent with it"),
-                plt.Line2D([], [], color=PALETTE[1], marker="x", linestyle="", markersize=6, label="silent without it")]
+    handles = [*(mark(s, PALETTE[i % len(PALETTE)], markersize=4) for i, s in enumerate(sets)), mark("geometric mean", "black", "D"),
+               mark("silent with it", PALETTE[0]), mark("silent without it", PALETTE[1], "x")]
     columns = min(len(handles), 6)
-    figure.legend(handles=handles, fontsize=7.5, loc="lower center", ncol=columns)
+    figure.legend(handles=handles, loc="lower center", ncol=columns)
     save(figure, path, (0, (0.1 + 0.2 * math.ceil(len(handles) / columns)) / figure.get_figheight(), 1, 1))
 
 

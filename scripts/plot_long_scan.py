@@ -4,21 +4,16 @@
 Example: gelslam-lab long-scan --frames 45000 -o STUDY && scripts/plot_long_scan.py STUDY -o docs/benchmarks/long_scan.png
 """
 
-from plotting import COLORS, draw_study, plt, save
+from plotting import OURS, draw_study, plt, save
 
-CURVES = (("keyframes", "keyframes"), ("memory_mb", "memory of the scan (MB, resident)"),
-          ("frame_ms", "processor time per frame (ms)"))
+CURVES = {"keyframes": "keyframes", "memory_mb": "memory of the scan (MB, resident)", "frame_ms": "processor time per frame (ms)"}
 
 
 def draw(rows, path):
-    figure, plots = plt.subplots(1, len(CURVES), figsize=(3.6 * len(CURVES), 2.7), dpi=120)
-    for plot, (column, label) in zip(plots, CURVES):
-        plot.plot([r["frames"] for r in rows], [r[column] for r in rows], color=COLORS["normalflow"])
-        plot.set_ylim(bottom=0)
-        plot.set_title(label, fontsize=8)
-        plot.set_xlabel("frames", fontsize=8)
-        plot.tick_params(labelsize=7)
-        plot.grid(True, alpha=0.25)
+    figure, plots = plt.subplots(1, len(CURVES), figsize=(3.6 * len(CURVES), 2.7))
+    for plot, (column, label) in zip(plots, CURVES.items()):
+        plot.plot([r["frames"] for r in rows], [r[column] for r in rows], color=OURS)
+        plot.set(ylim=(0, None), title=label, xlabel="frames")
     save(figure, path)
 
 

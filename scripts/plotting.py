@@ -1,4 +1,4 @@
-"""What the scripts that draw studies share: colors and names of methods, reading tables, saving pictures."""
+"""What the scripts that draw studies share: colors and names of methods, how charts look, reading tables, saving pictures."""
 
 import argparse
 import json
@@ -9,9 +9,13 @@ import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
+from matplotlib.ticker import LogLocator, NullFormatter  # noqa: E402
 
+plt.rcParams.update({"figure.dpi": 120, "axes.grid": True, "axes.axisbelow": True, "grid.alpha": 0.25, "axes.titlesize": 8,
+                     "axes.labelsize": 9, "xtick.labelsize": 8, "ytick.labelsize": 8, "legend.fontsize": 8})
 COLORS = {"normalflow": "#1b6ca8", "icp": "#d1495b", "filterreg": "#2e933c", "fpfh": "#8d6a9f", "icp-tuned": "#edae49",
-           "filterreg-tuned": "#00798c", "fpfh-tuned": "#30343f"}
+          "filterreg-tuned": "#00798c", "fpfh-tuned": "#30343f"}
+OURS, PUBLIC = COLORS["normalflow"], COLORS["icp"]
 NAMES = {"normalflow": "NormalFlow (ours)", "icp": "ICP, point to plane", "filterreg": "FilterReg", "fpfh": "FPFH + RANSAC + ICP",
          "icp-tuned": "ICP, tuned", "filterreg-tuned": "FilterReg, tuned", "fpfh-tuned": "FPFH + RANSAC + ICP, tuned"}
 
@@ -20,28 +24,39 @@ def color(method):
     return COLORS.get(method, "gray")
 
 
-def program():
-    return sys.argv[0].rsplit("/", 1)[-1].removesuffix(".py")
+def mark(label, shade, marker="o", **style):
+    """A line of a legend."""
+    return plt.Line2D([], [], color=shade, marker=marker, label=label, **{"linestyle": "", "markersize": 5, **style})
+
+
+def logarithmic(plot, letter):
+    """Its axis "x" or "y", with ticks at 1, 2, 5."""
+    plot.set(**{letter + "scale": "log"})
+    axis = getattr(plot, letter + "axis")
+    axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
 
 
 def read_table(path, writer):
-    """Rows of a study as dictionaries. `writer`: the command that writes it, for who has not run it."""
+    """What a study wrote. `writer`: the command that writes it, for who has not run it."""
+    program = pathlib.Path(sys.argv[0]).stem
     try:
-        rows = json.loads(path.read_text())
+        table = json.loads(path.read_text())
     except OSError as error:
-        sys.exit("%s: %s: %s (write it with %s)" % (program(), path, error.strerror, writer))
-    if not rows:
-        sys.exit("%s: %s holds no measurements" % (program(), path))
-    return rows
+        sys.exit("%s: %s: %s (write it with %s)" % (program, path, error.strerror, writer))
+    if not table:
+        sys.exit("%s: %s holds no measurements" % (program, path))
+    return table
 
 
-def study_arguments(description, name):
+def study_arguments(description, name, picture=None):
     """The command line of a script that draws what the program `name` wrote: `study` and `output`, which is set."""
     parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("study", type=pathlib.Path, help="folder that %s wrote" % name)
-    parser.add_argument("-o", "--output", type=pathlib.Path, help="picture (default: STUDY/%s.png)" % name)
+    parser.add_argument("study", type=pathlib.Path, help="what %s wrote" % name)
+    parser.add_argument("-o", "--output", type=pathlib.Path, help="picture (default: %s)" % (picture or "STUDY/%s.png" % name))
     arguments = parser.parse_args()
-    arguments.output = arguments.output or arguments.study / (name + ".png")
+    arguments.output = arguments.output or picture or arguments.study / (name + ".png")
     return arguments
 
 

@@ -8,7 +8,7 @@
 #   --only    of: models accuracy stability mechanisms calibration real live real_live followed long speed public
 #             (accuracy and calibration need models; from live on an idle machine is needed)
 #
-# Tables stay in build/results.
+# Tables stay in build/results. Needs jq and python3-opencv, too.
 . "$(dirname "$0")/common.sh"
 
 only=

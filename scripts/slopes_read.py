@@ -39,17 +39,11 @@ def rings_of(folder, model):
     return {ring: float(np.median(values)) for ring, values in joined.items() if len(values) >= LEAST_PIXELS}
 
 
-def main():
+if __name__ == "__main__":
     if len(sys.argv) != 2 or sys.argv[1].startswith("-"):
         print(__doc__)
-        return 2
+        sys.exit(2)
     warnings.simplefilter("ignore")
     data = pathlib.Path(sys.argv[1])
-    print(json.dumps({presses: {name: rings_of(data / presses, model) for name, model in (
-        ("owner", data / presses / "model/nnmodel.pth"), ("maker", data / "real/nnmini.pt"))}
-        for presses in ("markers", "calibration_b")}, indent=1))
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+    print(json.dumps({presses: {"owner": rings_of(data / presses, data / presses / "model/nnmodel.pth"),
+                                "maker": rings_of(data / presses, data / "real/nnmini.pt")} for presses in ("markers", "calibration_b")}, indent=1))

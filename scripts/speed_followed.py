@@ -18,12 +18,12 @@ import re
 import subprocess
 
 import numpy as np
-import plotting
-from plotting import plt
+
+from plotting import plt, save
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 RATE_HZ, BACKGROUND_FRAMES = 25, 10
-RIGHT_MM, RIGHT_DEG = 0.1, 1.0
+RIGHT = 0.1, 1.0  # mm, degrees
 MOTIONS = [(name, ("--object", name, "--size", "0.5", "--indentation", "0.8", "--motion", "allover", "--frames", str(frames)))
            for name in ("pebble", "peanut") for frames in (800, 400, 200, 100, 50)]
 MOTIONS += [(name, ("--object", name, "--motion", "wobble", "--speed", str(speed), "--frames", "150"))
@@ -59,8 +59,7 @@ def public_frames(public, model, log):
 
 def size_of(motion):
     """mm and degrees."""
-    turn = np.degrees(np.arccos(np.clip((np.trace(motion[:3, :3]) - 1) / 2, -1, 1)))
-    return np.linalg.norm(motion[:3, 3]), turn
+    return np.linalg.norm(motion[:3, 3]), np.degrees(np.arccos(np.clip((np.trace(motion[:3, :3]) - 1) / 2, -1, 1)))
 
 
 def steps(truth, found):
@@ -71,8 +70,7 @@ def steps(truth, found):
         motion = np.linalg.inv(truth[i]) @ truth[i + 1]
         right = False
         if i in found and i + 1 in found and found[i][0] == found[i + 1][0]:
-            error = size_of(np.linalg.inv(motion) @ np.linalg.inv(found[i][1]) @ found[i + 1][1])
-            right = error[0] <= RIGHT_MM and error[1] <= RIGHT_DEG
+            right = np.less_equal(size_of(np.linalg.inv(motion) @ np.linalg.inv(found[i][1]) @ found[i + 1][1]), RIGHT).all()
         yield *(RATE_HZ * np.array(size_of(motion))), right
 
 
@@ -87,9 +85,8 @@ def measure(program, folder, public, public_model):
                  "live": frames_of([program, "scan", log, "--headless", "-q", "--stream", "-"])}
         if public:
             found["public"] = public_frames(public, public_model, log)
-        for schedule, frames in found.items():
-            for mm_s, deg_s, right in steps(truth, frames):
-                rows.append({"object": name, "schedule": schedule, "mm/s": mm_s, "degrees/s": deg_s, "right": int(right)})
+        rows += [{"object": name, "schedule": schedule, "mm/s": mm_s, "degrees/s": deg_s, "right": int(right)}
+                 for schedule, frames in found.items() for mm_s, deg_s, right in steps(truth, frames)]
     return rows
 
 
@@ -118,17 +115,14 @@ def main():
     for axis, speed in zip(axes, BINS):
         for schedule, style in (("offline", "-o"), ("live", "--x"), ("public", ":s")):
             table = list(shares(rows, schedule, speed))
-            if not table:
-                continue
             for low, high, count, share in table:
                 print("%-8s %5g to %-5g %-9s %5d steps, right %.3f" % (schedule, low, high, speed, count, share))
-            axis.plot(["< %g" % row[1] if row[1] < 1e9 else "more" for row in table], [row[3] for row in table], style, label=schedule)
-        axis.set_xlabel(speed)
-        axis.set_ylim(0, 1.02)
-        axis.grid(alpha=0.3)
+            if table:
+                axis.plot(["< %g" % row[1] if row[1] < 1e9 else "more" for row in table], [row[3] for row in table], style, label=schedule)
+        axis.set(xlabel=speed, ylim=(0, 1.02))
     axes[0].set_ylabel("share of right steps")
     axes[0].legend()
-    plotting.save(figure, arguments.study / "speed_followed.png")
+    save(figure, arguments.study / "speed_followed.png")
 
 
 if __name__ == "__main__":
