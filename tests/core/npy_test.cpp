@@ -122,8 +122,12 @@ TEST(Npy, HostileHeadersAreErrors) {
   for (const char* header : {"", "{", "{}", "{'descr'", "{'descr': '<f8}", "{'x': 1}", "import os",
                              "{'descr': '<f8', 'descr': '<f8', 'fortran_order': False, 'shape': (1,)}",
                              "{'descr': '<f8', 'fortran_order': 0, 'shape': (1,)}",
-                             "{'descr': '<f8', 'fortran_order': False, 'shape': (1,)} x"}) {
-    EXPECT_THAT(error_for(with_header(header, data)), HasSubstr("not a usable .npy file")) << header;
+                             "{'descr': '<f8', 'fortran_order': False, 'shape': (1,)} x",
+                             "{'descr': '<f8', 'fortran_order': False, 'shape': (1,)}, {}",
+                             "{'descr': '<f4\n\r\n', 'fortran_order': False, 'shape': (1,)}"}) {
+    const std::string error = error_for(with_header(header, data));
+    EXPECT_THAT(error, HasSubstr("not a usable .npy file")) << header;
+    EXPECT_EQ(error.find_first_of("\n\r"), std::string::npos) << error;
   }
   EXPECT_THAT(error_for(numpy_sample(), 16), HasSubstr("claims more than 16 bytes"));
   EXPECT_THAT(message_of([] { read_npy("/nonexistent.npy"); }), HasSubstr("no such file"));

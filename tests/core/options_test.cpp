@@ -153,6 +153,12 @@ TEST(ReadOptions, BackslashesOfWindowsAreUnderstoodOrNamed) {
     EXPECT_THAT(message_of([&] { read(quoted); }), HasSubstr("write / instead")) << quoted;
 }
 
+TEST(ReadOptions, WhatFollowsTheDocumentIsRefused) {
+  for (const char* more : {"}", "]", ",", "\n---\ndevice_config: {}\n", "\n--- x"})
+    EXPECT_THAT(error_in(std::string("{}") + more), HasSubstr("not valid YAML")) << more;
+  EXPECT_EQ(error_in("---\n{}\n...\n"), "nothing was thrown");
+}
+
 TEST(WriteOptions, ReadsBackExactly) {
   Options written;
   written.ratio = 0.1 + 0.2;  // no short decimal

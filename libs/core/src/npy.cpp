@@ -94,10 +94,10 @@ Header parse_header(std::string text) {
   std::ranges::replace(text, '(', '[');
   std::ranges::replace(text, ')', ']');
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    if (documents.size() != 1 || documents[0].size() != 3) throw YAML::Exception({}, "");
-    Header header{documents[0]["descr"].as<std::string>(), documents[0]["fortran_order"].as<bool>(), {}};
-    const YAML::Node shape = documents[0]["shape"];
+    const YAML::Node list = YAML::Load("[" + text + "]");  // else what follows would be passed over
+    if (list.size() != 1 || list[0].size() != 3) throw YAML::Exception({}, "");
+    Header header{list[0]["descr"].as<std::string>(), list[0]["fortran_order"].as<bool>(), {}};
+    const YAML::Node shape = list[0]["shape"];
     if (!shape.IsSequence() || shape.size() > kMaxDimensions) throw YAML::Exception({}, "");
     for (const YAML::Node& extent : shape) header.shape.push_back(extent_of(extent.Scalar()));
     return header;

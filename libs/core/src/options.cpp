@@ -1,12 +1,14 @@
 #include "gelslam/core/options.hpp"
 
 #include <fmt/core.h>
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
+#include <sstream>
 #include <vector>
 
 #include "gelslam/core/error.hpp"
@@ -196,7 +198,7 @@ class OptionReader final : public OptionVisitor {
   [[noreturn]] void fail(const YAML::Node& node, const std::string& key, const std::string& problem) const {
     std::string message = file_.string() + ":" + std::to_string(node.Mark().line + 1) + ": ";
     if (!key.empty()) message += key + " ";
-    throw Error(one_line(message + problem));
+    throw Error(message + problem);
   }
 
   std::filesystem::path file_;
@@ -206,6 +208,31 @@ class OptionReader final : public OptionVisitor {
   std::vector<UnknownKey> unknown_;
   std::vector<std::pair<std::string, std::string>> described_;  // section and key
 };
+
+struct PassedOver final : YAML::EventHandler {
+  using Mark = YAML::Mark;
+  using Style = YAML::EmitterStyle::value;
+  using Anchor = YAML::anchor_t;
+  void OnDocumentStart(const Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const Mark&, Anchor) override {}
+  void OnAlias(const Mark&, Anchor) override {}
+  void OnScalar(const Mark&, const std::string&, Anchor, const std::string&) override {}
+  void OnSequenceStart(const Mark&, const std::string&, Anchor, Style) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const Mark&, const std::string&, Anchor, Style) override {}
+  void OnMapEnd() override {}
+};
+
+/// YAML::LoadAll() does not end where something follows that begins no document: "{}}".
+YAML::Node only_document(const std::string& yaml) {
+  std::istringstream stream(yaml);
+  YAML::Parser parser(stream);
+  PassedOver first;
+  parser.HandleNextDocument(first);
+  if (parser) throw YAML::Exception(YAML::Mark::null_mark(), "it holds several documents (---), not one");
+  return YAML::Load(yaml);
+}
 
 std::string read_text(const std::filesystem::path& file) {
   std::error_code code;
@@ -223,16 +250,13 @@ void read_options_text(std::string_view yaml, const std::filesystem::path& name,
   if (yaml.size() > kLargestConfigBytes)
     throw Error(name.string() + ": too large for a configuration (more than 1 MiB)");
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(std::string(yaml));
-    if (documents.size() > 1) throw Error(name.string() + ": holds several YAML documents (---), not one");
-    OptionReader reader(documents.empty() ? YAML::Node() : documents.front(), name);
+    OptionReader reader(only_document(std::string(yaml)), name);
     options(reader);
     reader.finish();
   } catch (const YAML::Exception& problem) {
     const std::string line = problem.mark.is_null() ? "" : ":" + std::to_string(problem.mark.line + 1);
     const bool has_escape = yaml.find('\\') != std::string_view::npos;
-    throw Error(one_line(name.string() + line + ": not valid YAML: " + problem.msg) +
-                (has_escape ? kEscapeHint : ""));
+    throw Error(name.string() + line + ": not valid YAML: " + problem.msg + (has_escape ? kEscapeHint : ""));
   }
 }
 
@@ -242,20 +266,10 @@ void read_options(const std::filesystem::path& file, const OptionList& options) 
 
 namespace {
 
-/// A YAML double-quoted scalar, safe for any bytes.
 std::string quoted_scalar(const std::string& text) {
-  constexpr char digits[] = "0123456789abcdef";
-  std::string result = "\"";
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\')
-      result += {'\\', c};
-    else if (byte < 0x20 || byte == 0x7f)
-      result += {'\\', 'x', digits[byte >> 4], digits[byte & 15]};
-    else
-      result += c;
-  }
-  return result + "\"";
+  YAML::Emitter scalar;
+  scalar << YAML::DoubleQuoted << text;
+  return scalar.c_str();
 }
 
 class OptionWriter final : public OptionVisitor {

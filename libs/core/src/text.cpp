@@ -7,7 +7,12 @@
 #include <cmath>
 #include <numeric>
 
+#include "gelslam/core/error.hpp"
+
 namespace gelslam {
+
+Error::Error(const std::string& message) : std::runtime_error(one_line(message)) {}
+
 namespace {
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }

@@ -6,7 +6,6 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
-#include "gelslam/core/text.hpp"
 
 namespace gelslam {
 namespace {
@@ -75,7 +74,7 @@ std::vector<ZipEntry> parse_zip(std::string_view bytes, const std::string& name,
   for (zip_uint64_t i = 0; i < static_cast<zip_uint64_t>(count); ++i) {
     const char* entry = zip_get_name(archive.get(), i, ZIP_FL_ENC_RAW);
     if (entry == nullptr) throw Error(name + " is damaged");
-    const std::string where = name + ": '" + one_line(entry) + "'";
+    const std::string where = name + ": '" + entry + "'";
     entries.push_back({entry, read_entry(archive.get(), i, limits.entry_bytes, where)});
   }
   return entries;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <vector>
@@ -18,20 +17,11 @@
 namespace gelslam {
 namespace {
 
-constexpr std::uintmax_t kLargestImageFileBytes = 256u << 20;
-
 std::vector<unsigned char> read_bytes(const std::filesystem::path& path) {
-  std::error_code code;
-  const std::uintmax_t size = std::filesystem::file_size(path, code);
-  if (code) throw Error(path.string() + ": cannot be read: " + code.message());
-  if (size == 0) throw Error(path.string() + ": the file is empty");
-  if (size > kLargestImageFileBytes) throw Error(path.string() + ": larger than any image of a touch sensor");
   refuse_lfs_pointer(path);
-  std::ifstream file(path, std::ios::binary);
-  std::vector<unsigned char> bytes(static_cast<std::size_t>(size));
-  file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
-  if (!file) throw Error(path.string() + ": cannot be read; check its permissions");
-  return bytes;
+  const std::string bytes = read_file(path);
+  if (bytes.empty()) throw Error(path.string() + ": the file is empty");
+  return {bytes.begin(), bytes.end()};
 }
 
 /// BMP says its size in its header (the height is negative where rows run downward).

@@ -45,8 +45,10 @@ class VideoLog final : public RawFrameSource {
     // The duration of a Matroska file is the time at which it ends.
     const bool is_late =
         !video_.frames_are_counted && is_matroska(path) && !ahead_.empty() && ahead_.front().time_us;
-    if (frames_ && is_late)
-      *frames_ -= std::llround(static_cast<double>(*ahead_.front().time_us) * 1e-6 * video_.rate_hz);
+    if (frames_ && *frames_ > 0 && is_late)
+      *frames_ -= std::clamp<std::int64_t>(
+          std::llround(static_cast<double>(*ahead_.front().time_us) * 1e-6 * video_.rate_hz), 0,
+          *frames_ - 1);
   }
 
   std::optional<RawFrame> next() override {

@@ -119,7 +119,7 @@ class PickleTokenizer {
     if (!(module == "collections" && name == "OrderedDict") &&
         !(module == "torch._utils" && name == kRebuildTensor) &&
         !(module == "torch" && name.ends_with("Storage")))
-      throw Error("it asks to load '" + printable(std::string(module) + "." + std::string(name)) +
+      throw Error("it asks to load '" + (std::string(module) + "." + std::string(name)).substr(0, 80) +
                   "', which a gradient model does not need; refused");
     tokens_.push_back({kGlobal, 0, name});
   }
@@ -232,13 +232,6 @@ std::span<const PickleToken> state_dict_of(std::span<const PickleToken> tokens) 
 }
 
 }  // namespace
-
-std::string printable(const std::string& text) {
-  std::string result = text.substr(0, 80);
-  for (char& c : result)
-    if (c < ' ' || c > '~') c = '?';
-  return result;
-}
 
 std::vector<TensorEntry> read_state_dict_pickle(std::string_view pickle) {
   const PickleTokens all = PickleTokenizer(pickle).run();

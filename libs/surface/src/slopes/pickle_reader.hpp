@@ -28,7 +28,4 @@ struct TensorEntry {
 /// kMaxPickleBytes.
 std::vector<TensorEntry> read_state_dict_pickle(std::string_view pickle);
 
-/// What a message may show of hostile bytes.
-std::string printable(const std::string& text);
-
 }  // namespace gelslam::surface::detail

@@ -70,7 +70,7 @@ constexpr NumberType kNumberTypes[] = {{"HalfStorage", NpyType::float16, 2},
 Values read_tensor(const TorchArchive& archive, const TensorEntry& entry) {
   const auto* const known = std::ranges::find(kNumberTypes, entry.storage_class, &NumberType::storage_class);
   if (known == std::end(kNumberTypes))
-    throw Error("weights are torch." + printable(entry.storage_class) +
+    throw Error("weights are torch." + entry.storage_class.substr(0, 80) +
                 ", only float16, float32 and float64 are supported");
   const std::string& name = entry.name;
   std::int64_t elements = 1;
@@ -137,7 +137,7 @@ class StateDict {
     constexpr std::size_t shown = 8;
     std::string text;
     for (std::size_t k = 0; k < std::min(entries_.size(), shown); ++k) {
-      text += (k == 0 ? "" : ", ") + printable(entries_[k].name);
+      text += (k == 0 ? "" : ", ") + entries_[k].name.substr(0, 80);
       for (std::size_t i = 0; i < entries_[k].shape.size(); ++i)
         text += (i == 0 ? " " : "x") + std::to_string(entries_[k].shape[i]);
     }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <stdexcept>
+#include <string>
 
 namespace gelslam {
 
@@ -8,7 +9,7 @@ namespace gelslam {
 /// says what is wrong, where, and what to do; main() prints it and exits with 2.
 class Error : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit Error(const std::string& message);  ///< made one line: it may quote a file
 };
 
 }  // namespace gelslam
