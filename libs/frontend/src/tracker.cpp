@@ -27,17 +27,8 @@ double room_to_move(double keyframe_min_shared) { return 0.5 * (1 + keyframe_min
 }  // namespace
 
 std::string_view name(TrackStatus status) {
-  switch (status) {
-    case TrackStatus::background:
-      return "background";
-    case TrackStatus::no_contact:
-      return "no_contact";
-    case TrackStatus::tracked:
-      return "tracked";
-    case TrackStatus::lost:
-      return "lost";
-  }
-  return "unknown";
+  constexpr std::string_view names[] = {"background", "no_contact", "tracked", "lost"};
+  return names[static_cast<std::size_t>(status)];
 }
 
 PoseGraphEdge odometry_edge(int from, int to, const RegistrationResult& registration) {

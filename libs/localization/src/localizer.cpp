@@ -45,15 +45,8 @@ std::string_view status_name(const LocalizedFrame& frame) {
   if (frame.status == PlaceStatus::unknown &&
       (tracked == TrackStatus::background || tracked == TrackStatus::no_contact))
     return name(tracked);
-  switch (frame.status) {
-    case PlaceStatus::localized:
-      return "localized";
-    case PlaceStatus::ambiguous:
-      return "ambiguous";
-    case PlaceStatus::unknown:
-      return "not in the map";
-  }
-  return "";
+  constexpr std::string_view names[] = {"not in the map", "localized", "ambiguous"};
+  return names[static_cast<std::size_t>(frame.status)];
 }
 
 Localizer::Localizer(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options)

@@ -46,23 +46,14 @@ PosePrior::PosePrior(const UncertainPose& target_T_reference)
 }
 
 std::string_view describe(RegistrationStatus status) {
-  switch (status) {
-    case RegistrationStatus::converged:
-      return "tracked";
-    case RegistrationStatus::too_little_overlap:
-      return "too little overlap";
-    case RegistrationStatus::curvature_mismatch:
-      return "the surfaces do not match";
-    case RegistrationStatus::diverged:
-      return "the alignment diverged";
-    case RegistrationStatus::free_space_violation:
-      return "the object would lie in untouched gel";
-    case RegistrationStatus::ambiguous:
-      return "it fits at several places";
-    case RegistrationStatus::too_little_surface:
-      return "too little contact";
-  }
-  return "unknown";
+  constexpr std::string_view sentences[] = {"tracked",
+                                            "too little overlap",
+                                            "the surfaces do not match",
+                                            "the alignment diverged",
+                                            "the object would lie in untouched gel",
+                                            "it fits at several places",
+                                            "too little contact"};
+  return sentences[static_cast<std::size_t>(status)];
 }
 
 std::string describe_observability(const std::array<bool, 6>& observable) {
