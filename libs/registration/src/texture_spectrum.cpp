@@ -56,8 +56,10 @@ CoarseTexture CoarseTexture::turned(double angle_rad) const {
   const Eigen::Vector2d size = turn.cwiseAbs() * Eigen::Vector2d(mask.cols, mask.rows);
   CoarseTexture result;
   result.pixel_pitch_mm = pixel_pitch_mm;
-  result.mask.create(static_cast<int>(size.y()) + 1, static_cast<int>(size.x()) + 1);
-  const Eigen::Vector2d moved = turn * corner_px(mask) - corner_px(result.mask);
+  result.mask.create(static_cast<int>(size.y()) + 2, static_cast<int>(size.x()) + 2);
+  // By whole pixels, so that what is not turned is not blurred.
+  const Eigen::Vector2d room((result.mask.cols - mask.cols) / 2, (result.mask.rows - mask.rows) / 2);
+  const Eigen::Vector2d moved = turn * corner_px(mask) - corner_px(mask) + room;
   const cv::Matx23d turn_px(turn(0, 0), turn(0, 1), moved.x(), turn(1, 0), turn(1, 1), moved.y());
   cv::warpAffine(curvature, result.curvature, turn_px, result.mask.size(), cv::INTER_LINEAR);
   cv::warpAffine(mask, result.mask, turn_px, result.mask.size(), cv::INTER_NEAREST);
