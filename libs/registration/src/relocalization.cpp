@@ -59,6 +59,7 @@ RegistrationResult relocalize(const NormalFlowReference& reference, const Surfac
       rivals.push_back(place);
   };
   add(found, PlacePrior::known);
+  const bool expected_found = !places.empty();
   NormalFlowOptions from_start = normal_flow;
   from_start.max_iterations = std::min(from_start.max_iterations, kStartIterations);
   PosePrior prior(expected);
@@ -78,6 +79,9 @@ RegistrationResult relocalize(const NormalFlowReference& reference, const Surfac
   const double rival_rmse_rad =
       options.rival_residual * std::max(best.normal_rmse_rad, shared_noise(reference.surface(), target) *
                                                                   normal_flow.normal_noise_rad);
+  if (expected_found && found.normal_rmse_rad < rival_rmse_rad &&
+      !is_elsewhere(best, found.target_T_reference))
+    best = found;
   const double rival_mm = rival_distance * innovation_mm(best, expected);
   const auto is_rival = [&](const RegistrationResult& place) {
     return place.normal_rmse_rad < rival_rmse_rad && is_elsewhere(best, place.target_T_reference) &&
