@@ -11,21 +11,19 @@ namespace gelslam {
 namespace registration::detail {
 namespace {
 
-// Root mean square curvature, 1/pixel, of a cell that can tell: at one and a half times that of noise, more
-// than half of what is read is the object's, and CCS is above 0.5 where the texture is the same. In a cell of
-// 16 patches of noise, unrelated textures have 0 +- 0.25; all cells of a part together less.
-constexpr double kTellingCurvaturePerPx = 0.03, kDoubtfulCcs = 0.5, kUnrelatedCcs = 0.25;
-// Share of the contact that hangs together: on clean logs, rendered and real, none is as large.
-constexpr double kLeastApart = 0.1;
+// In a cell of 16 patches of noise, unrelated textures have a CCS of 0 +- 0.25; all cells of a part together
+// less.
+const double kUnrelatedCcs = std::sqrt(kNoisePatchPx) / kCellPx, kDoubtfulCcs = 2 * kUnrelatedCcs;
 constexpr int kLeastSamples = 10;  // numerics: of a cell
 
 bool is_below(double ccs, const CurvatureProducts& of) {
   return of.dot < ccs * std::sqrt(of.reference2 * of.target2);
 }
 
-/// A cell with enough texture, in which the two differ.
-bool is_doubtful(const CurvatureProducts& cell, double noise) {
-  const double telling = kTellingCurvaturePerPx * noise;
+/// A cell with enough texture, in which the two differ. Where curvature is one and a half times that of
+/// noise, more than half of what is read is the object's, and CCS is above 0.5 where the texture is the same.
+bool is_doubtful(const CurvatureProducts& cell, double noise_rad) {
+  const double telling = 1.5 * noise_rad;
   return cell.samples >= kLeastSamples &&
          std::min(cell.reference2, cell.target2) >= cell.samples * telling * telling &&
          is_below(kDoubtfulCcs, cell);
@@ -34,7 +32,7 @@ bool is_doubtful(const CurvatureProducts& cell, double noise) {
 }  // namespace
 
 ApartSamples find_apart(const NormalFlowReference::Impl& reference, const Surface& target,
-                        const Residuals& residuals, const Pose& target_T_reference, double noise) {
+                        const Residuals& residuals, const Pose& target_T_reference, double noise_rad) {
   const PixelLookup lookup(reference.samples, target, target_T_reference);
   const int columns = target.contact.cols / kCellPx + 1, rows = target.contact.rows / kCellPx + 1;
   std::vector<CurvatureProducts> cells(index(columns * rows));
@@ -49,7 +47,7 @@ ApartSamples find_apart(const NormalFlowReference::Impl& reference, const Surfac
   }
   cv::Mat1b doubtful(rows, columns);
   std::transform(cells.begin(), cells.end(), doubtful.begin(), [&](const CurvatureProducts& cell) {
-    return static_cast<std::uint8_t>(is_doubtful(cell, noise));
+    return static_cast<std::uint8_t>(is_doubtful(cell, noise_rad));
   });
   cv::Mat1i part_of;
   std::vector<CurvatureProducts> parts(index(cv::connectedComponents(doubtful, part_of, 4)));
@@ -58,7 +56,8 @@ ApartSamples find_apart(const NormalFlowReference::Impl& reference, const Surfac
   ApartSamples apart;
   for (int i = 0; i < columns * rows; ++i) {
     const CurvatureProducts& part = parts[index(part_of(i))];
-    if (!doubtful(i) || part.samples <= kLeastApart * shared || !is_below(kUnrelatedCcs, part)) continue;
+    if (!doubtful(i) || part.samples <= kMostContradicted * shared || !is_below(kUnrelatedCcs, part))
+      continue;
     apart.cells.push_back({i % columns, i / columns});
     apart.share += static_cast<double>(cells[index(i)].samples) / shared;
     doubtful(i) = 2;

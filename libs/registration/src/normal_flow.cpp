@@ -150,8 +150,7 @@ class Alignment {
 
   ApartSamples apart(const RegistrationResult& result) {
     lay(result.target_T_reference);
-    return find_apart(reference_, target_, residuals(), result.target_T_reference,
-                      shared_noise(*reference_.surface, target_));
+    return find_apart(reference_, target_, residuals(), result.target_T_reference, options_.normal_noise_rad);
   }
 
  private:

@@ -12,8 +12,7 @@ namespace {
 // The model's unevenness over the gel, from sliding. It is alike over patches of this area: a contact that is
 // no larger than a few of them averages little of it.
 constexpr double kTiltRadPerMm = 0.002, kUnevenPatchMm2 = 40.0;
-constexpr double kTwistPerTilt = 0.007;
-constexpr double kSlideMmPerTiltRad = 0.007;
+constexpr double kPerTilt = 0.007;  // twist in rad, and slide in mm, per rad
 constexpr double kSlidePerSlide = 0.0006;
 constexpr double kDepthPerSlide = 0.005;
 // How much of the slopes belongs to gel that hangs beside what presses: it gets steeper as it is pressed
@@ -44,10 +43,10 @@ Vector6d motion_variance(const CenterMotion& motion, bool all_observable, double
   const auto tilt_sigma = [&](double about, double other) {
     return std::hypot(options.gradient_scale_error * std::hypot(about, kCrossAxisShare * other), uneven_tilt);
   };
-  const double slide_sigma = std::hypot(kSlideMmPerTiltRad * tilt, kSlidePerSlide * slide);
+  const double slide_sigma = std::hypot(kPerTilt * tilt, kSlidePerSlide * slide);
   Vector6d sigma;
   sigma << tilt_sigma(motion.turn_rad.x(), motion.turn_rad.y()),
-      tilt_sigma(motion.turn_rad.y(), motion.turn_rad.x()), kTwistPerTilt * tilt, slide_sigma, slide_sigma,
+      tilt_sigma(motion.turn_rad.y(), motion.turn_rad.x()), kPerTilt * tilt, slide_sigma, slide_sigma,
       std::hypot(options.gradient_scale_error * motion.shift_mm.z(), kDepthPerSlide * slide);
   return (model_sigma * sigma).cwiseAbs2();
 }

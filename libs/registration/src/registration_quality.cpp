@@ -9,12 +9,8 @@
 namespace gelslam::registration::detail {
 namespace {
 
-constexpr double kNoisePatchPx = 25.0;  // neighboring normals share their noise over so many pixels
 constexpr double kGelPatternRadPerMm =
     0.12;  // change of the normal that may belong to the gel and stay with it
-// Root mean square curvature, 1/pixel, below which the texture is too faint for CCS: normals have to agree
-// within their noise instead.
-constexpr double kSmoothCurvaturePerPx = 0.02;
 
 struct CurvatureAgreement {
   double shared_ratio = 0;         // SCR
@@ -90,19 +86,19 @@ double share_by_chance(double shared_share, const NormalFlowReference::Impl& ref
   return 1.0 / std::sqrt(2.0 * std::max(1.0, patches));
 }
 
-/// On a surface with hardly any texture, CCS compares noise: there the normals' agreement has to do.
-bool curvature_matches(const CurvatureAgreement& agreement, double normal_rmse_rad, double noise,
+/// Where normals turn by less than their noise from pixel to pixel, CCS compares noise: there the normals'
+/// agreement has to do.
+bool curvature_matches(const CurvatureAgreement& agreement, double normal_rmse_rad,
                        const NormalFlowOptions& options) {
   if (agreement.cosine_similarity >= options.curvature.min_ccs) return true;
-  return agreement.rms_per_px < noise * kSmoothCurvaturePerPx &&
-         !is_far_above_noise(normal_rmse_rad, options);
+  return agreement.rms_per_px < options.normal_noise_rad && !is_far_above_noise(normal_rmse_rad, options);
 }
 
-RegistrationStatus judge(const RegistrationResult& result, const CurvatureAgreement& agreement, double noise,
+RegistrationStatus judge(const RegistrationResult& result, const CurvatureAgreement& agreement,
                          const NormalFlowOptions& options) {
   if (result.shared_pixels < options.min_shared_pixels || result.scr < options.curvature.min_scr)
     return RegistrationStatus::too_little_overlap;
-  if (!curvature_matches(agreement, result.normal_rmse_rad, noise, options))
+  if (!curvature_matches(agreement, result.normal_rmse_rad, options))
     return RegistrationStatus::curvature_mismatch;
   return RegistrationStatus::converged;
 }
@@ -208,7 +204,7 @@ ShownDirections assess(const NormalFlowReference::Impl& reference, const Surface
   result.directions.block<1, kParameters>(5, 0) = x * directions.basis.row(1) - y * directions.basis.row(0);
   result.membrane_bias = membrane_bias(directions, reference.surface->camera(), target.camera(), result);
   result.observable = observability(result, heights_known);
-  result.status = judge(result, agreement, noise, options);
+  result.status = judge(result, agreement, options);
   return directions;
 }
 

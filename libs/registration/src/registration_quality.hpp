@@ -78,6 +78,9 @@ inline Matrix6d origin_from_center(const Eigen::Vector3d& center_mm) {
   return matrix;
 }
 
+/// Neighboring normals share their noise over so many pixels.
+inline constexpr double kNoisePatchPx = 25.0;
+
 /// What moves another way than the rest, of the shared contact.
 struct ApartSamples {
   std::vector<std::uint8_t> is_apart;  ///< per sample of the reference
@@ -86,9 +89,9 @@ struct ApartSamples {
 };
 
 /// The parts of the shared contact in which CCS, cell by cell, is that of unrelated textures, at this pose
-/// (after Huang et al., RA-L 2024, who ask it of the whole contact). Own.
+/// (after Huang et al., RA-L 2024, who ask it of the whole contact). Own. `noise_rad`: of a normal.
 ApartSamples find_apart(const NormalFlowReference::Impl& reference, const Surface& target,
-                        const Residuals& residuals, const Pose& target_T_reference, double noise);
+                        const Residuals& residuals, const Pose& target_T_reference, double noise_rad);
 
 /// Of a normal, after a registration that left this residual.
 double normal_variance(double normal_rmse_rad, const NormalFlowOptions& options);

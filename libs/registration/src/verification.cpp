@@ -88,8 +88,7 @@ RegistrationResult verify_registered(const NormalFlowReference& reference, const
       result.height_rmse_mm >
           options.max_height_rmse_mm * model_sigma * shared_noise(reference.surface(), target))
     result.status = RegistrationStatus::curvature_mismatch;
-  else if (free_space_violation(reference.surface(), target, result.target_T_reference) >
-           options.max_free_space_violation)
+  else if (free_space_violation(reference.surface(), target, result.target_T_reference) > kMostContradicted)
     result.status = RegistrationStatus::free_space_violation;
   return result;
 }

@@ -21,6 +21,10 @@ inline constexpr double kMinPeriodMm = 1.0;
 /// distinguish one period of a pattern from the next.
 inline constexpr double kObservableSigmaMm = kMinPeriodMm / 4;
 
+/// Share of a contact that contradicts one motion of the whole by chance: on clean logs, rendered and real,
+/// none is as large.
+inline constexpr double kMostContradicted = 0.1;
+
 /// How well two curvatures have to agree (Huang et al., RA-L 2024). Without a unit.
 struct CurvatureLimits {
   double min_scr = 0.3;  ///< shared curvature ratio

@@ -19,8 +19,6 @@ struct VerificationOptions {
   /// Times Surface::model_sigma of the less certain: heights err as the slopes that they are the integral of.
   /// Right places have 0.03.
   double max_height_rmse_mm = 0.1;
-  /// Share of either contact that would lie inside gel that the other surface shows untouched.
-  double max_free_space_violation = 0.1;
   /// Self-similarity above which a surface shows no place by itself. A cloth or a thread has 0.95, a knurl
   /// 0.6, other objects less than 0.5. On such a surface the place must be known beforehand, to
   /// kObservableSigmaMm.
