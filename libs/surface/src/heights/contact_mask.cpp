@@ -17,12 +17,12 @@ namespace {
 constexpr double kDepthShare = 0.3, kDeepShare = 0.25;
 constexpr double kMinLimitMm = 0.015;  // what the network's own noise integrates to
 constexpr float kScattersAboveGel = 4.0F;
-constexpr double kMinColorLevels = 4.0;  // noise of a block mean stays below
-constexpr int kStretchPx = 32;           // speed: looked at together
-constexpr int kFewPixels = 50;           // a depth that fewer pixels reach is noise
-constexpr double kBlurSigmaBlocks = 1.2;
-constexpr int kBlurRadiusBlocks = 2;   // numerics
-constexpr double kPressedShare = 0.5;  // of the depth; a membrane rim has 0, a flat face 1
+constexpr double kMinColorLevels = 4.0;   // noise of a block mean stays below
+constexpr int kStretchPx = 32;            // speed: looked at together
+constexpr int kFewPixels = 50;            // a depth that fewer pixels reach is noise
+constexpr double kBlurSigmaBlocks = 1.2;  // numerics: kernel
+constexpr int kBlurRadiusBlocks = 2;      // numerics
+constexpr double kPressedShare = 0.5;     // of the depth; a membrane rim has 0, a flat face 1
 
 /// Value `beyond` blocks outside the first of `count` values: continues the parabola through three of them.
 /// (A constant continuation would bend the gel at the border, and the contact's outline with it.)

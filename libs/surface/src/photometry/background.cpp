@@ -25,7 +25,7 @@ using namespace surface::detail;
 // a video's compression changes single blocks of 8 or 16 pixels, a third of such a window at most. Of 40 logs
 // as MJPEG, MPEG-4 and H.264 at ffmpeg's defaults, 25 windows differ by at most 2.4 gray levels, and by 1.6
 // between the means of half of the frames; with a ball that rolls a quarter pixel per frame, by 2.6 and 2.9.
-constexpr int kWindowBlocks = 7;
+constexpr int kWindowBlocks = 7;  // numerics: side of the kernel
 constexpr float kMovingLevels = 3.0F, kDriftingLevels = 2.0F;
 constexpr int kMinMovingBlocks = 25;  // a contact of 500 pixels covers 30
 // Of a camera's pictures few pixels repeat exactly; where most do, a codec left them out.

@@ -35,8 +35,8 @@ constexpr double kMinGain = 0.25;
 constexpr double kShadedShare = 0.07;
 // Of all blocks: more whose colors have brightness in common, for the larger part, and agree with no light
 // are not what noise (0.23) or touches (0.20, real ones) leave.
-constexpr double kUnfollowedShare = 0.3;
-constexpr float kMostlyAlike = 1.25F;  // what differs among the colors is half of what they have in common
+constexpr double kUnfollowedShare = 0.3;  // message
+constexpr float kMostlyAlike = 1.25F;     // message: what differs is half of what colors have in common
 // As much as this share of a block weighs what is around a place, for the field there.
 constexpr double kRidge = 0.01;
 constexpr std::size_t kFinestLevel = 2, kLevels = 6;  // numerics: cells of 16 to 128 pixels
