@@ -89,7 +89,7 @@ TEST(PoseCovariance, OtherComponentsAndOutliersSayNothing) {
 }
 
 // A tree with branches and edges in both directions, where the one path between two nodes is all there is.
-TEST(MotionCertainty, OfATreeIsWhatTheSolvedGraphKnows) {
+TEST(MotionsBetween, OfATreeIsWhatTheSolvedGraphKnows) {
   Graph tree;
   for (int id = 0; id < 30; ++id) tree.truth[id] = rolled(id, 7);
   for (int id = 1; id < 30; ++id) {
@@ -98,16 +98,16 @@ TEST(MotionCertainty, OfATreeIsWhatTheSolvedGraphKnows) {
   }
   std::vector<bool> outlier(tree.edges.size(), false);
   for (const double scale_sigma : {0.0, 0.1}) {
-    const MotionCertainty certainty(tree.edges, outlier, scale_sigma);
+    const auto motion_between = motions_between(tree.edges, outlier, scale_sigma);
     for (const auto& [from, to] :
          {std::pair(20, 27), std::pair(27, 20), std::pair(5, 29), std::pair(0, 13)}) {
       const Matrix6d known = covariances(tree, from, scale_sigma).at(to);
-      EXPECT_LT(relative_gap(certainty.motion(from, to)->covariance, known), 1e-3) << from << ' ' << to;
+      EXPECT_LT(relative_gap(motion_between(from, to)->covariance, known), 1e-3) << from << ' ' << to;
     }
   }
-  EXPECT_FALSE(MotionCertainty(tree.edges, outlier, 0.0).motion(0, 77));
+  EXPECT_FALSE(motions_between(tree.edges, outlier, 0.0)(0, 77));
   outlier.back() = true;  // it leads to node 29
-  EXPECT_FALSE(MotionCertainty(tree.edges, outlier, 0.0).motion(5, 29));
+  EXPECT_FALSE(motions_between(tree.edges, outlier, 0.0)(5, 29));
 }
 
 }  // namespace

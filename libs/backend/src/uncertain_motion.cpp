@@ -107,14 +107,8 @@ UncertainMotion compose(const UncertainMotion& a, const UncertainMotion& b) {
           to_end * a.by_membrane_bias + b.by_membrane_bias};
 }
 
-struct MotionCertainty::Impl {
-  std::map<int, int> node_of;
-  MotionForest forest;
-  double gradient_scale_sigma;
-};
-
-MotionCertainty::MotionCertainty(const std::vector<PoseGraphEdge>& edges, const std::vector<bool>& outlier,
-                                 double gradient_scale_sigma) {
+std::function<std::optional<UncertainPose>(int from, int to)> motions_between(
+    const std::vector<PoseGraphEdge>& edges, const std::vector<bool>& outlier, double gradient_scale_sigma) {
   if (outlier.size() != edges.size()) throw Error("pose graph: the solution is of other edges");
   std::map<int, int> node_of;
   std::vector<UncertainMotion> motions;
@@ -128,18 +122,13 @@ MotionCertainty::MotionCertainty(const std::vector<PoseGraphEdge>& edges, const 
     motions.push_back(uncertain_motion(edges[i]));
     links.push_back({number(edges[i].from), number(edges[i].to), &motions.back()});
   }
-  const int nodes = static_cast<int>(node_of.size());
-  impl_.reset(new Impl{std::move(node_of), MotionForest(nodes, links), gradient_scale_sigma});
-}
-
-MotionCertainty::~MotionCertainty() = default;
-
-std::optional<UncertainPose> MotionCertainty::motion(int from, int to) const {
-  const auto a = impl_->node_of.find(from), b = impl_->node_of.find(to), none = impl_->node_of.end();
-  if (a == none || b == none || impl_->forest.tree(a->second) != impl_->forest.tree(b->second))
-    return std::nullopt;
-  const UncertainMotion path = impl_->forest.path(a->second, b->second);
-  return UncertainPose{path.from_T_to.pose, path.total_covariance(impl_->gradient_scale_sigma)};
+  const MotionForest forest(static_cast<int>(node_of.size()), links);
+  return [=](int from, int to) -> std::optional<UncertainPose> {
+    const auto a = node_of.find(from), b = node_of.find(to), none = node_of.end();
+    if (a == none || b == none || forest.tree(a->second) != forest.tree(b->second)) return std::nullopt;
+    const UncertainMotion path = forest.path(a->second, b->second);
+    return UncertainPose{path.from_T_to.pose, path.total_covariance(gradient_scale_sigma)};
+  };
 }
 
 }  // namespace gelslam

@@ -105,8 +105,8 @@ std::vector<PoseGraphEdge> find_overlap_edges(const std::vector<std::shared_ptr<
   for (const PoseGraphEdge& edge : edges)
     linked.emplace(std::min(edge.from, edge.to), std::max(edge.from, edge.to));
   const std::vector<PosedKeyframe> all = posed(keyframes, solution, options.fusion.threads);
-  const MotionCertainty certainty(edges, solution.edge_outlier,
-                                  gradient_scale_sigma(keyframes, options.gradient_scale));
+  const auto motion_between =
+      motions_between(edges, solution.edge_outlier, gradient_scale_sigma(keyframes, options.gradient_scale));
   std::vector<std::vector<PoseGraphEdge>> found(all.size());  // by the newer keyframe
   parallel_for(all.size(), options.fusion.threads, [&](std::size_t i) {
     const PosedKeyframe& newer = all[i];
@@ -115,7 +115,7 @@ std::vector<PoseGraphEdge> find_overlap_edges(const std::vector<std::shared_ptr<
     for (const Candidate& candidate : overlapping(to, all, linked, options)) {
       const int from = candidate.from;
       const PosedKeyframe& older = all[index(from)];
-      const std::optional<UncertainPose> motion = certainty.motion(from, to);
+      const std::optional<UncertainPose> motion = motion_between(from, to);
       UncertainPose older_T_newer = motion.value_or(UncertainPose{});
       older_T_newer.pose = older.component_T_keyframe.inverse() * newer.component_T_keyframe;
       const RegistrationResult result = verify(

@@ -1,7 +1,7 @@
 #pragma once
 
+#include <functional>
 #include <map>
-#include <memory>
 #include <optional>
 #include <vector>
 
@@ -66,21 +66,10 @@ bool tells_place(const PoseGraphEdge& edge);
 UncertainMotion compose(const UncertainMotion& a, const UncertainMotion& b);
 
 /// How precisely a graph's edges determine the motion between two of its nodes: by the edges of one short
-/// path between them, without a solve. What is an outlier leads nowhere. A gradient scale common to all edges
+/// path between them, without a solve; nothing where none lead. What is an `outlier`
+/// (PoseGraphSolution::edge_outlier of these edges) leads nowhere. A gradient scale common to all edges
 /// counts (see pose_graph.hpp).
-class MotionCertainty {
- public:
-  /// `outlier`: PoseGraphSolution::edge_outlier of these edges.
-  MotionCertainty(const std::vector<PoseGraphEdge>& edges, const std::vector<bool>& outlier,
-                  double gradient_scale_sigma);
-  ~MotionCertainty();
-
-  /// What these edges say of from_T_to; nothing where none lead.
-  std::optional<UncertainPose> motion(int from, int to) const;
-
- private:
-  struct Impl;
-  std::unique_ptr<const Impl> impl_;
-};
+std::function<std::optional<UncertainPose>(int from, int to)> motions_between(
+    const std::vector<PoseGraphEdge>& edges, const std::vector<bool>& outlier, double gradient_scale_sigma);
 
 }  // namespace gelslam
