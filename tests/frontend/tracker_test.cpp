@@ -232,38 +232,29 @@ TEST(Tracker, LiftingEndsATrialAndTouchingAgainStartsTheNext) {
 }
 
 /// NormalFlow that answers with the start it was given.
-class StandingStill final : public Registrar {
- public:
-  std::string_view name() const override { return "still"; }
-  std::shared_ptr<const PreparedReference> prepare(SurfacePtr reference) const override {
+Registrar standing_still(int& prepared) {
+  return [&prepared](SurfacePtr surface) {
     ++prepared;
-    return std::make_shared<const Prepared>(
-        std::make_shared<const NormalFlowReference>(std::move(reference), NormalFlowOptions{}));
-  }
-  mutable int prepared = 0;
-
- private:
-  struct Prepared final : PreparedReference {
-    using PreparedReference::PreparedReference;
-    RegistrationResult register_to(const Surface& target, const PosePrior& prior) const override {
-      return judge_pose(*samples(), target, prior.pose, {});
-    }
+    const auto samples = std::make_shared<const NormalFlowReference>(surface, NormalFlowOptions{});
+    return PreparedReference{samples, [samples](const Surface& target, const PosePrior& prior) {
+                               return judge_pose(*samples, target, prior.pose, {});
+                             }};
   };
-};
+}
 
 TEST(Tracker, TakesAnotherMethod) {
-  const auto still = std::make_shared<const StandingStill>();
+  int prepared = 0;
   TrackerOptions options;
   options.patience_s = 0;
-  Tracker tracker(options, still);
+  Tracker tracker(options, standing_still(prepared));
   const auto keyframe = tracker.track(0, 0, slide(0)).keyframe;
-  EXPECT_EQ(still->prepared, 1);
+  EXPECT_EQ(prepared, 1);
   ASSERT_TRUE(static_cast<bool>(keyframe->reference)) << "loop closure goes on with it, whatever tracks";
   const TrackedFrame same = tracker.track(1, 0.04, slide(0));
   EXPECT_EQ(same.status, TrackStatus::tracked);
   const TrackedFrame elsewhere = tracker.track(2, 0.08, slide(10));  // where standing still is wrong
   EXPECT_EQ(elsewhere.status, TrackStatus::lost);
-  EXPECT_EQ(still->prepared, 3) << "the previous frame was tried, then this one began a trial";
+  EXPECT_EQ(prepared, 3) << "the previous frame was tried, then this one began a trial";
 }
 
 // Rough enough for each place to be known by itself.

@@ -27,7 +27,7 @@ struct Case {
 
 class Methods : public testing::TestWithParam<Case> {
  protected:
-  std::shared_ptr<const Registrar> registrar() const { return make_registrar(GetParam().method, {}); }
+  Registrar registrar() const { return make_registrar(GetParam().method, {}); }
   void expect_near(const RegistrationResult& found, const Pose& truth) const {
     EXPECT_TRUE(found.ok()) << describe(found.status) << " scr " << found.scr << " ccs " << found.ccs;
     expect_within(gap(found.target_T_reference, truth), GetParam().deg, GetParam().mm);
@@ -37,22 +37,21 @@ class Methods : public testing::TestWithParam<Case> {
 TEST_P(Methods, FindAKnownMotionAndItsInverse) {
   const Pose a_T_b = motion(0.8, -0.6, 1.0, 0.15, -0.12, 0.02);
   const SurfacePtr a = seen_from(Pose::Identity()), b = seen_from(a_T_b);
-  expect_near(registrar()->prepare(a)->register_to(*b, Pose::Identity()), a_T_b.inverse());
-  expect_near(registrar()->prepare(b)->register_to(*a, Pose::Identity()), a_T_b);
+  expect_near(registrar()(a).register_to(*b, Pose::Identity()), a_T_b.inverse());
+  expect_near(registrar()(b).register_to(*a, Pose::Identity()), a_T_b);
 }
 
 TEST_P(Methods, SayThatSurfacesHaveNothingInCommon) {
   const SurfacePtr a = seen_from(Pose::Identity());
   const SurfacePtr other = touch(bumpy_ellipsoid(77, {9, 7, 6}, 0.25), pressed(6.0, 0.9));
-  EXPECT_FALSE(registrar()->prepare(a)->register_to(*other, Pose::Identity()).ok());
+  EXPECT_FALSE(registrar()(a).register_to(*other, Pose::Identity()).ok());
 
   const auto corner = [](double sign) {  // opposite corners of the sensor, with a start that keeps them there
     View view{.contact_width_px = 30, .contact_height_px = 25};
     view.contact_center_px = {sign * 110, sign * 80};
     return touch(textured_plane(4), motion(0, 0, 0, 0, 0, 0.5), view);
   };
-  const RegistrationResult apart =
-      registrar()->prepare(corner(-1))->register_to(*corner(1), Pose::Identity());
+  const RegistrationResult apart = registrar()(corner(-1)).register_to(*corner(1), Pose::Identity());
   EXPECT_FALSE(apart.ok());
 }
 
@@ -73,8 +72,7 @@ TEST(Fpfh, NeedsNoStart) {
   const Pose a_T_b = motion(0.8, -0.6, 25.0, 0.5, -0.3, 0.02);
   const SurfacePtr a = seen_from(Pose::Identity()), b = seen_from(a_T_b);
   for (const FpfhOptions& options : {FpfhOptions{}, tuned_fpfh()}) {
-    const RegistrationResult found =
-        make_fpfh(options)->prepare(a)->register_to(*b, motion(0, 0, 170, 3, 3, 0));
+    const RegistrationResult found = make_fpfh(options)(a).register_to(*b, motion(0, 0, 170, 3, 3, 0));
     expect_within(gap(found.target_T_reference, a_T_b.inverse()), 0.5, 0.05);
   }
 }
@@ -88,7 +86,7 @@ TEST(FilterReg, LeavesOutWhatHasNoPartner) {
     for (int u = 130; u < 150; ++u) b->height_mm(v, u) += 0.6F;  // a crumb on the gel
   FilterRegOptions options;
   options.outlier_share = 0.1;
-  const RegistrationResult found = make_filter_reg(options)->prepare(a)->register_to(*b, Pose::Identity());
+  const RegistrationResult found = make_filter_reg(options)(a).register_to(*b, Pose::Identity());
   expect_within(gap(found.target_T_reference, a_T_b.inverse()), 0.5, 0.05);
 }
 

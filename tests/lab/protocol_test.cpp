@@ -21,21 +21,10 @@ struct Script {
   int prepared = 0;
 };
 
-class Scripted final : public Registrar {
- public:
-  explicit Scripted(std::shared_ptr<Script> script) : script_(std::move(script)) {}
-  std::string_view name() const override { return "scripted"; }
-  std::shared_ptr<const PreparedReference> prepare(SurfacePtr surface) const override {
-    ++script_->prepared;
-    auto samples = std::make_shared<const NormalFlowReference>(std::move(surface), NormalFlowOptions{});
-    return std::make_shared<const Prepared>(std::move(samples), script_);
-  }
-
- private:
-  struct Prepared final : PreparedReference {
-    Prepared(std::shared_ptr<const NormalFlowReference> samples, std::shared_ptr<Script> lines)
-        : PreparedReference(std::move(samples)), script(std::move(lines)) {}
-    RegistrationResult register_to(const Surface&, const PosePrior& prior) const override {
+Registrar scripted(const std::shared_ptr<Script>& script) {
+  return [=](SurfacePtr surface) {
+    ++script->prepared;
+    const auto answer = [=](const Surface&, const PosePrior& prior) {
       script->starts.push_back(prior.pose);
       const int call = static_cast<int>(script->starts.size());
       const bool lost = holds(script->lost, call);
@@ -45,11 +34,11 @@ class Scripted final : public Registrar {
       result.shared_pixels = lost ? 3 : 1000;
       result.target_T_reference = motion(0, 0, 0, -0.5 * call, 0);
       return result;
-    }
-    std::shared_ptr<Script> script;
+    };
+    return PreparedReference{std::make_shared<const NormalFlowReference>(surface, NormalFlowOptions{}),
+                             answer};
   };
-  std::shared_ptr<Script> script_;
-};
+}
 
 TrialFrame frame_of(int i, bool touches = true) {
   static const SurfacePtr surface = surface_of_frame(0);
@@ -61,7 +50,7 @@ TrialFrame frame_of(int i, bool touches = true) {
 TEST(FrameZero, RegistersToTheFirstContactFromTheLastEstimate) {
   const auto script = std::make_shared<Script>();
   script->doubted = {2};
-  MethodRun run(std::make_shared<const Scripted>(script), Protocol::frame0, {});
+  MethodRun run(scripted(script), Protocol::frame0, {});
   run.add(frame_of(0, false));
   for (int i = 1; i < 5; ++i) run.add(frame_of(i));
   EXPECT_EQ(script->prepared, 1);
@@ -83,7 +72,7 @@ TEST(FrameZero, RegistersToTheFirstContactFromTheLastEstimate) {
 TEST(FrameZero, WithoutOverlapTheLastEstimateStays) {
   const auto script = std::make_shared<Script>();
   script->lost = {2};
-  MethodRun run(std::make_shared<const Scripted>(script), Protocol::frame0, {});
+  MethodRun run(scripted(script), Protocol::frame0, {});
   for (int i = 0; i < 4; ++i) run.add(frame_of(i));
   const auto& estimates = run.estimates();
   EXPECT_FALSE(estimates[2].tracked);

@@ -46,11 +46,9 @@ struct FilterRegOptions {
   double outlier_share = 0.0;  ///< of the reference's points that have no partner, 0 to below 1
 };
 
-std::shared_ptr<const Registrar> make_icp(const IcpOptions& options, const NormalFlowOptions& judged_by = {});
-std::shared_ptr<const Registrar> make_fpfh(const FpfhOptions& options,
-                                           const NormalFlowOptions& judged_by = {});
-std::shared_ptr<const Registrar> make_filter_reg(const FilterRegOptions& options,
-                                                 const NormalFlowOptions& judged_by = {});
+Registrar make_icp(const IcpOptions& options, const NormalFlowOptions& judged_by = {});
+Registrar make_fpfh(const FpfhOptions& options, const NormalFlowOptions& judged_by = {});
+Registrar make_filter_reg(const FilterRegOptions& options, const NormalFlowOptions& judged_by = {});
 
 /// The best settings we found for each (docs/results.md).
 IcpOptions tuned_icp();
@@ -63,7 +61,7 @@ const std::vector<std::string>& registrar_names();
 
 /// `options`: NormalFlow's settings, by which the others are judged. Throws Error naming the nearest known
 /// method.
-std::shared_ptr<const Registrar> make_registrar(std::string_view name, const NormalFlowOptions& options);
+Registrar make_registrar(std::string_view name, const NormalFlowOptions& options);
 
 namespace baselines::detail {
 

@@ -85,10 +85,8 @@ class FilterReg {
 
 }  // namespace
 
-std::shared_ptr<const Registrar> make_filter_reg(const FilterRegOptions& options,
-                                                 const NormalFlowOptions& judged_by) {
-  return std::make_shared<const BaselineRegistrar<FilterReg, FilterRegOptions>>("filterreg", options,
-                                                                                judged_by);
+Registrar make_filter_reg(const FilterRegOptions& options, const NormalFlowOptions& judged_by) {
+  return baseline_registrar<FilterReg>(options, judged_by);
 }
 
 }  // namespace gelslam

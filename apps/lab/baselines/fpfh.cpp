@@ -61,8 +61,8 @@ class Fpfh {
 
 }  // namespace
 
-std::shared_ptr<const Registrar> make_fpfh(const FpfhOptions& options, const NormalFlowOptions& judged_by) {
-  return std::make_shared<const BaselineRegistrar<Fpfh, FpfhOptions>>("fpfh", options, judged_by);
+Registrar make_fpfh(const FpfhOptions& options, const NormalFlowOptions& judged_by) {
+  return baseline_registrar<Fpfh>(options, judged_by);
 }
 
 }  // namespace gelslam

@@ -74,8 +74,8 @@ class Icp {
 
 }  // namespace
 
-std::shared_ptr<const Registrar> make_icp(const IcpOptions& options, const NormalFlowOptions& judged_by) {
-  return std::make_shared<const BaselineRegistrar<Icp, IcpOptions>>("icp", options, judged_by);
+Registrar make_icp(const IcpOptions& options, const NormalFlowOptions& judged_by) {
+  return baseline_registrar<Icp>(options, judged_by);
 }
 
 }  // namespace gelslam

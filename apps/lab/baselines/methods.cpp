@@ -9,7 +9,7 @@ const std::vector<std::string>& registrar_names() {
   return names;
 }
 
-std::shared_ptr<const Registrar> make_registrar(std::string_view name, const NormalFlowOptions& options) {
+Registrar make_registrar(std::string_view name, const NormalFlowOptions& options) {
   if (name == "normalflow") return make_normal_flow(options);
   if (name == "icp") return make_icp(IcpOptions{}, options);
   if (name == "icp-tuned") return make_icp(tuned_icp(), options);

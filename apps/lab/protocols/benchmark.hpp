@@ -25,8 +25,7 @@ struct BenchmarkRequest {
   std::vector<std::string> methods;
   int every = 1;  ///< methods see every so-manieth frame of a trial, the first included
   /// Makes a method, judged by the limits of the trial's configuration.
-  std::function<std::shared_ptr<const Registrar>(const std::string& method, const NormalFlowOptions& limits)>
-      make;
+  std::function<Registrar(const std::string& method, const NormalFlowOptions& limits)> make;
 };
 
 /// Every method sees the same frames of every trial.

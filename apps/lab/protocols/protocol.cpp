@@ -6,8 +6,7 @@
 
 namespace gelslam {
 
-MethodRun::MethodRun(std::shared_ptr<const Registrar> registrar, Protocol protocol,
-                     const SlamOptions& options)
+MethodRun::MethodRun(Registrar registrar, Protocol protocol, const SlamOptions& options)
     : registrar_(std::move(registrar)),
       protocol_(protocol),
       options_(options),
@@ -27,7 +26,7 @@ void MethodRun::add(const TrialFrame& frame) {
 
 MethodRun::Answer MethodRun::against_first(const TrialFrame& frame) {
   if (!reference_) {
-    reference_ = registrar_->prepare(frame.surface);
+    reference_ = registrar_(frame.surface);
     return {true, 0};
   }
   const double start_ms = lab::thread_cpu_ms();

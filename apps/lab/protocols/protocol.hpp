@@ -33,7 +33,7 @@ struct FrameEstimate {
 /// One method on one trial, frame after frame.
 class MethodRun {
  public:
-  MethodRun(std::shared_ptr<const Registrar> registrar, Protocol protocol, const SlamOptions& options);
+  MethodRun(Registrar registrar, Protocol protocol, const SlamOptions& options);
 
   /// Frames in order. Those before the first contact say nothing, and so do those without a true pose, which
   /// the method sees all the same.
@@ -48,12 +48,12 @@ class MethodRun {
   Answer against_first(const TrialFrame& frame);
   Answer with_tracker(const TrialFrame& frame);
 
-  std::shared_ptr<const Registrar> registrar_;
+  Registrar registrar_;
   Protocol protocol_;
   SlamOptions options_;
   std::optional<Pose> first_T_start_;  ///< none before the first contact
   Pose first_T_last_ = Pose::Identity();
-  std::shared_ptr<const PreparedReference> reference_;  ///< of the first frame
+  std::optional<PreparedReference> reference_;  ///< of the first frame
   Tracker tracker_;
   int trial_ = -1;
   Pose first_T_trial_ = Pose::Identity();

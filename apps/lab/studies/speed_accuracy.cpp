@@ -76,11 +76,11 @@ RegistrationResult register_timed(const PreparedReference& reference, const Regi
 /// One setting on one reference.
 void measure(const ProblemSet& set, std::size_t reference, Measured& one) {
   const double start_ms = thread_cpu_ms();
-  const auto prepared = one.setting.registrar->prepare(set.references[reference]);
+  const PreparedReference prepared = one.setting.registrar(set.references[reference]);
   one.prepare_ms.push_back(thread_cpu_ms() - start_ms);
   for (const RegistrationProblem& problem : set.problems)
     if (problem.reference == reference)
-      judge(problem, register_timed(*prepared, problem, one.register_ms), one);
+      judge(problem, register_timed(prepared, problem, one.register_ms), one);
 }
 
 /// All settings take turns at each reference, so that whatever else the machine does falls on all alike.

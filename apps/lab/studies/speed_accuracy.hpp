@@ -40,7 +40,7 @@ struct SpeedSetting {
   std::string method;
   std::string knob;   ///< what is turned: "samples"; "default" for the settings everything else starts from
   std::string value;  ///< "500"
-  std::shared_ptr<const Registrar> registrar;
+  Registrar registrar;
 };
 
 /// Every setting that trades speed for accuracy, of the given methods (normalflow, icp, fpfh, filterreg).

@@ -36,13 +36,13 @@ Tally tally_of(const StabilityLevel& level, const std::string& method) {
   const bool is_slow = method.starts_with("fpfh");
   Tally tally;
   if (is_slow && is_basin(level.chart)) return tally;
-  const std::shared_ptr<const Registrar> registrar = make_registrar(method, NormalFlowOptions{});
-  std::vector<std::shared_ptr<const PreparedReference>> prepared(level.set.references.size());
+  const Registrar prepare = make_registrar(method, NormalFlowOptions{});
+  std::vector<PreparedReference> prepared(level.set.references.size());
   for (const RegistrationProblem& problem : level.set.problems) {
     if (is_slow && (problem.start_number > 0 || problem.reference % 2 != 0)) continue;
     auto& reference = prepared[problem.reference];
-    if (!reference) reference = registrar->prepare(level.set.references[problem.reference]);
-    tally.add(judge_result(problem, reference->register_to(*problem.target, problem.start)));
+    if (!reference.samples) reference = prepare(level.set.references[problem.reference]);
+    tally.add(judge_result(problem, reference.register_to(*problem.target, problem.start)));
   }
   return tally;
 }

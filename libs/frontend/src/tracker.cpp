@@ -21,9 +21,6 @@ constexpr double kGateSigmas = 3;
 // a trial begins with. Registration tells whether that is enough.
 constexpr int kContactShrinks = 4;
 
-/// Halfway between what a keyframe has to share and all.
-double room_to_move(double keyframe_min_shared) { return 0.5 * (1 + keyframe_min_shared); }
-
 }  // namespace
 
 std::string_view name(TrackStatus status) {
@@ -45,8 +42,8 @@ Vector6d odometry_bias(const RegistrationResult& registration) {
   return -adjoint(registration.target_T_reference) * registration.membrane_bias;
 }
 
-Tracker::Tracker(const TrackerOptions& options, std::shared_ptr<const Registrar> registrar,
-                 const NormalFlowOptions& registration, const VerificationOptions& verification)
+Tracker::Tracker(const TrackerOptions& options, Registrar registrar, const NormalFlowOptions& registration,
+                 const VerificationOptions& verification)
     : options_(options),
       normal_flow_(registration),
       verification_(verification),
@@ -59,10 +56,7 @@ void Tracker::continue_after(int keyframe_id, int trial) {
 }
 
 TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surface, std::int64_t unix_us) {
-  TrackedFrame result;
-  result.frame = frame;
-  result.time_s = time_s;
-  result.unix_us = unix_us;
+  TrackedFrame result{.frame = frame, .time_s = time_s, .unix_us = unix_us};
   if (!surface) {
     result.status = TrackStatus::background;
     return result;
@@ -74,9 +68,9 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
   }
   if (!in_trial_) {
     result.status = TrackStatus::tracked;
-    begin_trial(result, {frame, time_s, surface}, registrar_->prepare(surface));
+    begin_trial(result, {frame, time_s, surface}, registrar_(surface));
     // Against itself: what this surface can show at all.
-    result.registration = reference_->register_to(*surface, Pose::Identity());
+    result.registration = reference_.register_to(*surface, Pose::Identity());
     return result;
   }
   const std::optional<Attempt> back = track_back(*surface, time_s);
@@ -136,7 +130,7 @@ Tracker::Attempt Tracker::relocalize_on(const Reference& reference, const Surfac
                        innovation_mm(attempt.registration, stopped.reference_T_frame.pose.inverse());
   const ExpectedMotion& expected = goes_on ? predicted : stopped;
   const RegistrationResult place =
-      relocalize(*reference.prepared.samples(), surface, expected.reference_T_frame.pose.inverse(),
+      relocalize(*reference.prepared.samples, surface, expected.reference_T_frame.pose.inverse(),
                  attempt.registration, normal_flow_, verification_);
   if (!place.ok()) return {place, expected};
   // Another method starts from there and decides.
@@ -148,7 +142,7 @@ std::optional<Tracker::Attempt> Tracker::track_back(const Surface& surface, doub
   if (!jump_) return std::nullopt;
   std::swap(previous_, jump_->before);
   std::swap(hand_, jump_->hand);
-  const Reference keyframe = reference_of(*reference_, previous_.state, time_s);
+  const Reference keyframe = reference_of(reference_, previous_.state, time_s);
   const Attempt attempt = register_to(keyframe, surface);
   if (is_usual(attempt.registration, keyframe)) return attempt;
   std::swap(previous_, jump_->before);
@@ -159,16 +153,16 @@ std::optional<Tracker::Attempt> Tracker::track_back(const Surface& surface, doub
 /// Registers to the keyframe; if that is too far behind, to the last tracked frame. If that fails, too, or
 /// the step is unusual, relocalizes. The last tracked frame becomes a keyframe if it was needed.
 Tracker::Attempt Tracker::track_with_fallback(TrackedFrame& result, const Surface& surface) {
-  const Reference keyframe = reference_of(*reference_, previous_.state, result.time_s);
+  const Reference keyframe = reference_of(reference_, previous_.state, result.time_s);
   const Attempt on_keyframe = register_to(keyframe, surface);
   if (is_usual(on_keyframe.registration, keyframe)) return on_keyframe;
 
-  std::shared_ptr<const PreparedReference> prepared;
+  PreparedReference prepared;
   std::optional<Reference> previous;
   Attempt on_previous;
   if (previous_.frame != keyframe_->frame) {
-    prepared = registrar_->prepare(previous_.surface);
-    previous.emplace(reference_of(*prepared, previous_.state.in_itself(), result.time_s));
+    prepared = registrar_(previous_.surface);
+    previous.emplace(reference_of(prepared, previous_.state.in_itself(), result.time_s));
     on_previous = register_to(*previous, surface);
   }
   if (on_keyframe.registration.ok() || !previous || !is_usual(on_previous.registration, *previous)) {
@@ -187,12 +181,12 @@ void Tracker::handle_tracking_failure(TrackedFrame& result, SurfacePtr surface) 
   result.status = TrackStatus::lost;
   const Seen seen{result.frame, result.time_s, surface};
   if (seen.time_s - previous_.time_s > options_.patience_s) {
-    begin_trial(result, seen, registrar_->prepare(std::move(surface)));
+    begin_trial(result, seen, registrar_(std::move(surface)));
     return;
   }
   if (lost_) {
-    auto reference = registrar_->prepare(lost_->surface);
-    const RegistrationResult together = reference->register_to(*surface, Pose::Identity());
+    auto reference = registrar_(lost_->surface);
+    const RegistrationResult together = reference.register_to(*surface, Pose::Identity());
     if (together.ok()) {
       begin_trial(result, Seen(*lost_), std::move(reference));
       result.registration = together;
@@ -219,8 +213,8 @@ void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr su
   const Matrix6d apart = registration.apart_share * PosePrior(Pose::Identity()).step;
   edge.information = symmetric((previous_.state.reference_T_frame.covariance + apart).inverse());
   result.registration.information = information_of_inverse(edge.information, keyframe_T_frame);
-  const TurningPoints::Touch touch{result.frame, surface, trial_T_keyframe_ * keyframe_T_frame, edge,
-                                   odometry_bias(registration)};
+  const TurningPoints::Touch touch{result.frame, surface, keyframe_->trial_T_keyframe * keyframe_T_frame,
+                                   edge, odometry_bias(registration)};
   static_cast<TurningPoints::Touch&>(previous_) = touch;
   previous_.time_s = result.time_s;
   previous_.residual_rad = registration.normal_rmse_rad;
@@ -230,15 +224,19 @@ void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr su
   result.trial_T_frame = touch.trial_T_frame;
   result.keyframe = keyframe_;
   result.keyframe_T_frame = keyframe_T_frame;
+  // Halfway between what a keyframe has to share and all.
+  if (jump_ || confirmed < 0.5 * (1 + options_.keyframe_min_shared)) return;
   const bool keyframe_is_new =
       !result.new_keyframes.empty() && result.new_keyframes.back().keyframe == keyframe_;
-  if (jump_ || confirmed < room_to_move(options_.keyframe_min_shared)) return;
-  if (!keyframe_is_new && needs_new_keyframe(*reference_->samples(), registration, *surface)) {
-    switch_keyframe(result, touch, registrar_->prepare(surface));
+  const double shared_share =
+      static_cast<double>(registration.shared_pixels) / reference_.samples->sample_count();
+  if (!keyframe_is_new && shared_share * reference_.samples->surface().contact_pixels <
+                              options_.keyframe_min_shared * surface->contact_pixels) {
+    switch_keyframe(result, touch, registrar_(surface));
     result.keyframe = keyframe_;
     result.keyframe_T_frame = Pose::Identity();
   } else if (is_located(registration)) {
-    hand_out_turning_point(result, turning_points_.pass(touch));
+    if (const auto left = turning_points_.pass(touch)) result.new_keyframes.push_back(make_keyframe(*left));
   }
 }
 
@@ -247,13 +245,6 @@ std::vector<NewKeyframe> Tracker::end_trial() {
   const std::optional<TurningPoints::Touch> touch = turning_points_.end_trial();
   if (!touch) return {};
   return {make_keyframe(*touch)};
-}
-
-bool Tracker::needs_new_keyframe(const NormalFlowReference& keyframe, const RegistrationResult& registration,
-                                 const Surface& surface) const {
-  const double shared_share = static_cast<double>(registration.shared_pixels) / keyframe.sample_count();
-  const double shared_area_px = shared_share * keyframe.surface().contact_pixels;
-  return shared_area_px < options_.keyframe_min_shared * surface.contact_pixels;
 }
 
 NewKeyframe Tracker::make_keyframe(const TurningPoints::Touch& touch) {
@@ -270,8 +261,7 @@ NewKeyframe Tracker::make_keyframe(const TurningPoints::Touch& touch) {
 }
 
 /// Begins with `first`, which is this frame or the one before.
-void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
-                          std::shared_ptr<const PreparedReference> reference) {
+void Tracker::begin_trial(TrackedFrame& result, const Seen& first, PreparedReference reference) {
   result.new_keyframes = end_trial();
   ++trial_;
   in_trial_ = true;
@@ -280,7 +270,6 @@ void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
   keyframe_ = result.new_keyframes.back().keyframe;
   reference_ = std::move(reference);
   turning_points_.begin_trial(touch);
-  trial_T_keyframe_ = Pose::Identity();
   // The first step deepens the contact: its residual may be larger than noise.
   previous_ = {touch, first.time_s, 3 * first.surface->slope_noise * normal_flow_.normal_noise_rad, {}};
   previous_.state.center_mm.head<2>() = contact_center_mm(*first.surface);
@@ -289,23 +278,16 @@ void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
   lost_.reset();
   result.trial = trial_;
   result.keyframe = keyframe_;
-  result.keyframe_T_frame = Pose::Identity();
-  result.trial_T_frame = Pose::Identity();
 }
 
 void Tracker::switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& touch,
-                              std::shared_ptr<const PreparedReference> reference) {
-  hand_out_turning_point(result, turning_points_.add_keyframe(touch));
+                              PreparedReference reference) {
+  if (const auto before = turning_points_.add_keyframe(touch))
+    result.new_keyframes.push_back(make_keyframe(*before));
   result.new_keyframes.push_back(make_keyframe(touch));
   keyframe_ = result.new_keyframes.back().keyframe;
   reference_ = std::move(reference);
-  trial_T_keyframe_ = keyframe_->trial_T_keyframe;
   previous_.state = previous_.state.in_itself();
-}
-
-void Tracker::hand_out_turning_point(TrackedFrame& result, const std::optional<TurningPoints::Touch>& touch) {
-  if (!touch) return;
-  result.new_keyframes.push_back(make_keyframe(*touch));
 }
 
 }  // namespace gelslam

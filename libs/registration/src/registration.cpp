@@ -5,37 +5,6 @@
 #include "gelslam/registration/registrar.hpp"
 
 namespace gelslam {
-namespace {
-
-class PreparedNormalFlow final : public PreparedReference {
- public:
-  PreparedNormalFlow(std::shared_ptr<const NormalFlowReference> samples, const NormalFlowOptions& options)
-      : PreparedReference(std::move(samples)), options_(options) {}
-
-  RegistrationResult register_to(const Surface& target, const PosePrior& prior) const override {
-    return register_normal_flow(*samples(), target, prior, options_);
-  }
-
- private:
-  NormalFlowOptions options_;
-};
-
-class NormalFlowRegistrar final : public Registrar {
- public:
-  explicit NormalFlowRegistrar(const NormalFlowOptions& options) : options_(options) {}
-
-  std::string_view name() const override { return "normalflow"; }
-  std::shared_ptr<const PreparedReference> prepare(SurfacePtr reference) const override {
-    return std::make_shared<const PreparedNormalFlow>(
-        std::make_shared<const NormalFlowReference>(std::move(reference), options_), options_);
-  }
-
- private:
-  NormalFlowOptions options_;
-};
-
-}  // namespace
-
 PosePrior::PosePrior(const UncertainPose& target_T_reference)
     : UncertainPose(target_T_reference), start(pose) {
   constexpr double kUsualMotion2 = 0.01;  // a motion usually has a tenth of the start's sigma
@@ -69,8 +38,13 @@ std::string describe_observability(const std::array<bool, 6>& observable) {
   return hidden + (count == 1 ? " is" : " are") + " not observable";
 }
 
-std::shared_ptr<const Registrar> make_normal_flow(const NormalFlowOptions& options) {
-  return std::make_shared<const NormalFlowRegistrar>(options);
+Registrar make_normal_flow(const NormalFlowOptions& options) {
+  return [options](SurfacePtr surface) {
+    const auto samples = std::make_shared<const NormalFlowReference>(std::move(surface), options);
+    return PreparedReference{samples, [=](const Surface& target, const PosePrior& prior) {
+                               return register_normal_flow(*samples, target, prior, options);
+                             }};
+  };
 }
 
 }  // namespace gelslam

@@ -45,14 +45,14 @@ struct TrackedFrame {
   int trial = -1;  ///< counts unbroken stretches from 0; -1 without contact, and for a lost frame that
                    ///< begins none
   /// What keyframe_T_frame refers to; null where trial is -1.
-  std::shared_ptr<const Keyframe> keyframe;
+  std::shared_ptr<const Keyframe> keyframe{};
   Pose keyframe_T_frame = Pose::Identity();
   Pose trial_T_frame = Pose::Identity();  ///< sensor pose in the first frame of the trial
-  RegistrationResult registration;        ///< of the decisive attempt; why a frame was lost
+  RegistrationResult registration{};      ///< of the decisive attempt; why a frame was lost
   /// The keyframes made while this frame was tracked, in order of ids: this frame, the one before, or one
   /// some time ago that alone showed a part of the object before the motion turned back (no frame refers to
   /// that).
-  std::vector<NewKeyframe> new_keyframes;
+  std::vector<NewKeyframe> new_keyframes{};
   std::int64_t unix_us = 0;  ///< as given to track()
 };
 
@@ -78,8 +78,8 @@ class Tracker {
                    const VerificationOptions& verification = {})
       : Tracker(options, make_normal_flow(registration), registration, verification) {}
   /// Registers with another method; NormalFlow is only used to relocalize.
-  Tracker(const TrackerOptions& options, std::shared_ptr<const Registrar> registrar,
-          const NormalFlowOptions& registration = {}, const VerificationOptions& verification = {});
+  Tracker(const TrackerOptions& options, Registrar registrar, const NormalFlowOptions& registration = {},
+          const VerificationOptions& verification = {});
 
   /// `surface` is null for a frame of the background. `unix_us`: TactileImage::unix_us.
   TrackedFrame track(std::int64_t frame, double time_s, SurfacePtr surface, std::int64_t unix_us = 0);
@@ -126,25 +126,19 @@ class Tracker {
   std::optional<Attempt> track_back(const Surface& surface, double time_s);
   void accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr surface);
   void handle_tracking_failure(TrackedFrame& result, SurfacePtr surface);
-  void begin_trial(TrackedFrame& result, const Seen& first,
-                   std::shared_ptr<const PreparedReference> reference);
-  bool needs_new_keyframe(const NormalFlowReference& keyframe, const RegistrationResult& registration,
-                          const Surface& surface) const;
+  void begin_trial(TrackedFrame& result, const Seen& first, PreparedReference reference);
   NewKeyframe make_keyframe(const TurningPoints::Touch& touch);
-  void switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& touch,
-                       std::shared_ptr<const PreparedReference> reference);
-  void hand_out_turning_point(TrackedFrame& result, const std::optional<TurningPoints::Touch>& touch);
+  void switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& touch, PreparedReference reference);
 
   TrackerOptions options_;
   NormalFlowOptions normal_flow_;
   VerificationOptions verification_;
-  std::shared_ptr<const Registrar> registrar_;
+  Registrar registrar_;
   int next_keyframe_id_ = 0;
   int trial_ = -1;
   bool in_trial_ = false;
   std::shared_ptr<const Keyframe> keyframe_;
-  std::shared_ptr<const PreparedReference> reference_;  ///< the keyframe's
-  Pose trial_T_keyframe_ = Pose::Identity();
+  PreparedReference reference_;  ///< the keyframe's
   TurningPoints turning_points_;
   Tracked previous_;  ///< the last tracked frame of the trial
   HandMotion hand_;
