@@ -21,12 +21,6 @@ using namespace backend::detail;
 // agree on.
 constexpr int kMaxCompared = 24;  // speed
 
-struct Link {
-  std::size_t edge = 0;  // in the caller's order
-  int from = 0, to = 0;  // nodes, numbered from 0
-  bool loop = false, tentative = false;
-};
-
 using LoopSet = std::bitset<kMaxCompared>;
 using Agreements = std::vector<LoopSet>;  // of each loop with all of them, itself included
 
@@ -50,7 +44,7 @@ LoopSet largest_clique(const Agreements& agreed, LoopSet candidates, std::size_t
 
 /// The largest set of loops between two pieces that agree.
 struct Agreement {
-  int seed = 0;  // the link of it that most others agree with
+  std::size_t seed = 0;  // the edge of it that most others agree with
   int loops = 0, rival_loops = 0;
   bool enough = false;
 };
@@ -78,69 +72,51 @@ namespace {
 class Consistency {
  public:
   Consistency(const std::vector<PoseGraphEdge>& edges, GrowingConsistency::Known& known)
-      : known_(known), scale_sigma_(known.scale_sigma), accepted_(edges.size(), true) {
-    std::map<int, int> node_of;
-    for (const PoseGraphEdge& edge : edges) {
-      node_of.try_emplace(edge.from, 0);
-      node_of.try_emplace(edge.to, 0);
-    }
-    for (auto& [id, node] : node_of) node = nodes_++;
+      : edges_(edges), known_(known), scale_sigma_(known.scale_sigma) {
     for (std::size_t i = known_.motions.size(); i < edges.size(); ++i)
       known_.motions.push_back(uncertain_motion(edges[i]));
-    for (std::size_t i = 0; i < edges.size(); ++i) {
-      const PoseGraphEdge& edge = edges[i];
-      links_.push_back(
-          {i, node_of.at(edge.from), node_of.at(edge.to), edge.kind == EdgeKind::loop, edge.tentative});
-    }
-    for (int i = 0; i < static_cast<int>(links_.size()); ++i)
-      if (!link(i).loop) tree_links_.push_back(i);
+    for (std::size_t i = 0; i < edges.size(); ++i)
+      if (edges[i].kind == EdgeKind::odometry) tree_edges_.push_back(i);
   }
 
   std::vector<bool> run() {
     const MotionForest forest = join_trials();
-    for (const Link& l : links_)
-      if (l.loop) accepted_[l.edge] = forest.tree(l.from) == forest.tree(l.to) && is_supported(forest, l);
-    return accepted_;
+    std::vector<bool> accepted(edges_.size(), true);
+    for (std::size_t i = 0; i < edges_.size(); ++i)
+      if (const PoseGraphEdge& edge = edges_[i]; edge.kind == EdgeKind::loop)
+        accepted[i] = forest.tree(edge.from) == forest.tree(edge.to) && is_supported(forest, i);
+    return accepted;
   }
 
  private:
-  const Link& link(int i) const { return links_[index(i)]; }
-  const UncertainMotion& motion(const Link& link) const { return known_.motions[link.edge]; }
-
-  MotionForest plant() const {
-    std::vector<MotionForest::Edge> edges;
-    for (const int i : tree_links_) edges.push_back({link(i).from, link(i).to, &motion(link(i))});
-    return MotionForest(nodes_, edges);
-  }
+  MotionForest plant() const { return {edges_, known_.motions, tree_edges_}; }
 
   /// Whether two loops between the same two trees are consistent.
-  bool agree(const MotionForest& forest, int a, int b) const {
-    const Link &first = link(a), &second = link(b);
+  bool agree(const MotionForest& forest, std::size_t a, std::size_t b) const {
+    const PoseGraphEdge &first = edges_[a], &second = edges_[b];
     const bool same_way = forest.tree(first.from) == forest.tree(second.from);
     const int from = same_way ? second.from : second.to, to = same_way ? second.to : second.from;
     UncertainMotion predicted =
-        compose(compose(forest.path(from, first.from), motion(first)), forest.path(first.to, to));
-    if (same_way) return mismatch(predicted, motion(second), scale_sigma_) <= kMaxMismatch;
-    const UncertainMotion nothing = compose(predicted, motion(second));  // a closed cycle
+        compose(compose(forest.path(from, first.from), known_.motions[a]), forest.path(first.to, to));
+    if (same_way) return mismatch(predicted, known_.motions[b], scale_sigma_) <= kMaxMismatch;
+    const UncertainMotion nothing = compose(predicted, known_.motions[b]);  // a closed cycle
     return mismatch({}, nothing, scale_sigma_) <= kMaxMismatch;
   }
 
   /// Loops join trials until no two trials have enough evidence.
   MotionForest join_trials() {
     MotionForest forest = plant();
-    const std::size_t odometry = tree_links_.size();
+    const auto odometry = static_cast<std::ptrdiff_t>(tree_edges_.size());
     while (join_pieces(forest)) forest = plant();
-    std::vector<std::size_t> joins;
-    for (std::size_t i = odometry; i < tree_links_.size(); ++i) joins.push_back(link(tree_links_[i]).edge);
-    known_.set_joins(std::move(joins));
+    known_.set_joins({tree_edges_.begin() + odometry, tree_edges_.end()});
     return forest;
   }
 
   /// Adds the best link between each two pieces with enough evidence; false when there are none.
   bool join_pieces(const MotionForest& forest) {
-    std::map<std::pair<int, int>, std::vector<int>> between;
-    for (int i = 0; i < static_cast<int>(links_.size()); ++i) {
-      const int a = forest.tree(link(i).from), b = forest.tree(link(i).to);
+    std::map<std::pair<int, int>, std::vector<std::size_t>> between;
+    for (std::size_t i = 0; i < edges_.size(); ++i) {
+      const int a = forest.tree(edges_[i].from), b = forest.tree(edges_[i].to);
       if (a != b) between[std::minmax(a, b)].push_back(i);
     }
     std::vector<Agreement> found;
@@ -150,18 +126,19 @@ class Consistency {
     }
     std::stable_sort(found.begin(), found.end(),
                      [](const Agreement& a, const Agreement& b) { return a.loops > b.loops; });
-    UnionFind joined(nodes_);
+    UnionFind joined(forest.nodes());
     for (const Agreement& agreement : found) {
-      const int a = forest.tree(link(agreement.seed).from), b = forest.tree(link(agreement.seed).to);
+      const PoseGraphEdge& seed = edges_[agreement.seed];
+      const int a = forest.tree(seed.from), b = forest.tree(seed.to);
       if (joined.root(a) == joined.root(b)) continue;
       joined.join(a, b);
-      tree_links_.push_back(agreement.seed);
+      tree_edges_.push_back(agreement.seed);
     }
     return !found.empty();
   }
 
-  static std::vector<int> thinned(const std::vector<int>& loops) {
-    std::vector<int> result;
+  static std::vector<std::size_t> thinned(const std::vector<std::size_t>& loops) {
+    std::vector<std::size_t> result;
     const std::size_t step = (loops.size() + kMaxCompared - 1) / kMaxCompared;
     for (std::size_t i = 0; i < loops.size(); i += step) result.push_back(loops[i]);
     return result;
@@ -169,7 +146,7 @@ class Consistency {
 
   /// The largest set of loops that all agree with each other, and how many agree on another place: with one
   /// that contradicts most of the set.
-  Agreement largest_agreement(const MotionForest& forest, const std::vector<int>& loops) const {
+  Agreement largest_agreement(const MotionForest& forest, const std::vector<std::size_t>& loops) const {
     const std::size_t n = loops.size();
     LoopSet all;
     for (std::size_t i = 0; i < n; ++i) all.set(i);
@@ -186,13 +163,13 @@ class Consistency {
     return {loops[seed], static_cast<int>(best.count()), static_cast<int>(rival_loops), enough(loops, best)};
   }
 
-  bool enough(const std::vector<int>& loops, const LoopSet& chosen) const {
+  bool enough(const std::vector<std::size_t>& loops, const LoopSet& chosen) const {
     for (std::size_t i = 0; i < loops.size(); ++i) {
       if (!chosen[i]) continue;
-      const Link& a = link(loops[i]);
+      const PoseGraphEdge& a = edges_[loops[i]];
       if (!a.tentative) return true;
       for (std::size_t j = 0; j < i; ++j) {
-        const Link& b = link(loops[j]);
+        const PoseGraphEdge& b = edges_[loops[j]];
         if (chosen[j] && a.from != b.from && a.to != b.to && a.from != b.to && a.to != b.from) return true;
       }
     }
@@ -200,19 +177,18 @@ class Consistency {
   }
 
   /// Whether the path between a loop's ends says the same.
-  bool is_supported(const MotionForest& forest, const Link& loop) {
-    const auto [place, is_new] = known_.supported.try_emplace(loop.edge);
+  bool is_supported(const MotionForest& forest, std::size_t loop) {
+    const auto [place, is_new] = known_.supported.try_emplace(loop);
     if (is_new)
-      place->second = mismatch(forest.path(loop.from, loop.to), motion(loop), scale_sigma_) <= kMaxMismatch;
+      place->second = mismatch(forest.path(edges_[loop].from, edges_[loop].to), known_.motions[loop],
+                               scale_sigma_) <= kMaxMismatch;
     return place->second;
   }
 
+  const std::vector<PoseGraphEdge>& edges_;
   GrowingConsistency::Known& known_;
   const double scale_sigma_;
-  std::vector<bool> accepted_;
-  int nodes_ = 0;
-  std::vector<Link> links_;
-  std::vector<int> tree_links_;  // odometry, and loops that join its pieces
+  std::vector<std::size_t> tree_edges_;  // odometry, and loops that join its pieces
 };
 
 }  // namespace

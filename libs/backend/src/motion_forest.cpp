@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "gelslam/core/index.hpp"
+
 namespace gelslam::backend::detail {
 
 double mismatch(const UncertainMotion& a, const UncertainMotion& b, double gradient_scale_sigma) {
@@ -15,24 +17,29 @@ double mismatch(const UncertainMotion& a, const UncertainMotion& b, double gradi
   return std::sqrt(std::max(error.dot(covariance.ldlt().solve(error)), 0.0));  // NaN stays NaN
 }
 
-MotionForest::MotionForest(int nodes, const std::vector<Edge>& edges)
-    : nodes_(static_cast<std::size_t>(nodes)) {
-  std::vector<std::vector<const Edge*>> edges_of(nodes_.size());
-  for (const Edge& edge : edges) {
-    edges_of[static_cast<std::size_t>(edge.from)].push_back(&edge);
-    edges_of[static_cast<std::size_t>(edge.to)].push_back(&edge);
-  }
+MotionForest::MotionForest(const std::vector<PoseGraphEdge>& edges,
+                           const std::vector<UncertainMotion>& motions,
+                           const std::vector<std::size_t>& chosen) {
+  for (const PoseGraphEdge& edge : edges)
+    for (const int keyframe : {edge.from, edge.to}) node_of_.try_emplace(keyframe, 0);
+  int count = 0;
+  for (auto& [keyframe, node] : node_of_) node = count++;
+  nodes_.resize(index(count));
+  std::vector<std::vector<std::size_t>> edges_of(nodes_.size());
+  for (const std::size_t i : chosen)
+    for (const int keyframe : {edges[i].from, edges[i].to})
+      edges_of[index(node_of_.at(keyframe))].push_back(i);
   std::vector<int> reached;
-  for (int root = 0; root < nodes; ++root) {
-    if (tree(root) >= 0) continue;
-    Node& node = nodes_[static_cast<std::size_t>(root)];
-    node.tree = node.jump = root;
+  for (int root = 0; root < count; ++root) {
+    if (at(root).tree >= 0) continue;
+    nodes_[index(root)].tree = nodes_[index(root)].jump = root;
     reached.assign(1, root);
     for (std::size_t next = 0; next < reached.size(); ++next)
-      for (const Edge* edge : edges_of[static_cast<std::size_t>(reached[next])]) {
-        const int other = edge->from == reached[next] ? edge->to : edge->from;
-        if (tree(other) >= 0) continue;
-        attach(other, reached[next], *edge);
+      for (const std::size_t i : edges_of[index(reached[next])]) {
+        const int from = node_of_.at(edges[i].from), to = node_of_.at(edges[i].to);
+        const int other = from == reached[next] ? to : from;
+        if (at(other).tree >= 0) continue;
+        attach(other, reached[next], to == other, motions[i]);
         reached.push_back(other);
       }
   }
@@ -40,11 +47,10 @@ MotionForest::MotionForest(int nodes, const std::vector<Edge>& edges)
 
 // An edge's noise is a perturbation at its `to` end. Transported to the root it is the same for both
 // directions of the edge, except for the sign.
-void MotionForest::attach(int child, int parent, const Edge& edge) {
+void MotionForest::attach(int child, int parent, bool forward, const UncertainMotion& motion) {
   const Node& above = at(parent);
-  const bool forward = edge.to == child;
-  const Pose& measured = edge.motion->from_T_to.pose;
-  Node& node = nodes_[static_cast<std::size_t>(child)];
+  const Pose& measured = motion.from_T_to.pose;
+  Node& node = nodes_[index(child)];
   node.tree = above.tree;
   node.parent = parent;
   node.depth = above.depth + 1;
@@ -53,8 +59,8 @@ void MotionForest::attach(int child, int parent, const Edge& edge) {
   node.jump = above.depth - jump.depth == jump.depth - at(jump.jump).depth ? jump.jump : parent;
   node.root_T_node = normalized(above.root_T_node * (forward ? measured : Pose(measured.inverse())));
   const Matrix6d to_root = adjoint(forward ? node.root_T_node : above.root_T_node);
-  node.covariance = above.covariance + to_root * edge.motion->from_T_to.covariance * to_root.transpose();
-  node.by_scale = above.by_scale + (forward ? 1.0 : -1.0) * to_root * edge.motion->by_scale;
+  node.covariance = above.covariance + to_root * motion.from_T_to.covariance * to_root.transpose();
+  node.by_scale = above.by_scale + (forward ? 1.0 : -1.0) * to_root * motion.by_scale;
 }
 
 int MotionForest::common_ancestor(int a, int b) const {
@@ -69,7 +75,8 @@ int MotionForest::common_ancestor(int a, int b) const {
 }
 
 UncertainMotion MotionForest::path(int from, int to) const {
-  const Node &a = at(from), &b = at(to), &top = at(common_ancestor(from, to));
+  const int start = node_of_.at(from), end = node_of_.at(to);
+  const Node &a = at(start), &b = at(end), &top = at(common_ancestor(start, end));
   const Matrix6d to_end = adjoint(b.root_T_node.inverse());
   return {{a.root_T_node.inverse() * b.root_T_node,
            to_end * (a.covariance + b.covariance - 2 * top.covariance) * to_end.transpose()},

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <vector>
 
 #include "gelslam/backend/uncertain_motion.hpp"
@@ -9,19 +10,22 @@ namespace gelslam::backend::detail {
 /// Difference of two independent measurements of one motion, in standard deviations (6 degrees of freedom).
 double mismatch(const UncertainMotion& a, const UncertainMotion& b, double gradient_scale_sigma);
 
-/// Spanning trees of the edges. The motion between two nodes of one tree is found in logarithmic time. Nodes
-/// are numbered from 0; an edge that would close a cycle is left out.
+/// Spanning trees of some edges of a graph. The motion between two nodes of one tree is found in logarithmic
+/// time. An edge that would close a cycle is left out.
 class MotionForest {
  public:
-  struct Edge {
-    int from = 0, to = 0;
-    const UncertainMotion* motion = nullptr;
-  };
+  /// Of the edges that are `chosen`, in this order; `motions`: of all edges.
+  MotionForest(const std::vector<PoseGraphEdge>& edges, const std::vector<UncertainMotion>& motions,
+               const std::vector<std::size_t>& chosen);
 
-  MotionForest(int nodes, const std::vector<Edge>& edges);
-
-  int tree(int node) const { return at(node).tree; }
-  /// Both nodes must be of one tree.
+  /// Trees have numbers from 0 to below this.
+  int nodes() const { return static_cast<int>(nodes_.size()); }
+  /// That of a keyframe; -1 where no edge of the graph, chosen or not, has it.
+  int tree(int keyframe) const {
+    const auto node = node_of_.find(keyframe);
+    return node == node_of_.end() ? -1 : at(node->second).tree;
+  }
+  /// Both keyframes must be of one tree.
   UncertainMotion path(int from, int to) const;
 
  private:
@@ -34,9 +38,10 @@ class MotionForest {
   };
 
   const Node& at(int node) const { return nodes_[static_cast<std::size_t>(node)]; }
-  void attach(int node, int parent, const Edge& edge);
+  void attach(int child, int parent, bool forward, const UncertainMotion& motion);
   int common_ancestor(int a, int b) const;
 
+  std::map<int, int> node_of_;  // by keyframe id
   std::vector<Node> nodes_;
 };
 

@@ -110,23 +110,16 @@ UncertainMotion compose(const UncertainMotion& a, const UncertainMotion& b) {
 std::function<std::optional<UncertainPose>(int from, int to)> motions_between(
     const std::vector<PoseGraphEdge>& edges, const std::vector<bool>& outlier, double gradient_scale_sigma) {
   if (outlier.size() != edges.size()) throw Error("pose graph: the solution is of other edges");
-  std::map<int, int> node_of;
   std::vector<UncertainMotion> motions;
-  std::vector<MotionForest::Edge> links;
-  motions.reserve(edges.size());
-  const auto number = [&](int id) {
-    return node_of.try_emplace(id, static_cast<int>(node_of.size())).first->second;
-  };
+  std::vector<std::size_t> chosen;
   for (std::size_t i = 0; i < edges.size(); ++i) {
-    if (outlier[i]) continue;
     motions.push_back(uncertain_motion(edges[i]));
-    links.push_back({number(edges[i].from), number(edges[i].to), &motions.back()});
+    if (!outlier[i]) chosen.push_back(i);
   }
-  const MotionForest forest(static_cast<int>(node_of.size()), links);
-  return [=](int from, int to) -> std::optional<UncertainPose> {
-    const auto a = node_of.find(from), b = node_of.find(to), none = node_of.end();
-    if (a == none || b == none || forest.tree(a->second) != forest.tree(b->second)) return std::nullopt;
-    const UncertainMotion path = forest.path(a->second, b->second);
+  return [gradient_scale_sigma, forest = MotionForest(edges, motions, chosen)](
+             int from, int to) -> std::optional<UncertainPose> {
+    if (const int tree = forest.tree(from); tree < 0 || tree != forest.tree(to)) return std::nullopt;
+    const UncertainMotion path = forest.path(from, to);
     return UncertainPose{path.from_T_to.pose, path.total_covariance(gradient_scale_sigma)};
   };
 }
