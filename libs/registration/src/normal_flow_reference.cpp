@@ -15,14 +15,6 @@ using registration::detail::normal_gradient;
 using registration::detail::NormalGradient;
 using registration::detail::Samples;
 
-/// |curvature| that this many pixels of the contact exceed, or reach.
-float curvature_of_rank(const std::vector<float>& bend, std::size_t rank) {
-  std::vector<float> ordered = bend;
-  const auto nth = ordered.begin() + static_cast<std::ptrdiff_t>(rank);
-  std::nth_element(ordered.begin(), nth, ordered.end(), std::greater<>());
-  return *nth;
-}
-
 /// Half of the samples where the surface bends most (they fix x, y and twist), half spread evenly over the
 /// rest of the contact (they fix the tilt and keep a dirty spot from ruling the estimate). Pixels in raster
 /// order.
@@ -41,7 +33,10 @@ std::vector<cv::Point> select_samples(const Surface& surface, int max_samples) {
   if (candidates.size() <= wanted) return candidates;
 
   const std::size_t bent = wanted / 2, even = wanted - bent, rest = candidates.size() - bent;
-  const float limit = curvature_of_rank(bend, bent);
+  std::vector<float> ordered = bend;
+  std::nth_element(ordered.begin(), ordered.begin() + static_cast<std::ptrdiff_t>(bent), ordered.end(),
+                   std::greater<>());
+  const float limit = ordered[bent];
   // Pixels of just that curvature that still belong to the bent ones.
   auto at_limit = static_cast<std::ptrdiff_t>(bent) -
                   std::count_if(bend.begin(), bend.end(), [&](float c) { return c > limit; });
@@ -59,26 +54,6 @@ std::vector<cv::Point> select_samples(const Surface& surface, int max_samples) {
   return selected;
 }
 
-/// Weight of a contact pixel: its confidence, and its distance to the contact's border (Huang et al., T-RO
-/// 2026): near the border the gel spans from object to rest and does not show the object.
-class SampleWeight {
- public:
-  explicit SampleWeight(const Surface& surface)
-      : scale_px_(static_cast<float>(surface.contact.rows) / 60.0f),
-        confidence_(surface.confidence.empty() ? surface.contact : surface.confidence) {
-    cv::distanceTransform(surface.contact, distance_px_, cv::DIST_L2, 3);
-  }
-  float operator()(cv::Point p) const {
-    const float rim = 0.5f * (std::tanh(distance_px_(p) / scale_px_ - 1.0f) + 1.0f);
-    return rim * static_cast<float>(confidence_(p)) * (1.0f / 255.0f);
-  }
-
- private:
-  float scale_px_;
-  cv::Mat1b confidence_;
-  cv::Mat1f distance_px_;
-};
-
 }  // namespace
 
 SelfSimilarityPtr make_self_similarity() { return std::make_shared<SelfSimilarity>(); }
@@ -88,7 +63,10 @@ NormalFlowReference::NormalFlowReference(SurfacePtr surface, const NormalFlowOpt
   auto impl = std::make_unique<Impl>();
   impl->self_similarity = std::move(self_similarity);
   const std::vector<cv::Point> pixels = select_samples(*surface, options.max_samples);
-  const SampleWeight weight(*surface);
+  const cv::Mat1b& confidence = surface->confidence.empty() ? surface->contact : surface->confidence;
+  const float rim_px = static_cast<float>(surface->contact.rows) / 60.0f;
+  cv::Mat1f to_border_px;
+  cv::distanceTransform(surface->contact, to_border_px, cv::DIST_L2, 3);
   const float pitch = static_cast<float>(surface->pixel_pitch_mm);
   const CameraModel camera = surface->camera();
 
@@ -106,7 +84,9 @@ NormalFlowReference::NormalFlowReference(SurfacePtr surface, const NormalFlowOpt
     samples.nx[k] = n[0];
     samples.ny[k] = n[1];
     samples.nz[k] = n[2];
-    samples.weight[k] = weight(p);
+    // Near the contact's border the gel spans from object to rest (Huang et al., T-RO 2026).
+    const float rim = 0.5f * (std::tanh(to_border_px(p) / rim_px - 1.0f) + 1.0f);
+    samples.weight[k] = rim * static_cast<float>(confidence(p)) * (1.0f / 255.0f);
     const NormalGradient gradient = normal_gradient(surface->normals, p);
     for (int c = 0; c < 3; ++c) {
       samples.gradient[static_cast<std::size_t>(c)][k] = gradient.dx[c] / pitch;

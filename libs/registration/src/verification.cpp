@@ -12,6 +12,10 @@ namespace {
 
 using namespace registration::detail;
 
+// Times Surface::model_sigma of the less certain: heights err as the slopes that they are the integral of.
+// Right places have 0.03.
+constexpr double kMaxHeightRmseMm = 0.1;
+
 /// Every kTextureShrink-th pixel of `from` in contact that lands on the image of `onto`, and how many of
 /// these would lie inside its bare gel.
 struct ProjectedContact {
@@ -19,7 +23,7 @@ struct ProjectedContact {
 };
 
 ProjectedContact project_contact(const Surface& from, const Surface& onto, const Pose& onto_T_from) {
-  constexpr double kToleranceMm = 0.15;  // the errors of heights and of the membrane rim are smaller
+  constexpr double kToleranceMm = 1.5 * kMaxHeightRmseMm;  // heights and the membrane rim err by less
   const double tolerance_mm = kToleranceMm * shared_noise(from, onto);
   const CameraModel onto_camera = onto.camera();
   ProjectedContact projected;
@@ -35,16 +39,18 @@ ProjectedContact project_contact(const Surface& from, const Surface& onto, const
   return projected;
 }
 
+/// Share (0..1) of either contact, as far as the other picture covers it, that would have to lie inside the
+/// bare gel of the other: an object there would have been felt.
+double free_space_violation(const Surface& reference, const Surface& target, const Pose& target_T_reference) {
+  const ProjectedContact there = project_contact(reference, target, target_T_reference),
+                         back = project_contact(target, reference, target_T_reference.inverse());
+  const int all = there.all + back.all;
+  return all > 0 ? static_cast<double>(there.in_bare_gel + back.in_bare_gel) / all : 0.0;
+}
+
 double min_texture_correlation(PlacePrior prior, const VerificationOptions& options) {
-  switch (prior) {
-    case PlacePrior::known:
-      return -1.0;
-    case PlacePrior::suspected:
-      return options.min_texture_correlation;
-    case PlacePrior::none:
-      return options.sure_texture_correlation;
-  }
-  return 1.0;
+  if (prior == PlacePrior::known) return -1.0;
+  return prior == PlacePrior::suspected ? options.min_texture_correlation : options.sure_texture_correlation;
 }
 
 /// SCR asks how much of the reference is found again. A smaller target may lie in it entirely: then the
@@ -85,19 +91,11 @@ RegistrationResult verify_registered(const NormalFlowReference& reference, const
   if (!result.ok()) return result;
   const double model_sigma = std::max(reference.surface().model_sigma, target.model_sigma);
   if (result.texture_correlation < min_texture_correlation(prior, options) ||
-      result.height_rmse_mm >
-          options.max_height_rmse_mm * model_sigma * shared_noise(reference.surface(), target))
+      result.height_rmse_mm > kMaxHeightRmseMm * model_sigma * shared_noise(reference.surface(), target))
     result.status = RegistrationStatus::curvature_mismatch;
   else if (free_space_violation(reference.surface(), target, result.target_T_reference) > kMostContradicted)
     result.status = RegistrationStatus::free_space_violation;
   return result;
-}
-
-double free_space_violation(const Surface& reference, const Surface& target, const Pose& target_T_reference) {
-  const ProjectedContact there = project_contact(reference, target, target_T_reference),
-                         back = project_contact(target, reference, target_T_reference.inverse());
-  const int all = there.all + back.all;
-  return all > 0 ? static_cast<double>(there.in_bare_gel + back.in_bare_gel) / all : 0.0;
 }
 
 }  // namespace gelslam

@@ -16,9 +16,6 @@ struct VerificationOptions {
   /// Among many shifts a wrong one agrees more easily: with 0.75 a jump to another part of an object was
   /// taken for a small one.
   double sure_texture_correlation = 0.85;
-  /// Times Surface::model_sigma of the less certain: heights err as the slopes that they are the integral of.
-  /// Right places have 0.03.
-  double max_height_rmse_mm = 0.1;
   /// Self-similarity above which a surface shows no place by itself. A cloth or a thread has 0.95, a knurl
   /// 0.6, other objects less than 0.5. On such a surface the place must be known beforehand, to
   /// kObservableSigmaMm.
@@ -54,9 +51,5 @@ RegistrationResult verify(const NormalFlowReference& reference, const NormalFlow
 RegistrationResult verify_registered(const NormalFlowReference& reference, const Surface& target,
                                      const RegistrationResult& registration, PlacePrior prior,
                                      const VerificationOptions& options);
-
-/// Share (0..1) of either contact, as far as the other picture covers it, that would have to lie inside the
-/// bare gel of the other: an object there would have been felt.
-double free_space_violation(const Surface& reference, const Surface& target, const Pose& target_T_reference);
 
 }  // namespace gelslam
