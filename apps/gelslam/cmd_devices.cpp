@@ -19,17 +19,11 @@ struct Kind {
 };
 
 Kind kind_of(CameraNode node) {
-  switch (node) {
-    case CameraNode::capture:
-      return {"camera", "camera"};
-    case CameraNode::metadata:
-      return {"metadata", "only metadata of this camera, no pictures"};
-    case CameraNode::other:
-      return {"other", "no camera (an output or a decoder)"};
-    case CameraNode::unknown:
-      break;
-  }
-  return {"unknown", "cannot be opened"};
+  constexpr Kind kinds[] = {{"camera", "camera"},
+                            {"metadata", "only metadata of this camera, no pictures"},
+                            {"other", "no camera (an output or a decoder)"},
+                            {"unknown", "cannot be opened"}};
+  return kinds[static_cast<std::size_t>(node)];
 }
 
 Json mode_json(const CameraMode& mode) {

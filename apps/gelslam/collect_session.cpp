@@ -13,17 +13,10 @@ namespace gelslam {
 namespace {
 
 const char* headline_for(const CollectorStatus& status) {
-  switch (status.phase) {
-    case CollectPhase::background:
-      return "Keep everything off the gel";
-    case CollectPhase::ready:
-      return "Press the ball in";
-    case CollectPhase::pressing:
-      return status.warning.empty() ? "Hold it still" : "Not taken yet";
-    case CollectPhase::taken:
-      return "Taken: lift the ball";
-  }
-  return "";
+  if (status.phase == CollectPhase::background) return "Keep everything off the gel";
+  if (status.phase == CollectPhase::ready) return "Press the ball in";
+  if (status.phase == CollectPhase::taken) return "Taken: lift the ball";
+  return status.warning.empty() ? "Hold it still" : "Not taken yet";
 }
 
 }  // namespace

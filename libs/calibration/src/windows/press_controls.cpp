@@ -66,42 +66,21 @@ void PressControls::act(Action action, double now_s) {
   if (action == Action::close) return save_and_close(now_s);
   leaves_unsaved_ = false;
   const std::size_t shown = shows_camera_ ? session_.labels().size() : session_.current();
-  switch (action) {
-    case Action::previous:
-      if (shown > 0) show(shown - 1);
-      return;
-    case Action::next:
-      return show(shown + 1);
-    case Action::accept_rest:
-      return accept_rest_of_them(now_s);
-    default:
-      if (!shows_camera_) act_on_press(action);
-  }
+  if (action == Action::previous && shown > 0) return show(shown - 1);
+  if (action == Action::next) return show(shown + 1);
+  if (action == Action::accept_rest) return accept_rest_of_them(now_s);
+  if (!shows_camera_) act_on_press(action);
 }
 
 void PressControls::act_on_press(Action action) {
-  switch (action) {
-    case Action::accept:
-      shows_camera_ = !session_.accept() && has_camera_;
-      return;
-    case Action::leave_out:
-      shows_camera_ = !session_.leave_out() && has_camera_;
-      return;
-    case Action::left:
-      return move(-kStepPx, 0.0);
-    case Action::right:
-      return move(kStepPx, 0.0);
-    case Action::up:
-      return move(0.0, -kStepPx);
-    case Action::down:
-      return move(0.0, kStepPx);
-    case Action::wider:
-      return change_radius(kStepPx);
-    case Action::narrower:
-      return change_radius(-kStepPx);
-    default:
-      return;
-  }
+  if (action == Action::accept) shows_camera_ = !session_.accept() && has_camera_;
+  if (action == Action::leave_out) shows_camera_ = !session_.leave_out() && has_camera_;
+  if (action == Action::left) move(-kStepPx, 0.0);
+  if (action == Action::right) move(kStepPx, 0.0);
+  if (action == Action::up) move(0.0, -kStepPx);
+  if (action == Action::down) move(0.0, kStepPx);
+  if (action == Action::wider) change_radius(kStepPx);
+  if (action == Action::narrower) change_radius(-kStepPx);
 }
 
 void PressControls::move(double du_px, double dv_px) {

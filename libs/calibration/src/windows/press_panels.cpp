@@ -60,14 +60,8 @@ const char* text_of(LabelState state) {
 }
 
 std::string origin_of(const LabelSession& session) {
-  switch (session.label().origin) {
-    case LabelOrigin::from_file:
-      return "from its file";
-    case LabelOrigin::by_hand:
-      return "moved by hand";
-    case LabelOrigin::found:
-      break;
-  }
+  if (session.label().origin == LabelOrigin::from_file) return "from its file";
+  if (session.label().origin == LabelOrigin::by_hand) return "moved by hand";
   if (!session.found().problem.empty()) return "not found, only put there";
   return fmt::format("found, confidence {:.2f}", session.found().confidence);
 }

@@ -24,26 +24,15 @@ std::string busy_words(const std::string& holder) {
 }
 
 std::string words_of(const VideoSystem& system, const std::string& path, const std::string& doing, int code) {
-  switch (code) {
-    case ENOENT:
-      return "there is no such device; see gelslam devices";
-    case EACCES:
-    case EPERM:
-      return permission_words(system.group(path));
-    case EBUSY:
-      return busy_words(system.held_by(path));
-    case ENODEV:
-    case ENXIO:
-      return "the camera is gone; is it unplugged?";
-    case ENOSPC:
-      return "not enough USB bandwidth; connect the camera to another port, away from other cameras";
-    case EIO:
-    case EPROTO:
-    case ETIMEDOUT:
-      return "the camera does not answer; unplug it and plug it in again";
-    default:
-      return "cannot " + doing + ": " + std::generic_category().message(code);
-  }
+  if (code == ENOENT) return "there is no such device; see gelslam devices";
+  if (code == EACCES || code == EPERM) return permission_words(system.group(path));
+  if (code == EBUSY) return busy_words(system.held_by(path));
+  if (code == ENODEV || code == ENXIO) return "the camera is gone; is it unplugged?";
+  if (code == ENOSPC)
+    return "not enough USB bandwidth; connect the camera to another port, away from other cameras";
+  if (code == EIO || code == EPROTO || code == ETIMEDOUT)
+    return "the camera does not answer; unplug it and plug it in again";
+  return "cannot " + doing + ": " + std::generic_category().message(code);
 }
 
 }  // namespace

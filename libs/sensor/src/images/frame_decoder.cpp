@@ -149,17 +149,9 @@ cv::Mat3b FrameDecoder::Impl::decode_bytes(const RawFrame& frame) {
   if (damage.empty() && frame.bytes.empty()) damage = "the frame is empty";
   if (frame.bytes.size() > kMaxBytes) damage = "the frame is larger than any picture of a touch sensor";
   if (!damage.empty()) return {};
-  switch (frame.encoding) {
-    case FrameEncoding::jpeg:
-      return decode_jpeg(frame);
-    case FrameEncoding::png:
-      return decode_png(frame);
-    case FrameEncoding::bgr:
-      return decode_plain(frame, 3);
-    case FrameEncoding::yuyv:
-      return decode_plain(frame, 2);
-  }
-  return {};
+  if (frame.encoding == FrameEncoding::jpeg) return decode_jpeg(frame);
+  if (frame.encoding == FrameEncoding::png) return decode_png(frame);
+  return decode_plain(frame, frame.encoding == FrameEncoding::bgr ? 3 : 2);
 }
 
 /// Counts copies to the bit, which no camera makes, and finds the longest time in which nothing new was seen.

@@ -19,20 +19,14 @@ std::string capitalized(std::string text) {
 
 StateWords usual_words(const LiveStatus& status) {
   const bool is_kept = !status.run_folder.empty();
-  switch (status.phase) {
-    case LivePhase::background:
-      return {"background", Tone::blue, "Getting ready",
-              "Keep the gel free until its background is measured."};
-    case LivePhase::paused:
-      return {"paused", Tone::gray, "Paused", ""};
-    case LivePhase::finishing:
-      return {"finishing", Tone::blue, "Finishing", "Closing loops, fusing, saving."};
-    case LivePhase::finished:
-      return {"finished", Tone::green, "Finished",
-              is_kept ? "Everything is saved." : "Nothing is kept (no -o)."};
-    case LivePhase::scanning:
-      break;
-  }
+  if (status.phase == LivePhase::background)
+    return {"background", Tone::blue, "Getting ready", "Keep the gel free until its background is measured."};
+  if (status.phase == LivePhase::paused) return {"paused", Tone::gray, "Paused", ""};
+  if (status.phase == LivePhase::finishing)
+    return {"finishing", Tone::blue, "Finishing", "Closing loops, fusing, saving."};
+  if (status.phase == LivePhase::finished)
+    return {"finished", Tone::green, "Finished",
+            is_kept ? "Everything is saved." : "Nothing is kept (no -o)."};
   if (status.track == TrackStatus::tracked) return {"tracking", Tone::green, "Tracking", ""};
   if (status.track == TrackStatus::lost) return {"lost", Tone::red, "Lost", "Touch a place you have seen."};
   return {"no_contact", Tone::amber, "No contact",

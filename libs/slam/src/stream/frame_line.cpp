@@ -25,17 +25,11 @@ std::string reservations(const TrackedFrame& frame, const Vector6d& sigma) {
 }
 
 std::string reason(const TrackedFrame& frame, const std::optional<Matrix6d>& covariance) {
-  switch (frame.status) {
-    case TrackStatus::background:
-      return "the bare gel; contact is detected by comparing with it";
-    case TrackStatus::no_contact:
-      return "nothing touches the sensor";
-    case TrackStatus::tracked:
-      return covariance ? reservations(frame, sigma_of(*covariance)) : "";
-    case TrackStatus::lost:
-      return std::string(describe(frame.registration.status));
-  }
-  return "";
+  if (frame.status == TrackStatus::background)
+    return "the bare gel; contact is detected by comparing with it";
+  if (frame.status == TrackStatus::no_contact) return "nothing touches the sensor";
+  if (frame.status == TrackStatus::lost) return std::string(describe(frame.registration.status));
+  return covariance ? reservations(frame, sigma_of(*covariance)) : "";
 }
 
 Json three_numbers(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }

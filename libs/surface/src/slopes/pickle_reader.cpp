@@ -50,49 +50,36 @@ class PickleTokenizer {
         read_text(8);
         break;
       case 'K':
-        tokens_.push_back({kInteger, read_byte(), {}});
-        break;
+        return tokens_.push_back({kInteger, read_byte(), {}});
       case 'M':
-        tokens_.push_back({kInteger, read_little_endian(2), {}});
-        break;
+        return tokens_.push_back({kInteger, read_little_endian(2), {}});
       case 'J':
-        tokens_.push_back({kInteger, static_cast<std::int32_t>(read_little_endian(4)), {}});
-        break;
+        return tokens_.push_back({kInteger, static_cast<std::int32_t>(read_little_endian(4)), {}});
       case 'G':  // a double, big-endian
         read_text(8);
-        tokens_.push_back({opcode, 0, {}});
-        break;
+        return tokens_.push_back({opcode, 0, {}});
       case kText:
-        tokens_.push_back({kText, 0, read_text(read_little_endian(4))});
-        break;
+        return tokens_.push_back({kText, 0, read_text(read_little_endian(4))});
       case 0x8c:
-        tokens_.push_back({kText, 0, read_text(read_byte())});
-        break;
+        return tokens_.push_back({kText, 0, read_text(read_byte())});
       case kGlobal: {
         const std::string_view module = read_line();
-        add_global(module, read_line());
-        break;
+        return add_global(module, read_line());
       }
       case 0x93: {  // a global, by the last two texts
         const std::string_view name = take_text();
-        add_global(take_text(), name);
-        break;
+        return add_global(take_text(), name);
       }
       case 0x94:
-        remember(static_cast<std::uint32_t>(memo_.size()));
-        break;
+        return remember(static_cast<std::uint32_t>(memo_.size()));
       case 'q':
-        remember(read_byte());
-        break;
+        return remember(read_byte());
       case 'r':
-        remember(read_little_endian(4));
-        break;
+        return remember(read_little_endian(4));
       case 'h':
-        recall(read_byte());
-        break;
+        return recall(read_byte());
       case 'j':
-        recall(read_little_endian(4));
-        break;
+        return recall(read_little_endian(4));
       default:
         if (kPlain.find(static_cast<char>(opcode)) == std::string_view::npos)
           throw Error(

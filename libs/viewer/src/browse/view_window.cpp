@@ -51,16 +51,10 @@ ViewControls::ViewControls(const RunHistory* history, bool has_second, const Sce
       time_s_(history != nullptr ? time_s : std::nullopt) {}
 
 void ViewControls::act(Action action, double now_s) {
-  switch (action) {
-    case Action::play:
-      return play_or_pause();
-    case Action::step_back:
-      return step(-1);
-    case Action::step_on:
-      return step(1);
-    default:
-      return SceneControls::act(action, now_s);
-  }
+  if (action == Action::play) return play_or_pause();
+  if (action == Action::step_back) return step(-1);
+  if (action == Action::step_on) return step(1);
+  SceneControls::act(action, now_s);
 }
 
 ButtonLook ViewControls::button(const ActionRow& row) const {

@@ -18,12 +18,6 @@ std::vector<ActionRow> live_rows() {
   return rows;
 }
 
-SceneStyle tinted_style() {
-  SceneStyle style;
-  style.color = SceneColor::certainty;
-  return style;
-}
-
 Answer yes(const std::string& label, std::function<void(double)> run) {
   return {label, "enter kp_enter y", "Enter", theme::kBlue, std::move(run)};
 }
@@ -32,48 +26,30 @@ Answer no(const std::string& label) { return {label, "esc n", "Esc", theme::kTex
 }  // namespace
 
 LiveControls::LiveControls(LiveSession& session, bool keeps_run, std::string next_run_folder)
-    : SceneControls(live_rows(), tinted_style(),
+    : SceneControls(live_rows(), {.color = SceneColor::certainty},
                     {SceneColor::certainty, SceneColor::plain, SceneColor::confidence, SceneColor::height}),
       session_(session),
       keeps_run_(keeps_run),
       next_run_folder_(std::move(next_run_folder)) {}
 
 void LiveControls::act(Action action, double now_s) {
-  switch (action) {
-    case Action::pause:
-      return toggle_pause(now_s);
-    case Action::new_scan:
-      return ask_for_new_scan(now_s);
-    case Action::close:
-      return ask_to_close();
-    case Action::diagnostics:
-      shows_diagnostics_ = !shows_diagnostics_;
-      return;
-    default:
-      return SceneControls::act(action, now_s);
-  }
+  if (action == Action::pause) return toggle_pause(now_s);
+  if (action == Action::new_scan) return ask_for_new_scan(now_s);
+  if (action == Action::close) return ask_to_close();
+  if (action == Action::diagnostics) shows_diagnostics_ = !shows_diagnostics_;
+  SceneControls::act(action, now_s);
 }
 
 ButtonLook LiveControls::button(const ActionRow& row) const {
   const LivePhase phase = session_.status().phase;
   const bool over = phase == LivePhase::finishing || phase == LivePhase::finished;
   ButtonLook look = SceneControls::button(row);
-  switch (row.action) {
-    case Action::pause:
-      if (phase == LivePhase::paused) look.label = "Go on";
-      [[fallthrough]];
-    case Action::follow:
-      look.shown = !over;
-      break;
-    case Action::new_scan:
-      look.shown = phase != LivePhase::finishing && !next_run_folder_.empty();
-      break;
-    case Action::close:
-      look.ink = theme::kRed;
-      if (over) look.label = "Close";
-      break;
-    default:
-      break;
+  if (row.action == Action::pause && phase == LivePhase::paused) look.label = "Go on";
+  if (row.action == Action::pause || row.action == Action::follow) look.shown = !over;
+  if (row.action == Action::new_scan) look.shown = phase != LivePhase::finishing && !next_run_folder_.empty();
+  if (row.action == Action::close) {
+    look.ink = theme::kRed;
+    if (over) look.label = "Close";
   }
   return look;
 }

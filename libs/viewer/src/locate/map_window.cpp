@@ -25,12 +25,6 @@ std::vector<ActionRow> map_rows() {
   return rows;
 }
 
-SceneStyle gray_style() {
-  SceneStyle style;
-  style.plain_rgb = kMapGray;
-  return style;
-}
-
 /// "0.020 mm, 0.11°": one standard deviation along the least certain axes.
 std::string sigma_words(const PlaceHypothesis& place) {
   const Vector6d sigma = sigma_of(place.map_T_sensor.covariance);
@@ -50,16 +44,12 @@ StateWords place_words(const LocatedTouch* touch) {
   if (place.tracked.status == TrackStatus::no_contact)
     return {"no_contact", Tone::gray, "No contact", "Press the sensor on the object."};
   const std::size_t count = place.hypotheses.size();
-  switch (place.status) {
-    case PlaceStatus::localized:
-      return {"localized", Tone::green, "Localized", "σ " + sigma_words(place.hypotheses.front())};
-    case PlaceStatus::ambiguous:
-      return {"ambiguous", Tone::amber,
-              count > 1 ? fmt::format("Ambiguous, {} places", count) : "Place uncertain",
-              sentences(place.reason)};
-    case PlaceStatus::unknown:
-      break;
-  }
+  if (place.status == PlaceStatus::localized)
+    return {"localized", Tone::green, "Localized", "σ " + sigma_words(place.hypotheses.front())};
+  if (place.status == PlaceStatus::ambiguous)
+    return {"ambiguous", Tone::amber,
+            count > 1 ? fmt::format("Ambiguous, {} places", count) : "Place uncertain",
+            sentences(place.reason)};
   return {"not_in_map", Tone::red, "Not in the map", sentences(place.reason)};
 }
 
@@ -67,7 +57,7 @@ MapWindow::MapWindow(const ShownMap& map, const LocatedTouches& touches, const W
     : SceneLoop(options),
       map_(map),
       touches_(touches),
-      controls_(map_rows(), gray_style(), {SceneColor::plain}) {
+      controls_(map_rows(), {.plain_rgb = kMapGray}, {SceneColor::plain}) {
   scene_.set_mesh(map.mesh);
   frame_.words = place_words(nullptr);
 }

@@ -87,21 +87,11 @@ struct Scene::Impl {
 
   std::array<float, 2> range(const SceneStyle& style) const {
     if (style.range) return *style.range;
-    switch (style.color) {
-      case SceneColor::confidence:
-        return {0, std::max(mesh.confidence_p95(), 1e-3F)};
-      case SceneColor::height: {
-        const Eigen::AlignedBox3f box = mesh.box_mm();
-        if (box.isEmpty()) return {0, 1};
-        return {-box.max().z(), -box.min().z()};
-      }
-      case SceneColor::distance:
-        return {0, distance_limit_mm};
-      case SceneColor::certainty:
-      case SceneColor::plain:
-        break;
-    }
-    return {0, 1};
+    if (style.color == SceneColor::confidence) return {0, std::max(mesh.confidence_p95(), 1e-3F)};
+    if (style.color == SceneColor::distance) return {0, distance_limit_mm};
+    const Eigen::AlignedBox3f box = mesh.box_mm();
+    if (style.color != SceneColor::height || box.isEmpty()) return {0, 1};
+    return {-box.max().z(), -box.min().z()};
   }
 
   void draw_background() {

@@ -95,19 +95,14 @@ void Controls::answer(std::size_t index, double now_s) {
 }
 
 void Controls::perform(Action action, double now_s) {
-  switch (action) {
-    case Action::help:
-      shows_help_ = !shows_help_;
-      return;
-    case Action::panels:
-      shows_panels_ = !shows_panels_;
-      return;
-    case Action::screenshot:
-      screenshot_ = true;
-      return;
-    default:
-      act(action, now_s);
-  }
+  if (action == Action::help)
+    shows_help_ = !shows_help_;
+  else if (action == Action::panels)
+    shows_panels_ = !shows_panels_;
+  else if (action == Action::screenshot)
+    screenshot_ = true;
+  else
+    act(action, now_s);
 }
 
 void Controls::say(std::string text, double now_s, double seconds) {
@@ -130,54 +125,32 @@ bool Controls::drop_old_toasts(double now_s) {
 }
 
 void SceneControls::act(Action action, double now_s) {
-  switch (action) {
-    case Action::curvature:
-      style_.shading = style_.shading == SceneShading::clay ? SceneShading::curvature : SceneShading::clay;
-      return;
-    case Action::trajectory:
-      style_.trajectory = !style_.trajectory;
-      return;
-    case Action::pose_graph:
-      style_.edges = style_.keyframes = !style_.edges;
-      return;
-    case Action::next_color: {
-      const auto now = std::find(colors_.begin(), colors_.end(), style_.color);
-      style_.color = now == colors_.end() || now + 1 == colors_.end() ? colors_.front() : *(now + 1);
-      return say(std::string("Colors: ") + name_of(style_.color), now_s);
-    }
-    case Action::follow:
-      follows_ = !follows_;
-      return say(follows_ ? "The view follows the touch." : "The view stays where it is.", now_s);
-    case Action::show_all:
-      show_all_ = true;
-      return;
-    case Action::close:
-      return close();
-    default:
-      return;
+  if (action == Action::curvature)
+    style_.shading = style_.shading == SceneShading::clay ? SceneShading::curvature : SceneShading::clay;
+  if (action == Action::trajectory) style_.trajectory = !style_.trajectory;
+  if (action == Action::pose_graph) style_.edges = style_.keyframes = !style_.edges;
+  if (action == Action::next_color) {
+    const auto now = std::find(colors_.begin(), colors_.end(), style_.color);
+    style_.color = now == colors_.end() || now + 1 == colors_.end() ? colors_.front() : *(now + 1);
+    say(std::string("Colors: ") + name_of(style_.color), now_s);
   }
+  if (action == Action::follow) {
+    follows_ = !follows_;
+    say(follows_ ? "The view follows the touch." : "The view stays where it is.", now_s);
+  }
+  if (action == Action::show_all) show_all_ = true;
+  if (action == Action::close) close();
 }
 
 ButtonLook SceneControls::button(const ActionRow& row) const {
-  const auto is_on = [this](Action action) {
-    switch (action) {
-      case Action::curvature:
-        return style_.shading == SceneShading::curvature;
-      case Action::trajectory:
-        return style_.trajectory;
-      case Action::pose_graph:
-        return style_.edges;
-      case Action::next_color:
-        return style_.color != colors_.front();
-      case Action::follow:
-        return follows_;
-      case Action::help:
-        return shows_help();
-      default:
-        return false;
-    }
-  };
-  return {true, row.label, is_on(row.action) ? theme::kBlue : theme::kText};
+  const std::map<Action, bool> is_on = {{Action::curvature, style_.shading == SceneShading::curvature},
+                                        {Action::trajectory, style_.trajectory},
+                                        {Action::pose_graph, style_.edges},
+                                        {Action::next_color, style_.color != colors_.front()},
+                                        {Action::follow, follows_},
+                                        {Action::help, shows_help()}};
+  const auto on = is_on.find(row.action);
+  return {true, row.label, on != is_on.end() && on->second ? theme::kBlue : theme::kText};
 }
 
 std::vector<std::pair<std::string, std::string>> SceneControls::mouse_help() const {

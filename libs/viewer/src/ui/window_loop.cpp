@@ -91,30 +91,21 @@ void WindowLoop::handle_input(double now_s) {
   const std::vector<InputEvent> events = host_.take_input();
   input_seen_ = !events.empty();
   for (const InputEvent& event : events) {
-    switch (event.kind) {
-      case InputEvent::Kind::key:
-        if (event.pressed) controls().press_key(event.code, now_s);
-        break;
-      case InputEvent::Kind::close:
-        controls().perform(Action::close, now_s);
-        break;
-      case InputEvent::Kind::pointer:
-        pointer_px_ = Eigen::Vector2d(event.x, event.y).cast<float>();
-        moved(pointer_px_);
-        break;
-      case InputEvent::Kind::button:
-        draw_next_ = true;  // what a button does shows in the frame after the click
-        if (!event.pressed)
-          released(event.code);
-        else if (!on_panel())
-          pressed(event.code, pointer_px_, now_s);
-        break;
-      case InputEvent::Kind::scroll:
-        if (!on_panel()) scrolled(event.y, pointer_px_);
-        break;
-      case InputEvent::Kind::redraw:
-        break;
+    using enum InputEvent::Kind;
+    if (event.kind == key && event.pressed) controls().press_key(event.code, now_s);
+    if (event.kind == close) controls().perform(Action::close, now_s);
+    if (event.kind == pointer) {
+      pointer_px_ = Eigen::Vector2d(event.x, event.y).cast<float>();
+      moved(pointer_px_);
     }
+    if (event.kind == button) {
+      draw_next_ = true;  // what a button does shows in the frame after the click
+      if (!event.pressed)
+        released(event.code);
+      else if (!on_panel())
+        pressed(event.code, pointer_px_, now_s);
+    }
+    if (event.kind == scroll && !on_panel()) scrolled(event.y, pointer_px_);
   }
 }
 

@@ -31,7 +31,7 @@ struct SceneStyle {
   bool smooth_border =
       false;  ///< the mesh ends where confidence falls below a limit, not at its last triangle
   /// Values at the ends of the color map; empty: what the mesh holds.
-  std::optional<std::array<float, 2>> range;
+  std::optional<std::array<float, 2>> range{};
 };
 
 /// What the mesh's colors mean: `colors` from `min` to `max`, for a bar beside the picture.
