@@ -182,11 +182,6 @@ std::string write_output(const ExportArguments& a, const RunContents& run, Progr
                      run.mesh.triangles.size(), short_name(unit_of(a)));
 }
 
-void say_loose_pieces(const Mesh& mesh) {
-  const std::string pieces = loose_pieces(mesh);
-  if (!pieces.empty()) std::cerr << pieces << "\n";
-}
-
 int run_export(const ExportArguments& a) {
   check_output(a);
   const auto say = [&](const std::string& sentence) {
@@ -202,7 +197,8 @@ int run_export(const ExportArguments& a) {
   const bool as_asked = reduce_mesh(a, run, progress, say);
   const std::string words = write_output(a, run, progress);
   say("wrote " + a.output.string() + ": " + words);
-  if (!a.quiet) say_loose_pieces(run.mesh);
+  if (const std::string pieces = loose_pieces(run.mesh); !a.quiet && !pieces.empty())
+    std::cerr << pieces << "\n";
   if (!a.quiet && !run.folder.empty()) say_reservations(run.folder);
   return as_asked ? kExitDone : kExitNotGood;
 }

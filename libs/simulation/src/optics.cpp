@@ -55,12 +55,6 @@ float incidence(float cosine) {
   return 0.5F * (cosine + std::sqrt(cosine * cosine + softness * softness));
 }
 
-cv::Mat3f softened(const cv::Mat3f& picture) {
-  cv::Mat3f soft;
-  cv::GaussianBlur(picture, soft, cv::Size(5, 5), kLensBlurPx, kLensBlurPx, cv::BORDER_REPLICATE);
-  return soft;
-}
-
 void draw_spot(cv::Mat1f& map, float u, float v, float radius, float value) {
   const int reach = static_cast<int>(std::ceil(radius * 2.5F));
   for (int y = std::max(0, static_cast<int>(v) - reach);
@@ -201,7 +195,8 @@ cv::Mat3f Optics::draw(const GelView& view) const {
       for (int u = 0; u < picture.cols; ++u) picture(v, u) *= albedo(v, u);
   }
   print_dots(view, picture);
-  return softened(picture);
+  cv::GaussianBlur(picture, picture, cv::Size(5, 5), kLensBlurPx, kLensBlurPx, cv::BORDER_REPLICATE);
+  return picture;
 }
 
 /// A grid about the middle of the gel; edges are a pixel wide.

@@ -47,10 +47,6 @@ ContactCircle within_sight(ContactCircle circle, const cv::Size& picture) {
   return circle;
 }
 
-bool same_circle(const ContactCircle& a, const ContactCircle& b) {
-  return a.u_px == b.u_px && a.v_px == b.v_px && a.radius_px == b.radius_px;
-}
-
 void write_decision(const fs::path& press_folder, const ContactCircle& circle, bool left_out) {
   // The new file is there before the old one goes: whatever happens between, the press counts as left out.
   const fs::path kept = press_folder / (left_out ? kLeftOutFile : kLabelFile),
@@ -138,7 +134,7 @@ void LabelSession::put(const ContactCircle& circle) {
   if (!std::isfinite(circle.u_px + circle.v_px + circle.radius_px)) return;
   const ContactCircle next = within_sight(circle, set_.background.size());
   PressLabel& label = labels_[current_];
-  if (same_circle(next, label.circle)) return;
+  if (next == label.circle) return;
   label.circle = next;
   label.origin = LabelOrigin::by_hand;
   label.is_saved = false;

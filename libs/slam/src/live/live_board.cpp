@@ -116,19 +116,9 @@ void LiveBoard::frame_arrived(LiveClock::time_point when, std::int64_t lost_by_c
   meter_.arrived(when);
 }
 
-void LiveBoard::frames_dropped(std::int64_t count) {
-  const std::lock_guard lock(mutex_);
-  status_.dropped += count;
-}
-
 void LiveBoard::source_ended() {
   const std::lock_guard lock(mutex_);
   source_end_ = LiveClock::now();
-}
-
-void LiveBoard::frame_damaged() {
-  const std::lock_guard lock(mutex_);
-  ++status_.damaged;
 }
 
 void LiveBoard::set_log_bytes(std::int64_t bytes) {

@@ -49,9 +49,11 @@ class LiveBoard {
   /// of the last.
   void warn_about(const std::string& what, const std::string& sentence);
   void frame_arrived(LiveClock::time_point when, std::int64_t lost_by_camera);
-  void frames_dropped(std::int64_t count);
   void source_ended();  ///< the rate stays what it was
-  void frame_damaged();
+  void count(std::int64_t LiveStatus::*frames, std::int64_t more) {
+    const std::lock_guard lock(mutex_);
+    status_.*frames += more;
+  }
   void set_log_bytes(std::int64_t bytes);
   void set_touch(LiveTouch touch, const std::string& why_lost, LiveClock::time_point captured);
   void set_map(std::shared_ptr<const MapSnapshot> map);

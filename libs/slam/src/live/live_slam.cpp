@@ -206,7 +206,7 @@ void LiveSlam::take_frames() {
     if (leaves_out_ || !has_begun()) continue;
     // What the background needs is waited for, however fast frames come.
     if (options.drop_when_behind && board.phase() != LivePhase::background)
-      board.frames_dropped(static_cast<std::int64_t>(raw.push_newest(frame)));
+      board.count(&LiveStatus::dropped, static_cast<std::int64_t>(raw.push_newest(frame)));
     else
       raw.push(frame);
   }

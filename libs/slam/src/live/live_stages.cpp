@@ -53,7 +53,7 @@ std::optional<TactileImage> SurfaceStage::decode(const RawFrame& frame) {
   const auto scope = context_.timer.measure("decode");
   std::optional<TactileImage> image = decoder_.decode(frame);
   if (!image) {
-    context_.board.frame_damaged();
+    context_.board.count(&LiveStatus::damaged, 1);
     context_.board.warn_about("the pictures", decoder_.warning());
   }
   return image;

@@ -232,16 +232,10 @@ std::map<int, Pose> Mapper::chained_links() const {
   return poses;
 }
 
-/// Which of measured_.edges are consistent.
-const std::vector<bool>& Mapper::judge_edges() {
-  return consistency_.judge(measured_.edges,
-                            gradient_scale_sigma(measured_.keyframes, options_.gradient_scale));
-}
-
 void Mapper::optimize() {
-  live_edges_ = chosen(measured_.edges, judge_edges());
-  live_ = solve_poses(live_.component_T_node, live_edges_,
-                      gradient_scale_sigma(measured_.keyframes, options_.gradient_scale), options_);
+  const double scale_sigma = gradient_scale_sigma(measured_.keyframes, options_.gradient_scale);
+  live_edges_ = chosen(measured_.edges, consistency_.judge(measured_.edges, scale_sigma));
+  live_ = solve_poses(live_.component_T_node, live_edges_, scale_sigma, options_);
   new_loops_ = 0;
   ++version_;
 }

@@ -89,12 +89,6 @@ void describe_pose_graph(OptionVisitor& visit, SlamOptions& options) {
                 "overlapping keyframes that each is registered to when the log has ended, at most; 0: none");
 }
 
-void describe_fusion(OptionVisitor& visit, FusionOptions& options) {
-  visit.number("voxel_size_mm", options.voxel_size_mm, 0.01, 10, "edge of the mesh's cells");
-  visit.number("truncation_mm", options.truncation_mm, 0.01, 20,
-               "sheets of one side closer than this become one");
-}
-
 OptionList describe(Config& config) {
   return [&config](OptionVisitor& visit) {
     visit.section("device_config", "the sensor", [&] { describe_sensor(visit, config); });
@@ -102,7 +96,11 @@ OptionList describe(Config& config) {
     visit.section("gelslam_config", "tracking and mapping", [&] {
       visit.section("track_config", "frame to keyframe", [&] { describe_tracking(visit, config.slam); });
       visit.section("pose_graph_config", "loops and poses", [&] { describe_pose_graph(visit, config.slam); });
-      visit.section("fusion_config", "the mesh", [&] { describe_fusion(visit, config.slam.fusion); });
+      visit.section("fusion_config", "the mesh", [&, &fusion = config.slam.fusion] {
+        visit.number("voxel_size_mm", fusion.voxel_size_mm, 0.01, 10, "edge of the mesh's cells");
+        visit.number("truncation_mm", fusion.truncation_mm, 0.01, 20,
+                     "sheets of one side closer than this become one");
+      });
     });
   };
 }

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -48,12 +48,6 @@ std::pair<std::string, std::string> words_for(const BackgroundDrift& drift) {
   return {fmt::format("gel and light are as they were (light {:.1f}, gel {:.1f} gray levels)",
                       drift.light_change_levels, drift.gel_change_levels),
           ""};
-}
-
-cv::Mat3f with_red_and_blue_swapped(const cv::Mat3f& cells) {
-  cv::Mat3f swapped = cells.clone();
-  for (cv::Vec3f& cell : swapped) std::swap(cell[0], cell[2]);
-  return swapped;
 }
 
 cv::Mat3f flipped(const cv::Mat3f& cells, int code) {
@@ -99,8 +93,10 @@ BackgroundDrift compare(const cv::Mat3f& then, const cv::Mat3f& now) {
 BackgroundDrift measure_drift(const cv::Mat3f& then, const cv::Mat3f& now) {
   BackgroundDrift drift = compare(then, now);
   double least = kSwappedShare * drift.gel_change_levels;
+  cv::Mat3f swapped;
+  cv::cvtColor(now, swapped, cv::COLOR_BGR2RGB);
   const std::pair<const char*, cv::Mat3f> others[] = {
-      {"red and blue", with_red_and_blue_swapped(now)},
+      {"red and blue", swapped},
       {"left and right", flipped(now, 1)},
       {"top and bottom", flipped(now, 0)},
       {"left and right, and top and bottom,", flipped(now, -1)}};

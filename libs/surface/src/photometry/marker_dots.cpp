@@ -41,12 +41,6 @@ cv::Mat1f darkness(const cv::Mat3b& background, double pixel) {
   return smooth;
 }
 
-cv::Mat1b dark_places(const cv::Mat3b& background) {
-  cv::Mat1b dark;
-  cv::compare(darkness(background, background.cols / 320.0), kDarkLog, dark, cv::CMP_LT);
-  return dark;
-}
-
 std::vector<Dot> find_dots(const cv::Mat3b& background, const cv::Mat1b& dark) {
   const double pixel = background.cols / 320.0;
   cv::Mat1i labels, stats;
@@ -97,7 +91,7 @@ std::string MarkerDots::sentence() const {
 bool MarkerDots::are_readable() const { return covered_share <= kMaxCovered; }
 
 std::optional<MarkerDots> find_marker_dots(const cv::Mat3b& background) {
-  const cv::Mat1b dark = dark_places(background);
+  const cv::Mat1b dark(darkness(background, background.cols / 320.0) < kDarkLog);
   const std::vector<Dot> dots = find_dots(background, dark);
   if (dots.size() < kMinDots) return std::nullopt;
   std::vector<double> distances, diameters;

@@ -144,17 +144,12 @@ cv::Vec3f PixelRepair::gain_of_light(const cv::Mat3b& bgr) const {
   return gain;
 }
 
-std::vector<int> PixelRepair::rows_that_may_show_spots(const cv::Mat3b& bgr) const {
+/// Fills readable_; false where all of the picture is.
+bool PixelRepair::find_spots(const cv::Mat3b& bgr) {
   std::vector<int> rows;
   for (int v = 0; v < bgr.rows; ++v)
     if (may_show_spots(bgr[v]->val, dark_below_[v]->val, bright_above_[v]->val, 3 * bgr.cols))
       rows.push_back(v);
-  return rows;
-}
-
-/// Fills readable_; false where all of the picture is.
-bool PixelRepair::find_spots(const cv::Mat3b& bgr) {
-  const std::vector<int> rows = rows_that_may_show_spots(bgr);
   if (rows.empty() && dots_.empty()) return false;
   spots_ = cv::Mat1b::zeros(bgr.size());
   dark_ = cv::Mat1b::zeros(bgr.size());

@@ -39,7 +39,6 @@ class PixelRepair {
   void smooth_filled(int rounds);
   const cv::Mat3b& replace_wrong_values(const cv::Mat3b& bgr);
   cv::Vec3f gain_of_light(const cv::Mat3b& bgr) const;
-  std::vector<int> rows_that_may_show_spots(const cv::Mat3b& bgr) const;
   bool find_spots(const cv::Mat3b& bgr);
   const cv::Mat3b& fill_spots(const cv::Mat3b& bgr, int smooth_rounds);
 

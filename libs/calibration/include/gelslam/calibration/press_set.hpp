@@ -20,6 +20,7 @@ inline constexpr double kVisibleRimPx = 3.8;
 struct ContactCircle {
   double u_px = 0.0, v_px = 0.0, radius_px = 0.0;
   double on_ball_px() const { return radius_px - kVisibleRimPx; }  ///< inside it the gel lies on the ball
+  bool operator==(const ContactCircle&) const = default;
 };
 
 /// One picture of a ball of known diameter pressed into the gel.

@@ -47,7 +47,6 @@ class Mapper {
                  const std::function<bool()>& stop_requested, ProgressSink* progress = nullptr) const;
 
  private:
-  const std::vector<bool>& judge_edges();
   void chain(int id, const std::optional<PoseGraphEdge>& edge);
   std::vector<PoseGraphEdge> search_loops(const Keyframe& keyframe, int previous);
   std::map<int, Pose> chained_links() const;
