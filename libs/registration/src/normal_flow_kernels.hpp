@@ -11,6 +11,7 @@ namespace gelslam::registration::detail {
 /// center.
 inline constexpr int kParameters = 5;  // layout
 inline constexpr int kHessianEntries = kParameters * (kParameters + 1) / 2;
+inline constexpr float kLeastFacing = 0.2f;  // numerics: of a surface that is seen edge on
 
 /// Reference samples as structure of arrays, so that the loops below vectorise. Lengths in mm, normals unit.
 struct Samples {
@@ -48,7 +49,6 @@ struct PictureMotion {
 
 inline __attribute__((always_inline)) PictureMotion picture_motion(const Samples& s, std::size_t k,
                                                                    const Viewpoint& view) {
-  constexpr float kLeastFacing = 0.2f;  // numerics: of a surface that is seen edge on
   const float x = s.x[k], y = s.y[k], z = s.z[k], nx = s.nx[k], ny = s.ny[k], nz = s.nz[k],
               inverse_distance = view.inverse_distance;
   const float shrink = 1.0f / (1.0f + z * inverse_distance);
