@@ -114,6 +114,7 @@ std::vector<Measured> measure_all(const SpeedAccuracyArguments& arguments, const
 
 std::vector<ParetoStanding> standings_of(const std::vector<Measured>& all) {
   std::vector<ParetoCandidate> candidates;
+  candidates.reserve(all.size());
   for (const Measured& one : all) candidates.push_back({median(one.register_ms), one.errors});
   return pareto_standings(candidates, 0);  // the first is the first method's default
 }

@@ -3,6 +3,7 @@
 
 #include "gelslam/core/se3.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/core/trajectory.hpp"
 #include "gelslam/slam/pose_stream.hpp"
 #include "gelslam/slam/trial_drift.hpp"
 

@@ -289,6 +289,7 @@ std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frame
     cv::Mat3f blocks;
   };
   std::vector<cv::Mat3f> blocks;
+  blocks.reserve(frames.size());
   for (const cv::Mat3b& frame : frames) blocks.push_back(average_blocks(frame));
   std::vector<Candidate> candidates;
   double least_imprint = 1;

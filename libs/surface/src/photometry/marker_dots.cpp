@@ -70,6 +70,7 @@ double distance_to_nearest(const std::vector<Dot>& dots, std::size_t of) {
 /// Median distance from the median, as a share of it.
 double spread_of(const std::vector<double>& values, double middle) {
   std::vector<double> distances;
+  distances.reserve(values.size());
   for (const double value : values) distances.push_back(std::abs(value - middle));
   return median(distances) / middle;
 }
