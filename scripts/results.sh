@@ -81,7 +81,7 @@ fi
 
 if begin mechanisms; then
   "$lab" ablation "$data"/sequences/{track,hard}_*/ "$data/ablation" --threads 2 -o "$out/mechanisms" >/dev/null
-  "$lab" ablation "$data/optics" --only lens,perspective,dome --threads 2 -o "$out/mechanisms/optics" >/dev/null
+  "$lab" ablation "${optics[@]}" --only lens,perspective,dome --threads 2 -o "$out/mechanisms/optics" >/dev/null
   end mechanisms
 fi
 
