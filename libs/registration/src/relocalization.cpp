@@ -79,6 +79,7 @@ RegistrationResult relocalize(const NormalFlowReference& reference, const Surfac
   const double rival_rmse_rad =
       options.rival_residual * std::max(best.normal_rmse_rad, shared_noise(reference.surface(), target) *
                                                                   normal_flow.normal_noise_rad);
+  // Nor do they within one place: there the expectation decides.
   if (expected_found && found.normal_rmse_rad < rival_rmse_rad &&
       !is_elsewhere(best, found.target_T_reference))
     best = found;

@@ -17,10 +17,14 @@
 namespace gelslam {
 namespace {
 
+constexpr std::size_t kLargestImageFileBytes = 256u << 20;
+
 std::vector<unsigned char> read_bytes(const std::filesystem::path& path) {
   refuse_lfs_pointer(path);
   const std::string bytes = read_file(path);
   if (bytes.empty()) throw Error(path.string() + ": the file is empty");
+  if (bytes.size() > kLargestImageFileBytes)
+    throw Error(path.string() + ": larger than any image of a touch sensor");
   return {bytes.begin(), bytes.end()};
 }
 

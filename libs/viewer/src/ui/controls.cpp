@@ -143,14 +143,25 @@ void SceneControls::act(Action action, double now_s) {
 }
 
 ButtonLook SceneControls::button(const ActionRow& row) const {
-  const std::map<Action, bool> is_on = {{Action::curvature, style_.shading == SceneShading::curvature},
-                                        {Action::trajectory, style_.trajectory},
-                                        {Action::pose_graph, style_.edges},
-                                        {Action::next_color, style_.color != colors_.front()},
-                                        {Action::follow, follows_},
-                                        {Action::help, shows_help()}};
-  const auto on = is_on.find(row.action);
-  return {true, row.label, on != is_on.end() && on->second ? theme::kBlue : theme::kText};
+  const auto is_on = [this](Action action) {
+    switch (action) {
+      case Action::curvature:
+        return style_.shading == SceneShading::curvature;
+      case Action::trajectory:
+        return style_.trajectory;
+      case Action::pose_graph:
+        return style_.edges;
+      case Action::next_color:
+        return style_.color != colors_.front();
+      case Action::follow:
+        return follows_;
+      case Action::help:
+        return shows_help();
+      default:
+        return false;
+    }
+  };
+  return {true, row.label, is_on(row.action) ? theme::kBlue : theme::kText};
 }
 
 std::vector<std::pair<std::string, std::string>> SceneControls::mouse_help() const {
