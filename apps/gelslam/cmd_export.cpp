@@ -14,7 +14,6 @@
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/core/text.hpp"
-#include "gelslam/core/trajectory.hpp"
 #include "gelslam/evaluation/simplify.hpp"
 #include "gelslam/exchange/run_export.hpp"
 #include "gelslam/exchange/watertight.hpp"
@@ -169,7 +168,7 @@ std::string write_output(const ExportArguments& a, const RunContents& run, Progr
       print_line((outcome.pictures > 0 ? "not all pictures: " : "no pictures: ") + outcome.missing);
     if (run.mesh.triangles.empty()) std::cerr << "no mesh: the run has none\n";
     return counted(outcome.poses, "pose") + ", " + counted(outcome.pictures, "picture") + ", in m" +
-           (run.start_s > 0 ? "" : ", times from 0: the log does not say when it was recorded");
+           (run.start_s() > 0 ? "" : ", times from 0: the log does not say when it was recorded");
   }
   progress.begin("writing", std::nullopt);
   if (ending == ".html") {

@@ -11,7 +11,7 @@
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/core/sensor_optics.hpp"
 #include "gelslam/core/text.hpp"
-#include "gelslam/evaluation/run_and_truth.hpp"
+#include "gelslam/evaluation/ground_truth.hpp"
 #include "gelslam/exchange/run_export.hpp"
 #include "gelslam/localization/maps.hpp"
 #include "gelslam/sensor/frame_source.hpp"

@@ -16,7 +16,7 @@
 #include "gelslam/core/crc32.hpp"
 #include "gelslam/core/npy.hpp"
 #include "gelslam/core/run_report.hpp"
-#include "gelslam/evaluation/run_and_truth.hpp"
+#include "gelslam/evaluation/ground_truth.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/image_input.hpp"

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "../support/temporary_folder.hpp"
-#include "gelslam/evaluation/run_and_truth.hpp"
+#include "gelslam/core/trajectory.hpp"
 
 namespace gelslam {
 namespace {

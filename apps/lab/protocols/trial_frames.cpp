@@ -5,7 +5,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/npy.hpp"
 #include "gelslam/core/stage_timer.hpp"
-#include "gelslam/evaluation/run_and_truth.hpp"
+#include "gelslam/evaluation/ground_truth.hpp"
 #include "gelslam/slam/surface_stream.hpp"
 #include "gelslam/surface/slopes.hpp"
 #include "protocols/trials.hpp"

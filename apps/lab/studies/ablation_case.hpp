@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "ablation_variants.hpp"
-#include "gelslam/evaluation/run_and_truth.hpp"
+#include "gelslam/evaluation/ground_truth.hpp"
 #include "study.hpp"
 
 namespace gelslam::lab {

@@ -4,7 +4,7 @@
 #include <map>
 #include <set>
 
-#include "gelslam/evaluation/run_and_truth.hpp"
+#include "gelslam/evaluation/ground_truth.hpp"
 #include "gelslam/slam/surface_stream.hpp"
 
 namespace gelslam::lab {

@@ -241,8 +241,8 @@ void check_is_run(const fs::path& folder, RunNeeds needs) {
   if (needs == RunNeeds::map) refuse_unfinished(folder);
 }
 
-fs::path RunFiles::mesh() const {
-  const bool is_empty = report && report->mesh.triangles == 0;
+fs::path RunFiles::mesh_file() const {
+  const bool is_empty = folder.empty() || (report && report->mesh.triangles == 0);
   return !is_empty && fs::exists(folder / "mesh.ply") ? folder / "mesh.ply" : "";
 }
 

@@ -14,25 +14,49 @@ constexpr int kTruthSamples = 100'000;
 constexpr std::uint64_t kTruthSeed = 3;
 constexpr double kMaxTimeMismatchFrames = 0.25;
 
-void check_lengths(const GroundTruth& truth, const RunResult& run) {
-  if (run.log_frames && *run.log_frames != truth.log_frames()) {
-    throw Error("the run's log had " + std::to_string(*run.log_frames) + " frames, the truth is for " +
-                std::to_string(truth.log_frames()) + ": they do not belong together");
-  }
-  if (run.anchor_frame && *run.anchor_frame >= truth.log_frames()) {
-    throw Error("the run's anchor_frame " + std::to_string(*run.anchor_frame) + " is beyond the log's " +
-                std::to_string(truth.log_frames()) + " frames");
-  }
+/// A run's folder, or a bare .tum file. Throws Error when its trajectory is missing, empty or damaged.
+RunFiles read_run(const std::filesystem::path& folder_or_tum) {
+  if (!std::filesystem::exists(folder_or_tum))
+    throw Error("there is no " + folder_or_tum.string() + ": give a run's folder or a .tum file");
+  const bool is_folder = std::filesystem::is_directory(folder_or_tum);
+  RunFiles run;
+  if (is_folder) run = read_run_files(folder_or_tum);
+  if (run.trajectory.empty())
+    run.trajectory = read_tum(is_folder ? folder_or_tum / "trajectory.tum" : folder_or_tum);
+  if (run.trajectory.empty())
+    throw Error("the trajectory of " + folder_or_tum.string() + " is empty: nothing was tracked");
+  return run;
 }
 
-/// The truth's index for each time stamp; frames of the background, which the truth does not cover, are left
-/// out.
-std::vector<IndexedPose> match_frames(const GroundTruth& truth, const RunResult& run) {
+bool has_several_logs(const RunFiles& run) { return run.report && run.report->logs.size() > 1; }
+
+/// The log frame whose sensor frame is the frame of trajectory and mesh.
+std::optional<std::int64_t> anchor_frame(const RunFiles& run) {
+  return run.report && run.report->anchor_frame >= 0 ? std::optional(run.report->anchor_frame) : std::nullopt;
+}
+
+void check_lengths(const GroundTruth& truth, const RunFiles& run) {
+  if (!run.report) return;
+  const RunReport& report = *run.report;
+  // A run that was interrupted has seen only the beginning of its log.
+  const bool saw_all = !report.partial && report.frames.left_out == 0 && !has_several_logs(run);
+  if (saw_all && report.frames.total != truth.log_frames())
+    throw Error("the run's log had " + std::to_string(report.frames.total) + " frames, the truth is for " +
+                std::to_string(truth.log_frames()) + ": they do not belong together");
+  if (report.anchor_frame >= truth.log_frames())
+    throw Error("the run's anchor_frame " + std::to_string(report.anchor_frame) + " is beyond the log's " +
+                std::to_string(truth.log_frames()) + " frames");
+}
+
+/// The truth's index for each time stamp of the run's first log; frames of the background, which the truth
+/// does not cover, are left out.
+std::vector<IndexedPose> match_frames(const GroundTruth& truth, const RunFiles& run) {
   std::vector<IndexedPose> estimate;
   for (const StampedPose& pose : run.trajectory) {
-    const double frame = pose.time_s * truth.fps;
+    if (has_several_logs(run) && pose.time_s >= run.report->logs[1].first_time_s) continue;
+    const double time_s = pose.time_s - run.start_s(), frame = time_s * truth.fps;
     if (std::abs(frame) > 1e9 || std::abs(frame - std::round(frame)) > kMaxTimeMismatchFrames) {
-      throw Error("the trajectory's time " + std::to_string(pose.time_s) + " s is no frame of a log at " +
+      throw Error("the trajectory's time " + std::to_string(time_s) + " s is no frame of a log at " +
                   std::to_string(truth.fps) + " frames per second: times count from the log's first frame");
     }
     const int index = static_cast<int>(std::lround(frame)) - truth.background_frames;
@@ -97,9 +121,7 @@ Comparison compare_with_trajectory(const std::filesystem::path& run, const std::
   Comparison comparison;
   comparison.run = read_run(run);
   GroundTruth& truth = comparison.truth;
-  const std::vector<StampedPose> measured = read_tum(tum),
-                                 poses = read_tum(std::filesystem::is_directory(run) ? run / "trajectory.tum"
-                                                                                     : run);
+  const std::vector<StampedPose> measured = read_tum(tum), &poses = comparison.run.trajectory;
   std::vector<double> steps_s;
   for (std::size_t i = 1; i < poses.size(); ++i) steps_s.push_back(poses[i].time_s - poses[i - 1].time_s);
   truth.fps = steps_s.empty() ? truth.fps : std::min(kMaxFps, 1 / quantile(steps_s, 0.5));
@@ -129,8 +151,8 @@ Comparison compare(const std::filesystem::path& run, const std::filesystem::path
   check_lengths(truth, comparison.run);
   comparison.estimate = match_frames(truth, comparison.run);
   std::optional<int> preferred;
-  if (comparison.run.anchor_frame)
-    preferred = static_cast<int>(*comparison.run.anchor_frame) - truth.background_frames;
+  if (const auto anchor = anchor_frame(comparison.run))
+    preferred = static_cast<int>(*anchor) - truth.background_frames;
   comparison.reference_index = choose_reference_index(comparison.estimate, truth.start_T_currs, preferred);
   for (const IndexedPose& pose : comparison.estimate) {
     if (pose.index != comparison.reference_index) continue;
@@ -142,11 +164,10 @@ Comparison compare(const std::filesystem::path& run, const std::filesystem::path
 
 std::optional<PlacedMeshes> place_meshes(const Comparison& comparison) {
   const GroundTruth& truth = comparison.truth;
-  if (comparison.run.mesh_path.empty() || truth.mesh_path.empty() || !truth.object_T_start)
-    return std::nullopt;
-  return PlacedMeshes{
-      transformed(read_mesh(comparison.run.mesh_path), *truth.object_T_start * comparison.start_T_map),
-      read_mesh(truth.mesh_path)};
+  const std::filesystem::path mesh = comparison.run.mesh_file();
+  if (mesh.empty() || truth.mesh_path.empty() || !truth.object_T_start) return std::nullopt;
+  return PlacedMeshes{transformed(read_mesh(mesh), *truth.object_T_start * comparison.start_T_map),
+                      read_mesh(truth.mesh_path)};
 }
 
 Evaluation evaluate(const Comparison& comparison, const std::optional<PlacedMeshes>& meshes,
@@ -158,9 +179,11 @@ Evaluation evaluate(const Comparison& comparison, const std::optional<PlacedMesh
   evaluation.trajectory = evaluate_trajectory(comparison.estimate, truth.start_T_currs, first, truth.fps);
   evaluation.reference_s = truth.start_s;
   if (!truth.start_s) evaluation.reference_frame = first + truth.background_frames;
-  evaluation.anchor_frame = comparison.run.anchor_frame;
-  evaluation.trials = comparison.run.trials;
-  evaluation.components = comparison.run.components;
+  evaluation.anchor_frame = anchor_frame(comparison.run);
+  if (const std::optional<RunReport>& report = comparison.run.report) {
+    evaluation.trials = report->trials;
+    evaluation.components = report->components;
+  }
   if (meshes) evaluation.mesh = evaluate_meshes(*meshes, truth.touched_mm, progress);
   return evaluation;
 }

@@ -5,7 +5,6 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
-#include "gelslam/core/run_folder.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/exchange/run_export.hpp"
 #include "gelslam/image/color_map.hpp"
@@ -54,29 +53,26 @@ fs::path find_log(const fs::path& folder, const fs::path& named) {
   return fs::exists(own, code) && !fs::exists(named, code) ? own : named;
 }
 
-void add_report(RunContents& run, const RunReport& report) {
+void add_report(RunContents& run) {
+  const RunReport& report = *run.report;
   add_figures(run, report);
   run.warnings = report.warnings;
   if (report.partial) run.warnings.emplace_back("The run ended before its log did.");
   run.warnings.insert(run.warnings.end(), report.reservations.begin(), report.reservations.end());
   run.logs = report.logs;
-  if (run.logs.empty()) run.logs.push_back({report.log, run.start_s});
+  if (run.logs.empty()) run.logs.push_back({report.log, run.start_s()});
   for (auto& [name, words] : run.figures) leave_out_folders(words, run.logs);
   for (std::string& warning : run.warnings) leave_out_folders(warning, run.logs);
   for (RunReport::Log& log : run.logs) log.file = find_log(run.folder, log.file).string();
 }
 
 RunContents read_folder(const fs::path& folder) {
-  RunFiles files = read_run_files(folder);
   RunContents run;
+  static_cast<RunFiles&>(run) = read_run_files(folder);
   run.name = fs::weakly_canonical(folder).filename().string();
-  run.folder = folder;
-  if (const fs::path mesh = files.mesh(); !mesh.empty()) run.mesh = read_mesh(mesh);
-  run.trajectory = std::move(files.trajectory);
-  run.keyframes = std::move(files.keyframes);
-  run.start_s = files.start_s();
-  if (files.report)
-    add_report(run, *files.report);
+  if (const fs::path file = run.mesh_file(); !file.empty()) run.mesh = read_mesh(file);
+  if (run.report)
+    add_report(run);
   else
     run.warnings.emplace_back("There is no report.json.");
   run.logs.resize(std::max<std::size_t>(run.logs.size(), 1));

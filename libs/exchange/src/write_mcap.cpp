@@ -205,14 +205,14 @@ class RunRecorder {
     const std::span<const Eigen::Vector3i> triangles = run_.mesh.triangles;
     for (std::size_t first = 0; first < triangles.size(); first += kTrianglesInAMessage) {
       const auto part = triangles.subspan(first, std::min(kTrianglesInAMessage, triangles.size() - first));
-      write("/surface", run_.start_s,
-            scene_message("surface " + std::to_string(first / kTrianglesInAMessage), run_.start_s,
+      write("/surface", run_.start_s(),
+            scene_message("surface " + std::to_string(first / kTrianglesInAMessage), run_.start_s(),
                           "triangles", Json::array({triangles_message(run_.mesh, colors, part)})));
     }
-    write("/path", run_.start_s,
-          scene_message("path", run_.start_s, "lines", lines_message(run_.trajectory)));
-    write("/trajectory", run_.start_s, poses_message(run_.trajectory, run_.start_s));
-    write("/keyframes", run_.start_s, poses_message(run_.keyframes, run_.start_s));
+    write("/path", run_.start_s(),
+          scene_message("path", run_.start_s(), "lines", lines_message(run_.trajectory)));
+    write("/trajectory", run_.start_s(), poses_message(run_.trajectory, run_.start_s()));
+    write("/keyframes", run_.start_s(), poses_message(run_.keyframes, run_.start_s()));
   }
 
   /// Poses up to a time.

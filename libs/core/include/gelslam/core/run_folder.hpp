@@ -97,7 +97,7 @@ struct RunFiles {
   /// Of the first log, in the trajectories: Unix time, where that is known.
   double start_s() const { return report ? stamp_s(report->start_unix_us.value_or(0), 0) : 0; }
   /// mesh.ply; "" where there is none, or where it is known to have no triangles.
-  std::filesystem::path mesh() const;
+  std::filesystem::path mesh_file() const;
 };
 /// check_is_run(), and reads them. Throws Error for damaged files.
 RunFiles read_run_files(const std::filesystem::path& folder);

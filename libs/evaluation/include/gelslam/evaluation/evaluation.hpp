@@ -5,8 +5,9 @@
 #include <string>
 
 #include "gelslam/core/progress.hpp"
+#include "gelslam/core/run_folder.hpp"
+#include "gelslam/evaluation/ground_truth.hpp"
 #include "gelslam/evaluation/mesh_metrics.hpp"
-#include "gelslam/evaluation/run_and_truth.hpp"
 #include "gelslam/evaluation/trajectory_metrics.hpp"
 
 namespace gelslam {
@@ -40,7 +41,7 @@ struct PlacedMeshes {
 /// A run beside its truth, time stamps matched to frames.
 struct Comparison {
   GroundTruth truth;
-  RunResult run;
+  RunFiles run;
   std::vector<IndexedPose> estimate;
   int reference_index = 0;  ///< the frame that places the map on the truth: the anchor
   Pose start_T_map = Pose::Identity();

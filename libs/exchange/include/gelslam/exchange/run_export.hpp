@@ -7,19 +7,15 @@
 #include <vector>
 
 #include "gelslam/core/progress.hpp"
-#include "gelslam/core/run_report.hpp"
-#include "gelslam/core/trajectory.hpp"
+#include "gelslam/core/run_folder.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 
 namespace gelslam {
 
 /// What a run folder holds for other programs. For a mesh file only the name and the mesh are set.
-struct RunContents {
-  std::string name;              ///< of the folder or file, for people
-  std::filesystem::path folder;  ///< empty for a mesh file
-  Mesh mesh;                     ///< map frame, mm; empty where the run has none
-  std::vector<StampedPose> trajectory, keyframes;
-  double start_s = 0;  ///< of the first log, in the trajectory: Unix time, where that is known
+struct RunContents : RunFiles {
+  std::string name;  ///< of the folder or file, for people
+  Mesh mesh;         ///< map frame, mm; empty where the run has none
   /// At least one of a run folder; more of one that was continued, or merged.
   std::vector<RunReport::Log> logs;
   bool takes_any_log = false;  ///< pictures also of logs that are not beside the run: a report may be foreign

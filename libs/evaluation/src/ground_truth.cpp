@@ -1,4 +1,4 @@
-#include "gelslam/evaluation/run_and_truth.hpp"
+#include "gelslam/evaluation/ground_truth.hpp"
 
 #include <yaml-cpp/yaml.h>
 
@@ -12,7 +12,6 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/npy.hpp"
-#include "gelslam/core/run_folder.hpp"
 
 namespace gelslam {
 namespace {
@@ -157,48 +156,6 @@ GroundTruth read_ground_truth(const std::filesystem::path& folder) {
   if (const auto touched = folder / "touched.npy"; std::filesystem::exists(touched))
     truth.touched_mm = read_points(touched);
   return truth;
-}
-
-namespace {
-
-/// Of a run of several logs the first one's poses are compared.
-void keep_first_log(const RunReport& report, RunResult& run) {
-  if (report.logs.size() < 2) return;
-  const double end_s = report.logs[1].first_time_s;
-  std::erase_if(run.trajectory, [&](const StampedPose& pose) { return pose.time_s >= end_s; });
-  run.log_frames.reset();
-}
-
-void add_report(const RunFiles& files, RunResult& run) {
-  run.mesh_path = files.mesh();
-  if (!files.report) return;
-  const RunReport& report = *files.report;
-  if (report.anchor_frame >= 0) run.anchor_frame = report.anchor_frame;
-  run.trials = report.trials;
-  run.components = report.components;
-  // A run that was interrupted has seen only the beginning of its log.
-  if (!report.partial && report.frames.left_out == 0) run.log_frames = report.frames.total;
-  keep_first_log(report, run);
-  for (StampedPose& pose : run.trajectory)
-    pose.time_s -= files.start_s();  // the truth's times count from there
-}
-
-}  // namespace
-
-RunResult read_run(const std::filesystem::path& folder_or_tum) {
-  if (!std::filesystem::exists(folder_or_tum))
-    throw Error("there is no " + folder_or_tum.string() + ": give a run's folder or a .tum file");
-  RunResult run;
-  RunFiles files;
-  const bool is_folder = std::filesystem::is_directory(folder_or_tum);
-  if (is_folder) files = read_run_files(folder_or_tum);
-  run.trajectory = files.trajectory;
-  if (run.trajectory.empty())
-    run.trajectory = read_tum(is_folder ? folder_or_tum / "trajectory.tum" : folder_or_tum);
-  if (run.trajectory.empty())
-    throw Error("the trajectory of " + folder_or_tum.string() + " is empty: nothing was tracked");
-  if (is_folder) add_report(files, run);
-  return run;
 }
 
 }  // namespace gelslam

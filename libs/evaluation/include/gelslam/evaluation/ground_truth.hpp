@@ -1,12 +1,10 @@
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <vector>
 
 #include "gelslam/core/se3.hpp"
-#include "gelslam/core/trajectory.hpp"
 
 namespace gelslam {
 
@@ -33,20 +31,5 @@ std::filesystem::path truth_file(const std::filesystem::path& folder);
 /// folder or the truth is missing or damaged, nothing ever touches, a pose is not rigid, or the truth is of
 /// another length than the log.
 GroundTruth read_ground_truth(const std::filesystem::path& folder);
-
-/// The results of a run that are judged. Counts are absent where there is no report.json.
-struct RunResult {
-  std::vector<StampedPose> trajectory;
-  std::optional<std::int64_t>
-      anchor_frame;  ///< log frame whose sensor frame is the frame of trajectory and mesh
-  std::optional<std::int64_t> log_frames;  ///< absent too when the run was interrupted or left frames out
-  std::optional<int> trials;
-  std::optional<int> components;
-  std::filesystem::path mesh_path;  ///< empty where the run made none, or one without triangles
-};
-
-/// Reads a run's folder (trajectory.tum; report.json and mesh.ply where present) or a bare .tum file.
-/// Throws Error when the trajectory is missing, empty or damaged, or report.json is.
-RunResult read_run(const std::filesystem::path& folder_or_tum);
 
 }  // namespace gelslam
