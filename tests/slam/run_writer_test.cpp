@@ -11,7 +11,6 @@
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/slam/store.hpp"
-#include "run_folder/growing_run.hpp"
 
 namespace gelslam {
 namespace {
@@ -66,9 +65,9 @@ TEST(RunFolderFiles, LoopsThatAreContradictedAreNotInTheGraph) {
 }
 
 /// Of a folder that holds a scan.
-std::shared_ptr<slam::detail::GrowingRun> resume(const std::filesystem::path& folder) {
+slam::detail::GrowingRun resume(const std::filesystem::path& folder) {
   const ContinuedScan scan{{}, std::make_shared<const FolderLock>(folder)};
-  return slam::detail::GrowingRun::resume(folder, scan, "", false, Config{});
+  return slam::detail::resume_run(folder, scan, "", false, Config{});
 }
 
 TEST(RunFolderFiles, TimesAreThoseOfTheClockIfEveryFrameKnowsIt) {
@@ -102,19 +101,19 @@ TEST(GrowingRun, ASessionThatCannotBeWrittenAgainStays) {
   std::string message;
   {
     const FileSizeLimit limit(session.size() - 1);
-    message = message_of([&] { run->save({Config{}, map, {}, {}}, false); });
+    message = message_of([&] { run.save({Config{}, map, {}, {}}, false); });
   }
   EXPECT_THAT(message, HasSubstr((folder / "session.db: cannot be written").string()));
   EXPECT_TRUE(read_bytes(folder / "session.db") == session);
   std::filesystem::create_directory(folder / "saving.tmp");
   write_bytes(folder / "saving.tmp/hand.avi", "pictures");
   EXPECT_THAT(message_of([&] {
-                run->save({Config{}, map, {}, {}}, false);
+                run.save({Config{}, map, {}, {}}, false);
               }),
               HasSubstr("saving.tmp/hand.avi: is not of this program"));
   EXPECT_EQ(read_bytes(folder / "saving.tmp/hand.avi"), "pictures");
   std::filesystem::remove(folder / "saving.tmp/hand.avi");
-  run->save({Config{}, map, {}, {}}, false);
+  run.save({Config{}, map, {}, {}}, false);
   EXPECT_EQ(read_scan(folder.path(), {}).frames.size(), 201u);
   EXPECT_EQ(load_session(folder.path()).warning, "");
   EXPECT_FALSE(std::filesystem::exists(folder / "saving.tmp"));
@@ -135,7 +134,7 @@ TEST(GrowingRun, WritesIntoNoOtherRun) {
   const std::string session = read_bytes(folder / "RUN/session.db"),
                     report = read_bytes(folder / "RUN/report.json");
   EXPECT_THAT(message_of([&] {
-                run->save({Config{}, map, {}, {}}, true);
+                run.save({Config{}, map, {}, {}}, true);
               }),
               HasSubstr("RUN: was moved or removed during the scan; fuse it where it is now"));
   EXPECT_EQ(read_bytes(folder / "RUN/report.json"), report);

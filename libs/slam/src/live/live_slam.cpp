@@ -11,7 +11,7 @@
 #include "gelslam/sensor/log_recorder.hpp"
 #include "gelslam/slam/pose_stream.hpp"
 #include "live/live_stages.hpp"
-#include "run_folder/growing_run.hpp"
+#include "run_folder/run_writer.hpp"
 
 namespace gelslam {
 
@@ -19,14 +19,13 @@ using namespace slam::detail;
 
 namespace {
 
-/// Null: nothing is kept.
-std::shared_ptr<GrowingRun> run_of(const LiveOptions& options) {
-  if (options.run_folder.empty()) return nullptr;
+/// None: nothing is kept.
+std::optional<GrowingRun> run_of(const LiveOptions& options) {
+  if (options.run_folder.empty()) return std::nullopt;
   const bool records = options.record.has_value();
-  return options.continued ? GrowingRun::resume(options.run_folder, *options.continued, options.log, records,
-                                                options.config)
-                           : GrowingRun::begin({options.run_folder, options.overwrite, options.log, records},
-                                               options.config);
+  return options.continued
+             ? resume_run(options.run_folder, *options.continued, options.log, records, options.config)
+             : begin_run({options.run_folder, options.overwrite, options.log, records}, options.config);
 }
 
 std::unique_ptr<LogRecorder> recorder_of(const LiveOptions& options, const RawFrameSource& source,
@@ -79,7 +78,7 @@ class LiveSlam final : public LiveSession, private LiveContext {
   TrackingStage tracking_{*this};
   FusionStage fusion_{*this};
   MappingStage mapping_{*this, fusion_};
-  std::shared_ptr<GrowingRun> run_;
+  std::optional<GrowingRun> run_;
   std::unique_ptr<LogRecorder> recorder_;  // null: nothing is recorded
   std::atomic<bool> paused_{false}, leaves_out_{false}, stopped_{false};
   std::string session_doubt_;  // once written_: why the session is not whole, or ""
@@ -116,9 +115,9 @@ void LiveSlam::start() {
   make_threads();
   run_ = run_of(options);
   if (!so_far.parts.empty()) so_far.parts.pop_back();
-  if (run_) so_far.parts.push_back(run_->part());
+  if (run_) so_far.parts.push_back(run_->part);
   slam.emplace(options.config.slam, so_far, &measured);
-  if (run_ && options.record) recorder_ = recorder_of(options, *source_, run_->log());
+  if (run_ && options.record) recorder_ = recorder_of(options, *source_, run_->log);
   ready_.set_value();
 }
 
@@ -236,13 +235,13 @@ void LiveSlam::finish() {
     board.show_saved(saved.map);
     options.mesh_feed->set_whole(saved.mesh);
   }
-  board.set_words(run_ ? "done: saved in " + run_->folder().string() : "done", TrackStatus::background);
+  board.set_words(run_ ? "done: saved in " + run_->folder.string() : "done", TrackStatus::background);
 }
 
 Run LiveSlam::save(SlamMap map, bool partial, ProgressSink& progress) {
   const LiveStatus status = board.status();
   RunReport known;
-  if (const auto& log = options.record && run_ ? run_->log() : options.log; !log.empty())
+  if (const auto& log = options.record && run_ ? run_->log : options.log; !log.empty())
     known.log = std::filesystem::absolute(log).lexically_normal().string();
   known.log_description = status.source;
   known.warnings = status.warnings;
@@ -278,7 +277,7 @@ LiveStatus LiveSlam::status() const {
     status.words = std::move(absence);
     status.track = TrackStatus::lost;
   }
-  if (run_) status.run_folder = run_->folder().string();
+  if (run_) status.run_folder = run_->folder.string();
   const std::lock_guard lock(mutex_);
   status.failure = failure_in_words_;
   status.drift_mm = report_.uncertainty.drift_mm.amount;
@@ -316,7 +315,7 @@ RunReport LiveSlam::wait() {
 
 void check_run_folder(const LiveOptions& options) {
   if (!options.run_folder.empty() && !options.continued)
-    GrowingRun::check({options.run_folder, options.overwrite, options.log});
+    check_run({options.run_folder, options.overwrite, options.log});
 }
 
 std::unique_ptr<LiveSession> begin_live_scan(std::unique_ptr<RawFrameSource> source,

@@ -7,7 +7,7 @@
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/gel_slam.hpp"
 #include "gelslam/slam/surface_stream.hpp"
-#include "run_folder/growing_run.hpp"
+#include "run_folder/run_writer.hpp"
 
 namespace gelslam {
 
@@ -65,17 +65,17 @@ Run reconstruct(const ReconstructRequest& request, ProgressSink& progress,
   const std::filesystem::path &log = request.input.log, &continued_run = request.continued_run;
   const NewRun wanted{request.run_folder, request.overwrite, log, false, continued_run};
   const bool is_kept = !request.run_folder.empty();
-  if (is_kept) GrowingRun::check(wanted);
+  if (is_kept) check_run(wanted);
   StageTimer timer;
   ScanRecord so_far;
   if (!continued_run.empty()) so_far = continue_scan(continued_run, config, log);
   SurfaceStream stream(request.input, config, timer);
   if (continued_run.empty()) so_far.parts = {part_of(config, log)};
-  std::shared_ptr<GrowingRun> folder;
+  std::optional<GrowingRun> folder;
   SessionQueue measured{1};
   std::future<std::string> session_doubt;
   if (is_kept) {
-    folder = GrowingRun::begin(wanted, config, so_far.next_frame());
+    folder = begin_run(wanted, config, so_far.next_frame());
     session_doubt = std::async(std::launch::async, [&] { return folder->write_session(measured); });
   }
   const QueueCloser end{measured};

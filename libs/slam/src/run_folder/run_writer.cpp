@@ -1,5 +1,9 @@
 #include "run_folder/run_writer.hpp"
 
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
 #include <map>
 
 #include "gelslam/backend/g2o.hpp"
@@ -12,6 +16,9 @@
 #include "gelslam/slam/store.hpp"
 
 namespace gelslam {
+
+using namespace slam::detail;
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -66,6 +73,10 @@ std::string in_run(std::string message) {
   return at == std::string::npos ? message : message.erase(at, on_the_way.size());
 }
 
+RunFolderOptions options_for(const NewRun& wanted) {
+  return {.overwrite = wanted.overwrite, .inputs = {wanted.input, wanted.continued_run}};
+}
+
 }  // namespace
 
 void write_run(const fs::path& folder, const Run& run) {
@@ -114,6 +125,60 @@ void replace_results(const fs::path& run, const std::function<void(const fs::pat
     if (fs::exists(saved / file, code)) move_file(saved / file, run / file);
   sync_folder(run);
   fs::remove_all(saved, code);
+}
+
+void slam::detail::check_run(const NewRun& wanted) { check_run_folder(wanted.folder, options_for(wanted)); }
+
+GrowingRun slam::detail::begin_run(const NewRun& wanted, const Config& config, std::int64_t first_frame) {
+  RunFolder run(wanted.folder, options_for(wanted));
+  const fs::path path = run.final_path(), log = path / "log.mkv";
+  ScanPart part = part_of(config, wanted.records ? log : wanted.input);
+  part.first_frame = first_frame;
+  const bool continues = !wanted.continued_run.empty();
+  continues ? copy_store(wanted.continued_run, run.path()) : begin_store(run.path(), part);
+  write_file_atomically(run.path() / "config.yaml", write_config(config));
+  RunReport nothing_saved;
+  nothing_saved.partial = true;
+  nothing_saved.saved = false;
+  write_file_atomically(run.path() / "report.json", report_json(nothing_saved));
+  return {path, log, std::move(part), continues, std::make_shared<const FolderLock>(run.commit())};
+}
+
+GrowingRun slam::detail::resume_run(const fs::path& folder, const ContinuedScan& scan, const fs::path& input,
+                                    bool records, const Config& config) {
+  std::error_code code;
+  const fs::path path = fs::canonical(folder, code);
+  if (code) throw Error(folder.string() + ": cannot be reached: " + code.message());
+  if (::access((path / "session.db").c_str(), W_OK) != 0 || ::access(path.c_str(), W_OK) != 0)
+    throw Error(folder.string() + ": cannot be continued: " + std::strerror(errno));
+  fs::path log = path / "log.mkv";
+  for (int part = 2; fs::exists(log, code); ++part) log = path / ("log-" + std::to_string(part) + ".mkv");
+  ScanPart part = part_of(config, records ? log : input);
+  part.first_frame = scan.record.next_frame();
+  return {path, std::move(log), std::move(part), true, scan.lock};
+}
+
+std::string GrowingRun::write_session(SessionQueue& measured) const {
+  const QueueCloser end{measured};
+  try {
+    Store store(folder);
+    if (continues) store.add(part);
+    while (const auto work = measured.pop()) (*work)(store);
+    store.flush();
+    return "";
+  } catch (const std::exception& error) {  // whatever it is, the scan goes on
+    return error.what();
+  }
+}
+
+void GrowingRun::save(const Run& run, bool session_is_whole) const {
+  if (!lock->is_of(folder))
+    throw Error(folder.string() + ": was moved or removed during the scan; fuse it where it is now");
+  const auto write = [&](const fs::path& saving) {
+    write_results(saving, run);
+    if (!session_is_whole) write_store(saving, run.map);
+  };
+  replace_results(folder, write, &run.map);
 }
 
 }  // namespace gelslam

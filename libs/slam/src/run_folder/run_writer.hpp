@@ -2,7 +2,11 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
+#include <string>
 
+#include "gelslam/slam/continue_scan.hpp"
+#include "gelslam/slam/gel_slam.hpp"
 #include "gelslam/slam/reconstruct.hpp"
 
 namespace gelslam {
@@ -10,7 +14,7 @@ namespace gelslam {
 /// Writes every file of a run into the existing `folder` (docs/file-formats.md). Throws Error when the disk
 /// is full.
 void write_run(const std::filesystem::path& folder, const Run& run);
-/// The same without the session, which a live scan has written while it went on.
+/// The same without the session, which a scan has written while it went on.
 void write_results(const std::filesystem::path& folder, const Run& run);
 
 /// Replaces files of a run, which is locked, by those that `write` puts into a folder: results, and the
@@ -19,4 +23,42 @@ void write_results(const std::filesystem::path& folder, const Run& run);
 void replace_results(const std::filesystem::path& run,
                      const std::function<void(const std::filesystem::path&)>& write, const SlamMap* map);
 
+namespace slam::detail {
+
+struct NewRun {
+  std::filesystem::path folder;
+  bool overwrite = false;
+  std::filesystem::path input = {};          ///< never replaced; empty: a camera
+  bool records = false;                      ///< a log is to grow in it
+  std::filesystem::path continued_run = {};  ///< whose session it begins with; never replaced
+};
+
+/// The run folder of a scan that is still going on: it is there from the start, for what grows (session,
+/// log), and its other files are replaced whole at its end.
+struct GrowingRun {
+  std::filesystem::path folder;
+  std::filesystem::path log;  ///< log.mkv; of a part that continues a scan log-2.mkv, log-3.mkv, ...
+  ScanPart part;              ///< what is scanned now
+  bool continues = false;     ///< the session does not have `part` yet
+  std::shared_ptr<const FolderLock> lock;
+
+  /// Writes what comes into the session until the queue is closed. Returns why it could not, then closes it;
+  /// or "".
+  std::string write_session(SessionQueue& measured) const;
+
+  /// Throws Error when the disk is full, or the folder may not be written or was moved; what was saved before
+  /// is then still there. `session_is_whole`: the session holds what was measured, else it is written.
+  void save(const Run& run, bool session_is_whole) const;
+};
+
+/// Throws Error where begin_run() would. Makes nothing.
+void check_run(const NewRun& wanted);
+/// Makes the folder with what is known at the start, its session included. Its report says that nothing was
+/// saved yet. `first_frame`: of what is scanned now. Throws Error like RunFolder.
+GrowingRun begin_run(const NewRun& wanted, const Config& config, std::int64_t first_frame = 0);
+/// The folder of a scan that is continued. Throws Error when the folder cannot be written.
+GrowingRun resume_run(const std::filesystem::path& folder, const ContinuedScan& scan,
+                      const std::filesystem::path& input, bool records, const Config& config);
+
+}  // namespace slam::detail
 }  // namespace gelslam
