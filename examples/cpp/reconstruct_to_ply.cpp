@@ -10,7 +10,8 @@ int main(int argc, char** argv) try {
   input.log = argv[1];
   if (argc > 3) input.model = argv[3];
   gelslam::NoProgress silent;
-  const gelslam::Run run = gelslam::reconstruct(input, resolve_config(input), silent, [] { return false; });
+  const gelslam::Run run =
+      gelslam::reconstruct({.input = input, .config = resolve_config(input)}, silent, [] { return false; });
   write_mesh(argv[2], run.mesh);  // meters
   // save_run("RUN", run) writes all of it: trajectory, keyframes, pose graph, report.
   std::cout << run.map.trajectory().size() << " poses, " << run.mesh.vertices_mm.size() << " vertices\n";

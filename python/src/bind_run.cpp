@@ -293,7 +293,8 @@ PythonRun reconstruct_log(const fs::path& log, const OptionalPath& model, const 
     LogInput named{log, config.value_or(""), model.value_or(""), background.value_or(""), force, {}, cropped};
     if (background_frames) named.background_frames = {background_frames->first, background_frames->second};
     const LogInput input = with_settings_of_run(std::move(named), continued);
-    run = python_run(reconstruct(input, resolve_config(input), sink, stop_by_signal, continued));
+    run = python_run(reconstruct(
+        {.input = input, .config = resolve_config(input), .continued_run = continued}, sink, stop_by_signal));
   }
   warn_of(run);
   return run;

@@ -95,12 +95,6 @@ Run reconstruct(const ReconstructRequest& request, ProgressSink& progress,
   return run;
 }
 
-Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progress,
-                const std::function<bool()>& stop_requested, const std::filesystem::path& continued_run) {
-  return reconstruct({.input = input, .config = config, .continued_run = continued_run}, progress,
-                     stop_requested);
-}
-
 void save_run(const std::filesystem::path& path, const Run& run, bool overwrite) {
   RunFolder folder(path, {.overwrite = overwrite, .inputs = {run.report.log}});
   write_run(folder.path(), run);

@@ -21,12 +21,19 @@ struct Run {
   RunReport report;
 };
 
-/// A recorded log becomes a map and its mesh: tracking, loop closure, pose graph, refinement, fusion.
-/// `config` is that of resolve_config(); `continued_run`: the run folder whose scan this log continues. When
-/// `stop_requested` turns true it ends with what it has, and the summary says partial. Throws Error on a
-/// mistake in the input.
-Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progress,
-                const std::function<bool()>& stop_requested, const std::filesystem::path& continued_run = {});
+struct ReconstructRequest {
+  LogInput input;
+  Config config;                             ///< from resolve_config()
+  std::filesystem::path run_folder = {};     ///< empty: none
+  bool overwrite = false;                    ///< of the run folder
+  std::filesystem::path continued_run = {};  ///< whose scan this log continues; empty: a new scan
+};
+/// A recorded log becomes a map and its mesh: tracking, loop closure, pose graph, refinement, fusion. A run
+/// folder is there from the first frame on: its session grows with every keyframe, as that of a live scan.
+/// When `stop_requested` turns true it ends with what it has, and the summary says partial. Throws Error on a
+/// mistake in the input, and as save_run(), where possible before the work begins.
+Run reconstruct(const ReconstructRequest& request, ProgressSink& progress,
+                const std::function<bool()>& stop_requested);
 
 /// The end of every scan: its map is fused, and both are counted. `report`: what only the scan knows, its
 /// log, warnings, and whether it ended early. `start`: of the work. `progress` may be null.
@@ -45,18 +52,5 @@ Mesh fuse_map(const SlamMap& map, const FusionOptions& options, ProgressSink* pr
 /// Writes a run folder (docs/file-formats.md), whole or not at all. Throws Error when the folder exists and
 /// is not to be replaced, or holds what is not ours, or the disk is full.
 void save_run(const std::filesystem::path& folder, const Run& run, bool overwrite = false);
-
-/// The same, and a run folder, which is there from the first frame on: its session grows with every keyframe,
-/// as that of a live scan. Returns what it wrote. Throws Error as save_run(), where possible before the work
-/// begins.
-struct ReconstructRequest {
-  LogInput input;
-  Config config;                          ///< from resolve_config()
-  std::filesystem::path run_folder = {};  ///< empty: none
-  bool overwrite = false;
-  std::filesystem::path continued_run = {};  ///< empty: a new scan
-};
-Run reconstruct(const ReconstructRequest& request, ProgressSink& progress,
-                const std::function<bool()>& stop_requested);
 
 }  // namespace gelslam
