@@ -115,55 +115,47 @@ std::uint32_t number_of(const std::string& log) {
 
 }  // namespace
 
-struct Store::Impl {
-  explicit Impl(const fs::path& run) : database(session_file(run), Access::write) {}
-
-  /// All of it or nothing, with the frames that wait.
-  template <typename Work>
-  void write(const Work& work) {
-    const std::vector<FrameRecord> frames = std::exchange(waiting, {});
-    database.transact([&] {
-      insert(database, frames);
-      work();
-    });
-  }
-
-  Database database;
-  std::vector<FrameRecord> waiting;
-};
-
-Store::Store(const fs::path& run) : impl_(std::make_unique<Impl>(run)) {}
+Store::Store(const fs::path& run) : database_(std::make_unique<Database>(session_file(run), Access::write)) {}
 Store::~Store() = default;
 
+/// All of it or nothing, with the frames that wait.
+void Store::write(const std::function<void()>& work) {
+  const std::vector<FrameRecord> frames = std::exchange(waiting_, {});
+  database_->transact([&] {
+    insert(*database_, frames);
+    work();
+  });
+}
+
 void Store::add(const ScanPart& part) {
-  impl_->write([&] { insert(impl_->database, part); });
+  write([&] { insert(*database_, part); });
 }
 
 void Store::add(const FrameRecord& frame) {
-  impl_->waiting.push_back(frame);
-  if (impl_->waiting.size() >= kFramesAtOnce) flush();
+  waiting_.push_back(frame);
+  if (waiting_.size() >= kFramesAtOnce) flush();
 }
 
 void Store::add(const NewKeyframe& added) {
-  impl_->write([&] {
-    insert(impl_->database, *added.keyframe);
-    if (added.edge) insert(impl_->database, std::vector{*added.edge});
+  write([&] {
+    insert(*database_, *added.keyframe);
+    if (added.edge) insert(*database_, std::vector{*added.edge});
   });
 }
 
 void Store::add_loops(int keyframe, const std::vector<PoseGraphEdge>& loops) {
-  impl_->write([&] {
-    insert(impl_->database, loops);
-    insert_searched(impl_->database, keyframe);
+  write([&] {
+    insert(*database_, loops);
+    insert_searched(*database_, keyframe);
   });
 }
 
 void Store::flush() {
-  impl_->write([] {});
+  write([] {});
 }
 
 void Store::set_map(const SlamMap& map) {
-  impl_->write([&] { insert(impl_->database, map); });
+  write([&] { insert(*database_, map); });
 }
 
 void begin_store(const fs::path& run, const ScanPart& part) {

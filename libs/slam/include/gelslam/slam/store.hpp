@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,6 +12,10 @@
 #include "gelslam/slam/slam_map.hpp"
 
 namespace gelslam {
+
+namespace slam::detail {
+class Database;
+}
 
 /// session.db of a run folder (docs/file-formats.md): what a scan has measured, and its map. It grows with
 /// every keyframe. After kill -9 or a power loss everything is there that was written up to the last keyframe
@@ -32,8 +37,10 @@ class Store {
   void set_map(const SlamMap& map);  ///< replaces it
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  void write(const std::function<void()>& work);
+
+  std::unique_ptr<slam::detail::Database> database_;
+  std::vector<FrameRecord> waiting_;  ///< to be written
 };
 
 /// Makes the session of a new scan, to go on with.
