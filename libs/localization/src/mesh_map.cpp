@@ -145,11 +145,10 @@ std::optional<PosedSurface> touch_at(const SurfacePlace& place, const Shape& sha
   const GelView view = seen.optics.view(gel);
   std::array<cv::Mat1f, 2> slope;
   cv::split(view.slope - seen.rest.slope, slope.data());
-  // GradientSurfaces erodes what it is given: together this closes the pits that the gel bridges.
-  const int closed_px = 2 * (options.camera.size.height / 48) + 1;
   cv::Mat1b touched;
   cv::remap(gel.contact, touched, view.place_px, cv::noArray(), cv::INTER_NEAREST);
-  cv::dilate(touched, touched, cv::getStructuringElement(cv::MORPH_RECT, {closed_px, closed_px}));
+  // GradientSurfaces erodes what it is given: together this closes the pits that the gel bridges.
+  cv::dilate(touched, touched, GradientSurfaces::border(options.camera.size));
   PosedSurface patch;
   patch.surface = GradientSurfaces(options.camera).make(slope[0], slope[1], touched);
   patch.map_T_keyframe = sensor_T_object->inverse();

@@ -11,19 +11,17 @@ namespace gelslam {
 using namespace surface::detail;
 
 struct GradientSurfaces::Impl {
-  explicit Impl(const CameraModel& model)
-      : camera(model),
-        integrator(camera),
-        leveler(camera.size),
-        border(cv::getStructuringElement(
-            cv::MORPH_RECT, cv::Size(2 * (camera.size.height / 48) + 1, 2 * (camera.size.height / 48) + 1))) {
-  }
+  explicit Impl(const CameraModel& model) : camera(model), integrator(camera), leveler(camera.size) {}
 
   CameraModel camera;
   HeightIntegrator integrator;
   BareGelLeveler leveler;
-  cv::Mat border;
 };
+
+cv::Mat GradientSurfaces::border(cv::Size picture) {
+  const int side_px = 2 * (picture.height / 48) + 1;
+  return cv::getStructuringElement(cv::MORPH_RECT, {side_px, side_px});
+}
 
 GradientSurfaces::GradientSurfaces(const CameraModel& camera) : impl_(std::make_unique<Impl>(camera)) {}
 GradientSurfaces::~GradientSurfaces() = default;
@@ -47,7 +45,7 @@ SurfacePtr GradientSurfaces::make(const cv::Mat1f& relative_gx, const cv::Mat1f&
   surface->zero_is_bare_gel = impl_->leveler.level(relief_px, blocks, impl_->integrator.solver()).seen;
   surface->height_mm = impl_->integrator.relief_mm(relief_px);
   impl_->integrator.to_height(surface->height_mm);
-  cv::erode(touched != 0, surface->contact, impl_->border);
+  cv::erode(touched != 0, surface->contact, border(touched.size()));
   surface->contact_pixels = cv::countNonZero(surface->contact);
   surface->normals = normals_from_gradient(gx, gy);
   surface->curvature = curvature_in_contact(gx, gy, surface->contact);
