@@ -5,7 +5,6 @@
 #include "commands.hpp"
 #include "gelslam/slam/config.hpp"
 #include "live_command.hpp"
-#include "simulated_camera.hpp"
 
 namespace gelslam {
 namespace {
@@ -21,7 +20,7 @@ int run(ScanArguments arguments) {
   if (!arguments.log.empty()) return run_live_log(arguments.log, arguments.live, arguments.every_frame);
   LiveArguments& live = arguments.live;
   if (live.run_folder.empty() && live.continued.empty()) live.run_folder = name_by_time();
-  const bool is_simulated = arguments.device == simulated_camera_name();
+  const bool is_simulated = arguments.device == "simulated";
   if (is_simulated && live.log.model.empty()) live.log.model = simulated_camera_model().string();
   const Config config = live.config("");
   return run_live(live.options(config), live, [&]() -> LiveFrames {

@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "../support/data_folder.hpp"
+#include "gelslam/calibration/calibrate.hpp"
 #include "gelslam/calibration/circle_finder.hpp"
 #include "gelslam/calibration/model_check.hpp"
-#include "gelslam/calibration/model_trainer.hpp"
 #include "gelslam/core/median.hpp"
 #include "gelslam/surface/model_file.hpp"
 

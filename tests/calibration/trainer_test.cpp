@@ -6,8 +6,8 @@
 
 #include "../support/temporary_folder.hpp"
 #include "gelslam/calibration/ball_zones.hpp"
+#include "gelslam/calibration/calibrate.hpp"
 #include "gelslam/calibration/model_check.hpp"
-#include "gelslam/calibration/model_trainer.hpp"
 #include "gelslam/calibration/press_coverage.hpp"
 #include "gelslam/surface/slopes.hpp"
 #include "simulated_presses.hpp"

@@ -2,7 +2,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "../support/round_touch.hpp"
-#include "scene/touch_mesh.hpp"
 #include "scene_fixture.hpp"
 
 namespace gelslam::test {

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
-#include "gelslam/calibration/model_trainer.hpp"
+#include "gelslam/calibration/calibrate.hpp"
 #include "gelslam/calibration/slope_statistics.hpp"
 #include "gelslam/surface/slopes.hpp"
 

@@ -1,10 +1,9 @@
-#include "gelslam/calibration/model_trainer.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
 
+#include "gelslam/calibration/calibrate.hpp"
 #include "gelslam/core/error.hpp"
 #include "training/color_field.hpp"
 

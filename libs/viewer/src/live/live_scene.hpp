@@ -10,7 +10,7 @@
 #include "gelslam/viewer/orbit_camera.hpp"
 #include "gelslam/viewer/scene.hpp"
 #include "gelslam/viewer/ui.hpp"
-#include "scene/touch_mesh.hpp"
+#include "scene/scene_touch.hpp"
 
 namespace gelslam::viewer::detail {
 

@@ -1,6 +1,5 @@
 #include "scene/scene_touch.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <opencv2/imgproc.hpp>
