@@ -2,10 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <functional>
-#include <optional>
-#include <string>
-#include <vector>
 
 #include "gelslam/calibration/press_set.hpp"
 #include "gelslam/surface/model_file.hpp"

@@ -1,5 +1,3 @@
-#include <fmt/core.h>
-
 #include <cstdint>
 #include <filesystem>
 #include <iomanip>

@@ -1,6 +1,5 @@
 #include "patch_places.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <string>

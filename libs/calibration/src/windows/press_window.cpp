@@ -1,6 +1,5 @@
 #include "windows/press_window.hpp"
 
-#include <algorithm>
 #include <opencv2/imgproc.hpp>
 
 #include "gelslam/core/error.hpp"

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <opencv2/core/mat.hpp>
-#include <vector>
 
 namespace gelslam::surface::detail {
 

@@ -1,6 +1,5 @@
 #include "live/live_window.hpp"
 
-#include <algorithm>
 #include <system_error>
 #include <utility>
 
