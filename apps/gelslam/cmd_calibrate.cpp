@@ -1,4 +1,3 @@
-
 #include "calibrate_commands.hpp"
 #include "command_line.hpp"
 #include "commands.hpp"
@@ -31,11 +30,10 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("calibrate", "Make and judge a sensor's model from presses of a ball");
   command->require_subcommand(1);
-  add_calibrate_check_command(*command, exit_code);
-  add_calibrate_collect_command(*command, exit_code);
-  add_calibrate_optics_command(*command, exit_code);
-  add_calibrate_scale_command(*command, exit_code);
-  add_calibrate_train_command(*command, exit_code);
+  for (const auto add :
+       {add_calibrate_check_command, add_calibrate_collect_command, add_calibrate_optics_command,
+        add_calibrate_scale_command, add_calibrate_train_command})
+    add(*command, exit_code);
   command->footer(
       "The usual order: collect, train, check.\n"
       "Example: gelslam calibrate collect -o PRESSES --diameter 6.35 && gelslam calibrate train PRESSES -o "

@@ -1,6 +1,5 @@
 #include <fmt/core.h>
 
-#include <memory>
 #include <opencv2/core.hpp>
 
 #include "calibrate_commands.hpp"
@@ -49,7 +48,7 @@ bool is_trained_on(const CalibrationRecord& record, const PressSet& set, const M
          cv::norm(record.background_cells, background_cells(set.background), cv::NORM_INF) < kRoundingLevels;
 }
 
-int run_check(CheckArguments arguments) {
+int run_check(CheckArguments& arguments) {
   if (std::filesystem::is_directory(arguments.model) &&
       std::filesystem::is_regular_file(arguments.presses.folder))
     throw Error("'" + arguments.model.string() + "' is a folder, and '" + arguments.presses.folder.string() +
@@ -80,14 +79,13 @@ int run_check(CheckArguments arguments) {
 
 void add_calibrate_check_command(CLI::App& calibrate, int& exit_code) {
   CLI::App* command = calibrate.add_subcommand("check", "Judge a model on presses of balls");
-  const auto arguments = std::make_shared<CheckArguments>();
-  command->add_option("MODEL", arguments->model, "Model to judge (ours or nnmodel.pth)")->required();
-  arguments->presses.add_to(*command);
+  auto& arguments = options_of(*command, exit_code, run_check);
+  command->add_option("MODEL", arguments.model, "Model to judge (ours or nnmodel.pth)")->required();
+  arguments.presses.add_to(*command);
   command->footer(
       "Presses without a label are labeled automatically. Prints good, usable or recalibrate, and why.\n"
       "Use presses that the model was not trained on. Exit code 1: recalibrate.\n"
       "Example: gelslam calibrate check model.json PRESSES");
-  command->callback([arguments, &exit_code] { exit_code = run_check(*arguments); });
 }
 
 }  // namespace gelslam

@@ -97,7 +97,7 @@ void run_in_window(CollectSession& session, LabelSession& labels, const PressWin
   if (failure) std::rethrow_exception(failure);
 }
 
-int run_collect(CollectArguments arguments) {
+int run_collect(CollectArguments& arguments) {
   CollectOptions& collect = arguments.collect;
   if (!arguments.input.empty() && !fs::exists(arguments.input))
     throw Error(quoted(arguments.input) + ": no such file or folder");
@@ -151,16 +151,16 @@ int run_collect(CollectArguments arguments) {
 void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code) {
   CLI::App* command =
       calibrate.add_subcommand("collect", "Collect ball presses automatically, and label them");
-  const auto arguments = std::make_shared<CollectArguments>();
-  CollectOptions& collect = arguments->collect;
+  auto& arguments = options_of(*command, exit_code, run_collect);
+  CollectOptions& collect = arguments.collect;
   CLI::Option* input = command->add_option(
-      "INPUT", arguments->input,
+      "INPUT", arguments.input,
       "Instead of a camera: a log of presses, or a calibration folder whose presses are to be labeled");
   command->add_option("-o,--output", collect.folder, "Calibration folder: a new one, or one to continue");
   command->add_option("--diameter", collect.diameter_mm, "Diameter of the ball, mm")
       ->check(number_between(0.5, 100.0));
   command
-      ->add_option("--camera", arguments->device,
+      ->add_option("--camera", arguments.device,
                    "Camera: /dev/video2, 2, or part of its name (default: the configuration's)")
       ->excludes(input);
   command
@@ -169,13 +169,13 @@ void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code) {
                    "each ninth of the gel")
       ->transform(whole_number(1, 1000))
       ->capture_default_str();
-  command->add_option("--config", arguments->config, "The sensor's configuration");
+  command->add_option("--config", arguments.config, "The sensor's configuration");
   command->add_flag("--force", collect.any_background,
                     "Take the first still pictures as the bare gel, whatever they show");
   command->add_flag("--headless", collect.headless,
                     "No window: messages in the terminal; ends when there are enough presses. Of a folder, "
                     "every clear contact is accepted");
-  add_quiet_flag(*command, arguments->quiet);
+  add_quiet_flag(*command, arguments.quiet);
   command->footer(
       "Begin with nothing on the gel. Press, hold still, lift; Ctrl-C ends, and all presses are kept.\n"
       "Backspace shows a press. Move its circle with the mouse or the arrow keys; Enter accepts it, X leaves "
@@ -183,7 +183,6 @@ void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code) {
       "Exit code 1: presses are still missing, not clear, or not decided yet.\n"
       "Example: gelslam calibrate collect -o PRESSES --diameter 6.35\n"
       "         gelslam calibrate collect PRESSES");
-  command->callback([arguments, &exit_code] { exit_code = run_collect(*arguments); });
 }
 
 }  // namespace gelslam

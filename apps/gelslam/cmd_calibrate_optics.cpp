@@ -1,7 +1,6 @@
 #include <fmt/core.h>
 
 #include <iostream>
-#include <memory>
 
 #include "calibrate_commands.hpp"
 #include "command_line.hpp"
@@ -77,20 +76,19 @@ int run_optics(const OpticsArguments& arguments) {
 
 void add_calibrate_optics_command(CLI::App& calibrate, int& exit_code) {
   CLI::App* command = calibrate.add_subcommand("optics", "Find lens, camera distance and dome of a sensor");
-  const auto arguments = std::make_shared<OpticsArguments>();
-  command->add_option("LOG", arguments->input.log, "Log of a textured thing slid over the gel")->required();
-  command->add_option("--config", arguments->input.config,
+  auto& arguments = options_of(*command, exit_code, run_optics);
+  command->add_option("LOG", arguments.input.log, "Log of a textured thing slid over the gel")->required();
+  command->add_option("--config", arguments.input.config,
                       "Configuration (default: the log's own, else config.yaml in or beside it)");
-  command->add_option("--model", arguments->input.model, "Gradient model (default: the log's own)");
-  command->add_option("-o,--output", arguments->output, "optics.yaml to write");
-  add_overwrite_flag(*command, arguments->overwrite);
-  add_quiet_flag(*command, arguments->quiet);
+  command->add_option("--model", arguments.input.model, "Gradient model (default: the log's own)");
+  command->add_option("-o,--output", arguments.output, "optics.yaml to write");
+  add_overwrite_flag(*command, arguments.overwrite);
+  add_quiet_flag(*command, arguments.quiet);
   command->footer(
       "Slide something with texture over the whole gel for twenty seconds, turn and tilt it. Put the result "
       "beside catalog.csv and train again.\n"
       "Exit code 1: the log does not show all numbers; those stay as they were.\n"
       "Example: gelslam calibrate optics slide.mkv --model model.json -o PRESSES/optics.yaml");
-  command->callback([arguments, &exit_code] { exit_code = run_optics(*arguments); });
 }
 
 }  // namespace gelslam

@@ -2,7 +2,6 @@
 
 #include <Eigen/LU>
 #include <iostream>
-#include <memory>
 
 #include "calibrate_commands.hpp"
 #include "command_line.hpp"
@@ -78,24 +77,23 @@ int run_scale(const ScaleArguments& arguments) {
 void add_calibrate_scale_command(CLI::App& calibrate, int& exit_code) {
   CLI::App* command =
       calibrate.add_subcommand("scale", "Correct the slopes of another sensor's model by presses of a ball");
-  const auto arguments = std::make_shared<ScaleArguments>();
-  command->add_option("LOG", arguments->input.log, "Log in which a ball is pressed in, at several places")
+  auto& arguments = options_of(*command, exit_code, run_scale);
+  command->add_option("LOG", arguments.input.log, "Log in which a ball is pressed in, at several places")
       ->required();
-  command->add_option("--diameter", arguments->diameter_mm, "Of the ball, mm")
+  command->add_option("--diameter", arguments.diameter_mm, "Of the ball, mm")
       ->required()
       ->check(CLI::Range(0.5, 100.0));
-  command->add_option("--config", arguments->input.config,
+  command->add_option("--config", arguments.input.config,
                       "Configuration (default: the log's own, else config.yaml in or beside it)");
-  command->add_option("--model", arguments->input.model, "Gradient model (default: the log's own)");
-  command->add_option("-o,--output", arguments->output, "Corrected model to write (JSON)")->required();
-  add_overwrite_flag(*command, arguments->overwrite);
-  add_quiet_flag(*command, arguments->quiet);
+  command->add_option("--model", arguments.input.model, "Gradient model (default: the log's own)");
+  command->add_option("-o,--output", arguments.output, "Corrected model to write (JSON)")->required();
+  add_overwrite_flag(*command, arguments.overwrite);
+  add_quiet_flag(*command, arguments.quiet);
   command->footer(
       "Takes a minute: record with nothing on the gel, then press any ball of known diameter in at ten "
       "places. Presses differ by 0.15, so that one alone tells little. A model of the sensor itself "
       "(calibrate train) is better.\n"
       "Example: gelslam calibrate scale ball.mkv --model nnmini.pt --diameter 6 -o model.json");
-  command->callback([arguments, &exit_code] { exit_code = run_scale(*arguments); });
 }
 
 }  // namespace gelslam

@@ -1,7 +1,6 @@
 #include <fmt/core.h>
 
 #include <iostream>
-#include <memory>
 
 #include "calibrate_commands.hpp"
 #include "command_line.hpp"
@@ -21,7 +20,7 @@ struct TrainArguments {
   bool automatic = false, overwrite = false;
 };
 
-int run_train(TrainArguments arguments) {
+int run_train(TrainArguments& arguments) {
   check_output_file(arguments.output, arguments.overwrite);
   check_output_file(arguments.pth, arguments.overwrite);
   StoppableProgress progress(arguments.presses.quiet);
@@ -59,24 +58,23 @@ int run_train(TrainArguments arguments) {
 
 void add_calibrate_train_command(CLI::App& calibrate, int& exit_code) {
   CLI::App* command = calibrate.add_subcommand("train", "Train a model on labeled presses");
-  const auto arguments = std::make_shared<TrainArguments>();
-  arguments->presses.add_to(*command);
+  auto& arguments = options_of(*command, exit_code, run_train);
+  arguments.presses.add_to(*command);
   command
-      ->add_option("-o,--output", arguments->output,
+      ->add_option("-o,--output", arguments.output,
                    "Model to write: PyTorch format if it ends in .pth, else GelSLAM's own")
       ->required();
-  command->add_option("--pth", arguments->pth, "Also write the model in PyTorch format (nnmodel.pth)");
+  command->add_option("--pth", arguments.pth, "Also write the model in PyTorch format (nnmodel.pth)");
   command
-      ->add_option("--steps", arguments->steps,
+      ->add_option("--steps", arguments.steps,
                    "Training steps (default 36000, about 90 s; fewer: quicker, worse)")
       ->transform(whole_number(1, 1'000'000));
-  command->add_flag("--automatic", arguments->automatic,
+  command->add_flag("--automatic", arguments.automatic,
                     "Label presses that have no label, for this run only");
-  add_overwrite_flag(*command, arguments->overwrite);
+  add_overwrite_flag(*command, arguments.overwrite);
   command->footer(
       "The same presses give the same model. Exit code 1 when the model is written but poor.\n"
       "Example: gelslam calibrate train PRESSES -o model.json --pth nnmodel.pth");
-  command->callback([arguments, &exit_code] { exit_code = run_train(*arguments); });
 }
 
 }  // namespace gelslam

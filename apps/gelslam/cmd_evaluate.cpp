@@ -29,13 +29,14 @@ Evaluation judge(const EvaluateArguments& arguments, ProgressSink& progress) {
   return evaluate(comparison, place_meshes(comparison), &progress);
 }
 
-void run_evaluate(const EvaluateArguments& arguments) {
+int run_evaluate(const EvaluateArguments& arguments) {
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const Evaluation evaluation = judge(arguments, *progress);
   if (!arguments.quiet && compares_meshes(arguments))
     for (const std::filesystem::path& mesh : {arguments.run, arguments.truth}) say_mesh_unit(mesh);
   std::cout << (arguments.json ? to_json(evaluation) : to_table(evaluation));
   warn(evaluation.doubt());
+  return kExitDone;
 }
 
 }  // namespace
@@ -43,24 +44,20 @@ void run_evaluate(const EvaluateArguments& arguments) {
 void add_evaluate_command(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("evaluate", "Measure a run's trajectory and mesh against ground truth");
-  const auto arguments = std::make_shared<EvaluateArguments>();
+  auto& arguments = options_of(*command, exit_code, run_evaluate);
   command
-      ->add_option("RUN", arguments->run,
+      ->add_option("RUN", arguments.run,
                    "Run folder (trajectory.tum, report.json, mesh.ply), .tum file, or mesh (PLY, OBJ or STL)")
       ->required();
   command
-      ->add_option("--truth", arguments->truth,
+      ->add_option("--truth", arguments.truth,
                    "Data folder with true_start_T_currs.npy (and gt_mesh.ply, touched.npy); or the sensor's "
                    "trajectory "
                    "by another system, as motion capture (.tum); of a mesh its true shape, in the same frame")
       ->required();
-  command->add_flag("--json", arguments->json, "Print JSON instead of a table");
-  add_quiet_flag(*command, arguments->quiet);
+  command->add_flag("--json", arguments.json, "Print JSON instead of a table");
+  add_quiet_flag(*command, arguments.quiet);
   command->footer("Example: gelslam evaluate RUN --truth DATA --json > results.json");
-  command->callback([arguments, &exit_code] {
-    run_evaluate(*arguments);
-    exit_code = kExitDone;
-  });
 }
 
 }  // namespace gelslam

@@ -3,10 +3,8 @@
 #include <filesystem>
 #include <iostream>
 #include <map>
-#include <memory>
 #include <set>
 #include <string>
-#include <vector>
 
 #include "command_line.hpp"
 #include "commands.hpp"
@@ -181,7 +179,7 @@ std::string write_output(const ExportArguments& a, const RunContents& run, Progr
                      run.mesh.triangles.size(), short_name(unit_of(a)));
 }
 
-int run_export(const ExportArguments& a) {
+int export_run(const ExportArguments& a) {
   check_output(a);
   const auto say = [&](const std::string& sentence) {
     if (!a.quiet) print_line(sentence);
@@ -240,25 +238,26 @@ void add_options(CLI::App& command, ExportArguments& a) {
   add_quiet_flag(command, a.quiet);
 }
 
+int run_export(const ExportArguments& a) {
+  try {
+    return export_run(a);
+  } catch (const Stopped&) {
+    throw Error("stopped: the file is not written");
+  }
+}
+
 }  // namespace
 
 void add_export_command(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("export", "Write a run for other programs: mesh, web page, MCAP, or trajectory");
-  const auto arguments = std::make_shared<ExportArguments>();
-  add_options(*command, *arguments);
+  auto& arguments = options_of(*command, exit_code, run_export);
+  add_options(*command, arguments);
   command->footer(
       "Example: gelslam export RUN -o object.stl\n"
       "Example: gelslam export RUN -o body.stl --watertight --close\n"
       "Example: gelslam export RUN -o object.html --max-error-mm 0.01\n"
       "Example: gelslam export RUN -o run.mcap");
-  command->callback([arguments, &exit_code] {
-    try {
-      exit_code = run_export(*arguments);
-    } catch (const Stopped&) {
-      throw Error("stopped: the file is not written");
-    }
-  });
 }
 
 }  // namespace gelslam

@@ -41,8 +41,12 @@ int join(const FuseArguments& arguments) {
 
 int fuse_one(const FuseArguments& arguments) {
   const std::string& run = arguments.runs.front();
-  const FuseRequest request{run, arguments.output,  arguments.overwrite, arguments.voxel_size_mm,
-                            {},  arguments.keep_all};
+  const FuseRequest request{.run = run,
+                            .output = arguments.output,
+                            .overwrite = arguments.overwrite,
+                            .voxel_size_mm = arguments.voxel_size_mm,
+                            .truncation_mm = std::nullopt,
+                            .keep_all = arguments.keep_all};
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const FuseSummary summary = fuse_run(request, *progress, [&] { return interrupt.requested(); });
@@ -58,35 +62,36 @@ int fuse_one(const FuseArguments& arguments) {
   return summary.mesh.triangles == 0 ? kExitNotGood : kExitDone;
 }
 
+int run_fuse(const FuseArguments& arguments) {
+  return arguments.runs.size() > 1 ? join(arguments) : fuse_one(arguments);
+}
+
 }  // namespace
 
 void add_fuse_command(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<FuseArguments>();
   CLI::App* command = app.add_subcommand(
       "fuse", "Make a run's mesh again with other settings, without its log, or join scans of one object");
+  auto& arguments = options_of(*command, exit_code, run_fuse);
   command
       ->add_option(
-          "RUN", arguments->runs,
+          "RUN", arguments.runs,
           "Run folder; two or more, of one sensor, are joined: the first one's configuration is used")
       ->required();
   CLI::Option* output =
-      command->add_option("-o,--output", arguments->output,
+      command->add_option("-o,--output", arguments.output,
                           "Run folder to write: RUN with the new mesh, without its logs (default: RUN's own "
                           "mesh is replaced), or the joined runs");
-  command->add_flag("--overwrite", arguments->overwrite, "Replace that folder if it is there")->needs(output);
-  command->add_option("--voxel-size-mm", arguments->voxel_size_mm, "Edge of the mesh's cells")
+  command->add_flag("--overwrite", arguments.overwrite, "Replace that folder if it is there")->needs(output);
+  command->add_option("--voxel-size-mm", arguments.voxel_size_mm, "Edge of the mesh's cells")
       ->check(number_between(0.01, 10));
-  command->add_flag("--keep-all", arguments->keep_all,
+  command->add_flag("--keep-all", arguments.keep_all,
                     "Keep islands of the mesh: below 1 mm2, or that a single keyframe shows");
-  add_quiet_flag(*command, arguments->quiet);
+  add_quiet_flag(*command, arguments.quiet);
   command->footer(
       "If the scan was killed, the map is made first. Scans join where they show the same places. The exit "
       "code is 1\nwhen something did not join.\n"
       "Example: gelslam fuse runs/pebble --voxel-size-mm 0.05 -o runs/pebble-fine\n"
       "         gelslam fuse runs/top runs/bottom -o runs/whole");
-  command->callback([arguments, &exit_code] {
-    exit_code = arguments->runs.size() > 1 ? join(*arguments) : fuse_one(*arguments);
-  });
 }
 
 }  // namespace gelslam

@@ -1,7 +1,6 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -37,32 +36,34 @@ std::string info_json(const InfoReport& report) {
   return object.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+struct InfoArguments {
+  std::filesystem::path path;
+  int track = 0;
+  bool json = false, quiet = false;
+};
+
+int run_info(const InfoArguments& arguments) {
+  const InfoReport report = inspect(arguments.path, arguments.track, *make_progress(arguments.quiet));
+  std::cout << (arguments.json ? info_json(report) : info_text(report));
+  return report.problems.empty() ? kExitDone : kExitNotGood;
+}
+
 }  // namespace
 
 void add_info_command(CLI::App& app, int& exit_code) {
-  struct Arguments {
-    std::filesystem::path path;
-    int track = 0;
-    bool json = false, quiet = false;
-  };
   CLI::App* command =
       app.add_subcommand("info", "Say what a file or folder is, whether it is whole, and what takes it");
-  const auto arguments = std::make_shared<Arguments>();
+  auto& arguments = options_of(*command, exit_code, run_info);
   command
-      ->add_option("PATH", arguments->path,
+      ->add_option("PATH", arguments.path,
                    "Log, video, folder of images, data folder, run, session, trajectory, surface folder, "
                    "calibration presses, model, configuration or mesh")
       ->required();
-  command->add_flag("--json", arguments->json, "Print one JSON object for another program");
-  add_track_option(*command, arguments->track);
-  add_quiet_flag(*command, arguments->quiet);
+  command->add_flag("--json", arguments.json, "Print one JSON object for another program");
+  add_track_option(*command, arguments.track);
+  add_quiet_flag(*command, arguments.quiet);
   command->footer(
       "Example: gelslam info RUN --json\nExit code 1: something is wrong with it; the output says what.");
-  command->callback([arguments, &exit_code] {
-    const InfoReport report = inspect(arguments->path, arguments->track, *make_progress(arguments->quiet));
-    std::cout << (arguments->json ? info_json(report) : info_text(report));
-    exit_code = report.problems.empty() ? kExitDone : kExitNotGood;
-  });
 }
 
 }  // namespace gelslam

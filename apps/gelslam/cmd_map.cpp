@@ -1,6 +1,5 @@
 #include <fmt/core.h>
 
-#include <memory>
 #include <optional>
 #include <string>
 
@@ -54,26 +53,25 @@ int run_map(const MapArguments& arguments) {
 void add_map_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
       "map", "Make a map for localization from a mesh of an object that was never touched");
-  const auto a = std::make_shared<MapArguments>();
-  command->add_option("MESH", a->mesh, "Closed mesh of the object (STL, OBJ or PLY)")->required();
+  auto& a = options_of(*command, exit_code, run_map);
+  command->add_option("MESH", a.mesh, "Closed mesh of the object (STL, OBJ or PLY)")->required();
   command
-      ->add_option("--unit,--units", a->unit,
+      ->add_option("--unit,--units", a.unit,
                    "Unit of a mesh file that notes none (default: mm for STL and OBJ, m for PLY)")
       ->check(CLI::IsMember({"mm", "cm", "in", "m"}));
-  command->add_option("-o,--output", a->output, "Map folder to write")->required();
-  add_overwrite_flag(*command, a->overwrite);
-  command->add_option("--config", a->config,
+  command->add_option("-o,--output", a.output, "Map folder to write")->required();
+  add_overwrite_flag(*command, a.overwrite);
+  command->add_option("--config", a.config,
                       "Configuration of the sensor: picture size, pixel pitch and optics");
   command
-      ->add_option("--touches", a->options.max_touches,
+      ->add_option("--touches", a.options.max_touches,
                    "Most touches to simulate, about 0.1 s each on one core")
       ->transform(whole_number(1, 100'000))
       ->capture_default_str();
-  add_quiet_flag(*command, a->quiet);
+  add_quiet_flag(*command, a.quiet);
   command->footer(
       "Example: gelslam map part.stl -o part_map\n"
       "         gelslam track --camera --model nnmodel.pth --map part_map --format ndjson");
-  command->callback([a, &exit_code] { exit_code = run_map(*a); });
 }
 
 }  // namespace gelslam

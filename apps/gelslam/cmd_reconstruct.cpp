@@ -32,7 +32,7 @@ int run_served(const ReconstructArguments& arguments) {
   return run_live_log(arguments.log, live, /*every_frame=*/true);
 }
 
-int run(const ReconstructArguments& arguments) {
+int run_reconstruct(const ReconstructArguments& arguments) {
   if (!arguments.serve.address.empty()) return run_served(arguments);
   const LogInput input = with_settings_of_run(arguments.settings.input(arguments.log), arguments.continued);
   const ReconstructRequest request{input, resolve_config(input), arguments.run_folder, arguments.overwrite,
@@ -47,24 +47,23 @@ int run(const ReconstructArguments& arguments) {
 }  // namespace
 
 void add_reconstruct_command(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<ReconstructArguments>();
   CLI::App* command = app.add_subcommand("reconstruct", "Turn a recorded log into a mesh and a trajectory");
+  auto& arguments = options_of(*command, exit_code, run_reconstruct);
   command
-      ->add_option("LOG", arguments->log,
+      ->add_option("LOG", arguments.log,
                    "Recorded log, video, folder of images, or data folder (config.yaml, gelsight.avi)")
       ->required();
-  arguments->settings.add_to(*command);
-  command->add_option("-o,--output", arguments->run_folder, "Run folder to write")->required();
+  arguments.settings.add_to(*command);
+  command->add_option("-o,--output", arguments.run_folder, "Run folder to write")->required();
   CLI::Option* continued = command->add_option(
-      "--continue", arguments->continued,
+      "--continue", arguments.continued,
       "Run folder that the log continues: the same object, sensor and model. It stays as it is");
-  command->add_flag("--overwrite", arguments->overwrite, "Replace the run folder if it is there");
-  add_serve_option(*command, arguments->serve)->excludes(continued);
-  add_quiet_flag(*command, arguments->quiet);
+  command->add_flag("--overwrite", arguments.overwrite, "Replace the run folder if it is there");
+  add_serve_option(*command, arguments.serve)->excludes(continued);
+  add_quiet_flag(*command, arguments.quiet);
   command->footer(
       "Example: gelslam reconstruct data/pebble -o runs/pebble\n"
       "         gelslam reconstruct more.mkv --continue runs/pebble -o runs/pebble-more");
-  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
 
 }  // namespace gelslam

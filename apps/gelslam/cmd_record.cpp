@@ -56,7 +56,7 @@ void record_all(const RecordArguments& arguments, const Config& config, RawFrame
   }
 }
 
-int run(const RecordArguments& arguments) {
+int run_record(const RecordArguments& arguments) {
   const fs::path log =
       arguments.output.empty() ? fs::path(name_by_time() + ".mkv") : fs::path(arguments.output);
   std::error_code code;
@@ -92,31 +92,30 @@ int run(const RecordArguments& arguments) {
 }  // namespace
 
 void add_record_command(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<RecordArguments>();
   CLI::App* command = app.add_subcommand(
       "record", "Record a sensor into a log that can be reconstructed, replayed and shared");
-  command->add_option("-o,--output", arguments->output, "Log to write (default: gelslam-DATE-TIME.mkv here)");
+  auto& arguments = options_of(*command, exit_code, run_record);
+  command->add_option("-o,--output", arguments.output, "Log to write (default: gelslam-DATE-TIME.mkv here)");
   auto* device =
-      command->add_option("--camera", arguments->device,
+      command->add_option("--camera", arguments.device,
                           "Camera: a path, a number or part of its name (default: the configuration's, else "
                           "the one that looks like the sensor)");
   command
-      ->add_option("--from", arguments->from, "Another log instead of a camera: converts videos and folders")
+      ->add_option("--from", arguments.from, "Another log instead of a camera: converts videos and folders")
       ->excludes(device);
-  command->add_option("--seconds", arguments->seconds, "Stop after this many seconds (default: at Ctrl-C)")
+  command->add_option("--seconds", arguments.seconds, "Stop after this many seconds (default: at Ctrl-C)")
       ->check(number_between(0.01, 1e6));
   command->add_flag(
-      "--resized", arguments->resized,
+      "--resized", arguments.resized,
       "Store the resized pictures that tracking uses, without loss (PNG), instead of the camera's own");
-  command->add_option("--config", arguments->config, "Configuration to use and to store in the log");
-  command->add_option("--model", arguments->model, "Gradient model nnmodel.pth to store in the log");
-  add_track_option(*command, arguments->track);
-  add_keep_free_option(*command, arguments->keep_free_bytes);
-  add_quiet_flag(*command, arguments->quiet);
+  command->add_option("--config", arguments.config, "Configuration to use and to store in the log");
+  command->add_option("--model", arguments.model, "Gradient model nnmodel.pth to store in the log");
+  add_track_option(*command, arguments.track);
+  add_keep_free_option(*command, arguments.keep_free_bytes);
+  add_quiet_flag(*command, arguments.quiet);
   command->footer(
       "Example: gelslam record --model nnmodel.pth --seconds 60 -o scan.mkv\n"
       "Exit code 1: nothing was recorded, or not all (disk full or too slow).");
-  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
 
 }  // namespace gelslam

@@ -1,4 +1,3 @@
-#include <memory>
 #include <string>
 
 #include "camera_input.hpp"
@@ -16,7 +15,7 @@ struct ScanArguments {
   LiveArguments live;
 };
 
-int run(ScanArguments arguments) {
+int run_scan(ScanArguments& arguments) {
   if (!arguments.log.empty()) return run_live_log(arguments.log, arguments.live, arguments.every_frame);
   LiveArguments& live = arguments.live;
   if (live.run_folder.empty() && live.continued.empty()) live.run_folder = name_by_time();
@@ -34,30 +33,29 @@ int run(ScanArguments arguments) {
 }  // namespace
 
 void add_scan_command(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<ScanArguments>();
   CLI::App* command =
       app.add_subcommand("scan", "Roll an object across the sensor and watch its surface grow");
+  auto& arguments = options_of(*command, exit_code, run_scan);
   CLI::Option* log = command->add_option(
-      "LOG", arguments->log, "Instead of a camera: a log (.mkv), video, folder of images, or data folder");
+      "LOG", arguments.log, "Instead of a camera: a log (.mkv), video, folder of images, or data folder");
   command
-      ->add_option("--camera", arguments->device,
+      ->add_option("--camera", arguments.device,
                    "Camera: /dev/video2, 2, or part of its name (default: the configuration's); "
                    "\"simulated\" for one to try the program with")
       ->excludes(log);
-  command->add_flag("--no-log", arguments->no_log, "Do not record the camera's pictures")->excludes(log);
+  command->add_flag("--no-log", arguments.no_log, "Do not record the camera's pictures")->excludes(log);
   command
-      ->add_flag("--every-frame", arguments->every_frame,
+      ->add_flag("--every-frame", arguments.every_frame,
                  "Play LOG as fast as possible without dropping a frame")
       ->needs(log);
-  arguments->live.add_to(*command);
-  add_keep_free_option(*command, arguments->live.keep_free_bytes);
+  arguments.live.add_to(*command);
+  add_keep_free_option(*command, arguments.live.keep_free_bytes);
   command->footer(
       "Begin with nothing on the gel. Ctrl-C stops and saves; a second one saves at once what there is.\n"
       "Without a camera: gelslam scan --camera simulated, or gelslam scan LOG.\n"
       "Example: gelslam scan --model nnmodel.pth -o runs/shell\n"
       "         gelslam scan --continue runs/shell\n"
       "         gelslam scan runs/shell/log.mkv -o runs/shell-again");
-  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
 
 }  // namespace gelslam

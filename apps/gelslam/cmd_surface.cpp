@@ -5,7 +5,6 @@
 #include <cmath>
 #include <filesystem>
 #include <iostream>
-#include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <span>
@@ -194,26 +193,25 @@ int run_surface(const SurfaceArguments& arguments) {
 void add_surface_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
       "surface", "Height, normals, contact and curvature of one image, as pictures and a mesh");
-  const auto arguments = std::make_shared<SurfaceArguments>();
+  auto& arguments = options_of(*command, exit_code, run_surface);
   command
-      ->add_option("IMAGE", arguments->image,
+      ->add_option("IMAGE", arguments.image,
                    "Picture of the touched gel (calibrated size, or raw from the camera)")
       ->required();
-  command->add_option("--background", arguments->background, "Picture of the same gel untouched")->required();
-  command->add_option("--config", arguments->config,
+  command->add_option("--background", arguments.background, "Picture of the same gel untouched")->required();
+  command->add_option("--config", arguments.config,
                       "The sensor's configuration (default: config.yaml beside IMAGE, else GelSight Mini)");
-  command->add_option("--model", arguments->model,
+  command->add_option("--model", arguments.model,
                       "The sensor's gradient model nnmodel.pth (default: the one the configuration names)");
-  command->add_option("-o,--output", arguments->output, "Folder to write")->required();
-  command->add_flag("--force", arguments->force, "Continue although background or picture seem to be wrong");
-  add_overwrite_flag(*command, arguments->overwrite);
-  add_quiet_flag(*command, arguments->quiet);
+  command->add_option("-o,--output", arguments.output, "Folder to write")->required();
+  command->add_flag("--force", arguments.force, "Continue although background or picture seem to be wrong");
+  add_overwrite_flag(*command, arguments.overwrite);
+  add_quiet_flag(*command, arguments.quiet);
   command->footer(
       "Writes height_mm.npy (NumPy, 32-bit float), height.png, normals.png, contact.png, curvature.png, "
       "surface.ply.\n"
       "Exit code 1: nothing touches the gel, or picture and background do not belong together.\n"
       "Example: gelslam surface touch.png --background background.png --model nnmodel.pth -o TOUCH");
-  command->callback([arguments, &exit_code] { exit_code = run_surface(*arguments); });
 }
 
 }  // namespace gelslam

@@ -65,7 +65,7 @@ void check(const ViewArguments& arguments, const ViewContent& content, const Sce
   if (arguments.time_s) throw Error("--time needs a run folder with its session");
 }
 
-void view(const ViewArguments& arguments) {
+int run_view(const ViewArguments& arguments) {
   check_output_file(arguments.snapshot, arguments.overwrite);
   ViewWindowOptions options;
   std::tie(options.width_px, options.height_px) = parse_size(arguments.size);
@@ -83,47 +83,45 @@ void view(const ViewArguments& arguments) {
   if (!arguments.quiet) say_reservations(arguments.source);
   if (arguments.snapshot.empty()) {
     options.title = content.name + " - GelSLAM";
-    return run_view_window(std::move(content), std::move(second), options);
+    run_view_window(std::move(content), std::move(second), options);
+    return kExitDone;
   }
   progress->begin("drawing", std::nullopt);
   write_view_snapshot(std::move(content), std::move(second), options, arguments.snapshot);
   progress->end();
   if (!arguments.quiet) print_line("wrote " + arguments.snapshot.string());
+  return kExitDone;
 }
 
 }  // namespace
 
 void add_view_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("view", "Look at a run or a mesh");
-  const auto a = std::make_shared<ViewArguments>();
-  command->add_option("SOURCE", a->source, "Run folder, or a mesh file (PLY, OBJ, STL)")->required();
+  auto& a = options_of(*command, exit_code, run_view);
+  command->add_option("SOURCE", a.source, "Run folder, or a mesh file (PLY, OBJ, STL)")->required();
   auto* compare =
-      command->add_option("--compare", a->compare, "Run folder or mesh in the same frame, shown beside it");
+      command->add_option("--compare", a.compare, "Run folder or mesh in the same frame, shown beside it");
   command
-      ->add_option("--truth", a->truth,
+      ->add_option("--truth", a.truth,
                    "Data folder of the run's log, or a mesh in the same frame: the true surface")
       ->excludes(compare);
   command
-      ->add_option("--snapshot", a->snapshot,
+      ->add_option("--snapshot", a.snapshot,
                    "Write a picture (PNG) instead of opening a window; needs no display")
       ->check(refuse_unless_png);
-  command->add_option("--size", a->size, "Size of the window or picture in pixels")->capture_default_str();
-  command->add_option("--shading", a->shading, "Shading of the surface")
+  command->add_option("--size", a.size, "Size of the window or picture in pixels")->capture_default_str();
+  command->add_option("--shading", a.shading, "Shading of the surface")
       ->check(CLI::IsMember({"clay", "curvature"}))
       ->capture_default_str();
   command
-      ->add_option("--color", a->color, "What colors show (default: plain; with a second surface: distance)")
+      ->add_option("--color", a.color, "What colors show (default: plain; with a second surface: distance)")
       ->check(CLI::IsMember({"plain", "confidence", "height", "distance"}));
-  command->add_option("--time", a->time_s, "Show touch, keyframes and trajectory of this second of the log");
-  command->add_flag("--trajectory", a->trajectory, "Show the sensor's trajectory");
-  command->add_flag("--graph", a->graph, "Show keyframes and the edges between them");
-  add_overwrite_flag(*command, a->overwrite);
-  add_quiet_flag(*command, a->quiet);
+  command->add_option("--time", a.time_s, "Show touch, keyframes and trajectory of this second of the log");
+  command->add_flag("--trajectory", a.trajectory, "Show the sensor's trajectory");
+  command->add_flag("--graph", a.graph, "Show keyframes and the edges between them");
+  add_overwrite_flag(*command, a.overwrite);
+  add_quiet_flag(*command, a.quiet);
   command->footer("Example: gelslam view RUN\nExample: gelslam view RUN --truth DATA --snapshot view.png");
-  command->callback([a, &exit_code] {
-    view(*a);
-    exit_code = kExitDone;
-  });
 }
 
 }  // namespace gelslam

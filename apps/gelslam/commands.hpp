@@ -1,6 +1,8 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <memory>
+#include <type_traits>
 
 namespace gelslam {
 
@@ -12,9 +14,17 @@ inline constexpr int kExitInternalError = 3;  ///< our mistake
 /// Plus the signal's number: stopped before the end of its work (130: Ctrl-C). What it has saved stays.
 inline constexpr int kExitStoppedBySignal = 128;
 
+/// Options of a command, to be filled by its line; `run` does the work then and returns the exit code.
+template <typename Options>
+std::remove_const_t<Options>& options_of(CLI::App& command, int& exit_code, int (*run)(Options&)) {
+  const auto options = std::make_shared<std::remove_const_t<Options>>();
+  command.callback([options, run, &exit_code] { exit_code = run(*options); });
+  return *options;
+}
+
 /// Each command lives in its own cmd_<name>.cpp: it adds a subcommand with its options, an example as footer,
-/// and a callback that does the work and sets `exit_code`. Mistakes are thrown as Error; main prints them.
-/// One line here and one in main.cpp per command, in alphabetical order.
+/// and a function that does the work. Mistakes are thrown as Error; main prints them.
+/// Here and in main.cpp they are in alphabetical order.
 void add_calibrate_command(CLI::App& app, int& exit_code);
 void add_devices_command(CLI::App& app, int& exit_code);
 void add_evaluate_command(CLI::App& app, int& exit_code);

@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <csignal>
 #include <exception>
 #include <filesystem>
@@ -19,20 +18,11 @@ namespace gelslam {
 namespace {
 
 void add_commands(CLI::App& app, int& exit_code) {
-  add_calibrate_command(app, exit_code);
-  add_devices_command(app, exit_code);
-  add_evaluate_command(app, exit_code);
-  add_export_command(app, exit_code);
-  add_fuse_command(app, exit_code);
-  add_info_command(app, exit_code);
-  add_map_command(app, exit_code);
-  add_reconstruct_command(app, exit_code);
-  add_record_command(app, exit_code);
-  add_scan_command(app, exit_code);
-  add_simulate_command(app, exit_code);
-  add_surface_command(app, exit_code);
-  add_track_command(app, exit_code);
-  add_view_command(app, exit_code);
+  for (const auto add :
+       {add_calibrate_command, add_devices_command, add_evaluate_command, add_export_command,
+        add_fuse_command, add_info_command, add_map_command, add_reconstruct_command, add_record_command,
+        add_scan_command, add_simulate_command, add_surface_command, add_track_command, add_view_command})
+    add(app, exit_code);
 }
 
 /// The subcommand (or its subcommand) that was asked for, else the program itself. Its full name is appended
