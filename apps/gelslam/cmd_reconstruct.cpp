@@ -35,8 +35,11 @@ int run_served(const ReconstructArguments& arguments) {
 int run_reconstruct(const ReconstructArguments& arguments) {
   if (!arguments.serve.address.empty()) return run_served(arguments);
   const LogInput input = with_settings_of_run(arguments.settings.input(arguments.log), arguments.continued);
-  const ReconstructRequest request{input, resolve_config(input), arguments.run_folder, arguments.overwrite,
-                                   arguments.continued};
+  const ReconstructRequest request{.input = input,
+                                   .config = resolve_config(input),
+                                   .run_folder = arguments.run_folder,
+                                   .overwrite = arguments.overwrite,
+                                   .continued_run = arguments.continued};
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const RunReport report = reconstruct(request, *progress, [&] { return interrupt.requested(); }).report;

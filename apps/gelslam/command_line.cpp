@@ -77,10 +77,14 @@ void add_track_option(CLI::App& command, int& track) {
 }
 
 LogInput LogOptions::input(const std::string& log) const {
-  LogInput input{log, config, model, background, force, named_frames()};
-  input.counts_from_start = time == "start";
-  input.track = track;
-  return input;
+  return {.log = log,
+          .config = config,
+          .model = model,
+          .background = background,
+          .force = force,
+          .background_frames = named_frames(),
+          .counts_from_start = time == "start",
+          .track = track};
 }
 
 std::optional<FrameRange> LogOptions::named_frames() const {

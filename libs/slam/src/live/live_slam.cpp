@@ -246,7 +246,11 @@ Run LiveSlam::save(SlamMap map, bool partial, ProgressSink& progress) {
   known.log_description = status.source;
   known.warnings = status.warnings;
   known.partial = partial;
-  known.live = {status.rate_hz, status.frames, status.lost_by_camera, status.dropped, status.damaged};
+  known.live = {.rate_hz = status.rate_hz,
+                .arrived = status.frames,
+                .lost_by_camera = status.lost_by_camera,
+                .dropped = status.dropped,
+                .damaged = status.damaged};
   Run finished = finish_scan(options.config, std::move(map), std::move(known), timer, begin_, &progress);
   {
     const std::lock_guard lock(mutex_);

@@ -63,7 +63,10 @@ Run reconstruct(const ReconstructRequest& request, ProgressSink& progress,
   const auto start = std::chrono::steady_clock::now();
   const Config& config = request.config;
   const std::filesystem::path &log = request.input.log, &continued_run = request.continued_run;
-  const NewRun wanted{request.run_folder, request.overwrite, log, false, continued_run};
+  const NewRun wanted{.folder = request.run_folder,
+                      .overwrite = request.overwrite,
+                      .input = log,
+                      .continued_run = continued_run};
   const bool is_kept = !request.run_folder.empty();
   if (is_kept) check_run(wanted);
   StageTimer timer;

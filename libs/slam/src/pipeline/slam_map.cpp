@@ -62,8 +62,14 @@ MapSnapshot snapshot_of(const ScanRecord& scan, const std::vector<PoseGraphEdge>
   MapSnapshot snapshot;
   for (const auto& [id, component] : solution.component_of_node) {
     const Keyframe& keyframe = *scan.keyframes[index(id)];
-    snapshot.nodes.push_back({id, keyframe.frame, keyframe.trial, component, solution.component_T_node.at(id),
-                              keyframe.surface, keyframe.trial_T_keyframe, -1, placed[index(id)]});
+    snapshot.nodes.push_back({.keyframe = id,
+                              .frame = keyframe.frame,
+                              .trial = keyframe.trial,
+                              .component = component,
+                              .component_T_keyframe = solution.component_T_node.at(id),
+                              .surface = keyframe.surface,
+                              .trial_T_keyframe = keyframe.trial_T_keyframe,
+                              .placed = placed[index(id)]});
     if (placed[index(id)]) snapshot.shown_component = component;
   }
   for (std::size_t i = 0; i < solution.edge_outlier.size(); ++i)
