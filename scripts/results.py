@@ -143,6 +143,7 @@ def calibration(study, data):
     for presses, models in read(study / "slopes.json").items():
         for model, rings in models.items():
             figures.update({"slope_%s_%s_%s" % (presses, model, ring): read_deg for ring, read_deg in rings.items()})
+    shutil.copy(study / "slopes.png", CHARTS)
     return figures
 
 

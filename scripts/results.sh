@@ -91,7 +91,7 @@ if begin calibration; then
   done
   "$gelslam" calibrate check "$out/models/real.json" "$out/models/check" -q >"$out/calibration/own.txt" || (($? == 1))
   "$gelslam" calibrate check "$data/calibration/model/nnmodel.pth" "$out/models/check" -q >"$out/calibration/owner.txt" || (($? == 1))
-  PYTHONPATH=build/python scripts/slopes_read.py "$data" >"$out/calibration/slopes.json"
+  PYTHONPATH=build/python scripts/slopes_read.py "$data" "$out/calibration" >/dev/null
   end calibration
 fi
 

@@ -1,9 +1,10 @@
 #!/usr/bin/python3
 """How steep flanks are read: over rings of equal true slope of labeled ball presses, the median of what models read.
 
-Prints JSON, for the presses of two sensors in DATA, with their owner's network and with the maker's.
+Writes OUT/slopes.json and a chart, OUT/slopes.png, for the presses of two sensors in DATA, with their owner's network and
+with the maker's.
 
-Example: PYTHONPATH=build/python scripts/slopes_read.py DATA
+Example: PYTHONPATH=build/python scripts/slopes_read.py DATA OUT
 """
 
 import csv
@@ -15,7 +16,9 @@ import warnings
 import cv2
 import gelslam
 import numpy as np
+from plotting import OURS, PUBLIC, plt, save
 
+BALLS = {"markers": "5", "calibration_b": "9.47"}
 PITCH_MM = 0.0634
 RINGS = range(5, 45, 5)  # degrees, each as wide
 INSIDE = 0.9  # of the circle that was labeled
@@ -39,11 +42,25 @@ def rings_of(folder, model):
     return {ring: float(np.median(values)) for ring, values in joined.items() if len(values) >= LEAST_PIXELS}
 
 
+def draw(slopes, path):
+    figure, plots = plt.subplots(1, len(slopes), figsize=(6.4, 3.2), sharey=True)
+    for plot, (presses, models) in zip(plots, slopes.items()):
+        plot.plot([0, 45], [0, 45], color="gray", linewidth=1)
+        for (model, read), color in zip(models.items(), (OURS, PUBLIC)):
+            plot.plot(list(read), list(read.values()), "o-", color=color, markersize=4, label="the %s's network" % model)
+        plot.set(title="%s mm ball" % BALLS[presses], xlabel="true slope (degrees)", xlim=(0, 45), ylim=(0, 45))
+    plots[0].set_ylabel("slope read (degrees)")
+    plots[0].legend()
+    save(figure, path)
+
+
 if __name__ == "__main__":
-    if len(sys.argv) != 2 or sys.argv[1].startswith("-"):
+    if len(sys.argv) != 3 or sys.argv[1].startswith("-"):
         print(__doc__)
         sys.exit(2)
     warnings.simplefilter("ignore")
-    data = pathlib.Path(sys.argv[1])
-    print(json.dumps({presses: {"owner": rings_of(data / presses, data / presses / "model/nnmodel.pth"),
-                                "maker": rings_of(data / presses, data / "real/nnmini.pt")} for presses in ("markers", "calibration_b")}, indent=1))
+    data, out = map(pathlib.Path, sys.argv[1:])
+    slopes = {presses: {"owner": rings_of(data / presses, data / presses / "model/nnmodel.pth"),
+                        "maker": rings_of(data / presses, data / "real/nnmini.pt")} for presses in BALLS}
+    (out / "slopes.json").write_text(json.dumps(slopes, indent=1) + "\n")
+    draw(slopes, out / "slopes.png")

@@ -31,7 +31,7 @@ Registrar scripted(const std::shared_ptr<Script>& script) {
       RegistrationResult result;
       result.status = lost || holds(script->doubted, call) ? RegistrationStatus::too_little_overlap
                                                            : RegistrationStatus::converged;
-      result.shared_pixels = lost ? 3 : 1000;
+      result.shared_samples = lost ? 3 : 1000;
       result.target_T_reference = motion(0, 0, 0, -0.5 * call, 0);
       return result;
     };

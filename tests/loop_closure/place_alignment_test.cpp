@@ -53,7 +53,7 @@ TEST(Overlap, AgreesAtTheTrueTransformOnly) {
   EXPECT_TRUE(verify_registered(newer, *older, right, PlacePrior::none, {}).ok());
   EXPECT_GT(right.texture_correlation, 0.9);
   EXPECT_LT(right.height_rmse_mm, 0.01);
-  EXPECT_GT(right.shared_pixels, 1000);
+  EXPECT_GT(right.shared_samples, 1000);
   Pose shifted = truth;
   shifted.translation().x() += 0.6;
   const RegistrationResult wrong = judge_pose(newer, *older, shifted, {});
@@ -61,7 +61,7 @@ TEST(Overlap, AgreesAtTheTrueTransformOnly) {
   EXPECT_GT(wrong.height_rmse_mm, 5 * right.height_rmse_mm);
   Pose away = truth;
   away.translation().x() += 30;
-  EXPECT_EQ(judge_pose(newer, *older, away, {}).shared_pixels, 0);
+  EXPECT_EQ(judge_pose(newer, *older, away, {}).shared_samples, 0);
 }
 
 // Heights of a model whose slopes err three times as much differ by more at the right place, too.

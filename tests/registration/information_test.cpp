@@ -38,7 +38,7 @@ TEST(Information, GrowsWithSamplesUntilTheyShareTheirNoise) {
   const auto information = [&](int samples) {
     NormalFlowOptions options;
     options.max_samples = samples;
-    options.min_shared_pixels = 50;
+    options.min_shared_samples = 50;
     Matrix6d known =
         register_normal_flow(NormalFlowReference(surface, options), *surface, Pose::Identity(), options)
             .information;

@@ -33,7 +33,7 @@ MethodRun::Answer MethodRun::against_first(const TrialFrame& frame) {
   const RegistrationResult result = reference_->register_to(*frame.surface, first_T_last_.inverse());
   const double spent_ms = lab::thread_cpu_ms() - start_ms;
   // The published protocol has no gates: only what has no overlap at all is a failure.
-  if (result.shared_pixels >= options_.registration.min_shared_pixels)
+  if (result.shared_samples >= options_.registration.min_shared_samples)
     first_T_last_ = result.target_T_reference.inverse();
   return {result.ok(), spent_ms};
 }

@@ -46,7 +46,7 @@ PosePrior ExpectedMotion::prior() const {
 
 PosePrior ExpectedMotion::prior_at(const RegistrationResult& place) const {
   PosePrior at = prior();
-  const Matrix6d along = place.directions.inverse(), anywhere = PosePrior(Pose::Identity()).step;
+  const Matrix6d along = place.directions.inverse(), anywhere = unknown_pose_covariance();
   const Vector6d shown = gain(variance_along(along, at.covariance + anywhere),
                               information_along(place.directions, place.information));
   const Vector6d moved = along * se3_log(at.pose.inverse() * place.target_T_reference);

@@ -93,13 +93,13 @@ Tracker::Attempt Tracker::register_to(const Reference& reference, const Surface&
   const auto from = [&](const ExpectedMotion& expected) {
     return Attempt{reference.prepared.register_to(surface, expected.prior()), expected};
   };
-  const Attempt goes_on = from(reference.expected[0]);
-  if (goes_on.registration.ok()) return goes_on;
-  const Attempt stops = from(reference.expected[1]);
+  const Attempt moving = from(reference.expected[0]);
+  if (moving.registration.ok()) return moving;
+  const Attempt stopped = from(reference.expected[1]);
   const auto agreement = [](const Attempt& attempt) {
     return attempt.registration.scr * attempt.registration.ccs;
   };
-  return stops.registration.ok() || agreement(stops) >= agreement(goes_on) ? stops : goes_on;
+  return stopped.registration.ok() || agreement(stopped) >= agreement(moving) ? stopped : moving;
 }
 
 /// Whether innovation and residual are those predicted: the uncertainty of the prediction grows with the
@@ -125,10 +125,11 @@ Tracker::Attempt Tracker::relocalize_on(const Reference& reference, const Surfac
                                         const Attempt& attempt) const {
   if (!options_.relocalize) return attempt;
   // A body that is shaken turns back within a frame.
-  const auto& [predicted, stopped] = reference.expected;
-  const bool goes_on = innovation_mm(attempt.registration, predicted.reference_T_frame.pose.inverse()) <=
-                       innovation_mm(attempt.registration, stopped.reference_T_frame.pose.inverse());
-  const ExpectedMotion& expected = goes_on ? predicted : stopped;
+  const auto& [moving, stopped] = reference.expected;
+  const auto innovation = [&](const ExpectedMotion& motion) {
+    return innovation_mm(attempt.registration, motion.reference_T_frame.pose.inverse());
+  };
+  const ExpectedMotion& expected = innovation(moving) <= innovation(stopped) ? moving : stopped;
   const RegistrationResult place =
       relocalize(*reference.prepared.samples, surface, expected.reference_T_frame.pose.inverse(),
                  attempt.registration, normal_flow_, verification_);
@@ -198,6 +199,12 @@ void Tracker::handle_tracking_failure(TrackedFrame& result, SurfacePtr surface) 
   lost_ = seen;
 }
 
+/// Of the contact of `surface`, as far as the keyframe's samples tell.
+double Tracker::shared_with_keyframe(const RegistrationResult& registration, const Surface& surface) const {
+  const double share = static_cast<double>(registration.shared_samples) / reference_.samples->sample_count();
+  return share * reference_.samples->surface().contact_pixels / surface.contact_pixels;
+}
+
 void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr surface) {
   const RegistrationResult& registration = result.registration;
   if (!registration.apart.empty())
@@ -210,7 +217,7 @@ void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr su
   if (attempt.searched) jump_ = Jump{previous_, hand_};
   previous_.state = hand_.correct(attempt.expected, registration);
   // They, and not the rest, may be the object: then the pose is wrong by no one knows how much.
-  const Matrix6d apart = registration.apart_share * PosePrior(Pose::Identity()).step;
+  const Matrix6d apart = registration.apart_share * unknown_pose_covariance();
   edge.information = symmetric((previous_.state.reference_T_frame.covariance + apart).inverse());
   result.registration.information = information_of_inverse(edge.information, keyframe_T_frame);
   const TurningPoints::Touch touch{result.frame, surface, keyframe_->trial_T_keyframe * keyframe_T_frame,
@@ -224,14 +231,11 @@ void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr su
   result.trial_T_frame = touch.trial_T_frame;
   result.keyframe = keyframe_;
   result.keyframe_T_frame = keyframe_T_frame;
-  // Halfway between what a keyframe has to share and all.
-  if (jump_ || confirmed < 0.5 * (1 + options_.keyframe_min_shared)) return;
+  const double halfway_to_all = 0.5 * (1 + options_.keyframe_min_shared);
+  if (jump_ || confirmed < halfway_to_all) return;
   const bool keyframe_is_new =
       !result.new_keyframes.empty() && result.new_keyframes.back().keyframe == keyframe_;
-  const double shared_share =
-      static_cast<double>(registration.shared_pixels) / reference_.samples->sample_count();
-  if (!keyframe_is_new && shared_share * reference_.samples->surface().contact_pixels <
-                              options_.keyframe_min_shared * surface->contact_pixels) {
+  if (!keyframe_is_new && shared_with_keyframe(registration, *surface) < options_.keyframe_min_shared) {
     switch_keyframe(result, touch, registrar_(surface));
     result.keyframe = keyframe_;
     result.keyframe_T_frame = Pose::Identity();

@@ -30,7 +30,7 @@ Vector6d with_tz(const Vector5d& step, const Viewpoint& view) {
 
 /// The prior's information about the step, along directions that are independent of each other.
 Matrix5d information_of(const PosePrior& prior, const ShownDirections& along) {
-  const Matrix5d step = prior.step.topLeftCorner<kParameters, kParameters>();
+  const Matrix5d step = prior.step_covariance.topLeftCorner<kParameters, kParameters>();
   const Vector5d variance = (along.measures.transpose() * step * along.measures).diagonal();
   return along.measures * variance.cwiseInverse().asDiagonal() * along.measures.transpose();
 }
@@ -85,15 +85,16 @@ class Alignment {
                 RegistrationResult& result) {
     Progress progress(options_);
     const Matrix5d of_prior =
-        noise_variance * (shown ? information_of(prior, *shown)
-                                : Matrix5d(prior.step.topLeftCorner<kParameters, kParameters>().inverse()));
+        noise_variance *
+        (shown ? information_of(prior, *shown)
+               : Matrix5d(prior.step_covariance.topLeftCorner<kParameters, kParameters>().inverse()));
     Pose& target_T_reference = result.target_T_reference;
     bool converged = false;
-    for (int iterations = 0; iterations < options_.max_iterations && !converged; ++result.iterations) {
+    for (int done = 0; done < options_.max_iterations && !converged; ++done, ++result.iterations) {
       lay(target_T_reference);
-      if (count_shared(residuals()) < options_.min_shared_pixels) return false;
+      if (count_shared(residuals()) < options_.min_shared_samples) return false;
       // Along oblique rays, pixels move with z.
-      if (iterations == 0)
+      if (done == 0)
         target_T_reference.translation().z() +=
             height_gap(reference_.samples, target_, target_T_reference, residuals()).mean_mm;
       progress.add(sum_residuals(residuals()));
@@ -107,7 +108,7 @@ class Alignment {
       // Smaller than one standard deviation of the noise, all five directions together.
       const bool is_noise = step.dot(equations.hessian * step) < noise_variance;
       wandering_ = !is_noise && is_large(step);
-      converged = ++iterations >= options_.min_iterations && (is_noise || (progress.over() && !wandering_));
+      converged = done + 1 >= options_.min_iterations && (is_noise || (progress.over() && !wandering_));
     }
     target_T_reference = normalized(target_T_reference);
     return true;
@@ -197,8 +198,8 @@ NormalFlowOptions scaled(NormalFlowOptions options, double noise) {
 
 bool has_enough_surface(const NormalFlowReference& reference, const Surface& target,
                         const NormalFlowOptions& options) {
-  return reference.sample_count() >= options.min_shared_pixels &&
-         target.contact_pixels >= options.min_shared_pixels;
+  return reference.sample_count() >= options.min_shared_samples &&
+         target.contact_pixels >= options.min_shared_samples;
 }
 
 }  // namespace

@@ -5,13 +5,17 @@
 #include "gelslam/registration/registrar.hpp"
 
 namespace gelslam {
+
+Matrix6d unknown_pose_covariance() {
+  Vector6d variance;
+  variance << Eigen::Vector3d::Constant(1 / (kMmPerRad * kMmPerRad)), Eigen::Vector3d::Ones();
+  return (kMinPeriodMm * kMinPeriodMm * variance).asDiagonal();
+}
+
 PosePrior::PosePrior(const UncertainPose& target_T_reference)
-    : UncertainPose(target_T_reference), start(pose) {
-  constexpr double kUsualMotion2 = 0.01;  // a motion usually has a tenth of the start's sigma
-  step.diagonal() << Eigen::Vector3d::Constant(1 / (kMmPerRad * kMmPerRad)), Eigen::Vector3d::Ones();
-  step *= kMinPeriodMm * kMinPeriodMm;
-  covariance = kUsualMotion2 * step + target_T_reference.covariance;
-  step += target_T_reference.covariance;
+    : PosePrior(target_T_reference, target_T_reference.covariance + unknown_pose_covariance()) {
+  constexpr double kUsualMotion2 = 0.01;  // a motion usually has a tenth of the unknown pose's sigma
+  covariance += kUsualMotion2 * unknown_pose_covariance();
 }
 
 std::string_view describe(RegistrationStatus status) {

@@ -64,7 +64,7 @@ std::array<bool, 6> observability(const RegistrationResult& result, bool heights
   const Eigen::Matrix3d target_R_reference = result.target_T_reference.linear();
   const Matrix6d from_center = origin_from_center(result.shared_center_mm);
   Matrix6d with_prior = from_center.transpose() * result.information * from_center;
-  with_prior += PosePrior(Pose::Identity()).step.inverse();
+  with_prior += unknown_pose_covariance().inverse();
   const Matrix6d covariance = with_prior.inverse();
   const auto known = [&](int axis, int first, double limit) {
     const Eigen::Vector3d direction = target_R_reference.row(axis);
@@ -96,7 +96,7 @@ bool curvature_matches(const CurvatureAgreement& agreement, double normal_rmse_r
 
 RegistrationStatus judge(const RegistrationResult& result, const CurvatureAgreement& agreement,
                          const NormalFlowOptions& options) {
-  if (result.shared_pixels < options.min_shared_pixels || result.scr < options.curvature.min_scr)
+  if (result.shared_samples < options.min_shared_samples || result.scr < options.curvature.min_scr)
     return RegistrationStatus::too_little_overlap;
   if (!curvature_matches(agreement, result.normal_rmse_rad, options))
     return RegistrationStatus::curvature_mismatch;
@@ -176,7 +176,7 @@ HeightGap height_gap(const Samples& samples, const Surface& target, const Pose& 
 ShownDirections assess(const NormalFlowReference::Impl& reference, const Surface& target,
                        const Residuals& residuals, const PosePrior& prior, const NormalFlowOptions& options,
                        RegistrationResult& result) {
-  result.shared_pixels = count_shared(residuals);
+  result.shared_samples = count_shared(residuals);
   const auto [x, y, z] = shared_center_mm(reference.samples, residuals);
   result.shared_center_mm = {x, y, z};
   result.normal_rmse_rad = normal_rmse_rad(residuals);
@@ -186,7 +186,7 @@ ShownDirections assess(const NormalFlowReference::Impl& reference, const Surface
   result.ccs = agreement.cosine_similarity;
   result.texture_correlation = agreement.texture_correlation;
 
-  const double shared_share = static_cast<double>(result.shared_pixels) / reference.samples.size();
+  const double shared_share = static_cast<double>(result.shared_samples) / reference.samples.size();
   const double noise = shared_noise(*reference.surface, target);
   const TextureAgreement texture = compare_texture(reference.samples, target, result.target_T_reference,
                                                    residuals, noise * kGelPatternRadPerMm);

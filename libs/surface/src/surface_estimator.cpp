@@ -214,6 +214,7 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
   self.timings.contact_ms = watch.lap_ms();
 
   surface->normals = normals_from_gradient(self.gx, self.gy);
+  doubt_steep_slopes(surface->normals, surface->confidence);
   surface->curvature = curvature_in_contact(self.gx, self.gy, surface->contact, unread);
   self.timings.normals_ms = watch.lap_ms();
   return surface;

@@ -11,6 +11,10 @@ namespace {
 // 0.15 at 3 mm from the border and by 0.3 at 1 mm.
 constexpr double kBorderSigmaRad = 0.4, kBorderLengthMm = 1.6;
 
+// What networks read of balls on two sensors follows the true slope up to 25 degrees, and hardly exceeds 32
+// (docs/benchmarks/slopes.png); nz of both.
+constexpr float kFollowedNz = 0.906F, kHardlyReadNz = 0.848F;
+
 constexpr int kFilledIn = 1;  // layout: in Surface::confidence
 
 }  // namespace
@@ -52,6 +56,15 @@ cv::Mat1b confidence_map(const SlopeUncertainty& uncertainty, cv::Size picture) 
     return static_cast<unsigned char>(std::clamp(std::lround(255 * share * share), kFilledIn + 1L, 255L));
   });
   return map;
+}
+
+void doubt_steep_slopes(const cv::Mat3f& normals, cv::Mat1b& confidence) {
+  std::transform(normals.begin(), normals.end(), confidence.begin(), confidence.begin(),
+                 [](const cv::Vec3f& normal, unsigned char known) -> unsigned char {
+                   if (known <= kFilledIn || normal[2] >= kFollowedNz) return known;
+                   const float share = (normal[2] - kHardlyReadNz) / (kFollowedNz - kHardlyReadNz);
+                   return cv::saturate_cast<unsigned char>(std::max(kFilledIn + 1.0F, share * known));
+                 });
 }
 
 bool is_read(const Surface& surface, cv::Point pixel) {

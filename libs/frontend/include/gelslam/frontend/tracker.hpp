@@ -27,8 +27,8 @@ struct TrackerOptions {
   /// for the one place where the two textures agree. If there are several, the frame is lost.
   bool relocalize = true;
   /// A frame that fits nothing may be a torn picture: until this long after the last tracked frame, the trial
-  /// continues if a later frame fits it again. A new trial begins with the first two frames that fit each
-  /// other.
+  /// continues if a later frame fits it again. A new trial begins after it, or with two frames in a row that
+  /// fit each other.
   double patience_s = 0.2;
 };
 
@@ -67,9 +67,8 @@ struct TrackedFrame {
 ///  6. After a loss, a later frame continues the trial, or begins a new one together with the lost frame.
 ///  7. A keyframe is replaced when it shares too little of the frame's contact.
 ///  8. Turning points become keyframes.
-///  9. A picture that was damaged on its way may look like a jump, or like more contact. What one frame
-///  alone
-///      shows makes no keyframe, and the frame after a searched step is expected where it was before, too.
+///  9. A picture that was damaged on its way may look like a jump, or like more contact. What one frame alone
+///     shows makes no keyframe, and the frame after a searched step is expected where it was before, too.
 /// Deterministic; frames must come in order.
 class Tracker {
  public:
@@ -77,7 +76,7 @@ class Tracker {
   explicit Tracker(const TrackerOptions& options, const NormalFlowOptions& registration = {},
                    const VerificationOptions& verification = {})
       : Tracker(options, make_normal_flow(registration), registration, verification) {}
-  /// Registers with another method; NormalFlow is only used to relocalize.
+  /// Registers with another method. NormalFlow finds lost places and prepares keyframes for loop closure.
   Tracker(const TrackerOptions& options, Registrar registrar, const NormalFlowOptions& registration = {},
           const VerificationOptions& verification = {});
 
@@ -124,6 +123,7 @@ class Tracker {
   Attempt relocalize_on(const Reference& reference, const Surface& surface, const Attempt& attempt) const;
   Attempt track_with_fallback(TrackedFrame& result, const Surface& surface);
   std::optional<Attempt> track_back(const Surface& surface, double time_s);
+  double shared_with_keyframe(const RegistrationResult& registration, const Surface& surface) const;
   void accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr surface);
   void handle_tracking_failure(TrackedFrame& result, SurfacePtr surface);
   void begin_trial(TrackedFrame& result, const Seen& first, PreparedReference reference);

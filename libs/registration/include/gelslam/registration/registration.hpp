@@ -44,15 +44,18 @@ enum class RegistrationStatus {
 /// A sentence for a person: "too little overlap".
 std::string_view describe(RegistrationStatus status);
 
+/// Of a pose that nothing tells: kMinPeriodMm along every axis, turns by kMmPerRad.
+Matrix6d unknown_pose_covariance();
+
 /// What is known of target_T_reference before the surfaces are compared. What they do not show stays as it is
 /// here. Its covariance: by what a pattern of the gel may have held the pose back.
 struct PosePrior : UncertainPose {
-  Matrix6d step = Matrix6d::Identity();  ///< covariance of the last motion alone: how far the pose may move
-  Pose start = Pose::Identity();         ///< where the search begins
+  Matrix6d step_covariance = Matrix6d::Identity();  ///< of the last motion alone: how far the pose may move
+  Pose start = Pose::Identity();                    ///< the initial guess
 
   PosePrior(const UncertainPose& target_T_reference, const Matrix6d& of_step)
-      : UncertainPose(target_T_reference), step(of_step), start(pose) {}
-  /// A start: right to kMinPeriodMm along every axis, turns by kMmPerRad, besides what it states itself.
+      : UncertainPose(target_T_reference), step_covariance(of_step), start(pose) {}
+  /// An initial guess: unknown_pose_covariance() besides what it states itself.
   PosePrior(const UncertainPose& target_T_reference);  // NOLINT: a pose is a start
   PosePrior(const Pose& target_T_reference) : PosePrior(UncertainPose{target_T_reference}) {}  // NOLINT
 };
@@ -83,7 +86,7 @@ struct RegistrationResult {
   double texture_correlation = 0.0;
   double normal_rmse_rad = 0.0;  ///< root mean square angle between aligned normals
   double height_rmse_mm = 0.0;   ///< root mean square height difference over the shared contact
-  int shared_pixels = 0;
+  int shared_samples = 0;        ///< of the reference, inside both contacts
   /// of the shared contact as read, in the reference's frame
   Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
   /// Cells of the target's picture (kCellPx squares) in which the texture does not fit, and that hang

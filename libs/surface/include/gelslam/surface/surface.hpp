@@ -25,8 +25,9 @@ struct Surface {
   cv::Mat1f height_mm;  ///< 0 where nothing touches, negative in contact
   cv::Mat3f normals;    ///< unit, (-gx, -gy, 1) normalized; z > 0
   cv::Mat1b contact;    ///< 255 where the object touches, else 0
-  /// Information that the normals carry, 255 (best / sigma)² (confidence_map()), at least 2 in contact; 1
-  /// where they were filled in from around (is_read()), 0 elsewhere. Empty: the same all over the contact.
+  /// Information that the normals carry, 255 (best / sigma)² (confidence_map(), doubt_steep_slopes()), at
+  /// least 2 in contact; 1 where they were filled in from around (is_read()), 0 elsewhere. Empty: the same all
+  /// over the contact.
   cv::Mat1b confidence;
   cv::Mat1f
       curvature;  ///< smoothed Laplacian of height (1/pixel), 0 outside contact, clipped to +-kMaxCurvature
