@@ -71,7 +71,8 @@ Matrices of translations and rotations have the order x, y, z, rx, ry, rz, in me
                     "Root mean square angle between aligned normals, rad.")
       .def_readonly("height_rmse_mm", &RegistrationResult::height_rmse_mm,
                     "Root mean square height difference, mm.")
-      .def_readonly("shared_pixels", &RegistrationResult::shared_pixels, "Pixels of the shared contact.")
+      .def_readonly("shared_pixels", &RegistrationResult::shared_pixels,
+                    "Samples (pixels) in the shared contact.")
       .def_readonly("iterations", &RegistrationResult::iterations, "Iterations that it took.")
       .def("__repr__", [](const RegistrationResult& self) {
         return "<gelslam.Registration " + (self.ok() ? std::string("ok") : reason_of(self)) + ">";
