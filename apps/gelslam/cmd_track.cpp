@@ -84,7 +84,7 @@ class PoseOutlet {
     scan.status = [this] { return copy(status_); };
     scan.touch = [this] { return copy(touch_); };
     scan.ask = [stop = std::move(stop)](ScanWish) { stop(); };
-    scan.is_scan = false;
+    status_.is_scan = false;
     watch_ = service_->watch(std::move(scan));
   }
   void write(PoseLine line, const std::string& source) {
@@ -114,7 +114,8 @@ class PoseOutlet {
     touch_ = std::move(touch);
     status_.phase = line.touch.surface ? LivePhase::scanning : LivePhase::background;
     status_.track = line.touch.status;
-    status_.words = line.words;
+    status_.state = line.state;
+    status_.reason = line.reason;
     status_.source = source;
     ++status_.frames;
   }
@@ -137,7 +138,7 @@ struct PoseSummary {
   void add(const PoseLine& line) {
     ++frames;
     if (line.has_pose && posed++ == 0) first = line.touch;
-    if (!line.has_pose && !line.words.empty()) ++why_without[line.words];
+    if (!line.has_pose && !line.state.empty()) ++why_without[line.state + ": " + line.reason];
   }
   std::string words(bool in_map) const {
     const char* what = in_map ? "localized" : "tracked";
@@ -146,7 +147,7 @@ struct PoseSummary {
       const auto& why = std::ranges::max_element(why_without, {}, [](const auto& w) { return w.second; });
       return fmt::format("never {}: {} ({} of {})", what, why->first, why->second, counted(frames, "frame"));
     }
-    const Eigen::Vector3d at = first.trial_T_frame.translation();
+    const Eigen::Vector3d at = first.map_T_frame.value_or(Pose::Identity()).translation();
     const std::string place = fmt::format(" at ({:.1f}, {:.1f}, {:.1f}) mm", at.x(), at.y(), at.z());
     return fmt::format("{} in {} of {}, first in frame {} ({:.2f} s){}", what, posed,
                        counted(frames, "frame"), first.frame, first.time_s, in_map ? place : "");

@@ -74,7 +74,7 @@ class StatusLine {
       warned_.push_back(warning);
     }
     const std::string progress = s.progress.empty() ? "" : ": " + s.progress;
-    const std::string line = terminal_ ? s.words + progress + figures(s) : s.words;
+    const std::string line = state_line(s) + (terminal_ ? progress + figures(s) : "");
     if (line == last_ || line.empty()) return;
     std::cerr << (terminal_ ? "\r\033[K" : "") << line << (terminal_ ? "" : "\n") << std::flush;
     last_ = line;

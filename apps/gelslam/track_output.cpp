@@ -48,9 +48,10 @@ class TrialOutput final : public PoseOutput {
     PoseLine line;
     line.has_pose = frame.status == TrackStatus::tracked;
     line.touch = {record_of(frame), image.bgr, item.surface, frame.trial_T_frame};
-    if (!line.has_pose) line.touch.trial = -1;
-    if (frame.status == TrackStatus::lost)
-      line.words = "lost: " + std::string(describe(frame.registration.status));
+    if (frame.status == TrackStatus::lost) {
+      line.state = "lost";
+      line.reason = describe(frame.registration.status);
+    }
     FrameReport report{frame, item.surface.get()};
     report.covariance = drift_.add(frame);
     line.ndjson = ndjson_line(report);
@@ -78,16 +79,15 @@ class MapOutput final : public PoseOutput {
     PoseLine line;
     line.has_pose = frame.status == PlaceStatus::localized;
     line.touch = {record_of(frame.tracked), image.bgr, item.surface};
-    line.touch.trial = -1;
     if (line.has_pose) {
-      line.touch.trial = 0;
-      line.touch.trial_T_frame = frame.hypotheses.front().map_T_sensor.pose;
-      line.words = "localized";
+      line.touch.map_T_frame = frame.hypotheses.front().map_T_sensor.pose;
+      line.tum = tum_line(stamp_s(image.unix_us, image.time_s), *line.touch.map_T_frame);
+      line.state = "localized";
     } else if (line.touch.status == TrackStatus::tracked || line.touch.status == TrackStatus::lost) {
       line.touch.status = TrackStatus::lost;
-      line.words = "not in the map: " + frame.reason;
+      line.state = "not in the map";
+      line.reason = frame.reason;
     }
-    if (line.has_pose) line.tum = tum_line(stamp_s(image.unix_us, image.time_s), line.touch.trial_T_frame);
     line.ndjson = map_json(frame, item.surface.get()).dump() + "\n";
     return line;
   }

@@ -14,8 +14,8 @@ namespace gelslam {
 struct PoseLine {
   std::string ndjson, tum;
   bool has_pose = false;
-  LiveTouch touch;    ///< its trial's frame is that of the poses
-  std::string words;  ///< as those of LiveStatus
+  LiveTouch touch;
+  std::string state, reason;  ///< of LiveStatus
 };
 
 class PoseOutput {

@@ -111,7 +111,9 @@ class Service : public testing::Test {
 
 TEST_F(Service, TellsTheStateInTheWordsOfTheWindow) {
   status.track = TrackStatus::lost;
-  status.words = "lost: too little overlap; touch a place you have seen";
+  status.state = "lost";
+  status.reason = "too little overlap";
+  status.advice = "touch a place you have seen";
   status.warnings = {"the disk is full"};
   const json said = state();
   EXPECT_EQ(said.at("headline"), "Lost");
@@ -143,6 +145,32 @@ TEST_F(Service, GrantsWishesThatTheScanCanFulfill) {
   watch.reset();
   EXPECT_THAT(request("POST /stop"), StartsWith("HTTP/1.1 409"));
   EXPECT_EQ(state().at("headline"), "Finished") << "what was last";
+}
+
+TEST_F(Service, TrackingCanOnlyBeStoppedAndHasNothingToSave) {
+  status.is_scan = false;
+  EXPECT_THAT(request("POST /new"), HasSubstr("This is no scan"));
+  EXPECT_TRUE(asked.empty());
+  status.phase = LivePhase::finished;
+  EXPECT_EQ(state().at("advice"), "");
+  EXPECT_EQ(state().at("scan"), false);
+}
+
+TEST_F(Service, ShowsTheSensorWhereItWasLocalized) {
+  auto tracked = std::make_shared<LiveTouch>();
+  auto surface = std::make_shared<Surface>();
+  surface->contact = cv::Mat1b(4, 6, uchar{255});
+  surface->height_mm = cv::Mat1f(4, 6, -1.0F);
+  surface->contact_pixels = 24;
+  tracked->surface = surface;
+  map = nullptr;
+  touch = tracked;
+  EXPECT_EQ(state().at("touch").at("sensor").size(), 0) << "without contact, or lost";
+  tracked->status = TrackStatus::tracked;
+  tracked->trial_T_frame.translation().x() = 100;
+  const double x = state().at("touch").at("sensor").at(0);
+  tracked->map_T_frame = Pose(Eigen::Translation3d(7, 0, 0));
+  EXPECT_NEAR(state().at("touch").at("sensor").at(0), x - 93, 1e-9);
 }
 
 TEST_F(Service, GivesLinesAsTheyCome) {

@@ -81,10 +81,35 @@ TEST(Fusion, TwoPatchesOfASphereMakeOneSphere) {
   EXPECT_EQ(flipped_share(mesh), 0.0);
   ASSERT_EQ(mesh.normals.size(), mesh.vertices_mm.size());
   ASSERT_EQ(mesh.confidence.size(), mesh.vertices_mm.size());
-  // Two clean pixels at most, and more where both look than at the rim.
-  EXPECT_LE(*std::max_element(mesh.confidence.begin(), mesh.confidence.end()), 2.0f);
-  EXPECT_GT(*std::max_element(mesh.confidence.begin(), mesh.confidence.end()), 1.5f);
   EXPECT_GE(*std::min_element(mesh.confidence.begin(), mesh.confidence.end()), 0.01f);
+}
+
+TEST(Fusion, PixelsWeighByTheirSlopeAndWhetherTheyWereRead) {
+  const auto flat = [](float height_mm, float nz, unsigned char confidence) {
+    auto surface = std::make_shared<Surface>();
+    surface->height_mm = cv::Mat1f(60, 80, height_mm);
+    surface->normals = cv::Mat3f(60, 80, cv::Vec3f(std::sqrt(1 - nz * nz), 0, nz));
+    surface->contact = cv::Mat1b(60, 80, uchar{255});
+    surface->confidence = cv::Mat1b(60, 80, confidence);
+    surface->contact_pixels = 60 * 80;
+    return SurfacePtr(surface);
+  };
+  const auto in_the_middle = [](const std::vector<PosedSurface>& patches) {
+    const Mesh mesh = fuse(patches, {});
+    const auto off_center = [](const Eigen::Vector3f& p) { return p.head<2>().norm(); };
+    const auto i = std::ranges::min_element(mesh.vertices_mm, {}, off_center) - mesh.vertices_mm.begin();
+    return std::pair(mesh.vertices_mm[static_cast<std::size_t>(i)].z(),
+                     mesh.confidence[static_cast<std::size_t>(i)]);
+  };
+  const PosedSurface read{0, Pose::Identity(), flat(-0.3F, 1, 255)},
+      filled_in{1, Pose::Identity(), flat(-0.2F, 1, 1)}, sloped{2, Pose::Identity(), flat(-0.3F, 0.8F, 255)};
+  // Less 0.05, with which a pixel at the mask's border begins.
+  EXPECT_NEAR(in_the_middle({read}).second, 0.95, 1e-3);
+  EXPECT_NEAR(in_the_middle({sloped}).second, 0.8 * 0.8 - 0.05, 1e-3);
+  EXPECT_NEAR(in_the_middle({filled_in}).second, 0.25, 1e-3);
+  const auto [z, weight] = in_the_middle({read, filled_in});
+  EXPECT_NEAR(weight, 0.95 + 0.25, 1e-3);
+  EXPECT_NEAR(z, (0.95 * -0.3 + 0.25 * -0.2) / (0.95 + 0.25), 1e-3);
 }
 
 /// A dent that was filled in: it gives way to another touch, and leaves no hole where there is none.

@@ -31,6 +31,7 @@ TEST_F(ConfigFile, EveryValueSurvivesWritingAndReading) {
   config.sensor.raw_width_px = 640;
   config.sensor.raw_height_px = 480;
   config.sensor.frame_rate_hz = 59.94;
+  config.sensor.cropped = true;
   config.sensor.video_track = 2;
   config.sensor.camera = "DIGIT D20966";
   config.sensor.camera_format = "YUYV";
@@ -39,14 +40,18 @@ TEST_F(ConfigFile, EveryValueSurvivesWritingAndReading) {
   config.surface.color_dist_threshold = 12.5;
   config.surface.height_threshold_mm = 0.123456789012345;
   config.surface.compensate_light = !config.surface.compensate_light;
+  config.surface.optics = {0.05, {1, 2}, 1.1, 23, {0.003, 0.004}};
   config.background_frames = 7;
   config.color_gain_bgr = {1.25, 0.75, 1.5};
   SlamOptions& slam = config.slam;
   slam.tracker.contact_threshold_px = 321;
   slam.tracker.keyframe_min_shared = 0.61;
   slam.tracker.keyframe_min_unseen = 0.07;
+  slam.tracker.patience_s = 0.3;
+  slam.tracker.relocalize = !slam.tracker.relocalize;
   slam.registration.max_samples = 2222;
   slam.registration.max_iterations = 33;
+  slam.registration.min_iterations = 4;
   slam.registration.robust_scale_rad = 0.07;
   slam.registration.curvature.min_scr = 0.31;
   slam.registration.curvature.min_ccs = 0.72;
@@ -54,6 +59,7 @@ TEST_F(ConfigFile, EveryValueSurvivesWritingAndReading) {
   slam.verification.curvature.min_scr = 0.41;
   slam.verification.curvature.min_ccs = 0.82;
   slam.pose_graph.loop_loss_scale = 2.5;
+  slam.gradient_scale.sigma = 0.2;
   slam.gradient_scale.estimate = !slam.gradient_scale.estimate;
   slam.refinement.max_pairs_per_keyframe = 5;
   slam.fusion.voxel_size_mm = 0.11;
@@ -64,6 +70,12 @@ TEST_F(ConfigFile, EveryValueSurvivesWritingAndReading) {
   EXPECT_EQ(back.sensor.device_name, config.sensor.device_name);
   EXPECT_EQ(back.sensor.pixel_pitch_mm, config.sensor.pixel_pitch_mm) << "to the last bit";
   EXPECT_EQ(back.slam.verification.curvature.min_ccs, 0.82);
+  std::istringstream changed(text), defaults(write_config({}));
+  for (std::string line, other; std::getline(changed, line) && std::getline(defaults, other);) {
+    EXPECT_EQ(line.substr(0, line.find(':')), other.substr(0, other.find(':')));
+    const bool has_value = line.find(':') != line.npos && line.find(":  #") == line.npos;
+    EXPECT_TRUE(line != other || !has_value) << "not tested: " << line;
+  }
 }
 
 TEST_F(ConfigFile, PixelsPerMillimeterAreNotTakenForThePitch) {

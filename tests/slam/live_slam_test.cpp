@@ -20,7 +20,7 @@ TEST_F(Live, TheWindowSeesTheMeshGrowAndAtLastTheSavedOne) {
       triangles_before_the_end = session->mesh()->whole().triangles.size();
       return triangles_before_the_end > 0;
     }));
-    EXPECT_EQ(session->status().words, "tracking");
+    EXPECT_EQ(session->status().state, "tracking");
     EXPECT_EQ(session->status().track, TrackStatus::tracked);
     EXPECT_FALSE(session->map()->nodes.empty());
     EXPECT_EQ(session->map()->shown_component, 0);
@@ -56,7 +56,7 @@ TEST_F(Live, WaitsForTheBareGel) {
   pictures.insert(pictures.end(), peanut_pictures().begin(), peanut_pictures().end());
   source = std::make_unique<Pictures>(pictures);
   source->before(15, [&] {
-    EXPECT_TRUE(comes_true([&] { return session->status().words.find("take the object off") == 0; }));
+    EXPECT_TRUE(comes_true([&] { return session->status().state.find("take the object off") == 0; }));
     EXPECT_EQ(session->status().phase, LivePhase::background);
   });
   const RunReport summary = start().wait();

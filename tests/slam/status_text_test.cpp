@@ -5,35 +5,43 @@
 namespace gelslam {
 namespace {
 
-LiveStatus saying(LivePhase phase, const std::string& words, TrackStatus track = TrackStatus::tracked) {
+LiveStatus saying(LivePhase phase, const std::string& state = "", const std::string& reason = "",
+                  const std::string& advice = "", TrackStatus track = TrackStatus::tracked) {
   LiveStatus status;
   status.track = track;
   status.phase = phase;
-  status.words = words;
+  status.state = state;
+  status.reason = reason;
+  status.advice = advice;
   return status;
 }
 
-TEST(StateWords, SplitWhatIsWrongFromWhatToDo) {
-  const StateWords words = state_words(saying(
-      LivePhase::scanning, "lost: too little overlap; touch a place you have seen", TrackStatus::lost));
+TEST(StateWords, SayWhatIsWrongAndWhatToDo) {
+  const LiveStatus lost = saying(LivePhase::scanning, "lost", "too little overlap",
+                                 "touch a place you have seen", TrackStatus::lost);
+  EXPECT_EQ(state_line(lost), "lost: too little overlap; touch a place you have seen");
+  const StateWords words = state_words(lost);
   EXPECT_EQ(words.state, "lost");
   EXPECT_EQ(words.headline, "Lost");
   EXPECT_EQ(words.advice, "Too little overlap. Touch a place you have seen.");
 }
 
 TEST(StateWords, GiveTheUsualAdviceWhereTheSessionGivesNone) {
-  EXPECT_EQ(state_words(saying(LivePhase::scanning, "lost", TrackStatus::lost)).advice,
+  EXPECT_EQ(state_words(saying(LivePhase::scanning, "lost", "", "", TrackStatus::lost)).advice,
             "Touch a place you have seen.");
-  EXPECT_EQ(state_words(saying(LivePhase::scanning, "no contact", TrackStatus::no_contact)).headline,
+  EXPECT_EQ(state_words(saying(LivePhase::scanning, "no contact", "", "", TrackStatus::no_contact)).headline,
             "No contact");
-  EXPECT_EQ(state_words(saying(LivePhase::scanning, "no contact", TrackStatus::no_contact)).advice,
+  EXPECT_EQ(state_words(saying(LivePhase::scanning, "no contact", "", "", TrackStatus::no_contact)).advice,
             "Press the object on the gel.");
   EXPECT_EQ(state_words(saying(LivePhase::scanning, "tracking")).advice, "");
-  EXPECT_EQ(state_words(saying(LivePhase::scanning, "tracking; twisting is not observable")).advice,
+  EXPECT_EQ(state_words(saying(LivePhase::scanning, "tracking", "twisting is not observable")).advice,
             "Twisting is not observable.");
-  EXPECT_EQ(state_words(saying(LivePhase::paused, "")).advice, "Press Space to go on.");
-  EXPECT_EQ(state_words(saying(LivePhase::paused, ""), false).advice, "") << "without the window's keys";
-  EXPECT_EQ(state_words(saying(LivePhase::finished, ""), false).advice, "Nothing is kept (no -o).");
+  EXPECT_EQ(state_words(saying(LivePhase::paused)).advice, "Press Space to go on.");
+  EXPECT_EQ(state_words(saying(LivePhase::paused), false).advice, "") << "without the window's keys";
+  LiveStatus finished = saying(LivePhase::finished);
+  EXPECT_EQ(state_words(finished, false).advice, "Nothing is kept (no -o).");
+  finished.is_scan = false;
+  EXPECT_EQ(state_words(finished, false).advice, "") << "tracking has no -o";
 }
 
 TEST(StateWords, ClaimNothingThatIsNotSaved) {
@@ -50,12 +58,14 @@ TEST(StateWords, ClaimNothingThatIsNotSaved) {
 
 TEST(StateWords, AreAmberWhereTheMeshIsNotWholeOrAMotionIsNotObservable) {
   EXPECT_EQ(state_words(saying(LivePhase::scanning, "tracking")).tone, Tone::green);
+  EXPECT_EQ(state_words(saying(LivePhase::scanning, "tracking", "", "return to the start")).tone,
+            Tone::green);
   const StateWords unsure =
-      state_words(saying(LivePhase::scanning, "tracking; sliding along x is not observable"));
+      state_words(saying(LivePhase::scanning, "tracking", "sliding along x is not observable"));
   EXPECT_EQ(unsure.tone, Tone::amber);
   EXPECT_EQ(unsure.state, "tracking");
   EXPECT_EQ(unsure.headline, "Position uncertain");
-  LiveStatus status = saying(LivePhase::finished, "");
+  LiveStatus status = saying(LivePhase::finished);
   status.run_folder = "RUN";
   EXPECT_EQ(state_words(status).tone, Tone::green);
   status.reservations = {

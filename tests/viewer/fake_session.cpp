@@ -102,7 +102,7 @@ FakeSession::FakeSession(int places, int frames_per_place)
     blocks_[(cube.x() * 1000 + cube.y()) * 1000 + cube.z()].push_back(static_cast<int>(i));
   }
   seen_.assign(object_.triangles.size(), false);
-  status_.words = "keep the gel free";
+  status_.state = "keep the gel free";
   status_.source = "GelSight Mini R0B 28KX, /dev/video2, MJPG 3280x2464, 25 Hz";
 }
 
@@ -194,10 +194,12 @@ void FakeSession::advance(int frames) {
   status_.log_bytes = frame_ * 620000;
 }
 
-void FakeSession::say(LivePhase phase, const std::string& words, TrackStatus track) {
+void FakeSession::say(LivePhase phase, const std::string& state, TrackStatus track,
+                      const std::string& reason) {
   status_.track = track;
   status_.phase = phase;
-  status_.words = words;
+  status_.state = state;
+  status_.reason = reason;
 }
 
 void FakeSession::release() {

@@ -23,7 +23,8 @@ class FakeSession : public LiveSession {
   explicit FakeSession(int places = 8, int frames_per_place = 3);
 
   void advance(int frames = 1);  ///< tracks on: new frames, keyframes, loops, blocks of the mesh
-  void say(LivePhase phase, const std::string& words, TrackStatus track = TrackStatus::tracked);
+  void say(LivePhase phase, const std::string& state, TrackStatus track = TrackStatus::tracked,
+           const std::string& reason = "");
   void release();  ///< nothing touches any more
   LiveStatus& figures() { return status_; }
   void leave_the_map();  ///< the touch goes on in a piece that no loop joins yet

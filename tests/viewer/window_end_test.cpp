@@ -12,12 +12,12 @@ using testing::HasSubstr;
 
 TEST_F(Window, FinishedSaysHowGoodItIs) {
   scan(8);
-  session_.figures().drift_mm = 0.034;
-  session_.figures().drift_deg = 0.2;
+  session_.figures().saved_drift_mm = 0.034;
+  session_.figures().saved_drift_deg = 0.2;
   session_.stop();
   session_.say(LivePhase::finished, "");
   const cv::Mat3b shown = picture("end");
-  for (const char* text : {"at most 0.03 mm, 0.2", "nothing"}) expect_text(shown, text, theme::kText);
+  for (const char* text : {"0.03 mm, 0.2", "nothing"}) expect_text(shown, text, theme::kText);
   EXPECT_NE(find("Keyframes"), nullptr);
   expect_text(shown, " mm", theme::kText);
   EXPECT_NE(find("Size"), nullptr);

@@ -13,10 +13,9 @@ TEST_F(Window, SaysInWordsAndColorHowItGoes) {
   expect_text(picture("background"), "Getting ready", theme::kBlue);
   scan(1);
   expect_text(picture("first_touch"), "Tracking", theme::kGreen);
-  session_.say(LivePhase::scanning, "tracking; sliding along x is not observable");
+  session_.say(LivePhase::scanning, "tracking", TrackStatus::tracked, "sliding along x is not observable");
   expect_text(picture("uncertain"), "Position uncertain", theme::kAmber);
-  session_.say(LivePhase::scanning, "lost: too little overlap; touch a place you have seen",
-               TrackStatus::lost);
+  session_.say(LivePhase::scanning, "lost", TrackStatus::lost);
   session_.figures().warnings = {"The log has stopped: the disk is full. The scan goes on."};
   session_.figures().dropped = 12;
   cv::Mat3b shown = picture("lost");
@@ -128,8 +127,7 @@ TEST_F(Window, WhatIsNotJoinedGrowsBesideTheMap) {
   EXPECT_GT(glowing(joined, view()), 3000);
   EXPECT_LT(bluish(joined, view()), 100);
   session_.leave_the_map();
-  session_.say(LivePhase::scanning, "lost: too little overlap; touch a place you have seen",
-               TrackStatus::lost);
+  session_.say(LivePhase::scanning, "lost", TrackStatus::lost);
   for (int i = 0; i < 30; ++i) window_->turn(now_s_ += 0.1);  // the camera turns to both
   const cv::Mat3b apart = picture("apart");
   expect_text(apart, "What you touch grows beside the map", theme::kText);

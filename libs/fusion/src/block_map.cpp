@@ -213,7 +213,7 @@ std::array<const BlockSurface*, kBlockNeighbors> BlockMap::lower_surfaces(std::i
   return lower;
 }
 
-Mesh BlockMap::finish(int threads, ProgressSink* progress, std::vector<int>& keyframe) {
+Mesh BlockMap::mesh_all(int threads, ProgressSink* progress, std::vector<int>& keyframe) {
   std::vector<std::int64_t> keys;
   for (auto& [key, block] : blocks_) {
     block.sums.reset();

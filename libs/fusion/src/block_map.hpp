@@ -19,7 +19,7 @@
 namespace gelslam::fusion::detail {
 
 /// The blocks of a mesh: which patches each should ask and which it holds. A change goes through three
-/// passes, each over the blocks that the one before has named: sample, place, mesh. finish() runs them over
+/// passes, each over the blocks that the one before has named: sample, place, mesh. mesh_all() runs them over
 /// all blocks at once.
 class BlockMap {
  public:
@@ -42,7 +42,7 @@ class BlockMap {
   /// All passes over every block, on `threads` threads (0: all cores), and the result as one mesh whose
   /// vertices the blocks share. The same for any number of threads. Tells `progress` of the task "fusing".
   /// Fills in `keyframe`, the one that sees a vertex best.
-  Mesh finish(int threads, ProgressSink* progress, std::vector<int>& keyframe);
+  Mesh mesh_all(int threads, ProgressSink* progress, std::vector<int>& keyframe);
 
   /// Forgets a block in which no patch is left.
   void drop_if_empty(std::int64_t key);
@@ -87,8 +87,7 @@ class BlockMap {
   std::size_t warm_blocks_;
   std::unordered_map<std::int64_t, Block> blocks_;
   std::vector<std::int64_t> dirty_;
-  std::deque<std::pair<std::int64_t, std::uint64_t>>
-      uses_;  ///< of sums: block and number of the use, oldest first
+  std::deque<std::pair<std::int64_t, std::uint64_t>> uses_;  ///< of sums: block, number; oldest first
   std::uint64_t next_use_ = 0;
   std::size_t warm_ = 0;  ///< blocks with sums
 };

@@ -93,7 +93,7 @@ class VertexPlacer {
     // Of a voxel: half of one on both sides of the rim, and what steps leave.
     constexpr float kNear = 0.5f, kFarthest = 1.0f;  // numerics
     const float voxel = lattice_.voxel_size_mm, step = 0.25f * voxel;
-    if (at.best > 2 * field_.rim_weight()) return false;
+    if (at.best > 2 * field_.end_weight()) return false;
     Eigen::Vector3f rise;
     for (int axis = 0; axis < 3; ++axis) {
       const Eigen::Vector3f along = step * Eigen::Vector3f::Unit(axis);
@@ -102,7 +102,7 @@ class VertexPlacer {
     }
     rise -= rise.dot(at.normal) * at.normal;
     const float steepness = std::max(rise.norm(), 1e-6f);
-    const float inward = (Field::log_weight(field_.rim_weight()) - Field::log_weight(at.best)) / steepness;
+    const float inward = (Field::log_weight(field_.end_weight()) - Field::log_weight(at.best)) / steepness;
     if (inward < -kNear * voxel) return false;
     p += std::min(inward, kFarthest * voxel) / steepness * rise;
     return true;

@@ -59,7 +59,7 @@ void BlockSums::change(const BlockLattice& lattice, const Patch& patch, const Fi
     Voxel& voxel = side[i];
     voxel.sum.weight += sign * term.weight;
     voxel.sum.weighted_distance += sign * term.weighted_distance;
-    if (reading.weight >= field.min_weight()) voxel.heavy = static_cast<std::int16_t>(voxel.heavy + sign);
+    if (reading.weight >= field.touched_weight()) voxel.heavy = static_cast<std::int16_t>(voxel.heavy + sign);
   });
 }
 

@@ -22,7 +22,7 @@ bool Field::evaluate(const Eigen::Vector3f& point_mm, const PatchList& listed,
     scratch.push_back(o);
     best = std::max(best, o.weight);
   }
-  if (best < min_weight()) return false;
+  if (best < touched_weight()) return false;
 
   // One side of the object after the other, each led by its heaviest observation.
   constexpr int kMaxSides = 3;  // numerics: a place has two sides, an edge three
@@ -43,7 +43,7 @@ bool Field::evaluate(const Eigen::Vector3f& point_mm, const PatchList& listed,
       value.weight += o->weight;
     }
     rest = end;
-    if (lead.weight < min_weight() || sum.weight == 0) continue;
+    if (lead.weight < touched_weight() || sum.weight == 0) continue;
     value.distance_mm = mean_mm(sum);
     value.normal.normalize();
     if (!found || value.distance_mm > out.distance_mm) out = value;

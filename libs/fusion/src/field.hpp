@@ -24,21 +24,21 @@ struct DistanceSumOf {
   Integer weight = 0, weighted_distance = 0;
 };
 using DistanceSum = DistanceSumOf<std::int32_t>;
-constexpr std::size_t kMaxSummedPatches = 30000;  ///< layout: of weight 1: what 32 bits hold
+constexpr std::size_t kMaxSummedPatches = 30000;  ///< layout: of weights up to 1
 
 /// The signed distance field that all patches together say: a weighted mean over those that see the same side
 /// of the object, and the intersection of the half-spaces of different sides (own; docs/algorithms.md).
 class Field {
  public:
-  Field(float truncation_mm, float min_weight)
-      : truncation_mm_(truncation_mm), inverse_truncation_(1.0f / truncation_mm), rim_weight_(min_weight) {}
+  Field(float truncation_mm, float end_weight)
+      : truncation_mm_(truncation_mm), inverse_truncation_(1.0f / truncation_mm), end_weight_(end_weight) {}
 
   float truncation_mm() const { return truncation_mm_; }
-  /// Best single weight below which one side of a point does not count as touched. So much less than the
-  /// rim's that two voxels more are observed beyond the rim.
-  float min_weight() const { return rim_weight_ / 6; }
   /// Best single weight at which the mesh ends.
-  float rim_weight() const { return rim_weight_; }
+  float end_weight() const { return end_weight_; }
+  /// Best single weight below which one side of a point does not count as touched: reached about two voxels
+  /// beyond the mesh's end, H/60 ln((0.06 + 0.05) / (0.06 / 6 + 0.05)) = 2.4 pixels (mask_weight()).
+  float touched_weight() const { return end_weight_ / 6; }
   /// Of the largest weight of what is observed at a point, a logarithm that rises evenly toward the middle of
   /// a patch.
   float log_weight(const Eigen::Vector3f& point_mm, const PatchList& listed) const;
@@ -63,9 +63,10 @@ class Field {
 
  private:
   static constexpr float kUnit = 65536.0f;  // layout
+  static_assert(static_cast<float>(kMaxSummedPatches) * kUnit < 2147483648.0f, "weights up to 1 fit 32 bits");
 
   float truncation_mm_, inverse_truncation_;
-  float rim_weight_;
+  float end_weight_;
 };
 
 }  // namespace gelslam::fusion::detail

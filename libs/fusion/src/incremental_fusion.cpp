@@ -96,7 +96,7 @@ class IncrementalFusion::Impl {
     while (phase_ != Phase::idle) step();
     place_all(threads);
     queue_.clear();
-    return blocks_.finish(threads, progress, keyframe);
+    return blocks_.mesh_all(threads, progress, keyframe);
   }
 
   std::vector<MeshBlock> take_changed_blocks() {
@@ -226,8 +226,6 @@ IncrementalFusion::IncrementalFusion(const FusionOptions& fusion, const Incremen
   impl_ = std::make_unique<Impl>(fusion, options);
 }
 IncrementalFusion::~IncrementalFusion() = default;
-IncrementalFusion::IncrementalFusion(IncrementalFusion&&) noexcept = default;
-IncrementalFusion& IncrementalFusion::operator=(IncrementalFusion&&) noexcept = default;
 
 void IncrementalFusion::set_patches(const std::vector<PosedSurface>& patches, double gradient_scale) {
   impl_->set_patches(patches, gradient_scale);

@@ -15,11 +15,10 @@ namespace gelslam::fusion::detail {
 struct Observation {
   /// signed, along the surface's normal; positive outside the object (on the gel's side)
   float distance_mm = 0;
-  float weight = 0;        ///< 0..1
-  Eigen::Vector3f normal;  ///< of the surface, map frame, out of the object
-  Eigen::Vector3f
-      direction;     ///< halfway between `normal` and the way the sensor looks from: which side of the object
-  int keyframe = 0;  ///< whose patch it is
+  float weight = 0;           ///< 0..1
+  Eigen::Vector3f normal;     ///< of the surface, map frame, out of the object
+  Eigen::Vector3f direction;  ///< halfway between `normal` and where the sensor looks from: the object's side
+  int keyframe = 0;           ///< whose patch it is
 };
 
 /// A keyframe's heights, weights and slopes over the box that holds its contact, ready for look-ups from the

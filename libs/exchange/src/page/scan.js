@@ -51,13 +51,10 @@ function show_touch() {
 }
 
 // What is said.
-/** Without a folder nothing is saved; tracking has nothing to save. */
-const advice = () => state.phase !== "finished" || state.run_folder ? state.advice
-  : state.advice.replace(/^(Everything is saved|Saved)\./, state.scan ? "Nothing is kept (no -o)." : "");
 function show_words() {
   by("banner").className = "card " + state.tone;
   by("headline").textContent = state.headline;
-  by("advice").textContent = advice() || (state.surface === false ? "No surface is made here: the sensor is tracked alone." : "");
+  by("advice").textContent = state.advice || (state.surface === false ? "No surface is made here: the sensor is tracked alone." : "");
   show_warnings(state.warnings || []);
   document.title = state.headline + " – GelSLAM";
   show_figures(state.scan === false ? [["Frames", state.frames]] : state.figures || []);
@@ -73,7 +70,7 @@ function show_lost(text) {
   ended = state.phase === "finished" || state.phase === "finishing";
   if (!ended) by("banner").className = "card red";
   by("headline").textContent = ended ? "Finished" : text;
-  by("advice").textContent = ended ? (state.phase === "finished" ? advice() + " " : "") + "The program has ended."
+  by("advice").textContent = ended ? (state.phase === "finished" ? state.advice + " " : "") + "The program has ended."
     : "gelslam has ended, or cannot be reached. Trying again.";
   for (const id of ["stop", "new", "files"]) by(id).hidden = true;
 }

@@ -6,7 +6,7 @@ const unit = a => a.map(x => x / (Math.hypot(...a) || 1));
 
 // What is to be seen, mm: parts of the surface by key, and lines by name.
 const parts = new Map(), lines = new Map();
-const kWay = [0.41, 0.69, 0.98], kMostTouches = 128;
+const kWay = [0.41, 0.69, 0.98], kMostWeight = 128;
 let ended = false;  // nothing can be read anew
 
 // What the surface's colors say; maps as in the windows, from low to high.
@@ -19,8 +19,8 @@ const kColors = {
   },
   confidence: {
     map: "#481d6f #424086 #34608d #297b8e #1f968b #2ab07f #5ac864 #a0da39 #ece51b",
-    range: () => [0, Math.max(...[...parts.values()].map(part => part.touches), 1e-3)],
-    ends: (low, high) => ["0", high.toPrecision(3) + " touches"],
+    range: () => [0, Math.max(...[...parts.values()].map(part => part.weight), 1e-3)],
+    ends: (low, high) => ["0", high.toPrecision(3) + " keyframes"],
   },
   curvature: {map: "#332f2a #cec6ba #fffdfa", range: () => [0, 1], ends: () => ["hollow", "ridge"]},
 };
@@ -125,8 +125,8 @@ function forget(things, key) {
   things.delete(key);
 }
 
-/** Positions are kept by the GPU alone; here only their box and where they face. Normals have a fourth number: touches,
-    as a share of kMostTouches. */
+/** Positions are kept by the GPU alone; here only their box and where they face. Normals have a fourth number: weight,
+    as a share of kMostWeight. */
 function put_part(key, positions, normals, indices) {
   forget(parts, key);
   if (indices.length === 0) return;
@@ -138,8 +138,8 @@ function put_part(key, positions, normals, indices) {
   part.box = box_of(positions);
   part.facing = [0, 0, 0];
   for (let i = 0; i < normals.length; ++i) if (i % 4 < 3) part.facing[i % 4] += normals[i];
-  const touches = normals.filter((_, i) => i % 4 === 3).sort();
-  part.touches = touches[Math.floor(0.95 * (touches.length - 1))] * kMostTouches / (normals instanceof Float32Array ? 1 : 32767);
+  const weights = normals.filter((_, i) => i % 4 === 3).sort();
+  part.weight = weights[Math.floor(0.95 * (weights.length - 1))] * kMostWeight / (normals instanceof Float32Array ? 1 : 32767);
   parts.set(key, part);
 }
 function box_of(positions) {

@@ -182,7 +182,7 @@ class ScanService final : public HttpService {
       last_["frame"] = touch_ ? Json(touch_->frame) : Json(nullptr);
       last_["touch"] = touches ? touch_json(*touch_, map_.get()) : Json(nullptr);
       last_["surface"] = mesh_ != nullptr;
-      last_["scan"] = scan_.is_scan;
+      last_["scan"] = status.is_scan;
       last_["another"] = scan_.another;
     }
     last_["clients_dropped"] = server_->dropped.load();
@@ -258,8 +258,6 @@ class ScanService final : public HttpService {
   HttpReply ask(ScanWish wish, const char* done) {
     const std::lock_guard lock(mutex_);
     if (!scan_.ask) return refuse(409, "The scan is over.");
-    if (wish != ScanWish::stop && !scan_.is_scan)
-      return refuse(409, "This is no scan: it can be stopped only.");
     const std::string why = refusal(wish, scan_.status(), scan_.another);
     if (!why.empty()) return refuse(409, why);
     scan_.ask(wish);

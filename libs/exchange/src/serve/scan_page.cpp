@@ -35,13 +35,13 @@ std::int16_t share_of_largest(float number) {
 }
 
 void append_mesh(std::string& bytes, const Mesh& mesh) {
-  constexpr float kMostTouches = 128;
+  constexpr float kMostWeight = 128;
   std::vector<std::int16_t> normals(4 * mesh.vertices_mm.size());
   for (std::size_t i = 0; i < mesh.normals.size(); ++i)
     for (std::size_t k = 0; k < 3; ++k)
       normals[4 * i + k] = share_of_largest(mesh.normals[i][static_cast<int>(k)]);
   for (std::size_t i = 0; i < mesh.confidence.size(); ++i)
-    normals[4 * i + 3] = share_of_largest(mesh.confidence[i] / kMostTouches);
+    normals[4 * i + 3] = share_of_largest(mesh.confidence[i] / kMostWeight);
   append(bytes, mesh.vertices_mm);
   append(bytes, normals);
   append(bytes, mesh.triangles);
@@ -82,7 +82,8 @@ Json touch_json(const LiveTouch& touch, const MapSnapshot* map) {
   const Surface& surface = *touch.surface;
   std::optional<Pose> map_T_touch;
   if (map == nullptr) {
-    if (touch.trial >= 0) map_T_touch = touch.trial_T_frame;
+    map_T_touch = touch.map_T_frame;
+    if (!map_T_touch && touch.status == TrackStatus::tracked) map_T_touch = touch.trial_T_frame;
   } else if (const auto place = place_of(touch, touch.trial_T_frame, *map);
              place && place->component == map->shown_component) {
     map_T_touch = place->map_T_frame;

@@ -19,7 +19,7 @@ nlohmann::ordered_json touch_json(const LiveTouch& touch, const MapSnapshot* map
 nlohmann::ordered_json path_json(const MapSnapshot& map);
 
 /// For the page: the size of the JSON (4 bytes), JSON, and blocks, each as positions (3 float), normals (3
-/// int16, times 32767) and touches (int16, times 32767/128), and triangles (3 int). Little-endian.
+/// int16, times 32767) and weights (int16, times 32767/128), and triangles (3 int). Little-endian.
 std::string encode_changes(nlohmann::ordered_json json, const MeshFeed::Changes& changes);
 
 }  // namespace gelslam::exchange::detail

@@ -106,9 +106,7 @@ class V4l2Camera final : public CameraSource {
   std::int64_t lost_frames() const override { return lost_; }
   const std::vector<CameraSetting>& settings() const override { return settings_; }
   std::string absence() const override {
-    return is_away_ && !stopped_
-               ? fmt::format("the camera is away: connect it again within {:g} s", options_.away_s)
-               : "";
+    return is_away_ && !stopped_ ? fmt::format("connect it again within {:g} s", options_.away_s) : "";
   }
 
   std::string description() const override {

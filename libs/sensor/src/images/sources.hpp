@@ -20,7 +20,7 @@ bool has_image_ending(const std::filesystem::path& path);
 /// frame.
 std::vector<std::filesystem::path> list_images(const std::filesystem::path& folder);
 
-/// Images as frames at the profile's rate. `images` must not be empty.
+/// Images as frames: times of their names, else the profile's rate. `images` must not be empty.
 std::unique_ptr<RawFrameSource> open_image_folder(const std::filesystem::path& folder,
                                                   std::vector<std::filesystem::path> images,
                                                   const SensorProfile& profile);

@@ -72,10 +72,10 @@ LivePhase LiveBoard::phase() const {
   return status_.phase;
 }
 
-void LiveBoard::set_words(std::string words, TrackStatus track) {
+void LiveBoard::set_state(std::string state) {
   const std::lock_guard lock(mutex_);
-  status_.words = std::move(words);
-  status_.track = track;
+  status_.state = std::move(state);
+  status_.track = TrackStatus::background;
   status_.progress.clear();
 }
 
@@ -89,7 +89,7 @@ void LiveBoard::set_progress(std::int64_t done, std::int64_t total, double elaps
 }
 
 void BoardProgress::begin(std::string_view task, std::optional<std::int64_t> total) {
-  board_.set_words(std::string(task), TrackStatus::background);
+  board_.set_state(std::string(task));
   total_ = total.value_or(0);
   start_ = LiveClock::now();
 }
@@ -172,17 +172,24 @@ void LiveBoard::look_up_sigma() {
   if (node != nullptr && node->sigma_mm >= 0) sigma_mm_ = node->sigma_mm;
 }
 
-std::string LiveBoard::words() const {
-  if (!has_contact()) return "no contact";
+void LiveBoard::describe_touch(LiveStatus& status) const {
+  status.track = TrackStatus::no_contact;
+  status.state = "no contact";
+  if (!has_contact()) return;
   if (joined()) {
-    std::string text = "tracking";
-    append_sentence(text, touch_->hidden);
-    if (const double drift_mm = 2 * sigma_mm_; drift_mm > kLargeDriftMm)
-      append_sentence(text, fmt::format("may be off by {:.1f} mm; return to the start", drift_mm));
-    return text;
+    status.track = TrackStatus::tracked;
+    status.state = "tracking";
+    status.reason = touch_->doubt;
+    const double drift_mm = 2 * sigma_mm_;
+    if (drift_mm <= kLargeDriftMm) return;
+    append_sentence(status.reason, fmt::format("may be off by {:.1f} mm", drift_mm));
+    status.advice = "return to the start";
+    return;
   }
-  return (why_lost_.empty() ? "not joined to the map" : "lost: " + why_lost_) +
-         "; touch a place you have seen";
+  status.track = TrackStatus::lost;
+  status.state = why_lost_.empty() ? "not joined to the map" : "lost";
+  status.reason = why_lost_;
+  status.advice = "touch a place you have seen";
 }
 
 LiveStatus LiveBoard::status() const {
@@ -194,12 +201,7 @@ LiveStatus LiveBoard::status() const {
     status.warnings.push_back(counted(status.dropped, "frame") +
                               " dropped: this computer is too slow for the camera; gelslam reconstruct takes "
                               "every frame of the recorded log");
-  if (status.phase == LivePhase::scanning) {
-    status.words = words();
-    status.track = !has_contact() ? TrackStatus::no_contact
-                   : joined()     ? TrackStatus::tracked
-                                  : TrackStatus::lost;
-  }
+  if (status.phase == LivePhase::scanning) describe_touch(status);
   status.rate_hz = meter_.rate_hz(source_end_.value_or(LiveClock::now()));
   status.latency_ms = meter_.latency_ms(0.5);
   status.latency_p99_ms = meter_.latency_ms(0.99);

@@ -42,8 +42,8 @@ class LiveBoard {
   // The stages.
   void set_phase(LivePhase phase);
   LivePhase phase() const;
-  void set_words(std::string words, TrackStatus track);  ///< what people are told before anything is tracked
-  void set_progress(std::int64_t done, std::int64_t total, double elapsed_s);  ///< of what `words` say
+  void set_state(std::string state);  ///< before anything is tracked, and at the end
+  void set_progress(std::int64_t done, std::int64_t total, double elapsed_s);  ///< of this state
   void warn(const std::string& sentence) { warn_about(sentence, sentence); }   ///< once
   /// What is said anew as it changes ("3 frames came damaged"): the newest sentence about it takes the place
   /// of the last.
@@ -73,7 +73,7 @@ class LiveBoard {
   bool has_contact() const;
   void look_up_sigma();
   bool joined() const;
-  std::string words() const;
+  void describe_touch(LiveStatus& status) const;
 
   mutable std::mutex mutex_;
   const LiveClock::time_point start_ = LiveClock::now();

@@ -235,7 +235,6 @@ void LiveSlam::finish() {
     board.show_saved(saved.map);
     options.mesh_feed->set_whole(saved.mesh);
   }
-  board.set_words(run_ ? "done: saved in " + run_->folder.string() : "done", TrackStatus::background);
 }
 
 Run LiveSlam::save(SlamMap map, bool partial, ProgressSink& progress) {
@@ -256,7 +255,7 @@ Run LiveSlam::save(SlamMap map, bool partial, ProgressSink& progress) {
     const std::lock_guard lock(mutex_);
     report_ = finished.report;
   }
-  board.set_words("saving", TrackStatus::background);
+  board.set_state("saving");
   if (run_) run_->save(finished, session_doubt_.empty());
   return finished;
 }
@@ -275,17 +274,20 @@ LiveStatus LiveSlam::status() const {
   LiveStatus status = board.status();
   if ((status.phase == LivePhase::background || status.phase == LivePhase::scanning) && paused_) {
     status.phase = LivePhase::paused;
-    status.words = "paused";
+    status.state = "paused";
+    status.reason = status.advice = "";
   }
   if (std::string absence = source_->absence(); !absence.empty()) {
-    status.words = std::move(absence);
+    status.state = "the camera is away";
+    status.reason = "";
+    status.advice = std::move(absence);
     status.track = TrackStatus::lost;
   }
   if (run_) status.run_folder = run_->folder.string();
   const std::lock_guard lock(mutex_);
   status.failure = failure_in_words_;
-  status.drift_mm = report_.uncertainty.drift_mm.amount;
-  status.drift_deg = report_.uncertainty.drift_deg.amount;
+  status.saved_drift_mm = report_.uncertainty.drift_mm.amount;
+  status.saved_drift_deg = report_.uncertainty.drift_deg.amount;
   status.reservations = report_.reservations;
   return status;
 }

@@ -72,10 +72,9 @@ void SurfaceStage::report_background() {
   }
   context_.board.set_phase(LivePhase::background);
   const BackgroundCheck& refusal = frames_.refusal();
-  const std::string words = refusal.contact   ? refusal.request()
-                            : refusal.markers ? refusal.reason
-                                              : std::string("taking the background: do not touch the gel");
-  context_.board.set_words(words, TrackStatus::background);
+  context_.board.set_state(refusal.contact   ? refusal.request()
+                           : refusal.markers ? refusal.reason
+                                             : "taking the background: do not touch the gel");
 }
 
 void TrackingStage::run() {
@@ -96,7 +95,7 @@ void TrackingStage::handle(const SurfacedFrame& frame) {
                        std::chrono::duration<double, std::milli>(LiveClock::now() - frame.captured).count());
   if (tracked.status == TrackStatus::tracked) hidden_.pass(tracked.trial, tracked.registration.observable);
   LiveTouch touch{record_of(tracked), image.bgr, frame.surface, tracked.trial_T_frame, hidden_.words()};
-  if (touch.apart) append_sentence(touch.hidden, std::string(kApart));
+  if (touch.apart) append_sentence(touch.doubt, std::string(kApart));
   const std::string why_lost = tracked.status == TrackStatus::lost
                                    ? std::string(describe(tracked.registration.status))
                                    : std::string();

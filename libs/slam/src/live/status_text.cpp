@@ -18,7 +18,6 @@ std::string capitalized(std::string text) {
 }
 
 StateWords usual_words(const LiveStatus& status) {
-  const bool is_kept = !status.run_folder.empty();
   if (status.phase == LivePhase::background)
     return {"background", Tone::blue, "Getting ready", "Keep the gel free until its background is measured."};
   if (status.phase == LivePhase::paused) return {"paused", Tone::gray, "Paused", ""};
@@ -26,7 +25,9 @@ StateWords usual_words(const LiveStatus& status) {
     return {"finishing", Tone::blue, "Finishing", "Closing loops, fusing, saving."};
   if (status.phase == LivePhase::finished)
     return {"finished", Tone::green, "Finished",
-            is_kept ? "Everything is saved." : "Nothing is kept (no -o)."};
+            !status.run_folder.empty() ? "Everything is saved."
+            : status.is_scan           ? "Nothing is kept (no -o)."
+                                       : ""};
   if (status.track == TrackStatus::tracked) return {"tracking", Tone::green, "Tracking", ""};
   if (status.track == TrackStatus::lost) return {"lost", Tone::red, "Lost", "Touch a place you have seen."};
   return {"no_contact", Tone::amber, "No contact",
@@ -34,15 +35,11 @@ StateWords usual_words(const LiveStatus& status) {
                                 : "Press the object on the gel, at a place you have seen."};
 }
 
-/// The headline is what the session says before the first ";" or ":", the advice what it says after it.
-void say_while_scanning(const std::string& text, StateWords& words) {
-  const std::string_view said = text;
-  const std::string_view head = said.substr(0, std::min(said.find(';'), said.find(": ")));
-  if (!trimmed(head).empty()) words.headline = capitalized(trimmed(head));
-  if (head.size() < said.size()) words.advice = sentences(said.substr(head.size() + 1));
-  if (words.state != "tracking" || words.advice.empty()) return;
-  words.tone = Tone::amber;  // some motions are not observable: the pose may drift
-  words.headline = "Position uncertain";
+void say_while_scanning(const LiveStatus& status, StateWords& words) {
+  if (!status.state.empty()) words.headline = capitalized(status.state);
+  if (std::string said = sentences(status.reason + ";" + status.advice); !said.empty()) words.advice = said;
+  if (words.state == "tracking" && !status.reason.empty())
+    words = {words.state, Tone::amber, "Position uncertain", words.advice};
 }
 
 /// What a person at the window may do next, behind the advice.
@@ -76,10 +73,11 @@ std::string sentences(std::string_view text) {
 StateWords state_words(const LiveStatus& status, bool keys) {
   StateWords words = usual_words(status);
   if (status.phase == LivePhase::scanning) {
-    say_while_scanning(status.words, words);
+    say_while_scanning(status, words);
   } else if (status.phase == LivePhase::background || status.phase == LivePhase::finishing) {
     const std::string progress = status.progress.empty() ? "" : ": " + status.progress;
-    if (std::string said = sentences(status.words + progress); !said.empty()) words.advice = std::move(said);
+    if (std::string said = sentences(state_line(status) + progress); !said.empty())
+      words.advice = std::move(said);
   } else if (status.phase == LivePhase::finished && !status.failure.empty()) {
     words.tone = Tone::red;
     words.headline = "Ended with an error";
@@ -92,6 +90,11 @@ StateWords state_words(const LiveStatus& status, bool keys) {
   }
   if (keys) words.advice += key_hint(status, words);
   return words;
+}
+
+std::string state_line(const LiveStatus& status) {
+  return status.state + (status.reason.empty() ? "" : ": " + status.reason) +
+         (status.advice.empty() ? "" : "; " + status.advice);
 }
 
 std::vector<Figure> usual_figures(const LiveStatus& s) {
@@ -113,6 +116,7 @@ std::vector<Figure> further_figures(const LiveStatus& s) {
 
 std::string refusal(ScanWish wish, const LiveStatus& status, bool another) {
   const bool over = status.phase == LivePhase::finishing || status.phase == LivePhase::finished;
+  if (wish == ScanWish::new_scan && !status.is_scan) return "This is no scan: it can be stopped only.";
   if (wish == ScanWish::new_scan) return another ? "" : "There is no camera for another scan.";
   return over ? "The scan is over." : "";
 }

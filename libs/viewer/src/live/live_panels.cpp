@@ -163,10 +163,10 @@ std::vector<Fact> facts_of(const LiveFrame& frame) {
   std::vector<Fact> facts = {{"Keyframes", text_of_count(s.keyframes)}};
   if (const Eigen::Vector3f size = frame.mesh_mm.sizes(); !frame.mesh_mm.isEmpty())
     facts.push_back({"Size", fmt::format("{:.1f} x {:.1f} x {:.1f} mm", size.x(), size.y(), size.z())});
-  if (s.drift_mm > 0)
-    facts.push_back(
-        {"Expected error", fmt::format("at most {:.2f} mm, {:.1f}\u00b0", s.drift_mm, s.drift_deg),
-         s.drift_mm > kLargeDriftMm || s.drift_deg > kLargeDriftDeg ? theme::kAmber : theme::kText});
+  const double mm = s.saved_drift_mm, deg = s.saved_drift_deg;
+  if (mm > 0)
+    facts.push_back({"Pose uncertainty (2 sigma)", fmt::format("{:.2f} mm, {:.1f}\u00b0", mm, deg),
+                     mm > kLargeDriftMm || deg > kLargeDriftDeg ? theme::kAmber : theme::kText});
   facts.push_back(
       {"Not joined",
        s.components > 1 ? fmt::format("{} of {} pieces", s.components - 1, s.components) : "nothing",

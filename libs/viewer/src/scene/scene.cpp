@@ -23,8 +23,8 @@ constexpr float kTouchLiftMm = 0.25F;  ///< the map below the touch may be so mu
 constexpr float kPieceOpacity = 0.8F, kHiddenLineOpacity = 0.16F, kHiddenGhostOpacity = 0.3F;
 constexpr float kMinCurvature = 0.05F;  ///< 1/mm; smoother surfaces are not made to look rough
 
-constexpr float kSmoothBorder = 0.2F;                 ///< touches; at the last triangle there are nearly none
-constexpr float kFirmTouches = 2.5F;                  ///< of so many keyframes a surface is seen well
+constexpr float kSmoothBorder = 0.2F;                 ///< weight; at the last triangle there is nearly none
+constexpr float kFirmWeight = 2.5F;                   ///< of so many keyframes a surface is seen well
 constexpr double kCertainMm = 0.1, kUncertainMm = 1;  ///< two standard deviations: tint begins, is full
 const Vector3f kTouchGlow(1.0F, 0.36F, 0.05F), kPieceGlow(0.06F, 0.50F, 0.95F);
 
@@ -120,8 +120,8 @@ struct Scene::Impl {
     mesh_program.set("range_max", high);
     mesh_program.set("clay", style.plain_rgb);
     mesh_program.set("curvature_gain", 1.0F / std::max(mesh.typical_curvature(), kMinCurvature));
-    mesh_program.set("firm_touches", kFirmTouches);
-    mesh_program.set("min_touches", style.smooth_border && mesh.has_confidence() ? kSmoothBorder : -1.0F);
+    mesh_program.set("firm_weight", kFirmWeight);
+    mesh_program.set("min_weight", style.smooth_border && mesh.has_confidence() ? kSmoothBorder : -1.0F);
     mesh_program.set("color_map", 0);
     mesh_program.set("certainty", 1);
     glActiveTexture(GL_TEXTURE1);
@@ -275,7 +275,7 @@ std::optional<ColorLegend> Scene::legend(const SceneStyle& style) const {
   if (style.color == SceneColor::plain || style.color == SceneColor::certainty) return std::nullopt;
   const auto [low, high] = impl_->range(style);
   const bool is_length = style.color == SceneColor::height || style.color == SceneColor::distance;
-  const char* unit = is_length ? "mm" : style.color == SceneColor::confidence ? "touches" : "";
+  const char* unit = is_length ? "mm" : style.color == SceneColor::confidence ? "keyframes" : "";
   return ColorLegend{kTitles[static_cast<int>(style.color)], unit, low, high, colors_of(style.color), {}};
 }
 

@@ -11,14 +11,14 @@ layout(location = 3) in float value;
 uniform mat4 clip_T_map, camera_T_map;
 uniform int color_by;  // SceneColor
 out vec3 position_c, normal_c;
-out float curvature, number, touches;
+out float curvature, number, weight;
 flat out float keyframe;
 void main() {
   gl_Position = clip_T_map * vec4(position_m, 1.0);
   position_c = (camera_T_map * vec4(position_m, 1.0)).xyz;
   normal_c = mat3(camera_T_map) * normal_m.xyz;
   curvature = curvature_confidence.x;
-  touches = curvature_confidence.y;
+  weight = curvature_confidence.y;
   keyframe = value;
   number = color_by == 1 ? curvature_confidence.y : color_by == 2 ? -position_m.z : value;
 }
@@ -26,10 +26,10 @@ void main() {
 
 inline constexpr const char* kMeshFragmentShader = R"(#version 330 core
 in vec3 position_c, normal_c;
-in float curvature, number, touches;
+in float curvature, number, weight;
 flat in float keyframe;
 uniform int color_by, shading;  // SceneColor, SceneShading
-uniform float range_min, range_max, curvature_gain, firm_touches, min_touches;
+uniform float range_min, range_max, curvature_gain, firm_weight, min_weight;
 uniform sampler2D color_map, certainty;
 uniform vec3 clay;  // linear
 out vec4 color;
@@ -37,7 +37,7 @@ out vec4 color;
 vec3 to_linear(vec3 c) { return pow(c, vec3(2.2)); }
 
 vec3 tinted_clay() {
-  float thin = 1.0 - smoothstep(0.3, 1.0, touches / firm_touches);
+  float thin = 1.0 - smoothstep(0.3, 1.0, weight / firm_weight);
   ivec2 place = ivec2(int(keyframe) % 256, int(keyframe) / 256);
   float doubt = keyframe < 0.0 ? 0.0 : texelFetch(certainty, place, 0).r;
   return mix(mix(clay, vec3(0.20, 0.36, 0.62), 0.55 * thin), vec3(0.70, 0.34, 0.06), 0.6 * doubt);
@@ -66,7 +66,7 @@ vec3 by_curvature(vec3 albedo, vec3 n) {
 }
 
 void main() {
-  if (touches < min_touches) discard;
+  if (weight < min_weight) discard;
   vec3 n = normalize(normal_c), v = normalize(-position_c), albedo = surface_color();
   // Coarse triangles may fold over; their normals still say which side it is.
   bool inside = !gl_FrontFacing && dot(n, v) < 0.0;

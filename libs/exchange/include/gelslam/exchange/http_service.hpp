@@ -19,7 +19,6 @@ struct WatchedScan {
   std::function<std::shared_ptr<const LiveTouch>()> touch;
   std::function<std::shared_ptr<const MapSnapshot>()> map;
   std::function<void(ScanWish)> ask;  ///< what refusal() does not refuse
-  bool is_scan = true;                ///< false: can be stopped, nothing else
   bool another = false;               ///< of refusal()
 };
 

@@ -20,14 +20,12 @@ struct IncrementalOptions {
 /// made again, from the same field by the same mesher. When work() has nothing left to do, the blocks
 /// together are the mesh of fuse() for the poses in use, with the same vertices and triangles, whatever
 /// happened before; only islands are still there. Not thread-safe; all but finish() runs
-/// in the calling thread (`FusionOptions::threads` is not used). docs/algorithms.md.
+/// in the calling thread (`FusionOptions::threads` is not used).
 class IncrementalFusion {
  public:
   /// Throws Error for options that make no sense.
   IncrementalFusion(const FusionOptions& fusion, const IncrementalOptions& options);
   ~IncrementalFusion();
-  IncrementalFusion(IncrementalFusion&&) noexcept;
-  IncrementalFusion& operator=(IncrementalFusion&&) noexcept;
 
   /// Sets all patches and their places; those no longer named are removed. The work is done by work(). Keeps
   /// the surfaces. Throws Error, and changes nothing, when an id is given twice, a patch is damaged (as

@@ -60,7 +60,7 @@ class RawFrameSource {
   virtual std::optional<std::int64_t> frame_count() const { return std::nullopt; }
   /// For people: "GelSight Mini R0B 28KX, /dev/video2, MJPG 3280x2464, 25 Hz". From any thread.
   virtual std::string description() const = 0;
-  /// What next() waits for longer than for a frame, for people, or "". From any thread.
+  /// What people are to do where next() waits for a camera that is away, or "". From any thread.
   virtual std::string absence() const { return ""; }
   /// Frames that the driver lost between the ones delivered.
   virtual std::int64_t lost_frames() const { return 0; }

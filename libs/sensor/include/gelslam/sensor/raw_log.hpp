@@ -58,8 +58,8 @@ class LogWriter {
 /// files give their bytes; other videos and images are decoded, and come as bgr at their own size. Times and
 /// sequence numbers are those that were recorded (a time that is not after the last one, or that most of the
 /// next three contradict: up to one frame after the last; warning() counts them);
-/// images have the profile's rate. A video that was cut off or never closed gives what is whole, and
-/// warning() says so. Throws Error when it is none of these.
+/// images have their names' times, else the profile's rate. A video that was cut off or never closed gives
+/// what is whole, and warning() says so. Throws Error when it is none of these.
 std::unique_ptr<RawFrameSource> open_raw_log(const std::filesystem::path& log,
                                              const SensorProfile& profile = {});
 

@@ -27,7 +27,8 @@ using SessionQueue = BoundedQueue<std::function<void(Store&)>>;
 ///   fuse         surfaces at these poses to one mesh                                fuse_map()
 ///
 /// There are two schedules. Offline one thread calls process(), which waits for loops. Live one thread calls
-/// track() and another one close_loops(). Their results are the same. Only keyframes are kept. Deterministic.
+/// track() and another one close_loops(). Their results are the same. Of frames that are no keyframes only a
+/// FrameRecord is kept. Deterministic.
 class GelSlam {
  public:
   /// `so_far`: the scan that goes on; of a new one nothing but its part, if it has one. Searches the loops

@@ -27,19 +27,19 @@ enum class LivePhase { background, scanning, paused, finishing, finished };
 /// The state of a scan for the user, in words and figures. Cheap to copy.
 struct LiveStatus {
   LivePhase phase = LivePhase::background;
-  /// For the color of `words`. `lost` lasts until what is touched now has been joined to the shown map.
+  bool is_scan = true;  ///< false: tracking alone, which saves nothing and can only be stopped
+  /// `lost` lasts until what is touched now has been joined to the shown map.
   TrackStatus track = TrackStatus::no_contact;
-  /// "tracking"; "tracking; sliding along x is not observable"; "no contact";
-  /// "lost: too little overlap; touch a place you have seen"
-  std::string words;
+  /// "lost", "too little overlap", "touch a place you have seen". While tracking, the reason says why the
+  /// place is uncertain.
+  std::string state, reason, advice;
   std::string progress;  ///< of the last steps, while finishing: "34%, 12 s left"; or ""
   /// What is wrong for longer than a frame (log stopped: disk full; background doubtful).
   std::vector<std::string> warnings;
-  std::string
-      failure;  ///< what ended the scan, or kept it from being saved whole; also among the warnings; or ""
-  std::string run_folder;           ///< where it is saved; "" without one
-  std::string source;               ///< RawFrameSource::description()
-  double rate_hz = 0;               ///< measured over the last seconds
+  std::string failure;     ///< what ended the scan, or kept it from being saved whole (a warning, too); or ""
+  std::string run_folder;  ///< where it is saved; "" without one
+  std::string source;      ///< RawFrameSource::description()
+  double rate_hz = 0;      ///< measured over the last seconds
   std::int64_t frames = 0;          ///< that arrived since the scan began
   std::int64_t lost_by_camera = 0;  ///< gaps in the driver's count
   std::int64_t dropped = 0;         ///< arrived, but not tracked because we were behind
@@ -52,7 +52,7 @@ struct LiveStatus {
   std::int64_t log_bytes = 0;  ///< recorded so far; 0 without a log
   GradientScale gradient_scale;
   /// Two standard deviations of the pose that is known worst, of what was saved; 0: nothing was.
-  double drift_mm = 0, drift_deg = 0;
+  double saved_drift_mm = 0, saved_drift_deg = 0;
   std::vector<std::string> reservations;  ///< reservations() of what was saved; say them when finished
 };
 
@@ -61,7 +61,8 @@ struct LiveTouch : FrameRecord {
   cv::Mat3b image{};     ///< at the profile's resolution
   SurfacePtr surface{};  ///< null while the background is measured
   Pose trial_T_frame = Pose::Identity();
-  std::string hidden{};  ///< motions that have not been observable for a while, in words; or ""
+  std::string doubt{};  ///< what has not been observable for a while, or moves apart, in words; or ""
+  std::optional<Pose> map_T_frame{};  ///< of a localized frame: it has no MapSnapshot
 };
 
 /// As they came from the camera.
@@ -80,9 +81,8 @@ class LiveSession {
 
   /// A log waits meanwhile. A camera cannot: its frames are left out, and the trial ends.
   virtual void set_paused(bool paused) = 0;
-  virtual void stop() = 0;  ///< drains, closes loops, fuses, saves; phase goes to finishing, then finished
-  virtual void
-  abort() = 0;  ///< stop(), and leave out whatever takes time: loops not searched yet, refinement
+  virtual void stop() = 0;   ///< drains, closes loops, fuses, saves; phase goes to finishing, then finished
+  virtual void abort() = 0;  ///< stop(), and leave out what takes time: loops not searched yet, refinement
 
   /// Waits until the source has ended or stop() was called and everything is saved. Throws what a stage
   /// threw: an Error when the source does not fit or nothing could be saved.

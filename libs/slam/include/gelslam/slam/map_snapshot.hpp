@@ -33,8 +33,7 @@ struct MapSnapshot {
   std::uint64_t version = 0;
   std::vector<Node> nodes;  ///< by id, ascending
   std::vector<Edge> edges;
-  int shown_component =
-      -1;  ///< that of the nodes that are placed: the one that is meshed and drawn; -1 when there is none
+  int shown_component = -1;      ///< of the nodes that are placed: it is meshed and drawn; -1: there is none
   GradientScale gradient_scale;  ///< of the surfaces: heights and slopes are to be divided by it
 
   const Node* find(int keyframe) const;  ///< null when it is not there

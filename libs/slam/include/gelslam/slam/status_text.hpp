@@ -18,11 +18,11 @@ struct StateWords {
   Tone tone = Tone::gray;
   std::string headline, advice;
 };
-/// The session's words ("lost: too little overlap; touch a place you have seen") as a headline and sentences.
 /// `keys` false: for who has no keyboard at the scan.
 StateWords state_words(const LiveStatus& status, bool keys = true);
-std::string sentences(
-    std::string_view text);  ///< "too little; touch a place" -> "Too little. Touch a place."
+/// "lost: too little overlap; touch a place you have seen"
+std::string state_line(const LiveStatus& status);
+std::string sentences(std::string_view text);  ///< "too little; touch" -> "Too little. Touch."
 
 /// A counter beside the surface.
 struct Figure {

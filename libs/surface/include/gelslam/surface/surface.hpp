@@ -22,15 +22,15 @@ bool is_possible_picture(cv::Size size, double pixel_pitch_mm);
 /// What the gel's surface looks like in one frame. All maps are HxW, continuous, in the sensor frame:
 /// x right, y down, z out of the gel toward the object, origin at the image center on the undeformed gel.
 struct Surface {
-  cv::Mat1f height_mm;  ///< 0 where nothing touches, negative in contact
+  cv::Mat1f height_mm;  ///< of the gel at rest where nothing touches: 0, or its dome; lower in contact
   cv::Mat3f normals;    ///< unit, (-gx, -gy, 1) normalized; z > 0
   cv::Mat1b contact;    ///< 255 where the object touches, else 0
   /// Information that the normals carry, 255 (best / sigma)² (confidence_map(), doubt_steep_slopes()), at
   /// least 2 in contact; 1 where they were filled in from around (is_read()), 0 elsewhere. Empty: the same all
   /// over the contact.
   cv::Mat1b confidence;
-  cv::Mat1f
-      curvature;  ///< smoothed Laplacian of height (1/pixel), 0 outside contact, clipped to +-kMaxCurvature
+  /// Smoothed Laplacian of height (1/pixel), 0 outside contact, clipped to +-kMaxCurvature.
+  cv::Mat1f curvature;
   double pixel_pitch_mm = 0.0634;
   SensorOptics optics;  ///< of the camera that saw it; maps are on its rest grid
   /// Standard deviation of slopes at the best place, over what is assumed of a sensor's own model (own): at
@@ -40,7 +40,7 @@ struct Surface {
   /// slopes that the model reads change with a gray level. Slopes that are read larger have larger noise.
   double slope_noise = 1.0;
   int contact_pixels = 0;  ///< number of set pixels in `contact`
-  /// Bare gel was seen, so that height 0 is where it lies. Else heights are right among themselves only.
+  /// Bare gel was seen, and has the heights of the gel at rest. Else heights are right among themselves only.
   bool zero_is_bare_gel = true;
 
   CameraModel camera() const { return {contact.size(), pixel_pitch_mm, optics}; }
