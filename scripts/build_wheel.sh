@@ -8,14 +8,14 @@
 # compiled from the system's source packages without their GPL parts, and Open3D is left out.
 #
 #   --build DIR   take what was built in DIR, with the system's Ceres and FFmpeg (GPL), instead of building first in
-#                 build/wheel
+#                 build/wheel; the archive is compressed less
 #   --check       also use both in a fresh Debian root without a compiler, with a window (needs mmdebstrap and a package
 #                 mirror)
 . "$(dirname "$0")/common.sh"
 
-build='' check=false
+build='' check=false compress=gzip
 parse "--build= --check" 0 1 "$@"
-[[ -z $build ]] || build=$(realpath -e "$build")
+[[ -z $build ]] || build=$(realpath -e "$build") compress='gzip -1'
 out=$(realpath -m "${arguments[0]:-$root/packages}")
 
 work=$(mktemp -d)
@@ -98,22 +98,31 @@ for part in fonts-dejavu-core libimgui-dev libmeshoptimizer-dev libeigen3-dev py
 
 # Every library that is not the system's. No other library of the process has its name. X's keep theirs: the graphics
 # driver asks for them, too.
-renamed=() path=
+declare -A file_of owner_of version_of
 while read -r name _ path _; do
   [[ $path == /* ]] || continue
   case $name in
     libc.so* | libm.so* | libdl.so* | libpthread.so* | librt.so* | libresolv.so* | libstdc++.so* | libgcc_s.so* | ld-linux*) continue ;;
     libGL.so* | libGLX.so* | libEGL.so* | libOpenGL.so* | libGLdispatch.so*) continue ;;
   esac
-  path=$(realpath "$path")
+  file_of[$name]=$(realpath "$path")
+done < <({ LD_LIBRARY_PATH=$parts/lib ldd "$package/bin/gelslam" "$module"; } | sort -u -k1,1)
+# All at once: each search reads the lists of all packages. Some packages say /lib for what lies in /usr/lib.
+while read -r line; do
+  file=${line##*: } owner_of[/usr${file#/usr}]=${line%%: *}
+done < <(dpkg -S "${file_of[@]}" "${file_of[@]#/usr}" 2>/dev/null)
+while read -r owner version_of_owner; do
+  version_of[$owner]=$version_of_owner
+done < <(dpkg-query -W -f '${binary:Package} ${Version}\n' "${owner_of[@]}")
+renamed=()
+for name in $(printf '%s\n' "${!file_of[@]}" | sort); do
+  path=${file_of[$name]}
   if [[ $path == "$parts"/* ]]; then
     origin="ffmpeg $(dpkg-query -W -f '${source:Version}' libavcodec-dev), compiled anew"
     cp "$parts/licenses/"* "$package/licenses/"
   else
-    # Some packages say /lib for what lies in /usr/lib.
-    owner=$(dpkg -S "$path" 2>/dev/null || dpkg -S "${path#/usr}")
-    owner=${owner%%: *}
-    origin=$(dpkg-query -W -f '${binary:Package} ${Version}' "$owner")
+    owner=${owner_of[$path]}
+    origin="$owner ${version_of[$owner]}"
     license_of "${owner%%:*}"
   fi
   case $name in
@@ -122,7 +131,7 @@ while read -r name _ path _; do
   esac
   install -m644 "$path" "$package/lib/$target"
   printf '%-40s %s\n' "$target" "$origin"
-done < <({ LD_LIBRARY_PATH=$parts/lib ldd "$package/bin/gelslam" "$module"; } | sort -u -k1,1) >"$work/libraries"
+done >"$work/libraries"
 { echo "Libraries, and the packages of $(. /etc/os-release && echo "$PRETTY_NAME") that they and their sources are from:"
   cat "$work/libraries"; } >"$package/licenses/LIBRARIES"
 grep -ohE '/usr/share/common-licenses/[A-Z][A-Za-z0-9.-]*[A-Za-z0-9]' "$package"/licenses/* | sort -u | while read -r text; do
@@ -155,7 +164,7 @@ tag=$(uname -m)
 archive=gelslam-$version-linux-$tag
 mkdir "$work/$archive"
 cp -r "$package"/{bin,lib,share,licenses} "$root"/{LICENSE,README.md,configs} "$work/$archive/"
-tar -C "$work" --owner=0 --group=0 --sort=name -czf "$out/$archive.tar.gz" "$archive"
+tar -C "$work" --owner=0 --group=0 --sort=name --use-compress-program "$compress" -cf "$out/$archive.tar.gz" "$archive"
 say "$out/$archive.tar.gz"
 
 info=$work/wheel/gelslam-$version.dist-info

@@ -72,6 +72,7 @@ function(gelslam_test name)
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} GTest::gtest GTest::gmock GTest::gtest_main)
   target_include_directories(${name} PRIVATE ${ARG_INCLUDES})
   gelslam_test_options(${name})
+  gelslam_unity(${name})
   # Where tests/support/data_folder.hpp looks when GELSLAM_DATA is not set.
   target_compile_definitions(${name} PRIVATE GELSLAM_DEFAULT_DATA="${PROJECT_SOURCE_DIR}/../shared/data")
   if(ARG_PROGRAM)

@@ -12,7 +12,6 @@ namespace gelslam {
 namespace {
 
 constexpr double kScaleSigma = 0.1;
-constexpr double kSigmaRad = 0.002, kSigmaMm = 0.02;  // what Graph::join() promises
 
 Vector6d away(double rx, double ry, double rz, double x, double y, double z) {
   return (Vector6d() << rx, ry, rz, x, y, z).finished();

@@ -12,9 +12,6 @@ namespace {
 /// What every edge is known to beside its measurement.
 const Matrix6d kOverlapPrior = backend::detail::with_overlap_prior(Matrix6d::Zero());
 
-constexpr double kSigmaRad = 0.002;
-constexpr double kSigmaMm = 0.02;
-
 Graph ring(int nodes, double step_deg) {
   Graph graph;
   for (int i = 0; i < nodes; ++i) graph.truth[i] = rolled(i, step_deg);

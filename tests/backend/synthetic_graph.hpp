@@ -46,12 +46,14 @@ inline Pose rolled(int keyframe, double step_deg) {
   return pose;
 }
 
+inline constexpr double kSigmaRad = 0.002, kSigmaMm = 0.02;
+
 struct Graph {
   std::map<int, Pose> truth;
   std::vector<PoseGraphEdge> edges;
 
   void join(int from, int to, EdgeKind kind, const Vector6d& noise = Vector6d::Zero(),
-            double sigma_rad = 0.002, double sigma_mm = 0.02) {
+            double sigma_rad = kSigmaRad, double sigma_mm = kSigmaMm) {
     edges.push_back({from, to, truth.at(from).inverse() * truth.at(to) * se3_exp(noise),
                      information_of(sigma_rad, sigma_mm), kind});
   }

@@ -17,8 +17,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr double kPitchMm = 0.0634;
-
 FoundCircle found_in(const SimulatedPresses& presses, std::size_t k) {
   return find_circle(presses.set.presses[k].bgr, presses.set.background, presses.set.camera(kPitchMm),
                      presses.set.presses[k].diameter_mm);

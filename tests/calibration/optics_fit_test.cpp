@@ -20,7 +20,6 @@ using calibration::detail::OpticsModel;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kPitchMm = 0.0634;
 const cv::Size kPicture(320, 240);
 const SensorOptics kTrue = {0.05, {4, -3}, 1.015, 19, {0.0014, 0.0031}},
                    kStart = {0.037, {0, 0}, 1, 22, {0.0017, 0.0028}};

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "../support/analytic_surface.hpp"
 #include "../support/data_folder.hpp"
 #include "gelslam/calibration/calibrate.hpp"
 #include "gelslam/calibration/circle_finder.hpp"
@@ -16,8 +17,6 @@ namespace gelslam::test {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr double kPitchMm = 0.0634;
 
 class RealPresses : public ::testing::Test {
  protected:

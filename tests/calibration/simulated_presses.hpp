@@ -6,6 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
+#include "../support/analytic_surface.hpp"
 #include "gelslam/calibration/ball_zones.hpp"
 #include "gelslam/calibration/press_set.hpp"
 #include "gelslam/simulation/data_folder.hpp"
@@ -112,7 +113,7 @@ inline const PressSet& forty_labelled() {
   return set;
 }
 inline const BallZones& zones_of_labelled() {
-  static const BallZones zones = find_ball_zones(forty_labelled(), 0.0634, false);
+  static const BallZones zones = find_ball_zones(forty_labelled(), kPitchMm, false);
   return zones;
 }
 

@@ -17,8 +17,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr double kPitchMm = 0.0634;
-
 GradientModel trained(const PressSet& set, const BallZones& zones, int steps, std::uint64_t seed) {
   NoProgress quiet;
   return train_model(set, zones.zones, {kPitchMm, seed, steps}, quiet);

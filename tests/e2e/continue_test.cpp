@@ -21,7 +21,7 @@ using testing::HasSubstr;
 
 constexpr int kFrames = kBackgroundFrames + kScanFrames;
 
-std::vector<std::string> replay(const std::vector<std::string>& more) {
+std::vector<std::string> replay_all(const std::vector<std::string>& more) {
   std::vector<std::string> arguments{"scan",    scan().log().string(),  "--headless", "--every-frame",
                                      "--model", scan().model().string()};
   arguments.insert(arguments.end(), more.begin(), more.end());
@@ -61,13 +61,13 @@ TEST(KilledScan, GoesOnFromItsLastKeyframe) {
     const std::string run = (folder / "run").string();
     const double after_s =
         0.3 + 1e-3 * static_cast<double>(random() % 1200);  // of processor time: before tracking to the end
-    const int code = run_signalled(replay({"-o", run, "-q"}), after_s, SIGKILL);
+    const int code = run_signalled(replay_all({"-o", run, "-q"}), after_s, SIGKILL);
     if (code == 0 || !fs::exists(run + "/session.db")) continue;  // too late, or too early
     ASSERT_EQ(code, -SIGKILL);
     const ProgramResult left = gelslam({"info", run + "/session.db"});
     EXPECT_THAT(left.out, HasSubstr("the session of a run"));
     const int keyframes = std::stoi(sql(run + "/session.db", "SELECT count(*) FROM keyframes"));
-    const ProgramResult more = gelslam(replay({"--continue", run}));
+    const ProgramResult more = gelslam(replay_all({"--continue", run}));
     ASSERT_EQ(more.exit_code, 0) << more.err << " killed after " << after_s << " s";
     expect_complete(run);
     const json report = report_of(run);
@@ -97,7 +97,7 @@ TEST(ContinuedRun, IsThatOfOneScanLiveAndOffline) {
   EXPECT_EQ(report_of(folder / "both").at("frames").at("left_out"), 0);
   EXPECT_EQ(report_of(folder / "both").at("components"), 1);
 
-  ASSERT_EQ(gelslam(replay({"--continue", first, "-q"})).exit_code, 0);
+  ASSERT_EQ(gelslam(replay_all({"--continue", first, "-q"})).exit_code, 0);
   EXPECT_TRUE(read_bytes(first + "/config.yaml") == config);
   for (const char* file : {"mesh.ply", "trajectory.tum", "pose_graph.g2o"})
     EXPECT_TRUE(read_bytes(first + "/" + file) == read_bytes(folder / "both" / file)) << file;
@@ -107,9 +107,9 @@ TEST(ContinuedRun, IsThatOfOneScanLiveAndOffline) {
 TEST(ContinuedRun, MistakesAreToldInALine) {
   const TemporaryFolder folder;
   const std::string log = scan().log().string(), run = (folder / "run").string();
-  expect_mistake(gelslam(replay({"--continue", run})), "no such run folder");
+  expect_mistake(gelslam(replay_all({"--continue", run})), "no such run folder");
   fs::copy(scan().run(), run, fs::copy_options::recursive);
-  expect_mistake(gelslam(replay({"--continue", run, "-o", run})), "excludes");
+  expect_mistake(gelslam(replay_all({"--continue", run, "-o", run})), "excludes");
   expect_mistake(gelslam({"reconstruct", log, "--continue", run, "-o", run, "--overwrite"}),
                  "holds the input");
   const std::string killed = run + "-killed";

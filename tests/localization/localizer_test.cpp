@@ -30,8 +30,8 @@ std::vector<PosedSurface> map_of(const Field& texture, double from_x_mm, double 
   return map;
 }
 
-struct Session {
-  explicit Session(const std::vector<PosedSurface>& map)
+struct TouchedMap {
+  explicit TouchedMap(const std::vector<PosedSurface>& map)
       : localizer(std::make_shared<const SurfaceMap>(map, SlamOptions{}), SlamOptions{}) {}
 
   LocalizedFrame at(const Field& texture, const Pose& map_T_sensor) {
@@ -58,7 +58,7 @@ Pose half_turn() { return place(0, 0, 180) * Eigen::Translation3d(0, 0, -0.3); }
 
 TEST(Localizer, FindsThePlaceAtTheFirstTouch) {
   const Field texture = random_texture(1);
-  Session session(map_of(texture, -9, 9));
+  TouchedMap session(map_of(texture, -9, 9));
   for (const Pose& truth : {place(5.1, 0.7, 120, -3, 4), place(-7.3, -1, -75, 1, 2)}) {
     const LocalizedFrame found = session.at(texture, truth);
     ASSERT_EQ(found.status, PlaceStatus::localized) << found.reason;
@@ -70,7 +70,7 @@ TEST(Localizer, FindsThePlaceAtTheFirstTouch) {
 
 TEST(Localizer, SaysHowWrongThePoseMayBe) {
   const Field texture = random_texture(2);
-  Session session(map_of(texture, -3, 3));
+  TouchedMap session(map_of(texture, -3, 3));
   const Pose truth = place(0.9, 0.4, 33, 2, 2);
   const LocalizedFrame found = session.at(texture, truth);
   ASSERT_EQ(found.status, PlaceStatus::localized) << found.reason;
@@ -83,7 +83,7 @@ TEST(Localizer, SaysHowWrongThePoseMayBe) {
 }
 
 TEST(Localizer, AnotherObjectIsNotInTheMap) {
-  Session session(map_of(random_texture(3), -3, 3));
+  TouchedMap session(map_of(random_texture(3), -3, 3));
   const Field other = random_texture(4);
   for (int k = 0; k < 4; ++k) {
     const LocalizedFrame found = session.at(other, place(0.3 * k, 0, 3 * k));
@@ -99,7 +99,7 @@ TEST(Localizer, AFrameThatFitsALittleWorseSaysNothingAgainstThePlace) {
   int localized = 0;
   for (std::uint64_t seed = 20; seed < 28; ++seed) {
     const Field texture = random_texture(seed), of_map = together(texture, random_texture(seed + 100, 0.09));
-    Session session(map_of(of_map, -3, 3));
+    TouchedMap session(map_of(of_map, -3, 3));
     double most = 0;
     for (int k = 0; k < 8; ++k) {
       const int now = session.frame++;
@@ -117,14 +117,14 @@ TEST(Localizer, AFrameThatFitsALittleWorseSaysNothingAgainstThePlace) {
 // A smooth ball looks the same everywhere, also in its own map.
 TEST(Localizer, ASmoothSurfaceIsNeverLocalized) {
   const Field ball = [](const Eigen::Vector3d& p) { return sphere(20)(p - 20 * Eigen::Vector3d::UnitZ()); };
-  Session session(map_of(ball, -3, 3));
+  TouchedMap session(map_of(ball, -3, 3));
   for (int k = 0; k < 5; ++k)
     EXPECT_NE(session.at(ball, place(0.1 * k, 0.2, 2 * k)).status, PlaceStatus::localized);
 }
 
 TEST(Localizer, ASymmetricObjectHasTwoEqualHypothesesHoweverLongItIsRolled) {
   const Field texture = half_turn_texture(5);
-  Session session(map_of(texture, -9, 9));
+  TouchedMap session(map_of(texture, -9, 9));
   for (int k = 0; k < 15; ++k) {
     const Pose truth = place(2.5 + 0.3 * k, 0.5, 10 + 2 * k);
     const LocalizedFrame found = session.at(texture, truth);
@@ -142,7 +142,7 @@ TEST(Localizer, RollingOnDecidesBetweenHypotheses) {
   const Field texture = half_turn_texture(6);
   std::vector<PosedSurface> map = map_of(random_texture(7), -12, -6);
   for (const PosedSurface& patch : map_of(texture, -3, 12, 100)) map.push_back(patch);
-  Session session(map);
+  TouchedMap session(map);
   LocalizedFrame found = session.at(texture, place(2, 0, 10));
   EXPECT_EQ(found.status, PlaceStatus::ambiguous);
   EXPECT_EQ(found.hypotheses.size(), 2u);
@@ -154,7 +154,7 @@ TEST(Localizer, RollingOnDecidesBetweenHypotheses) {
 
 TEST(Localizer, ThePoseInTheMapDoesNotDrift) {
   const Field texture = random_texture(8);
-  Session session(map_of(texture, -6, 6));
+  TouchedMap session(map_of(texture, -6, 6));
   double first_mm = 0, last_mm = 0;
   constexpr int kFrames = 60;
   for (int k = 0; k < kFrames; ++k) {
@@ -169,7 +169,7 @@ TEST(Localizer, ThePoseInTheMapDoesNotDrift) {
 
 TEST(Localizer, BeyondTheMapItSaysSoAndComesBack) {
   const Field texture = random_texture(9);
-  Session session(map_of(texture, -6, 0));
+  TouchedMap session(map_of(texture, -6, 0));
   std::vector<PlaceStatus> states;
   for (int k = 0; k <= 60; ++k) {
     const double x = -3 + 11 * std::sin(M_PI * k / 60);

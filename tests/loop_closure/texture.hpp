@@ -5,8 +5,6 @@
 
 namespace gelslam::test {
 
-inline const double kPitchMm = View().pixel_pitch_mm;
-
 /// Waves of 0.9 to 3 mm in all directions: no place looks like another.
 inline Waves waves_of_any_place(std::uint64_t seed, double slope = 0.15) {
   return random_waves(seed, slope, 0.9, 3.0, true, 30);

@@ -16,16 +16,13 @@ def version(text):
     return tuple(map(int, text.split(".")))
 
 
-def read(path, what):
-    return subprocess.run(["readelf", "--wide", what, path], check=True, capture_output=True, text=True).stdout
-
-
 problems, binaries = [], []
 for path in sorted(folder.rglob("*")):
     if not path.is_file() or path.is_symlink() or path.open("rb").read(4) != b"\x7fELF":
         continue
     name = str(path.relative_to(folder))
-    dynamic = read(path, "--dynamic")
+    dynamic = subprocess.run(["readelf", "--wide", "--dynamic", "--version-info", path], check=True, capture_output=True,
+                             text=True).stdout
     binaries.append(path)
     roots = re.findall(r"\((?:RUNPATH|RPATH)\).*\[(.*)\]", dynamic)
     if len(roots) != 1 or not re.fullmatch(r"\$ORIGIN(/\.\.)?(/lib)?", roots[0]):
@@ -38,7 +35,7 @@ for path in sorted(folder.rglob("*")):
             problems.append(f"{name}: needs {needed}")
         if inside and not needed.startswith("gelslam-") and not SHARED_WITH_DRIVERS.match(needed):
             problems.append(f"{name}: another library of the process may have the name {needed}")
-    newest = max(map(version, re.findall(r"\bGLIBC_([0-9.]+)", read(path, "--version-info"))), default=(0,))
+    newest = max(map(version, re.findall(r"\bGLIBC_([0-9.]+)", dynamic)), default=(0,))
     if newest > version(glibc):
         problems.append(f"{name}: needs glibc {newest}")
 

@@ -14,17 +14,20 @@ for tool in patchelf readelf; do command -v "$tool" >/dev/null || { echo "wheel_
 "$1" --build "$2" "$work"
 wheel=$(echo "$work"/gelslam-*.whl)
 glibc=$(sed -n 's/.*manylinux_\([0-9]*\)_\([0-9]*\)_.*/\1.\2/p' <<<"$wheel")
-mkdir "$work/archive" "$work/unpacked"
-tar -C "$work/archive" -xf "$work"/gelslam-*.tar.gz
-"$3" -m zipfile -e "$wheel" "$work/unpacked"
-for folder in archive unpacked; do "$3" "$(dirname "$0")/bundle_test.py" "$work/$folder" "$glibc"; done
-mv "$work"/archive/gelslam-* "$work/another folder"
-# Nothing of this system's is asked for.
-env -i "$work/another folder/bin/gelslam" simulate scan --object coin --frames 30 -o "$work/log" -q
 "$3" -m venv --system-site-packages "$work/venv"  # NumPy is the system's
 install=("$work/venv/bin/pip" install --no-index --quiet --disable-pip-version-check)
-"${install[@]}" --ignore-installed --no-deps "$work"/gelslam-*.whl  # whatever the system has
-"${install[@]}" "$work"/gelslam-*.whl                               # what it needs is there
+"${install[@]}" --ignore-installed --no-deps "$wheel"  # whatever the system has
+"${install[@]}" "$wheel"                               # what it needs is there
+installed=$(echo "$work"/venv/lib/python3*/site-packages)
+"$3" "$(dirname "$0")/bundle_test.py" "$installed" "$glibc"
+# The archive holds the same.
+mkdir "$work/archive"
+tar -C "$work/archive" -xf "$work"/gelslam-*.tar.gz
+mv "$work"/archive/gelslam-* "$work/another folder"
+for folder in bin lib share; do diff -r "$installed/gelslam/$folder" "$work/another folder/$folder"; done
+diff -r "$installed"/gelslam-*.dist-info/licenses "$work/another folder/licenses"
+# Nothing of this system's is asked for.
+env -i "$work/another folder/bin/gelslam" simulate scan --object coin --frames 30 -o "$work/log" -q
 cd "$work"
 "$work/venv/bin/python" - "$work/venv" "$4" <<'END'
 import sys
@@ -39,4 +42,4 @@ END
 [[ $(env -i "$work/venv/bin/gelslam" --version) == "$("$work/venv/bin/python" -m gelslam --version)" ]]
 "$work/venv/bin/gelslam" info run | grep -q mesh
 "$work/venv/bin/pip" uninstall --quiet --yes gelslam
-[[ ! -e $(echo "$work"/venv/lib/python3*/site-packages)/gelslam ]] || { echo "wheel_test: the wheel leaves files" >&2; exit 1; }
+[[ ! -e $installed/gelslam ]] || { echo "wheel_test: the wheel leaves files" >&2; exit 1; }

@@ -15,7 +15,7 @@ namespace {
 using namespace test;
 using testing::ElementsAre;
 
-RegistrationResult register_pair(const SurfacePtr& reference, const Surface& target, const Pose& initial) {
+RegistrationResult registered(const SurfacePtr& reference, const Surface& target, const Pose& initial) {
   return register_normal_flow(NormalFlowReference(reference, {}), target, initial, {});
 }
 
@@ -23,7 +23,7 @@ TEST(DegenerateSurfaces, APlaneShowsTiltAndDepthOnly) {
   const SurfacePtr flat = touch(plane(), motion(0, 0, 0, 0, 0, 0.5));
   const SurfacePtr tilted = touch(plane(), motion(0, 0, 0, 0, 0, 0.5) * motion(2, -1.5, 0, 0, 0));
   const Pose initial = motion(0, 0, 6, 0.4, -0.3);  // all of it unseen
-  const RegistrationResult result = register_pair(tilted, *flat, initial);
+  const RegistrationResult result = registered(tilted, *flat, initial);
   EXPECT_THAT(result.observable, ElementsAre(false, false, true, true, true, false));
   EXPECT_EQ(describe_observability(result.observable),
             "sliding along x, sliding along y, twisting are not observable");
@@ -51,13 +51,13 @@ TEST(DegenerateSurfaces, ABallShowsWhereItsCenterIsAndNothingElse) {
   // Started turned about its center, where all looks right, it must stay.
   for (const Eigen::Vector3d& turn_deg :
        {Eigen::Vector3d(3, 0, 0), Eigen::Vector3d(0, -3, 0), Eigen::Vector3d(0, 0, 10)}) {
-    const RegistrationResult result = register_pair(reference, *target, about_center(turn_deg));
+    const RegistrationResult result = registered(reference, *target, about_center(turn_deg));
     EXPECT_THAT(result.observable, ElementsAre(false, false, true, false, false, false));
     EXPECT_LT(gap(result.target_T_reference, about_center(turn_deg)).deg, 0.05) << turn_deg.transpose();
     EXPECT_LT(gap(result.target_T_reference, about_center(turn_deg)).mm, 0.01) << turn_deg.transpose();
   }
   // Started beside it, the center is found.
-  const RegistrationResult result = register_pair(reference, *target, motion(0, 0, 0, 0.3, -0.2));
+  const RegistrationResult result = registered(reference, *target, motion(0, 0, 0, 0.3, -0.2));
   EXPECT_LT((result.target_T_reference * center_in_sensor - center_in_sensor).norm(), 0.01);
 }
 
@@ -69,11 +69,11 @@ TEST(DegenerateSurfaces, ACylinderHidesSlidingAlongAndRollingAboutItsAxis) {
   Pose rolled = Pose::Identity();  // about the axis, and along it
   rolled.linear() = so3_exp({4 * kDegree, 0, 0});
   rolled.translation() = on_axis - rolled.linear() * on_axis + Eigen::Vector3d(0.4, 0, 0);
-  const RegistrationResult stays = register_pair(target, *target, rolled);
+  const RegistrationResult stays = registered(target, *target, rolled);
   EXPECT_THAT(stays.observable, ElementsAre(false, false, true, false, true, true));
   expect_within(gap(stays.target_T_reference, rolled), 0.05, 0.01);
   // The axis' direction is shown: twist and pitch are found.
-  const RegistrationResult turned = register_pair(reference, *target, Pose::Identity());
+  const RegistrationResult turned = registered(reference, *target, Pose::Identity());
   const Eigen::Vector3d axis =
       turned.target_T_reference.linear() * motion(0, 1, 3, 0, 0).linear().transpose().col(0);
   EXPECT_LT(std::acos(std::min(1.0, axis.x())) / kDegree, 0.05);
@@ -86,7 +86,7 @@ TEST(DegenerateSurfaces, AnEdgeHidesSlidingAlongItOnly) {
   const SurfacePtr target = touch(extruded_edge(), object_T_first),
                    reference = touch(extruded_edge(), object_T_first * first_T_second);
   const Pose initial = motion(0, 0, 0, 0.5, 0);
-  const RegistrationResult result = register_pair(reference, *target, initial);
+  const RegistrationResult result = registered(reference, *target, initial);
   EXPECT_THAT(result.observable, ElementsAre(false, true, true, true, true, true));
   const Pose expected = Eigen::Translation3d(0.5, 0, 0) * first_T_second;
   EXPECT_LT(gap(result.target_T_reference, expected).deg, 0.05);
@@ -113,8 +113,8 @@ TEST_P(NoisySurfaces, ShowWhatTheirShapeShows) {
     const auto clean = touch(c.field, c.pose);
     for (std::uint64_t seed = 0; seed < 3; ++seed) {
       const RegistrationResult result =
-          register_pair(with_noise(*clean, noise_rad, 2 * seed, correlation_px),
-                        *with_noise(*clean, noise_rad, 2 * seed + 1, correlation_px), Pose::Identity());
+          registered(with_noise(*clean, noise_rad, 2 * seed, correlation_px),
+                     *with_noise(*clean, noise_rad, 2 * seed + 1, correlation_px), Pose::Identity());
       EXPECT_EQ(result.observable, c.observable)
           << c.name << " draw " << seed << ": " << describe_observability(result.observable);
       // Both show the same place: what is called observable has not moved.
@@ -141,7 +141,7 @@ TEST(DegenerateSurfaces, WithoutBareGelDepthIsKnownToTheGelsThickness) {
   covered->zero_is_bare_gel = false;
   for (const auto& [reference, target] :
        {std::pair<SurfacePtr, SurfacePtr>{covered, seen}, {seen, covered}, {covered, covered}}) {
-    const RegistrationResult result = register_pair(reference, *target, Pose::Identity());
+    const RegistrationResult result = registered(reference, *target, Pose::Identity());
     EXPECT_THAT(result.observable, ElementsAre(true, true, false, true, true, true));
     EXPECT_EQ(describe_observability(result.observable), "moving along z is not observable");
     EXPECT_NEAR(std::sqrt(result.information.inverse()(5, 5)), kMinPeriodMm, 0.05 * kMinPeriodMm);
@@ -150,7 +150,7 @@ TEST(DegenerateSurfaces, WithoutBareGelDepthIsKnownToTheGelsThickness) {
 
 TEST(DegenerateSurfaces, TexturedSurfacesShowEverything) {
   const SurfacePtr surface = touch(textured_plane(1), motion(0, 0, 0, 0, 0, 0.4));
-  const RegistrationResult result = register_pair(surface, *surface, Pose::Identity());
+  const RegistrationResult result = registered(surface, *surface, Pose::Identity());
   EXPECT_THAT(result.observable, testing::Each(true));
   EXPECT_EQ(describe_observability(result.observable), "");
 }

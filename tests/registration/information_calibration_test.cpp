@@ -21,10 +21,6 @@ struct Faults {
   double phase = 0.0, unevenness_rad = 0.0;
 };
 
-double uniform(std::mt19937_64& random, double low, double high) {
-  return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
-}
-
 /// `size`: 1 as of a model that states no uncertainty.
 Faults draw_faults(std::mt19937_64& random, double size) {
   constexpr double kGain = 0.05, kWavelengthMm = 8.0, kUnevennessRad = 0.01;

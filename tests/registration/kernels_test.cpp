@@ -13,10 +13,6 @@ namespace {
 using namespace test;
 using namespace registration::detail;
 
-double uniform(std::mt19937_64& random, double low, double high) {
-  return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
-}
-
 Samples random_samples(std::size_t count, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   Samples samples;

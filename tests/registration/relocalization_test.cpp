@@ -9,7 +9,7 @@ namespace {
 
 using namespace test;
 
-const Pose kAtRest = motion(0, 0, 0, 0, 0, 0.4);
+const Pose kHere = motion(0, 0, 0, 0, 0, 0.4);
 constexpr double kPeriodMm = 1.6;
 
 struct Search {
@@ -21,9 +21,9 @@ struct Search {
 Search search(const Field& field, const Pose& moved, const View& view = everywhere(),
               double rival_distance = std::numeric_limits<double>::infinity()) {
   const NormalFlowOptions options;
-  const NormalFlowReference reference(touch(field, kAtRest, view), options);
+  const NormalFlowReference reference(touch(field, kHere, view), options);
   const SurfacePtr target = touch(field, moved, view);
-  const Pose truth = moved.inverse() * kAtRest;
+  const Pose truth = moved.inverse() * kHere;
   Search s;
   s.alone = register_normal_flow(reference, *target, Pose::Identity(), options);
   s.place = relocalize(reference, *target, Pose::Identity(), s.alone, options, {}, rival_distance);
@@ -107,8 +107,8 @@ TEST(Relocalization, WhereTheObjectWouldHaveBeenFeltItIsNot) {
 TEST(Relocalization, AnotherObjectIsNoPlace) {
   const NormalFlowOptions options;
   for (std::uint64_t seed = 20; seed < 26; ++seed) {
-    const NormalFlowReference reference(touch(textured_plane(seed), kAtRest), options);
-    const SurfacePtr target = touch(textured_plane(seed + 100), kAtRest);
+    const NormalFlowReference reference(touch(textured_plane(seed), kHere), options);
+    const SurfacePtr target = touch(textured_plane(seed + 100), kHere);
     EXPECT_FALSE(relocalize(reference, *target, Pose::Identity(), {}, options, {}).ok()) << seed;
   }
 }

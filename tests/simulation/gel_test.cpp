@@ -41,9 +41,9 @@ double contact_radius(double radius, double depth, double length) {
   return low;
 }
 
-class PressedBall : public testing::TestWithParam<std::tuple<double, double, double>> {};
+class BallInAGel : public testing::TestWithParam<std::tuple<double, double, double>> {};
 
-TEST_P(PressedBall, HasTheContactRadiusAndRimOfTheClosedForm) {
+TEST_P(BallInAGel, HasTheContactRadiusAndRimOfTheClosedForm) {
   const auto [radius, depth, length] = GetParam();
   GelOptions options;
   options.relaxation_length_mm = length;
@@ -62,7 +62,7 @@ TEST_P(PressedBall, HasTheContactRadiusAndRimOfTheClosedForm) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Cases, PressedBall,
+INSTANTIATE_TEST_SUITE_P(Cases, BallInAGel,
                          testing::Values(std::tuple(3.155, 0.5, 0.35), std::tuple(4.75, 0.3, 0.35),
                                          std::tuple(4.75, 0.9, 0.2), std::tuple(10.0, 0.4, 1.0)));
 

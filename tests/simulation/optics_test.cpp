@@ -12,13 +12,13 @@
 namespace gelslam {
 namespace {
 
-const SensorGeometry kSensor;
+const SensorGeometry kMini;
 
 GelShape gel_with_slope(float gx, float gy) {
   GelShape gel;
-  gel.height_mm = cv::Mat1f(kSensor.height_px, kSensor.width_px, 0.0F);
-  gel.contact = cv::Mat1b(kSensor.height_px, kSensor.width_px, static_cast<std::uint8_t>(0));
-  gel.slope = cv::Mat2f(kSensor.height_px, kSensor.width_px, cv::Vec2f(gx, gy));
+  gel.height_mm = cv::Mat1f(kMini.height_px, kMini.width_px, 0.0F);
+  gel.contact = cv::Mat1b(kMini.height_px, kMini.width_px, static_cast<std::uint8_t>(0));
+  gel.slope = cv::Mat2f(kMini.height_px, kMini.width_px, cv::Vec2f(gx, gy));
   return gel;
 }
 
@@ -30,7 +30,7 @@ OpticsOptions quiet() {
 
 /// Change of color per unit of slope at the center, BGR.
 cv::Vec3d sensitivity(float gx, float gy) {
-  const Optics optics(kSensor, quiet());
+  const Optics optics(kMini, quiet());
   const cv::Mat3b up = optics.render(gel_with_slope(gx, gy), 0, true),
                   down = optics.render(gel_with_slope(-gx, -gy), 0, true);
   const double twice = 2 * std::hypot(gx, gy);
@@ -51,8 +51,8 @@ TEST(Optics, AnswersToSlopesLikeARealSensor) {
 cv::Mat1d ink_on(const GelShape& gel) {
   OpticsOptions dotted = quiet();
   dotted.dot_spacing_mm = 2.0;
-  const cv::Mat3b with = Optics(kSensor, dotted).render(gel, 0, true),
-                  without = Optics(kSensor, quiet()).render(gel, 0, true);
+  const cv::Mat3b with = Optics(kMini, dotted).render(gel, 0, true),
+                  without = Optics(kMini, quiet()).render(gel, 0, true);
   cv::Mat1d ink(with.size());
   for (int v = 0; v < ink.rows; ++v)
     for (int u = 0; u < ink.cols; ++u)
@@ -69,16 +69,16 @@ TEST(Optics, PrintsDotsThatTheGelCarriesAlong) {
         u_sum += u * ink(v, u);
         v_sum += v * ink(v, u);
       }
-    EXPECT_NEAR(sum * std::pow(kSensor.pixel_pitch_mm, 2), 0.7 * std::acos(-1.0) / 9.0, 0.05);
+    EXPECT_NEAR(sum * std::pow(kMini.pixel_pitch_mm, 2), 0.7 * std::acos(-1.0) / 9.0, 0.05);
     return cv::Point2d(u_sum / sum, v_sum / sum);
   };
   const cv::Point2d moved =
       center(ink_on(gel_with_slope(0.2F, -0.3F))) - center(ink_on(gel_with_slope(0, 0)));
-  EXPECT_NEAR(moved.x * kSensor.pixel_pitch_mm, 0.10, 0.01);
-  EXPECT_NEAR(moved.y * kSensor.pixel_pitch_mm, -0.15, 0.01);
+  EXPECT_NEAR(moved.x * kMini.pixel_pitch_mm, 0.10, 0.01);
+  EXPECT_NEAR(moved.y * kMini.pixel_pitch_mm, -0.15, 0.01);
   OpticsOptions dense = quiet();
   dense.dot_spacing_mm = 0.2;
-  EXPECT_THROW(Optics(kSensor, dense), Error);
+  EXPECT_THROW(Optics(kMini, dense), Error);
 }
 
 /// A sensor with all effects, and what its camera sees of a ball deep in the gel, off the middle.
@@ -155,7 +155,7 @@ TEST(Optics, TheBareGelIsDomedAndDotsLieWhereTheCameraProjectsThem) {
 }
 
 TEST(Optics, NoiseHasTheStatedSizeAndNoMean) {
-  const Optics optics(kSensor, {});
+  const Optics optics(kMini, {});
   const cv::Mat3b a = optics.render(gel_with_slope(0, 0), 1, false),
                   b = optics.render(gel_with_slope(0, 0), 2, false);
   double squares = 0, sum = 0, expected = 0;

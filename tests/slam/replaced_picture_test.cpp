@@ -18,7 +18,6 @@ namespace {
 
 using namespace test;
 
-constexpr double kPitchMm = 0.0634;
 constexpr std::size_t kFrames = 16, kReplaced = 8;
 const cv::Size kSize(320, 240);
 

@@ -19,7 +19,6 @@ using testing::Contains;
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr double kPitchMm = 0.0634;
 const cv::Size kSize(320, 240);
 
 /// A log of PNG pictures of a gel whose color is known: bare, or with a ball pressed in.

@@ -207,6 +207,10 @@ std::shared_ptr<Surface> touch(const Field& field, const Pose& object_T_sensor, 
   return surface;
 }
 
+double uniform(std::mt19937_64& random, double low, double high) {
+  return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
+}
+
 double normal_deviate(std::mt19937_64& random) {
   double sum = -6.0;
   for (int i = 0; i < 12; ++i) sum += static_cast<double>(random() >> 11) * 0x1p-53;

@@ -14,6 +14,7 @@
 namespace gelslam::test {
 
 inline constexpr double kDegree = M_PI / 180.0;
+inline constexpr double kPitchMm = 0.0634;  ///< of the pixels of a GelSight Mini
 
 /// Zero set of a smooth function of a point in mm: its value and its gradient. Positive in the object or
 /// negative, but always growing or always falling along the sensor's z until the first crossing.
@@ -71,7 +72,7 @@ Field bumpy_ellipsoid(std::uint64_t seed, const Eigen::Vector3d& semi_axes_mm = 
 /// gel.
 struct View {
   int width_px = 320, height_px = 240;
-  double pixel_pitch_mm = 0.0634;
+  double pixel_pitch_mm = kPitchMm;
   double camera_distance_mm = 0;                                ///< 0: orthographic
   double contact_width_px = 110, contact_height_px = 85;        ///< semi-axes
   Eigen::Vector2d contact_center_px = Eigen::Vector2d::Zero();  ///< from the image center
@@ -103,7 +104,8 @@ void set_curvature(Surface& surface, const cv::Mat1f& gx, const cv::Mat1f& gy);
 /// contact, as the gel does: maps are continuous at its border.
 std::shared_ptr<Surface> touch(const Field& field, const Pose& object_T_sensor, const View& view = {});
 
-/// Normal deviate by the sum of twelve uniform ones: the same on every platform.
+/// Deviates that are the same on every platform; the normal one is the sum of twelve uniform ones.
+double uniform(std::mt19937_64& random, double low, double high);
 double normal_deviate(std::mt19937_64& random);
 
 /// Two fields of standard normal noise: white, or correlated over about so many pixels.

@@ -11,7 +11,7 @@
 namespace gelslam::test {
 namespace {
 
-cv::Mat3f bare_gel() {
+cv::Mat3f bare_cells() {
   cv::Mat3f cells(kBackgroundGrid);
   for (int v = 0; v < cells.rows; ++v)
     for (int u = 0; u < cells.cols; ++u) {
@@ -23,7 +23,7 @@ cv::Mat3f bare_gel() {
 }
 
 TEST(Drift, TellsTheLightFromTheGel) {
-  const cv::Mat3f then = bare_gel();
+  const cv::Mat3f then = bare_cells();
   cv::Mat3f now = then.clone();
   for (cv::Vec3f& cell : now) cell = cv::Vec3f(1.3F * cell[0], cell[1], 0.8F * cell[2] + 5.0F);
   const BackgroundDrift drift = measure_drift(then, now);
@@ -34,7 +34,7 @@ TEST(Drift, TellsTheLightFromTheGel) {
 }
 
 TEST(Drift, NoticesDirt) {
-  const cv::Mat3f then = bare_gel();
+  const cv::Mat3f then = bare_cells();
   cv::Mat3f now = then.clone();
   now(3, 12) -= cv::Vec3f(45, 45, 45);
   const BackgroundDrift drift = measure_drift(then, now);
@@ -44,7 +44,7 @@ TEST(Drift, NoticesDirt) {
 }
 
 TEST(Drift, NoticesRedAndBlueSwapped) {
-  cv::Mat3f then = bare_gel();
+  cv::Mat3f then = bare_cells();
   for (int v = 0; v < then.rows; ++v)
     for (int u = 0; u < then.cols; ++u) then(v, u)[2] += static_cast<float>(3 * v);
   cv::Mat3f now = then.clone();
@@ -59,7 +59,7 @@ TEST(Drift, NoticesRedAndBlueSwapped) {
 }
 
 TEST(Drift, NoticesAMirroredPicture) {
-  cv::Mat3f then = bare_gel();
+  cv::Mat3f then = bare_cells();
   for (int v = 0; v < then.rows; ++v)
     for (int u = 0; u < then.cols; ++u)
       then(v, u) += cv::Vec3f(static_cast<float>(2 * u), 0, static_cast<float>(4 * v));

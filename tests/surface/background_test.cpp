@@ -15,9 +15,6 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-constexpr double kPitchMm = 0.0634;
-const cv::Size kSensor(320, 240);
-
 BackgroundCheck check(const std::vector<cv::Mat3b>& frames) {
   return check_background(frames, linear_gel_model(), SurfaceOptions{});
 }

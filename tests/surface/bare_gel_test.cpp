@@ -9,15 +9,13 @@
 
 #include "gelslam/surface/slopes.hpp"
 #include "heights/poisson.hpp"
+#include "linear_gel.hpp"
 #include "photometry/blocks.hpp"
 
 namespace gelslam::test {
 namespace {
 
 using namespace surface::detail;
-
-constexpr double kPitchMm = 0.0634;
-const cv::Size kSensor(320, 240);
 
 /// What a sensor reads of a height field (pixels): slopes, times a factor that the place decides.
 struct Reading {

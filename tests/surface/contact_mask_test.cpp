@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "linear_gel.hpp"
 #include "photometry/blocks.hpp"
 
 namespace gelslam::test {
@@ -11,8 +12,7 @@ namespace {
 
 using namespace surface::detail;
 
-constexpr double kPitchMm = 0.0634, kDepthMm = 0.4;
-const cv::Size kSensor(320, 240);
+constexpr double kDepthMm = 0.4;
 
 /// A pressed ring, 0.8 mm wide, around column `center_u`; the gel within and around it hangs as a membrane
 /// does.

@@ -3,12 +3,13 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
+#include "../support/analytic_surface.hpp"
 #include "gelslam/surface/slopes.hpp"
 
 namespace gelslam {
 namespace {
 
-constexpr double kPitchMm = 0.0634;
+using test::kPitchMm;
 
 /// A smooth dent in the gel's middle: its height in pixels and its slope.
 double dent_px(double x, double y) { return -6.0 * std::exp(-(x * x + y * y) / 800.0); }

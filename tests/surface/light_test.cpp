@@ -12,8 +12,6 @@
 namespace gelslam::test {
 namespace {
 
-constexpr double kPitchMm = 0.0634;
-const cv::Size kSensor(320, 240);
 const cv::Mat1f kFlatGel(kSensor, 0.0F);
 
 // Seen from the middle, to the right and down: -1 to 1.

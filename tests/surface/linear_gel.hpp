@@ -10,6 +10,8 @@
 
 namespace gelslam::test {
 
+inline const cv::Size kSensor(320, 240);
+
 /// A gel whose color is known exactly: red follows the slope angle in x, green in y, by 0.0065 rad per gray
 /// level (about what a GelSight Mini shows), blue nothing.
 inline constexpr double kRadPerLevel = 0.0065;

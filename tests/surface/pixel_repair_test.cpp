@@ -14,8 +14,6 @@
 namespace gelslam::test {
 namespace {
 
-constexpr double kPitchMm = 0.0634;
-const cv::Size kSensor(320, 240);
 const cv::Mat3b kBare = render(cv::Mat1f(kSensor, 0.0F), kPitchMm, 0.0, 1);
 
 /// A white spot with soft edges, as a lens would show it.

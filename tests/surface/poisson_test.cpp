@@ -9,6 +9,7 @@
 #include <random>
 
 #include "heights/normals.hpp"
+#include "linear_gel.hpp"
 
 namespace gelslam::test {
 namespace {
@@ -39,8 +40,6 @@ double largest_error(cv::Size size, const Function& height, const Function& gx, 
   }
   return largest;
 }
-
-const cv::Size kSensor(320, 240);
 
 // Mean edge gradients of a quadratic are its exact differences, so only float rounding remains (heights up to
 // 64 px).

@@ -17,8 +17,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-constexpr double kPitchMm = 0.05;
-const cv::Size kSensor(320, 240);
+constexpr double kFinerMm = 0.05;
 
 class SurfaceCommand : public ::testing::Test {
  protected:
@@ -26,9 +25,9 @@ class SurfaceCommand : public ::testing::Test {
     write_pth_model(folder_ / "nnmodel.pth", linear_gel_model());
     write_optics(folder_ / kOpticsFileName, {});  // as they are rendered
     write_bytes(folder_ / "sensor.yaml", "device_config:\n  ppmm: 0.05\n");
-    write_picture("background.png", render(cv::Mat1f(kSensor, 0.0F), kPitchMm, 0.0, 1));
-    truth_ = ball_press(kSensor, kPitchMm, 150, 110, 4.0, 0.5);
-    write_picture("touch.png", render(truth_, kPitchMm, 0.5, 2));
+    write_picture("background.png", render(cv::Mat1f(kSensor, 0.0F), kFinerMm, 0.0, 1));
+    truth_ = ball_press(kSensor, kFinerMm, 150, 110, 4.0, 0.5);
+    write_picture("touch.png", render(truth_, kFinerMm, 0.5, 2));
   }
 
   void write_picture(const std::string& name, const cv::Mat& image) {

@@ -11,9 +11,7 @@
 namespace gelslam::test {
 namespace {
 
-constexpr double kPitchMm = 0.0634;
 constexpr double kBallMm = 4.75;
-const cv::Size kSensor(320, 240);
 
 cv::Mat1f flat(cv::Size size) { return cv::Mat1f(size, 0.0F); }
 
