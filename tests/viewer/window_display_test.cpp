@@ -1,6 +1,7 @@
 // The live window on a real display (ctest runs this under Xvfb): what GLFW itself reports reaches the
 // session.
 
+#define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

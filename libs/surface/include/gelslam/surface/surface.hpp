@@ -26,8 +26,8 @@ struct Surface {
   cv::Mat3f normals;    ///< unit, (-gx, -gy, 1) normalized; z > 0
   cv::Mat1b contact;    ///< 255 where the object touches, else 0
   /// Information that the normals carry, 255 (best / sigma)² (confidence_map(), doubt_steep_slopes()), at
-  /// least 2 in contact; 1 where they were filled in from around (is_read()), 0 elsewhere. Empty: the same all
-  /// over the contact.
+  /// least 2 in contact; 1 where they were filled in from around (is_read()), 0 elsewhere. Empty: the same
+  /// all over the contact.
   cv::Mat1b confidence;
   /// Smoothed Laplacian of height (1/pixel), 0 outside contact, clipped to +-kMaxCurvature.
   cv::Mat1f curvature;
