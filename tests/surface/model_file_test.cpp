@@ -28,7 +28,7 @@ ModelFile some_file() {
   return file;
 }
 
-std::string refusal(const std::string& contents) {
+std::string refusal_of_text(const std::string& contents) {
   const TemporaryFolder folder;
   write_bytes(folder / "model.json", contents);
   return message_of([&] { read_model(folder / "model.json"); });
@@ -89,26 +89,26 @@ TEST(ModelFile, ReadsBothKindsByContentNotByName) {
 
 TEST(ModelFile, SaysWhatIsWrong) {
   const std::string good = good_text();
-  EXPECT_THAT(refusal(""), HasSubstr("is neither an nnmodel.pth"));
-  EXPECT_THAT(refusal("# a picture"), HasSubstr("is neither an nnmodel.pth"));
-  EXPECT_THAT(refusal(std::string(kLfsPointer)), HasSubstr(kLfsAdvice));
-  EXPECT_THAT(refusal(good.substr(0, good.size() / 2)), HasSubstr("damaged"));
-  EXPECT_THAT(refusal("{}"), HasSubstr("'format' is missing"));
-  EXPECT_THAT(refusal(replaced(good, "gelslam gradient", "another gradient")),
+  EXPECT_THAT(refusal_of_text(""), HasSubstr("is neither an nnmodel.pth"));
+  EXPECT_THAT(refusal_of_text("# a picture"), HasSubstr("is neither an nnmodel.pth"));
+  EXPECT_THAT(refusal_of_text(std::string(kLfsPointer)), HasSubstr(kLfsAdvice));
+  EXPECT_THAT(refusal_of_text(good.substr(0, good.size() / 2)), HasSubstr("damaged"));
+  EXPECT_THAT(refusal_of_text("{}"), HasSubstr("'format' is missing"));
+  EXPECT_THAT(refusal_of_text(replaced(good, "gelslam gradient", "another gradient")),
               HasSubstr("its 'format' is not"));
-  EXPECT_THAT(refusal(replaced(good, "\"version\":1", "\"version\":2")), HasSubstr("newer gelslam"));
-  EXPECT_THAT(refusal(replaced(good, "\"version\":1", "\"version\":\"1\"")),
+  EXPECT_THAT(refusal_of_text(replaced(good, "\"version\":1", "\"version\":2")), HasSubstr("newer gelslam"));
+  EXPECT_THAT(refusal_of_text(replaced(good, "\"version\":1", "\"version\":\"1\"")),
               HasSubstr("'version' is no whole number"));
-  EXPECT_THAT(refusal(replaced(good, "\"bias\":[", "\"bias\":[1.0,")),
+  EXPECT_THAT(refusal_of_text(replaced(good, "\"bias\":[", "\"bias\":[1.0,")),
               HasSubstr("has not 8, 16 ... 256 neurons"));
-  EXPECT_THAT(refusal(replaced(good, "\"weight\":[", "\"weight\":[1e99,")), HasSubstr("'weight'"));
-  EXPECT_THAT(refusal(replaced(good, "\"presses\":48", "\"presses\":-1")),
+  EXPECT_THAT(refusal_of_text(replaced(good, "\"weight\":[", "\"weight\":[1e99,")), HasSubstr("'weight'"));
+  EXPECT_THAT(refusal_of_text(replaced(good, "\"presses\":48", "\"presses\":-1")),
               HasSubstr("'presses' holds no good number"));
-  EXPECT_THAT(refusal(replaced(good, "\"presses\":48", "\"presses\":4.5")),
+  EXPECT_THAT(refusal_of_text(replaced(good, "\"presses\":48", "\"presses\":4.5")),
               HasSubstr("'presses' is no whole number"));
-  EXPECT_THAT(refusal(std::string(2'000'000, '[')), HasSubstr("neither"));
-  EXPECT_THAT(refusal("{\"a\":" + std::string(900'000, '[')), HasSubstr("damaged"));
-  EXPECT_THAT(refusal("{" + std::string(5 << 20, ' ') + "}"), HasSubstr("larger than 4 MiB"));
+  EXPECT_THAT(refusal_of_text(std::string(2'000'000, '[')), HasSubstr("neither"));
+  EXPECT_THAT(refusal_of_text("{\"a\":" + std::string(900'000, '[')), HasSubstr("damaged"));
+  EXPECT_THAT(refusal_of_text("{" + std::string(5 << 20, ' ') + "}"), HasSubstr("larger than 4 MiB"));
 }
 
 }  // namespace

@@ -14,7 +14,8 @@ namespace {
 constexpr double kTiltRadPerMm = 0.002, kUnevenPatchMm2 = 40.0;
 constexpr double kPerTilt = 0.007;  // twist in rad, and slide in mm, per rad
 constexpr double kSlidePerSlide = 0.0006;
-constexpr double kDepthPerSlide = 0.005;
+constexpr double kDepthPerSlide =
+    kTiltRadPerMm * kMmPerRad / 2;  // of a contact's border, 2.5 mm from its center
 // How much of the slopes belongs to gel that hangs beside what presses: it gets steeper as it is pressed
 // deeper. So chosen that errors at the borders of the gel, where one flank is seen, are about as large as
 // their sigma.
