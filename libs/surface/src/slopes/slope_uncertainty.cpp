@@ -11,9 +11,9 @@ namespace {
 // 0.15 at 3 mm from the border and by 0.3 at 1 mm.
 constexpr double kBorderSigmaRad = 0.4, kBorderLengthMm = 1.6;
 
-// What networks read of balls on two sensors follows the true slope up to 25 degrees, and hardly exceeds 32
-// (docs/benchmarks/slopes.png); nz of both.
-constexpr float kFollowedNz = 0.906F, kHardlyReadNz = 0.848F;
+// How much of a change of the true slope networks read, on balls of two sensors: all of it up to 25 degrees,
+// falling to 0.15 at 31, the steepest that they read (docs/benchmarks/slopes.png).
+constexpr double kFollowedDeg = 25, kFallDeg = 7, kLeastFollowed = 0.15;
 
 constexpr int kFilledIn = 1;  // layout: in Surface::confidence
 
@@ -61,9 +61,12 @@ cv::Mat1b confidence_map(const SlopeUncertainty& uncertainty, cv::Size picture) 
 void doubt_steep_slopes(const cv::Mat3f& normals, cv::Mat1b& confidence) {
   std::transform(normals.begin(), normals.end(), confidence.begin(), confidence.begin(),
                  [](const cv::Vec3f& normal, unsigned char known) -> unsigned char {
-                   if (known <= kFilledIn || normal[2] >= kFollowedNz) return known;
-                   const float share = (normal[2] - kHardlyReadNz) / (kFollowedNz - kHardlyReadNz);
-                   return cv::saturate_cast<unsigned char>(std::max(kFilledIn + 1.0F, share * known));
+                   if (known <= kFilledIn) return known;
+                   const double slope_deg =
+                       std::acos(std::min(1.0, static_cast<double>(normal[2]))) * 180 / CV_PI;
+                   const double followed =
+                       std::clamp((kFollowedDeg + kFallDeg - slope_deg) / kFallDeg, kLeastFollowed, 1.0);
+                   return static_cast<unsigned char>(std::max(kFilledIn + 1.0, known * followed));
                  });
 }
 
