@@ -59,13 +59,14 @@ cv::Mat1b confidence_map(const SlopeUncertainty& uncertainty, cv::Size picture) 
 }
 
 void doubt_steep_slopes(const cv::Mat3f& normals, cv::Mat1b& confidence) {
+  const double followed_nz = std::cos(kFollowedDeg * CV_PI / 180);
   std::transform(normals.begin(), normals.end(), confidence.begin(), confidence.begin(),
-                 [](const cv::Vec3f& normal, unsigned char known) -> unsigned char {
-                   if (known <= kFilledIn) return known;
-                   const double slope_deg =
-                       std::acos(std::min(1.0, static_cast<double>(normal[2]))) * 180 / CV_PI;
+                 [=](const cv::Vec3f& normal, unsigned char known) -> unsigned char {
+                   const double nz = normal[2];
+                   if (known <= kFilledIn || nz >= followed_nz) return known;
+                   const double slope_deg = std::acos(nz) * 180 / CV_PI;
                    const double followed =
-                       std::clamp((kFollowedDeg + kFallDeg - slope_deg) / kFallDeg, kLeastFollowed, 1.0);
+                       std::max(kLeastFollowed, (kFollowedDeg + kFallDeg - slope_deg) / kFallDeg);
                    return static_cast<unsigned char>(std::max(kFilledIn + 1.0, known * followed));
                  });
 }
