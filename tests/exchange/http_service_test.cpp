@@ -1,113 +1,25 @@
-// The service of a scan: what it answers, and clients that mean no good.
+// The service of a scan: what it answers.
 
-#include "gelslam/exchange/http_service.hpp"
-
-#include <arpa/inet.h>
 #include <gmock/gmock.h>
-#include <netinet/in.h>
-#include <sys/resource.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <array>
 #include <atomic>
 #include <cstdlib>
 #include <cstring>
-#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/file_descriptor.hpp"
-#include "gelslam/core/process.hpp"
+#include "http_service_fixture.hpp"
 
 namespace gelslam {
 namespace {
 
+using namespace test;
 using nlohmann::json;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 using namespace std::chrono_literals;
-
-FileDescriptor connect_to(int port, int receive_bytes = 0) {
-  FileDescriptor client(::socket(AF_INET, SOCK_STREAM, 0));
-  if (receive_bytes > 0)
-    ::setsockopt(client.get(), SOL_SOCKET, SO_RCVBUF, &receive_bytes, sizeof receive_bytes);
-  const timeval patience{20, 0};
-  ::setsockopt(client.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(static_cast<std::uint16_t>(port));
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  EXPECT_EQ(::connect(client.get(), reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
-  return client;
-}
-
-/// False when the other side has closed.
-bool say(const FileDescriptor& client, const std::string& text) {
-  for (std::size_t done = 0; done < text.size();) {
-    const ssize_t count = ::send(client.get(), text.data() + done, text.size() - done, MSG_NOSIGNAL);
-    if (count <= 0) return false;
-    done += static_cast<std::size_t>(count);
-  }
-  return true;
-}
-
-std::string hear_until(const FileDescriptor& client, const std::string& end = "") {
-  std::string text;
-  char bytes[65536];
-  for (ssize_t count; (count = ::recv(client.get(), bytes, sizeof bytes, 0)) > 0;) {
-    text.append(bytes, static_cast<std::size_t>(count));
-    if (!end.empty() && text.find(end) != std::string::npos) break;
-  }
-  return text;
-}
-
-class Service : public testing::Test {
- protected:
-  explicit Service(const ServeOptions& options = {"0", "word"}) : service(serve_scan(options, lines, &mesh)) {
-    WatchedScan scan;
-    scan.status = [this] { return status; };
-    scan.touch = [this] { return touch; };
-    scan.map = [this] { return map; };
-    scan.ask = [this](ScanWish wish) { asked.push_back(wish); };
-    watch = service->watch(std::move(scan));
-    status.phase = LivePhase::scanning;
-  }
-
-  int port() const {
-    const std::string& url = service->urls.at(0);
-    return std::stoi(url.substr(url.rfind(':') + 1));
-  }
-  /// Without the token.
-  std::string request_of_anybody(const std::string& line,
-                                 const std::string& headers = "Host: localhost\r\n") const {
-    const FileDescriptor client = connect_to(port());
-    say(client, line + " HTTP/1.1\r\n" + headers + "Connection: close\r\n\r\n");
-    return hear_until(client);
-  }
-  std::string request(const std::string& line, const std::string& headers = "Host: localhost\r\n") const {
-    return request_of_anybody(line + (line.find('?') == line.npos ? "?" : "&") + "token=word", headers);
-  }
-  json changes(const std::string& query) const {
-    const std::string answer = body_of(request("GET /changes?" + query));
-    std::uint32_t size = 0;
-    std::memcpy(&size, answer.data(), 4);
-    return json::parse(answer.substr(4, size));
-  }
-  static std::string body_of(const std::string& answer) { return answer.substr(answer.find("\r\n\r\n") + 4); }
-  json state() const { return json::parse(body_of(request("GET /status"))); }
-  std::int64_t dropped() const { return state().at("clients_dropped"); }
-
-  LineFeed lines;
-  MeshFeed mesh;
-  LiveStatus status;
-  std::shared_ptr<const LiveTouch> touch;
-  std::shared_ptr<const MapSnapshot> map = std::make_shared<MapSnapshot>();
-  std::vector<ScanWish> asked;
-  std::unique_ptr<HttpService> service;
-  std::shared_ptr<void> watch;
-};
 
 TEST_F(Service, TellsTheStateInTheWordsOfTheWindow) {
   status.track = TrackStatus::lost;
@@ -225,7 +137,7 @@ TEST_F(Service, GivesTheMeshWholeAndInBlocks) {
 }
 
 TEST_F(Service, AMeshThatCannotBeWrittenLeavesNothing) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   const char* const before = std::getenv("TMPDIR");
   const std::string old = before == nullptr ? "/tmp" : before;
   ::setenv("TMPDIR", folder.path().c_str(), 1);
@@ -238,24 +150,6 @@ TEST_F(Service, AMeshThatCannotBeWrittenLeavesNothing) {
   EXPECT_THAT(request("GET /mesh.glb"), StartsWith("HTTP/1.1 500"));
   ::setenv("TMPDIR", old.c_str(), 1);
   EXPECT_TRUE(folder.names().empty());
-}
-
-/// As in a container with a limit on processes, which counts threads. In a process of its own.
-[[noreturn]] void serve_with_few_threads() {
-  rlimit few{};
-  few.rlim_cur = few.rlim_max = 24;
-  ::setrlimit(RLIMIT_NPROC, &few);
-  if (::setresuid(54321, 54321, 54321) != 0) std::_Exit(0);  // of root there is no limit
-  LineFeed lines;
-  const auto service = serve_scan({"0", "word"}, lines, nullptr);
-  const std::string& url = service->urls.at(0);
-  const FileDescriptor client = connect_to(std::stoi(url.substr(url.rfind(':') + 1)));
-  say(client, "GET /status?token=word HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
-  std::_Exit(hear_until(client).starts_with("HTTP/1.1 200") ? 0 : 1);
-}
-
-TEST(ServiceOfFewThreads, TakesAsManyClientsAsThereAreThreads) {
-  EXPECT_EXIT(serve_with_few_threads(), testing::ExitedWithCode(0), "");
 }
 
 TEST_F(Service, RefusesOtherSites) {
@@ -335,100 +229,6 @@ TEST_F(Service, TheEndWaitsForEveryOpenPage) {
   const auto told = std::chrono::steady_clock::now();
   end.join();
   EXPECT_LT(std::chrono::steady_clock::now() - told, 500ms);
-}
-
-TEST_F(Service, ClientsThatHaveLeftDoNotDelayTheEnd) {
-  MeshBlock block;
-  for (int i = 0; i < 100'000; ++i) {
-    const auto x = static_cast<float>(i);
-    block.mesh.vertices_mm.insert(block.mesh.vertices_mm.end(), {{x, 0, 0}, {x, 1, 0}, {x, 0, 1}});
-    block.mesh.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
-  }
-  block.mesh.normals.assign(block.mesh.vertices_mm.size(), {0, 0, -1});
-  mesh.add(false, {block});
-  const auto begin = std::chrono::steady_clock::now();
-  request("GET /mesh.glb");
-  const auto one = std::chrono::steady_clock::now() - begin;
-  for (int k = 0; k < 150; ++k)
-    say(connect_to(port()), "GET /mesh.glb?token=word HTTP/1.1\r\nHost: localhost\r\n\r\n");
-  const FileDescriptor stalled = connect_to(port(), 4096);
-  say(stalled, "GET /mesh.ply?token=word HTTP/1.1\r\nHost: localhost\r\n\r\n");
-  std::this_thread::sleep_for(200ms);
-  lines.close();
-  const auto end = std::chrono::steady_clock::now();
-  watch.reset();
-  service->finish();
-  service.reset();
-  EXPECT_LT(std::chrono::steady_clock::now() - end, 4 * one + 12s) << "as long as one is made, and sent";
-}
-
-TEST_F(Service, DropsRequestsThatAreTooLarge) {
-  const std::int64_t before = dropped();
-  for (const std::string& text :
-       {"GET /" + std::string(1 << 22, 'a'),
-        "GET /status?token=word HTTP/1.1\r\nA: " + std::string(1 << 22, 'a'),
-        "POST /stop?token=word HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n" +
-            std::string("fffffff\r\n") + std::string(1 << 22, 'a')}) {
-    const FileDescriptor client = connect_to(port());
-    say(client, text);
-    ::shutdown(client.get(), SHUT_WR);
-    EXPECT_EQ(hear_until(client).find("HTTP/1.1 200"), std::string::npos);
-  }
-  EXPECT_TRUE(asked.empty());
-  EXPECT_GT(dropped(), before);
-}
-
-TEST_F(Service, ManyRangesAreNoProblem) {
-  std::string ranges = "Range: bytes=0-1";
-  while (ranges.size() < 8000) ranges += ",0-1";
-  const std::string host = "Host: localhost\r\n", whole = body_of(request("GET /"));
-  for (const std::string& some :
-       {ranges, std::string("Range: bytes=5-9"), std::string("Range: bytes=0-,0-,5-")}) {
-    const std::string answer = request("GET /", host + some + "\r\n");
-    EXPECT_THAT(answer, StartsWith("HTTP/1.1 200"));
-    EXPECT_THAT(answer, HasSubstr("Content-Length: " + std::to_string(whole.size()) + "\r\n"))
-        << some.substr(0, 40);
-    EXPECT_TRUE(body_of(answer) == whole) << "the whole is a right answer to any range";
-  }
-  EXPECT_THAT(request("POST /stop", host + "Content-Length: -5\r\n"), StartsWith("HTTP/1.1 413"));
-  EXPECT_TRUE(asked.empty());
-  EXPECT_THAT(request("GET /status"), StartsWith("HTTP/1.1 200"));
-}
-
-TEST_F(Service, ClientsThatDoNothingKeepNobodyOut) {
-  const double memory_mb = resident_memory_mb();
-  std::vector<FileDescriptor> idle;
-  for (int k = 0; k < 200; ++k) {
-    idle.push_back(connect_to(port()));
-    if (k % 2 == 0) say(idle.back(), "GET /status HT");  // half a request
-  }
-  const auto begin = std::chrono::steady_clock::now();
-  bool answered = false;
-  while (!answered && std::chrono::steady_clock::now() - begin < 15s) {
-    answered = request("GET /status").starts_with("HTTP/1.1 200");
-    if (!answered) std::this_thread::sleep_for(200ms);
-  }
-  EXPECT_TRUE(answered);
-  EXPECT_LT(std::chrono::steady_clock::now() - begin, 8s) << "5 s for a request, on a busy machine";
-  EXPECT_LT(resident_memory_mb() - memory_mb, 50);
-}
-
-TEST_F(Service, AReaderThatStallsDelaysNobodyAndIsDropped) {
-  const FileDescriptor stalled = connect_to(port(), 4096), quick = connect_to(port());
-  for (const FileDescriptor* client : {&stalled, &quick}) {
-    say(*client, "GET /poses?token=word HTTP/1.1\r\nHost: localhost\r\n\r\n");
-    hear_until(*client, "\r\n\r\n");
-  }
-  StreamedFrame large;
-  large.ndjson = std::string(100'000, 'x') + "\n";
-  for (int k = 0; k < 100; ++k) {
-    const auto begin = std::chrono::steady_clock::now();
-    lines.write(large);
-    EXPECT_LT(std::chrono::steady_clock::now() - begin, 500ms);
-    EXPECT_THAT(hear_until(quick, "\n\r\n"), HasSubstr("xxx"));
-  }
-  for (int k = 0; k < 100 && dropped() == 0; ++k) std::this_thread::sleep_for(100ms);
-  EXPECT_EQ(dropped(), 1);
 }
 
 std::string refusal_of(const std::string& address, const std::string& token = "") {
