@@ -63,5 +63,18 @@ TEST(Se3, NormalizedIsARotationAgain) {
   EXPECT_LT(rotation_angle_rad(pose.inverse() * se3_exp(Vector6d::Constant(0.3))), 1e-3);
 }
 
+TEST(Se3, TurnsZToADirectionByTheSmallestAngle) {
+  const Eigen::Vector3d z(0, 0, 1);
+  for (const Eigen::Vector3d& direction :
+       {Eigen::Vector3d(0.3, -0.2, 0.9), Eigen::Vector3d(-2, 1, -0.5), Eigen::Vector3d(1e-9, 0, 1),
+        Eigen::Vector3d(1e-7, 1e-7, -1), z, Eigen::Vector3d(0, 0, -3)}) {
+    const Eigen::Matrix3d rotation = rotation_of_z_to(direction);
+    EXPECT_TRUE((rotation * rotation.transpose()).isIdentity(1e-12));
+    EXPECT_TRUE((rotation * z).isApprox(direction.normalized(), 1e-9)) << direction.transpose();
+    EXPECT_NEAR(so3_log(rotation).norm(), std::acos(direction.normalized().z()), 1e-7);
+    EXPECT_NEAR(so3_log(rotation).z(), 0, 1e-9);
+  }
+}
+
 }  // namespace
 }  // namespace gelslam

@@ -82,7 +82,9 @@ SymmetricEigen symmetric_eigen(const Matrix6d& symmetric) {
 }
 
 Eigen::Matrix3d rotation_of_z_to(const Eigen::Vector3d& direction) {
-  return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d(0, 0, 1), direction).toRotationMatrix();
+  const Eigen::Vector3d axis(-direction.y(), direction.x(), 0);
+  const double length = axis.norm(), angle = std::atan2(length, direction.z());
+  return so3_exp(length > 0 ? Eigen::Vector3d(angle / length * axis) : Eigen::Vector3d(angle, 0, 0));
 }
 
 }  // namespace gelslam
