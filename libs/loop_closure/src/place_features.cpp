@@ -9,6 +9,7 @@ namespace gelslam::loop_closure::detail {
 namespace {
 
 constexpr double kMinFullScale = 0.05;  // 1/pixel; a sensor's noise leaves a fifth of it
+constexpr double kSiftContrast = 0.02;
 
 cv::Mat1b inner_contact(const Surface& surface) {
   const int margin = std::max(1, surface.contact.rows / 48);
@@ -46,7 +47,8 @@ PlaceFeatures extract_features(const Surface& surface, const LoopClosureOptions&
   const cv::Mat1b mask = inner_contact(surface);
   if (cv::countNonZero(mask) == 0) return features;
 
-  const cv::Ptr<cv::SIFT> sift = cv::SIFT::create(options.max_features);
+  constexpr int kOctaveLayers = 3;  // numerics: as published (Lowe 2004)
+  const cv::Ptr<cv::SIFT> sift = cv::SIFT::create(options.max_features, kOctaveLayers, kSiftContrast);
   std::vector<cv::KeyPoint> keypoints;
   cv::Mat1f descriptors;
   const cv::Rect box = around(mask);
