@@ -26,13 +26,6 @@ TextureAgreement compare_texture(const Samples& samples, const Surface& target,
                                  const Pose& target_T_reference, const Residuals& residuals,
                                  double gel_pattern_per_mm);
 
-/// This many samples tell noise from texture, and how residuals vary over the contact.
-inline constexpr std::size_t kEnoughSamples = 1000;  // numerics
-/// Every so many samples are enough of them.
-inline std::size_t thinning(const Residuals& residuals) {
-  return residuals.weight.size() / kEnoughSamples + 1;
-}
-
 /// Five directions that are independent of each other, and what both surfaces show of each. A motion's part
 /// along one of them is measures.col(i) * motion.
 struct ShownDirections {

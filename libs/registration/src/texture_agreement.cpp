@@ -43,7 +43,8 @@ TextureAgreement compare_texture(const Samples& s, const Surface& target, const 
   SampleMatrix read = SampleMatrix::Zero(), common = read;
   Eigen::Matrix4f moments = Eigen::Matrix4f::Zero();
   Eigen::Matrix<float, kParameters, 1> by_slopes = Eigen::Matrix<float, kParameters, 1>::Zero();
-  const std::size_t step = thinning(residuals);
+  constexpr std::size_t kEnoughSamples = 1000;  // numerics: they tell noise from texture
+  const std::size_t step = residuals.weight.size() / kEnoughSamples + 1;
   const auto stride = static_cast<float>(step);
   for (std::size_t k = 0; k < residuals.weight.size(); k += step) {
     const float w = stride * residuals.weight[k];
