@@ -12,6 +12,7 @@ from urllib.request import Request, urlopen
 
 try:
     from selenium import webdriver
+    from selenium.common.exceptions import WebDriverException
     from selenium.webdriver.common.by import By
     from selenium.webdriver.support.select import Select
 except ImportError:
@@ -85,13 +86,17 @@ class Pages(unittest.TestCase):
         self.assertEqual([message for message in said if "net::ERR_" not in message], [], "the page's errors")
 
     def wait(self, condition, what):
-        """What the condition gives, once it is something."""
+        """What the condition gives, once it is something; a page that is still loading may lack what it asks for."""
         for _ in range(600):
-            found = condition()
-            if found:
-                return found
+            problem = ""
+            try:
+                found = condition()
+                if found:
+                    return found
+            except WebDriverException as error:
+                problem = f": {error.msg}"
             time.sleep(0.1)
-        self.fail("did not happen: " + what)
+        self.fail("did not happen: " + what + problem)
 
     def value(self, script, *arguments):
         return self.browser.execute_script(script, *arguments)
@@ -100,7 +105,7 @@ class Pages(unittest.TestCase):
         return self.browser.find_element(By.ID, name).text
 
     def click(self, name):
-        self.browser.find_element(By.ID, name).click()
+        self.wait(lambda: not self.browser.find_element(By.ID, name).click(), f"a click on {name}")
 
     def drawn(self):
         """The share of the view that shows something, of a picture drawn anew."""
