@@ -12,7 +12,7 @@ from urllib.request import Request, urlopen
 
 try:
     from selenium import webdriver
-    from selenium.common.exceptions import WebDriverException
+    from selenium.common.exceptions import ElementNotInteractableException, JavascriptException
     from selenium.webdriver.common.by import By
     from selenium.webdriver.support.select import Select
 except ImportError:
@@ -86,14 +86,14 @@ class Pages(unittest.TestCase):
         self.assertEqual([message for message in said if "net::ERR_" not in message], [], "the page's errors")
 
     def wait(self, condition, what):
-        """What the condition gives, once it is something; a page that is still loading may lack what it asks for."""
+        """What the condition gives, once it is something. A page that loads, or waits for the program, may lack what it asks for."""
         for _ in range(600):
             problem = ""
             try:
                 found = condition()
                 if found:
                     return found
-            except WebDriverException as error:
+            except (ElementNotInteractableException, JavascriptException) as error:
                 problem = f": {error.msg}"
             time.sleep(0.1)
         self.fail("did not happen: " + what + problem)
