@@ -110,7 +110,7 @@ tactile SLAM for camera-based touch sensors
 END
 
 stage libgelslam-dev development
-finish libgelslam-dev libdevel "libeigen3-dev, libopencv-dev, libceres-dev, libfmt-dev, libzip-dev, libyaml-cpp-dev, libsqlite3-dev, zlib1g-dev, libturbojpeg0-dev, libpng-dev, libavformat-dev, libavcodec-dev, libavutil-dev, libswscale-dev, libassimp-dev, pkgconf" "" <<'END'
+finish libgelslam-dev libdevel "libeigen3-dev, libopencv-dev, libceres-dev, libfmt-dev, libzip-dev, libyaml-cpp-dev, libsqlitecpp-dev, zlib1g-dev, libturbojpeg0-dev, libpng-dev, libavformat-dev, libavcodec-dev, libavutil-dev, libswscale-dev, libassimp-dev, pkgconf" "" <<'END'
 tactile SLAM for camera-based touch sensors (C++ library)
  Surfaces from tactile images, registration by NormalFlow, tracking and
  mapping as C++ libraries, with a CMake package: find_package(gelslam).

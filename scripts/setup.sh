@@ -15,7 +15,7 @@
 needed=(
   g++ cmake ninja-build ccache pkg-config # build
   libeigen3-dev libopencv-dev libceres-dev libassimp-dev libembree-dev libmeshoptimizer-dev
-  libcli11-dev libyaml-cpp-dev nlohmann-json3-dev libfmt-dev libzip-dev libsqlite3-dev libcpp-httplib-dev
+  libcli11-dev libyaml-cpp-dev nlohmann-json3-dev libfmt-dev libzip-dev libsqlitecpp-dev libcpp-httplib-dev
   libturbojpeg0-dev libpng-dev zlib1g-dev                            # pictures
   libavformat-dev libavcodec-dev libavutil-dev libswscale-dev         # videos, logs
   libglfw3-dev libepoxy-dev libimgui-dev fonts-dejavu-core            # window

@@ -19,6 +19,7 @@ pkg_check_modules(LIBZIP REQUIRED IMPORTED_TARGET libzip)  # nnmodel.pth; its CM
 pkg_check_modules(TURBOJPEG REQUIRED IMPORTED_TARGET libturbojpeg)  # pictures (only libs/image): OpenCV's imgcodecs and videoio
 pkg_check_modules(PNG REQUIRED IMPORTED_TARGET libpng)           # load 90 libraries more, for 0.2 s of every start
 find_package(SQLite3 REQUIRED)                  # sessions (only libs/slam)
+find_package(SQLiteCpp REQUIRED)
 find_package(ZLIB REQUIRED)                     # packed surfaces, checksums (libs/image, surface, slam)
 
 if(GELSLAM_BUILD_PROGRAM OR GELSLAM_BUILD_LAB)

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <sqlite3.h>
 
 #include <algorithm>
 #include <cstring>
@@ -30,32 +31,68 @@ constexpr std::int64_t kMaxFrame = 1'000'000'000'000;
 constexpr double kMaxDistanceMm = 1e6;    // as in trajectories
 constexpr double kMaxInformation = 1e12;  // sigmas of a millionth of a radian and of a millimeter
 
-template <std::size_t count>
-Numbers<count> numbers_in(const Statement& row, int column, double most) {
-  const std::string_view bytes = row.blob(column);
-  Numbers<count> values;
-  std::uint32_t sum = 0;
-  if (bytes.size() != sizeof values + sizeof sum) row.fail("the numbers of a row are incomplete");
-  std::memcpy(values.data(), bytes.data(), sizeof values);
-  std::memcpy(&sum, bytes.data() + sizeof values, sizeof sum);
-  if (sum != crc32_of(bytes.substr(0, sizeof values)))
-    row.fail("damaged: the checksum of a row does not match");
-  for (const double value : values)
-    if (!(std::abs(value) <= most)) row.fail("holds an impossible number");
-  return values;
-}
+/// The rows of a query by its first column, a number. That it ascends bounds what a forged file can give.
+class Rows {
+ public:
+  Rows(SQLite::Database& database, const char* sql) : statement_(database, sql) {}
+  bool next() {
+    if (!statement_.executeStep()) return false;
+    const std::int64_t key = integer(0, 0, std::int64_t{INT64_MAX});
+    if (key <= std::exchange(last_, key)) refuse("its rows are not in order");
+    return true;
+  }
 
-Pose pose_in(const Statement& row, int column) {
-  const Numbers<12> values = numbers_in<12>(row, column, kMaxDistanceMm);
+  // A column of the row. Another type is refused, and a number that is not within the bounds.
+  bool is_null(int column) const { return statement_.isColumnNull(column); }
+  template <typename Integer>
+  Integer integer(int column, std::int64_t least, Integer most) const {
+    const std::int64_t value = of_type(column, SQLITE_INTEGER);
+    if (value < least || value > std::int64_t{most}) refuse("holds an impossible number");
+    return static_cast<Integer>(value);
+  }
+  double number(int column, double most) const { return bounded(of_type(column, SQLITE_FLOAT), most); }
+  std::string text(int column) const { return of_type(column, SQLITE_TEXT); }
+  template <std::size_t count>
+  Numbers<count> numbers(int column, double most) const {
+    const std::string bytes = blob(column);
+    Numbers<count> values;
+    std::uint32_t sum = 0;
+    if (bytes.size() != sizeof values + sizeof sum) refuse("the numbers of a row are incomplete");
+    std::memcpy(values.data(), bytes.data(), sizeof values);
+    std::memcpy(&sum, bytes.data() + sizeof values, sizeof sum);
+    if (sum != crc32_of(std::string_view(bytes).substr(0, sizeof values)))
+      refuse("damaged: the checksum of a row does not match");
+    for (const double value : values) bounded(value, most);
+    return values;
+  }
+  std::string blob(int column) const { return of_type(column, SQLITE_BLOB); }
+
+ private:
+  static double bounded(double value, double most) {
+    if (!(std::abs(value) <= most)) refuse("holds an impossible number");
+    return value;
+  }
+  SQLite::Column of_type(int column, int type) const {
+    const SQLite::Column value = statement_.getColumn(column);
+    if (value.getType() != type) refuse(kNotASession);
+    return value;
+  }
+
+  SQLite::Statement statement_;
+  std::int64_t last_ = -1;
+};
+
+Pose pose_in(const Rows& row, int column) {
+  const Numbers<12> values = row.numbers<12>(column, kMaxDistanceMm);
   Pose pose = Pose::Identity();
   pose.matrix().topRows<3>() = Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(values.data());
   const bool rotation = pose.linear().isUnitary(1e-6) && std::abs(pose.linear().determinant() - 1.0) < 1e-6;
-  if (!rotation) row.fail("a pose is no rigid motion");
+  if (!rotation) refuse("a pose is no rigid motion");
   return pose;
 }
 
-Matrix6d matrix_in(const Statement& row, int column) {
-  const Numbers<21> values = numbers_in<21>(row, column, kMaxInformation);
+Matrix6d matrix_in(const Rows& row, int column) {
+  const Numbers<21> values = row.numbers<21>(column, kMaxInformation);
   Matrix6d matrix;
   std::size_t k = 0;
   for (int r = 0; r < 6; ++r)
@@ -63,62 +100,46 @@ Matrix6d matrix_in(const Statement& row, int column) {
   return matrix;
 }
 
-EdgeKind kind_in(const Statement& row, int column) {
+EdgeKind kind_in(const Rows& row, int column) {
   const std::string text = row.text(column);
   for (const EdgeKind kind : {EdgeKind::loop, EdgeKind::odometry})
     if (word(kind) == text) return kind;
-  row.fail("unknown kind of an edge");
+  refuse("unknown kind of an edge");
 }
 
-TrackStatus status_in(const Statement& row, int column) {
+TrackStatus status_in(const Rows& row, int column) {
   const std::string text = row.text(column);
   for (const TrackStatus status :
        {TrackStatus::background, TrackStatus::no_contact, TrackStatus::tracked, TrackStatus::lost})
     if (name(status) == text) return status;
   if (text == "undone") return TrackStatus::lost;  // taken back, by an older program
-  row.fail("unknown status of a frame");
+  refuse("unknown status of a frame");
 }
 
-bool flag_in(const Statement& row, int column) { return row.integer(column, 0, 1) != 0; }
+bool flag_in(const Rows& row, int column) { return row.integer(column, 0, 1) != 0; }
 
-int id_in(const Statement& row, int column) { return row.integer(column, 0, kMaxKeyframeId); }
+int id_in(const Rows& row, int column) { return row.integer(column, 0, kMaxKeyframeId); }
 
-/// The rows of a table by its first column, a number. That it ascends bounds what a forged file can give.
-class Rows : public Statement {
- public:
-  Rows(Database& database, const char* sql) : Statement(database, sql) {}
-  bool next() {
-    if (!Statement::next()) return false;
-    const std::int64_t key = integer(0, 0, std::int64_t{INT64_MAX});
-    if (key <= last_) fail("its rows are not in order");
-    last_ = key;
-    return true;
-  }
-
- private:
-  std::int64_t last_ = -1;
-};
-
-PackedSurface surface_in(const Statement& row, int column, int keyframe) {
+PackedSurface surface_in(const Rows& row, int column, int keyframe) {
   try {
-    return PackedSurface::from_bytes(std::string(row.blob(column)));
+    return PackedSurface::from_bytes(row.blob(column));
   } catch (const Error& error) {
-    row.fail(fmt::format("keyframe {}: {}", keyframe, error.what()));
+    refuse(fmt::format("keyframe {}: {}", keyframe, error.what()));
   }
 }
 
-void read_parts(Database& database, ScanRecord& record) {
+void read_parts(SQLite::Database& database, ScanRecord& record) {
   Rows rows(database, "SELECT id, first_frame, sensor, model_crc32, log FROM parts ORDER BY 1");
   while (rows.next()) {
     const std::int64_t after = record.parts.empty() ? 0 : record.parts.back().first_frame;
     record.parts.push_back({rows.integer(1, after, kMaxFrame), rows.text(2),
                             rows.integer(3, 0, std::numeric_limits<std::uint32_t>::max()), rows.text(4)});
   }
-  if (record.parts.empty()) database.fail("holds the map of a mesh, and no scan");
+  if (record.parts.empty()) refuse("holds the map of a mesh, and no scan");
 }
 
 /// An id that was given is never free again, whatever became of the keyframe.
-void read_keyframes(Database& database, const NormalFlowOptions& registration, ScanRecord& record) {
+void read_keyframes(SQLite::Database& database, const NormalFlowOptions& registration, ScanRecord& record) {
   Rows rows(database, "SELECT id, frame, trial, surface FROM keyframes ORDER BY 1");
   while (rows.next()) {
     auto keyframe = std::make_shared<Keyframe>();
@@ -139,7 +160,7 @@ void read_keyframes(Database& database, const NormalFlowOptions& registration, S
 }
 
 /// Keyframe by keyframe. Those of keyframes that were taken back are left out.
-void read_edges(Database& database, ScanRecord& record) {
+void read_edges(SQLite::Database& database, ScanRecord& record) {
   Rows rows(
       database,
       "SELECT id, from_keyframe, to_keyframe, kind, from_T_to, information, shared_center_mm, tentative "
@@ -151,7 +172,7 @@ void read_edges(Database& database, ScanRecord& record) {
     edge.kind = kind_in(rows, 3);
     edge.from_T_to = pose_in(rows, 4);
     edge.information = matrix_in(rows, 5);
-    edge.shared_center_mm = Eigen::Vector3d(numbers_in<3>(rows, 6, kMaxDistanceMm).data());
+    edge.shared_center_mm = Eigen::Vector3d(rows.numbers<3>(6, kMaxDistanceMm).data());
     edge.tentative = flag_in(rows, 7);
     if (record.has_keyframe(edge.from) && record.has_keyframe(edge.to)) record.edges.push_back(edge);
   }
@@ -159,10 +180,9 @@ void read_edges(Database& database, ScanRecord& record) {
                    [](const PoseGraphEdge& a, const PoseGraphEdge& b) { return a.to < b.to; });
 }
 
-void read_frames(Database& database, ScanRecord& record) {
-  Statement count(database, "SELECT count(*) FROM frames");
-  const std::int64_t frames = count.next() ? count.integer(0, 0, std::int64_t{INT64_MAX}) : 0;
-  if (frames > kMaxFrames) count.fail("holds more frames than a day of scanning makes");
+void read_frames(SQLite::Database& database, ScanRecord& record) {
+  const std::int64_t frames = database.execAndGet("SELECT count(*) FROM frames");
+  if (frames > kMaxFrames) refuse("holds more frames than a day of scanning makes");
   record.frames.reserve(static_cast<std::size_t>(frames));
   Rows rows(
       database,
@@ -177,7 +197,7 @@ void read_frames(Database& database, ScanRecord& record) {
     if (!rows.is_null(4)) {
       frame.keyframe = id_in(rows, 4);
       frame.keyframe_T_frame = pose_in(rows, 5);
-      if (frame.trial < 0) rows.fail("a frame with a keyframe has no trial");
+      if (frame.trial < 0) refuse("a frame with a keyframe has no trial");
     }
     const int observable = rows.integer(6, 0, 127);
     for (std::size_t i = 0; i < 6; ++i) frame.observable[i] = (observable >> i & 1) != 0;
@@ -190,11 +210,11 @@ void read_frames(Database& database, ScanRecord& record) {
     if (keyframe &&
         !std::binary_search(record.frames.begin(), record.frames.end(), FrameRecord{.frame = keyframe->frame},
                             [](const FrameRecord& a, const FrameRecord& b) { return a.frame < b.frame; }))
-      database.fail(fmt::format("keyframe {} is of a frame that is not there", keyframe->id));
+      refuse(fmt::format("keyframe {} is of a frame that is not there", keyframe->id));
 }
 
 /// Those in the map; `ids` of all that have one.
-std::map<int, Pose> read_poses(Database& database, std::vector<int>& ids) {
+std::map<int, Pose> read_poses(SQLite::Database& database, std::vector<int>& ids) {
   std::map<int, Pose> map_T_keyframe;
   Rows rows(database, "SELECT keyframe, in_map, pose FROM poses ORDER BY 1");
   while (rows.next()) {
@@ -206,7 +226,7 @@ std::map<int, Pose> read_poses(Database& database, std::vector<int>& ids) {
 }
 
 /// Returns the ids of all keyframes that were not taken back.
-std::vector<int> read_patches(Database& database, const std::map<int, Pose>& map_T_keyframe,
+std::vector<int> read_patches(SQLite::Database& database, const std::map<int, Pose>& map_T_keyframe,
                               Session& session) {
   std::vector<int> ids;
   Rows rows(database, "SELECT id, surface FROM keyframes ORDER BY 1");
@@ -220,15 +240,10 @@ std::vector<int> read_patches(Database& database, const std::map<int, Pose>& map
   return ids;
 }
 
-void read_map_edges(Database& database, Session& session) {
+void read_map_edges(SQLite::Database& database, Session& session) {
   Rows rows(database, "SELECT id, from_keyframe, to_keyframe, kind, outlier FROM map_edges ORDER BY 1");
   while (rows.next())
     session.edges.push_back({id_in(rows, 1), id_in(rows, 2), kind_in(rows, 3), flag_in(rows, 4)});
-}
-
-std::int64_t last_frame(Database& database) {
-  Statement row(database, "SELECT max(frame) FROM frames");
-  return row.next() && !row.is_null(0) ? row.integer(0, 0, kMaxFrame) : -1;
 }
 
 }  // namespace
@@ -251,33 +266,38 @@ bool has_session(const fs::path& folder) {
 }
 
 ScanRecord read_scan(const fs::path& run, const NormalFlowOptions& registration) {
-  Database database(session_file(run), Access::read);
   ScanRecord record;
-  read_parts(database, record);
-  read_keyframes(database, registration, record);
-  read_edges(database, record);
-  read_frames(database, record);
+  Database(session_file(run), Access::read).with([&](SQLite::Database& database) {
+    read_parts(database, record);
+    read_keyframes(database, registration, record);
+    read_edges(database, record);
+    read_frames(database, record);
+  });
   return record;
 }
 
 std::optional<Session> find_session(const fs::path& run) {
-  Database database(session_file(run), Access::read);
-  Statement map(database, "SELECT gradient_scale, last_frame FROM map");
-  if (!map.next()) return std::nullopt;
-  Session session;
-  session.gradient_scale = map.number(0, 10);
-  if (!(session.gradient_scale > 0.1)) map.fail("impossible gradient scale");
-  std::vector<int> placed;
-  const std::map<int, Pose> map_T_keyframe = read_poses(database, placed);
-  if (read_patches(database, map_T_keyframe, session) != placed ||
-      last_frame(database) > map.integer(1, -1, kMaxFrame))
-    session.warning =
-        run.string() + ": the scan went on after its map was saved; fuse the run for the map of all of it";
-  read_map_edges(database, session);
-  ScanRecord measured;  // what the map was made of must be whole, too
-  read_edges(database, measured);
-  read_frames(database, measured);
-  return session;
+  return Database(session_file(run), Access::read)
+      .with([&](SQLite::Database& database) -> std::optional<Session> {
+        Rows map(database, "SELECT rowid, gradient_scale, last_frame FROM map");
+        if (!map.next()) return std::nullopt;
+        Session session;
+        session.gradient_scale = map.number(1, 10);
+        if (!(session.gradient_scale > 0.1)) refuse("impossible gradient scale");
+        std::vector<int> placed;
+        const std::map<int, Pose> map_T_keyframe = read_poses(database, placed);
+        const std::int64_t last_frame = database.execAndGet("SELECT coalesce(max(frame), -1) FROM frames");
+        if (read_patches(database, map_T_keyframe, session) != placed ||
+            last_frame > map.integer(2, -1, kMaxFrame))
+          session.warning =
+              run.string() +
+              ": the scan went on after its map was saved; fuse the run for the map of all of it";
+        read_map_edges(database, session);
+        ScanRecord measured;  // what the map was made of must be whole, too
+        read_edges(database, measured);
+        read_frames(database, measured);
+        return session;
+      });
 }
 
 Session load_session(const fs::path& run) {

@@ -1,5 +1,8 @@
 #include "gelslam/slam/store.hpp"
 
+#include <SQLiteCpp/Backup.h>
+#include <sqlite3.h>
+
 #include <random>
 #include <utility>
 
@@ -42,10 +45,9 @@ Numbers<21> numbers(const Matrix6d& symmetric) {
 
 Numbers<3> numbers(const Eigen::Vector3d& mm) { return {mm.x(), mm.y(), mm.z()}; }
 
-void insert(Database& database, const ScanPart& part) {
-  Statement(database, "INSERT INTO parts VALUES(NULL,?,?,?,?)")
-      .run(part.first_frame, std::string_view(part.sensor), std::int64_t{part.model_crc32},
-           std::string_view(part.log));
+void insert(SQLite::Database& database, const ScanPart& part) {
+  run(database, "INSERT INTO parts VALUES(NULL,?,?,?,?)", part.first_frame, part.sensor, part.model_crc32,
+      part.log);
 }
 
 std::optional<std::int64_t> unless_negative(int value) {
@@ -59,52 +61,52 @@ int bits_of(const FrameRecord& frame) {
   return bits;
 }
 
-void insert(Database& database, const std::vector<FrameRecord>& frames) {
-  Statement insert(database, "INSERT INTO frames VALUES(?,?,?,?,?,?,?,?)");
+void insert(SQLite::Database& database, const std::vector<FrameRecord>& frames) {
+  SQLite::Statement insert(database, "INSERT INTO frames VALUES(?,?,?,?,?,?,?,?)");
   for (const FrameRecord& frame : frames) {
     const Numbers<12> pose = numbers(frame.keyframe_T_frame);
     const auto keyframe = unless_negative(frame.keyframe);
-    insert.run(frame.frame, frame.time_s, name(frame.status), unless_negative(frame.trial), keyframe,
-               keyframe ? std::optional(blob_of(pose)) : std::nullopt, bits_of(frame),
-               frame.unix_us == 0 ? std::nullopt : std::optional(frame.unix_us));
+    run(insert, frame.frame, frame.time_s, std::string(name(frame.status)), unless_negative(frame.trial),
+        keyframe, keyframe ? std::optional(blob_of(pose)) : std::nullopt, bits_of(frame),
+        frame.unix_us == 0 ? std::nullopt : std::optional(frame.unix_us));
   }
 }
 
-void insert(Database& database, const Keyframe& keyframe) {
-  Statement(database, "INSERT INTO keyframes VALUES(?,?,?,?)")
-      .run(keyframe.id, keyframe.frame, keyframe.trial, Blob{keyframe.surface.packed().bytes()});
+void insert(SQLite::Database& database, const Keyframe& keyframe) {
+  run(database, "INSERT INTO keyframes VALUES(?,?,?,?)", keyframe.id, keyframe.frame, keyframe.trial,
+      Blob{keyframe.surface.packed().bytes()});
 }
 
-void insert(Database& database, const std::vector<PoseGraphEdge>& edges) {
-  Statement insert(database, "INSERT INTO edges VALUES(NULL,?,?,?,?,?,?,?)");
+void insert(SQLite::Database& database, const std::vector<PoseGraphEdge>& edges) {
+  SQLite::Statement insert(database, "INSERT INTO edges VALUES(NULL,?,?,?,?,?,?,?)");
   for (const PoseGraphEdge& edge : edges) {
     const Numbers<12> from_T_to = numbers(edge.from_T_to);
     const Numbers<21> information = numbers(edge.information);
     const Numbers<3> center = numbers(edge.shared_center_mm);
-    insert.run(edge.from, edge.to, word(edge.kind), blob_of(from_T_to), blob_of(information), blob_of(center),
-               int{edge.tentative});
+    run(insert, edge.from, edge.to, word(edge.kind), blob_of(from_T_to), blob_of(information),
+        blob_of(center), int{edge.tentative});
   }
 }
 
-void insert_searched(Database& database, int keyframe) {
-  Statement(database, "INSERT INTO searched VALUES(?)").run(keyframe);
+void insert_searched(SQLite::Database& database, int keyframe) {
+  run(database, "INSERT INTO searched VALUES(?)", keyframe);
 }
 
-void insert(Database& database, const SlamMap& map) {
+void insert(SQLite::Database& database, const SlamMap& map) {
   for (const char* table : {"DELETE FROM map", "DELETE FROM poses", "DELETE FROM map_edges"})
-    database.execute(table);
-  Statement(database, "INSERT INTO map VALUES(?,?)").run(map.gradient_scale.mean(), map.next_frame() - 1);
-  Statement pose(database, "INSERT INTO poses VALUES(?,?,?,?)");
+    database.exec(table);
+  run(database, "INSERT INTO map VALUES(?,?)", map.gradient_scale.mean(), map.next_frame() - 1);
+  SQLite::Statement pose(database, "INSERT INTO poses VALUES(?,?,?,?)");
   for (const auto& [id, component] : map.solution.component_of_node) {
     const bool in_map = map.in_map[static_cast<std::size_t>(id)];
     const Numbers<12> values =
         numbers(in_map ? map.anchor_T_keyframe(id) : map.solution.component_T_node.at(id));
-    pose.run(id, component, int{in_map}, blob_of(values));
+    run(pose, id, component, int{in_map}, blob_of(values));
   }
-  Statement edge(database, "INSERT INTO map_edges VALUES(NULL,?,?,?,?)");
+  SQLite::Statement edge(database, "INSERT INTO map_edges VALUES(NULL,?,?,?,?)");
   for (std::size_t i = 0; i < map.solved_edges.size(); ++i) {
     const PoseGraphEdge& solved = map.solved_edges[i];
-    edge.run(solved.from, solved.to, word(solved.kind), int{map.solution.edge_outlier[i]});
+    run(edge, solved.from, solved.to, word(solved.kind), int{map.solution.edge_outlier[i]});
   }
 }
 
@@ -119,16 +121,17 @@ Store::Store(const fs::path& run) : database_(std::make_unique<Database>(session
 Store::~Store() = default;
 
 /// All of it or nothing, with the frames that wait.
-void Store::write(const std::function<void()>& work) {
+template <typename Work>
+void Store::write(const Work& work) {
   const std::vector<FrameRecord> frames = std::exchange(waiting_, {});
-  database_->transact([&] {
-    insert(*database_, frames);
-    work();
+  database_->transact([&](SQLite::Database& database) {
+    insert(database, frames);
+    work(database);
   });
 }
 
 void Store::add(const ScanPart& part) {
-  write([&] { insert(*database_, part); });
+  write([&](SQLite::Database& database) { insert(database, part); });
 }
 
 void Store::add(const FrameRecord& frame) {
@@ -137,36 +140,35 @@ void Store::add(const FrameRecord& frame) {
 }
 
 void Store::add(const NewKeyframe& added) {
-  write([&] {
-    insert(*database_, *added.keyframe);
-    if (added.edge) insert(*database_, std::vector{*added.edge});
+  write([&](SQLite::Database& database) {
+    insert(database, *added.keyframe);
+    if (added.edge) insert(database, std::vector{*added.edge});
   });
 }
 
 void Store::add_loops(int keyframe, const std::vector<PoseGraphEdge>& loops) {
-  write([&] {
-    insert(*database_, loops);
-    insert_searched(*database_, keyframe);
+  write([&](SQLite::Database& database) {
+    insert(database, loops);
+    insert_searched(database, keyframe);
   });
 }
 
 void Store::flush() {
-  write([] {});
+  write([](SQLite::Database&) {});
 }
 
 void Store::set_map(const SlamMap& map) {
-  write([&] { insert(*database_, map); });
+  write([&](SQLite::Database& database) { insert(database, map); });
 }
 
 void begin_store(const fs::path& run, const ScanPart& part) {
   Database database(run / "session.db", Access::create, number_of(part.log));
-  insert(database, part);
+  database.transact([&](SQLite::Database& connection) { insert(connection, part); });
 }
 
 void write_store(const fs::path& run, const SlamMap& map) {
-  Database database(run / "session.db", Access::create,
-                    map.parts.empty() ? 0 : number_of(map.parts.front().log));
-  database.transact([&] {
+  Database file(run / "session.db", Access::create, map.parts.empty() ? 0 : number_of(map.parts.front().log));
+  file.transact([&](SQLite::Database& database) {
     for (const ScanPart& part : map.parts) insert(database, part);
     insert(database, map.frames);
     for (const auto& keyframe : map.keyframes)
@@ -179,7 +181,13 @@ void write_store(const fs::path& run, const SlamMap& map) {
 }
 
 void copy_store(const fs::path& run, const fs::path& to) {
-  Database(session_file(run), Access::read).copy_to(to / "session.db");
+  Database from(session_file(run), Access::read), target(to / "session.db", Access::create);
+  from.with([&](SQLite::Database& database) {
+    target.with([&](SQLite::Database& copy) {
+      if (SQLite::Backup(copy, database).executeStep() != SQLITE_DONE)
+        throw SQLite::Exception("locked", SQLITE_BUSY);
+    });
+  });
 }
 
 }  // namespace gelslam

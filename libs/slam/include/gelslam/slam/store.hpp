@@ -1,7 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -37,7 +36,8 @@ class Store {
   void set_map(const SlamMap& map);  ///< replaces it
 
  private:
-  void write(const std::function<void()>& work);
+  template <typename Work>
+  void write(const Work& work);
 
   std::unique_ptr<slam::detail::Database> database_;
   std::vector<FrameRecord> waiting_;  ///< to be written
