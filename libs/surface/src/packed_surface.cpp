@@ -316,7 +316,8 @@ SurfaceFacts facts_of(const Surface& surface) {
           contact_center_mm(surface)};
 }
 
-PackedSurface::PackedSurface(std::string bytes) : facts_(facts_in(bytes)), bytes_(std::move(bytes)) {}
+PackedSurface::PackedSurface(std::string bytes)
+    : facts_(facts_in(bytes)), bytes_(std::make_shared<const std::string>(std::move(bytes))) {}
 
 PackedSurface::PackedSurface(const Surface& surface) : PackedSurface(packed(surface)) {}
 
@@ -334,7 +335,7 @@ PackedSurface PackedSurface::from_bytes(std::string bytes) {
 std::int16_t PackedSurface::height_steps(float height_mm) { return steps(height_mm, kHeightStepMm); }
 
 SurfacePtr PackedSurface::unpack() const {
-  const std::string bytes = this->bytes();
+  const std::string& bytes = *bytes_;
   const PackedHeader header = header_of(bytes);
   const cv::Size size(header.width, header.height);
   const cv::Rect box = box_of(header);

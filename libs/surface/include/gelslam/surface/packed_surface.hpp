@@ -2,9 +2,9 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <string>
 
-#include "gelslam/core/swapped_bytes.hpp"
 #include "gelslam/surface/surface.hpp"
 
 namespace gelslam {
@@ -19,12 +19,13 @@ struct SurfaceFacts {
 };
 SurfaceFacts facts_of(const Surface& surface);
 
-/// A surface as maps keep it, on disk (SwappedBytes) and in files: every pixel of the contact's bounding box,
+/// A surface as maps keep it, in memory and in files: every pixel of the contact's bounding box,
 /// means over 4x4 pixels beyond, where the gel is smooth; quantized and compressed without further loss, with
 /// a checksum. About 25 times smaller than a Surface. Normals are rounded to kNormalStep, a hundredth of
 /// their noise (0.02 rad), heights to kHeightStepMm, a thirtieth (0.004 mm). Curvature is rounded to
 /// kCurvatureStep, so finely that few pixels become equal: samples are chosen by its rank, equal ones in
-/// order of rows. Packing what was unpacked gives the same bytes. Immutable, shareable between threads.
+/// order of rows. Packing what was unpacked gives the same bytes. Immutable, cheap to copy, shareable
+/// between threads.
 /// Layout: docs/file-formats.md.
 class PackedSurface {
  public:
@@ -39,7 +40,7 @@ class PackedSurface {
   /// What bytes() gave. Throws Error when it is damaged.
   static PackedSurface from_bytes(std::string bytes);
 
-  std::string bytes() const { return bytes_.read(); }
+  const std::string& bytes() const { return *bytes_; }
   /// Deterministic; takes some milliseconds. Throws Error for contents that no surface has.
   SurfacePtr unpack() const;
 
@@ -49,7 +50,7 @@ class PackedSurface {
   explicit PackedSurface(std::string bytes);
 
   SurfaceFacts facts_;
-  SwappedBytes bytes_;
+  std::shared_ptr<const std::string> bytes_;
 };
 
 }  // namespace gelslam
