@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <opencv2/core.hpp>
 
 #ifdef __SSE2__
 #include <pmmintrin.h>
@@ -30,8 +31,7 @@ class FlushDenormals {
 #endif
 };
 
-// The transform halves its length at least once; an odd number of squares is solved with the last one
-// doubled.
+// OpenCV's cosine transform takes even lengths; an odd number of squares is solved with the last one doubled.
 int even(int length) { return length + length % 2; }
 
 struct GradientRow {
@@ -135,122 +135,9 @@ void integrate_constant(cv::Mat1f& spectrum) {
 
 }  // namespace
 
-RowTransform::RowTransform(int length)
-    : length_(static_cast<std::size_t>(length)), data_(2 * length, kLanes) {
-  for (std::size_t n = length_; n % 2 == 0; n /= 2)
-    for (std::size_t i = 0; i < n / 2; ++i)
-      secants_.push_back(static_cast<float>(
-          0.5 / std::cos(std::numbers::pi * (static_cast<double>(i) + 0.5) / static_cast<double>(n))));
-  odd_ = length_;
-  while (odd_ % 2 == 0) odd_ /= 2;
-  for (std::size_t k = 0; k < odd_; ++k)
-    for (std::size_t i = 0; i < odd_; ++i)
-      cosines_.push_back(static_cast<float>(std::cos(std::numbers::pi * (static_cast<double>(i) + 0.5) *
-                                                     static_cast<double>(k) / static_cast<double>(odd_))));
-}
-
-// x = matrix x, or its transpose; Size: known to the compiler where it is 5, as of all usual widths.
-template <std::size_t Size, bool ByRows, class Lanes>
-[[gnu::always_inline]] inline void multiply(const float* matrix, Lanes* x, Lanes* room,
-                                            std::size_t any_size) {
-  const std::size_t n = Size > 0 ? Size : any_size;
-  Lanes local[Size > 0 ? Size : 1];
-  Lanes* const copy = Size > 0 ? local : room;
-  for (std::size_t i = 0; i < n; ++i) copy[i] = x[i];
-  for (std::size_t k = 0; k < n; ++k) {
-    Lanes sum = matrix[ByRows ? k * n : k] * copy[0];
-    for (std::size_t i = 1; i < n; ++i) sum += matrix[ByRows ? k * n + i : i * n + k] * copy[i];
-    x[k] = sum;
-  }
-}
-
-// X_k = sum_i x_i cos(pi (i + 1/2) k / n). Sums of mirrored values have the even coefficients; differences,
-// divided by 2 cos, have sums of neighboring odd ones.
-GELSLAM_CLONES void RowTransform::forward_lanes(Lanes* x, Lanes* room, std::size_t n,
-                                                const float* secant) const {
-  if (n == odd_) {
-    if (n == 5)
-      multiply<5, 1>(cosines_.data(), x, room, n);
-    else
-      multiply<0, 1>(cosines_.data(), x, room, n);
-    return;
-  }
-  const std::size_t half = n / 2;
-  for (std::size_t i = 0; i < half; ++i) {
-    room[i] = x[i] + x[n - 1 - i];
-    room[half + i] = (x[i] - x[n - 1 - i]) * secant[i];
-  }
-  forward_lanes(room, x, half, secant + half);
-  forward_lanes(room + half, x, half, secant + half);
-  for (std::size_t k = 0; k + 1 < half; ++k) {
-    x[2 * k] = room[k];
-    x[2 * k + 1] = room[half + k] + room[half + k + 1];
-  }
-  x[n - 2] = room[half - 1];
-  x[n - 1] = room[n - 1];
-}
-
-// The transpose: x_i = sum_k X_k cos(pi (i + 1/2) k / n), step by step backward.
-GELSLAM_CLONES void RowTransform::inverse_lanes(Lanes* x, Lanes* room, std::size_t n,
-                                                const float* secant) const {
-  if (n == odd_) {
-    if (n == 5)
-      multiply<5, 0>(cosines_.data(), x, room, n);
-    else
-      multiply<0, 0>(cosines_.data(), x, room, n);
-    return;
-  }
-  const std::size_t half = n / 2;
-  Lanes before{};
-  for (std::size_t k = 0; k < half; ++k) {
-    room[k] = x[2 * k];
-    room[half + k] = x[2 * k + 1] + before;
-    before = x[2 * k + 1];
-  }
-  inverse_lanes(room, x, half, secant + half);
-  inverse_lanes(room + half, x, half, secant + half);
-  for (std::size_t i = 0; i < half; ++i) {
-    const Lanes odd = room[half + i] * secant[i];
-    x[i] = room[i] + odd;
-    x[n - 1 - i] = room[i] - odd;
-  }
-}
-
-template <class Transform>
-void RowTransform::each_group(const cv::Mat1f& from, cv::Mat1f& to, const Transform& transform) {
-  auto* const values = reinterpret_cast<Lanes*>(data_.ptr<float>());
-  for (int top = 0; top < from.rows; top += kLanes) {
-    const int count = std::min(kLanes, from.rows - top);
-    for (int lane = 0; lane < kLanes; ++lane) {
-      const float* row = from[top + std::min(lane, count - 1)];
-      for (std::size_t u = 0; u < length_; ++u) values[u][lane] = row[u];
-    }
-    transform(values, values + length_);
-    for (int lane = 0; lane < count; ++lane) {
-      float* row = to[top + lane];
-      for (std::size_t u = 0; u < length_; ++u) row[u] = values[u][lane];
-    }
-  }
-}
-
-void RowTransform::forward(const cv::Mat1f& rows, cv::Mat1f& spectrum) {
-  each_group(rows, spectrum,
-             [&](Lanes* x, Lanes* room) { forward_lanes(x, room, length_, secants_.data()); });
-}
-
-void RowTransform::inverse(const cv::Mat1f& spectrum, cv::Mat1f& rows) {
-  const float scale = 2.0F / static_cast<float>(length_);
-  each_group(spectrum, rows, [&](Lanes* x, Lanes* room) {
-    x[0] *= 0.5F;
-    for (std::size_t k = 0; k < length_; ++k) x[k] *= scale;
-    inverse_lanes(x, room, length_, secants_.data());
-  });
-}
-
 PoissonSolver::PoissonSolver(cv::Size size)
     : size_(size),
       grid_((size.width + 1) / 2, (size.height + 1) / 2),
-      transform_(even(grid_.width)),
       pivot_(grid_.height, even(grid_.width)),
       steps_(kStepsPerSquare * grid_.height, even(grid_.width)),
       solution_(pivot_.size()),
@@ -298,9 +185,9 @@ cv::Mat1f PoissonSolver::solve(const cv::Mat1f& gx, const cv::Mat1f& gy) {
   for (int v = 0; v < grid_.height; ++v)
     square_divergence(square_row(steps_, v - 1), square_row(steps_, v), square_row(steps_, v + 1), squares,
                       solution_[v]);
-  transform_.forward(solution_, solution_);
+  cv::dct(solution_, solution_, cv::DCT_ROWS);
   solve_columns();
-  transform_.inverse(solution_, solution_);
+  cv::dct(solution_, solution_, cv::DCT_ROWS | cv::DCT_INVERSE);
   return solution_(cv::Rect(cv::Point(), grid_));
 }
 

@@ -1,30 +1,8 @@
 #pragma once
 
 #include <opencv2/core/mat.hpp>
-#include <vector>
-
-#include "lanes.hpp"
 
 namespace gelslam::surface::detail {
-
-/// Cosine transform of the rows of an image and its inverse (Lee, IEEE Trans. ASSP 1984), eight rows at once.
-class RowTransform {
- public:
-  explicit RowTransform(int length);
-  /// X_k = sum_i x_i cos(pi (i + 1/2) k / length). Images are as wide as that, and may be the same.
-  void forward(const cv::Mat1f& rows, cv::Mat1f& spectrum);
-  void inverse(const cv::Mat1f& spectrum, cv::Mat1f& rows);
-
- private:
-  void forward_lanes(Lanes* x, Lanes* room, std::size_t n, const float* secant) const;
-  void inverse_lanes(Lanes* x, Lanes* room, std::size_t n, const float* secant) const;
-  template <class Transform>
-  void each_group(const cv::Mat1f& from, cv::Mat1f& to, const Transform& transform);
-
-  std::size_t length_, odd_;  // odd_: where halving ends
-  cv::Mat1f data_;            // eight rows, transposed, and as much room; OpenCV aligns it
-  std::vector<float> secants_, cosines_;
-};
 
 /// Heights of squares along the lines of a picture, in pixels; each line has its own zero. Where gradients
 /// contradict each other, lines disagree.
@@ -56,8 +34,7 @@ class PoissonSolver {
  private:
   void solve_columns();
 
-  cv::Size size_, grid_;  // grid_: of squares
-  RowTransform transform_;
+  cv::Size size_, grid_;        // grid_: of squares
   cv::Mat1f pivot_;             // inverse pivots of the tridiagonal systems, one column per frequency
   cv::Mat1f gx_, gy_;           // of the last solve
   cv::Mat1f steps_, solution_;  // steps_: between squares
