@@ -100,7 +100,7 @@ void BlockMap::unlist(const PlacedPatch& placed) {
   }
 }
 
-std::vector<std::int64_t> BlockMap::take_dirty() {
+std::vector<std::int64_t> BlockMap::take_dirty(std::size_t most) {
   struct Entry {
     int newest;
     std::int64_t key;
@@ -118,7 +118,7 @@ std::vector<std::int64_t> BlockMap::take_dirty() {
     return a.newest != b.newest ? a.newest > b.newest : a.key < b.key;
   });
   std::vector<std::int64_t> keys;
-  for (const Entry& e : entries) keys.push_back(e.key);
+  for (const Entry& e : entries) (keys.size() < most ? keys : dirty_).push_back(e.key);
   return keys;
 }
 

@@ -29,8 +29,9 @@ class BlockMap {
   void list(const PlacedPatch& placed);
   void unlist(const PlacedPatch& placed);
 
-  /// Blocks whose patches have changed since they were sampled, those of the newest patches first.
-  std::vector<std::int64_t> take_dirty();
+  /// At most so many blocks whose patches have changed since they were sampled, those of the newest patches
+  /// first.
+  std::vector<std::int64_t> take_dirty(std::size_t most);
 
   /// Brings a block's distances up to date; adds the blocks whose vertices depend on them.
   void sample(std::int64_t key, std::vector<std::int64_t>& to_place);

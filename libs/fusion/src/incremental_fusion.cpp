@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <map>
 
@@ -20,7 +19,7 @@ namespace {
 using namespace fusion::detail;
 
 /// Moved patches that are placed before their blocks are updated: each block is then updated once for all of
-/// them, and new patches still appear soon.
+/// them, while few patches are held at two places.
 constexpr int kMovesAtOnce = 48;  // speed
 /// Blocks of moved patches in a round: a new patch waits for at most one round, some tens of milliseconds.
 constexpr std::size_t kBlocksPerRound = 256;  // speed
@@ -35,8 +34,6 @@ void check(const FusionOptions& o) {
 }
 
 void check(const IncrementalOptions& o) {
-  if (!(o.budget_ms >= 0) || !std::isfinite(o.budget_ms))
-    throw Error("the time for one piece of work on the live mesh must not be negative");
   if (!(o.max_displacement_mm >= 0) || !(o.max_scale_change >= 0))
     throw Error("the live mesh's limits on changes must not be negative");
   if (o.warm_blocks < 1) throw Error("the live mesh needs at least one warm block");
@@ -69,12 +66,10 @@ Mesh without_islands(const Mesh& mesh, const std::vector<int>& keyframe, double 
 
 }  // namespace
 
-/// Changes of patches reach the mesh in rounds. Only finished rounds are visible from outside.
 class IncrementalFusion::Impl {
  public:
   Impl(const FusionOptions& fusion, const IncrementalOptions& options)
-      : budget_(options.budget_ms),
-        field_(static_cast<float>(fusion.truncation_mm), static_cast<float>(fusion.min_weight)),
+      : field_(static_cast<float>(fusion.truncation_mm), static_cast<float>(fusion.min_weight)),
         places_(
             block_reach(static_cast<float>(fusion.voxel_size_mm), static_cast<float>(fusion.truncation_mm)),
             options),
@@ -85,17 +80,24 @@ class IncrementalFusion::Impl {
   }
 
   bool work() {
-    const auto end = Clock::now() + std::chrono::duration<double, std::milli>(budget_);
-    do {
-      if (!step()) return false;
-    } while (Clock::now() < end);
+    std::vector<std::int64_t> keys;
+    if (const auto id = places_.newest_new()) {
+      keys = place_patch(*id);
+    } else {
+      keys = blocks_.take_dirty(kBlocksPerRound);
+      if (keys.empty()) {
+        for (int moves = 0; moves < kMovesAtOnce && places_.newest_changed(); ++moves)
+          place_patch(*places_.newest_changed());
+        keys = blocks_.take_dirty(kBlocksPerRound);
+      }
+      if (keys.empty()) return false;
+    }
+    update(keys);
     return true;
   }
 
   Mesh finish(int threads, ProgressSink* progress, std::vector<int>& keyframe) {
-    while (phase_ != Phase::idle) step();
     place_all(threads);
-    queue_.clear();
     return blocks_.mesh_all(threads, progress, keyframe);
   }
 
@@ -108,48 +110,20 @@ class IncrementalFusion::Impl {
   }
 
  private:
-  using Clock = std::chrono::steady_clock;
-  enum class Phase { idle, sampling, placing, meshing };
-
-  /// One small piece of work; false when there is none.
-  bool step() {
-    if (phase_ == Phase::idle) return begin_round();
-    if (next_ == keys_.size()) {
-      next_phase();
-      return true;
-    }
-    const std::int64_t key = keys_[next_++];
-    if (phase_ == Phase::sampling) blocks_.sample(key, following_);
-    if (phase_ == Phase::placing) blocks_.place(key, following_);
-    if (phase_ == Phase::meshing) {
-      if (auto block = blocks_.mesh(key)) made_.push_back(std::move(*block));
-    }
-    return true;
-  }
-
-  bool begin_round() {
-    if (const auto id = places_.newest_new()) {
-      start(place_patch(*id));
-      return true;
-    }
-    if (const auto id = moves_left_ > 0 ? places_.newest_changed() : std::nullopt) {
-      place_patch(*id);
-      --moves_left_;
-      return true;
-    }
-    if (queue_.empty()) {
-      queue_ = blocks_.take_dirty();
-      std::reverse(queue_.begin(), queue_.end());  // taken from its end
-    }
-    if (!queue_.empty()) {
-      const auto first = queue_.end() - static_cast<std::ptrdiff_t>(std::min(queue_.size(), kBlocksPerRound));
-      std::vector<std::int64_t> keys(first, queue_.end());
-      queue_.erase(first, queue_.end());
-      start(std::move(keys));
-      return true;
-    }
-    moves_left_ = kMovesAtOnce;
-    return places_.newest_changed().has_value();
+  /// Makes the blocks again, and what depends on them.
+  void update(const std::vector<std::int64_t>& keys) {
+    std::vector<std::int64_t> to_place, to_mesh;
+    const auto sort_out = [](std::vector<std::int64_t>& named) {
+      std::sort(named.begin(), named.end());
+      named.erase(std::unique(named.begin(), named.end()), named.end());
+    };
+    for (const std::int64_t key : keys) blocks_.sample(key, to_place);
+    sort_out(to_place);
+    for (const std::int64_t key : to_place) blocks_.place(key, to_mesh);
+    sort_out(to_mesh);
+    for (const std::int64_t key : to_mesh)
+      if (auto block = blocks_.mesh(key)) ready_.insert_or_assign(key, std::move(*block));
+    for (const std::int64_t key : keys) blocks_.drop_if_empty(key);
   }
 
   /// Puts a patch where it should be; returns the blocks it passes through there.
@@ -181,42 +155,9 @@ class IncrementalFusion::Impl {
     }
   }
 
-  void start(std::vector<std::int64_t> keys) {
-    sampled_ = keys;
-    keys_ = std::move(keys);
-    next_ = 0;
-    phase_ = Phase::sampling;
-  }
-
-  void next_phase() {
-    if (phase_ == Phase::meshing) return end_round();
-    phase_ = phase_ == Phase::sampling ? Phase::placing : Phase::meshing;
-    std::sort(following_.begin(), following_.end());
-    following_.erase(std::unique(following_.begin(), following_.end()), following_.end());
-    keys_ = std::move(following_);
-    following_.clear();
-    next_ = 0;
-  }
-
-  void end_round() {
-    for (MeshBlock& block : made_) ready_.insert_or_assign(block.key, std::move(block));
-    made_.clear();
-    for (const std::int64_t key : sampled_) blocks_.drop_if_empty(key);
-    phase_ = Phase::idle;
-  }
-
-  double budget_;
   Field field_;
   PatchPlaces places_;
   BlockMap blocks_;
-  std::vector<std::int64_t> queue_;  ///< blocks that wait for a round
-  int moves_left_ = kMovesAtOnce;
-
-  Phase phase_ = Phase::idle;
-  std::vector<std::int64_t> sampled_;           ///< the round's blocks
-  std::vector<std::int64_t> keys_, following_;  ///< of this phase, of the next one
-  std::size_t next_ = 0;
-  std::vector<MeshBlock> made_;
   std::map<std::int64_t, MeshBlock> ready_;
 };
 

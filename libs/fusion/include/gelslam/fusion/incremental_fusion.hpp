@@ -8,7 +8,6 @@
 namespace gelslam {
 
 struct IncrementalOptions {
-  double budget_ms = 8.0;  ///< speed: about how long work() takes
   /// A patch is moved in the mesh when its center or a corner has moved by more than this since it was put
   /// there, or the gradient scale by more than max_scale_change (a share). 0: at any change.
   double max_displacement_mm = 0.02;  // speed: the mesh that is saved is made of the poses as they are
@@ -32,9 +31,9 @@ class IncrementalFusion {
   /// fuse() does), or the scale is not a positive number.
   void set_patches(const std::vector<PosedSurface>& patches, double gradient_scale);
 
-  /// Works for about `budget_ms`; true while there may be more to do. New patches first, newest first, then
-  /// what has moved or gone. Throws Error when a patch reaches too far from the map's origin; that patch is
-  /// then left out.
+  /// One round of work, some tens of milliseconds; true while there may be more to do. New patches first,
+  /// newest first, then what has moved or gone. Throws Error when a patch reaches too far from the map's
+  /// origin; that patch is then left out.
   bool work();
 
   /// Does all work that is left, on `threads` threads (0: all cores), and returns the whole surface as one
