@@ -2,10 +2,8 @@
 
 #include <ceres/ceres.h>
 #include <ceres/normal_prior.h>
-#include <dlfcn.h>
 
 #include <algorithm>
-#include <mutex>
 #include <string>
 
 #include "gelslam/core/error.hpp"
@@ -133,36 +131,6 @@ class EdgeCost : public ceres::CostFunction {
   ceres::AutoDiffCostFunction<OfNodes, 6, 7, 7> of_nodes_;
 };
 
-/// While any of them lives, OpenBLAS runs with one thread, if SuiteSparse calls that: the order of its sums
-/// depends on the number of threads, which all solves of the process share. The BLAS that Debian installs
-/// with Ceres (ATLAS) has one thread.
-class SerialBlas {
- public:
-  SerialBlas() {
-    const std::lock_guard lock(mutex_);
-    if (living_++ > 0) return;
-    const auto threads = reinterpret_cast<int (*)()>(dlsym(RTLD_DEFAULT, "openblas_get_num_threads"));
-    threads_before_ = threads ? threads() : 0;
-    set_threads(1);
-  }
-  ~SerialBlas() {
-    const std::lock_guard lock(mutex_);
-    if (--living_ == 0) set_threads(threads_before_);
-  }
-  SerialBlas(const SerialBlas&) = delete;
-  SerialBlas& operator=(const SerialBlas&) = delete;
-
- private:
-  static void set_threads(int count) {
-    const auto set = reinterpret_cast<void (*)(int)>(dlsym(RTLD_DEFAULT, "openblas_set_num_threads"));
-    if (set && threads_before_ > 0) set(count);
-  }
-
-  static inline std::mutex mutex_;
-  static inline int living_ = 0;
-  static inline int threads_before_ = 0;  // the first of those that live; 0: it is not OpenBLAS
-};
-
 /// A state of the graph with its residuals.
 struct Estimate {
   std::vector<NodeState> nodes;
@@ -191,12 +159,8 @@ class Solver {
 
     ceres::Solver::Options solver;
     solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-    // Its supernodal factorization takes a quarter of the time of Eigen's for thousands of nodes.
-    if (ceres::IsSparseLinearAlgebraLibraryTypeAvailable(ceres::SUITE_SPARSE))
-      solver.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
-    else
-      solver.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
-    const SerialBlas serial;
+    // Its sums have one order, unlike those of a BLAS with threads.
+    solver.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
     solver.num_threads = 1;
     // Nearly Gauss-Newton: with Ceres' default the soft modes of a long chain need many steps.
     solver.initial_trust_region_radius = 1e8;
