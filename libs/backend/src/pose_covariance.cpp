@@ -44,43 +44,6 @@ class InformationMatrix {
   std::vector<Eigen::Triplet<double>> entries_;
 };
 
-/// The inverse of a symmetric matrix, where the matrix itself is not zero.
-class SelectedInverse {
- public:
-  explicit SelectedInverse(const Sparse& lower_half) : factor_(lower_half) {
-    if (factor_.info() != Eigen::Success) throw Error("pose graph: its edges do not determine its poses");
-    const Sparse& l = factor_.matrixL().nestedExpression();  // below the diagonal of ones
-    inverse_ = l;
-    diagonal_ = factor_.vectorD().cwiseInverse();
-    for (int j = static_cast<int>(l.cols()) - 1; j >= 0; --j) {
-      for (Sparse::InnerIterator z(inverse_, j); z; ++z) {
-        double sum = 0;
-        for (Sparse::InnerIterator k(l, j); k; ++k) sum -= k.value() * permuted(k.row(), z.row());
-        z.valueRef() = sum;
-      }
-      for (Sparse::InnerIterator k(l, j), z(inverse_, j); k; ++k, ++z) diagonal_[j] -= k.value() * z.value();
-    }
-  }
-
-  /// A square on the diagonal.
-  Matrix6d block(int first) const {
-    const auto& place = factor_.permutationP().indices();
-    Matrix6d block;
-    for (int r = 0; r < 6; ++r)
-      for (int c = 0; c < 6; ++c) block(r, c) = permuted(place[first + r], place[first + c]);
-    return block;
-  }
-
- private:
-  double permuted(Eigen::Index row, Eigen::Index column) const {
-    return row == column ? diagonal_[row] : inverse_.coeff(std::max(row, column), std::min(row, column));
-  }
-
-  Eigen::SimplicialLDLT<Sparse> factor_;
-  Sparse inverse_;
-  Eigen::VectorXd diagonal_;
-};
-
 }  // namespace
 
 std::map<int, Matrix6d> pose_covariances(const std::vector<PoseGraphEdge>& edges,
@@ -115,8 +78,14 @@ std::map<int, Matrix6d> pose_covariances(const std::vector<PoseGraphEdge>& edges
   std::map<int, Matrix6d> covariances;
   covariances[gauge] = Matrix6d::Zero();
   if (row_of.empty()) return covariances;
-  const SelectedInverse inverse(information.matrix());
-  for (const auto& [id, row] : row_of) covariances[id] = inverse.block(row);
+  const Eigen::SimplicialLDLT<Sparse> factor(information.matrix());
+  if (factor.info() != Eigen::Success) throw Error("pose graph: its edges do not determine its poses");
+  Eigen::MatrixXd columns(factor.rows(), 6);
+  for (const auto& [id, row] : row_of) {
+    columns.setZero();
+    columns.middleRows<6>(row).setIdentity();
+    covariances[id] = symmetric(factor.solve(columns).middleRows<6>(row));
+  }
   return covariances;
 }
 
