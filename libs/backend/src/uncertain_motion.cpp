@@ -1,6 +1,5 @@
 #include "gelslam/backend/uncertain_motion.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,6 +1,8 @@
 #include "gelslam/core/se3.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/SVD>
 #include <cmath>
 
 namespace gelslam {
@@ -76,9 +78,17 @@ Pose normalized(const Pose& pose) {
   return result;
 }
 
-SymmetricEigen symmetric_eigen(const Matrix6d& symmetric) {
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(symmetric);
+SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& symmetric) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(symmetric);
   return {solver.eigenvalues(), solver.eigenvectors()};
+}
+
+Matrix6d inverted(const Matrix6d& matrix) { return matrix.inverse(); }
+
+Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& matrix) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const double handedness = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1.0 : 1.0;
+  return svd.matrixU() * Eigen::Vector3d(1, 1, handedness).asDiagonal() * svd.matrixV().transpose();
 }
 
 Eigen::Matrix3d rotation_of_z_to(const Eigen::Vector3d& direction) {

@@ -1,6 +1,5 @@
 #include "gelslam/core/uncertain_pose.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -14,8 +13,7 @@ UncertainPose UncertainPose::inverse() const {
 double UncertainPose::worst_sigma_mm() const { return worst_sigma(covariance.bottomRightCorner<3, 3>()); }
 
 double worst_sigma(const Eigen::Matrix3d& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance, Eigen::EigenvaluesOnly);
-  return std::sqrt(std::max(solver.eigenvalues().maxCoeff(), 0.0));
+  return std::sqrt(std::max(symmetric_eigen(covariance).values.maxCoeff(), 0.0));
 }
 
 UncertainPose compose(const UncertainPose& a_T_b, const UncertainPose& b_T_c) {

@@ -1,6 +1,5 @@
 #include "gelslam/evaluation/trajectory_metrics.hpp"
 
-#include <Eigen/SVD>
 #include <cmath>
 
 #include "gelslam/core/error.hpp"
@@ -64,10 +63,7 @@ double aligned_rmse_mm(const std::vector<PosePair>& pairs) {
   for (const PosePair& pair : pairs)
     covariance +=
         (pair.truth.translation() - true_mean) * (pair.estimated.translation() - estimated_mean).transpose();
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d signs = Eigen::Vector3d::Ones();
-  if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0) signs.z() = -1.0;  // no mirror images
-  const Eigen::Matrix3d rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  const Eigen::Matrix3d rotation = nearest_rotation(covariance);
   double sum = 0.0;
   for (const PosePair& pair : pairs)
     sum +=

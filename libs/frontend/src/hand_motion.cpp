@@ -1,6 +1,5 @@
 #include "gelslam/frontend/hand_motion.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -46,7 +45,7 @@ PosePrior ExpectedMotion::prior() const {
 
 PosePrior ExpectedMotion::prior_at(const RegistrationResult& place) const {
   PosePrior at = prior();
-  const Matrix6d along = place.directions.inverse(), anywhere = unknown_pose_covariance();
+  const Matrix6d along = inverted(place.directions), anywhere = unknown_pose_covariance();
   const Vector6d shown = gain(variance_along(along, at.covariance + anywhere),
                               information_along(place.directions, place.information));
   const Vector6d moved = along * se3_log(at.pose.inverse() * place.target_T_reference);
@@ -57,7 +56,7 @@ PosePrior ExpectedMotion::prior_at(const RegistrationResult& place) const {
 
 double ExpectedMotion::normalized_innovation(const RegistrationResult& found) const {
   const PosePrior before = prior();
-  const Matrix6d along = found.directions.inverse();
+  const Matrix6d along = inverted(found.directions);
   const Vector6d variance = variance_along(along, before.covariance);
   const Vector6d shown = gain(variance, information_along(found.directions, found.information));
   const Vector6d moved = along * se3_log(before.pose.inverse() * found.target_T_reference);
@@ -84,7 +83,7 @@ std::array<ExpectedMotion, 2> HandMotion::expect(const MotionState& before, doub
 MotionState HandMotion::correct(const ExpectedMotion& expected, const RegistrationResult& registration) {
   const Pose& frame_T_reference = registration.target_T_reference;
   const Matrix6d to_frame = adjoint(frame_T_reference), to_reference = to_frame.inverse();
-  const Matrix6d directions = to_frame * registration.directions, along = directions.inverse();
+  const Matrix6d directions = to_frame * registration.directions, along = inverted(directions);
   const Vector6d information = information_along(registration.directions, registration.information);
   // Steps have one direction for some time: their errors add up, rather than their variances.
   const Matrix6d drift = 2 * kSteadyS / expected.elapsed_s * expected.step;

@@ -1,6 +1,5 @@
 #include "gelslam/frontend/tracker.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <utility>

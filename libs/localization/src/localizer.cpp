@@ -1,6 +1,5 @@
 #include "gelslam/localization/localizer.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -24,7 +23,7 @@ constexpr std::size_t kMaxHypotheses = 24;      // a cube's corner has as many
 constexpr std::size_t kMaxSymmetricTries = 48;  // registrations per search
 constexpr std::size_t kMaxTouches = 8;          // that a new hypothesis is judged by
 
-Matrix6d inverse(const Matrix6d& matrix) { return symmetric(matrix.inverse()); }
+Matrix6d inverse(const Matrix6d& matrix) { return symmetric(inverted(matrix)); }
 
 /// All of the pose is known, at two standard deviations, to less than the distance of two places.
 bool is_known_well(const UncertainPose& place) {

@@ -1,4 +1,3 @@
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -124,21 +123,18 @@ std::optional<Pose> lift(const Surface& older, const Surface& newer, const Place
     b.push_back(point_mm(newer, pixel_b));
     center_a += a.back() / static_cast<double>(matches.size());
     center_b += b.back() / static_cast<double>(matches.size());
-    correlation += normal_around(newer, pixel_b) * normal_around(older, pixel_a).transpose();
+    correlation += normal_around(older, pixel_a) * normal_around(newer, pixel_b).transpose();
   }
   double spread = 1e-12;
   Eigen::Matrix3d point_correlation = Eigen::Matrix3d::Zero();
   for (std::size_t i = 0; i < a.size(); ++i) {
-    point_correlation += (b[i] - center_b) * (a[i] - center_a).transpose();
+    point_correlation += (a[i] - center_a) * (b[i] - center_b).transpose();
     spread += (a[i] - center_a).squaredNorm();
   }
-  // Kabsch (1976) on both: points over their spread weigh as much as unit normals do.
+  // Points over their spread weigh as much as unit normals do.
   correlation += point_correlation * (static_cast<double>(a.size()) / spread);
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correlation, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const double handedness = (svd.matrixV() * svd.matrixU().transpose()).determinant() < 0 ? -1.0 : 1.0;
   Pose older_T_newer = Pose::Identity();
-  older_T_newer.linear() =
-      svd.matrixV() * Eigen::Vector3d(1, 1, handedness).asDiagonal() * svd.matrixU().transpose();
+  older_T_newer.linear() = nearest_rotation(correlation);
   older_T_newer.translation() = center_a - older_T_newer.linear() * center_b;
   return older_T_newer;
 }

@@ -1,6 +1,6 @@
 #include "registration_quality.hpp"
 
-#include <Eigen/LU>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -64,8 +64,8 @@ std::array<bool, 6> observability(const RegistrationResult& result, bool heights
   const Eigen::Matrix3d target_R_reference = result.target_T_reference.linear();
   const Matrix6d from_center = origin_from_center(result.shared_center_mm);
   Matrix6d with_prior = from_center.transpose() * result.information * from_center;
-  with_prior += unknown_pose_covariance().inverse();
-  const Matrix6d covariance = with_prior.inverse();
+  with_prior += inverted(unknown_pose_covariance());
+  const Matrix6d covariance = inverted(with_prior);
   const auto known = [&](int axis, int first, double limit) {
     const Eigen::Vector3d direction = target_R_reference.row(axis);
     return direction.dot(covariance.block<3, 3>(first, first) * direction) < limit * limit;
@@ -171,6 +171,22 @@ HeightGap height_gap(const Samples& samples, const Surface& target, const Pose& 
   if (weight <= 0) return {};
   const double mean = sum / weight;
   return {mean, std::sqrt(std::max(0.0, sum2 / weight - mean * mean))};
+}
+
+ShownDirections shown_directions(const TextureAgreement& texture, double by_chance) {
+  // Generalised eigenvectors of (common, read + pattern): along each, the share that is common.
+  const Matrix5d scale = texture.read + texture.pattern + 1e-12 * Matrix5d::Identity();
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix5d> eigen(texture.common, scale);
+  ShownDirections result;
+  result.basis = eigen.eigenvectors();
+  result.measures = scale * result.basis;  // of the eigenvectors' inverse, transposed
+  result.share = (eigen.eigenvalues().array() - by_chance).max(0.0).min(1.0);
+  for (int i = 0; i < kParameters; ++i) {
+    const double pattern = result.basis.col(i).dot(texture.pattern * result.basis.col(i));
+    result.pattern_share[i] = std::min(1.0, pattern / std::max(pattern, eigen.eigenvalues()[i]));
+  }
+  result.by_slopes = scale.ldlt().solve(texture.by_slopes);
+  return result;
 }
 
 ShownDirections assess(const NormalFlowReference::Impl& reference, const Surface& target,

@@ -1,4 +1,3 @@
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 
 #include "normal_flow_reference.hpp"
@@ -84,22 +83,6 @@ TextureAgreement compare_texture(const Samples& s, const Surface& target, const 
   texture.common = 0.5 * (common + common.transpose()).cast<double>();
   texture.pattern = gel_pattern_per_mm * gel_pattern_per_mm * gel_pattern(moments.cast<double>());
   return texture;
-}
-
-ShownDirections shown_directions(const TextureAgreement& texture, double by_chance) {
-  // Generalised eigenvectors of (common, read + pattern): along each, the share that is common.
-  const Matrix5d scale = texture.read + texture.pattern + 1e-12 * Matrix5d::Identity();
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix5d> eigen(texture.common, scale);
-  ShownDirections result;
-  result.basis = eigen.eigenvectors();
-  result.measures = scale * result.basis;  // of the eigenvectors' inverse, transposed
-  result.share = (eigen.eigenvalues().array() - by_chance).max(0.0).min(1.0);
-  for (int i = 0; i < kParameters; ++i) {
-    const double pattern = result.basis.col(i).dot(texture.pattern * result.basis.col(i));
-    result.pattern_share[i] = std::min(1.0, pattern / std::max(pattern, eigen.eigenvalues()[i]));
-  }
-  result.by_slopes = scale.ldlt().solve(texture.by_slopes);
-  return result;
 }
 
 }  // namespace gelslam::registration::detail

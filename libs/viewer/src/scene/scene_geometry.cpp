@@ -1,6 +1,6 @@
 #include "scene/scene_geometry.hpp"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -226,7 +226,7 @@ void look_at_broad_side(const Mesh& mesh, OrbitCamera& camera) {
   if (!(area.total_mm2 > 0)) return;
   const Vector3d outward = broadest_side(area), center = area.place / area.total_mm2;
   const Matrix3d spread = area.spread / area.total_mm2 - center * center.transpose();
-  Vector3d lying = Eigen::SelfAdjointEigenSolver<Matrix3d>(spread).eigenvectors().col(2);
+  Vector3d lying = symmetric_eigen(spread).vectors.col(2);
   lying -= lying.dot(outward) * outward;
   if (lying.x() < 0) lying = -lying;  // image x stays right
   const Vector3f back = outward.cast<float>();

@@ -40,10 +40,14 @@ Pose normalized(const Pose& pose);
 /// Eigenvalues, ascending, and unit eigenvectors (columns) of a symmetric matrix, of which the lower half is
 /// read.
 struct SymmetricEigen {
-  Vector6d values;
-  Matrix6d vectors;
+  Eigen::VectorXd values;
+  Eigen::MatrixXd vectors;
 };
-SymmetricEigen symmetric_eigen(const Matrix6d& symmetric);
+SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& symmetric);
+Matrix6d inverted(const Matrix6d& matrix);
+
+/// The rotation R for which the trace of R' `matrix` is largest (Kabsch 1976).
+Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& matrix);
 
 /// The rotation by the smallest angle that turns the z axis to `direction` (any length but 0); 180 degrees
 /// about some axis of the xy plane for -z.
