@@ -169,32 +169,6 @@ TEST(LoopConsistency, TrialsJoinInAChainAndThenJudgeTheRest) {
   EXPECT_EQ(flags(graph, first), (std::vector<bool>{true, true, true, true, false, true}));
 }
 
-// Trials that are joined, also wrongly at first, while keyframes and loops come one after the other.
-TEST(LoopConsistency, IsTheSameEdgeByEdge) {
-  Noise noise(9);
-  Graph graph = trials(4, 15, 4, noise);
-  const Vector6d shift = away(0.1, 0, 0.3, 3, 0, 0);
-  for (int i = 15; i < 60; ++i)
-    for (const int back : {4, 11, 23, 37}) {
-      if (back > i) continue;
-      const bool wrong = (i * back) % 7 == 0 || (i > 30 && i < 36);
-      graph.join(i - back, i, EdgeKind::loop, wrong ? shift : noise.tangent(kSigmaRad, kSigmaMm));
-    }
-  std::stable_sort(graph.edges.begin(), graph.edges.end(),
-                   [](const PoseGraphEdge& a, const PoseGraphEdge& b) { return a.to < b.to; });
-  GrowingConsistency growing;
-  std::vector<PoseGraphEdge> edges;
-  std::vector<std::ptrdiff_t> loops;
-  for (const PoseGraphEdge& edge : graph.edges) {
-    edges.push_back(edge);
-    const std::vector<bool> keep = growing.judge(edges, kScaleSigma);
-    ASSERT_EQ(keep, consistent_edges(edges, kScaleSigma)) << edges.size();
-    loops.push_back(accepted(keep));
-  }
-  EXPECT_FALSE(std::is_sorted(loops.begin(), loops.end()));  // some were believed for a while
-  EXPECT_EQ(growing.judge(edges, 0.0), consistent_edges(edges, 0.0));
-}
-
 TEST(LoopConsistency, NothingAtAllAndNonsense) {
   EXPECT_TRUE(consistent_edges({}, kScaleSigma).empty());
   PoseGraphEdge loop{4, 4, Pose::Identity(), Matrix6d::Identity(), EdgeKind::loop};

@@ -4,7 +4,6 @@
 #include <bitset>
 #include <cmath>
 #include <map>
-#include <unordered_map>
 #include <utility>
 
 #include "gelslam/backend/pose_graph.hpp"
@@ -49,34 +48,14 @@ struct Agreement {
   bool enough = false;
 };
 
-}  // namespace
-
-/// What was computed of the first edges.
-struct GrowingConsistency::Known {
-  double scale_sigma = 0;
-  std::vector<bool> accepted;                       // of the edges
-  std::vector<UncertainMotion> motions;             // of the edges
-  std::vector<std::size_t> joins;                   // edges that join pieces of odometry, ascending
-  std::unordered_map<std::size_t, bool> supported;  // by the path between its ends: a loop
-
-  /// Motions between the nodes of one tree stay the same unless one of its joins goes.
-  void set_joins(std::vector<std::size_t> now) {
-    std::sort(now.begin(), now.end());
-    if (!std::includes(now.begin(), now.end(), joins.begin(), joins.end())) supported.clear();
-    joins = std::move(now);
-  }
-};
-
-namespace {
-
 class Consistency {
  public:
-  Consistency(const std::vector<PoseGraphEdge>& edges, GrowingConsistency::Known& known)
-      : edges_(edges), known_(known), scale_sigma_(known.scale_sigma) {
-    for (std::size_t i = known_.motions.size(); i < edges.size(); ++i)
-      known_.motions.push_back(uncertain_motion(edges[i]));
-    for (std::size_t i = 0; i < edges.size(); ++i)
+  Consistency(const std::vector<PoseGraphEdge>& edges, double scale_sigma)
+      : edges_(edges), scale_sigma_(scale_sigma) {
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+      motions_.push_back(uncertain_motion(edges[i]));
       if (edges[i].kind == EdgeKind::odometry) tree_edges_.push_back(i);
+    }
   }
 
   std::vector<bool> run() {
@@ -89,7 +68,7 @@ class Consistency {
   }
 
  private:
-  MotionForest plant() const { return {edges_, known_.motions, tree_edges_}; }
+  MotionForest plant() const { return {edges_, motions_, tree_edges_}; }
 
   /// Whether two loops between the same two trees are consistent.
   bool agree(const MotionForest& forest, std::size_t a, std::size_t b) const {
@@ -97,18 +76,16 @@ class Consistency {
     const bool same_way = forest.tree(first.from) == forest.tree(second.from);
     const int from = same_way ? second.from : second.to, to = same_way ? second.to : second.from;
     UncertainMotion predicted =
-        compose(compose(forest.path(from, first.from), known_.motions[a]), forest.path(first.to, to));
-    if (same_way) return mismatch(predicted, known_.motions[b], scale_sigma_) <= kMaxMismatch;
-    const UncertainMotion nothing = compose(predicted, known_.motions[b]);  // a closed cycle
+        compose(compose(forest.path(from, first.from), motions_[a]), forest.path(first.to, to));
+    if (same_way) return mismatch(predicted, motions_[b], scale_sigma_) <= kMaxMismatch;
+    const UncertainMotion nothing = compose(predicted, motions_[b]);  // a closed cycle
     return mismatch({}, nothing, scale_sigma_) <= kMaxMismatch;
   }
 
   /// Loops join trials until no two trials have enough evidence.
   MotionForest join_trials() {
     MotionForest forest = plant();
-    const auto odometry = static_cast<std::ptrdiff_t>(tree_edges_.size());
     while (join_pieces(forest)) forest = plant();
-    known_.set_joins({tree_edges_.begin() + odometry, tree_edges_.end()});
     return forest;
   }
 
@@ -177,38 +154,23 @@ class Consistency {
   }
 
   /// Whether the path between a loop's ends says the same.
-  bool is_supported(const MotionForest& forest, std::size_t loop) {
-    const auto [place, is_new] = known_.supported.try_emplace(loop);
-    if (is_new)
-      place->second = mismatch(forest.path(edges_[loop].from, edges_[loop].to), known_.motions[loop],
-                               scale_sigma_) <= kMaxMismatch;
-    return place->second;
+  bool is_supported(const MotionForest& forest, std::size_t loop) const {
+    return mismatch(forest.path(edges_[loop].from, edges_[loop].to), motions_[loop], scale_sigma_) <=
+           kMaxMismatch;
   }
 
   const std::vector<PoseGraphEdge>& edges_;
-  GrowingConsistency::Known& known_;
   const double scale_sigma_;
-  std::vector<std::size_t> tree_edges_;  // odometry, and loops that join its pieces
+  std::vector<UncertainMotion> motions_;  // of the edges
+  std::vector<std::size_t> tree_edges_;   // odometry, and loops that join its pieces
 };
 
 }  // namespace
 
 std::vector<bool> consistent_edges(const std::vector<PoseGraphEdge>& edges, double gradient_scale_sigma) {
-  return GrowingConsistency().judge(edges, gradient_scale_sigma);
-}
-
-GrowingConsistency::GrowingConsistency() : known_(std::make_unique<Known>()) {}
-GrowingConsistency::~GrowingConsistency() = default;
-
-const std::vector<bool>& GrowingConsistency::judge(const std::vector<PoseGraphEdge>& edges,
-                                                   double gradient_scale_sigma) {
   if (!(gradient_scale_sigma >= 0))
     throw Error("loop consistency: gradient_scale_sigma must not be negative");
-  const bool same_scale = known_->scale_sigma == gradient_scale_sigma;
-  if (same_scale && known_->accepted.size() == edges.size()) return known_->accepted;
-  if (!same_scale) known_->supported.clear();
-  known_->scale_sigma = gradient_scale_sigma;
-  return known_->accepted = Consistency(edges, *known_).run();
+  return Consistency(edges, gradient_scale_sigma).run();
 }
 
 namespace {

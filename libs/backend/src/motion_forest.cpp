@@ -32,7 +32,7 @@ MotionForest::MotionForest(const std::vector<PoseGraphEdge>& edges,
   std::vector<int> reached;
   for (int root = 0; root < count; ++root) {
     if (at(root).tree >= 0) continue;
-    nodes_[index(root)].tree = nodes_[index(root)].jump = root;
+    nodes_[index(root)].tree = root;
     reached.assign(1, root);
     for (std::size_t next = 0; next < reached.size(); ++next)
       for (const std::size_t i : edges_of[index(reached[next])]) {
@@ -54,9 +54,6 @@ void MotionForest::attach(int child, int parent, bool forward, const UncertainMo
   node.tree = above.tree;
   node.parent = parent;
   node.depth = above.depth + 1;
-  // Skew-binary jump pointers: any ancestor is found in logarithmic time.
-  const Node& jump = at(above.jump);
-  node.jump = above.depth - jump.depth == jump.depth - at(jump.jump).depth ? jump.jump : parent;
   node.root_T_node = normalized(above.root_T_node * (forward ? measured : Pose(measured.inverse())));
   const Matrix6d to_root = adjoint(forward ? node.root_T_node : above.root_T_node);
   node.covariance = above.covariance + to_root * motion.from_T_to.covariance * to_root.transpose();
@@ -64,12 +61,9 @@ void MotionForest::attach(int child, int parent, bool forward, const UncertainMo
 }
 
 int MotionForest::common_ancestor(int a, int b) const {
-  if (at(a).depth < at(b).depth) std::swap(a, b);
-  while (at(a).depth > at(b).depth) a = at(at(a).jump).depth >= at(b).depth ? at(a).jump : at(a).parent;
   while (a != b) {
-    const bool far = at(a).jump != at(b).jump;
-    a = far ? at(a).jump : at(a).parent;
-    b = far ? at(b).jump : at(b).parent;
+    int& deeper = at(a).depth > at(b).depth ? a : b;
+    deeper = at(deeper).parent;
   }
   return a;
 }

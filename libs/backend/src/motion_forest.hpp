@@ -10,8 +10,8 @@ namespace gelslam::backend::detail {
 /// Difference of two independent measurements of one motion, in standard deviations (6 degrees of freedom).
 double mismatch(const UncertainMotion& a, const UncertainMotion& b, double gradient_scale_sigma);
 
-/// Spanning trees of some edges of a graph. The motion between two nodes of one tree is found in logarithmic
-/// time. An edge that would close a cycle is left out.
+/// Spanning trees of some edges of a graph, and the motions between the nodes of each. An edge that would
+/// close a cycle is left out.
 class MotionForest {
  public:
   /// Of the edges that are `chosen`, in this order; `motions`: of all edges.
@@ -30,7 +30,7 @@ class MotionForest {
 
  private:
   struct Node {
-    int tree = -1, parent = -1, jump = -1, depth = 0;
+    int tree = -1, parent = -1, depth = 0;
     Pose root_T_node = Pose::Identity();
     // Of root_T_node as a left perturbation: there errors of the edges on the way simply add up.
     Matrix6d covariance = Matrix6d::Zero();

@@ -234,7 +234,7 @@ std::map<int, Pose> Mapper::chained_links() const {
 
 void Mapper::optimize() {
   const double scale_sigma = gradient_scale_sigma(measured_.keyframes, options_.gradient_scale);
-  live_edges_ = chosen(measured_.edges, consistency_.judge(measured_.edges, scale_sigma));
+  live_edges_ = chosen(measured_.edges, consistent_edges(measured_.edges, scale_sigma));
   live_ = solve_poses(live_.component_T_node, live_edges_, scale_sigma, options_);
   new_loops_ = 0;
   ++version_;

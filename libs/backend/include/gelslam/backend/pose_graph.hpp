@@ -1,7 +1,6 @@
 #pragma once
 
 #include <map>
-#include <memory>
 #include <vector>
 
 #include "gelslam/core/pose_graph_edge.hpp"
@@ -66,20 +65,5 @@ PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node
 /// their loops wait, with the flag false. Depends on the edges' order only to break ties. Throws Error for a
 /// negative sigma; what an edge holds is checked by solve_pose_graph().
 std::vector<bool> consistent_edges(const std::vector<PoseGraphEdge>& edges, double gradient_scale_sigma);
-
-/// consistent_edges() of a list of edges that grows: what later edges do not change is computed once.
-class GrowingConsistency {
- public:
-  GrowingConsistency();
-  ~GrowingConsistency();
-
-  /// The first edges must be those of the call before. Valid until the next call.
-  const std::vector<bool>& judge(const std::vector<PoseGraphEdge>& edges, double gradient_scale_sigma);
-
-  struct Known;
-
- private:
-  std::unique_ptr<Known> known_;
-};
 
 }  // namespace gelslam

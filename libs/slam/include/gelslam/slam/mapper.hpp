@@ -59,8 +59,7 @@ class Mapper {
   LoopCloser loop_closer_;
   std::vector<Keyframe> restored_;         // not in loop_closer_ yet: it is slow, and not always needed
   ScanRecord measured_;                    // without frames
-  GrowingConsistency consistency_;         // of measured_.edges
-  std::vector<PoseGraphEdge> live_edges_;  // those of them that shape live_
+  std::vector<PoseGraphEdge> live_edges_;  // of measured_.edges, those that shape live_
   PoseGraphSolution live_;
   std::map<int, double> sigma_mm_;  // of assess(), by keyframe
   int new_loops_ = 0;               // since optimize()
