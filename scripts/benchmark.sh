@@ -34,25 +34,24 @@ for round in {0..4}; do
     "${lab[$state]}" micro-benchmarks "${arguments[@]}" --benchmark_format=json --benchmark_min_time=0.1 >"$work/$state-$round.json" 2>/dev/null
   done
 done
-python3 - "$work" "$folder/$commit.json" "$commit" "${against:-$program}" <<'END'
-import glob, json, statistics, sys
+/usr/bin/python3 - "$work" "$folder/$commit.json" "$commit" "${against:-$program}" <<'END'
+import json, pathlib, sys
+import pandas as pd
 
-work, out, commit, against = sys.argv[1:]
-UNIT = {"ns": 1, "us": 1e3, "ms": 1e6, "s": 1e9}
-
-
-def medians(state):
-    cases = [case for path in glob.glob(f"{work}/{state}-*.json") for case in json.load(open(path))["benchmarks"]]
-    return {name: statistics.median(c["cpu_time"] * UNIT[c["time_unit"]] for c in cases if c["name"] == name)
-            for name in dict.fromkeys(c["name"] for c in cases)}
+work, out, commit, against = pathlib.Path(sys.argv[1]), *sys.argv[2:]
 
 
-now, before = medians("now"), medians("before")
-ratios = {name: round(now[name] / before[name], 3) for name in now if before.get(name)}
-context = json.load(open(f"{work}/now-0.json"))["context"]
-with open(out, "w") as file:
-    json.dump({"commit": commit, "against": against, "date": context["date"], "processor_mhz": context["mhz_per_cpu"],
-               "ns": now, "ratio": ratios}, file, indent=1)
+def nanoseconds(state):
+    runs = pd.concat(pd.DataFrame(json.loads(path.read_text())["benchmarks"]) for path in work.glob(f"{state}-*.json"))
+    time = runs["cpu_time"] * runs["time_unit"].map({"ns": 1, "us": 1e3, "ms": 1e6, "s": 1e9})
+    return time.groupby(runs["name"], sort=False).median()
+
+
+now = nanoseconds("now")
+ratios = (now / nanoseconds("before")).reindex(now.index).dropna().round(3)
+context = json.loads((work / "now-0.json").read_text())["context"]
+pathlib.Path(out).write_text(json.dumps({"commit": commit, "against": against, "date": context["date"], "processor_mhz": context["mhz_per_cpu"],
+                                         "ns": now.to_dict(), "ratio": ratios.to_dict()}, indent=1))
 for name, ratio in ratios.items():
     print(f"{ratio:6.2f}  {name}")
 print(f"written: {out}")

@@ -27,11 +27,12 @@ import math
 import os
 import pathlib
 import shlex
-import shutil
 import subprocess
 import sys
+from statistics import geometric_mean
 
 import numpy as np
+import pandas as pd
 from scipy.spatial.transform import Rotation
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -46,25 +47,36 @@ NO_DATA = 77
 AXES = {"x_mm": 1, "y_mm": 1, "z_mm": 1, "rx_deg": 0.087, "ry_deg": 0.087, "rz_deg": 0.087}  # in mm
 
 
-def geometric_mean(mae):
-    return math.prod(mae[axis] * mm for axis, mm in AXES.items()) ** (1 / 6)
+def references():
+    """What the public system reached in each sequence. error_mm is None where it ended with an error."""
+    found = {}
+    for path in filter(pathlib.Path.exists, (DATA / name / "reference.json" for name in SETS)):
+        for name, public in json.loads(path.read_text()).items():
+            public = {"mae": None, "mesh": None, "public_mm": None, **(public or {})}
+            mae = public["mae"]
+            error = geometric_mean(mae[axis] * mm for axis, mm in AXES.items()) if mae else public["public_mm"]
+            found[name] = {**public, "error_mm": error, "folder": path.parent / name}
+    if not found:
+        print(f"check_sequences: no sequences with a reference.json in {DATA}; set GELSLAM_DATA", file=sys.stderr)
+        sys.exit(NO_DATA)
+    return found
 
 
-def public_error(public):
-    """None where the public system ended with an error."""
-    if public and "public_mm" in public:
-        return public["public_mm"]
-    mae = public and public["mae"]
-    return geometric_mean(mae) if mae and None not in mae.values() else None
+def in_mean(name, public):
+    return name not in HIDDEN and public["error_mm"] is not None
 
 
 def ate_lower_bound(mae):
     return math.hypot(mae["x_mm"], mae["y_mm"], mae["z_mm"])
 
 
+def within_100_um(levels):
+    return next(level for level in levels if level["distance_mm"] == 0.1)
+
+
 def run(command, log):
     """Runs a command, its stderr into an open log; returns its stdout (None when it failed) and its processor time."""
-    log.write("$ " + shlex.join(command) + "\n")
+    log.write("$ " + shlex.join(map(str, command)) + "\n")
     log.flush()
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True) as process:
         text = process.stdout.read()
@@ -73,33 +85,23 @@ def run(command, log):
     return text if process.returncode == 0 else None, used.ru_utime + used.ru_stime
 
 
-def last_line(path):
-    lines = path.read_text(errors="replace").strip().splitlines()
-    return lines[-1] if lines else ""
-
-
-def check_sequence(name, arguments, folder):
+def check_sequence(folder, arguments):
     """Reconstructs and evaluates one sequence. Returns the evaluation, or a text that says what went wrong."""
-    out = arguments.out / name
-    if out.exists() and not (out / "report.json").exists():
-        return "%s is in the way and no run folder" % out, 0.0
-    shutil.rmtree(out, ignore_errors=True)
-    log_path = arguments.out / (name + ".log")
+    out = arguments.out / folder.name
+    log_path = arguments.out / (folder.name + ".log")
+    pace = [] if arguments.live else ["--every-frame"]
+    text = None
     with open(log_path, "w") as log:
-        program = str(arguments.program)
-        pace = [] if arguments.live else ["--every-frame"]
-        stream, seconds = run([program, "scan", str(folder), "--headless", "-q", "--stream", "-", "-o", str(out), *pace, *shlex.split(arguments.extra)], log)
-        if stream is None:
-            return "scan failed: " + last_line(log_path), seconds
-        text, _ = run([program, "evaluate", str(out), "--truth", str(folder), "--json"], log)
+        stream, seconds = run([arguments.program, "scan", folder, "--headless", "-q", "--stream", "-", "-o", out, "--overwrite",
+                               *pace, *shlex.split(arguments.extra)], log)
+        if stream is not None:
+            text, _ = run([arguments.program, "evaluate", out, "--truth", folder, "--json"], log)
     if text is None:
-        return "evaluate failed: " + last_line(log_path), seconds
-    (arguments.out / (name + ".json")).write_text(text)
-    evaluation = json.loads(text)
+        return "failed: " + log_path.read_text(errors="replace").strip().splitlines()[-1]
+    (arguments.out / (folder.name + ".json")).write_text(text)
     frames = [line for line in map(json.loads, stream.splitlines()) if line["type"] == "frame"]
-    evaluation.update(judged(frames, np.load(folder / "true_start_T_currs.npy")), processor_s=seconds,
-                      frames=json.loads((out / "report.json").read_text())["frames"])
-    return evaluation, seconds
+    return {**json.loads(text), **judged(frames, np.load(folder / "true_start_T_currs.npy")), "processor_s": seconds,
+            "frames": json.loads((out / "report.json").read_text())["frames"]}
 
 
 def judged(frames, truth):
@@ -123,70 +125,44 @@ def judged(frames, truth):
     return {"silent": silent, "error_over_sigma": ratios}
 
 
-def kin_verdict(name, results):
-    """[("kin", met?)] where this sequence and its undisturbed kin were both run."""
-    kin = KIN.get(name)
-    if kin not in results or any(isinstance(results[n][0], str) for n in (name, kin)):
-        return []
-    mine, theirs = (geometric_mean(results[n][0]["trajectory"]["mae"]) for n in (name, kin))
-    return [("kin %.1f" % (mine / theirs), mine <= KIN_RATIO * theirs)]
-
-
 def has_target(name):
     return name.startswith(("track_", "scan_")) or name == "hard_breaks"
 
 
-def accuracy_verdicts(name, ours, public):
-    """[(what, met?)] for what the sequence's target says of accuracy."""
-    trajectory = ours["trajectory"]
+def verdicts(name, results, public):
+    """[(what, met?)] of the sequence's targets."""
+    ours, kin = results[name], results.get(KIN.get(name))
+    track, mesh, one_piece = ours["trajectory"], ours["mesh"], ours.get("components") == 1
+    error_mm = track["geometric_mean_mm"]
+    found = []
     if name.startswith("track_"):
-        ratio = geometric_mean(trajectory["mae"]) / geometric_mean(public["mae"])
-        whole = ours.get("components") == 1 and trajectory["tracked_share"] >= WHOLE_SHARE
-        return [("error", ratio <= TRACK_RATIO), ("whole", whole)]
+        found += [("error", error_mm <= TRACK_RATIO * public["error_mm"]),
+                  ("whole", one_piece and track["tracked_share"] >= WHOLE_SHARE)]
     if name.startswith("scan_"):
-        mesh = ours["mesh"]
-        ratio = mesh["known_pose"]["accuracy"]["mean_mm"] / public["mesh"]["acc_mean_mm"] if mesh else float("inf")
-        return [("mesh", ratio <= MESH_RATIO), ("ATE", trajectory["ate_mm"] < ate_lower_bound(public["mae"]))]
+        mean_mm = mesh["known_pose"]["accuracy"]["mean_mm"] if mesh else math.inf
+        found += [("mesh", mean_mm <= MESH_RATIO * public["mesh"]["acc_mean_mm"]),
+                  ("ATE", track["ate_mm"] < ate_lower_bound(public["mae"]))]
     if name == "hard_breaks":
-        return [("one piece", ours.get("components") == 1)]
-    return []
+        found.append(("one piece", one_piece))
+    found.append(("silent", ours["silent"] == 0))
+    if kin:
+        ratio = error_mm / kin["trajectory"]["geometric_mean_mm"]
+        found.append((f"kin {ratio:.1f}", ratio <= KIN_RATIO))
+    return found
 
 
-COLUMNS = ("sequence", "ours", "public", "ratio", "worst axis", "end mm/deg", "ATE", "ATE pub>=", "mesh", "pub", "ratio",
-           "icp", "compl", "F", "pieces", "share", "silent", "s", "verdict")
-
-
-def row(name, ours, public, seconds, checks):
-    t = ours["trajectory"]
-    worst = max(AXES, key=lambda axis: t["mae"][axis] * AXES[axis])
-    mine, theirs = geometric_mean(t["mae"]), public_error(public)
-    mesh = ours["mesh"]
-    mesh_cells = [""] * 6
-    if mesh and public and public.get("mesh"):
-        mean, public_mean = mesh["known_pose"]["accuracy"]["mean_mm"], public["mesh"]["acc_mean_mm"]
-        at_100 = next(w for w in mesh["known_pose"]["within"] if w["distance_mm"] == 0.1)
-        mesh_cells = ["%.4f" % mean, "%.4f" % public_mean, "%.2f" % (mean / public_mean),
-                      "%.4f" % mesh["after_icp"]["accuracy"]["mean_mm"], "%.2f" % at_100["completeness"], "%.2f" % at_100["f_score"]]
-    verdict = " ".join("%s %s" % (what, "pass" if met else "FAIL") for what, met in checks) or "-"
-    public_cells = ["%.4f" % theirs, "%.2f" % (mine / theirs)] if theirs else ["-", "-"]
-    return [name, "%.4f" % mine, *public_cells, "%s %.3f" % (worst, t["mae"][worst]),
-            "%.2f/%.2f" % (t["final_drift_mm"], t["final_drift_deg"]), "%.3f" % t["ate_mm"],
-            "%.3f" % ate_lower_bound(public["mae"]) if theirs and "mae" in public else "-", *mesh_cells, str(ours.get("components")), "%.3f" % t["tracked_share"],
-            str(ours["silent"]), "%.0f" % seconds, verdict]
-
-
-def print_table(rows):
-    widths = [max(map(len, column)) for column in zip(COLUMNS, *rows)]
-    for line in (COLUMNS, *rows):
-        print("  ".join(cell.ljust(width) for cell, width in zip(line, widths)).rstrip())
-
-
-def print_mean(name, sequences, results, reference):
-    ratios = [geometric_mean(results[n][0]["trajectory"]["mae"]) / public_error(reference[n])
-              for n in sequences if not isinstance(results[n][0], str)]
-    if ratios:
-        print("%s: geometric mean of the ratios %.3f, largest %.2f, over %d sequences"
-              % (name, math.prod(ratios) ** (1 / len(ratios)), max(ratios), len(ratios)))
+def row(name, ours, public):
+    track, mesh = ours["trajectory"], ours["mesh"]
+    error_mm, public_mm, mae = track["geometric_mean_mm"], public["error_mm"], track["mae"]
+    worst = max(AXES, key=lambda axis: mae[axis] * AXES[axis])
+    cells = {"sequence": name, "ours": error_mm, "public": public_mm, "ratio": error_mm / public_mm if public_mm else None,
+             "worst axis": f"{worst} {mae[worst]:.3f}", "end mm/deg": f"{track['final_drift_mm']:.2f}/{track['final_drift_deg']:.2f}",
+             "ATE": track["ate_mm"], "ATE pub>=": ate_lower_bound(public["mae"]) if public["mae"] else None}
+    if mesh and public["mesh"]:
+        mean_mm, public_mean_mm, at_100 = mesh["known_pose"]["accuracy"]["mean_mm"], public["mesh"]["acc_mean_mm"], within_100_um(mesh["known_pose"]["within"])
+        cells.update({"mesh": mean_mm, "mesh pub": public_mean_mm, "mesh ratio": mean_mm / public_mean_mm,
+                      "icp": mesh["after_icp"]["accuracy"]["mean_mm"], "compl": at_100["completeness"], "F": at_100["f_score"]})
+    return {**cells, "pieces": ours.get("components"), "share": track["tracked_share"], "silent": ours["silent"], "s": ours["processor_s"]}
 
 
 def command_line():
@@ -206,41 +182,38 @@ def command_line():
 def main():
     parser = command_line()
     arguments = parser.parse_args()
-    reference, set_of = {}, {}
-    for path in filter(pathlib.Path.exists, (DATA / name / "reference.json" for name in SETS)):
-        of_set = json.loads(path.read_text())
-        reference.update(of_set)
-        set_of.update(dict.fromkeys(of_set, path.parent.name))
-    if not reference:
-        print("check_sequences: no sequences with a reference.json in %s; set GELSLAM_DATA" % DATA, file=sys.stderr)
-        return NO_DATA
+    reference = references()
     unknown = [name for name in arguments.names if name not in reference]
     if unknown:
-        parser.error("unknown sequence %s; there are: %s" % (", ".join(unknown), ", ".join(sorted(reference))))
+        parser.error(f"unknown sequence {', '.join(unknown)}; there are: {', '.join(sorted(reference))}")
     if not arguments.program.exists():
-        parser.error("there is no program %s; build it or give --program" % arguments.program)
+        parser.error(f"there is no program {arguments.program}; build it or give --program")
     names = arguments.names or [n for n in sorted(reference) if not arguments.targets or has_target(n)]
     arguments.out.mkdir(parents=True, exist_ok=True)
     with concurrent.futures.ThreadPoolExecutor(max(1, arguments.jobs)) as pool:
-        results = dict(zip(names, pool.map(lambda n: check_sequence(n, arguments, DATA / set_of[n] / n), names)))
+        results = dict(zip(names, pool.map(lambda n: check_sequence(reference[n]["folder"], arguments), names)))
 
-    rows, missed = [], 0
-    for name in names:
-        ours, seconds = results[name]
-        if isinstance(ours, str):
-            missed += 1
-            print("%s: %s" % (name, ours), file=sys.stderr)
-            continue
-        checks = accuracy_verdicts(name, ours, reference[name]) + [("silent", ours["silent"] == 0)] + kin_verdict(name, results)
-        missed += sum(not met for _, met in checks)
-        rows.append(row(name, ours, reference[name], seconds, checks))
-    print_table(rows)
+    failed = {name: text for name, text in results.items() if isinstance(text, str)}
+    for name, text in failed.items():
+        print(f"{name}: {text}", file=sys.stderr)
+    done = {name: result for name, result in results.items() if name not in failed}
+    rows, missed = [], len(failed)
+    for name, ours in done.items():
+        targets = verdicts(name, done, reference[name])
+        missed += sum(not met for _, met in targets)
+        rows.append({**row(name, ours, reference[name]), "verdict": " ".join(f"{what} {'pass' if met else 'FAIL'}" for what, met in targets)})
+    if rows:
+        table = pd.DataFrame(rows)
+        table["verdict"] = table.pop("verdict")  # the last column, behind those of meshes
+        print(table.to_string(index=False, na_rep="-", float_format="{:.4g}".format))
     for of_set in SETS:
-        print_mean(of_set, [n for n in names if set_of[n] == of_set and n not in HIDDEN and public_error(reference[n])],
-                   results, reference)
-    print("targets missed: %d" % missed)
+        ratios = [done[n]["trajectory"]["geometric_mean_mm"] / reference[n]["error_mm"]
+                  for n in done if reference[n]["folder"].parent.name == of_set and in_mean(n, reference[n])]
+        if ratios:
+            print(f"{of_set}: geometric mean of the ratios {geometric_mean(ratios):.3f}, largest {max(ratios):.2f}, over {len(ratios)} sequences")
+    print(f"targets missed: {missed}")
     if arguments.json:
-        arguments.json.write_text(json.dumps({n: r[0] for n, r in results.items()}, indent=1) + "\n")
+        arguments.json.write_text(json.dumps(results, indent=1) + "\n")
     return 1 if missed else 0
 
 

@@ -4,10 +4,11 @@
 Example: scripts/check_sequences.py --json results.json; scripts/plot_accuracy.py results.json -o docs/benchmarks/accuracy.png
 """
 
+import json
 import pathlib
 
-from check_sequences import DATA, SETS, geometric_mean, public_error
-from plotting import OURS, PUBLIC, logarithmic, plt, read_table, save, study_arguments
+from check_sequences import references
+from plotting import OURS, PUBLIC, logarithmic, plt, save, study_arguments
 
 ORDER = ("track_", "scan_", "hard_", "ablate_")
 
@@ -22,14 +23,11 @@ def draw(plot, pairs, label):
     logarithmic(plot, "x")
 
 
-def main():
+if __name__ == "__main__":
     arguments = study_arguments(__doc__, "check_sequences.py --json", pathlib.Path("accuracy.png"))
-    reference = {}
-    for name in SETS:
-        reference.update(read_table(DATA / name / "reference.json", "nothing: set GELSLAM_DATA"))
-    results = {n: r for n, r in read_table(arguments.study, "scripts/check_sequences.py --json").items() if isinstance(r, dict)}
-    names = [n for start in ORDER for n in sorted(results) if n.startswith(start) and reference[n]]
-    poses = {n: (geometric_mean(results[n]["trajectory"]["mae"]), public_error(reference[n])) for n in names}
+    reference, results = references(), json.loads(arguments.study.read_text())
+    names = [n for start in ORDER for n in sorted(results) if n.startswith(start) and isinstance(results[n], dict) and reference[n]["error_mm"]]
+    poses = {n: (results[n]["trajectory"]["geometric_mean_mm"], reference[n]["error_mm"]) for n in names}
     meshes = {n: (results[n]["mesh"]["known_pose"]["accuracy"]["mean_mm"], reference[n]["mesh"]["acc_mean_mm"])
               for n in names if results[n]["mesh"] and reference[n]["mesh"]}
     heights = [len(poses), max(1, len(meshes))]
@@ -38,7 +36,3 @@ def main():
     draw(plots[1], meshes, "mesh: mean distance to the true surface (mm)")
     plots[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1), ncol=2, frameon=False)
     save(figure, arguments.output)
-
-
-if __name__ == "__main__":
-    main()

@@ -6,28 +6,25 @@ Example: gelslam-lab benchmark data/TactileTracking -o BENCH && scripts/plot_ben
 
 import numpy as np
 
-from plotting import NAMES, color, draw_study, in_order, plt, save
+from plotting import NAMES, color, draw_study, plt, save
 
 AXES = {"x_mm": "x (mm)", "y_mm": "y (mm)", "z_mm": "z (mm)",
         "rx_deg": "rotation about x (°)", "ry_deg": "rotation about y (°)", "rz_deg": "rotation about z (°)"}
 
 
 def draw(rows, path):
-    objects, methods = in_order(r["object"] for r in rows), in_order(r["method"] for r in rows)
+    objects, methods = rows["object"].unique(), rows["method"].unique()
     figure, plots = plt.subplots(2, 3, figsize=(min(max(12.0, 0.3 * len(objects) * len(methods)), 20.0), 6.0))
     figure.suptitle("mean absolute error", fontsize=11)
-    width = 0.8 / len(methods)
     for plot, (axis, title) in zip(plots.ravel(), AXES.items()):
-        for i, method in enumerate(methods):
-            by_object = {r["object"]: r[axis] for r in rows if r["method"] == method}
-            places = [objects.index(o) - 0.4 + (i + 0.5) * width for o in by_object]
-            plot.bar(places, list(by_object.values()), width, color=color(method), label=NAMES.get(method, method))
-        plot.set_xticks(range(len(objects)), objects, rotation=60, ha="right")
-        decades = np.log10([r[axis] for r in rows if r[axis] > 0] or [1.0])
-        plot.set(yscale="log", ylim=10.0 ** np.array((np.floor(decades.min()), np.ceil(decades.max() + 0.04))), title=title)
+        errors = rows.pivot(index="object", columns="method", values=axis).loc[objects, methods]
+        errors.plot.bar(ax=plot, width=0.8, color=list(map(color, methods)), legend=False)
+        plot.set_xticklabels(objects, rotation=60, ha="right")
+        decades = np.log10(rows[rows[axis] > 0][axis])
+        plot.set(yscale="log", ylim=10.0 ** np.array((np.floor(decades.min()), np.ceil(decades.max() + 0.04))), title=title, xlabel="")
         plot.yaxis.set_major_formatter("{x:g}")
     # One legend for all plots, below them, where it hides nothing.
-    figure.legend(*plots[0, 0].get_legend_handles_labels(), loc="lower center", ncol=len(methods))
+    figure.legend([NAMES.get(method, method) for method in methods], loc="lower center", ncol=len(methods))
     save(figure, path, (0, 0.05, 1, 1))
 
 

@@ -12,7 +12,7 @@ CURVES = {"keyframes": "keyframes", "memory_mb": "memory of the scan (MB, reside
 def draw(rows, path):
     figure, plots = plt.subplots(1, len(CURVES), figsize=(3.6 * len(CURVES), 2.7))
     for plot, (column, label) in zip(plots, CURVES.items()):
-        plot.plot([r["frames"] for r in rows], [r[column] for r in rows], color=OURS)
+        plot.plot(rows["frames"], rows[column], color=OURS)
         plot.set(ylim=(0, None), title=label, xlabel="frames")
     save(figure, path)
 

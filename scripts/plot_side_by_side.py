@@ -5,55 +5,53 @@ of the public Python system and of gelslam, medians over repetitions, and the ra
 Example: scripts/plot_side_by_side.py OUT
 """
 
-import csv
 import json
-import statistics
 
-from plotting import OURS, PUBLIC, in_order, plt, save, study_arguments
+import pandas as pd
+
+from plotting import OURS, PUBLIC, plt, save, study_arguments
 
 # Stages that both systems have, by their own names. The network runs inside of the public one's surface.
-STAGES = {"surface": (("surface_info_total", "laplacian", "mask_erosion", "normals"), ("surface",)),
-          "tracking": (("normalflow_track",), ("tracking",)),
-          "loops": (("loop_detection",), ("loop closure",)),
-          "poses": (("pose_graph_solve_standin",), ("finish/poses",)),
-          "fusion": (("mesh_fusion",), ("finish/fusion",))}
+STAGES = {"public": {"surface": ("surface_info_total", "laplacian", "mask_erosion", "normals"), "tracking": ("normalflow_track",),
+                     "loops": ("loop_detection",), "poses": ("pose_graph_solve_standin",), "fusion": ("mesh_fusion",)},
+          "gelslam": {"surface": ("surface",), "tracking": ("tracking",), "loops": ("loop closure",), "poses": ("finish/poses",),
+                      "fusion": ("finish/fusion",)}}
 
 
-SYSTEMS = {"public": ("run.json", "timing", "total_s", 1), "gelslam": ("report.json", "stages", "total_ms", 1e3)}
+def seconds(study, run):
+    """Of every stage of a run, and of the whole."""
+    folder = study / f"{run.system}-{run.repetition}" / run.log
+    if run.system == "public":
+        timing = {name: t["total_s"] for name, t in json.loads((folder / "run.json").read_text())["timing"].items()}
+    else:
+        timing = {name: t["total_ms"] / 1e3 for name, t in json.loads((folder / "report.json").read_text())["stages"].items()}
+    stages = {stage: sum(timing.get(name, 0) for name in names) for stage, names in STAGES[run.system].items()}
+    return pd.Series({**stages, "whole": run.processor_s})
 
 
-def medians(study, rows, system, log):
-    """Seconds of every stage, and of the whole."""
-    file, table, field, per_second = SYSTEMS[system]
-    runs = [r for r in rows if r["system"] == system and r["log"] == log]
-    timings = [json.loads((study / ("%s-%s" % (system, r["repetition"])) / log / file).read_text())[table] for r in runs]
-    result = {stage: statistics.median(sum(t[n][field] for n in names[list(SYSTEMS).index(system)] if n in t) for t in timings) / per_second
-              for stage, names in STAGES.items()}
-    return {**result, "whole": statistics.median(float(r["processor_s"]) for r in runs)}
+def medians(study):
+    """Seconds by log and stage, a column for each system."""
+    runs = pd.read_csv(study / "runs.csv")
+    table = runs.join(runs.apply(lambda run: seconds(study, run), axis="columns"))
+    return table.groupby(["log", "system"], sort=False)[[*STAGES["public"], "whole"]].median().stack().unstack("system")
 
 
-def main():
+if __name__ == "__main__":
     arguments = study_arguments(__doc__, "side_by_side")
-    study = arguments.study
-    rows = list(csv.DictReader((study / "runs.csv").read_text().splitlines()))
-    logs = in_order(r["log"] for r in rows)
+    table = medians(arguments.study)
     print("| log | stage | public, s | gelslam, s | ratio |\n|---|---|---|---|---|")
-    figure, axis = plt.subplots(figsize=(7, 0.9 + 0.7 * len(logs)))
-    for i, log in enumerate(logs):
-        public, ours = medians(study, rows, "public", log), medians(study, rows, "gelslam", log)
-        for stage in ours:
-            ratio = "%.1f" % (public[stage] / ours[stage]) if public[stage] > 0 and ours[stage] > 0 else ""
-            print("| %s | %s | %.2f | %.2f | %s |" % (log, stage, public[stage], ours[stage], ratio))
-        axis.barh(i - 0.2, public["whole"], 0.36, color=PUBLIC, label=None if i else "public Python system")
-        axis.barh(i + 0.2, ours["whole"], 0.36, color=OURS, label=None if i else "gelslam")
-        axis.text(public["whole"], i, " %.1f times" % (public["whole"] / ours["whole"]), va="center", fontsize=8)
+    for (log, stage), row in table.iterrows():
+        ratio = "%.1f" % (row.public / row.gelslam) if row.min() > 0 else ""
+        print("| %s | %s | %.2f | %.2f | %s |" % (log, stage, row.public, row.gelslam, ratio))
+    whole = table.xs("whole", level=1)
+    figure, axis = plt.subplots(figsize=(7, 0.9 + 0.7 * len(whole)))
+    for i, row in enumerate(whole.itertuples()):
+        axis.barh(i - 0.2, row.public, 0.36, color=PUBLIC, label=None if i else "public Python system")
+        axis.barh(i + 0.2, row.gelslam, 0.36, color=OURS, label=None if i else "gelslam")
+        axis.text(row.public, i, " %.1f times" % (row.public / row.gelslam), va="center", fontsize=8)
     axis.margins(x=0.12)
-    axis.set_yticks(range(len(logs)), logs)
+    axis.set_yticks(range(len(whole)), whole.index)
     axis.invert_yaxis()
     axis.set_xlabel("processor time of a whole reconstruction, s")
     axis.legend()
     save(figure, arguments.output)
-
-
-if __name__ == "__main__":
-    main()

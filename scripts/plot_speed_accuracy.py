@@ -23,34 +23,26 @@ def draw_setting(axes, row):
         axes.annotate(row["value"], place, fontsize=6.5, color=of_method, xytext=(4, 3), textcoords="offset points")
 
 
-def legend_handles(rows):
-    used = {MARKS.get(r["knob"], "d") for r in rows}
-    return [*(mark("%s (%d pairs)" % (name, pairs_of(rows, m)), color(m)) for m, name in NAMES.items() if pairs_of(rows, m)),
-            *(mark(text, "dimgray", m, markersize=11 if m == "*" else 6) for m, text in KNOB_LABELS.items() if m in used),
-            mark("5 to 95 % of bootstrap draws", "dimgray", "", linestyle="-", linewidth=1),
-            mark("Pareto front of the means", "black", "", linestyle="--", linewidth=1)]
-
-
-def pairs_of(rows, method):
-    return max((r["problems"] for r in rows if r["method"] == method), default=0)
-
-
 def draw(rows, path):
-    default = next(r for r in rows if r["method"] == "normalflow" and r["knob"] == "default")
-    front = sorted((r["median_ms"], r["relative"]) for r in rows if r["on_front"])
+    pairs, used = rows.groupby("method")["problems"].max(), {MARKS.get(knob, "d") for knob in rows["knob"]}
+    default = rows[(rows["method"] == "normalflow") & (rows["knob"] == "default")].iloc[0]
+    front = rows[rows["on_front"]].sort_values("median_ms")
     figure, (all_axes, near) = plt.subplots(1, 2, figsize=(14, 6.2), width_ratios=(1.25, 1))
     for axes in (all_axes, near):
-        for row in rows:
-            draw_setting(axes, row)
-        axes.step(*zip(*front), where="post", color="black", linewidth=1, linestyle="--", zorder=2)
+        rows.apply(lambda row, axes=axes: draw_setting(axes, row), axis="columns")
+        axes.step(front["median_ms"], front["relative"], where="post", color="black", linewidth=1, linestyle="--", zorder=2)
         logarithmic(axes, "x")
         logarithmic(axes, "y")
         axes.set_xlabel("processor time per registration, median, one thread (ms)")
-    all_axes.legend(handles=legend_handles(rows), loc="upper left")
+    all_axes.legend(loc="upper left", handles=[
+        *(mark("%s (%d pairs)" % (name, pairs[m]), color(m)) for m, name in NAMES.items() if m in pairs),
+        *(mark(text, "dimgray", m, markersize=11 if m == "*" else 6) for m, text in KNOB_LABELS.items() if m in used),
+        mark("5 to 95 % of bootstrap draws", "dimgray", "", linestyle="-", linewidth=1),
+        mark("Pareto front of the means", "black", "", linestyle="--", linewidth=1)])
     # Above is room for the legend.
-    all_axes.set(ylabel="error, relative to our default on the same pairs", ylim=(None, 3 * max(r["relative"] for r in rows)),
+    all_axes.set(ylabel="error, relative to our default on the same pairs", ylim=(None, 3 * rows["relative"].max()),
                  title="%d pairs of frames, each method from the pose of the frame before; our default: %.4f mm"
-                 % (pairs_of(rows, default["method"]), default["error_mm"]))
+                 % (pairs["normalflow"], default["error_mm"]))
     near.set(xlim=(default["median_ms"] / 4, default["median_ms"] * 4), ylim=(default["relative"] * 0.75, default["relative"] * 1.6),
              title="the same, near our default")
     near.yaxis.set_major_locator(MultipleLocator(0.1))

@@ -5,7 +5,9 @@ called right, against what makes it hard.
 Example: gelslam-lab stability -o STUDY && scripts/plot_stability.py STUDY -o docs/benchmarks/stability.png
 """
 
-from plotting import NAMES, color, draw_study, in_order, mark, plt, save
+import numpy as np
+
+from plotting import NAMES, color, draw_study, mark, plt, save
 
 LABELS = {
     "start x": "start off along x (mm)", "start y": "start off along y (mm)", "start z": "start off along z (mm)",
@@ -18,33 +20,27 @@ REVERSED = ("overlap", "texture", "depth")  # harder to the right
 COLUMNS = 4
 
 
-def curve(rows, chart, method, column):
-    """Levels, and what was reached at each."""
-    points = sorted((r["level"], r[column]) for r in rows if r["chart"] == chart and r["method"] == method)
-    return tuple(zip(*points)) or ((), ())
-
-
 def draw_chart(plot, rows, chart, methods):
     for method in methods:
-        levels, shares = curve(rows, chart, method, "right")
-        # Of a method that uses no start: what it reaches where nothing but the start could be hard.
-        ordinary = [share for level, share in zip(*curve(rows, "overlap", method, "right")) if abs(level - 0.8) < 1e-6]
-        if levels:
-            plot.plot(levels, shares, "o-", color=color(method), markersize=3.5, linewidth=1.3)
-            plot.plot(*curve(rows, chart, method, "silent_failures"), "x--", color=color(method), markersize=3, linewidth=0.9)
-        elif chart.startswith("start") and ordinary:
-            plot.axhline(ordinary[0], color=color(method), linewidth=1.3)
-    if "normalflow" in methods:
-        plot.plot(*curve(rows, chart, "normalflow", "right_where_shown"), ":", color=color("normalflow"), linewidth=1.3)
+        mine = rows[rows["method"] == method].sort_values("level")
+        curve = mine[mine["chart"] == chart]
+        plot.plot(curve["level"], curve["right"], "o-", color=color(method), markersize=3.5, linewidth=1.3)
+        plot.plot(curve["level"], curve["silent_failures"], "x--", color=color(method), markersize=3, linewidth=0.9)
+        if method == "normalflow":
+            plot.plot(curve["level"], curve["right_where_shown"], ":", color=color(method), linewidth=1.3, zorder=3)
+        if curve.empty and chart.startswith("start"):
+            # It uses no start: what it reaches where nothing but the start could be hard.
+            for share in mine[(mine["chart"] == "overlap") & np.isclose(mine["level"], 0.8)]["right"]:
+                plot.axhline(share, color=color(method), linewidth=1.3)
     plot.axhline(0.5, color="black", linewidth=0.5, alpha=0.5)
     if chart in REVERSED:
         plot.invert_xaxis()
-    cases = max(r["cases"] for r in rows if r["chart"] == chart)
+    cases = rows[rows["chart"] == chart]["cases"].max()
     plot.set(ylim=(-0.04, 1.04), title="%s: %d cases each" % (LABELS.get(chart, chart), cases))
 
 
 def draw(rows, path):
-    charts, methods = in_order(r["chart"] for r in rows), in_order(r["method"] for r in rows)
+    charts, methods = rows["chart"].unique(), rows["method"].unique()
     lines = -(-(len(charts) + 1) // COLUMNS)
     figure, plots = plt.subplots(lines, COLUMNS, figsize=(3.5 * COLUMNS, 2.6 * lines), squeeze=False)
     plots = plots.ravel()

@@ -1,16 +1,14 @@
-"""What the scripts that draw studies share: colors and names of methods, how charts look, reading tables, saving pictures."""
+"""What the scripts that draw studies share: colors and names of methods, how charts look, the command line, saving pictures."""
 
 import argparse
-import json
 import pathlib
 import sys
 
-import matplotlib
+import matplotlib.pyplot as plt
+import pandas as pd
+from matplotlib.ticker import LogLocator, NullFormatter
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
-from matplotlib.ticker import LogLocator, NullFormatter  # noqa: E402
-
+plt.switch_backend("Agg")
 plt.rcParams.update({"figure.dpi": 120, "axes.grid": True, "axes.axisbelow": True, "grid.alpha": 0.25, "axes.titlesize": 8,
                      "axes.labelsize": 9, "xtick.labelsize": 8, "ytick.labelsize": 8, "legend.fontsize": 8})
 COLORS = {"normalflow": "#1b6ca8", "icp": "#d1495b", "filterreg": "#2e933c", "fpfh": "#8d6a9f", "icp-tuned": "#edae49",
@@ -38,37 +36,23 @@ def logarithmic(plot, letter):
     axis.set_minor_formatter(NullFormatter())
 
 
-def read_table(path, writer):
-    """What a study wrote. `writer`: the command that writes it, for who has not run it."""
-    program = pathlib.Path(sys.argv[0]).stem
-    try:
-        table = json.loads(path.read_text())
-    except OSError as error:
-        sys.exit("%s: %s: %s (write it with %s)" % (program, path, error.strerror, writer))
-    if not table:
-        sys.exit("%s: %s holds no measurements" % (program, path))
-    return table
-
-
 def study_arguments(description, name, picture=None):
     """The command line of a script that draws what the program `name` wrote: `study` and `output`, which is set."""
     parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("study", type=pathlib.Path, help="what %s wrote" % name)
-    parser.add_argument("-o", "--output", type=pathlib.Path, help="picture (default: %s)" % (picture or "STUDY/%s.png" % name))
+    parser.add_argument("study", type=pathlib.Path, help=f"what {name} wrote")
+    parser.add_argument("-o", "--output", type=pathlib.Path, help=f"picture (default: {picture or f'STUDY/{name}.png'})")
     arguments = parser.parse_args()
-    arguments.output = arguments.output or picture or arguments.study / (name + ".png")
+    arguments.output = arguments.output or picture or arguments.study / f"{name}.png"
     return arguments
 
 
 def draw_study(description, name, table, draw):
     """The whole of a script that draws a table of what `gelslam-lab NAME` wrote."""
     arguments = study_arguments(description, name.replace("-", "_"))
-    draw(read_table(arguments.study / table, "gelslam-lab %s -o" % name), arguments.output)
-
-
-def in_order(values):
-    """Each value once, as they come."""
-    return list(dict.fromkeys(values))
+    path = arguments.study / table
+    if not path.exists():
+        sys.exit(f"there is no {path}: write it with gelslam-lab {name} -o")
+    draw(pd.read_json(path), arguments.output)
 
 
 def save(figure, path, room=(0, 0, 1, 1)):

@@ -3,7 +3,7 @@
 #
 # Downloads a real touch into DIR (default: sample in the repository), checks it, reconstructs it and opens the result: the
 # handle of a screwdriver that turns on a GelSight Mini. The videos are of github.com/amitparag/Incipient-Slip-Detection
-# (BSD 2-Clause, 2 MB), the model is the maker's, of github.com/gelsightinc/gsrobotics. Needs git, and the Python module:
+# (BSD 2-Clause, 2 MB), the model is the maker's, of github.com/gelsightinc/gsrobotics. Needs the Python module:
 # the wheel, or what scripts/build.sh --python built.
 #   --no-window   only write DIR/picture.png
 #
@@ -11,10 +11,10 @@
 . "$(dirname "$0")/common.sh"
 
 # Tests take others.
-videos_url=${SAMPLE_VIDEOS_URL:-https://github.com/amitparag/Incipient-Slip-Detection}
-model_url=${SAMPLE_MODEL_URL:-https://github.com/gelsightinc/gsrobotics}
-bare_frames=${SAMPLE_BARE_FRAMES:-400 440} # of the second video: the handle has left the gel
 touches=docs/franka-servo/datasets/base_data/base_data_for_training/screw_driver_blue_gray
+videos_url=${SAMPLE_VIDEOS_URL:-https://github.com/amitparag/Incipient-Slip-Detection/raw/HEAD/$touches}
+model_url=${SAMPLE_MODEL_URL:-https://github.com/gelsightinc/gsrobotics/raw/HEAD/models/nnmini.pt}
+bare_frames=${SAMPLE_BARE_FRAMES:-400 440} # of the second video: the handle has left the gel
 sums=${SAMPLE_SUMS:-"6905c991fc49d2fb3a677755cb5b9bae9b4069d74eb0230469609b85706d1276  touch.avi
 c15fca1f3b56dbf1592a9d87ac7db4e8ea6c8d69639430b570bcd5bdd81c64b1  bare.avi
 091bb7ee7ac259d8f77e80ca61c0370c09af6a4659bc9a4222474d4eca0bd65e  nnmini.pt"}
@@ -30,29 +30,18 @@ if ! "$python" -c 'import gelslam' 2>/dev/null; then
   "$python" -c 'import gelslam' 2>/dev/null || fail "no Python module: install the wheel (README.md), or run scripts/build.sh --python"
 fi
 
-# fetch URL [PATH NAME]...: files of a repository, without the rest and its history.
+# fetch URL NAME
 fetch() {
-  local url=$1 clone=$sample/clone paths=()
-  shift
-  rm -rf "$clone"
-  for ((i = 1; i <= $#; i += 2)); do paths+=("/${!i}"); done
-  git clone --quiet --depth 1 --filter=blob:none --no-checkout "$url" "$clone" 2>/dev/null || fail "cannot clone $url"
-  git -C "$clone" sparse-checkout set --no-cone "${paths[@]}"
-  git -C "$clone" checkout --quiet
-  while (($# > 0)); do
-    [[ -f $clone/$1 ]] || fail "$url has no $1 any more"
-    mv "$clone/$1" "$sample/$2"
-    shift 2
-  done
-  rm -rf "$clone"
+  "$python" -c 'import sys, urllib.request; urllib.request.urlretrieve(*sys.argv[1:])' "$1" "$sample/$2" 2>/dev/null || fail "cannot get $1"
 }
 is_whole() { (cd "$sample" && sha256sum --check --status --strict <<<"$sums" 2>/dev/null); }
 
 mkdir -p "$sample"
 if ! is_whole; then
   say "downloading to $sample"
-  fetch "$videos_url" "$touches/exp_num_6/camera_0.avi" touch.avi "$touches/exp_num_7/camera_0.avi" bare.avi
-  fetch "$model_url" models/nnmini.pt nnmini.pt
+  fetch "$videos_url/exp_num_6/camera_0.avi" touch.avi
+  fetch "$videos_url/exp_num_7/camera_0.avi" bare.avi
+  fetch "$model_url" nnmini.pt
   is_whole || fail "what was downloaded is not what was published: sha256sums differ in $sample"
 fi
 

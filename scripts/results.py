@@ -1,15 +1,12 @@
 #!/usr/bin/python3
 """Sums up what scripts/results.sh measured: docs/results.json, the charts, and the figures in README.md and docs/results.md.
 
-A figure in these texts is followed by <!--PART.NAME--> and has as many decimals as it should. `--check` only compares;
-tests/docs does.
+A figure in these texts is followed by <!--PART.NAME--> and has as many decimals as it should; tests/docs compares them.
 
-Example: scripts/results.py build/results DATA
+Example: GELSLAM_DATA=DATA scripts/results.py build/results
 """
 
-import csv
 import json
-import math
 import pathlib
 import re
 import shutil
@@ -17,184 +14,169 @@ import statistics
 import subprocess
 import sys
 
+import numpy as np
+import pandas as pd
+from scipy.stats import chi2
+
+from check_sequences import in_mean, references, within_100_um
+from plot_side_by_side import medians
+from plotting import COLORS, NAMES, OURS, PUBLIC, color, logarithmic, plt, save
+from speed_followed import shares
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 FILE = ROOT / "docs/results.json"
 CHARTS = ROOT / "docs/benchmarks"
 TEXTS = (ROOT / "README.md", ROOT / "docs/results.md")
 FIGURE = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)<!--([a-z_]+\.[\w.]+)-->")
 COMMITS = re.compile(r"(?<=<!--commits-->).*?(?=<!--/commits-->)", re.S)
+ERROR, SHARE, MESH = "trajectory.geometric_mean_mm", "trajectory.tracked_share", "mesh.known_pose.accuracy.mean_mm"
 
 
 def read(path):
     return json.loads(path.read_text())
 
 
-def mean(values):
-    """Geometric."""
-    return math.exp(statistics.fmean(math.log(max(v, 1e-9)) for v in values))
-
-
-def errors(table):
-    return {name: result["trajectory"]["geometric_mean_mm"] for name, result in table.items()}
-
-
-def axes(maes):
-    """Mean over logs and axes, and the worst: mm, degrees."""
-    values = {unit: [mae[axis] for mae in maes for axis in mae if axis.endswith(unit)] for unit in ("_mm", "_deg")}
-    return {what + unit: of(values[unit]) for what, of in (("mean", statistics.fmean), ("worst", max)) for unit in values}
+def by_log(results):
+    """Results by log as a table: a row for each, columns such as trajectory.ate_mm."""
+    return pd.json_normalize(list(results.values())).set_axis(list(results))
 
 
 def spread(name, values):
-    values = list(values)
-    return {name: mean(values), name + "_least": min(values), name + "_most": max(values)}
+    """Geometric mean, least and most."""
+    values = [max(v, 1e-9) for v in values]
+    return {name: statistics.geometric_mean(values), name + "_least": min(values), name + "_most": max(values)}
 
 
-def of_set(names, start):
-    return [n for n in names if n.startswith(start)]
-
-
-def accuracy(study, data):
-    from check_sequences import HIDDEN, geometric_mean, public_error
-    network, own, flat, optics_own = (read(study / (n + ".json")) for n in ("network", "own", "optics_flat", "optics_own"))
-    reference = {n: r for s in ("sequences", "ablation", "optics") for n, r in read(data / s / "reference.json").items()}
+def accuracy(study):
+    reference = references()
+    public, (network, own, flat, optics_own) = by_log(reference), (by_log(read(study / f"{n}.json")) for n in ("network", "own", "optics_flat", "optics_own"))
     figures = {}
-    eight = [n for n in of_set(network, "optics_") if n != "optics_tread9"]
-    for name, table in (("public", {n: public_error(reference[n]) for n in eight}), ("flat", errors(flat)),
-                        ("ours", errors(network)), ("own", errors(optics_own))):
-        figures.update(spread("optics_" + name, (table[n] for n in eight)))
-    tracks = of_set(network, "track_")
-    for name, maes in (("public", [reference[n]["mae"] for n in tracks]), ("ours", [network[n]["trajectory"]["mae"] for n in tracks])):
-        figures.update({"track_%s_%s" % (name, k): v for k, v in axes(maes).items()}, **spread("track_" + name, map(geometric_mean, maes)))
+    eight = [n for n in network.index if n.startswith("optics_") and n != "optics_tread9"]
+    for name, errors in (("public", public["error_mm"]), ("flat", flat[ERROR]), ("ours", network[ERROR]), ("own", optics_own[ERROR])):
+        figures.update(spread("optics_" + name, errors[eight]))
+    tracks = [n for n in network.index if n.startswith("track_")]
+    for name, some, errors in (("public", public, public["error_mm"]), ("ours", network, network[ERROR])):
+        for unit in ("mm", "deg"):
+            values = some.loc[tracks].filter(regex=rf"^(trajectory\.)?mae\..*_{unit}$").to_numpy()
+            figures.update({f"track_{name}_mean_{unit}": values.mean(), f"track_{name}_worst_{unit}": values.max()})
+        figures.update(spread("track_" + name, errors[tracks]))
     for n in ("scan_peanut360", "scan_pebblescan", "hard_breaks", "hard_polishedball", "hard_polishedrod"):
-        ours, public = network[n], reference[n]
-        figures.update({n + "_public": public_error(public), n: errors(network)[n], n + "_share": ours["trajectory"]["tracked_share"],
-                        n + "_public_share": public["largest_group_share"]})
-        if ours["mesh"] and public["mesh"]:
-            known = ours["mesh"]["known_pose"]
-            figures.update({n + "_mesh": known["accuracy"]["mean_mm"], n + "_mesh_public": public["mesh"]["acc_mean_mm"],
-                            n + "_completeness": next(w for w in known["within"] if w["distance_mm"] == 0.1)["completeness"]})
+        ours, theirs = network.loc[n], public.loc[n]
+        figures.update({n + "_public": theirs["error_mm"], n: ours[ERROR], n + "_share": ours[SHARE], n + "_public_share": theirs["largest_group_share"]})
+        if ours[MESH] > 0 and theirs["mesh.acc_mean_mm"] > 0:
+            figures.update({n + "_mesh": ours[MESH], n + "_mesh_public": theirs["mesh.acc_mean_mm"],
+                            n + "_completeness": within_100_um(ours["mesh.known_pose.within"])["completeness"]})
     for end in ("mm", "deg"):
-        figures["peanut_end_" + end] = network["scan_peanut360"]["trajectory"]["final_drift_" + end]
-        figures["peanut_end_public_" + end] = reference["scan_peanut360"]["final_drift_" + end]
-    for label, table in (("network", network), ("own", own)):
+        figures["peanut_end_" + end] = network.loc["scan_peanut360", "trajectory.final_drift_" + end]
+        figures["peanut_end_public_" + end] = public.loc["scan_peanut360", "final_drift_" + end]
+    for label, some in (("network", network), ("own", own)):
         for name, starts in (("sequences", ("track_", "scan_", "hard_")), ("ablation", ("ablate_",))):
-            judged = (n for n in table if n.startswith(starts) and n not in HIDDEN and public_error(reference[n]))
-            figures.update(spread("ratio_%s_%s" % (name, label), (errors(table)[n] / public_error(reference[n]) for n in judged)))
-        figures["silent_" + label] = sum(r["silent"] for r in table.values())
-        figures["silent_%s_cable" % label], figures["silent_%s_ball" % label] = (table[n]["silent"] for n in ("ablate_cable", "hard_polishedball"))
-        figures["tracked_" + label] = sum(r["frames"]["tracked"] for r in table.values())
-    shown = [n for n in network if n.startswith(("track_", "hard_"))]
-    figures["sigma_median"] = statistics.median(r for n in shown for r in network[n]["error_over_sigma"])
-    figures["sigma_most"] = statistics.quantiles((r for n in shown for r in network[n]["error_over_sigma"]), n=20)[-1]
-    demos = [read(study / ("demo%d.json" % seed))["mesh"]["known_pose"]["accuracy"]["mean_mm"] for seed in range(1, 11)]
+            judged = [n for n in some.index if n.startswith(starts) and in_mean(n, reference[n])]
+            figures.update(spread(f"ratio_{name}_{label}", some.loc[judged, ERROR] / public.loc[judged, "error_mm"]))
+        silent = some["silent"]
+        figures.update({"silent_" + label: silent.sum(), f"silent_{label}_cable": silent["ablate_cable"], f"silent_{label}_ball": silent["hard_polishedball"],
+                        "tracked_" + label: some["frames.tracked"].sum()})
+    shown = network[network.index.str.startswith(("track_", "hard_"))]["error_over_sigma"].explode().astype(float)
+    figures.update({"sigma_median": shown.median(), "sigma_most": statistics.quantiles(shown, n=20)[-1]})
+    demos = [read(study / f"demo{seed}.json")["mesh"]["known_pose"]["accuracy"]["mean_mm"] for seed in range(1, 11)]
     figures.update({"demo": statistics.fmean(demos), "demo_least": min(demos), "demo_most": max(demos)})
-    draw("accuracy", study / "network.json", "accuracy.png")
+    draw("accuracy", study / "network.json")
     return figures
 
 
-def live(study, data):
-    table, offline = read(study / "live.json"), read(study.parent / "accuracy/network.json")
-    return {"logs": len(table), "dropped": sum(r["frames"]["left_out"] for r in table.values()),
-            "frames": sum(r["frames"]["total"] + r["frames"]["left_out"] for r in table.values()),
-            "same": sum(errors(table)[n] == errors(offline)[n] for n in table),
-            "silent": sum(r["silent"] for r in table.values()), "silent_offline": sum(offline[n]["silent"] for n in table)}
+def live(study):
+    logs, offline = by_log(read(study / "live.json")), by_log(read(study.parent / "accuracy/network.json"))
+    offline, left_out = offline.loc[logs.index], logs["frames.left_out"].sum()
+    return {"logs": len(logs), "dropped": left_out, "frames": logs["frames.total"].sum() + left_out, "same": (logs[ERROR] == offline[ERROR]).sum(),
+            "silent": logs["silent"].sum(), "silent_offline": offline["silent"].sum()}
 
 
-def stability(study, data):
-    rows = read(study / "stability.json")
+def stability(study):
     figures = {}
-    for method in dict.fromkeys(r["method"] for r in rows):
-        mine = [r for r in rows if r["method"] == method]
-        name, cases = method.replace("-", "_"), sum(r["cases"] for r in mine)
-        ordinary = next(r["right"] for r in mine if r["chart"] == "overlap" and abs(r["level"] - 0.8) < 1e-6)
-        figures.update({name + "_ordinary": ordinary, name + "_cases": cases,
-                        name + "_right": sum(r["right"] * r["cases"] for r in mine) / cases,
-                        name + "_wrong": sum(r["silent_failures"] * r["cases"] for r in mine) / cases})
-        for chart in ("start x", "missing frames", "noise"):
-            held = [r["level"] for r in mine if r["chart"] == chart and r["right"] >= 0.5]
-            if held:
-                figures["%s_%s" % (name, chart.replace(" ", "_"))] = max(held)
-    draw("stability", study, "stability.png")
+    for method, mine in pd.read_json(study / "stability.json").groupby("method", sort=False):
+        name = method.replace("-", "_")
+        ordinary = mine[(mine["chart"] == "overlap") & np.isclose(mine["level"], 0.8)]["right"].iloc[0]
+        right, wrong = np.average(mine[["right", "silent_failures"]], axis=0, weights=mine["cases"])
+        figures.update({name + "_ordinary": ordinary, name + "_cases": mine["cases"].sum(), name + "_right": right, name + "_wrong": wrong})
+        held = mine[mine["right"] >= 0.5].groupby("chart")["level"].max()
+        figures.update({f"{name}_{chart.replace(' ', '_')}": held[chart] for chart in ("start x", "missing frames", "noise") if chart in held})
+    draw("stability", study)
     return figures
 
 
-def mechanisms(study, data):
+def mechanisms(study):
     figures = {}
-    for folder in (study, study / "optics"):
-        rows = read(folder / "ablation_ratios.json")
-        for mechanism in dict.fromkeys(r["without"] for r in rows):
-            name, mine = mechanism.replace(" ", "_"), [r for r in rows if r["without"] == mechanism]
-            ratios = [r["error"] for r in mine if r["error"] is not None]
+    for folder, logs in ((study, "logs"), (study / "optics", "optics_logs")):
+        rows = pd.read_json(folder / "ablation_ratios.json")
+        for mechanism, mine in rows.groupby("without", sort=False):
+            name, of_optics = mechanism.replace(" ", "_"), mechanism in ("lens", "perspective", "dome")
+            ratios = spread(name, mine["error"].dropna())
             if folder != study:
-                figures[name] = mean(ratios)
-            elif mechanism not in ("lens", "perspective", "dome"):
-                figures.update(spread(name, ratios))
-                figures.update({name + "_silent": sum(r["silent_without"] for r in mine), "silent_with": sum(r["silent_with"] for r in mine)})
-        figures["logs" if folder == study else "optics_logs"] = len({r["sequence"] for r in rows})
-    draw("ablation", study, "ablation.png")
+                figures[name] = ratios[name]
+            elif not of_optics:
+                figures.update({**ratios, name + "_silent": mine["silent_without"].sum(), "silent_with": mine["silent_with"].sum()})
+        figures[logs] = rows["sequence"].nunique()
+    draw("ablation", study)
     return figures
 
 
-def calibration(study, data):
+def calibration(study):
     figures = {}
     for path in study.glob("*.txt"):
         words = re.search(r"slope error ([\d.]+) .*x ([\d.]+), y ([\d.]+)", path.read_text())
         figures.update(zip((path.stem, path.stem + "_x", path.stem + "_y"), map(float, words.groups())))
     for presses, models in read(study / "slopes.json").items():
         for model, rings in models.items():
-            figures.update({"slope_%s_%s_%s" % (presses, model, ring): read_deg for ring, read_deg in rings.items()})
+            figures.update({f"slope_{presses}_{model}_{ring}": read_deg for ring, read_deg in rings.items()})
     shutil.copy(study / "slopes.png", CHARTS)
     return figures
 
 
-def real(study, data):
-    logs = [read(path) for path in sorted(study.glob("*.json"))]
-    total = {k: sum(r[k] for r in logs) for k in ("touched", "kept", "still", "moved", "far")}
+def real(study):
+    logs = by_log({path.stem: read(path) for path in sorted(study.glob("*.json"))})
+    total = logs.sum()
     return {**total, "logs": len(logs), "share": total["kept"] / total["touched"]}
 
 
-def followed(study, data):
-    from speed_followed import shares
-    rows = [{k: v if k in ("object", "schedule") else float(v) for k, v in row.items()} for row in csv.DictReader(open(study / "speed_followed.csv"))]
-    figures = {"%s_%s_%g" % (schedule, unit.replace("/", "_"), low): share
-               for schedule in ("offline", "live", "public") for unit in ("mm/s", "degrees/s") for low, _, _, share in shares(rows, schedule, unit)}
+def followed(study):
     shutil.copy(study / "speed_followed.png", CHARTS)
-    return figures
+    steps = pd.read_csv(study / "speed_followed.csv")
+    return {f"{s['schedule']}_{s['unit'].replace('/', '_')}_{s['low']:g}": s["share"] for s in shares(steps)}
 
 
-def long(study, data):
+def long(study):
     summary = read(study / "long_scan_summary.json")[0]
-    draw("long_scan", study, "long_scan.png")
-    return {k: summary[k] for k in ("frames", "keyframes", "trials", "components", "memory_mb", "peak_memory_mb", "wrong_frames", "tracked_share", "at_end_mm", "drift_aligned_mm", "mesh_mm")}
+    draw("long_scan", study)
+    return {k: summary[k] for k in ("frames", "keyframes", "trials", "components", "memory_mb", "peak_memory_mb", "wrong_frames", "tracked_share",
+                                    "at_end_mm", "drift_aligned_mm", "mesh_mm")}
 
 
-def speed(study, data):
-    rows = read(study / "speed_accuracy.json")
-    of = {r["method"] + ("" if r["knob"] == "default" else "_tuned"): r for r in rows if r["knob"] in ("default", "tuned")}
-    default = of["normalflow"]
+def speed(study):
+    rows = pd.read_json(study / "speed_accuracy.json")
+    default = rows[(rows["method"] == "normalflow") & (rows["knob"] == "default")].iloc[0]
     figures = {"pairs": default["problems"], "default_ms": default["median_ms"], "default_mm": default["error_mm"]}
-    for name, row in of.items():
-        figures.update({name + "_time": row["median_ms"] / default["median_ms"], name + "_error": row["relative"]})
-    golf = [read(study / ("track_golf-%d/report.json" % i)) for i in (1, 2, 3)]
+    for row in rows[rows["knob"].isin(("default", "tuned"))].itertuples():
+        name = row.method + ("" if row.knob == "default" else "_tuned")
+        figures.update({name + "_time": row.median_ms / default["median_ms"], name + "_error": row.relative})
+    golf = [read(study / f"track_golf-{i}/report.json")["stages"] for i in (1, 2, 3)]
     for stage in ("surface", "tracking"):
-        figures[stage + "_ms"] = statistics.median(r["stages"][stage]["median_ms"] for r in golf)
+        figures[stage + "_ms"] = statistics.median(stages[stage]["median_ms"] for stages in golf)
     figures["frame_ms"] = figures["surface_ms"] + figures["tracking_ms"]
-    soak = list(csv.DictReader(open(study / "soak.txt")))[-1]
-    figures.update({"soak_" + k: float(soak[k]) for k in ("latency_ms", "dropped", "frames")})
-    draw("speed_accuracy", study, "speed_accuracy.png")
+    soak = pd.read_csv(study / "soak.txt").iloc[-1]
+    figures.update({"soak_" + k: soak[k] for k in ("latency_ms", "dropped", "frames")})
+    draw("speed_accuracy", study)
     return figures
 
 
-def public(study, data):
-    from plot_side_by_side import medians
-    rows = list(csv.DictReader((study / "runs.csv").read_text().splitlines()))
+def public(study):
     figures = {}
-    for log in dict.fromkeys(r["log"] for r in rows):
+    table = medians(study)
+    for log in table.index.get_level_values("log").unique():
+        seconds = table.loc[log]
+        tracked = read(next(study.glob(f"gelslam-*/{log}/report.json")))["frames"]["tracked"]
         for system in ("public", "gelslam"):
-            seconds = medians(study, rows, system, log)
-            report = read(next(study.glob("gelslam-*/%s/report.json" % log)))
-            figures["%s_%s_s" % (log, system)] = seconds["whole"]
-            figures["%s_%s_frame_ms" % (log, system)] = 1e3 * (seconds["surface"] + seconds["tracking"]) / report["frames"]["tracked"]
+            figures[f"{log}_{system}_s"] = seconds.loc["whole", system]
+            figures[f"{log}_{system}_frame_ms"] = 1e3 * seconds.loc[["surface", "tracking"], system].sum() / tracked
         figures[log + "_ratio"] = figures[log + "_public_s"] / figures[log + "_gelslam_s"]
     shutil.copy(study / "side_by_side.png", CHARTS)
     return figures
@@ -204,17 +186,16 @@ PARTS = {"accuracy": accuracy, "stability": stability, "mechanisms": mechanisms,
          "real_live": real, "followed": followed, "long": long, "speed": speed, "public": public}
 
 
-def draw(name, study, chart):
-    subprocess.run([ROOT / "scripts" / ("plot_%s.py" % name), study, "-o", CHARTS / chart], check=True, stdout=subprocess.DEVNULL)
+def draw(name, study):
+    subprocess.run([ROOT / f"scripts/plot_{name}.py", study, "-o", CHARTS / f"{name}.png"], check=True, stdout=subprocess.DEVNULL)
 
 
 def draw_real(out, figures):
     """A dot for each log: what is kept, and how often the pose moves without the picture."""
-    from plotting import OURS, PUBLIC, plt, save
     figure, axis = plt.subplots(figsize=(6, 4))
     for label, part, mark, shade in (("offline", "real", "o", OURS), ("live", "real_live", "x", PUBLIC)):
-        logs = [r for r in map(read, sorted((out / part).glob("*.json"))) if r["touched"] and r["still"]]
-        axis.plot([r["kept"] / r["touched"] for r in logs], [100 * r["moved"] / r["still"] for r in logs], mark, color=shade, label=label, alpha=0.8,
+        logs = by_log({path.stem: read(path) for path in sorted((out / part).glob("*.json"))})
+        axis.plot(logs["kept"] / logs["touched"], 100 * logs["moved"] / logs["still"], mark, color=shade, label=label, alpha=0.8,
                   markerfacecolor="none", linestyle="")
     axis.set(xlabel="share of touched frames kept in the map", ylabel="still pictures whose pose moved (%)", ylim=(-0.5, None))
     axis.legend(loc="lower right")
@@ -223,12 +204,10 @@ def draw_real(out, figures):
 
 def draw_chain(out, figures):
     """Processor time of the whole program against its error, offline, live and public."""
-    from plotting import COLORS, OURS, PUBLIC, logarithmic, plt, save
     figure, axis = plt.subplots(figsize=(6, 4))
     for label, path, mark, shade in (("offline", "accuracy/network.json", "o", OURS), ("live", "live/live.json", "x", COLORS["filterreg"])):
-        table = {n: r for n, r in read(out / path).items() if n.startswith("track_")}
-        axis.plot([1e3 * r["processor_s"] / r["frames"]["total"] for r in table.values()], errors(table).values(), mark, color=shade, label=label,
-                  linestyle="", markerfacecolor="none")
+        tracks = by_log(read(out / path)).filter(like="track_", axis="index")
+        axis.plot(1e3 * tracks["processor_s"] / tracks["frames.total"], tracks[ERROR], mark, color=shade, label=label, markerfacecolor="none")
     axis.plot(1e3 * figures["public"]["track_pebble_public_s"] / 245, figures["accuracy"]["track_public"], "s", color=PUBLIC,
               label="public system (mean error; time of one)")
     axis.set(xlabel="processor time of the whole program per frame (ms)", ylabel="pose error (mm)")
@@ -240,18 +219,14 @@ def draw_chain(out, figures):
 
 def draw_honesty(out, figures):
     """Wrong answers of each method that it calls right, and the errors of our poses over their stated sigma."""
-    import numpy as np
-    from plotting import NAMES, color, plt, save
-    from scipy.stats import chi2
     figure, (bars, curves) = plt.subplots(1, 2, figsize=(10, 3.8))
-    methods = [m for m in NAMES if m.replace("-", "_") + "_wrong" in figures["stability"]]
-    shares = [100 * figures["stability"][m.replace("-", "_") + "_wrong"] for m in methods]
-    bars.barh([NAMES[m] for m in methods], shares, color=[color(m) for m in methods])
+    wrong = {m: 100 * figures["stability"][m.replace("-", "_") + "_wrong"] for m in NAMES if m.replace("-", "_") + "_wrong" in figures["stability"]}
+    bars.barh([NAMES[m] for m in wrong], list(wrong.values()), color=list(map(color, wrong)))
     bars.invert_yaxis()
     bars.set_xlabel("wrong but called right (% of the cases of the stability chart)")
-    offline, live_table = read(out / "accuracy/network.json"), read(out / "live/live.json")
-    for label, table, style in (("offline", offline, "-"), ("live", live_table, "--")):
-        ratios = np.sort([v for n in live_table for v in table[n]["error_over_sigma"]])
+    logs = by_log(read(out / "live/live.json"))
+    for label, some, style in (("offline", by_log(read(out / "accuracy/network.json")).loc[logs.index], "-"), ("live", logs, "--")):
+        ratios = np.sort(some["error_over_sigma"].explode().astype(float))
         curves.plot(ratios, np.linspace(0, 1, len(ratios)), style, label=label)
     x = np.linspace(0, 3, 200)
     curves.plot(x, chi2.cdf(6 * x * x, 6), ":", color="black", label="as stated")
@@ -260,11 +235,14 @@ def draw_honesty(out, figures):
     save(figure, CHARTS / "honesty.png")
 
 
+JOINT = ((draw_chain, {"accuracy", "live", "public"}), (draw_honesty, {"accuracy", "live", "stability"}), (draw_real, {"real", "real_live"}))
+
+
 def commits(results):
     """The commit, and those of parts that were not measured with it."""
     newest = statistics.mode(r["commit"] for r in results.values())
-    others = ["%s: %s" % (part, r["commit"]) for part, r in results.items() if r["commit"] != newest]
-    return newest + (" (%s)" % ", ".join(others) if others else "")
+    others = [f"{part}: {r['commit']}" for part, r in results.items() if r["commit"] != newest]
+    return newest + (f" ({', '.join(others)})" if others else "")
 
 
 def keys(text):
@@ -273,34 +251,28 @@ def keys(text):
 
 def filled(text, results):
     """The text with its figures as they are in the results; those that were never measured stay."""
-    known = {"%s.%s" % (part, name): value for part, r in results.items() for name, value in r["figures"].items()}
+    known = {f"{part}.{name}": value for part, r in results.items() for name, value in r["figures"].items()}
 
     def figure(match):
         decimals = len(match[1].partition(".")[2])
-        return "%s<!--%s-->" % ("%.*f" % (decimals, known[match[2]]) if match[2] in known else match[1], match[2])
+        value = f"{known[match[2]]:.{decimals}f}" if match[2] in known else match[1]
+        return f"{value}<!--{match[2]}-->"
     return COMMITS.sub(commits(results), FIGURE.sub(figure, text))
 
 
-def main():
-    if len(sys.argv) != 3 or sys.argv[1].startswith("-"):
-        print(__doc__)
-        return 2
-    out, data = map(pathlib.Path, sys.argv[1:])
+if __name__ == "__main__":
+    if len(sys.argv) != 2 or sys.argv[1].startswith("-"):
+        sys.exit(__doc__)
+    out = pathlib.Path(sys.argv[1])
     results = read(FILE) if FILE.exists() else {}
     there = {path.parent.name for path in out.glob("*/commit")}
     for part in (p for p in PARTS if p in there):
-        figures = {k: float("%.5g" % v) for k, v in PARTS[part](out / part, data).items()}
+        figures = {k: float(f"{v:.5g}") for k, v in PARTS[part](out / part).items()}
         results[part] = {"commit": (out / part / "commit").read_text().strip(), "figures": figures}
     FILE.write_text(json.dumps(results, indent=1) + "\n")
-    for draw_chart, parts in ((draw_chain, {"accuracy", "live", "public"}), (draw_honesty, {"accuracy", "live", "stability"}),
-                              (draw_real, {"real", "real_live"})):
+    for draw_chart, parts in JOINT:
         if parts <= there:
             draw_chart(out, {part: r["figures"] for part, r in results.items()})
     for path in TEXTS:
         path.write_text(filled(path.read_text(), results))
     print(FILE)
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

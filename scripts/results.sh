@@ -25,14 +25,6 @@ mkdir -p "$out"
 sequences=("$data"/sequences/*/) tracks=("$data"/sequences/track_*/)
 optics=("$data"/optics/optics_*/)
 
-part() { [[ -z $only || ,$only, == *,$1,* ]]; }
-begin() {  # part: true if it is to be run
-  part "$1" || return 1
-  say "$1, $(date +%H:%M:%S)"
-  rm -rf "${out:?}/$1"
-  mkdir -p "$out/$1"
-}
-end() { echo "$commit" >"$out/$1/commit"; }
 check() {  # name of the table, an option, folders of logs
   local status=0 names=("${@:3}")
   names=("${names[@]%/}")
@@ -40,7 +32,7 @@ check() {  # name of the table, an option, folders of logs
   ((status <= 1)) || exit "$status"  # 1: a target is missed
 }
 
-if begin models; then
+models() {
   "$gelslam" calibrate train "$data/calibration_sim" -o "$out/models/flat.json" -q &
   "$gelslam" calibrate train "$data/optics/calibration" -o "$out/models/optics.json" -q || (($? == 1))
   wait $! || (($? == 1))
@@ -53,10 +45,9 @@ if begin models; then
   awk 'NR == 1 || (NR - 2) % 5 == 0' "$data/calibration/catalog.csv" >"$out/models/check/catalog.csv"
   "$gelslam" calibrate train "$out/models/train" --automatic -o "$out/models/real.json" -q || (($? == 1))
   scripts/simulated_models.sh "$gelslam" "$out/models" mini
-  end models
-fi
+}
 
-if begin accuracy; then
+accuracy() {
   check accuracy/network
   check accuracy/own --extra="--model $out/models/flat.json" "${sequences[@]}" "$data"/ablation/*/
   check accuracy/optics_own --extra="--model $out/models/optics.json" "${optics[@]}"
@@ -68,32 +59,28 @@ if begin accuracy; then
     "$0" reconstruct "$1/log{}" -o "$1/run{}" -q
     "$0" evaluate "$1/run{}" --truth "$1/log{}" --json >"$1/demo{}.json"' "$gelslam" "$out/accuracy"
   rm -r "$out"/accuracy/{log,run}*
-  end accuracy
-fi
+}
 
-if begin stability; then
+stability() {
   "$lab" stability "${tracks[@]}" --methods fpfh -o "$out/stability/fpfh" >/dev/null &
   "$lab" stability "${tracks[@]}" --methods normalflow,icp,icp-tuned,filterreg,filterreg-tuned -o "$out/stability/others" >/dev/null
   wait $!
   jq -s add "$out"/stability/{others,fpfh}/stability.json >"$out/stability/stability.json"
-  end stability
-fi
+}
 
-if begin mechanisms; then
+mechanisms() {
   "$lab" ablation "$data"/sequences/{track,hard}_*/ "$data/ablation" --threads 2 -o "$out/mechanisms" >/dev/null
   "$lab" ablation "${optics[@]}" --only lens,perspective,dome --threads 2 -o "$out/mechanisms/optics" >/dev/null
-  end mechanisms
-fi
+}
 
-if begin calibration; then
+calibration() {
   for presses in calibration calibration_b markers; do
     "$gelslam" calibrate check "$data/real/nnmini.pt" "$data/$presses" -q >"$out/calibration/maker_$presses.txt" || (($? == 1))
   done
   "$gelslam" calibrate check "$out/models/real.json" "$out/models/check" -q >"$out/calibration/own.txt" || (($? == 1))
   "$gelslam" calibrate check "$data/calibration/model/nnmodel.pth" "$out/models/check" -q >"$out/calibration/owner.txt" || (($? == 1))
   PYTHONPATH=build/python scripts/slopes_read.py "$data" "$out/calibration" >/dev/null
-  end calibration
-fi
+}
 
 real_logs() {  # part, options of scan
   for log in "$real"/*/*.avi; do echo "$log"; done | xargs -P 2 -I{} bash -ec '
@@ -108,32 +95,28 @@ real_logs() {  # part, options of scan
       --first "$(jq .start "$pair/pair.json")" --last "$(jq .end "$pair/pair.json")" >"$run.json"
     rm -r "$run"' "$gelslam" "$out/$1" "$data/real/nnmini.pt" "${@:2}"
 }
-if [[ -n $real ]] && begin real; then
+real() {
   real_logs real --every-frame
-  end real
-fi
-if begin live; then
+}
+
+live() {
   check live/live --live "$data"/sequences/{track,hard}_*/
-  end live
-fi
+}
 
-if [[ -n $real ]] && begin real_live; then
+real_live() {
   real_logs real_live
-  end real_live
-fi
+}
 
-if begin followed; then
+followed() {
   scripts/speed_followed.py "$out/followed" ${PUBLIC:+--public "$PUBLIC" --public-model "$out/models/mini.pth"} >"$out/followed/table.txt"
   rm -rf "$out"/followed/log_*
-  end followed
-fi
+}
 
-if begin long; then
+long() {
   "$lab" long-scan --frames 10000 -o "$out/long" >"$out/long/table.txt"
-  end long
-fi
+}
 
-if begin speed; then
+speed() {
   "$lab" speed-accuracy "$data"/sequences/{track,hard,scan}_*/ --slow-every 12 -o "$out/speed" >/dev/null
   "$lab" soak "$data/sequences/track_coin" --minutes 1 >"$out/speed/soak.txt"
   for i in 1 2 3; do
@@ -141,12 +124,18 @@ if begin speed; then
       taskset -c 1 "$gelslam" reconstruct "$data/sequences/$log" -o "$out/speed/$log-$i" -q
     done
   done
-  end speed
-fi
+}
 
-if [[ -n ${PUBLIC:-} ]] && begin public; then
+public() {
   scripts/side_by_side.sh "$PUBLIC" "$out/public" "$data"/sequences/{track_pebble,scan_peanut360} "$data/optics/optics_bolt" >"$out/public/table.txt"
-  end public
-fi
+}
 
-scripts/results.py "$out" "$data"
+for part in models accuracy stability mechanisms calibration ${real:+real} live ${real:+real_live} followed long speed ${PUBLIC:+public}; do
+  [[ -z $only || ,$only, == *,$part,* ]] || continue
+  say "$part, $(date +%H:%M:%S)"
+  rm -rf "${out:?}/$part"
+  mkdir -p "$out/$part"
+  "$part"
+  echo "$commit" >"$out/$part/commit"
+done
+scripts/results.py "$out"

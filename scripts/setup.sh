@@ -20,7 +20,6 @@ needed=(
   libavformat-dev libavcodec-dev libavutil-dev libswscale-dev         # videos, logs
   libglfw3-dev libepoxy-dev libimgui-dev fonts-dejavu-core            # window
   libgl1-mesa-dri libegl1                                             # pictures without a display
-  python3                                                             # the demo's summary
 )
 optional_packages=(libopen3d-dev) # Ubuntu 24.04 does not have it
 without_optional="the program makes no watertight meshes, and the laboratory is not built"
@@ -28,12 +27,12 @@ browser_packages=(chromium chromium-driver python3-selenium) # Ubuntu 24.04 has 
 test_packages=(
   libgtest-dev libgmock-dev libbenchmark-dev
   xvfb xauth                       # windows without a display
-  python3-numpy python3-matplotlib python3-scipy # charts
+  python3-numpy python3-matplotlib python3-pandas python3-scipy # charts
   python3-venv                     # the wheel, installed
   jupyter-nbconvert python3-ipykernel # the notebook
 )
 python_packages=(python3-dev python3-numpy python3-pybind11 pybind11-dev)
-package_packages=("${python_packages[@]}" dpkg-dev)
+package_packages=("${python_packages[@]}" dpkg-dev debhelper dh-python help2man)
 wheel_packages=("${python_packages[@]}" dpkg-dev nasm patchelf python3-wheel python3-venv)
 reference_packages=(doxygen)
 check_packages=(clang-format clang-tidy python3-ament-flake8 python3-ament-pep257

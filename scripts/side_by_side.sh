@@ -16,16 +16,6 @@ repetitions=${REPETITIONS:-3} core=${CORE:-$(($(nproc) - 1))} gelslam=${GELSLAM_
 mkdir -p "$out"
 echo "system,log,repetition,processor_s" >"$out/runs.csv"
 
-# The public system takes no relative path of a model.
-with_absolute_model() {
-  local model
-  mkdir -p "$folder"
-  ln -sf "$(realpath "$1")"/* "$folder"
-  rm "$folder/config.yaml"
-  model=$(sed -nE 's/.*calibration_model_path: *"?([^"]+)"?.*/\1/p' "$1/config.yaml")
-  sed -E "s|(calibration_model_path:).*|\1 \"$(cd "$1" && realpath -m "$model")\"|" "$1/config.yaml" >"$folder/config.yaml"
-}
-
 TIMEFORMAT='%U %S'
 exec 3>&2
 timed() {  # system, log, repetition, command...
@@ -37,12 +27,11 @@ timed() {  # system, log, repetition, command...
 }
 
 for log in "${arguments[@]:2}"; do
-  name=$(basename "$log") folder=$out/logs/$(basename "$log")
-  with_absolute_model "$log"
+  name=$(basename "$log")
   for ((i = 1; i <= repetitions; ++i)); do
     echo "$name $i of $repetitions" >&2
-    timed public "$name" "$i" "$root/scripts/public_system.sh" "$public" "$out/public-$i" "$folder"
-    timed gelslam "$name" "$i" "$gelslam" reconstruct "$folder" -o "$out/gelslam-$i/$name" --overwrite -q
+    timed public "$name" "$i" "$root/scripts/public_system.sh" "$public" "$out/public-$i" "$log"
+    timed gelslam "$name" "$i" "$gelslam" reconstruct "$log" -o "$out/gelslam-$i/$name" --overwrite -q
   done
 done
 "$root/scripts/plot_side_by_side.py" "$out"

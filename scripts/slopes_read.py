@@ -7,7 +7,6 @@ with the maker's.
 Example: PYTHONPATH=build/python scripts/slopes_read.py DATA OUT
 """
 
-import csv
 import json
 import pathlib
 import sys
@@ -16,30 +15,31 @@ import warnings
 import cv2
 import gelslam
 import numpy as np
+import pandas as pd
 from plotting import OURS, PUBLIC, plt, save
 
 BALLS = {"markers": "5", "calibration_b": "9.47"}
 PITCH_MM = 0.0634
-RINGS = range(5, 45, 5)  # degrees, each as wide
+RING, STEEPEST = 5, 40  # degrees
 INSIDE = 0.9  # of the circle that was labeled
 LEAST_PIXELS = 5000
 
 
 def rings_of(folder, model):
     sensor = gelslam.Sensor(model, background=cv2.imread(str(folder / "background.png")))
-    read = {ring: [] for ring in RINGS}
-    for press in csv.DictReader(open(folder / "catalog.csv")):
+    pixels = []
+    for press in pd.read_csv(folder / "catalog.csv", dtype={"experiment_reldir": str}).to_dict("records"):
         path = folder / press["experiment_reldir"]
         label = np.load(path / "label.npz")
         normals = sensor(cv2.imread(str(path / "gelsight.png"))).normals
         v, u = np.indices(normals.shape[:2])
         distance = np.hypot(u - label["center"][0], v - label["center"][1])
-        true = np.degrees(np.arcsin(np.minimum(1, distance * PITCH_MM / (float(press["diameter(mm)"]) / 2))))
+        true = np.degrees(np.arcsin(np.minimum(1, distance * PITCH_MM / (press["diameter(mm)"] / 2))))
         slope = np.degrees(np.arccos(np.clip(np.abs(normals[..., 2]), 0, 1)))
-        for ring in RINGS:
-            read[ring].append(slope[(distance < INSIDE * label["radius"]) & (np.abs(true - ring) < 2.5)])
-    joined = {ring: np.concatenate(values) for ring, values in read.items()}
-    return {ring: float(np.median(values)) for ring, values in joined.items() if len(values) >= LEAST_PIXELS}
+        inside = distance < INSIDE * label["radius"]
+        pixels.append(pd.DataFrame({"ring": RING * (true[inside] / RING).round().astype(int), "slope": slope[inside]}))
+    rings = pd.concat(pixels).groupby("ring")["slope"]
+    return rings.median()[rings.size() >= LEAST_PIXELS].loc[RING:STEEPEST].to_dict()
 
 
 def draw(slopes, path):

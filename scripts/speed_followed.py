@@ -5,19 +5,19 @@ Simulates textured objects that are rolled all over and slid to and fro at growi
 `gelslam reconstruct`'s tracker and with `gelslam scan` at the log's own pace, and compares the motion between every two
 frames with the truth. A step is right if both frames are tracked in one trial and it is within 0.1 mm and 1 degree of the
 truth; what is lost or dropped is not right. --public DIR (see scripts/public_system.sh) tracks with the public
-system, too, offline; its model is an nnmodel.pth of the simulated sensor. Prints a table, and writes speed_followed.csv and speed_followed.png into DIR.
+system, too, offline; its model is an nnmodel.pth of the simulated sensor. Prints a table, and writes speed_followed.csv and
+speed_followed.png into DIR.
 
 Example: scripts/speed_followed.py STUDY --program build/bin/gelslam
 """
 
 import argparse
-import csv
 import json
 import pathlib
-import re
 import subprocess
 
 import numpy as np
+import pandas as pd
 
 from plotting import plt, save
 
@@ -28,7 +28,8 @@ MOTIONS = [(name, ("--object", name, "--size", "0.5", "--indentation", "0.8", "-
            for name in ("pebble", "peanut") for frames in (800, 400, 200, 100, 50)]
 MOTIONS += [(name, ("--object", name, "--motion", "wobble", "--speed", str(speed), "--frames", "150"))
             for name in ("coin", "pebble") for speed in (1, 2.5, 5)]
-BINS = {"mm/s": (0, 2, 5, 10, 20, 40, 80, 1e9), "degrees/s": (0, 10, 20, 40, 80, 160, 320, 1e9)}
+BINS = {"mm/s": (0, 2, 5, 10, 20, 40, 80, np.inf), "degrees/s": (0, 10, 20, 40, 80, 160, 320, np.inf)}
+STYLES = {"offline": "-o", "live": "--x", "public": ":s"}
 
 
 def frames_of(words):
@@ -45,9 +46,7 @@ def frames_of(words):
 
 def public_frames(public, model, log):
     """The same of the public system. Empty where it finds nothing."""
-    config = log / "config.yaml"
-    config.write_text(re.sub(r"(calibration_model_path:).*", r"\1 " + json.dumps(str(model)), config.read_text()))
-    subprocess.run([ROOT / "scripts/public_system.sh", public, log / "public", log], stdout=subprocess.DEVNULL, check=True)
+    subprocess.run([ROOT / "scripts/public_system.sh", public, log / "public", log, model], stdout=subprocess.DEVNULL, check=True)
     tracked = log / "public" / log.name / "track.tum"
     if not tracked.exists():
         return {}
@@ -71,13 +70,14 @@ def steps(truth, found):
         right = False
         if i in found and i + 1 in found and found[i][0] == found[i + 1][0]:
             right = np.less_equal(size_of(np.linalg.inv(motion) @ np.linalg.inv(found[i][1]) @ found[i + 1][1]), RIGHT).all()
-        yield *(RATE_HZ * np.array(size_of(motion))), right
+        yield *(RATE_HZ * np.array(size_of(motion))), int(right)
 
 
 def measure(program, folder, public, public_model):
+    """A row for each step."""
     rows = []
     for k, (name, words) in enumerate(MOTIONS):
-        log = folder / ("log_%d" % k)
+        log = folder / f"log_{k}"
         subprocess.run([program, "simulate", "scan", *words, "-q", "--overwrite", "-o", log], check=True)
         truth = np.load(log / "true_start_T_currs.npy")
         truth[:, :3, 3] *= 1e3
@@ -85,17 +85,17 @@ def measure(program, folder, public, public_model):
                  "live": frames_of([program, "scan", log, "--headless", "-q", "--stream", "-"])}
         if public:
             found["public"] = public_frames(public, public_model, log)
-        rows += [{"object": name, "schedule": schedule, "mm/s": mm_s, "degrees/s": deg_s, "right": int(right)}
-                 for schedule, frames in found.items() for mm_s, deg_s, right in steps(truth, frames)]
-    return rows
+        rows += [(name, schedule, *step) for schedule, frames in found.items() for step in steps(truth, frames)]
+    return pd.DataFrame(rows, columns=["object", "schedule", *BINS, "right"])
 
 
-def shares(rows, schedule, speed):
-    """Middle of each bin, steps in it, and the share of right ones."""
-    for low, high in zip(BINS[speed], BINS[speed][1:]):
-        right = [row["right"] for row in rows if row["schedule"] == schedule and low <= row[speed] < high]
-        if len(right) >= 10:
-            yield low, high, len(right), np.mean(right)
+def shares(table):
+    """Steps and the share of right ones by schedule and speed, where there are enough."""
+    for schedule, mine in table.groupby("schedule", sort=False):
+        for unit, edges in BINS.items():
+            for speed, right in mine.groupby(pd.cut(mine[unit], edges, right=False))["right"]:
+                if len(right) >= 10:
+                    yield {"schedule": schedule, "unit": unit, "low": speed.left, "high": speed.right, "steps": len(right), "share": right.mean()}
 
 
 def main():
@@ -106,23 +106,19 @@ def main():
     parser.add_argument("--public-model", type=pathlib.Path, metavar="nnmodel.pth")
     arguments = parser.parse_args()
     arguments.study.mkdir(parents=True, exist_ok=True)
-    rows = measure(arguments.program.resolve(), arguments.study.resolve(), *(path and path.resolve() for path in (arguments.public, arguments.public_model)))
-    with open(arguments.study / "speed_followed.csv", "w", newline="") as file:
-        writer = csv.DictWriter(file, rows[0].keys())
-        writer.writeheader()
-        writer.writerows(rows)
+    study, program, *public = (path and path.resolve() for path in vars(arguments).values())
+    table = measure(program, study, *public)
+    table.to_csv(study / "speed_followed.csv", index=False)
+    table = pd.DataFrame(shares(table))
+    print(table.to_string(index=False, float_format="{:.3g}".format))
     figure, axes = plt.subplots(1, 2, figsize=(9, 3.4), sharey=True)
-    for axis, speed in zip(axes, BINS):
-        for schedule, style in (("offline", "-o"), ("live", "--x"), ("public", ":s")):
-            table = list(shares(rows, schedule, speed))
-            for low, high, count, share in table:
-                print("%-8s %5g to %-5g %-9s %5d steps, right %.3f" % (schedule, low, high, speed, count, share))
-            if table:
-                axis.plot(["< %g" % row[1] if row[1] < 1e9 else "more" for row in table], [row[3] for row in table], style, label=schedule)
-        axis.set(xlabel=speed, ylim=(0, 1.02))
+    for axis, (unit, of_unit) in zip(axes, table.groupby("unit", sort=False)):
+        for schedule, mine in of_unit.groupby("schedule", sort=False):
+            axis.plot(["< %g" % high if high < 1e9 else "more" for high in mine["high"]], mine["share"], STYLES[schedule], label=schedule)
+        axis.set(xlabel=unit, ylim=(0, 1.02))
     axes[0].set_ylabel("share of right steps")
     axes[0].legend()
-    save(figure, arguments.study / "speed_followed.png")
+    save(figure, study / "speed_followed.png")
 
 
 if __name__ == "__main__":
