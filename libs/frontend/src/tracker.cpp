@@ -215,7 +215,7 @@ void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr su
   jump_.reset();
   if (attempt.searched) jump_ = Jump{previous_, hand_};
   previous_.state = hand_.correct(attempt.expected, registration);
-  // They, and not the rest, may be the object: then the pose is wrong by no one knows how much.
+  // The cells apart, and not the rest, may be the object: then the pose is wrong by no one knows how much.
   const Matrix6d apart = registration.apart_share * unknown_pose_covariance();
   edge.information = symmetric((previous_.state.reference_T_frame.covariance + apart).inverse());
   result.registration.information = information_of_inverse(edge.information, keyframe_T_frame);
@@ -230,6 +230,7 @@ void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr su
   result.trial_T_frame = touch.trial_T_frame;
   result.keyframe = keyframe_;
   result.keyframe_T_frame = keyframe_T_frame;
+  // A frame that the one before does not confirm becomes no keyframe.
   const double halfway_to_all = 0.5 * (1 + options_.keyframe_min_shared);
   if (jump_ || confirmed < halfway_to_all) return;
   const bool keyframe_is_new =

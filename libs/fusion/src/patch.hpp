@@ -33,7 +33,7 @@ class Patch {
 
   int keyframe() const { return keyframe_; }
 
-  static constexpr float kMinPixelWeight = 0.05f;  ///< a pixel on the mask's very border
+  static constexpr float kMinPixelWeight = 0.05f;  ///< sqrt(W) on the mask's very border, mask_weight()
 
   /// What the pixels at a point's foot say, in the sensor's frame.
   struct Reading {

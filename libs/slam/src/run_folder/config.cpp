@@ -65,7 +65,7 @@ void describe_tracking(OptionVisitor& visit, SlamOptions& slam) {
   visit.integer("contact_threshold", options.contact_threshold_px, 1, 100000000,
                 "contact pixels that begin a trial; fewer than a quarter end it");
   visit.number("keyframe_min_shared", options.keyframe_min_shared, 0, 1,
-               "a keyframe that shares less than this with the frame is replaced");
+               "a keyframe that shows less than this share of the frame's contact is replaced");
   visit.number("keyframe_min_unseen", options.keyframe_min_unseen, 0, 1,
                "share of its contact that a keyframe at a turning point alone must show");
   visit.number("patience_s", options.patience_s, 0, 10, "seconds after a loss in which a trial may continue");

@@ -17,8 +17,8 @@ namespace gelslam {
 
 struct TrackerOptions {
   int contact_threshold_px = 500;  ///< fewer contact pixels begin no trial; a quarter of it ends one
-  /// A keyframe is replaced when it shares less than this with what the frame shows (share of the contact): a
-  /// first touch is small, and a roll leaves the keyframe behind long before tracking breaks.
+  /// A keyframe is replaced when it shows less than this share of the frame's contact: a first touch is
+  /// small, and a roll leaves the keyframe behind long before tracking breaks.
   double keyframe_min_shared = 0.55;
   /// A frame at which the motion turns back becomes a keyframe, too, if it alone shows this share of its
   /// contact.
