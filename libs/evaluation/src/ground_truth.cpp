@@ -18,15 +18,14 @@ namespace {
 
 constexpr double kMillimetersPerMeter = 1000.0;
 constexpr double kMaxFps = 10'000.0;
-constexpr std::uintmax_t kMaxBytes = 64U << 20;
+constexpr std::size_t kMaxBytes = 64U << 20;
 
 /// Parses a file that holds one JSON object (at most 64 MB).
 nlohmann::json read_json_object(const std::filesystem::path& path) {
-  std::error_code error;
-  const std::uintmax_t bytes = std::filesystem::file_size(path, error);
-  if (error) throw Error("cannot read " + path.string() + ": " + error.message());
-  if (bytes > kMaxBytes) throw Error(path.string() + " is too large for what it should hold (over 64 MB)");
-  nlohmann::json object = nlohmann::json::parse(read_file(path), nullptr, false);
+  const std::string text = read_file(path);
+  if (text.size() > kMaxBytes)
+    throw Error(path.string() + " is too large for what it should hold (over 64 MB)");
+  nlohmann::json object = nlohmann::json::parse(text, nullptr, false);
   if (!object.is_object()) throw Error(path.string() + " does not hold a JSON object: is it cut off?");
   return object;
 }
@@ -87,14 +86,9 @@ std::vector<std::optional<Pose>> read_poses(const std::filesystem::path& path) {
 
 Pose read_matrix(const nlohmann::json& rows, const std::string& what) {
   std::vector<double> numbers;
-  if (rows.is_array() && rows.size() == 4) {
-    for (const auto& row : rows) {
-      if (!row.is_array() || row.size() != 4) break;
-      for (const auto& number : row)
-        numbers.push_back(number.is_number() ? number.get<double>() : std::nan(""));
-    }
-  }
-  if (numbers.size() != 16) throw Error(what + " is not a 4 x 4 matrix");
+  for (const auto& number : rows.flatten())
+    numbers.push_back(number.is_number() ? number.get<double>() : std::nan(""));
+  if (rows.size() != 4 || numbers.size() != 16) throw Error(what + " is not a 4 x 4 matrix");
   return to_pose(numbers.data(), what);
 }
 
