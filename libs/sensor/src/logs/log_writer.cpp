@@ -150,7 +150,8 @@ struct LogWriter::Impl {
     const bool encode = frame.encoding == FrameEncoding::bgr;
     const std::vector<std::uint8_t> png = encode ? png_of(frame) : std::vector<std::uint8_t>();
     const std::string_view data = text_of(encode ? png : frame.bytes);
-    cluster = cluster_head(ticks, static_cast<std::uint64_t>(frame.sequence), data.size());
+    cluster.clear();  // its memory stays
+    cluster += cluster_head(ticks, static_cast<std::uint64_t>(frame.sequence), data.size());
     cluster += data;
     const std::string problem = file->append(cluster);
     if (!problem.empty()) return fail(problem);
