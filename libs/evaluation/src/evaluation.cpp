@@ -86,7 +86,8 @@ MeshEvaluation evaluate_meshes(const PlacedMeshes& meshes, const std::vector<Eig
   const TriangleScene estimate(meshes.estimate);
   const TriangleScene truth(meshes.truth);
   std::vector<Eigen::Vector3d> truth_points = touched_mm;
-  if (truth_points.empty()) truth_points = points_of(sample_surface(meshes.truth, kTruthSamples, kTruthSeed));
+  if (truth_points.empty())
+    truth_points = sample_points(sample_surface(meshes.truth, kTruthSamples, kTruthSeed));
   MeshEvaluation result;
   result.touched_only = !touched_mm.empty();
   result.at_known_pose = evaluate_mesh(estimate, truth, truth_points);

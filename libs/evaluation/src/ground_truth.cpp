@@ -43,10 +43,10 @@ std::optional<double> number_at(const nlohmann::json& object, const std::string&
   return value;
 }
 
-/// The same for a whole number from `low` to the largest int.
-std::optional<int> integer_at(const nlohmann::json& object, const std::string& key, int low,
-                              const std::filesystem::path& path) {
-  const auto value = number_at(object, key, low, std::numeric_limits<int>::max(), path);
+/// The same for a whole number.
+std::optional<int> count_at(const nlohmann::json& object, const std::string& key,
+                            const std::filesystem::path& path) {
+  const auto value = number_at(object, key, 0, std::numeric_limits<int>::max(), path);
   if (!value) return std::nullopt;
   if (*value != std::floor(*value)) throw Error(path.string() + ": " + key + " is not a whole number");
   return static_cast<int>(*value);
@@ -94,11 +94,11 @@ Pose read_matrix(const nlohmann::json& rows, const std::string& what) {
 
 void read_meta(const std::filesystem::path& path, GroundTruth& truth) {
   const nlohmann::json meta = read_json_object(path);
-  if (const auto count = integer_at(meta, "background_frames", 0, path)) truth.background_frames = *count;
+  if (const auto count = count_at(meta, "background_frames", path)) truth.background_frames = *count;
   if (const auto fps = number_at(meta, "fps", 1e-3, kMaxFps, path)) truth.fps = *fps;
   if (meta.contains("start_T_object"))
     truth.object_T_start = read_matrix(meta["start_T_object"], path.string() + ": start_T_object").inverse();
-  const auto frames = integer_at(meta, "frames", 0, path);
+  const auto frames = count_at(meta, "frames", path);
   if (frames && *frames - truth.background_frames != static_cast<int>(truth.start_T_currs.size()))
     throw Error("the truth beside " + path.string() + " has " + std::to_string(truth.start_T_currs.size()) +
                 " poses, but the log has " + std::to_string(*frames) + " frames, " +

@@ -53,7 +53,8 @@ DistanceSummary summarize(std::vector<double> distances) {
 }
 
 std::vector<double> sampled_distances(const Mesh& surface, const TriangleScene& target) {
-  return distances_of(target.closest(points_of(sample_surface(surface, kAccuracySamples, kAccuracySeed))));
+  return distances_of(
+      target.closest(sample_points(sample_surface(surface, kAccuracySamples, kAccuracySeed))));
 }
 
 /// Median angle between the normals of a surface, moved along itself, and those of the target nearby.
@@ -95,7 +96,7 @@ std::vector<SurfaceSample> sample_surface(const Mesh& mesh, int count, std::uint
   return samples;
 }
 
-std::vector<Eigen::Vector3d> points_of(const std::vector<SurfaceSample>& samples) {
+std::vector<Eigen::Vector3d> sample_points(const std::vector<SurfaceSample>& samples) {
   std::vector<Eigen::Vector3d> points;
   for (const SurfaceSample& sample : samples) points.push_back(sample.point_mm);
   return points;

@@ -94,7 +94,7 @@ Pose moved(const Pose& pose, const Vector6d& step, const Eigen::Vector3d& center
 
 Refinement refine_rigidly(const TriangleScene& estimate, const TriangleScene& truth) {
   const std::vector<Eigen::Vector3d> samples =
-      points_of(sample_surface(estimate.mesh(), kMatchSamples, kMatchSeed));
+      sample_points(sample_surface(estimate.mesh(), kMatchSamples, kMatchSeed));
   const Eigen::Vector3d first_center = centroid(samples);
   const double radius = std::max(1e-6, spread(samples, first_center));
   Pose pose = Pose::Identity();

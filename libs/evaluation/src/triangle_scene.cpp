@@ -101,8 +101,6 @@ TriangleScene::TriangleScene(Mesh mesh) : impl_(std::make_unique<Impl>()) {
 }
 
 TriangleScene::~TriangleScene() = default;
-TriangleScene::TriangleScene(TriangleScene&&) noexcept = default;
-TriangleScene& TriangleScene::operator=(TriangleScene&&) noexcept = default;
 
 std::vector<ClosestPoint> TriangleScene::closest(const std::vector<Eigen::Vector3d>& points_mm) const {
   const auto takes_long = [&](std::size_t count, const auto& point) {

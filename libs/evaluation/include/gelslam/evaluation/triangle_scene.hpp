@@ -20,8 +20,6 @@ class TriangleScene {
   /// Keeps a copy. Throws Error as check_measurable().
   explicit TriangleScene(Mesh mesh);
   ~TriangleScene();
-  TriangleScene(TriangleScene&&) noexcept;
-  TriangleScene& operator=(TriangleScene&&) noexcept;
 
   /// On all cores. Throws Error for a mesh that covers itself thousands of times: every search would look at
   /// all of it.
