@@ -4,10 +4,11 @@ extern "C" {
 #include <libavformat/avformat.h>
 }
 
+#include <fmt/core.h>
+
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "gelslam/core/error.hpp"
 
@@ -15,22 +16,21 @@ namespace gelslam::simulation::detail {
 
 std::string config_yaml(const std::filesystem::path& folder, const SensorGeometry& geometry,
                         double frame_rate_hz, const std::filesystem::path& model) {
-  std::ostringstream yaml;
-  yaml << "# Configuration of the Device\ndevice_config:\n  device_name: \"GelSight Mini\"\n  ppmm: "
-       << geometry.pixel_pitch_mm << "\n  imgh: " << geometry.height_px << "\n  imgw: " << geometry.width_px
-       << "\n  raw_imgh: 2464\n  raw_imgw: 3280\n  framerate: " << frame_rate_hz << "\n";
+  std::string named;
   if (!model.empty()) {
     const std::filesystem::path there = std::filesystem::absolute(model).lexically_normal();
     const std::filesystem::path here = std::filesystem::absolute(folder).lexically_normal();
-    yaml << "  calibration_model_path: " << nlohmann::json(there.lexically_relative(here).string()).dump()
-         << "\n";
+    named =
+        "  calibration_model_path: " + nlohmann::json(there.lexically_relative(here).string()).dump() + "\n";
   }
-  yaml << "contact_mask_config:\n  color_dist_threshold: 15\n  height_threshold: 0.2\n"
-          "gelslam_config:\n  track_config:\n    contact_threshold: 500\n    scr_threshold: 0.3\n    "
-          "ccs_threshold: 0.7\n"
-          "  pose_graph_config:\n    coverage_graph_overlap_threshold: 50\n    min_sift_inliers: 8\n"
-          "    scr_threshold: 0.3\n    ccs_threshold: 0.7\n";
-  return yaml.str();
+  return fmt::format(
+      "# Configuration of the Device\ndevice_config:\n  device_name: \"GelSight Mini\"\n  ppmm: {:g}\n"
+      "  imgh: {}\n  imgw: {}\n  raw_imgh: 2464\n  raw_imgw: 3280\n  framerate: {:g}\n{}"
+      "contact_mask_config:\n  color_dist_threshold: 15\n  height_threshold: 0.2\n"
+      "gelslam_config:\n  track_config:\n    contact_threshold: 500\n    scr_threshold: 0.3\n"
+      "    ccs_threshold: 0.7\n  pose_graph_config:\n    coverage_graph_overlap_threshold: 50\n"
+      "    min_sift_inliers: 8\n    scr_threshold: 0.3\n    ccs_threshold: 0.7\n",
+      geometry.pixel_pitch_mm, geometry.height_px, geometry.width_px, frame_rate_hz, named);
 }
 
 AviWriter::AviWriter(const std::filesystem::path& path, int width, int height, double rate_hz)
