@@ -106,10 +106,6 @@ std::string format_text(std::uint32_t fourcc, std::uint32_t width, std::uint32_t
   return fourcc_text(fourcc) + " " + size_text(width, height);
 }
 
-std::uint32_t fourcc_of(FrameEncoding encoding) {
-  return encoding == FrameEncoding::jpeg ? V4L2_PIX_FMT_MJPEG : V4L2_PIX_FMT_YUYV;
-}
-
 /// JPEG and MJPG are two names for the same pictures.
 bool same_pictures(std::uint32_t asked, std::uint32_t granted) {
   return asked == granted || (asked == V4L2_PIX_FMT_MJPEG && granted == V4L2_PIX_FMT_JPEG);
@@ -124,7 +120,7 @@ v4l2_pix_format set_format(const VideoNode& node, const CameraOptions& options) 
   v4l2_format format{};
   format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   v4l2_pix_format& picture = format.fmt.pix;
-  picture.pixelformat = fourcc_of(options.encoding);
+  picture.pixelformat = options.encoding == FrameEncoding::jpeg ? V4L2_PIX_FMT_MJPEG : V4L2_PIX_FMT_YUYV;
   picture.width = static_cast<std::uint32_t>(options.width_px);
   picture.height = static_cast<std::uint32_t>(options.height_px);
   picture.field = V4L2_FIELD_ANY;
