@@ -37,7 +37,7 @@ struct Measured {
   int every = 1;  ///< reference that it sees
   std::vector<double> register_ms, prepare_ms;
   GroupedErrors errors;
-  Tally tally;
+  Tally tally = {};
 };
 
 void judge(const RegistrationProblem& problem, const RegistrationResult& result, Measured& measured) {
