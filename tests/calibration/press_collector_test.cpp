@@ -44,9 +44,9 @@ struct MixedFilm : Film {
     double x_mm = touch.x_mm;
     for (const double share : shares) {
       const double depth_mm = share * touch.contact_mm * touch.contact_mm / radius;
-      GelShape gel = press_ball(optics.gel_grid(), {}, radius, x_mm, 0, depth_mm).gel;
+      GelShape gel = press_ball(optics.gel_grid(), radius, x_mm, 0, depth_mm).gel;
       if (touch.two) {  // far apart: what each does to the gel adds up
-        const GelShape other = press_ball(optics.gel_grid(), {}, radius, -x_mm, 0, depth_mm).gel;
+        const GelShape other = press_ball(optics.gel_grid(), radius, -x_mm, 0, depth_mm).gel;
         gel.height_mm += other.height_mm - rest.height_mm;
         gel.slope += other.slope - rest.slope;
         cv::bitwise_or(gel.contact, other.contact, gel.contact);

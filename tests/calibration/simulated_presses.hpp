@@ -37,8 +37,7 @@ inline BallPress press_number(int number) {
   const double radius = 0.5 * press.diameter_mm;
   const double x = random.uniform(-1, 1) * (geometry.half_width_mm() - 0.3);
   const double y = random.uniform(-1, 1) * (geometry.half_height_mm() - 0.3);
-  const PressedBall ball =
-      press_ball(optics.gel_grid(), {}, radius, x, y, random.uniform(0.08, 0.33) * radius);
+  const PressedBall ball = press_ball(optics.gel_grid(), radius, x, y, random.uniform(0.08, 0.33) * radius);
   press.bgr = optics.render(ball.gel, -1 - number, false);
   press.gel = ball.gel;
   const ImageCircle circle = seen_circle(optics, ball);

@@ -56,7 +56,7 @@ TEST(TriangleScene, ClosestAgreesWithBruteForce) {
   constexpr int kSteps = 60;
   for (int i = 0; i < 60; ++i) {
     const Eigen::Vector3d p = random_point(random, 14.0);
-    const ClosestPoint closest = scene.closest(p);
+    const ClosestPoint closest = scene.closest({p}).front();
     EXPECT_NEAR((closest.point_mm - p).norm(), closest.distance_mm, 1e-12);
     const double on_grid = nearest_on_grid(mesh, p, kSteps);
     EXPECT_LE(closest.distance_mm, on_grid + 1e-6);
@@ -70,14 +70,14 @@ TEST(TriangleScene, ClosestAgreesWithBruteForce) {
 
 TEST(TriangleScene, ClosestIsExactAtFacesEdgesAndCorners) {
   const TriangleScene scene(test::plane(0.0));
-  EXPECT_NEAR(scene.closest(Eigen::Vector3d(1.23, 2.1, 0.37)).distance_mm, 0.37, 1e-7);
-  EXPECT_NEAR(scene.closest(Eigen::Vector3d(8.0, 0.2, 4.0)).distance_mm, 5.0, 1e-7);  // over the edge x = 5
-  EXPECT_NEAR(scene.closest(Eigen::Vector3d(6.0, 7.0, 2.0)).distance_mm, 3.0, 1e-7);  // off the corner
-  EXPECT_NEAR(scene.closest(Eigen::Vector3d(0.0, 0.0, 1e4)).distance_mm, 1e4, 1e-3);
+  EXPECT_NEAR(scene.closest({{1.23, 2.1, 0.37}}).front().distance_mm, 0.37, 1e-7);
+  EXPECT_NEAR(scene.closest({{8.0, 0.2, 4.0}}).front().distance_mm, 5.0, 1e-7);  // over the edge x = 5
+  EXPECT_NEAR(scene.closest({{6.0, 7.0, 2.0}}).front().distance_mm, 3.0, 1e-7);  // off the corner
+  EXPECT_NEAR(scene.closest({{0.0, 0.0, 1e4}}).front().distance_mm, 1e4, 1e-3);
   const std::vector centers(99, Eigen::Vector3d(0, 0, 0));  // as far from every triangle
   EXPECT_NEAR(TriangleScene(test::sphere(5.0)).closest(centers).back().distance_mm, 5.0, 0.01);
   // A corner shared by six triangles: the lowest index, whatever the order of traversal.
-  EXPECT_EQ(scene.closest(Eigen::Vector3d(-4.0, -4.0, 1.0)).triangle, 0);
+  EXPECT_EQ(scene.closest({{-4.0, -4.0, 1.0}}).front().triangle, 0);
 }
 
 }  // namespace

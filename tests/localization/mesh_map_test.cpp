@@ -39,8 +39,8 @@ const MeshMap& pebble_map() {
 PosedSurface touch_of_pebble(const Pose& object_T_sensor) {
   static const ShapePtr shape = make_mesh_shape(pebble());
   const SensorGeometry geometry;
-  const Pose sensor_T_object = *settle_object(*shape, object_T_sensor.inverse(), 0.5, geometry, {});
-  const GelShape gel = press_object(*shape, sensor_T_object, geometry, {});
+  const Pose sensor_T_object = *settle_object(*shape, object_T_sensor.inverse(), 0.5, geometry);
+  const GelShape gel = press_object(*shape, sensor_T_object, geometry);
   std::array<cv::Mat1f, 2> slope;
   cv::split(gel.slope, slope.data());
   cv::Mat1b touched(gel.height_mm < -0.1);

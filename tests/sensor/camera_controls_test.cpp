@@ -42,7 +42,7 @@ class CameraControls : public testing::Test {
     ADD_FAILURE() << "no setting " << name;
     return {};
   }
-  std::unique_ptr<CameraSource> open() { return detail::open_camera(options, system); }
+  std::unique_ptr<CameraSource> open() { return open_camera(options, system); }
   std::string open_error() {
     return message_of([&] { open(); });
   }

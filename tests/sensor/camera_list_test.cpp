@@ -46,7 +46,7 @@ TEST_F(CameraList, SaysWhatEachNodeIs) {
   webcam.holder = "cheese (pid 12)";
   digit.open_fails = EACCES;
   digit.group = "plugdev";
-  const auto list = detail::list_cameras(fake_system(cameras));
+  const auto list = list_cameras(fake_system(cameras));
   ASSERT_EQ(list.size(), 4u);
   EXPECT_EQ(list[0].name, "HD Webcam");
   EXPECT_EQ(list[0].node, CameraNode::capture);
@@ -98,7 +98,7 @@ TEST_F(CameraList, HostileNamesAndListsDoNoHarm) {
   webcam.modes[0].fourcc = 0x01020304;
   webcam.modes[1].rates_hz = {0};
   cameras = {&webcam};
-  const auto list = detail::list_cameras(fake_system(cameras));
+  const auto list = list_cameras(fake_system(cameras));
   EXPECT_EQ(list[0].name.size(), 32u);
   EXPECT_EQ(list[0].name.find_first_of("\n\033"), std::string::npos);
   EXPECT_EQ(list[0].modes.at(0).format, "????");

@@ -33,7 +33,7 @@ class Camera : public testing::Test {
     EXPECT_FALSE(mini.streaming);
   }
 
-  std::unique_ptr<CameraSource> open() { return detail::open_camera(options, system); }
+  std::unique_ptr<CameraSource> open() { return open_camera(options, system); }
   std::string open_error() {
     return message_of([&] { open(); });
   }

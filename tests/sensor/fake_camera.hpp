@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "cameras/video_node.hpp"
+#include "cameras/v4l2_camera.hpp"
 
 namespace gelslam::test {
 

@@ -98,7 +98,7 @@ TEST(Optics, PixelsShowTheBallThatTheirRayMeets) {
   const RealSensor sensor;
   const Optics optics(sensor.geometry, quiet());
   const double radius = 4, x = 5, y = -3.5, depth = 1.2;
-  const PressedBall pressed = press_ball(optics.gel_grid(), {}, radius, x, y, depth);
+  const PressedBall pressed = press_ball(optics.gel_grid(), radius, x, y, depth);
   const GelView view = optics.view(pressed.gel);
   const ImageCircle circle = seen_circle(optics, pressed);
   EXPECT_GT(circle.radius_px, 25);

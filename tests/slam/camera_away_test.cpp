@@ -36,7 +36,7 @@ void scan_until_away(LiveOptions options, const std::function<void()>& tell) {
   of_camera.height_px = 240;
   of_camera.away_s = 60;
   options.record = LogAttachments{};
-  begin_live_scan(detail::open_camera(of_camera, system), options)->wait();
+  begin_live_scan(open_camera(of_camera, system), options)->wait();
 }
 
 TEST_F(Live, AKillWhileTheCameraIsAwayTakesNothing) {

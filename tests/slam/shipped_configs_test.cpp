@@ -43,7 +43,7 @@ TEST(ShippedConfigs, DigitYamlAsksADigitForWhatItGives) {
   const std::vector<std::uint8_t> green(2u * 640 * 480, 90);
   sensor.frames.push_back({.bytes = green});
   const detail::VideoSystem system = test::fake_system({&other, &sensor});
-  const auto camera = detail::open_camera(camera_options(config.sensor), system);
+  const auto camera = open_camera(camera_options(config.sensor), system);
   EXPECT_EQ(camera->description(), "DIGIT: DIGIT, /dev/video3, YUYV 640x480, 30 Hz");
   EXPECT_EQ(camera->warning(), "");
   const auto frame = camera->next();

@@ -6,7 +6,14 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/mesh/mesh.hpp"
-#include "ray_query.hpp"
+
+/// Embree 3 (Debian 12) or Embree 4 (Debian 13, Ubuntu 24.04), whose calls for rays differ. GELSLAM_EMBREE is
+/// its major version; the rest of Embree's interface that is used here is the same in both.
+#if GELSLAM_EMBREE == 3
+#include <embree3/rtcore.h>
+#else
+#include <embree4/rtcore.h>
+#endif
 
 namespace gelslam::embree {
 
@@ -19,8 +26,7 @@ struct Release {
 /// start, or cannot build the scene.
 struct MeshScene {
   MeshScene() = default;
-  explicit MeshScene(const Mesh& mesh, RTCSceneFlags more_flags = RTC_SCENE_FLAG_NONE)
-      : device(rtcNewDevice(nullptr)) {
+  explicit MeshScene(const Mesh& mesh) : device(rtcNewDevice(nullptr)) {
     if (!device) throw Error("Embree cannot be started on this machine");
     scene.reset(rtcNewScene(device.get()));
     RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -36,7 +42,7 @@ struct MeshScene {
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene.get(), geometry);
     rtcReleaseGeometry(geometry);
-    rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST | more_flags);
+    rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
     rtcCommitScene(scene.get());
     if (rtcGetDeviceError(device.get()) != RTC_ERROR_NONE)
       throw Error("Embree cannot build the hierarchy of a mesh");
@@ -46,13 +52,22 @@ struct MeshScene {
   std::unique_ptr<RTCSceneTy, Release> scene;
 };
 
-inline RTCRayHit make_ray(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float length) {
+/// The nearest hit along a ray; its geometry is RTC_INVALID_GEOMETRY_ID where there is none.
+inline RTCRayHit first_hit(const MeshScene& triangles, const Eigen::Vector3f& origin,
+                           const Eigen::Vector3f& direction, float length) {
   RTCRayHit ray{};
   ray.ray.org_x = origin.x(), ray.ray.org_y = origin.y(), ray.ray.org_z = origin.z();
   ray.ray.dir_x = direction.x(), ray.ray.dir_y = direction.y(), ray.ray.dir_z = direction.z();
   ray.ray.tfar = length;
   ray.ray.mask = ~0U;  // with any other mask every ray misses
   ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+#if GELSLAM_EMBREE == 3
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcIntersect1(triangles.scene.get(), &context, &ray);
+#else
+  rtcIntersect1(triangles.scene.get(), &ray);
+#endif
   return ray;
 }
 

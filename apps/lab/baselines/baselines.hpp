@@ -1,6 +1,5 @@
 #pragma once
 
-#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,7 +31,7 @@ struct FpfhOptions {
   double edge_length_ratio = 0.9;
   double max_distance_mm = 1.0;
   int seed = 1;
-  IcpOptions refinement;  ///< its max_points is not used
+  IcpOptions refinement = {};  ///< its max_points is not used
 };
 
 /// FilterReg, point to plane (Gao & Tedrake, CVPR 2019): expectation-maximisation in which the target's

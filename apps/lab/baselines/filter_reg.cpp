@@ -1,7 +1,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "baselines/baselines.hpp"
 #include "contact_points.hpp"

@@ -2,8 +2,6 @@
 #include <open3d/pipelines/registration/Registration.h>
 #include <open3d/utility/Random.h>
 
-#include <utility>
-
 #include "open3d_icp.hpp"
 
 namespace gelslam {

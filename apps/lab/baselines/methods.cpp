@@ -3,6 +3,7 @@
 #include "gelslam/core/text.hpp"
 
 namespace gelslam {
+
 const std::vector<std::string>& registrar_names() {
   static const std::vector<std::string> names = {"normalflow", "icp",       "icp-tuned",      "fpfh",
                                                  "fpfh-tuned", "filterreg", "filterreg-tuned"};
@@ -24,25 +25,12 @@ Registrar make_registrar(std::string_view name, const NormalFlowOptions& options
               (near.empty() ? " (there are " + known + ")" : ", did you mean " + near + "?"));
 }
 
-IcpOptions tuned_icp() {
-  IcpOptions options;
-  options.max_distance_mm = 0.2;
-  return options;
-}
+IcpOptions tuned_icp() { return {.max_distance_mm = 0.2}; }
 
-FpfhOptions tuned_fpfh() {
-  FpfhOptions options;
-  options.max_distance_mm = 0.2;
-  options.refinement = tuned_icp();
-  return options;
-}
+FpfhOptions tuned_fpfh() { return {.max_distance_mm = 0.2, .refinement = tuned_icp()}; }
 
 FilterRegOptions tuned_filter_reg() {
-  FilterRegOptions options;
-  options.variance_mm2 = 0.005;
-  options.outlier_share = 0.3;
-  options.tolerance_mm2 = 1e-4;
-  return options;
+  return {.variance_mm2 = 0.005, .tolerance_mm2 = 1e-4, .outlier_share = 0.3};
 }
 
 }  // namespace gelslam

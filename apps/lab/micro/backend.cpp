@@ -1,7 +1,6 @@
 // Times of the pose graph as a live scan sees it: known before, plus one new keyframe or edge.
 #include <benchmark/benchmark.h>
 
-#include <algorithm>
 #include <cmath>
 #include <random>
 

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/se3.hpp"
@@ -8,11 +7,6 @@
 
 namespace gelslam {
 namespace {
-
-SixAxes six_axes(const Pose& pose) {
-  const Eigen::Vector3d t = pose.translation(), r = euler_zxy_deg(pose.linear());
-  return {t.x(), t.y(), t.z(), r.x(), r.y(), r.z()};
-}
 
 /// In the order in which they came, each once.
 std::vector<std::string> names_of(const BenchmarkResult& result, std::string BenchmarkRecord::*name) {
@@ -40,21 +34,13 @@ std::vector<double> times_of(const Records& records) {
   return times;
 }
 
-double geometric_mean_mm(const SixAxes& mae) {
-  double product = 1;
-  for (std::size_t axis = 0; axis < 6; ++axis)
-    product *= mae[axis] * (axis < 3 ? 1.0 : kMillimetersPerDegree);
-  return std::pow(product, 1.0 / 6.0);
-}
-
 AccuracyRow accuracy(const Records& records) {
   AccuracyRow row;
   row.method = records.front()->method;
   row.trials = static_cast<int>(records.size());
   for (const BenchmarkRecord* record : records) {
     for (const FrameEstimate& frame : record->frames) {
-      const SixAxes error = axis_error(frame);
-      for (std::size_t axis = 0; axis < 6; ++axis) row.mae[axis] += std::abs(error[axis]);
+      row.mae += axis_error(frame.first_T_frame, frame.true_first_T_frame).cwiseAbs();
       row.tracked += frame.tracked ? 1 : 0;
       ++row.frames;
     }
@@ -64,7 +50,7 @@ AccuracyRow accuracy(const Records& records) {
     row.final_deg += rotation_angle_rad(last.true_first_T_frame.inverse() * last.first_T_frame) *
                      kDegreesPerRadian / row.trials;
   }
-  for (double& error : row.mae) error /= row.frames;
+  row.mae /= row.frames;
   row.geometric_mean_mm = geometric_mean_mm(row.mae);
   std::vector<double> times = times_of(records);
   row.median_ms = quantile(times, 0.5);
@@ -73,16 +59,6 @@ AccuracyRow accuracy(const Records& records) {
 }
 
 }  // namespace
-
-SixAxes axis_error(const FrameEstimate& estimate) {
-  SixAxes error = six_axes(estimate.first_T_frame);
-  const SixAxes truth = six_axes(estimate.true_first_T_frame);
-  for (std::size_t axis = 0; axis < 6; ++axis) {
-    error[axis] -= truth[axis];
-    if (axis >= 3) error[axis] = std::remainder(error[axis], 360.0);
-  }
-  return error;
-}
 
 std::vector<AccuracyRow> accuracy_by_object(const BenchmarkResult& result) {
   std::vector<AccuracyRow> rows;

@@ -13,21 +13,11 @@ namespace fs = std::filesystem;
 
 constexpr int kDeepest = 3;  // data set, object, trial
 
-bool is_trial(const fs::path& folder) { return fs::is_regular_file(truth_file(folder)); }
-
 void collect(const fs::path& folder, int depth, std::vector<fs::path>& trials) {
-  if (is_trial(folder)) {
+  if (fs::is_regular_file(truth_file(folder)))
     trials.push_back(folder);
-    return;
-  }
-  if (depth == kDeepest) return;
-  std::vector<fs::path> inside;
-  for (const auto& entry : fs::directory_iterator(folder, fs::directory_options::skip_permission_denied))
-    if (entry.is_directory()) inside.push_back(entry.path());
-  std::sort(inside.begin(), inside.end(), [](const fs::path& a, const fs::path& b) {
-    return natural_less(a.filename().string(), b.filename().string());
-  });
-  for (const fs::path& one : inside) collect(one, depth + 1, trials);
+  else if (depth < kDeepest)
+    for (const fs::path& one : subfolders(folder)) collect(one, depth + 1, trials);
 }
 
 std::string object_of(const std::string& name) {
@@ -36,6 +26,15 @@ std::string object_of(const std::string& name) {
 }
 
 }  // namespace
+
+std::vector<fs::path> subfolders(const fs::path& folder) {
+  std::vector<fs::path> folders;
+  if (!fs::is_directory(folder)) return folders;
+  for (const auto& entry : fs::directory_iterator(folder, fs::directory_options::skip_permission_denied))
+    if (entry.is_directory()) folders.push_back(entry.path());
+  std::ranges::sort(folders, natural_less, [](const fs::path& path) { return path.filename().string(); });
+  return folders;
+}
 
 std::vector<BenchmarkTrial> find_trials(const std::vector<fs::path>& folders) {
   std::vector<BenchmarkTrial> trials;

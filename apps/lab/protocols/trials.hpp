@@ -13,6 +13,9 @@
 
 namespace gelslam {
 
+/// The folders in a folder, in natural order; none where it is a file.
+std::vector<std::filesystem::path> subfolders(const std::filesystem::path& folder);
+
 /// A folder with true_start_T_currs.npy.
 struct BenchmarkTrial {
   std::filesystem::path folder;

@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "ablation_case.hpp"
-#include "ablation_variants.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/parallel.hpp"
 #include "gelslam/core/text.hpp"
+#include "protocols/trials.hpp"
 #include "study.hpp"
 
 namespace gelslam::lab {
@@ -32,15 +32,6 @@ struct AblationArguments {
   fs::path config, out;
   int threads = 1;
 };
-
-std::vector<fs::path> subfolders(const fs::path& folder) {
-  std::vector<fs::path> folders;
-  if (!fs::is_directory(folder)) return folders;
-  for (const auto& entry : fs::directory_iterator(folder))
-    if (entry.is_directory()) folders.push_back(entry.path());
-  std::sort(folders.begin(), folders.end());
-  return folders;
-}
 
 /// A log and the set it belongs to. A folder that holds folders is a set of logs.
 struct Log {

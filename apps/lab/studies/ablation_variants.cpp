@@ -1,7 +1,6 @@
-#include "ablation_variants.hpp"
-
 #include <sstream>
 
+#include "ablation_case.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 

@@ -1,7 +1,5 @@
 #include "protocols/benchmark.hpp"
 
-#include <algorithm>
-#include <array>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -14,7 +12,7 @@
 namespace gelslam::lab {
 namespace {
 
-constexpr std::array<const char*, 6> kAxes = {"x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg"};
+constexpr const char* kAxes[] = {"x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg"};
 
 struct BenchmarkArguments {
   std::vector<std::filesystem::path> data;
@@ -24,17 +22,27 @@ struct BenchmarkArguments {
   std::filesystem::path out;
 };
 
-BenchmarkRequest request_of(const BenchmarkArguments& arguments) {
-  BenchmarkRequest request;
-  check_methods(arguments.methods);
-  request.methods = arguments.methods;
-  request.make = [](const std::string& method, const NormalFlowOptions& limits) {
-    return make_registrar(method, limits);
-  };
-  request.protocol = arguments.protocol == "frame0" ? Protocol::frame0 : Protocol::keyframes;
-  request.every = arguments.every;
-  request.trials = find_trials(arguments.data);
-  return request;
+/// Every method sees the same frames of every trial.
+BenchmarkResult run_benchmark(const BenchmarkArguments& arguments) {
+  const std::vector<BenchmarkTrial> trials = find_trials(arguments.data);
+  const Protocol protocol = arguments.protocol == "frame0" ? Protocol::frame0 : Protocol::keyframes;
+  BenchmarkResult result;
+  StudyCases cases(trials.size());
+  for (const BenchmarkTrial& trial : trials) {
+    cases.begin(trial.name);
+    const std::unique_ptr<TrialFrames> frames = open_trial(trial.folder);
+    const SlamOptions& options = frames->config().slam;
+    std::vector<MethodRun> runs;
+    for (const std::string& method : arguments.methods)
+      runs.emplace_back(make_registrar(method, options.registration), protocol, options);
+    for (int read = 0; const std::optional<TrialFrame> frame = frames->next(); ++read)
+      if (read % arguments.every == 0)
+        for (MethodRun& run : runs) run.add(*frame);
+    for (std::size_t i = 0; i < runs.size(); ++i)
+      if (!runs[i].estimates().empty())
+        result.push_back({arguments.methods[i], trial.object, trial.name, runs[i].estimates()});
+  }
+  return result;
 }
 
 Json accuracy_table(const BenchmarkResult& result) {
@@ -45,7 +53,7 @@ Json accuracy_table(const BenchmarkResult& result) {
                     {"trials", row.trials},
                     {"frames", row.frames},
                     {"tracked_share", row.tracked_share()}});
-    for (std::size_t axis = 0; axis < 6; ++axis) rows.back()[kAxes[axis]] = row.mae[axis];
+    for (int axis = 0; axis < 6; ++axis) rows.back()[kAxes[axis]] = row.mae[axis];
     rows.back().update({{"geometric_mean_mm", row.geometric_mean_mm},
                         {"final_mm", row.final_mm},
                         {"final_deg", row.final_deg},
@@ -56,8 +64,8 @@ Json accuracy_table(const BenchmarkResult& result) {
 }
 
 void run(const BenchmarkArguments& arguments) {
-  const BenchmarkRequest request = request_of(arguments);
-  const BenchmarkResult result = run_benchmark(request);
+  check_methods(arguments.methods);
+  const BenchmarkResult result = run_benchmark(arguments);
   const Json table = accuracy_table(result);
   write_study(arguments.out, "accuracy", table);
   print_csv(table);

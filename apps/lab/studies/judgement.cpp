@@ -19,24 +19,18 @@ double largest(const Eigen::Vector3d& error, const bool* observable) {
 
 }  // namespace
 
-Judgement judge_pose_error(const Pose& estimate, const Pose& truth, const std::array<bool, 6>& observable,
-                           bool tracked) {
+Tally judge_result(const RegistrationProblem& problem, const RegistrationResult& result) {
   // Both are target_T_reference: what is left between them is along the target's axes.
-  const Pose gap = estimate * truth.inverse();
-  Judgement judgement;
-  judgement.tracked = tracked;
-  judgement.error_mm = gap.translation().norm();
-  judgement.error_deg = rotation_angle_rad(gap) * kDegreesPerRadian;
-  const double shown_mm = largest(gap.translation(), observable.data()),
-               shown_deg = largest(so3_log(gap.linear()) * kDegreesPerRadian, observable.data() + 3);
-  judgement.right = judgement.error_mm < kRightMm && judgement.error_deg < kRightDeg;
-  judgement.shown_right = shown_mm < kRightMm && shown_deg < kRightDeg;
-  judgement.wrong = shown_mm > kWrongMm || shown_deg > kWrongDeg;
-  return judgement;
-}
-
-Judgement judge_result(const RegistrationProblem& problem, const RegistrationResult& result) {
-  return judge_pose_error(result.target_T_reference, problem.truth, result.observable, result.ok());
+  const Pose gap = result.target_T_reference * problem.truth.inverse();
+  const bool* observable = result.observable.data();
+  const double shown_mm = largest(gap.translation(), observable),
+               shown_deg = largest(so3_log(gap.linear()) * kDegreesPerRadian, observable + 3);
+  Tally tally{.cases = 1, .tracked = result.ok()};
+  tally.right =
+      gap.translation().norm() < kRightMm && rotation_angle_rad(gap) * kDegreesPerRadian < kRightDeg;
+  tally.shown_right = shown_mm < kRightMm && shown_deg < kRightDeg;
+  tally.silent = result.ok() && (shown_mm > kWrongMm || shown_deg > kWrongDeg);
+  return tally;
 }
 
 std::vector<IndexedPose> poses_of(const SlamMap& map, int background_frames) {

@@ -69,8 +69,7 @@ class Sensor {
   /// Forgets how the light has changed.
   void restart() { estimator_.emplace(model_, background_, SurfaceOptions{}); }
   SurfacePtr read(const Shape& shape, const Pose& sensor_T_object) {
-    return estimator_->estimate(
-        optics_.render(press_object(shape, sensor_T_object, {}, {}), ++picture_, true));
+    return estimator_->estimate(optics_.render(press_object(shape, sensor_T_object, {}), ++picture_, true));
   }
 
  private:
@@ -157,7 +156,7 @@ Trial make_trial(const Object& object, const std::vector<Pose>& poses, Sensor& s
   Trial trial;
   sensor.restart();
   for (std::size_t k = 0; k <= kRollFrames; k += kRollStride) {
-    const std::optional<Pose> pose = settle_object(*object.shape, held * poses[first + k], depth_mm, {}, {});
+    const std::optional<Pose> pose = settle_object(*object.shape, held * poses[first + k], depth_mm, {});
     if (!pose) break;
     trial.sensor_T_object.push_back(*pose);
     trial.surfaces.push_back(sensor.read(*object.shape, *pose));

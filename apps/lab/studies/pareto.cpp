@@ -35,19 +35,18 @@ std::vector<Draw> draws_of(const GroupedErrors& errors) {
 
 /// Logarithm of the geometric mean of the six mean errors. Where `where` has none the reference does not
 /// count.
-double log_error(const std::vector<std::vector<SixAxes>>& references,
-                 const std::vector<std::vector<SixAxes>>& where, const std::vector<int>& times) {
-  SixAxes sum{};
+double log_error(const std::vector<std::vector<Vector6d>>& references,
+                 const std::vector<std::vector<Vector6d>>& where, const std::vector<int>& times) {
+  Vector6d sum = Vector6d::Zero();
   double count = 0;
   for (std::size_t k = 0; k < references.size(); ++k) {
     if (where[k].empty()) continue;
-    for (const SixAxes& error : references[k])
-      for (std::size_t axis = 0; axis < 6; ++axis) sum[axis] += times[k] * error[axis];
+    for (const Vector6d& error : references[k]) sum += times[k] * error;
     count += times[k] * static_cast<double>(references[k].size());
   }
   if (count == 0) return NAN;  // a draw that misses every reference of a slow setting
   double log_sum = 0;
-  for (std::size_t axis = 0; axis < 6; ++axis)
+  for (int axis = 0; axis < 6; ++axis)
     log_sum += std::log(std::max(kMinError, sum[axis] / count) * (axis < 3 ? 1.0 : kMillimetersPerDegree));
   return log_sum / 6;
 }

@@ -6,15 +6,12 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <iterator>
-#include <map>
 #include <string>
 #include <vector>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/median.hpp"
-#include "gelslam/core/text.hpp"
 #include "judgement.hpp"
 #include "registration_problems.hpp"
 #include "study.hpp"
@@ -40,21 +37,13 @@ struct Measured {
   int every = 1;  ///< reference that it sees
   std::vector<double> register_ms, prepare_ms;
   GroupedErrors errors;
-  int problems = 0, tracked = 0, right = 0;
-
-  double share(int count) const { return problems == 0 ? 0 : static_cast<double>(count) / problems; }
+  Tally tally = {};
 };
 
 void judge(const RegistrationProblem& problem, const RegistrationResult& result, Measured& measured) {
-  FrameEstimate estimate;
-  estimate.first_T_frame = result.target_T_reference.inverse();
-  estimate.true_first_T_frame = problem.truth.inverse();
-  SixAxes error = axis_error(estimate);
-  for (double& axis : error) axis = std::abs(axis);
-  measured.errors.back()[problem.reference].push_back(error);
-  ++measured.problems;
-  measured.tracked += result.ok() ? 1 : 0;
-  measured.right += judge_result(problem, result).right ? 1 : 0;
+  const Vector6d error = axis_error(result.target_T_reference.inverse(), problem.truth.inverse());
+  measured.errors.back()[problem.reference].push_back(error.cwiseAbs());
+  measured.tally.add(judge_result(problem, result));
 }
 
 /// Twice: in a stream the keyframe and the new surface have just been used, so the second time counts.
@@ -128,15 +117,15 @@ Json to_json(const std::vector<Measured>& all) {
     Json row = {{"method", one.setting.method},
                 {"knob", one.setting.knob},
                 {"value", one.setting.value},
-                {"problems", one.problems},
+                {"problems", one.tally.cases},
                 {"median_ms", median(one.register_ms)},
                 {"prepare_ms", median(one.prepare_ms)},
                 {"error_mm", standing.error_mm},
                 {"relative", standing.relative},
                 {"relative_low", standing.relative_low},
                 {"relative_high", standing.relative_high}};
-    row["right_share"] = one.share(one.right);
-    row["tracked_share"] = one.share(one.tracked);
+    row["right_share"] = one.tally.share(one.tally.right);
+    row["tracked_share"] = one.tally.share(one.tally.tracked);
     row["on_front"] = standing.on_front;
     rows.push_back(row);
   }
@@ -148,7 +137,7 @@ void run(const SpeedAccuracyArguments& arguments) {
     write_study(arguments.out, "speed_accuracy", to_json(so_far));
   });
   if (all.empty()) throw Error("none of the methods is known: normalflow, icp, filterreg, fpfh");
-  if (all.front().problems == 0) throw Error("no two frames of the data touch and lie so far apart");
+  if (all.front().tally.cases == 0) throw Error("no two frames of the data touch and lie so far apart");
   print_csv(to_json(all));
 }
 

@@ -1,18 +1,16 @@
 #pragma once
 
 #include <cstddef>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "gelslam/registration/registrar.hpp"
-#include "protocols/benchmark.hpp"
 
 namespace gelslam::lab {
 
 /// Absolute errors of one setting on problems that every setting is given, grouped: [sequence][reference]
 /// holds those of the problems of one reference. Empty where a slow setting was spared that reference.
-using GroupedErrors = std::vector<std::vector<std::vector<SixAxes>>>;
+using GroupedErrors = std::vector<std::vector<std::vector<Vector6d>>>;
 
 struct ParetoCandidate {
   double time_ms = 0;

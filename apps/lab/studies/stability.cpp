@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "baselines/baselines.hpp"
-#include "gelslam/core/error.hpp"
 #include "judgement.hpp"
 #include "simulated_frames.hpp"
 #include "stability_levels.hpp"

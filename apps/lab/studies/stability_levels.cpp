@@ -1,6 +1,5 @@
 #include "stability_levels.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>

@@ -141,10 +141,9 @@ TouchStudio::Press TouchStudio::press(const TouchSpec& spec, int frame, const Po
   const double indentation_mm = spec.depth * ordinary_indentation_mm(touched.shape->kind());
   const Pose there = moved * held(spec.place, touched.shape->kind()) *
                      touched.sensor_T_object.at(static_cast<std::size_t>(frame));
-  const std::optional<Pose> pose =
-      settle_object(*touched.shape, there, indentation_mm, geometry_, GelOptions{});
+  const std::optional<Pose> pose = settle_object(*touched.shape, there, indentation_mm, geometry_);
   if (!pose) throw Error("the object cannot be laid on the gel");
-  return {*pose, press_object(*touched.shape, *pose, geometry, GelOptions{})};
+  return {*pose, press_object(*touched.shape, *pose, geometry)};
 }
 
 /// The overlap falls with time, until the object comes back: searched from the first frame on.

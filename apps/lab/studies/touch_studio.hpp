@@ -1,12 +1,9 @@
 #pragma once
 
-#include <cstdint>
 #include <map>
 #include <memory>
-#include <opencv2/core/mat.hpp>
 #include <string>
 #include <tuple>
-#include <vector>
 
 #include "gelslam/core/se3.hpp"
 #include "gelslam/simulation/gel.hpp"

@@ -2,7 +2,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <cmath>
 
 namespace gelslam {
@@ -84,12 +83,6 @@ SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& symmetric) {
 }
 
 Matrix6d inverted(const Matrix6d& matrix) { return matrix.inverse(); }
-
-Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& matrix) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const double handedness = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1.0 : 1.0;
-  return svd.matrixU() * Eigen::Vector3d(1, 1, handedness).asDiagonal() * svd.matrixV().transpose();
-}
 
 Eigen::Matrix3d rotation_of_z_to(const Eigen::Vector3d& direction) {
   const Eigen::Vector3d axis(-direction.y(), direction.x(), 0);

@@ -87,8 +87,7 @@ MeshEvaluation evaluate_meshes(const PlacedMeshes& meshes, const std::vector<Eig
   const TriangleScene truth(meshes.truth);
   std::vector<Eigen::Vector3d> truth_points = touched_mm;
   if (truth_points.empty())
-    for (const SurfaceSample& sample : sample_surface(meshes.truth, kTruthSamples, kTruthSeed))
-      truth_points.push_back(sample.point_mm);
+    truth_points = sample_points(sample_surface(meshes.truth, kTruthSamples, kTruthSeed));
   MeshEvaluation result;
   result.touched_only = !touched_mm.empty();
   result.at_known_pose = evaluate_mesh(estimate, truth, truth_points);
@@ -154,11 +153,10 @@ Comparison compare(const std::filesystem::path& run, const std::filesystem::path
   if (const auto anchor = anchor_frame(comparison.run))
     preferred = static_cast<int>(*anchor) - truth.background_frames;
   comparison.reference_index = choose_reference_index(comparison.estimate, truth.start_T_currs, preferred);
-  for (const IndexedPose& pose : comparison.estimate) {
-    if (pose.index != comparison.reference_index) continue;
-    const Pose& start_T_reference = *truth.start_T_currs[static_cast<std::size_t>(pose.index)];
-    comparison.start_T_map = start_T_reference * pose.map_T_sensor.inverse();
-  }
+  const IndexedPose& reference =
+      *std::ranges::find(comparison.estimate, comparison.reference_index, &IndexedPose::index);
+  comparison.start_T_map =
+      *truth.start_T_currs[static_cast<std::size_t>(reference.index)] * reference.map_T_sensor.inverse();
   return comparison;
 }
 

@@ -18,15 +18,14 @@ namespace {
 
 constexpr double kMillimetersPerMeter = 1000.0;
 constexpr double kMaxFps = 10'000.0;
-constexpr std::uintmax_t kMaxBytes = 64U << 20;
+constexpr std::size_t kMaxBytes = 64U << 20;
 
 /// Parses a file that holds one JSON object (at most 64 MB).
 nlohmann::json read_json_object(const std::filesystem::path& path) {
-  std::error_code error;
-  const std::uintmax_t bytes = std::filesystem::file_size(path, error);
-  if (error) throw Error("cannot read " + path.string() + ": " + error.message());
-  if (bytes > kMaxBytes) throw Error(path.string() + " is too large for what it should hold (over 64 MB)");
-  nlohmann::json object = nlohmann::json::parse(read_file(path), nullptr, false);
+  const std::string text = read_file(path);
+  if (text.size() > kMaxBytes)
+    throw Error(path.string() + " is too large for what it should hold (over 64 MB)");
+  nlohmann::json object = nlohmann::json::parse(text, nullptr, false);
   if (!object.is_object()) throw Error(path.string() + " does not hold a JSON object: is it cut off?");
   return object;
 }
@@ -44,10 +43,10 @@ std::optional<double> number_at(const nlohmann::json& object, const std::string&
   return value;
 }
 
-/// The same for a whole number from `low` to the largest int.
-std::optional<int> integer_at(const nlohmann::json& object, const std::string& key, int low,
-                              const std::filesystem::path& path) {
-  const auto value = number_at(object, key, low, std::numeric_limits<int>::max(), path);
+/// The same for a whole number.
+std::optional<int> count_at(const nlohmann::json& object, const std::string& key,
+                            const std::filesystem::path& path) {
+  const auto value = number_at(object, key, 0, std::numeric_limits<int>::max(), path);
   if (!value) return std::nullopt;
   if (*value != std::floor(*value)) throw Error(path.string() + ": " + key + " is not a whole number");
   return static_cast<int>(*value);
@@ -87,24 +86,19 @@ std::vector<std::optional<Pose>> read_poses(const std::filesystem::path& path) {
 
 Pose read_matrix(const nlohmann::json& rows, const std::string& what) {
   std::vector<double> numbers;
-  if (rows.is_array() && rows.size() == 4) {
-    for (const auto& row : rows) {
-      if (!row.is_array() || row.size() != 4) break;
-      for (const auto& number : row)
-        numbers.push_back(number.is_number() ? number.get<double>() : std::nan(""));
-    }
-  }
-  if (numbers.size() != 16) throw Error(what + " is not a 4 x 4 matrix");
+  for (const auto& number : rows.flatten())
+    numbers.push_back(number.is_number() ? number.get<double>() : std::nan(""));
+  if (rows.size() != 4 || numbers.size() != 16) throw Error(what + " is not a 4 x 4 matrix");
   return to_pose(numbers.data(), what);
 }
 
 void read_meta(const std::filesystem::path& path, GroundTruth& truth) {
   const nlohmann::json meta = read_json_object(path);
-  if (const auto count = integer_at(meta, "background_frames", 0, path)) truth.background_frames = *count;
+  if (const auto count = count_at(meta, "background_frames", path)) truth.background_frames = *count;
   if (const auto fps = number_at(meta, "fps", 1e-3, kMaxFps, path)) truth.fps = *fps;
   if (meta.contains("start_T_object"))
     truth.object_T_start = read_matrix(meta["start_T_object"], path.string() + ": start_T_object").inverse();
-  const auto frames = integer_at(meta, "frames", 0, path);
+  const auto frames = count_at(meta, "frames", path);
   if (frames && *frames - truth.background_frames != static_cast<int>(truth.start_T_currs.size()))
     throw Error("the truth beside " + path.string() + " has " + std::to_string(truth.start_T_currs.size()) +
                 " poses, but the log has " + std::to_string(*frames) + " frames, " +

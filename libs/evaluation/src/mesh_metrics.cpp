@@ -18,25 +18,18 @@ constexpr double kLevelsMm[] = {0.05, 0.1, 0.25};
 /// Uniform in [0, 1), the same on every platform (std::uniform_real_distribution is not).
 double uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1.0p-53; }
 
-Eigen::Vector3d corner_of(const Mesh& mesh, const Eigen::Vector3i& triangle, int k) {
-  return mesh.vertices_mm.at(static_cast<std::size_t>(triangle[k])).cast<double>();
-}
-
 std::vector<double> cumulated_areas(const Mesh& mesh) {
   std::vector<double> cumulated;
   double total = 0.0;
-  for (const Eigen::Vector3i& triangle : mesh.triangles) {
-    const auto corner = [&](int k) { return corner_of(mesh, triangle, k); };
-    total += 0.5 * (corner(1) - corner(0)).cross(corner(2) - corner(0)).norm();
-    cumulated.push_back(total);
-  }
+  for (const Eigen::Vector3i& triangle : mesh.triangles)
+    cumulated.push_back(total += 0.5 * area_normal(mesh, triangle).norm());
   return cumulated;
 }
 
 Eigen::Vector3d point_on(const Mesh& mesh, std::size_t triangle, double u, double v) {
   const double root = std::sqrt(u);  // uniform over the area (Osada et al. 2002)
-  const auto corner = [&](int k) { return corner_of(mesh, mesh.triangles[triangle], k); };
-  return (1.0 - root) * corner(0) + root * (1.0 - v) * corner(1) + root * v * corner(2);
+  const auto [a, b, c] = corners_mm(mesh, mesh.triangles[triangle]);
+  return (1.0 - root) * a + root * (1.0 - v) * b + root * v * c;
 }
 
 std::vector<double> distances_of(const std::vector<ClosestPoint>& closest) {
@@ -60,10 +53,8 @@ DistanceSummary summarize(std::vector<double> distances) {
 }
 
 std::vector<double> sampled_distances(const Mesh& surface, const TriangleScene& target) {
-  std::vector<Eigen::Vector3d> points;
-  for (const SurfaceSample& sample : sample_surface(surface, kAccuracySamples, kAccuracySeed))
-    points.push_back(sample.point_mm);
-  return distances_of(target.closest(points));
+  return distances_of(
+      target.closest(sample_points(sample_surface(surface, kAccuracySamples, kAccuracySeed))));
 }
 
 /// Median angle between the normals of a surface, moved along itself, and those of the target nearby.
@@ -103,6 +94,12 @@ std::vector<SurfaceSample> sample_surface(const Mesh& mesh, int count, std::uint
     samples.push_back({point_on(mesh, triangle, u, uniform(random)), static_cast<int>(triangle)});
   }
   return samples;
+}
+
+std::vector<Eigen::Vector3d> sample_points(const std::vector<SurfaceSample>& samples) {
+  std::vector<Eigen::Vector3d> points;
+  for (const SurfaceSample& sample : samples) points.push_back(sample.point_mm);
+  return points;
 }
 
 Mesh transformed(const Mesh& mesh, const Pose& target_T_mesh) {

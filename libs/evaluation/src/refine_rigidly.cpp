@@ -93,9 +93,8 @@ Pose moved(const Pose& pose, const Vector6d& step, const Eigen::Vector3d& center
 }  // namespace
 
 Refinement refine_rigidly(const TriangleScene& estimate, const TriangleScene& truth) {
-  std::vector<Eigen::Vector3d> samples;
-  for (const SurfaceSample& sample : sample_surface(estimate.mesh(), kMatchSamples, kMatchSeed))
-    samples.push_back(sample.point_mm);
+  const std::vector<Eigen::Vector3d> samples =
+      sample_points(sample_surface(estimate.mesh(), kMatchSamples, kMatchSeed));
   const Eigen::Vector3d first_center = centroid(samples);
   const double radius = std::max(1e-6, spread(samples, first_center));
   Pose pose = Pose::Identity();

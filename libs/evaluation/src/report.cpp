@@ -17,20 +17,18 @@ std::string trajectory_table(const Evaluation& evaluation) {
                 "Trajectory, relative to the pose at {:.6f} s (of the true one as the sensor's own)\n",
                 *evaluation.reference_s)
           : fmt::format("Trajectory, relative to frame {}\n", *evaluation.reference_frame);
-  text += fmt::format("  mean absolute error     x {:.4f}  y {:.4f}  z {:.4f} mm\n", t.mae_mm.x(),
-                      t.mae_mm.y(), t.mae_mm.z());
-  text += fmt::format("                          rx {:.3f}  ry {:.3f}  rz {:.3f} deg\n", t.mae_deg.x(),
-                      t.mae_deg.y(), t.mae_deg.z());
-  text += fmt::format("  geometric mean of six   {:.4f} mm (1 deg = {:.3f} mm)\n", t.geometric_mean_mm,
-                      kMillimetersPerDegree);
-  text += fmt::format("  ATE                     {:.4f} mm, {:.4f} mm after alignment\n", t.ate_mm,
-                      t.ate_aligned_mm);
-  text += fmt::format("  RPE over 1 frame        {:.4f} mm  {:.4f} deg ({} pairs)\n",
-                      t.over_one_frame.translation_mm, t.over_one_frame.rotation_deg, t.over_one_frame.pairs);
-  text +=
-      fmt::format("  RPE over 1 s            {:.4f} mm  {:.4f} deg ({} pairs)\n",
-                  t.over_one_second.translation_mm, t.over_one_second.rotation_deg, t.over_one_second.pairs);
-  text += fmt::format("  at the last frame       {:.4f} mm  {:.3f} deg\n", t.final_mm, t.final_deg);
+  text += fmt::format(
+      "  mean absolute error     x {:.4f}  y {:.4f}  z {:.4f} mm\n"
+      "                          rx {:.3f}  ry {:.3f}  rz {:.3f} deg\n"
+      "  geometric mean of six   {:.4f} mm (1 deg = {:.3f} mm)\n"
+      "  ATE                     {:.4f} mm, {:.4f} mm after alignment\n"
+      "  RPE over 1 frame        {:.4f} mm  {:.4f} deg ({} pairs)\n"
+      "  RPE over 1 s            {:.4f} mm  {:.4f} deg ({} pairs)\n"
+      "  at the last frame       {:.4f} mm  {:.3f} deg\n",
+      t.mae_mm.x(), t.mae_mm.y(), t.mae_mm.z(), t.mae_deg.x(), t.mae_deg.y(), t.mae_deg.z(),
+      t.geometric_mean_mm, kMillimetersPerDegree, t.ate_mm, t.ate_aligned_mm, t.over_one_frame.translation_mm,
+      t.over_one_frame.rotation_deg, t.over_one_frame.pairs, t.over_one_second.translation_mm,
+      t.over_one_second.rotation_deg, t.over_one_second.pairs, t.final_mm, t.final_deg);
   if (evaluation.reference_s)
     return text + fmt::format("  compared                {} of {} poses\n", t.compared_frames,
                               t.compared_frames + t.estimated_without_touch);
@@ -45,15 +43,15 @@ std::string trajectory_table(const Evaluation& evaluation) {
 }
 
 std::string mesh_rows(const std::string& title, const MeshMetrics& m) {
-  std::string text = "  " + title + "\n";
-  text += fmt::format("    accuracy              mean {:.4f}  median {:.4f}  p90 {:.4f} mm\n",
-                      m.accuracy.mean_mm, m.accuracy.median_mm, m.accuracy.p90_mm);
-  text += fmt::format("    completeness          mean {:.4f}  median {:.4f}  p90 {:.4f} mm\n",
-                      m.completeness.mean_mm, m.completeness.median_mm, m.completeness.p90_mm);
-  for (const ShareWithin& w : m.within) {
+  std::string text = fmt::format(
+      "  {}\n"
+      "    accuracy              mean {:.4f}  median {:.4f}  p90 {:.4f} mm\n"
+      "    completeness          mean {:.4f}  median {:.4f}  p90 {:.4f} mm\n",
+      title, m.accuracy.mean_mm, m.accuracy.median_mm, m.accuracy.p90_mm, m.completeness.mean_mm,
+      m.completeness.median_mm, m.completeness.p90_mm);
+  for (const ShareWithin& w : m.within)
     text += fmt::format("    within {:.2f} mm        precision {:.3f}  completeness {:.3f}  F {:.3f}\n",
                         w.distance_mm, w.precision, w.completeness, w.f_score);
-  }
   return text;
 }
 

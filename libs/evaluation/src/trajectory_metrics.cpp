@@ -1,5 +1,7 @@
 #include "gelslam/evaluation/trajectory_metrics.hpp"
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 #include "gelslam/core/error.hpp"
@@ -14,20 +16,12 @@ struct PosePair {
   Pose truth;
 };
 
-double wrapped_deg(double angle_deg) { return std::remainder(angle_deg, 360.0); }
-
-const IndexedPose* find(const std::vector<IndexedPose>& estimate, int index) {
-  for (const IndexedPose& pose : estimate)
-    if (pose.index == index) return &pose;
-  return nullptr;
-}
-
 std::vector<PosePair> pairs_relative_to(const std::vector<IndexedPose>& estimate,
                                         const std::vector<std::optional<Pose>>& start_T_currs,
                                         int reference_index) {
-  const IndexedPose* reference = find(estimate, reference_index);
+  const auto reference = std::ranges::find(estimate, reference_index, &IndexedPose::index);
   const auto& true_reference = start_T_currs.at(static_cast<std::size_t>(reference_index));
-  if (!reference || !true_reference)
+  if (reference == estimate.end() || !true_reference)
     throw Error("the reference frame must have an estimated and a true pose");
   const Pose reference_T_map = reference->map_T_sensor.inverse();
   const Pose reference_T_start = true_reference->inverse();
@@ -40,36 +34,23 @@ std::vector<PosePair> pairs_relative_to(const std::vector<IndexedPose>& estimate
 }
 
 void set_axis_errors(const std::vector<PosePair>& pairs, TrajectoryMetrics& metrics) {
-  for (const PosePair& pair : pairs) {
-    metrics.mae_mm += (pair.estimated.translation() - pair.truth.translation()).cwiseAbs();
-    const Eigen::Vector3d difference_deg =
-        euler_zxy_deg(pair.estimated.linear()) - euler_zxy_deg(pair.truth.linear());
-    metrics.mae_deg += difference_deg.unaryExpr(&wrapped_deg).cwiseAbs();
-  }
-  metrics.mae_mm /= static_cast<double>(pairs.size());
-  metrics.mae_deg /= static_cast<double>(pairs.size());
-  const Eigen::Vector3d rotations_as_mm = kMillimetersPerDegree * metrics.mae_deg;
-  metrics.geometric_mean_mm = std::pow(metrics.mae_mm.prod() * rotations_as_mm.prod(), 1.0 / 6.0);
+  Vector6d sum = Vector6d::Zero();
+  for (const PosePair& pair : pairs) sum += axis_error(pair.estimated, pair.truth).cwiseAbs();
+  sum /= static_cast<double>(pairs.size());
+  metrics.mae_mm = sum.head<3>();
+  metrics.mae_deg = sum.tail<3>();
+  metrics.geometric_mean_mm = geometric_mean_mm(sum);
 }
 
 /// Translation of the estimate moved onto the truth by the best rotation and shift (Kabsch, no scale).
 double aligned_rmse_mm(const std::vector<PosePair>& pairs) {
-  Eigen::Vector3d estimated_mean = Eigen::Vector3d::Zero(), true_mean = Eigen::Vector3d::Zero();
-  for (const PosePair& pair : pairs) {
-    estimated_mean += pair.estimated.translation() / static_cast<double>(pairs.size());
-    true_mean += pair.truth.translation() / static_cast<double>(pairs.size());
+  Eigen::Matrix3Xd estimated(3, pairs.size()), truth(3, pairs.size());
+  for (Eigen::Index i = 0; i < truth.cols(); ++i) {
+    estimated.col(i) = pairs[static_cast<std::size_t>(i)].estimated.translation();
+    truth.col(i) = pairs[static_cast<std::size_t>(i)].truth.translation();
   }
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  for (const PosePair& pair : pairs)
-    covariance +=
-        (pair.truth.translation() - true_mean) * (pair.estimated.translation() - estimated_mean).transpose();
-  const Eigen::Matrix3d rotation = nearest_rotation(covariance);
-  double sum = 0.0;
-  for (const PosePair& pair : pairs)
-    sum +=
-        (rotation * (pair.estimated.translation() - estimated_mean) - (pair.truth.translation() - true_mean))
-            .squaredNorm();
-  return std::sqrt(sum / static_cast<double>(pairs.size()));
+  const Eigen::Affine3d truth_T_estimated(Eigen::umeyama(estimated, truth, false));
+  return std::sqrt((truth_T_estimated * estimated - truth).colwise().squaredNorm().mean());
 }
 
 RelativePoseError relative_error(const std::vector<PosePair>& pairs, int frames_apart) {
@@ -103,6 +84,19 @@ Eigen::Vector3d euler_zxy_deg(const Eigen::Matrix3d& r) {
   const double rx = std::atan2(-r(1, 2), cos_rx);
   if (cos_rx < 1e-7) return kDegreesPerRadian * Eigen::Vector3d(rx, 0.0, std::atan2(-r(0, 1), r(0, 0)));
   return kDegreesPerRadian * Eigen::Vector3d(rx, std::atan2(r(0, 2), r(2, 2)), std::atan2(r(1, 0), r(1, 1)));
+}
+
+Vector6d axis_error(const Pose& estimated, const Pose& truth) {
+  const Eigen::Vector3d turn_deg = euler_zxy_deg(estimated.linear()) - euler_zxy_deg(truth.linear());
+  Vector6d error;
+  error << estimated.translation() - truth.translation(),
+      turn_deg.unaryExpr([](double angle) { return std::remainder(angle, 360.0); });
+  return error;
+}
+
+double geometric_mean_mm(const Vector6d& errors) {
+  const Eigen::Vector3d mm = errors.head<3>(), rotations_as_mm = kMillimetersPerDegree * errors.tail<3>();
+  return std::pow(mm.prod() * rotations_as_mm.prod(), 1.0 / 6.0);
 }
 
 int choose_reference_index(const std::vector<IndexedPose>& estimate,

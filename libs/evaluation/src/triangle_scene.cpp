@@ -7,7 +7,6 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/parallel.hpp"
-#include "gelslam/core/text.hpp"
 #include "mesh_scene.hpp"
 
 namespace gelslam {
@@ -20,23 +19,6 @@ namespace {
 constexpr std::size_t kMaxVisits = 1000;
 constexpr std::size_t kJudgedPoints = 512;
 constexpr std::size_t kSearchesAtOnce = 1024;
-
-void check_geometry(const Mesh& mesh) {
-  if (mesh.triangles.empty()) throw Error("the mesh has no triangles: nothing to measure");
-  float furthest_mm = 0;
-  for (const Eigen::Vector3f& vertex : mesh.vertices_mm) {
-    if (!vertex.allFinite()) throw Error("the mesh has a vertex that is not finite");
-    furthest_mm = std::max(furthest_mm, vertex.cwiseAbs().maxCoeff());
-  }
-  if (furthest_mm > kFurthestVertexMm)
-    throw Error("the mesh reaches " + short_number(1e-3 * static_cast<double>(furthest_mm), 3) +
-                " m from its origin, more than can be measured (" + short_number(1e-3 * kFurthestVertexMm) +
-                " m); is its unit right?");
-  const auto count = static_cast<std::int64_t>(mesh.vertices_mm.size());
-  for (const Eigen::Vector3i& triangle : mesh.triangles)
-    if (triangle.minCoeff() < 0 || triangle.maxCoeff() >= count)
-      throw Error("a triangle of the mesh names a vertex that does not exist");
-}
 
 Eigen::Vector3d closest_on_segment(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
                                    const Eigen::Vector3d& b) {
@@ -74,11 +56,8 @@ bool visit_triangle(RTCPointQueryFunctionArguments* arguments) {
   auto& search = *static_cast<ClosestSearch*>(arguments->userPtr);
   ++search.visits;
   const int index = static_cast<int>(arguments->primID);
-  const Eigen::Vector3i& corners = search.mesh.triangles[arguments->primID];
-  const auto corner = [&](int k) -> Eigen::Vector3d {
-    return search.mesh.vertices_mm[static_cast<std::size_t>(corners[k])].cast<double>();
-  };
-  const Eigen::Vector3d candidate = closest_on_triangle(search.point, corner(0), corner(1), corner(2));
+  const auto [a, b, c] = corners_mm(search.mesh, search.mesh.triangles[arguments->primID]);
+  const Eigen::Vector3d candidate = closest_on_triangle(search.point, a, b, c);
   const double distance = (candidate - search.point).norm();
   const bool nearer = distance < search.best.distance_mm ||
                       (distance == search.best.distance_mm && index < search.best.triangle);
@@ -90,22 +69,6 @@ bool visit_triangle(RTCPointQueryFunctionArguments* arguments) {
   if (reach >= static_cast<double>(arguments->query->radius)) return false;
   arguments->query->radius = static_cast<float>(reach);
   return true;
-}
-
-/// Embree's filter gets the context by pointer: the hits are kept right behind it.
-struct CollectingContext {
-  embree::RayContext context;
-  std::vector<RayHit>* hits;
-};
-
-void collect_hit(const RTCFilterFunctionNArguments* arguments) {
-  auto* collecting = reinterpret_cast<CollectingContext*>(arguments->context);
-  for (unsigned i = 0; i < arguments->N; ++i) {
-    if (arguments->valid[i] != -1) continue;
-    collecting->hits->push_back({static_cast<double>(RTCRayN_tfar(arguments->ray, arguments->N, i)),
-                                 static_cast<int>(RTCHitN_primID(arguments->hit, arguments->N, i))});
-    arguments->valid[i] = 0;
-  }
 }
 
 }  // namespace
@@ -132,19 +95,12 @@ struct TriangleScene::Impl {
 };
 
 TriangleScene::TriangleScene(Mesh mesh) : impl_(std::make_unique<Impl>()) {
-  check_geometry(mesh);
+  check_measurable(mesh);
   impl_->mesh = std::move(mesh);
-  impl_->triangles = embree::MeshScene(impl_->mesh, embree::kFilteredByRay);
+  impl_->triangles = embree::MeshScene(impl_->mesh);
 }
 
 TriangleScene::~TriangleScene() = default;
-TriangleScene::TriangleScene(TriangleScene&&) noexcept = default;
-TriangleScene& TriangleScene::operator=(TriangleScene&&) noexcept = default;
-
-ClosestPoint TriangleScene::closest(const Eigen::Vector3d& point_mm) const {
-  std::size_t visits = 0;
-  return impl_->closest(point_mm, visits);
-}
 
 std::vector<ClosestPoint> TriangleScene::closest(const std::vector<Eigen::Vector3d>& points_mm) const {
   const auto takes_long = [&](std::size_t count, const auto& point) {
@@ -154,10 +110,8 @@ std::vector<ClosestPoint> TriangleScene::closest(const std::vector<Eigen::Vector
     return visits > kMaxVisits * kJudgedPoints;
   };
   const auto center = [&](std::size_t i) {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (const int corner : mesh().triangles[i])
-      sum += mesh().vertices_mm[static_cast<std::size_t>(corner)].cast<double>();
-    return Eigen::Vector3d(sum / 3);
+    const auto [a, b, c] = corners_mm(mesh(), mesh().triangles[i]);
+    return Eigen::Vector3d((a + b + c) / 3);
   };
   if (takes_long(points_mm.size(), [&](std::size_t i) { return points_mm[i]; }) &&
       takes_long(mesh().triangles.size(), center))
@@ -170,27 +124,17 @@ std::vector<ClosestPoint> TriangleScene::closest(const std::vector<Eigen::Vector
   return result;
 }
 
-std::vector<RayHit> TriangleScene::cast_all(const Eigen::Vector3d& origin_mm,
-                                            const Eigen::Vector3d& direction, double length_mm) const {
-  std::vector<RayHit> hits;
-  RTCRayHit ray =
-      embree::make_ray(origin_mm.cast<float>(), direction.cast<float>(), static_cast<float>(length_mm));
-  CollectingContext collecting{};
-  collecting.hits = &hits;
-  embree::intersect(impl_->triangles.scene.get(), ray, collecting.context, &collect_hit);
-  return hits;
+int TriangleScene::first_hit(const Eigen::Vector3d& origin_mm, const Eigen::Vector3d& direction,
+                             double length_mm) const {
+  const RTCRayHit ray = embree::first_hit(impl_->triangles, origin_mm.cast<float>(), direction.cast<float>(),
+                                          static_cast<float>(length_mm));
+  return ray.hit.geomID == RTC_INVALID_GEOMETRY_ID ? -1 : static_cast<int>(ray.hit.primID);
 }
 
 const Mesh& TriangleScene::mesh() const { return impl_->mesh; }
 
 Eigen::Vector3d TriangleScene::triangle_normal(int triangle) const {
-  const Eigen::Vector3i& corners = impl_->mesh.triangles.at(static_cast<std::size_t>(triangle));
-  const auto corner = [&](int k) -> Eigen::Vector3d {
-    return impl_->mesh.vertices_mm[static_cast<std::size_t>(corners[k])].cast<double>();
-  };
-  const Eigen::Vector3d normal = (corner(1) - corner(0)).cross(corner(2) - corner(0));
-  const double length = normal.norm();
-  return length > 0.0 ? Eigen::Vector3d(normal / length) : Eigen::Vector3d::Zero();
+  return area_normal(mesh(), mesh().triangles.at(static_cast<std::size_t>(triangle))).normalized();
 }
 
 }  // namespace gelslam

@@ -1,6 +1,5 @@
 #include "mcap_file.hpp"
 
-#include <algorithm>
 #include <array>
 
 #include "gelslam/core/crc32.hpp"
@@ -54,11 +53,6 @@ std::string map_bytes(const Map& map) {
 }
 
 }  // namespace
-
-void McapFile::Span::add(std::uint64_t time_ns) {
-  start = std::min(start, time_ns);
-  end = std::max(end, time_ns);
-}
 
 McapFile::McapFile(const std::filesystem::path& path)
     : path_(path), temporary_(path), stream_(temporary_.path(), std::ios::binary) {

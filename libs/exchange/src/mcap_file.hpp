@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <fstream>
 #include <map>
@@ -31,7 +32,10 @@ class McapFile {
   using Entry = std::pair<std::uint64_t, std::uint64_t>;
   struct Span {
     std::uint64_t start = ~std::uint64_t{0}, end = 0;
-    void add(std::uint64_t time_ns);
+    void add(std::uint64_t time_ns) {
+      start = std::min(start, time_ns);
+      end = std::max(end, time_ns);
+    }
   };
   void put(std::string_view bytes);
   void end_chunk();

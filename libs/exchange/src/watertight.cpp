@@ -28,25 +28,8 @@ constexpr std::uint64_t kSampleSeed = 3;
 constexpr double kMinSamples = 100;  // Open3D crashes with one
 constexpr double kMaxSamples = 5e6;  // about 6 GB
 
-struct OrientedPoint {
-  Eigen::Vector3d point_mm;
-  Eigen::Vector3d normal;
-};
-
-Eigen::Vector3d corner_mm(const Mesh& mesh, const Eigen::Vector3i& triangle, int k) {
-  return mesh.vertices_mm[static_cast<std::size_t>(triangle[k])].cast<double>();
-}
-
-/// By the corners' order; as long as twice the triangle's area.
-Eigen::Vector3d area_normal(const Mesh& mesh, const Eigen::Vector3i& t) {
-  const Eigen::Vector3d a = corner_mm(mesh, t, 0);
-  return (corner_mm(mesh, t, 1) - a).cross(corner_mm(mesh, t, 2) - a);
-}
-
-Eigen::Vector3d extent_mm(const std::vector<OrientedPoint>& points) {
-  Eigen::AlignedBox3d box;
-  for (const OrientedPoint& p : points) box.extend(p.point_mm);
-  return box.sizes();
+Eigen::Vector3d extent_mm(const o3d::PointCloud& points) {
+  return points.GetMaxBound() - points.GetMinBound();
 }
 
 /// The vertices' normals between the corners, or the triangle's own.
@@ -55,26 +38,28 @@ Eigen::Vector3d normal_at(const Mesh& mesh, const SurfaceSample& sample) {
   const Eigen::Vector3d own = area_normal(mesh, t);
   if (mesh.normals.empty()) return own.normalized();
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-  for (int k = 0; k < 3; ++k) {
-    const Eigen::Vector3d b = corner_mm(mesh, t, (k + 1) % 3), c = corner_mm(mesh, t, (k + 2) % 3);
+  const auto corners = corners_mm(mesh, t);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Eigen::Vector3d &b = corners[(k + 1) % 3], &c = corners[(k + 2) % 3];
     const double share = own.dot((b - sample.point_mm).cross(c - sample.point_mm));
-    normal += share * mesh.normals[static_cast<std::size_t>(t[k])].cast<double>();
+    normal += share * mesh.normals[static_cast<std::size_t>(t[static_cast<int>(k)])].cast<double>();
   }
   return normal.normalized();
 }
 
-/// About one point per square of `spacing_mm`.
-std::vector<OrientedPoint> sampled(const Mesh& mesh, double spacing_mm) {
+/// About one point with its normal per square of `spacing_mm`.
+o3d::PointCloud sampled(const Mesh& mesh, double spacing_mm) {
   const double count = std::ceil(area_mm2(mesh) / (spacing_mm * spacing_mm));
   if (count > kMaxSamples)
     throw Error("the mesh cannot be made watertight: its edges are too short for its area");
   if (!(count >= kMinSamples))
     throw Error("the mesh cannot be made watertight: its area is too small for its extent");
-  std::vector<OrientedPoint> points;
-  points.reserve(static_cast<std::size_t>(count));
+  o3d::PointCloud points;
   for (const SurfaceSample& sample : sample_surface(mesh, static_cast<int>(count), kSampleSeed)) {
-    const OrientedPoint point{sample.point_mm, normal_at(mesh, sample)};
-    if (point.normal.norm() > 0.5) points.push_back(point);  // NaN and zero are none
+    const Eigen::Vector3d normal = normal_at(mesh, sample);
+    if (!(normal.norm() > 0.5)) continue;  // NaN and zero are none
+    points.points_.push_back(sample.point_mm);
+    points.normals_.push_back(normal);
   }
   return points;
 }
@@ -93,23 +78,18 @@ Octree octree_of(double extent, double cell_mm) {
   return octree;
 }
 
-o3d::PointCloud to_cloud(const std::vector<OrientedPoint>& points) {
-  o3d::PointCloud cloud;
-  for (const OrientedPoint& p : points) {
-    cloud.points_.push_back(p.point_mm);
-    cloud.normals_.push_back(p.normal);
-  }
-  return cloud;
+Mesh to_mesh(const o3d::TriangleMesh& found) {
+  Mesh mesh;
+  for (const Eigen::Vector3d& v : found.vertices_) mesh.vertices_mm.push_back(v.cast<float>());
+  mesh.triangles = found.triangles_;
+  return mesh;
 }
 
 /// One thread: with more, Open3D's sums and with them the bytes depend on how the threads share the work.
-Mesh reconstruct(const std::vector<OrientedPoint>& points, int depth) {
+Mesh reconstruct(const o3d::PointCloud& points, int depth) {
   const auto [found, density] = o3d::TriangleMesh::CreateFromPointCloudPoisson(
-      to_cloud(points), static_cast<std::size_t>(depth), 0.0F, kCubeScale, false, 1);
-  Mesh mesh;
-  for (const Eigen::Vector3d& v : found->vertices_) mesh.vertices_mm.push_back(v.cast<float>());
-  mesh.triangles = found->triangles_;
-  return mesh;
+      points, static_cast<std::size_t>(depth), 0.0F, kCubeScale, false, 1);
+  return to_mesh(*found);
 }
 
 bool is_closed(const Mesh& mesh) {
@@ -161,47 +141,39 @@ Mesh touched_pieces(const Mesh& mesh, const TriangleScene& source, double reach_
 }
 
 /// The convex hull of the points and of the points moved inward by `thickness_mm`, facing outward.
-Mesh thick_hull(const std::vector<OrientedPoint>& points, double thickness_mm) {
-  o3d::PointCloud cloud = to_cloud(points);
-  for (const OrientedPoint& p : points) cloud.points_.push_back(p.point_mm - thickness_mm * p.normal);
+Mesh thick_hull(const o3d::PointCloud& points, double thickness_mm) {
+  o3d::PointCloud cloud = points;
+  for (std::size_t i = 0; i < points.points_.size(); ++i)
+    cloud.points_.push_back(points.points_[i] - thickness_mm * points.normals_[i]);
   const auto hull = std::get<0>(cloud.ComputeConvexHull());
   const Eigen::Vector3d inside = hull->GetCenter();
-  Mesh mesh;
-  for (const Eigen::Vector3d& v : hull->vertices_) mesh.vertices_mm.push_back(v.cast<float>());
-  for (Eigen::Vector3i t : hull->triangles_) {  // Qhull turns them either way
-    if (area_normal(mesh, t).dot(corner_mm(mesh, t, 0) - inside) < 0) std::swap(t[1], t[2]);
-    mesh.triangles.push_back(t);
-  }
+  Mesh mesh = to_mesh(*hull);
+  for (Eigen::Vector3i& t : mesh.triangles)  // Qhull turns them either way
+    if (area_normal(mesh, t).dot(corners_mm(mesh, t)[0] - inside) < 0) std::swap(t[1], t[2]);
   return mesh;
 }
 
-/// The surface that the point of the hull sees when it looks inward faces it: then it is the object's side
-/// there, and the hull is not.
-bool is_behind_surface(const OrientedPoint& p, const TriangleScene& surface, double length_mm) {
-  const std::vector<RayHit> hits = surface.cast_all(p.point_mm, -p.normal, length_mm);
-  const auto first = std::min_element(hits.begin(), hits.end(), [](const RayHit& a, const RayHit& b) {
-    return std::pair(a.distance_mm, a.triangle) < std::pair(b.distance_mm, b.triangle);
-  });
-  return first != hits.end() && surface.triangle_normal(first->triangle).dot(p.normal) > 0.0;
-}
-
-/// The points of `open`, and of the convex hull where `open` does not face outward.
-std::vector<OrientedPoint> with_hull(const Mesh& open, double cell_mm) {
-  std::vector<OrientedPoint> points = sampled(open, cell_mm);
+/// The points of `open`, and of the convex hull where `open` does not face outward: a point of the hull is
+/// left out where the surface that it sees when it looks inward faces it, and so is the object's side there.
+o3d::PointCloud with_hull(const Mesh& open, double cell_mm) {
+  o3d::PointCloud points = sampled(open, cell_mm);
   const Eigen::Vector3d extent = extent_mm(points);
-  const std::vector<OrientedPoint> hull =
-      sampled(thick_hull(points, kBackShare * extent.maxCoeff()), cell_mm);
+  const o3d::PointCloud hull = sampled(thick_hull(points, kBackShare * extent.maxCoeff()), cell_mm);
   const TriangleScene surface(open);
   const double length_mm = 2.0 * extent.norm();
-  std::vector<char> behind(hull.size(), 0);
-  parallel_for_ranges(hull.size(), 1024, 0, [&](std::size_t begin, std::size_t end) {
+  std::vector<char> behind(hull.points_.size(), 0);
+  parallel_for_ranges(behind.size(), 1024, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const OrientedPoint outside{hull[i].point_mm + cell_mm * hull[i].normal, hull[i].normal};
-      behind[i] = is_behind_surface(outside, surface, length_mm);
+      const Eigen::Vector3d& normal = hull.normals_[i];
+      const int seen = surface.first_hit(hull.points_[i] + cell_mm * normal, -normal, length_mm);
+      behind[i] = seen >= 0 && surface.triangle_normal(seen).dot(normal) > 0.0;
     }
   });
-  for (std::size_t i = 0; i < hull.size(); ++i)
-    if (behind[i] == 0) points.push_back(hull[i]);
+  for (std::size_t i = 0; i < behind.size(); ++i) {
+    if (behind[i] != 0) continue;
+    points.points_.push_back(hull.points_[i]);
+    points.normals_.push_back(hull.normals_[i]);
+  }
   return points;
 }
 
@@ -229,7 +201,7 @@ Mesh closed(const Mesh& smooth, const TriangleScene& source, const Octree& octre
   const double reach_mm = kReachCells * octree.cell_mm;
   if (is_closed(smooth)) return touched_pieces(smooth, source, reach_mm);
   progress.begin("closing the body", std::nullopt);
-  const std::vector<OrientedPoint> points = with_hull(trimmed(smooth, source, reach_mm), octree.cell_mm);
+  const o3d::PointCloud points = with_hull(trimmed(smooth, source, reach_mm), octree.cell_mm);
   const Octree larger = octree_of(extent_mm(points).maxCoeff(), octree.cell_mm);
   Mesh body = touched_pieces(reconstruct(points, larger.depth), source, reach_mm);
   progress.end();
@@ -243,7 +215,7 @@ WatertightMesh watertight_of(const Mesh& touched, bool close, ProgressSink& prog
   progress.begin("making the surface watertight", std::nullopt);
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3i& t : touched.triangles)
-    for (int k = 0; k < 3; ++k) box.extend(corner_mm(touched, t, k));
+    for (const Eigen::Vector3d& corner : corners_mm(touched, t)) box.extend(corner);
   const Octree octree = octree_of(box.sizes().maxCoeff(), edge_mm);
   const Mesh smooth = reconstruct(sampled(touched, octree.cell_mm), octree.depth);
   progress.end();

@@ -5,7 +5,6 @@
 #include <span>
 #include <unordered_map>
 
-#include "exchange_json.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/exchange/run_export.hpp"
@@ -18,7 +17,6 @@ namespace gelslam {
 namespace {
 
 using exchange::detail::McapFile;
-using exchange::detail::meters;
 using Json = nlohmann::ordered_json;
 
 /// Of a Unix time, a double keeps the microseconds.
@@ -203,16 +201,16 @@ class RunRecorder {
   /// What holds for the whole run, at its first moment, so that it is there wherever playing starts.
   void write_whole(const VertexColors& colors) {
     const std::span<const Eigen::Vector3i> triangles = run_.mesh.triangles;
+    const double start_s = run_.start_s();
     for (std::size_t first = 0; first < triangles.size(); first += kTrianglesInAMessage) {
       const auto part = triangles.subspan(first, std::min(kTrianglesInAMessage, triangles.size() - first));
-      write("/surface", run_.start_s(),
-            scene_message("surface " + std::to_string(first / kTrianglesInAMessage), run_.start_s(),
-                          "triangles", Json::array({triangles_message(run_.mesh, colors, part)})));
+      write("/surface", start_s,
+            scene_message("surface " + std::to_string(first / kTrianglesInAMessage), start_s, "triangles",
+                          Json::array({triangles_message(run_.mesh, colors, part)})));
     }
-    write("/path", run_.start_s(),
-          scene_message("path", run_.start_s(), "lines", lines_message(run_.trajectory)));
-    write("/trajectory", run_.start_s(), poses_message(run_.trajectory, run_.start_s()));
-    write("/keyframes", run_.start_s(), poses_message(run_.keyframes, run_.start_s()));
+    write("/path", start_s, scene_message("path", start_s, "lines", lines_message(run_.trajectory)));
+    write("/trajectory", start_s, poses_message(run_.trajectory, start_s));
+    write("/keyframes", start_s, poses_message(run_.keyframes, start_s));
   }
 
   /// Poses up to a time.

@@ -3,7 +3,6 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "exchange_json.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/text.hpp"
@@ -13,7 +12,6 @@
 namespace gelslam {
 namespace {
 
-using exchange::detail::meters;
 using PageJson = nlohmann::ordered_json;
 
 PageJson places(const std::vector<Pose>& poses) {
@@ -58,10 +56,11 @@ void write_page(const std::filesystem::path& path, const RunContents& run, MeshC
   if (run.mesh.triangles.empty()) throw Error(run.name + " has no mesh to show on a page");
   const std::string_view frame = kRunPage, place = "<!--data-->";
   const std::size_t at = frame.find(place);
-  write_file_atomically(path, fmt::format("{}<script type=\"application/json\" id=\"run\">{}</script>\n"
-                                          "<script type=\"text/plain\" id=\"mesh\">{}</script>{}",
-                                          frame.substr(0, at), script_text(page_data(run, color)),
-                                          base64(encode_ply(run.mesh)), frame.substr(at + place.size())));
+  write_file_atomically(path,
+                        fmt::format("{}<script type=\"application/json\" id=\"run\">{}</script>\n"
+                                    "<script type=\"text/plain\" id=\"mesh\">{}</script>{}",
+                                    frame.substr(0, at), script_text(page_data(run, color)),
+                                    base64(encode_mesh(run.mesh, ".ply")), frame.substr(at + place.size())));
 }
 
 }  // namespace gelslam

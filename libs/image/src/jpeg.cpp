@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <memory>
 #include <new>
 #include <string>
 #include <string_view>
@@ -76,30 +75,28 @@ int exif_orientation(std::span<const std::uint8_t> bytes) {
   return 1;
 }
 
+std::unique_ptr<void, int (*)(void*)> new_decoder() {
+  std::unique_ptr<void, int (*)(void*)> decoder(tjInitDecompress(), tjDestroy);
+  if (!decoder) throw std::bad_alloc();
+  return decoder;
+}
+
 }  // namespace
 
-JpegDecoder::JpegDecoder() : handle_(tjInitDecompress()) {
-  if (handle_ == nullptr) throw std::bad_alloc();
-}
-
-JpegDecoder::~JpegDecoder() { tjDestroy(handle_); }
-
-/// A header that breaks off leaves the library (2.1) waiting for its rest: it would refuse every later
-/// picture.
-void JpegDecoder::start_afresh() {
-  tjDestroy(handle_);
-  handle_ = tjInitDecompress();
-  if (handle_ == nullptr) throw std::bad_alloc();
-}
+JpegDecoder::JpegDecoder() : handle_(new_decoder()) {}
 
 JpegInfo JpegDecoder::read_header(std::span<const std::uint8_t> bytes) {
   JpegInfo info;
   int subsampling = 0, color_space = 0;
-  const int failed = tjDecompressHeader3(handle_, bytes.data(), static_cast<unsigned long>(bytes.size()),
-                                         &info.width_px, &info.height_px, &subsampling, &color_space);
-  if (failed != 0 && (tjGetErrorCode(handle_) != TJERR_WARNING || info.width_px < 1 || info.height_px < 1)) {
-    damage_ = in_words(tjGetErrorStr2(handle_));
-    start_afresh();
+  const int failed =
+      tjDecompressHeader3(handle_.get(), bytes.data(), static_cast<unsigned long>(bytes.size()),
+                          &info.width_px, &info.height_px, &subsampling, &color_space);
+  if (failed != 0 &&
+      (tjGetErrorCode(handle_.get()) != TJERR_WARNING || info.width_px < 1 || info.height_px < 1)) {
+    damage_ = in_words(tjGetErrorStr2(handle_.get()));
+    // A header that breaks off leaves the library (2.1) waiting for its rest: it would refuse every later
+    // one.
+    handle_ = new_decoder();
     return {};
   }
   const int orientation = exif_orientation(bytes);
@@ -121,22 +118,23 @@ bool JpegDecoder::decode(std::span<const std::uint8_t> bytes, const JpegInfo& in
   const int strict = TJFLAG_LIMITSCANS | TJFLAG_STOPONWARNING;
   if (decompress(bytes, picture, strict)) return true;
   std::vector<std::uint8_t> ended;
-  if (in_words(tjGetErrorStr2(handle_)) == std::string_view(kEndsEarly)) {
+  if (in_words(tjGetErrorStr2(handle_.get())) == std::string_view(kEndsEarly)) {
     ended = with_end_mark(bytes);
     bytes = ended;
     if (decompress(bytes, picture, strict)) return true;
   }
   // As the first complaint it says that everything before it was in order.
-  if (is_padding(tjGetErrorStr2(handle_), bytes)) return decompress(bytes, picture, TJFLAG_LIMITSCANS);
-  damage_ = in_words(tjGetErrorStr2(handle_));
+  if (is_padding(tjGetErrorStr2(handle_.get()), bytes)) return decompress(bytes, picture, TJFLAG_LIMITSCANS);
+  damage_ = in_words(tjGetErrorStr2(handle_.get()));
   return false;
 }
 
 bool JpegDecoder::decompress(std::span<const std::uint8_t> bytes, cv::Mat3b& picture, int flags) {
   const int failed =
-      tjDecompress2(handle_, bytes.data(), static_cast<unsigned long>(bytes.size()), picture.data,
+      tjDecompress2(handle_.get(), bytes.data(), static_cast<unsigned long>(bytes.size()), picture.data,
                     picture.cols, static_cast<int>(picture.step), picture.rows, TJPF_BGR, flags);
-  return failed == 0 || ((flags & TJFLAG_STOPONWARNING) == 0 && tjGetErrorCode(handle_) == TJERR_WARNING);
+  return failed == 0 ||
+         ((flags & TJFLAG_STOPONWARNING) == 0 && tjGetErrorCode(handle_.get()) == TJERR_WARNING);
 }
 
 std::vector<std::uint8_t> encode_jpeg(const cv::Mat3b& bgr) {

@@ -137,11 +137,10 @@ struct SeenGel {
 std::optional<PosedSurface> touch_at(const SurfacePlace& place, const Shape& shape, const SeenGel& seen,
                                      const MeshMapOptions& options) {
   const SensorGeometry& geometry = seen.optics.gel_grid();
-  const GelOptions gel_options;
-  const std::optional<Pose> sensor_T_object = settle_object(shape, object_T_sensor_at(place).inverse(),
-                                                            options.indentation_mm, geometry, gel_options);
+  const std::optional<Pose> sensor_T_object =
+      settle_object(shape, object_T_sensor_at(place).inverse(), options.indentation_mm, geometry);
   if (!sensor_T_object) return std::nullopt;
-  const GelShape gel = press_object(shape, *sensor_T_object, geometry, gel_options);
+  const GelShape gel = press_object(shape, *sensor_T_object, geometry);
   const GelView view = seen.optics.view(gel);
   std::array<cv::Mat1f, 2> slope;
   cv::split(view.slope - seen.rest.slope, slope.data());

@@ -1,3 +1,4 @@
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -131,10 +132,13 @@ std::optional<Pose> lift(const Surface& older, const Surface& newer, const Place
     point_correlation += (a[i] - center_a) * (b[i] - center_b).transpose();
     spread += (a[i] - center_a).squaredNorm();
   }
-  // Points over their spread weigh as much as unit normals do.
+  // Kabsch (1976) on both: points over their spread weigh as much as unit normals do.
   correlation += point_correlation * (static_cast<double>(a.size()) / spread);
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correlation, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const double handedness = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1.0 : 1.0;
   Pose older_T_newer = Pose::Identity();
-  older_T_newer.linear() = nearest_rotation(correlation);
+  older_T_newer.linear() =
+      svd.matrixU() * Eigen::Vector3d(1, 1, handedness).asDiagonal() * svd.matrixV().transpose();
   older_T_newer.translation() = center_a - older_T_newer.linear() * center_b;
   return older_T_newer;
 }

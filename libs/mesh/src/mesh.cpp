@@ -5,35 +5,56 @@
 #include <cmath>
 #include <map>
 
+#include "gelslam/core/error.hpp"
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/text.hpp"
 
 namespace gelslam {
-namespace {
 
-Eigen::Vector3d corner_mm(const Mesh& mesh, const Eigen::Vector3i& t, int k) {
-  return mesh.vertices_mm[static_cast<std::size_t>(t[k])].cast<double>();
+std::array<Eigen::Vector3d, 3> corners_mm(const Mesh& mesh, const Eigen::Vector3i& triangle) {
+  std::array<Eigen::Vector3d, 3> corners;
+  for (std::size_t k = 0; k < 3; ++k)
+    corners[k] = mesh.vertices_mm[static_cast<std::size_t>(triangle[static_cast<int>(k)])].cast<double>();
+  return corners;
 }
 
-double area_of(const Mesh& mesh, const Eigen::Vector3i& t) {
-  const Eigen::Vector3d a = corner_mm(mesh, t, 0);
-  return 0.5 * (corner_mm(mesh, t, 1) - a).cross(corner_mm(mesh, t, 2) - a).norm();
+Eigen::Vector3d area_normal(const Mesh& mesh, const Eigen::Vector3i& triangle) {
+  const auto [a, b, c] = corners_mm(mesh, triangle);
+  return (b - a).cross(c - a);
 }
-
-}  // namespace
 
 double area_mm2(const Mesh& mesh) {
   double sum = 0;
-  for (const Eigen::Vector3i& t : mesh.triangles) sum += area_of(mesh, t);
+  for (const Eigen::Vector3i& t : mesh.triangles) sum += 0.5 * area_normal(mesh, t).norm();
   return sum;
 }
 
 double volume_mm3(const Mesh& mesh) {
   double sum = 0;
-  for (const Eigen::Vector3i& t : mesh.triangles)
-    sum += corner_mm(mesh, t, 0).dot(corner_mm(mesh, t, 1).cross(corner_mm(mesh, t, 2))) / 6.0;
+  for (const Eigen::Vector3i& t : mesh.triangles) {
+    const auto [a, b, c] = corners_mm(mesh, t);
+    sum += a.dot(b.cross(c)) / 6.0;
+  }
   return sum;
+}
+
+void check_measurable(const Mesh& mesh) {
+  if (mesh.triangles.empty()) throw Error("the mesh has no triangles: nothing to measure");
+  constexpr double kFurthestVertexMm = 10e3;
+  float furthest_mm = 0;
+  for (const Eigen::Vector3f& vertex : mesh.vertices_mm) {
+    if (!vertex.allFinite()) throw Error("the mesh has a vertex that is not finite");
+    furthest_mm = std::max(furthest_mm, vertex.cwiseAbs().maxCoeff());
+  }
+  if (furthest_mm > kFurthestVertexMm)
+    throw Error("the mesh reaches " + short_number(1e-3 * static_cast<double>(furthest_mm), 3) +
+                " m from its origin, more than can be measured (" + short_number(1e-3 * kFurthestVertexMm) +
+                " m); is its unit right?");
+  const auto count = static_cast<std::int64_t>(mesh.vertices_mm.size());
+  for (const Eigen::Vector3i& triangle : mesh.triangles)
+    if (triangle.minCoeff() < 0 || triangle.maxCoeff() >= count)
+      throw Error("a triangle of the mesh names a vertex that does not exist");
 }
 
 std::string size_doubt(const Mesh& mesh) {
@@ -46,9 +67,10 @@ std::string size_doubt(const Mesh& mesh) {
 
 double typical_edge_mm(const Mesh& mesh) {
   std::vector<double> edges_mm;
-  for (const Eigen::Vector3i& t : mesh.triangles)
-    for (int k = 0; k < 3; ++k)
-      edges_mm.push_back((corner_mm(mesh, t, k) - corner_mm(mesh, t, (k + 1) % 3)).norm());
+  for (const Eigen::Vector3i& t : mesh.triangles) {
+    const auto [a, b, c] = corners_mm(mesh, t);
+    edges_mm.insert(edges_mm.end(), {(a - b).norm(), (b - c).norm(), (c - a).norm()});
+  }
   if (edges_mm.empty()) return 0.0;
   return std::max(median(std::move(edges_mm)),
                   std::sqrt(area_mm2(mesh) / (4.0 * static_cast<double>(mesh.vertices_mm.size()))));
@@ -66,7 +88,7 @@ MeshPieces find_pieces(const Mesh& mesh) {
     const auto [place, is_new] = piece_of_root.emplace(vertices.root(t[0]), next);
     if (is_new) pieces.area_mm2.push_back(0);
     pieces.of_triangle.push_back(place->second);
-    const double area_mm2 = area_of(mesh, t);
+    const double area_mm2 = 0.5 * area_normal(mesh, t).norm();
     pieces.area_mm2[static_cast<std::size_t>(place->second)] += area_mm2;
     total_mm2 += area_mm2;
   }

@@ -1,8 +1,5 @@
-#include <Eigen/Geometry>
-#include <array>
 #include <bit>
 #include <cstdint>
-#include <cstring>
 #include <string>
 
 #include "gelslam/core/error.hpp"
@@ -16,15 +13,10 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "PLY is written as it lies in memory");
 
+/// Of a number, or of numbers that lie one after another.
 template <typename T>
-void append(std::string& out, T value) {
-  std::array<char, sizeof(T)> raw;
-  std::memcpy(raw.data(), &value, sizeof(T));
-  out.append(raw.data(), raw.size());
-}
-
-void append(std::string& out, const Eigen::Vector3f& v) {
-  for (int i = 0; i < 3; ++i) append(out, v[i]);
+void append(std::string& out, const T& value) {
+  out.append(reinterpret_cast<const char*>(&value), sizeof(T));
 }
 
 std::string unit_note(LengthUnit unit) {
@@ -40,27 +32,6 @@ void check_consistent(const Mesh& mesh, const VertexColors& colors) {
     if (t.minCoeff() < 0 || static_cast<std::size_t>(t.maxCoeff()) >= n)
       throw Error("it has a triangle that names a vertex that does not exist");
 }
-
-/// Notes the unit in an OBJ as a comment, in an STL as its header of 80 bytes.
-std::string encode(const Mesh& mesh, const std::string& extension, LengthUnit file_unit,
-                   const VertexColors& colors) {
-  check_consistent(mesh, colors);
-  if (extension == ".ply") return encode_ply(mesh, file_unit, colors);
-  if (extension == ".glb") {
-    if (file_unit != LengthUnit::meter) throw Error("glTF files are in meters");
-    return mesh::detail::encode_with_assimp(mesh, extension, file_unit, colors);
-  }
-  if (extension != ".obj" && extension != ".stl")
-    throw Error("the name has to end in .ply, .obj, .stl or .glb");
-  if (!colors.empty()) throw Error("OBJ and STL hold no colors; PLY and GLB do");
-  std::string bytes = mesh::detail::encode_with_assimp(mesh, extension, file_unit, colors);
-  std::string note = unit_note(file_unit);
-  if (extension == ".obj") return "# " + note + "\n" + bytes;
-  note.resize(80, ' ');
-  return bytes.replace(0, note.size(), note);
-}
-
-}  // namespace
 
 std::string encode_ply(const Mesh& mesh, LengthUnit file_unit, const VertexColors& colors) {
   const bool normals = !mesh.normals.empty();
@@ -79,21 +50,41 @@ std::string encode_ply(const Mesh& mesh, LengthUnit file_unit, const VertexColor
     append(out, mesh::detail::in_file_unit(mesh.vertices_mm[i], file_unit));
     if (normals) append(out, mesh.normals[i]);
     if (confidence) append(out, mesh.confidence[i]);
-    if (!colors.empty())
-      for (const std::uint8_t level : colors[i]) append(out, level);
+    if (!colors.empty()) append(out, colors[i]);
   }
   for (const auto& t : mesh.triangles) {
     append(out, std::uint8_t{3});
-    for (int c = 0; c < 3; ++c) append(out, static_cast<std::int32_t>(t[c]));
+    append(out, t);
   }
   return out;
+}
+
+}  // namespace
+
+/// Notes the unit in an OBJ as a comment, in an STL as its header of 80 bytes.
+std::string encode_mesh(const Mesh& mesh, const std::string& extension, LengthUnit file_unit,
+                        const VertexColors& colors) {
+  check_consistent(mesh, colors);
+  if (extension == ".ply") return encode_ply(mesh, file_unit, colors);
+  if (extension == ".glb") {
+    if (file_unit != LengthUnit::meter) throw Error("glTF files are in meters");
+    return mesh::detail::encode_with_assimp(mesh, extension, file_unit, colors);
+  }
+  if (extension != ".obj" && extension != ".stl")
+    throw Error("the name has to end in .ply, .obj, .stl or .glb");
+  if (!colors.empty()) throw Error("OBJ and STL hold no colors; PLY and GLB do");
+  std::string bytes = mesh::detail::encode_with_assimp(mesh, extension, file_unit, colors);
+  std::string note = unit_note(file_unit);
+  if (extension == ".obj") return "# " + note + "\n" + bytes;
+  note.resize(80, ' ');
+  return bytes.replace(0, note.size(), note);
 }
 
 void write_mesh(const std::filesystem::path& path, const Mesh& mesh, LengthUnit file_unit,
                 const VertexColors& colors) {
   std::string bytes;
   try {
-    bytes = encode(mesh, lower_case(path.extension().string()), file_unit, colors);
+    bytes = encode_mesh(mesh, lower_case(path.extension().string()), file_unit, colors);
   } catch (const Error& e) {
     throw Error("cannot write mesh '" + path.string() + "': " + e.what());
   }

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
-#include <map>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <string_view>
@@ -59,6 +59,7 @@ constexpr Type kTypes[] = {
     {"float", "float32", 4, take<float>},      {"double", "float64", 8, take<double>}};
 
 enum class Format { ascii, little_endian, big_endian };
+constexpr std::array<std::string_view, 3> kFormats{"ascii", "binary_little_endian", "binary_big_endian"};
 
 struct Property {
   std::string name;
@@ -99,22 +100,19 @@ void parse_property(std::istringstream& words, Element& element) {
   element.properties.push_back(std::move(property));
 }
 
-void parse_format(std::istringstream& words, Header& header) {
-  static const std::map<std::string, Format> names = {{"ascii", Format::ascii},
-                                                      {"binary_little_endian", Format::little_endian},
-                                                      {"binary_big_endian", Format::big_endian}};
+Format parse_format(std::istringstream& words) {
   std::string format;
   words >> format;
-  const auto found = names.find(format);
-  if (found == names.end())
+  const auto found = std::ranges::find(kFormats, format);
+  if (found == kFormats.end())
     throw Error("the PLY header names an unknown format '" + format.substr(0, 40) + "'");
-  header.format = found->second;
+  return static_cast<Format>(found - kFormats.begin());
 }
 
 Header parse_header(std::string_view bytes) {
   const std::string_view head = bytes.substr(0, kMaxHeaderBytes);
   Header header;
-  bool format_seen = false;
+  std::optional<Format> format;
   std::size_t at = 0;
   for (int line_number = 0;; ++line_number) {
     const std::size_t newline = head.find('\n', at);
@@ -128,8 +126,7 @@ Header parse_header(std::string_view bytes) {
     if (line_number == 0) {
       if (line != "ply") throw Error("it does not begin with 'ply'");
     } else if (keyword == "format") {
-      parse_format(words, header);
-      format_seen = true;
+      format = parse_format(words);
     } else if (keyword == "element") {
       Element element;
       if (!(words >> element.name >> element.count))
@@ -145,7 +142,8 @@ Header parse_header(std::string_view bytes) {
       throw Error("the PLY header has an unknown line '" + keyword.substr(0, 40) + "'");
     }
   }
-  if (!format_seen) throw Error("the PLY header names no format");
+  if (!format) throw Error("the PLY header names no format");
+  header.format = *format;
   header.size_bytes = at;
   return header;
 }

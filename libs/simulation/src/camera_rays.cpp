@@ -1,10 +1,13 @@
-#include "camera_rays.hpp"
+// The camera's rays: from a point below the gel, or along z, through the lens and on to the gel.
 
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-namespace gelslam::simulation::detail {
+#include "gelslam/core/error.hpp"
+#include "gelslam/simulation/optics.hpp"
+
+namespace gelslam {
 namespace {
 
 double magnified(double radius, double k1) { return radius * (1 + k1 * radius * radius); }
@@ -58,10 +61,11 @@ double first_crossing_mm(const Below& below_mm, double lowest_mm, double highest
 
 }  // namespace
 
-CameraRays::CameraRays(const SensorGeometry& camera)
-    : camera_(camera), gel_grid_(camera), plane_mm_(camera.height_px, camera.width_px) {
+void Optics::trace_to_plane() {
   constexpr int kBlockPx = 8;  // sizes that press_gel() takes
+  const SensorGeometry& camera = geometry_;
   const SensorOptics& optics = camera.optics;
+  plane_mm_.create(camera.height_px, camera.width_px);
   const double half_width_px = 0.5 * camera.width_px, stretch = std::sqrt(optics.pixel_aspect);
   double beyond_mm = 0;
   for (int v = 0; v < camera.height_px; ++v)
@@ -81,19 +85,20 @@ CameraRays::CameraRays(const SensorGeometry& camera)
   gel_grid_.height_px += 2 * kBlockPx * blocks;
 }
 
-bool CameraRays::straight() const {
-  return !camera_.optics.has_lens() && camera_.optics.camera_distance_mm == 0;
+bool Optics::is_orthographic() const {
+  return !geometry_.optics.has_lens() && geometry_.optics.camera_distance_mm == 0;
 }
 
-cv::Mat2f CameraRays::seen_px(const cv::Mat1f& height_mm) const {
+/// The first point of the gel, as a surface over the grid, on each ray.
+cv::Mat2f Optics::seen_px(const cv::Mat1f& height_mm) const {
   double lowest = 0, highest = 0;
   cv::minMaxLoc(height_mm, &lowest, &highest);
-  const double per_mm = 1 / camera_.pixel_pitch_mm, inverse_distance = camera_.optics.inverse_distance();
+  const double per_mm = 1 / geometry_.pixel_pitch_mm, inverse_distance = geometry_.optics.inverse_distance();
   const double middle_u = 0.5 * gel_grid_.width_px - 0.5, middle_v = 0.5 * gel_grid_.height_px - 0.5;
   cv::Mat2f seen(plane_mm_.size());
   for (int v = 0; v < seen.rows; ++v)
     for (int u = 0; u < seen.cols; ++u) {
-      if (straight()) {
+      if (is_orthographic()) {
         seen(v, u) = {static_cast<float>(u), static_cast<float>(v)};
         continue;
       }
@@ -113,24 +118,31 @@ cv::Mat2f CameraRays::seen_px(const cv::Mat1f& height_mm) const {
   return seen;
 }
 
-cv::Mat CameraRays::take(const cv::Mat& map, const cv::Mat2f& seen_px) const {
-  if (straight()) return map;
-  cv::Mat taken;
-  cv::remap(map, taken, seen_px, cv::noArray(), cv::INTER_CUBIC, cv::BORDER_REPLICATE);
-  return taken;
+GelView Optics::view(const GelShape& gel) const {
+  if (gel.slope.size() != cv::Size(gel_grid_.width_px, gel_grid_.height_px))
+    throw Error("the gel's size is not the sensor's");
+  const cv::Mat2f place_px = seen_px(gel.height_mm);
+  return {place_px, taken(gel.slope, place_px)};
 }
 
-Eigen::Vector2d CameraRays::image_px(const Eigen::Vector3d& point_mm) const {
-  const SensorOptics& optics = camera_.optics;
-  const double half_width_px = 0.5 * camera_.width_px, stretch = std::sqrt(optics.pixel_aspect);
+cv::Mat Optics::taken(const cv::Mat& map, const cv::Mat2f& place_px) const {
+  if (is_orthographic()) return map;
+  cv::Mat result;
+  cv::remap(map, result, place_px, cv::noArray(), cv::INTER_CUBIC, cv::BORDER_REPLICATE);
+  return result;
+}
+
+Eigen::Vector2d Optics::image_px(const Eigen::Vector3d& point_mm) const {
+  const SensorOptics& optics = geometry_.optics;
+  const double half_width_px = 0.5 * geometry_.width_px, stretch = std::sqrt(optics.pixel_aspect);
   // Similar triangles from the camera, then the lens.
   const double nearer = 1 / (1 + point_mm.z() * optics.inverse_distance());
   const Eigen::Vector2d image =
-      nearer * Eigen::Vector2d(point_mm.x() * stretch, point_mm.y() / stretch) / camera_.pixel_pitch_mm;
+      nearer * Eigen::Vector2d(point_mm.x() * stretch, point_mm.y() / stretch) / geometry_.pixel_pitch_mm;
   const double radius = image.norm() / half_width_px;
   const double magnification = 1 + optics.lens_k1 * radius * radius;
   return magnification * image + Eigen::Vector2d(half_width_px - 0.5 + optics.lens_center_px[0],
-                                                 0.5 * camera_.height_px - 0.5 + optics.lens_center_px[1]);
+                                                 0.5 * geometry_.height_px - 0.5 + optics.lens_center_px[1]);
 }
 
-}  // namespace gelslam::simulation::detail
+}  // namespace gelslam

@@ -3,17 +3,16 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <opencv2/core/mat.hpp>
 #include <span>
 #include <string>
 
 #include "gelslam/core/files.hpp"
 #include "gelslam/simulation/gel.hpp"
 
-namespace gelslam::simulation::detail {
+struct AVFormatContext;
+struct AVPacket;
 
-/// Throws Error.
-void make_folder(const std::filesystem::path& folder);
+namespace gelslam::simulation::detail {
 
 /// config.yaml of a data folder, with the same keys as the public configurations have. `model`: empty, or the
 /// one to name.
@@ -26,19 +25,19 @@ class AviWriter {
  public:
   /// Throws Error when the file cannot be made.
   AviWriter(const std::filesystem::path& path, int width, int height, double rate_hz);
-  ~AviWriter();
   /// Throws Error on a full disk.
   void add(std::span<const std::uint8_t> picture);
   /// Writes the index and makes the file appear.
   void finish();
 
  private:
-  struct Muxer;
   void check(int result) const;
 
   TemporaryFile file_;
   std::filesystem::path path_;
-  std::unique_ptr<Muxer> muxer_;
+  std::unique_ptr<AVFormatContext, void (*)(AVFormatContext*)> muxer_;
+  std::unique_ptr<AVPacket, void (*)(AVPacket*)> packet_;
+  const int millihertz_;
   std::int64_t pictures_ = 0;
 };
 

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <numbers>
-#include <opencv2/core.hpp>
 #include <thread>
 
 #include "data_files.hpp"
@@ -81,52 +79,15 @@ class TouchedPoints {
   std::vector<bool> touched_;
 };
 
-/// What meta.json says about the whole scan.
-struct Summary {
-  std::vector<double> poses_m;  ///< N x 4 x 4
-  double contact_sum = 0, deepest_max = 0, translation_max_mm = 0, rotation_max_rad = 0;
-  double deepest_min = std::numeric_limits<double>::infinity();
-  int contact_frames = 0, contact_min = std::numeric_limits<int>::max();
+using RowMajorMatrix = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
 
-  void add(const SimulatedFrame& frame) {
-    Eigen::Matrix4d pose = Eigen::Matrix4d::Constant(std::numeric_limits<double>::quiet_NaN());
-    if (frame.start_T_sensor) {
-      pose = frame.start_T_sensor->matrix();
-      pose.topRightCorner<3, 1>() *= kMetersPerMm;
-      add_contact(frame);
-    }
-    for (int row = 0; row < 4; ++row)
-      for (int column = 0; column < 4; ++column) poses_m.push_back(pose(row, column));
-  }
-
- private:
-  void add_contact(const SimulatedFrame& frame) {
-    const int contact = cv::countNonZero(frame.contact);
-    double lowest = 0;
-    cv::minMaxLoc(frame.height_mm, &lowest);
-    ++contact_frames;
-    contact_sum += contact;
-    contact_min = std::min(contact_min, contact);
-    deepest_min = std::min(deepest_min, -lowest);
-    deepest_max = std::max(deepest_max, -lowest);
-    translation_max_mm = std::max(translation_max_mm, frame.start_T_sensor->translation().norm());
-    rotation_max_rad = std::max(rotation_max_rad, rotation_angle_rad(*frame.start_T_sensor));
-  }
-};
-
-nlohmann::ordered_json matrix_json(const Pose& pose) {
-  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
-  for (int row = 0; row < 4; ++row) {
-    nlohmann::ordered_json values = nlohmann::ordered_json::array();
-    for (int column = 0; column < 4; ++column)
-      values.push_back(pose.matrix()(row, column) * (row < 3 && column == 3 ? kMetersPerMm : 1.0));
-    rows.push_back(values);
-  }
-  return rows;
+RowMajorMatrix in_meters(const Pose& pose) {
+  RowMajorMatrix matrix = pose.matrix();
+  matrix.topRightCorner<3, 1>() *= kMetersPerMm;
+  return matrix;
 }
 
-std::string meta_json(const std::string& name, const Simulator& simulator, const Summary& summary,
-                      std::size_t touched_points) {
+std::string meta_json(const std::string& name, const Simulator& simulator, std::size_t touched_points) {
   const ScanSpec& spec = simulator.spec();
   nlohmann::ordered_json meta;
   meta["name"] = name;
@@ -139,12 +100,9 @@ std::string meta_json(const std::string& name, const Simulator& simulator, const
   meta["noise_gain"] = spec.optics.noise_gain;
   meta["dirt"] = spec.optics.dirt;
   meta["chroma"] = "yuvj444p";
-  meta["start_T_object"] = matrix_json(simulator.start_T_object());
-  meta["contact_px_mean"] = summary.contact_sum / summary.contact_frames;
-  meta["contact_px_min"] = summary.contact_min;
-  meta["max_indent_mm"] = {summary.deepest_min, summary.deepest_max};
-  meta["max_translation_mm"] = summary.translation_max_mm;
-  meta["max_rotation_deg"] = summary.rotation_max_rad * 180 / std::numbers::pi;
+  const RowMajorMatrix start = in_meters(simulator.start_T_object());
+  for (int row = 0; row < 4; ++row)
+    meta["start_T_object"].push_back({start(row, 0), start(row, 1), start(row, 2), start(row, 3)});
   meta["gt_mesh"] = {simulator.surface().vertices_mm.size(), simulator.surface().triangles.size()};
   meta["touched_points"] = touched_points;
   meta["object_size"] = spec.object.size;
@@ -157,16 +115,14 @@ std::string meta_json(const std::string& name, const Simulator& simulator, const
 
 void write_data_folder(const std::filesystem::path& folder, const Simulator& simulator,
                        const DataFolderOptions& options, ProgressSink& progress) {
-  make_folder(folder);
-  if (options.threads < 0 || options.threads > 256)
-    throw Error("number of threads must be between 0 and 256");
+  std::filesystem::create_directories(folder);
   const int threads = options.threads > 0
                           ? options.threads
                           : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   const SensorGeometry& geometry = simulator.spec().geometry;
   AviWriter video(folder / "gelsight.avi", geometry.width_px, geometry.height_px,
                   simulator.spec().motion.frame_rate_hz);
-  Summary summary;
+  std::vector<double> poses;  // N x 4 x 4
   TouchedPoints touched(simulator);
   progress.begin("simulating", simulator.frame_count());
   for (int first = 0; first < simulator.frame_count(); first += threads) {
@@ -176,7 +132,9 @@ void write_data_folder(const std::filesystem::path& folder, const Simulator& sim
     for (const Encoded& encoded : group) {
       video.add(encoded.picture);
       if (encoded.frame.index >= simulator.spec().background_frames) {
-        summary.add(encoded.frame);
+        RowMajorMatrix pose = RowMajorMatrix::Constant(std::numeric_limits<double>::quiet_NaN());
+        if (encoded.frame.start_T_sensor) pose = in_meters(*encoded.frame.start_T_sensor);
+        poses.insert(poses.end(), pose.data(), pose.data() + pose.size());
         touched.add(encoded.frame);
       }
       progress.update(encoded.frame.index + 1);
@@ -189,14 +147,14 @@ void write_data_folder(const std::filesystem::path& folder, const Simulator& sim
         "the sensor touched no outside of the object's surface; if it is a mesh, its triangles may be inside "
         "out");
   write_npy(folder / "touched.npy", {points.size() / 3, 3}, points);
-  write_npy(folder / "true_start_T_currs.npy", {summary.poses_m.size() / 16, 4, 4}, summary.poses_m);
+  write_npy(folder / "true_start_T_currs.npy", {poses.size() / 16, 4, 4}, poses);
   write_mesh(folder / "gt_mesh.ply", simulator.surface(), LengthUnit::meter);
   write_file_atomically(
       folder / "config.yaml",
       config_yaml(folder, simulator.spec().geometry, simulator.spec().motion.frame_rate_hz, options.model));
   write_optics(folder / kOpticsFileName, simulator.spec().geometry.optics);
   const std::string name = options.name.empty() ? name_of(std::filesystem::absolute(folder)) : options.name;
-  write_file_atomically(folder / "meta.json", meta_json(name, simulator, summary, points.size() / 3));
+  write_file_atomically(folder / "meta.json", meta_json(name, simulator, points.size() / 3));
   video.finish();  // last: a folder with a gelsight.avi is whole
 }
 

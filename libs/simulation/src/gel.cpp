@@ -98,8 +98,8 @@ class Checkerboard {
 };
 
 /// Solves on one grid from a first guess.
-cv::Mat1f relax(const cv::Mat1f& guess, const cv::Mat1f& obstacle, double pitch_mm, double length_mm) {
-  const double stiffness = pitch_mm * pitch_mm / (length_mm * length_mm);
+cv::Mat1f relax(const cv::Mat1f& guess, const cv::Mat1f& obstacle, double pitch_mm) {
+  const double stiffness = pitch_mm * pitch_mm / (kGelRelaxationMm * kGelRelaxationMm);
   const double jacobi = 4.0 / (4.0 + stiffness);  // spectral radius of Jacobi's iteration
   const double omega = 2.0 / (1.0 + std::sqrt(1.0 - jacobi * jacobi));  // Young's optimum
   const int sweeps =
@@ -111,20 +111,20 @@ cv::Mat1f relax(const cv::Mat1f& guess, const cv::Mat1f& obstacle, double pitch_
 }
 
 /// Coarse grids first: each gives the next a guess that is right but for fine detail.
-cv::Mat1f solve(const cv::Mat1f& obstacle, double pitch_mm, double length_mm, int levels) {
-  if (levels == 0) return relax(obstacle, obstacle, pitch_mm, length_mm);
+cv::Mat1f solve(const cv::Mat1f& obstacle, double pitch_mm, int levels) {
+  if (levels == 0) return relax(obstacle, obstacle, pitch_mm);
   cv::Mat1f coarse_obstacle, guess;
   cv::resize(obstacle, coarse_obstacle, cv::Size(obstacle.cols / 2, obstacle.rows / 2), 0, 0, cv::INTER_AREA);
-  cv::resize(solve(coarse_obstacle, 2 * pitch_mm, length_mm, levels - 1), guess, obstacle.size(), 0, 0,
+  cv::resize(solve(coarse_obstacle, 2 * pitch_mm, levels - 1), guess, obstacle.size(), 0, 0,
              cv::INTER_LINEAR);
-  return relax(guess, obstacle, pitch_mm, length_mm);
+  return relax(guess, obstacle, pitch_mm);
 }
 
 /// Where the gel can be anything but at rest: around the pixels pushed below 0, in whole blocks.
-cv::Rect affected(const cv::Mat1f& obstacle, double pitch_mm, double length_mm) {
+cv::Rect affected(const cv::Mat1f& obstacle, double pitch_mm) {
   const cv::Rect pushed = cv::boundingRect(cv::Mat1b(obstacle < 0));
   if (pushed.empty()) return {};
-  const int margin = static_cast<int>(std::ceil(kRimLengths * length_mm / pitch_mm));
+  const int margin = static_cast<int>(std::ceil(kRimLengths * kGelRelaxationMm / pitch_mm));
   const int x0 = std::max(0, pushed.x - margin) / kBlockPx * kBlockPx;
   const int y0 = std::max(0, pushed.y - margin) / kBlockPx * kBlockPx;
   const int x1 = std::min(obstacle.cols, (pushed.br().x + margin + kBlockPx - 1) / kBlockPx * kBlockPx);
@@ -145,17 +145,6 @@ cv::Mat2f slope_of(const cv::Mat1f& height, double pitch_mm) {
     }
   }
   return slope;
-}
-
-void check(const cv::Mat1f& underside, const SensorGeometry& geometry, const GelOptions& options) {
-  if (!(options.relaxation_length_mm >= 0.05 && options.relaxation_length_mm <= 3))
-    throw Error("gel relaxation length must be between 0.05 and 3 mm");
-  if (!(options.max_indentation_mm >= 0.1 && options.max_indentation_mm <= 10))
-    throw Error("gel maximum indentation must be between 0.1 and 10 mm");
-  if (underside.cols != geometry.width_px || underside.rows != geometry.height_px ||
-      underside.cols < 2 * kBlockPx || underside.rows < 2 * kBlockPx || underside.cols % kBlockPx != 0 ||
-      underside.rows % kBlockPx != 0)
-    throw Error("gel size must be the sensor's and a multiple of 8 pixels");
 }
 
 /// Largest distance of a contact pixel from the center: the circle's radius, also where the picture cuts it.
@@ -188,20 +177,23 @@ GelShape gel_at_rest(const SensorGeometry& geometry) {
   return gel;
 }
 
-GelShape press_gel(const cv::Mat1f& underside_mm, const SensorGeometry& geometry, const GelOptions& options) {
-  check(underside_mm, geometry, options);
-  const double pitch = geometry.pixel_pitch_mm, length = options.relaxation_length_mm;
+GelShape press_gel(const cv::Mat1f& underside_mm, const SensorGeometry& geometry) {
+  const cv::Size size = underside_mm.size();
+  if (size != cv::Size(geometry.width_px, geometry.height_px) || size.width < 2 * kBlockPx ||
+      size.height < 2 * kBlockPx || size.width % kBlockPx != 0 || size.height % kBlockPx != 0)
+    throw Error("gel size must be the sensor's and a multiple of 8 pixels");
+  const double pitch = geometry.pixel_pitch_mm;
   const GelShape rest = gel_at_rest(geometry);
   GelShape gel;
   // Nothing pulls the gel up, so an object above the gel at rest is as good as one that lies on it.
   gel.height_mm = cv::min(underside_mm - rest.height_mm, 0.0F);
   gel.contact = cv::Mat1b::zeros(underside_mm.size());
-  const cv::Rect region = affected(gel.height_mm, pitch, length);
+  const cv::Rect region = affected(gel.height_mm, pitch);
   if (!region.empty()) {
     const cv::Mat1f obstacle = gel.height_mm(region).clone();
     int levels = 0;
-    while (levels < 3 && pitch * (2 << levels) <= 2 * length) ++levels;
-    const cv::Mat1f height = solve(obstacle, pitch, length, levels);
+    while (levels < 3 && pitch * (2 << levels) <= 2 * kGelRelaxationMm) ++levels;
+    const cv::Mat1f height = solve(obstacle, pitch, levels);
     height.copyTo(gel.height_mm(region));
     gel.contact(region).setTo(255, (obstacle < 0) & (obstacle - height <= kContactGapMm));
   }
@@ -210,23 +202,22 @@ GelShape press_gel(const cv::Mat1f& underside_mm, const SensorGeometry& geometry
   return gel;
 }
 
-GelShape press_object(const Shape& shape, const Pose& sensor_T_object, const SensorGeometry& geometry,
-                      const GelOptions& options) {
+GelShape press_object(const Shape& shape, const Pose& sensor_T_object, const SensorGeometry& geometry) {
   SensorGeometry wide = geometry;
   wide.width_px += 2 * kBeyondViewPx;
   wide.height_px += 2 * kBeyondViewPx;
-  const GelShape gel = press_gel(object_underside(shape, sensor_T_object, wide, options), wide, options);
+  const GelShape gel = press_gel(object_underside(shape, sensor_T_object, wide), wide);
   const cv::Rect view(kBeyondViewPx, kBeyondViewPx, geometry.width_px, geometry.height_px);
   return {gel.height_mm(view).clone(), gel.contact(view).clone(), gel.slope(view).clone()};
 }
 
-PressedBall press_ball(const SensorGeometry& geometry, const GelOptions& gel, double ball_radius_mm,
-                       double x_mm, double y_mm, double depth_mm) {
+PressedBall press_ball(const SensorGeometry& geometry, double ball_radius_mm, double x_mm, double y_mm,
+                       double depth_mm) {
   Pose sensor_T_ball = Pose::Identity();
   sensor_T_ball.translation() << x_mm, y_mm, ball_radius_mm - depth_mm;
   PressedBall pressed;
   pressed.gel = press_object(*simulation::detail::make_ball(static_cast<float>(ball_radius_mm)),
-                             sensor_T_ball, geometry, gel);
+                             sensor_T_ball, geometry);
   pressed.center_px = {x_mm / geometry.pixel_pitch_mm + 0.5 * geometry.width_px - 0.5,
                        y_mm / geometry.pixel_pitch_mm + 0.5 * geometry.height_px - 0.5};
   measure_circle(pressed);

@@ -17,7 +17,7 @@ constexpr std::size_t kMaxMeshTriangles = 20'000'000;
 class MeshShape final : public Shape {
  public:
   explicit MeshShape(const Mesh& mesh) : mesh_(mesh) {
-    check();
+    check_measurable(mesh_);
     for (const Vector3f& vertex : mesh_.vertices_mm) bounds_.extend(vertex);
     triangles_ = embree::MeshScene(mesh_);
   }
@@ -32,9 +32,7 @@ class MeshShape final : public Shape {
   Eigen::AlignedBox3f bounds_mm() const override { return bounds_; }
 
   float intersect(const Vector3f& origin, const Vector3f& direction, float t_max) const override {
-    RTCRayHit ray = embree::make_ray(origin, direction, t_max);
-    embree::RayContext context;
-    embree::intersect(triangles_.scene.get(), ray, context);
+    const RTCRayHit ray = embree::first_hit(triangles_, origin, direction, t_max);
     if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::numeric_limits<float>::infinity();
     const Vector3f normal(ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z);
     return normal.dot(direction) > 0 ? 0.0F : ray.ray.tfar;  // leaving through a back face: it began inside
@@ -60,17 +58,6 @@ class MeshShape final : public Shape {
 
  private:
   const Vector3f& corner(int index) const { return mesh_.vertices_mm[static_cast<std::size_t>(index)]; }
-
-  void check() const {
-    if (mesh_.triangles.empty()) throw Error("the object's mesh has no triangles");
-    const int count = static_cast<int>(mesh_.vertices_mm.size());
-    for (const Eigen::Vector3i& t : mesh_.triangles)
-      if (t.minCoeff() < 0 || t.maxCoeff() >= count)
-        throw Error("the object's mesh names vertices it does not have");
-    for (const Vector3f& vertex : mesh_.vertices_mm)
-      if (!vertex.allFinite() || vertex.cwiseAbs().maxCoeff() > 1e4F)
-        throw Error("the object's mesh has vertices that are not finite or beyond 10 m; check its unit");
-  }
 
   /// Splits a triangle into n * n equal ones (vertices are not shared between input triangles).
   static void append_divided(Mesh& mesh, const Vector3f& a, const Vector3f& b, const Vector3f& c, int n) {

@@ -153,12 +153,10 @@ Grip tour(const Clock& clock, int k) {
   return grip;
 }
 
-struct MotionEntry {
-  const char* name;
-  const char* description;
+struct MotionEntry : CatalogEntry {
   Grip (*grip)(const Clock&, int);
 };
-constexpr std::array<MotionEntry, 4> kMotions = {{
+const std::array<MotionEntry, 4> kMotions = {{
     {"wobble", "smooth random slide, roll and twist about one place", wobble},
     {"allover",
      "over all of it and back to the start: bodies in a spiral, rods rolled with sway, flat ones on a curve",
@@ -305,11 +303,7 @@ const MotionEntry& find_motion(const MotionSpec& spec) {
 
 }  // namespace
 
-std::vector<CatalogEntry> motion_catalog() {
-  std::vector<CatalogEntry> entries;
-  for (const MotionEntry& entry : kMotions) entries.push_back({entry.name, entry.description});
-  return entries;
-}
+std::vector<CatalogEntry> motion_catalog() { return {kMotions.begin(), kMotions.end()}; }
 
 std::vector<Pose> make_motion(const MotionSpec& spec, const Shape& shape, const Mesh& surface,
                               const SensorGeometry& geometry) {

@@ -6,14 +6,12 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
-#include "camera_rays.hpp"
 #include "gelslam/core/error.hpp"
 #include "random.hpp"
 
 namespace gelslam {
 namespace {
 
-using simulation::detail::CameraRays;
 using simulation::detail::hash;
 using simulation::detail::Random;
 
@@ -113,7 +111,7 @@ float cheap_normal(std::uint64_t bits) {
 }  // namespace
 
 Optics::Optics(const SensorGeometry& geometry, const OpticsOptions& options)
-    : geometry_(geometry), options_(options) {
+    : geometry_(geometry), options_(options), gel_grid_(geometry) {
   if (!(options.noise_gain >= 0 && options.noise_gain <= 50))
     throw Error("noise gain must be between 0 and 50");
   if (options.late_grains < 0 || options.late_grains > 10'000)
@@ -123,8 +121,8 @@ Optics::Optics(const SensorGeometry& geometry, const OpticsOptions& options)
   const std::string problem =
       why_impossible(geometry.optics, geometry.width_px, geometry.height_px, geometry.pixel_pitch_mm);
   if (!problem.empty()) throw Error("the simulated sensor's optics: " + problem);
-  rays_ = std::make_shared<CameraRays>(geometry);
-  rest_ = view(gel_at_rest(gel_grid()));
+  trace_to_plane();
+  rest_ = view(gel_at_rest(gel_grid_));
   const cv::Size size(geometry.width_px, geometry.height_px);
   brightness_.create(size);
   ambient_.create(size);
@@ -132,8 +130,8 @@ Optics::Optics(const SensorGeometry& geometry, const OpticsOptions& options)
   for (int v = 0; v < size.height; ++v)
     for (int u = 0; u < size.width; ++u) {
       const cv::Vec2f& place = rest_.place_px(v, u);
-      const float x = gel_grid().x_mm(static_cast<double>(place[0])),
-                  y = gel_grid().y_mm(static_cast<double>(place[1]));
+      const float x = gel_grid_.x_mm(static_cast<double>(place[0])),
+                  y = gel_grid_.y_mm(static_cast<double>(place[1]));
       const float corner = (x * x + y * y) / 161.0F;  // 1 at the picture's corners of a GelSight Mini
       ambient_(v, u) = kAmbientLevel * (1.0F / (1.0F + 0.4F * corner));
       for (std::size_t k = 0; k < kLights.size(); ++k) {
@@ -146,24 +144,13 @@ Optics::Optics(const SensorGeometry& geometry, const OpticsOptions& options)
     }
   Random random(hash(options.seed, 0xd127));
   if (options.dirt) {
-    const cv::Size grid(gel_grid().width_px, gel_grid().height_px);
+    const cv::Size grid(gel_grid_.width_px, gel_grid_.height_px);
     albedo_ = speckled_albedo(grid, random);
     late_dirt_slope_ = grain_slopes(grid, geometry.pixel_pitch_mm, options.late_grains, random);
   }
   rest_color_ = shade(rest_.slope);
   background_ = draw(rest_);
 }
-
-const SensorGeometry& Optics::gel_grid() const { return rays_->gel_grid(); }
-
-GelView Optics::view(const GelShape& gel) const {
-  if (gel.slope.size() != cv::Size(gel_grid().width_px, gel_grid().height_px))
-    throw Error("the gel's size is not the sensor's");
-  const cv::Mat2f seen_px = rays_->seen_px(gel.height_mm);
-  return {seen_px, rays_->take(gel.slope, seen_px)};
-}
-
-Eigen::Vector2d Optics::image_px(const Eigen::Vector3d& point_mm) const { return rays_->image_px(point_mm); }
 
 cv::Mat3f Optics::shade(const cv::Mat2f& slope) const {
   cv::Mat3f picture(slope.size());
@@ -190,7 +177,7 @@ cv::Mat3f Optics::shade(const cv::Mat2f& slope) const {
 cv::Mat3f Optics::draw(const GelView& view) const {
   cv::Mat3f picture = shade(view.slope);
   if (!albedo_.empty()) {
-    const cv::Mat1f albedo = rays_->take(albedo_, view.place_px);
+    const cv::Mat1f albedo = taken(albedo_, view.place_px);
     for (int v = 0; v < picture.rows; ++v)
       for (int u = 0; u < picture.cols; ++u) picture(v, u) *= albedo(v, u);
   }
@@ -207,8 +194,8 @@ void Optics::print_dots(const GelView& view, cv::Mat3f& picture) const {
   for (int v = 0; v < picture.rows; ++v)
     for (int u = 0; u < picture.cols; ++u) {
       const cv::Vec2d place = view.place_px(v, u), slope = view.slope(v, u);
-      const double x = gel_grid().x_mm(place[0]) - ink_depth_mm * slope[0],
-                   y = gel_grid().y_mm(place[1]) - ink_depth_mm * slope[1];
+      const double x = gel_grid_.x_mm(place[0]) - ink_depth_mm * slope[0],
+                   y = gel_grid_.y_mm(place[1]) - ink_depth_mm * slope[1];
       const double from_dot = std::hypot(std::remainder(x, spacing), std::remainder(y, spacing));
       const double ink = std::clamp((radius_share * spacing - from_dot) / pitch + 0.5, 0.0, 1.0);
       picture(v, u) *= static_cast<float>(1.0 - (1.0 - ink_light) * ink);
@@ -231,7 +218,7 @@ ImageCircle seen_circle(const Optics& optics, const PressedBall& ball) {
 cv::Mat3b Optics::render(const GelShape& gel, std::int64_t frame, bool in_use) const {
   GelView seen = view(gel);
   if (in_use && !late_dirt_slope_.empty())
-    cv::add(seen.slope, rays_->take(late_dirt_slope_, seen.place_px), seen.slope);
+    cv::add(seen.slope, taken(late_dirt_slope_, seen.place_px), seen.slope);
   const cv::Mat3f picture = draw(seen);
   const auto gain = static_cast<float>(options_.noise_gain);
   const std::uint64_t key = hash(options_.seed, static_cast<std::uint64_t>(frame));

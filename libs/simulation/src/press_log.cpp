@@ -83,7 +83,7 @@ class PressFilm {
   PressedBall pressed(const PlannedTouch& touch, double share) const {
     const double radius = 0.5 * spec_.diameter_mm,
                  depth = share * touch.contact_mm * touch.contact_mm / radius;
-    return press_ball(optics_.gel_grid(), spec_.gel, radius, touch.x_mm, touch.y_mm,
+    return press_ball(optics_.gel_grid(), radius, touch.x_mm, touch.y_mm,
                       depth - spec_.geometry.rest_mm(touch.x_mm, touch.y_mm));
   }
 
@@ -111,7 +111,7 @@ std::vector<SimulatedTouch> simulate_press_log(const PressLogSpec& spec,
 
 void write_press_log(const std::filesystem::path& folder, const PressLogSpec& spec, ProgressSink& progress) {
   check(spec);
-  make_folder(folder);
+  std::filesystem::create_directories(folder);
   AviWriter video(folder / "gelsight.avi", spec.geometry.width_px, spec.geometry.height_px,
                   spec.frame_rate_hz);
   progress.begin("pressing a ball", spec.background_frames + spec.presses * kFramesPerTouch);

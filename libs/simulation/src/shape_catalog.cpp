@@ -12,13 +12,11 @@ namespace {
 using simulation::detail::ShapeDials;
 namespace makers = simulation::detail;
 
-struct ShapeEntry {
-  const char* name;
-  const char* description;
+struct ShapeEntry : CatalogEntry {
   ShapePtr (*make)(const ShapeDials&);
 };
 
-constexpr std::array<ShapeEntry, 8> kShapes = {{
+const std::array<ShapeEntry, 8> kShapes = {{
     {"pebble", "stone of 21 x 17 x 14 mm with bumps and grain", makers::make_pebble},
     {"peanut", "two lobes, 24 x 13 mm, shell ridges", makers::make_peanut},
     {"coin", "disc of 24 mm: rim, beads, letters, modeled center", makers::make_coin},
@@ -43,11 +41,7 @@ ShapePtr make_from_file(const ShapeSpec& spec) {
 
 }  // namespace
 
-std::vector<CatalogEntry> shape_catalog() {
-  std::vector<CatalogEntry> entries;
-  for (const ShapeEntry& entry : kShapes) entries.push_back({entry.name, entry.description});
-  return entries;
-}
+std::vector<CatalogEntry> shape_catalog() { return {kShapes.begin(), kShapes.end()}; }
 
 ShapePtr make_shape(const ShapeSpec& spec) {
   if (!(spec.size >= 0.1 && spec.size <= 10)) throw Error("object size factor must be between 0.1 and 10");

@@ -41,7 +41,7 @@ Simulator::Simulator(const ScanSpec& spec)
       optics_(spec.geometry, spec.optics),
       sensor_T_object_(make_motion(spec.motion, *shape_, surface_, spec.geometry)) {
   for (std::size_t k = 0; k < sensor_T_object_.size(); ++k) {
-    if (!touches(press_object(*shape_, sensor_T_object_[k], optics_.gel_grid(), spec_.gel))) continue;
+    if (!touches(press_object(*shape_, sensor_T_object_[k], optics_.gel_grid()))) continue;
     contact_start_frame_ = spec_.background_frames + static_cast<int>(k);
     start_T_object_ = sensor_T_object_[k];
     return;
@@ -60,7 +60,7 @@ SimulatedFrame Simulator::frame(int index) const {
     gel = gel_at_rest(optics_.gel_grid());
   } else {
     frame.sensor_T_object = sensor_T_object_[static_cast<std::size_t>(index - spec_.background_frames)];
-    gel = press_object(*shape_, frame.sensor_T_object, optics_.gel_grid(), spec_.gel);
+    gel = press_object(*shape_, frame.sensor_T_object, optics_.gel_grid());
     if (touches(gel)) frame.start_T_sensor = start_T_object_ * frame.sensor_T_object.inverse();
   }
   frame.bgr = optics_.render(gel, index, !background);

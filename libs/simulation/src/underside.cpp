@@ -9,6 +9,7 @@ namespace gelslam {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr auto kDepthMm = static_cast<float>(kMaxIndentationMm);
 constexpr int kTilePx = 8;            // tiles that the object is far from are skipped
 constexpr int kNodeStep = 4;          // rays are searched for on this grid; those between start from a guess
 constexpr float kAboveGelMm = 0.02F;  // a little above the gel at rest: the edge of a contact is seen whole
@@ -17,14 +18,13 @@ constexpr float kSmoothEnoughMm = 0.15F;  // nodes of a cell that differ by less
 /// Casts one picture's rays: along +z of the sensor, from the deepest indentation to just above the gel.
 class Caster {
  public:
-  Caster(const Shape& shape, const Pose& sensor_T_object, const SensorGeometry& geometry, float depth)
+  Caster(const Shape& shape, const Pose& sensor_T_object, const SensorGeometry& geometry)
       : shape_(shape),
         object_R_sensor_(sensor_T_object.linear().transpose().cast<float>()),
         object_p_sensor_(sensor_T_object.inverse(Eigen::Isometry).translation().cast<float>()),
         geometry_(geometry),
         direction_(object_R_sensor_.col(2)),
-        depth_(depth),
-        length_(depth + static_cast<float>(geometry.highest_rest_mm()) + kAboveGelMm),
+        length_(kDepthMm + static_cast<float>(geometry.highest_rest_mm()) + kAboveGelMm),
         starts_(cells(geometry.height_px, kTilePx), cells(geometry.width_px, kTilePx)),
         nodes_(cells(geometry.height_px, kNodeStep) + 1, cells(geometry.width_px, kNodeStep) + 1) {}
 
@@ -35,7 +35,7 @@ class Caster {
       for (int i = 0; i < nodes_.cols; ++i) nodes_(j, i) = search(i * kNodeStep, j * kNodeStep);
     cv::Mat1f underside(geometry_.height_px, geometry_.width_px);
     for (int v = 0; v < underside.rows; ++v)
-      for (int u = 0; u < underside.cols; ++u) underside(v, u) = distance(u, v) - depth_;
+      for (int u = 0; u < underside.cols; ++u) underside(v, u) = distance(u, v) - kDepthMm;
     return underside;
   }
 
@@ -43,7 +43,7 @@ class Caster {
   static int cells(int pixels, int step) { return (pixels + step - 1) / step; }
 
   Eigen::Vector3f origin(float x, float y) const {
-    return object_R_sensor_ * Eigen::Vector3f(x, y, -depth_) + object_p_sensor_;
+    return object_R_sensor_ * Eigen::Vector3f(x, y, -kDepthMm) + object_p_sensor_;
   }
   Eigen::Vector3f origin(int u, int v) const { return origin(geometry_.x_mm(u), geometry_.y_mm(v)); }
 
@@ -88,27 +88,26 @@ class Caster {
   Eigen::Vector3f object_p_sensor_;
   const SensorGeometry& geometry_;
   Eigen::Vector3f direction_;
-  float depth_, length_;
+  float length_;
   cv::Mat1f starts_, nodes_;
 };
 
 }  // namespace
 
-cv::Mat1f object_underside(const Shape& shape, const Pose& sensor_T_object, const SensorGeometry& geometry,
-                           const GelOptions& options) {
-  return Caster(shape, sensor_T_object, geometry, static_cast<float>(options.max_indentation_mm)).cast();
+cv::Mat1f object_underside(const Shape& shape, const Pose& sensor_T_object, const SensorGeometry& geometry) {
+  return Caster(shape, sensor_T_object, geometry).cast();
 }
 
 std::optional<Pose> settle_object(const Shape& shape, Pose sensor_T_object, double indentation_mm,
-                                  const SensorGeometry& geometry, const GelOptions& options) {
+                                  const SensorGeometry& geometry) {
   constexpr int kCoarser = 4;
   constexpr double kLiftMm = 0.5, kCloseEnoughMm = 1e-3;
   const SensorGeometry view{geometry.width_px / kCoarser, geometry.height_px / kCoarser,
                             geometry.pixel_pitch_mm * kCoarser};
   for (int attempt = 0; attempt < 40; ++attempt) {
     double lowest = 0;
-    cv::minMaxLoc(object_underside(shape, sensor_T_object, view, options), &lowest);
-    const bool clamped = lowest <= -options.max_indentation_mm, nothing = !std::isfinite(lowest);
+    cv::minMaxLoc(object_underside(shape, sensor_T_object, view), &lowest);
+    const bool clamped = lowest <= -kMaxIndentationMm, nothing = !std::isfinite(lowest);
     const double step = clamped ? kLiftMm : nothing ? -kLiftMm : -indentation_mm - lowest;
     sensor_T_object.translation().z() += step;
     if (!clamped && !nothing && std::abs(step) < kCloseEnoughMm) return sensor_T_object;

@@ -9,14 +9,12 @@
 #include <atomic>
 #include <cctype>
 #include <charconv>
-#include <filesystem>
 #include <future>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <thread>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/files.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/image/codecs.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
@@ -95,20 +93,10 @@ HttpReply json_reply(const Json& json) {
 
 /// At low priority. "": there is none.
 std::string mesh_file(const MeshFeed& feed, bool as_glb) {
-  const auto make = [&]() -> std::string {
+  const auto make = [&] {
     lower_thread_priority();
     const Mesh mesh = feed.whole();
-    if (mesh.triangles.empty()) return "";
-    if (!as_glb) return encode_ply(mesh);
-    std::string folder = std::filesystem::temp_directory_path() / "gelslam-XXXXXX";
-    if (::mkdtemp(folder.data()) == nullptr) throw Error("no folder for a temporary file");
-    const std::shared_ptr<void> removed(nullptr, [&](void*) {
-      std::error_code ignored;
-      std::filesystem::remove_all(folder, ignored);
-    });
-    const std::filesystem::path file = std::filesystem::path(folder) / "mesh.glb";
-    write_mesh(file, mesh);
-    return read_file(file);
+    return mesh.triangles.empty() ? "" : encode_mesh(mesh, as_glb ? ".glb" : ".ply");
   };
   return std::async(std::launch::async, make).get();
 }

@@ -1,24 +1,147 @@
 #include <fmt/core.h>
+#include <linux/videodev2.h>
+#include <sys/mman.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <cmath>
+#include <optional>
 #include <thread>
 
-#include "cameras/capture_stream.hpp"
 #include "cameras/v4l2_camera.hpp"
 #include "gelslam/core/text.hpp"
 
 namespace gelslam {
-namespace detail {
 namespace {
+
+using namespace detail;
 
 using Clock = std::chrono::steady_clock;
 constexpr int kWaitSliceMs = 100;  // how soon stop() is heard
 constexpr auto kRetryPause = std::chrono::milliseconds(50), kReturnPause = std::chrono::milliseconds(200);
 constexpr auto kOldest = std::chrono::seconds(1);  // a frame that arrives later has a wrong time
 constexpr std::int64_t kClockStepUs = 100'000;     // what is less may be a clock that is drawn near
+
+constexpr std::uint32_t kBuffersAsked = 4;  // enough for a delay of 160 ms at 25 Hz
+constexpr auto kPauseWhenNotReady = std::chrono::milliseconds(5);
+
+v4l2_buffer empty_buffer(std::uint32_t index) {
+  v4l2_buffer buffer{};
+  buffer.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  buffer.memory = V4L2_MEMORY_MMAP;
+  buffer.index = index;
+  return buffer;
+}
+
+/// steady_clock is that clock on Linux.
+std::optional<Clock::time_point> monotonic_time(const v4l2_buffer& buffer) {
+  const bool monotonic = (buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
+  const bool given = buffer.timestamp.tv_sec != 0 || buffer.timestamp.tv_usec != 0;
+  if (!monotonic || !given) return std::nullopt;
+  using namespace std::chrono;
+  return Clock::time_point(seconds(buffer.timestamp.tv_sec) + microseconds(buffer.timestamp.tv_usec));
+}
+
+/// A frame as it came out of the driver's queue.
+struct CapturedFrame {
+  std::vector<std::uint8_t> bytes;
+  std::uint32_t sequence = 0;
+  /// By the driver, of the monotonic clock; nothing where it has another one.
+  std::optional<Clock::time_point> captured;
+  Clock::time_point arrived;
+};
+
+enum class Capture { frame, nothing_yet, damaged };
+
+/// The driver's buffers, mapped and streaming while this lives.
+class CaptureStream {
+ public:
+  /// Throws Error when the driver gives no buffers or does not start.
+  explicit CaptureStream(const VideoNode& node) : node_(node) {
+    try {
+      map_buffers();
+      for (std::uint32_t i = 0; i < buffers_.size(); ++i) queue(i);
+      int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+      node_.require(VIDIOC_STREAMON, &type, "start the stream");
+    } catch (...) {
+      unmap_buffers();
+      throw;
+    }
+  }
+
+  ~CaptureStream() {
+    int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    node_.call(VIDIOC_STREAMOFF, &type);
+    unmap_buffers();
+  }
+
+  CaptureStream(const CaptureStream&) = delete;
+  CaptureStream& operator=(const CaptureStream&) = delete;
+
+  /// Waits up to `wait_ms`. Damaged: marked so by the driver, or empty. Throws CameraFailure when the camera
+  /// is gone.
+  Capture take(int wait_ms, CapturedFrame& frame) {
+    pollfd waiting{node_.fd(), POLLIN, 0};
+    const int ready = node_.system().poll(&waiting, 1, wait_ms);
+    if (ready == 0) return Capture::nothing_yet;
+    if (ready < 0 && errno != EINTR) throw node_.failure("wait for a frame", errno);
+    // Whatever poll says, the queue knows best: an unplugged camera answers with ENODEV here.
+    v4l2_buffer buffer = empty_buffer(0);
+    if (const int code = node_.call(VIDIOC_DQBUF, &buffer); code != 0) {
+      if (code != EAGAIN) throw node_.failure("get a frame", code);
+      std::this_thread::sleep_for(kPauseWhenNotReady);
+      return Capture::nothing_yet;
+    }
+    frame.arrived = Clock::now();
+    if (buffer.index >= buffers_.size()) throw node_.failure("get a frame", EIO);
+    const auto& memory = buffers_[buffer.index];
+    const bool usable = (buffer.flags & V4L2_BUF_FLAG_ERROR) == 0 && buffer.bytesused > 0 &&
+                        buffer.bytesused <= memory.size();
+    if (usable) frame.bytes.assign(memory.begin(), memory.begin() + buffer.bytesused);
+    frame.sequence = buffer.sequence;
+    frame.captured = monotonic_time(buffer);
+    queue(buffer.index);
+    return usable ? Capture::frame : Capture::damaged;
+  }
+
+ private:
+  void map_buffers() {
+    v4l2_requestbuffers request{};
+    request.count = kBuffersAsked;
+    request.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    request.memory = V4L2_MEMORY_MMAP;
+    node_.require(VIDIOC_REQBUFS, &request, "get buffers");
+    if (request.count < 2)
+      throw Error(node_.path() + ": the driver gives only " + std::to_string(request.count) +
+                  " buffers; two are needed");
+    for (std::uint32_t i = 0; i < request.count; ++i) {
+      v4l2_buffer buffer = empty_buffer(i);
+      node_.require(VIDIOC_QUERYBUF, &buffer, "get buffers");
+      void* address = node_.system().map(buffer.length, node_.fd(), static_cast<off_t>(buffer.m.offset));
+      if (address == MAP_FAILED) throw node_.failure("map its buffers", errno);
+      buffers_.emplace_back(static_cast<std::uint8_t*>(address), buffer.length);
+    }
+  }
+
+  void unmap_buffers() {
+    for (const auto& buffer : buffers_) node_.system().unmap(buffer.data(), buffer.size());
+    v4l2_requestbuffers none{};
+    none.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    none.memory = V4L2_MEMORY_MMAP;
+    node_.call(VIDIOC_REQBUFS, &none);  // frees them, so that the next one to open gets its own
+    buffers_.clear();
+  }
+
+  void queue(std::uint32_t index) {
+    v4l2_buffer buffer = empty_buffer(index);
+    node_.require(VIDIOC_QBUF, &buffer, "queue a buffer");
+  }
+
+  const VideoNode& node_;
+  std::vector<std::span<std::uint8_t>> buffers_;
+};
 
 void give_up_if_asked(const CameraOptions& options) {
   if (options.gives_up && options.gives_up())
@@ -29,10 +152,10 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-NodeIdentity capture_identity(const VideoNode& node) {
-  const NodeIdentity identity = node.identity();
-  if (identity.kind() == CameraNode::capture) return identity;
-  if (identity.kind() == CameraNode::metadata) {
+CameraInfo capture_identity(const VideoNode& node) {
+  CameraInfo identity = node.identity();
+  if (identity.node == CameraNode::capture) return identity;
+  if (identity.node == CameraNode::metadata) {
     const std::string beside = capture_node_beside(node.path(), identity.bus, node.system());
     throw Error(node.path() + ": carries only metadata of " + identity.name +
                 (beside.empty() ? "; see gelslam devices" : "; its pictures are at " + beside));
@@ -66,7 +189,7 @@ struct OpenCamera {
   }
 
   VideoNode node;
-  NodeIdentity identity;
+  CameraInfo identity;
   CaptureFormat format;
   CaptureStream stream;
   ControlReport controls;
@@ -265,7 +388,7 @@ class V4l2Camera final : public CameraSource {
   const VideoSystem& system_;
   std::unique_ptr<OpenCamera> open_;  // null while the camera is away
   // As it was opened first.
-  const NodeIdentity identity_;
+  const CameraInfo identity_;
   const CaptureFormat format_;
   const std::vector<CameraSetting> settings_;
   const std::string path_;
@@ -296,7 +419,7 @@ bool may_pass(const CameraFailure& failure) {
 
 }  // namespace
 
-std::unique_ptr<CameraSource> open_camera(const CameraOptions& options, const VideoSystem& system) {
+std::unique_ptr<CameraSource> open_camera(const CameraOptions& options, const detail::VideoSystem& system) {
   const std::string path = find_camera(options, system);
   for (const Clock::time_point start = Clock::now();;) {
     give_up_if_asked(options);
@@ -309,12 +432,6 @@ std::unique_ptr<CameraSource> open_camera(const CameraOptions& options, const Vi
     }
     std::this_thread::sleep_for(kRetryPause);
   }
-}
-
-}  // namespace detail
-
-std::unique_ptr<CameraSource> open_camera(const CameraOptions& options) {
-  return detail::open_camera(options, detail::linux_video_system());
 }
 
 }  // namespace gelslam

@@ -84,8 +84,8 @@ bool is_on(const VideoNode& node, const Automatic& automatic) {
 }
 
 bool is_moved(const VideoNode& node, std::uint32_t id) {
-  return std::any_of(kAutomatics.begin(), kAutomatics.end(), [&](const Automatic& automatic) {
-    const bool concerned = automatic.id == id || automatic.moves[0] == id || automatic.moves[1] == id;
+  return std::ranges::any_of(kAutomatics, [&](const Automatic& automatic) {
+    const bool concerned = automatic.id == id || std::ranges::count(automatic.moves, id) > 0;
     return concerned && is_on(node, automatic);
   });
 }
@@ -104,10 +104,8 @@ class Holder {
     }
     for (const CameraSetting& found : values_found) {
       const Control* control = control_named(found.name);
-      if (control == nullptr ||
-          std::find(automatic.moves.begin(), automatic.moves.end(), control->id) == automatic.moves.end())
-        continue;
-      set_value(node_, control->id, static_cast<std::int32_t>(found.value));
+      if (control != nullptr && std::ranges::count(automatic.moves, control->id) > 0)
+        set_value(node_, control->id, static_cast<std::int32_t>(found.value));
     }
   }
 
@@ -118,7 +116,7 @@ class Holder {
     const bool in_range = value >= control->minimum && value <= control->maximum;
     const int code = in_range ? set_value(node_, control->id, static_cast<std::int32_t>(value)) : ERANGE;
     if (code == 0) return;
-    if (code == ENODEV) throw camera_failure(node_.system(), node_.path(), "set " + name, code);
+    if (code == ENODEV) throw node_.failure("set " + name, code);
     throw Error(node_.path() + ": the camera does not take " + name + "=" + std::to_string(value) +
                 "; its range is " + std::to_string(control->minimum) + " to " +
                 std::to_string(control->maximum));
@@ -136,13 +134,11 @@ class Holder {
 
  private:
   const Control* control_named(const std::string& name) const {
-    const auto found =
-        std::find_if(controls_.begin(), controls_.end(), [&](const Control& c) { return c.name == name; });
+    const auto found = std::ranges::find(controls_, name, &Control::name);
     return found == controls_.end() ? nullptr : &*found;
   }
   std::string name_of(std::uint32_t id) const {
-    const auto found =
-        std::find_if(controls_.begin(), controls_.end(), [&](const Control& c) { return c.id == id; });
+    const auto found = std::ranges::find(controls_, id, &Control::id);
     return found == controls_.end() ? "a control" : found->name;
   }
   std::string what_there_is(const std::string& name) const {
@@ -163,8 +159,7 @@ class Holder {
 }  // namespace
 
 bool has_automatics_on(const VideoNode& node) {
-  return std::any_of(kAutomatics.begin(), kAutomatics.end(),
-                     [&](const Automatic& a) { return is_on(node, a); });
+  return std::ranges::any_of(kAutomatics, [&](const Automatic& a) { return is_on(node, a); });
 }
 
 ControlReport hold_controls(const VideoNode& node,

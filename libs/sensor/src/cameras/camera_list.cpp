@@ -1,12 +1,55 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <charconv>
+#include <sstream>
 #include <string_view>
 
 #include "cameras/v4l2_camera.hpp"
-#include "cameras/video_node.hpp"
+#include "gelslam/core/text.hpp"
 
 namespace gelslam {
+namespace {
+
+std::pair<std::string, std::int64_t> parse_control(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  const std::string name = trimmed(text.substr(0, equals));
+  const std::string number = equals == std::string::npos ? "" : trimmed(text.substr(equals + 1));
+  std::int64_t value = 0;
+  const auto [end, code] = std::from_chars(number.data(), number.data() + number.size(), value);
+  if (name.empty() || number.empty() || code != std::errc() || end != number.data() + number.size())
+    throw Error("device_config.camera_controls: \"" + text +
+                "\" is not name=number; write \"exposure_time_absolute=120, gain=3\"");
+  return {name, value};
+}
+
+std::vector<std::pair<std::string, std::int64_t>> parse_controls(const std::string& text) {
+  std::vector<std::pair<std::string, std::int64_t>> controls;
+  std::istringstream parts(trimmed(text).empty() ? "" : text + ",");
+  for (std::string part; std::getline(parts, part, ',');) controls.push_back(parse_control(trimmed(part)));
+  return controls;
+}
+
+FrameEncoding parse_format(const std::string& format) {
+  if (format == "MJPG") return FrameEncoding::jpeg;
+  if (format == "YUYV") return FrameEncoding::yuyv;
+  throw Error("device_config.camera_format: \"" + format + "\" is neither MJPG nor YUYV");
+}
+
+}  // namespace
+
+CameraOptions camera_options(const SensorProfile& profile) {
+  CameraOptions options;
+  options.device = profile.camera;
+  options.sensor = profile.device_name;
+  options.encoding = parse_format(profile.camera_format);
+  options.width_px = profile.raw_width_px;
+  options.height_px = profile.raw_height_px;
+  options.rate_hz = profile.frame_rate_hz;
+  options.controls = parse_controls(profile.camera_controls);
+  return options;
+}
+
 namespace detail {
 namespace {
 
@@ -16,21 +59,18 @@ constexpr std::array<std::string_view, 2> kKnownSensors{"GelSight Mini", "DIGIT"
 CameraInfo look_at(const std::string& path, const VideoSystem& system) {
   CameraInfo info;
   info.path = path;
-  info.in_use_by = system.held_by(path);
   try {
     const VideoNode node(system, path);
-    const NodeIdentity identity = node.identity();
-    info.name = identity.name;
-    info.driver = identity.driver;
-    info.bus = identity.bus;
-    info.node = identity.kind();
-    if (info.node != CameraNode::capture) return info;
-    info.sensor = known_sensor(info.name);
-    info.modes = camera_modes(node);
-    info.settings = read_controls(node);
+    info = node.identity();
+    if (info.node == CameraNode::capture) {
+      info.sensor = known_sensor(info.name);
+      info.modes = camera_modes(node);
+      info.settings = read_controls(node);
+    }
   } catch (const CameraFailure& failure) {
     info.problem = std::string(failure.what()).substr(path.size() + 2);  // without "path: "
   }
+  info.in_use_by = system.held_by(path);
   return info;
 }
 
@@ -51,29 +91,6 @@ std::vector<CameraInfo> cameras_where(const std::vector<CameraInfo>& cameras, co
   return result;
 }
 
-std::string find_known_sensor(const std::string& wanted, const std::vector<CameraInfo>& cameras) {
-  const auto found = cameras_where(cameras, [&](const CameraInfo& camera) {
-    return !camera.sensor.empty() && (wanted.empty() || camera.sensor == wanted);
-  });
-  const std::string looked_for = wanted.empty() ? "camera of a known touch sensor" : wanted;
-  if (found.size() > 1)
-    throw Error("more than one " + looked_for + ": " + what_there_is(found) +
-                "; name the camera or set device_config.camera");
-  if (!found.empty()) return found.front().path;
-  throw Error("no " + looked_for + " found: " + what_there_is(cameras) +
-              (cameras.empty() ? "; plug it in" : "; name the camera or set device_config.camera"));
-}
-
-std::string find_by_name(const std::string& part, const std::vector<CameraInfo>& cameras) {
-  const auto found = cameras_where(
-      cameras, [&](const CameraInfo& camera) { return camera.name.find(part) != std::string::npos; });
-  if (found.empty()) throw Error("no camera has \"" + part + "\" in its name: " + what_there_is(cameras));
-  if (found.size() > 1)
-    throw Error("more than one camera has \"" + part + "\" in its name: " + what_there_is(found) +
-                "; give more of the name, or the path");
-  return found.front().path;
-}
-
 }  // namespace
 
 std::string known_sensor(const std::string& name) {
@@ -86,20 +103,29 @@ std::string known_sensor(const std::string& name) {
   return "";
 }
 
-std::vector<CameraInfo> list_cameras(const VideoSystem& system) {
-  std::vector<CameraInfo> cameras;
-  for (const std::string& path : system.nodes()) cameras.push_back(look_at(path, system));
-  return cameras;
-}
-
 std::string find_camera(const CameraOptions& options, const VideoSystem& system) {
   const std::string& device = options.device;
   if (device.starts_with("/")) return device;
   if (!device.empty() && device.find_first_not_of("0123456789") == std::string::npos)
     return "/dev/video" + device;
-  if (device == "auto" || device.empty())
-    return find_known_sensor(known_sensor(options.sensor), list_cameras(system));
-  return find_by_name(device, list_cameras(system));
+  const bool by_sensor = device == "auto" || device.empty();
+  const std::string sensor = known_sensor(options.sensor);
+  const std::vector<CameraInfo> cameras = list_cameras(system);
+  const auto found = cameras_where(cameras, [&](const CameraInfo& camera) {
+    if (!by_sensor) return camera.name.find(device) != std::string::npos;
+    return !camera.sensor.empty() && (sensor.empty() || camera.sensor == sensor);
+  });
+  if (found.size() == 1) return found.front().path;
+  const std::string wanted = !by_sensor       ? "camera has \"" + device + "\" in its name"
+                             : sensor.empty() ? "camera of a known touch sensor"
+                                              : sensor;
+  if (found.empty() && !by_sensor) throw Error("no " + wanted + ": " + what_there_is(cameras));
+  const char* const advice = !by_sensor        ? "; give more of the name, or the path"
+                             : cameras.empty() ? "; plug it in"
+                                               : "; name the camera or set device_config.camera";
+  throw Error((found.empty() ? "no " + wanted + " found: " + what_there_is(cameras)
+                             : "more than one " + wanted + ": " + what_there_is(found)) +
+              advice);
 }
 
 std::vector<std::string> nodes_named(const std::string& name, const VideoSystem& system) {
@@ -109,7 +135,7 @@ std::vector<std::string> nodes_named(const std::string& name, const VideoSystem&
   return nodes;
 }
 
-std::string find_again(const NodeIdentity& camera, const std::vector<std::string>& others,
+std::string find_again(const CameraInfo& camera, const std::vector<std::string>& others,
                        const VideoSystem& system) {
   for (const std::string& path : nodes_named(camera.name, system))
     if (std::ranges::count(others, path) == 0 || VideoNode(system, path).identity().bus == camera.bus)
@@ -125,10 +151,10 @@ std::string capture_node_beside(const std::string& path, const std::string& bus,
 
 }  // namespace detail
 
-std::string find_camera(const CameraOptions& options) {
-  return detail::find_camera(options, detail::linux_video_system());
+std::vector<CameraInfo> list_cameras(const detail::VideoSystem& system) {
+  std::vector<CameraInfo> cameras;
+  for (const std::string& path : system.nodes()) cameras.push_back(detail::look_at(path, system));
+  return cameras;
 }
-
-std::vector<CameraInfo> list_cameras() { return detail::list_cameras(detail::linux_video_system()); }
 
 }  // namespace gelslam

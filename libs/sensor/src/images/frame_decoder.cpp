@@ -18,180 +18,157 @@ std::string name_of(const RawFrame& frame) {
   return frame.name.empty() ? "frame " + std::to_string(frame.index) : frame.name;
 }
 
-}  // namespace
-
-struct FrameDecoder::Impl {
-  explicit Impl(std::optional<SensorProfile> sensor) : profile(std::move(sensor)) {}
-
-  cv::Mat3b decode(const RawFrame& frame);
-  cv::Mat3b decode_bytes(const RawFrame& frame);
-  cv::Mat3b decode_jpeg(const RawFrame& frame);
-  cv::Mat3b decode_png(const RawFrame& frame);
-  cv::Mat3b decode_plain(const RawFrame& frame, int bytes_per_pixel);
-  bool size_is_plausible(const RawFrame& frame, std::int64_t width_px, std::int64_t height_px);
-  void refuse_wrong_size(const RawFrame& frame, std::int64_t width_px, std::int64_t height_px) const;
-  int denominator_of(cv::Size raw) const;
-  cv::Mat3b fit(const cv::Mat3b& picture, cv::Size raw, int denominator) const;
-  void compare_with_last(const cv::Mat3b& picture, const RawFrame& frame);
-
-  std::optional<SensorProfile> profile;  ///< none: pictures keep their size
-  JpegDecoder jpeg;
-  cv::Mat3b decoded;  // kept, so that no frame allocates
-  std::string damage, first_damage;
-  std::int64_t good = 0, left_out = 0;
-  cv::Mat3b last;                             // good one
-  double changed_s = 0, longest_still_s = 0;  // when pictures last changed; how long they did not
-  std::string first_moving;                   // after the longest time without change
-  std::int64_t copies = 0;
+/// Why a frame is left out.
+struct Damaged {
+  std::string why;
 };
 
 /// What is announced and what the header says must agree: a broken header may claim any size.
-bool FrameDecoder::Impl::size_is_plausible(const RawFrame& frame, std::int64_t width_px,
-                                           std::int64_t height_px) {
+void check_size(const RawFrame& frame, std::int64_t width_px, std::int64_t height_px) {
   const bool announced = frame.width_px > 0 && frame.height_px > 0;
-  if (announced && (frame.width_px != width_px || frame.height_px != height_px)) {
-    damage = "the picture says it is " + size_text(width_px, height_px) + " pixels, announced were " +
-             size_text(frame.width_px, frame.height_px);
-    return false;
-  }
-  if (width_px < 1 || height_px < 1 || !detail::fits_any_sensor(width_px, height_px)) {
-    damage = size_text(width_px, height_px) + " pixels are more than any touch sensor has";
-    return false;
+  if (announced && (frame.width_px != width_px || frame.height_px != height_px))
+    throw Damaged{"the picture says it is " + size_text(width_px, height_px) + " pixels, announced were " +
+                  size_text(frame.width_px, frame.height_px)};
+  if (width_px < 1 || height_px < 1 || !detail::fits_any_sensor(width_px, height_px))
+    throw Damaged{size_text(width_px, height_px) + " pixels are more than any touch sensor has"};
+}
+
+/// True when no pixel's channels differ by more than two gray levels: a picture without color, from which no
+/// slope can be read. Video compression leaves a level or two of false color.
+bool is_gray(const cv::Mat3b& image) {
+  for (int v = 0; v < image.rows; ++v) {
+    const cv::Vec3b* row = image[v];
+    for (int u = 0; u < image.cols; ++u) {
+      const auto [low, high] = std::minmax({row[u][0], row[u][1], row[u][2]});
+      if (high - low > 2) return false;
+    }
   }
   return true;
 }
 
-void FrameDecoder::Impl::refuse_wrong_size(const RawFrame& frame, std::int64_t width_px,
-                                           std::int64_t height_px) const {
-  if (profile && detail::picture_fit(width_px, height_px, *profile) == detail::PictureFit::never)
-    throw Error(name_of(frame) + ": " + detail::wrong_size_text(width_px, height_px, *profile));
-}
+}  // namespace
 
-/// By how much a JPEG may be shrunk while it is decoded.
-int FrameDecoder::Impl::denominator_of(cv::Size raw) const {
-  if (!profile) return 1;
-  const cv::Rect window = detail::kept_window(raw, *profile);
-  int denominator = 1;
-  while (denominator < 4 && window.width >= 2 * denominator * profile->width_px &&
-         window.height >= 2 * denominator * profile->height_px)
-    denominator *= 2;
-  return denominator;
-}
-
-/// The window is that of the raw picture, whatever scale it was decoded at.
-cv::Mat3b FrameDecoder::Impl::fit(const cv::Mat3b& picture, cv::Size raw, int denominator) const {
-  const cv::Size size = profile ? cv::Size(profile->width_px, profile->height_px) : raw;
-  if (picture.size() == size && raw == size) return picture.clone();
-  const cv::Rect window = detail::kept_window(raw, *profile);
-  const double scale = 1.0 / denominator;
-  const cv::Rect2d scaled(window.x * scale, window.y * scale, window.width * scale, window.height * scale);
-  return detail::area_resample(picture, scaled, size);
-}
-
-cv::Mat3b FrameDecoder::Impl::decode_jpeg(const RawFrame& frame) {
-  const JpegInfo info = jpeg.read_header(frame.bytes);
-  if (info.width_px == 0) {
-    damage = jpeg.damage();
-    return {};
+struct FrameDecoder::Impl {
+  void refuse_wrong_size(const RawFrame& frame, std::int64_t width_px, std::int64_t height_px) const {
+    if (profile && detail::picture_fit(width_px, height_px, *profile) == detail::PictureFit::never)
+      throw Error(name_of(frame) + ": " + detail::wrong_size_text(width_px, height_px, *profile));
   }
-  if (!size_is_plausible(frame, info.width_px, info.height_px)) return {};
-  damage = info.unfit;
-  if (!damage.empty()) return {};
-  refuse_wrong_size(frame, info.width_px, info.height_px);
-  const cv::Size raw(info.width_px, info.height_px);
-  const int denominator = denominator_of(raw);
-  if (!jpeg.decode(frame.bytes, info, denominator, decoded)) {
-    damage = jpeg.damage();
-    return {};
+
+  /// By how much a JPEG may be shrunk while it is decoded.
+  int denominator_of(cv::Size raw) const {
+    if (!profile) return 1;
+    const cv::Rect window = detail::kept_window(raw, *profile);
+    int denominator = 1;
+    while (denominator < 4 && window.width >= 2 * denominator * profile->width_px &&
+           window.height >= 2 * denominator * profile->height_px)
+      denominator *= 2;
+    return denominator;
   }
-  return fit(decoded, raw, denominator);
-}
 
-cv::Mat3b FrameDecoder::Impl::decode_png(const RawFrame& frame) {
-  const PngInfo info = gelslam::check_png(frame.bytes);
-  damage = info.damage;
-  if (!damage.empty() || !size_is_plausible(frame, info.width_px, info.height_px)) return {};
-  if (info.bits_per_channel > 8) damage = "needs 8 bits per channel";
-  if (!info.color) damage = kGrayPicture;
-  if (!damage.empty()) return {};
-  refuse_wrong_size(frame, info.width_px, info.height_px);
-  const cv::Mat3b picture = gelslam::decode_png(frame.bytes);
-  if (picture.empty()) {
-    damage = "PNG is corrupt";
-    return {};
+  /// The window is that of the raw picture, whatever scale it was decoded at.
+  cv::Mat3b fit(const cv::Mat3b& picture, cv::Size raw, int denominator) const {
+    const cv::Size size = profile ? cv::Size(profile->width_px, profile->height_px) : raw;
+    if (picture.size() == size && raw == size) return picture.clone();
+    const cv::Rect window = detail::kept_window(raw, *profile);
+    const double scale = 1.0 / denominator;
+    const cv::Rect2d scaled(window.x * scale, window.y * scale, window.width * scale, window.height * scale);
+    return detail::area_resample(picture, scaled, size);
   }
-  return fit(picture, picture.size(), 1);
-}
 
-cv::Mat3b FrameDecoder::Impl::decode_plain(const RawFrame& frame, int bytes_per_pixel) {
-  if (!size_is_plausible(frame, frame.width_px, frame.height_px)) return {};
-  refuse_wrong_size(frame, frame.width_px, frame.height_px);
-  const std::size_t needed =
-      static_cast<std::size_t>(frame.width_px) * static_cast<std::size_t>(frame.height_px * bytes_per_pixel);
-  if (frame.bytes.size() < needed) {
-    damage = "the picture ends early: " + std::to_string(frame.bytes.size()) + " of " +
-             std::to_string(needed) + " bytes";
-    return {};
+  cv::Mat3b decode_jpeg(const RawFrame& frame) {
+    const JpegInfo info = jpeg.read_header(frame.bytes);
+    if (info.width_px == 0) throw Damaged{jpeg.damage()};
+    check_size(frame, info.width_px, info.height_px);
+    if (!info.unfit.empty()) throw Damaged{info.unfit};
+    refuse_wrong_size(frame, info.width_px, info.height_px);
+    const cv::Size raw(info.width_px, info.height_px);
+    const int denominator = denominator_of(raw);
+    if (!jpeg.decode(frame.bytes, info, denominator, decoded)) throw Damaged{jpeg.damage()};
+    return fit(decoded, raw, denominator);
   }
-  const cv::Mat wrapped(frame.height_px, frame.width_px, CV_8UC(bytes_per_pixel),
-                        const_cast<std::uint8_t*>(frame.bytes.data()));
-  if (bytes_per_pixel == 3) return fit(wrapped, wrapped.size(), 1);
-  if (frame.width_px % 2 != 0) {
-    damage = "a YUYV picture of odd width";
-    return {};
+
+  cv::Mat3b decode_png(const RawFrame& frame) const {
+    const PngInfo info = check_png(frame.bytes);
+    if (!info.damage.empty()) throw Damaged{info.damage};
+    check_size(frame, info.width_px, info.height_px);
+    if (!info.color) throw Damaged{kGrayPicture};
+    if (info.bits_per_channel > 8) throw Damaged{"needs 8 bits per channel"};
+    refuse_wrong_size(frame, info.width_px, info.height_px);
+    const cv::Mat3b picture = gelslam::decode_png(frame.bytes);
+    if (picture.empty()) throw Damaged{"PNG is corrupt"};
+    return fit(picture, picture.size(), 1);
   }
-  cv::cvtColor(wrapped, decoded, cv::COLOR_YUV2BGR_YUYV);
-  return fit(decoded, decoded.size(), 1);
-}
 
-cv::Mat3b FrameDecoder::Impl::decode_bytes(const RawFrame& frame) {
-  damage = frame.damage;
-  if (damage.empty() && frame.bytes.empty()) damage = "the frame is empty";
-  if (frame.bytes.size() > kMaxBytes) damage = "the frame is larger than any picture of a touch sensor";
-  if (!damage.empty()) return {};
-  if (frame.encoding == FrameEncoding::jpeg) return decode_jpeg(frame);
-  if (frame.encoding == FrameEncoding::png) return decode_png(frame);
-  return decode_plain(frame, frame.encoding == FrameEncoding::bgr ? 3 : 2);
-}
-
-/// Counts copies to the bit, which no camera makes, and finds the longest time in which nothing new was seen.
-void FrameDecoder::Impl::compare_with_last(const cv::Mat3b& picture, const RawFrame& frame) {
-  const bool is_copy = last.size() == picture.size() &&
-                       std::memcmp(last.data, picture.data, picture.total() * picture.elemSize()) == 0;
-  copies += is_copy;
-  if (is_copy) return;
-  picture.copyTo(last);
-  const double still_s = good > 0 ? frame.time_s - changed_s : 0;
-  changed_s = frame.time_s;
-  if (still_s <= longest_still_s) return;
-  longest_still_s = still_s;
-  first_moving = name_of(frame);
-}
-
-cv::Mat3b FrameDecoder::Impl::decode(const RawFrame& frame) {
-  cv::Mat3b picture = decode_bytes(frame);
-  if (damage.empty() && is_gray(picture)) damage = kGrayPicture;
-  if (damage.empty()) {
-    compare_with_last(picture, frame);
-    ++good;
-    return picture;
+  cv::Mat3b decode_plain(const RawFrame& frame, int bytes_per_pixel) {
+    check_size(frame, frame.width_px, frame.height_px);
+    refuse_wrong_size(frame, frame.width_px, frame.height_px);
+    const std::size_t needed = static_cast<std::size_t>(frame.width_px) *
+                               static_cast<std::size_t>(frame.height_px * bytes_per_pixel);
+    if (frame.bytes.size() < needed)
+      throw Damaged{"the picture ends early: " + std::to_string(frame.bytes.size()) + " of " +
+                    std::to_string(needed) + " bytes"};
+    const cv::Mat wrapped(frame.height_px, frame.width_px, CV_8UC(bytes_per_pixel),
+                          const_cast<std::uint8_t*>(frame.bytes.data()));
+    if (bytes_per_pixel == 3) return fit(wrapped, wrapped.size(), 1);
+    if (frame.width_px % 2 != 0) throw Damaged{"a YUYV picture of odd width"};
+    cv::cvtColor(wrapped, decoded, cv::COLOR_YUV2BGR_YUYV);
+    return fit(decoded, decoded.size(), 1);
   }
-  if (left_out++ == 0) first_damage = name_of(frame) + ": " + damage;
-  return {};
-}
 
-FrameDecoder::FrameDecoder() : impl_(std::make_unique<Impl>(std::nullopt)) {}
-FrameDecoder::FrameDecoder(const SensorProfile& profile) : impl_(std::make_unique<Impl>(profile)) {}
+  cv::Mat3b decode(const RawFrame& frame) {
+    if (!frame.damage.empty()) throw Damaged{frame.damage};
+    if (frame.bytes.empty()) throw Damaged{"the frame is empty"};
+    if (frame.bytes.size() > kMaxBytes)
+      throw Damaged{"the frame is larger than any picture of a touch sensor"};
+    if (frame.encoding == FrameEncoding::jpeg) return decode_jpeg(frame);
+    if (frame.encoding == FrameEncoding::png) return decode_png(frame);
+    return decode_plain(frame, frame.encoding == FrameEncoding::bgr ? 3 : 2);
+  }
+
+  /// Counts copies to the bit, which no camera makes, and finds the longest time in which nothing new was
+  /// seen.
+  void compare_with_last(const cv::Mat3b& picture, const RawFrame& frame) {
+    const bool is_copy = last.size() == picture.size() &&
+                         std::memcmp(last.data, picture.data, picture.total() * picture.elemSize()) == 0;
+    copies += is_copy;
+    if (is_copy) return;
+    picture.copyTo(last);
+    const double still_s = good > 0 ? frame.time_s - changed_s : 0;
+    changed_s = frame.time_s;
+    if (still_s <= longest_still_s) return;
+    longest_still_s = still_s;
+    first_moving = name_of(frame);
+  }
+
+  std::optional<SensorProfile> profile;  ///< none: pictures keep their size
+  JpegDecoder jpeg{};
+  cv::Mat3b decoded{};  // kept, so that no frame allocates
+  std::string damage{}, first_damage{};
+  std::int64_t good = 0, left_out = 0;
+  cv::Mat3b last{};                           // good one
+  double changed_s = 0, longest_still_s = 0;  // when pictures last changed; how long they did not
+  std::string first_moving{};                 // after the longest time without change
+  std::int64_t copies = 0;
+};
+
+FrameDecoder::FrameDecoder(const std::optional<SensorProfile>& profile) : impl_(new Impl{profile}) {}
 FrameDecoder::~FrameDecoder() = default;
 
 std::optional<TactileImage> FrameDecoder::decode(const RawFrame& frame) {
-  TactileImage image;
-  image.bgr = impl_->decode(frame);
-  if (image.bgr.empty()) return std::nullopt;
-  image.time_s = frame.time_s;
-  image.index = frame.index;
-  if (!impl_->profile || !impl_->profile->counts_from_start) image.unix_us = frame.unix_us;
-  return image;
+  Impl& i = *impl_;
+  try {
+    i.damage.clear();
+    const cv::Mat3b picture = i.decode(frame);
+    if (is_gray(picture)) throw Damaged{kGrayPicture};
+    i.compare_with_last(picture, frame);
+    ++i.good;
+    const bool has_clock = !i.profile || !i.profile->counts_from_start;
+    return TactileImage{picture, frame.time_s, frame.index, has_clock ? frame.unix_us : 0};
+  } catch (const Damaged& damaged) {
+    i.damage = damaged.why;
+  }
+  if (i.left_out++ == 0) i.first_damage = name_of(frame) + ": " + i.damage;
+  return std::nullopt;
 }
 
 const std::string& FrameDecoder::damage() const { return impl_->damage; }
@@ -215,17 +192,6 @@ std::string FrameDecoder::warning() const {
     append_sentence(text, "nothing new was seen for " + short_number(i.longest_still_s, 2) + " s before " +
                               i.first_moving + "; motion in that time is missing");
   return text;
-}
-
-bool is_gray(const cv::Mat3b& image, int tolerance) {
-  for (int v = 0; v < image.rows; ++v) {
-    const cv::Vec3b* row = image[v];
-    for (int u = 0; u < image.cols; ++u) {
-      const auto [low, high] = std::minmax({row[u][0], row[u][1], row[u][2]});
-      if (high - low > tolerance) return false;
-    }
-  }
-  return true;
 }
 
 FrameSource::FrameSource(std::shared_ptr<RawFrameSource> raw, std::string name, const SensorProfile& profile)

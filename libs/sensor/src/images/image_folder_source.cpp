@@ -147,8 +147,7 @@ class ImageFolderSource final : public RawFrameSource {
 
   std::optional<RawFrame> next() override {
     if (stopped_ || index_ == images_.size()) return std::nullopt;
-    RawFrame frame = read(images_[index_]);
-    frame.name = images_[index_].string();
+    RawFrame frame = read_image_file(images_[index_]);
     frame.index = static_cast<std::int64_t>(index_);
     frame.sequence = times_.numbers[index_];
     frame.time_s = times_.time_s(index_);
@@ -173,18 +172,6 @@ class ImageFolderSource final : public RawFrameSource {
   }
 
  private:
-  static RawFrame read(const fs::path& path) {
-    try {
-      return read_image_file(path);
-    } catch (const Error& error) {
-      RawFrame frame;
-      frame.damage = error.what();
-      const std::string said_anyway = path.string() + ": ";
-      if (frame.damage.starts_with(said_anyway)) frame.damage.erase(0, said_anyway.size());
-      return frame;
-    }
-  }
-
   fs::path folder_;
   std::vector<fs::path> images_;
   FolderTimes times_;

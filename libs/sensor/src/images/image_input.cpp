@@ -72,9 +72,16 @@ RawFrame read_any(std::vector<unsigned char> bytes, const std::filesystem::path&
 }  // namespace
 
 RawFrame detail::read_image_file(const std::filesystem::path& path) {
-  RawFrame frame = read_any(read_bytes(path), path);
-  frame.name = path.string();
-  if (frame.bytes.empty()) throw Error(frame.name + ": not a readable image (png, jpg or bmp), or damaged");
+  RawFrame frame;
+  const std::string name = path.string(), beginning = name + ": ";
+  try {
+    frame = read_any(read_bytes(path), path);
+    if (frame.bytes.empty()) frame.damage = "not a readable image (png, jpg or bmp), or damaged";
+  } catch (const Error& error) {
+    const std::string_view words = error.what();
+    frame.damage = words.substr(words.starts_with(beginning) ? beginning.size() : 0);
+  }
+  frame.name = name;
   return frame;
 }
 

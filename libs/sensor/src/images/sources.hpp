@@ -25,7 +25,7 @@ std::unique_ptr<RawFrameSource> open_image_folder(const std::filesystem::path& f
                                                   std::vector<std::filesystem::path> images,
                                                   const SensorProfile& profile);
 
-/// An image file: JPEG and PNG as they are, BMP decoded. Throws Error when it is none of these.
+/// An image file: JPEG and PNG as they are, BMP decoded; where it is none of these, its `damage` says so.
 RawFrame read_image_file(const std::filesystem::path& path);
 
 /// Makes `bgr` the frame's picture; its times and counts stay.

@@ -13,7 +13,6 @@ extern "C" {
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <initializer_list>
 #include <mutex>
 #include <opencv2/core.hpp>
 #include <span>
@@ -33,17 +32,6 @@ namespace {
 constexpr const char* kContainers =
     "avi,matroska,webm,mov,mp4,m4a,3gp,3g2,mj2,mpegts,mpeg,mpegvideo,asf,flv,ogg,nut,mxf,ivf,gif,mjpeg,"
     "h264,hevc,yuv4mpegpipe";
-
-/// Options of libav, freed with the object.
-struct AvOptions {
-  AvOptions(std::initializer_list<std::pair<const char*, const char*>> values) {
-    for (const auto& [key, value] : values) av_dict_set(&dictionary, key, value, 0);
-  }
-  ~AvOptions() { av_dict_free(&dictionary); }
-  AvOptions(const AvOptions&) = delete;
-  AvOptions& operator=(const AvOptions&) = delete;
-  AVDictionary* dictionary = nullptr;
-};
 
 /// What is wrong with a file is said by our errors. libav's level is that of the process: as it was,
 /// afterwards.
@@ -143,142 +131,134 @@ struct VideoFile::Av {
     avformat_close_input(&file);
   }
 
-  bool open(const std::filesystem::path& path, const char* only_format);
-  bool open_decoder();
-  bool read();
-  bool receive();
-  bool is_whole();
-  bool convert();
-  void obey_color_tags();
-  /// Nullptr where there is none.
-  AVStream* video(int track, int& count) const;
-  std::int64_t indexed_frames(int track) const;
-  std::optional<std::int64_t> microseconds(std::int64_t ticks) const;
-};
+  bool open(const std::filesystem::path& path, const char* only_format) {
+    // A frame cut off by the end of a truncated file must not reach us half gray. Playlists, which lead to
+    // other files, and text, which would be drawn as pictures, are no videos.
+    AVDictionary* options = nullptr;
+    av_dict_set(&options, "fflags", "discardcorrupt", 0);
+    av_dict_set(&options, "format_whitelist", only_format ? only_format : kContainers, 0);
+    // With its protocol, so that no part of the name is taken for one.
+    const std::string url = "file:" + std::filesystem::absolute(path).string();
+    const AVInputFormat* only = only_format == nullptr ? nullptr : av_find_input_format(only_format);
+    const bool is_open = avformat_open_input(&file, url.c_str(), only, &options) >= 0;
+    av_dict_free(&options);
+    return is_open;
+  }
 
-bool VideoFile::Av::open(const std::filesystem::path& path, const char* only_format) {
-  // A frame cut off by the end of a truncated file must not reach us half gray. Playlists, which lead to
-  // other files, and text, which would be drawn as pictures, are no videos.
-  AvOptions options(
-      {{"fflags", "discardcorrupt"}, {"format_whitelist", only_format ? only_format : kContainers}});
-  // With its protocol, so that no part of the name is taken for one.
-  const std::string url = "file:" + std::filesystem::absolute(path).string();
-  const AVInputFormat* only = only_format == nullptr ? nullptr : av_find_input_format(only_format);
-  return avformat_open_input(&file, url.c_str(), only, &options.dictionary) >= 0;
-}
+  bool open_decoder() {
+    const AVCodec* decoder = avcodec_find_decoder(stream->codecpar->codec_id);
+    codec = avcodec_alloc_context3(decoder);
+    if (decoder == nullptr || codec == nullptr) return false;
+    codec->max_pixels = kMaxPicturePixels;
+    codec->thread_count = 0;               // as many as there are cores
+    codec->thread_type = FF_THREAD_SLICE;  // threads of pictures complain between our calls: Quiet
+    const AVCodecDescriptor* properties = avcodec_descriptor_get(stream->codecpar->codec_id);
+    is_predicted = properties == nullptr || (properties->props & AV_CODEC_PROP_INTRA_ONLY) == 0;
+    return avcodec_parameters_to_context(codec, stream->codecpar) >= 0 &&
+           avcodec_open2(codec, decoder, nullptr) >= 0;
+  }
 
-bool VideoFile::Av::open_decoder() {
-  const AVCodec* decoder = avcodec_find_decoder(stream->codecpar->codec_id);
-  codec = avcodec_alloc_context3(decoder);
-  if (decoder == nullptr || codec == nullptr) return false;
-  codec->max_pixels = kMaxPicturePixels;
-  codec->thread_count = 0;               // as many as there are cores
-  codec->thread_type = FF_THREAD_SLICE;  // threads of pictures complain between our calls: Quiet
-  const AVCodecDescriptor* properties = avcodec_descriptor_get(stream->codecpar->codec_id);
-  is_predicted = properties == nullptr || (properties->props & AV_CODEC_PROP_INTRA_ONLY) == 0;
-  return avcodec_parameters_to_context(codec, stream->codecpar) >= 0 &&
-         avcodec_open2(codec, decoder, nullptr) >= 0;
-}
-
-/// The next packet of the video; false at the end.
-bool VideoFile::Av::read() {
-  do {
-    av_packet_unref(packet);
-    if (av_read_frame(file, packet) < 0) return false;
-  } while (packet->stream_index != stream->index || packet->size <= 0);
-  return true;
-}
-
-/// Reads packets until the decoder gives a frame, or fails to (then `frame` has no pixels); at the end of the
-/// file those that it has kept. False once there are no more.
-bool VideoFile::Av::receive() {
-  for (;;) {
-    int result = avcodec_receive_frame(codec, frame);
-    if (result == AVERROR_EOF) return false;
-    if (result == AVERROR(EAGAIN)) {
-      const bool any = read();
-      result = avcodec_send_packet(codec, any ? packet : nullptr);
-      if (any) ++sent;
-      if (result >= 0) continue;
-      if (!any) return false;
-    }
-    if (result < 0) {
-      av_frame_unref(frame);
-      if (received >= sent) return false;  // no more complaints than packets
-    }
-    ++received;
+  /// The next packet of the video; false at the end.
+  bool read() {
+    do {
+      av_packet_unref(packet);
+      if (av_read_frame(file, packet) < 0) return false;
+    } while (packet->stream_index != stream->index || packet->size <= 0);
     return true;
   }
-}
 
-/// Judges what receive() gave. A picture that is predicted from a damaged one is damaged as well.
-bool VideoFile::Av::is_whole() {
-  const bool whole = frame->data[0] != nullptr && (frame->flags & AV_FRAME_FLAG_CORRUPT) == 0 &&
-                     frame->decode_error_flags == 0;
-  if (!whole)
-    is_reference_broken = is_predicted;
-  else if (frame->pict_type == AV_PICTURE_TYPE_I)
-    is_reference_broken = false;
-  return whole && !is_reference_broken;
-}
-
-/// Into libav's own memory: its fast paths write beyond the end of a row.
-bool VideoFile::Av::convert() {
-  // (sws_getCachedContext() makes a new one for each frame of the formats of JPEG, which it renames.)
-  if (scaler == nullptr || bgr->width != frame->width || bgr->height != frame->height ||
-      format != frame->format || colors != frame->colorspace) {
-    sws_freeContext(scaler);
-    format = frame->format;
-    colors = frame->colorspace;
-    scaler = sws_getContext(frame->width, frame->height, static_cast<AVPixelFormat>(format), frame->width,
-                            frame->height, AV_PIX_FMT_BGR24,
-                            SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT, nullptr, nullptr, nullptr);
-    obey_color_tags();
+  /// Reads packets until the decoder gives a frame, or fails to (then `frame` has no pixels); at the end of
+  /// the file those that it has kept. False once there are no more.
+  bool receive() {
+    for (;;) {
+      int result = avcodec_receive_frame(codec, frame);
+      if (result == AVERROR_EOF) return false;
+      if (result == AVERROR(EAGAIN)) {
+        const bool any = read();
+        result = avcodec_send_packet(codec, any ? packet : nullptr);
+        if (any) ++sent;
+        if (result >= 0) continue;
+        if (!any) return false;
+      }
+      if (result < 0) {
+        av_frame_unref(frame);
+        if (received >= sent) return false;  // no more complaints than packets
+      }
+      ++received;
+      return true;
+    }
   }
-  av_frame_unref(bgr);
-  bgr->format = AV_PIX_FMT_BGR24;
-  bgr->width = frame->width;
-  bgr->height = frame->height;
-  return scaler != nullptr && av_frame_get_buffer(bgr, 0) >= 0 &&
-         sws_scale(scaler, frame->data, frame->linesize, 0, frame->height, bgr->data, bgr->linesize) > 0;
-}
 
-/// Which luma and chroma the numbers are (BT.601, where the file does not say it), and how far they reach.
-void VideoFile::Av::obey_color_tags() {
-  int *from = nullptr, *to = nullptr, from_full = 0, to_full = 0, brightness = 0, contrast = 0,
-      saturation = 0;
-  if (scaler == nullptr || sws_getColorspaceDetails(scaler, &from, &from_full, &to, &to_full, &brightness,
-                                                    &contrast, &saturation) < 0)
-    return;
-  if (frame->color_range != AVCOL_RANGE_UNSPECIFIED) from_full = frame->color_range == AVCOL_RANGE_JPEG;
-  sws_setColorspaceDetails(scaler, sws_getCoefficients(colors), from_full, to, to_full, brightness, contrast,
-                           saturation);
-}
+  /// Judges what receive() gave. A picture that is predicted from a damaged one is damaged as well.
+  bool is_whole() {
+    const bool whole = frame->data[0] != nullptr && (frame->flags & AV_FRAME_FLAG_CORRUPT) == 0 &&
+                       frame->decode_error_flags == 0;
+    if (!whole)
+      is_reference_broken = is_predicted;
+    else if (frame->pict_type == AV_PICTURE_TYPE_I)
+      is_reference_broken = false;
+    return whole && !is_reference_broken;
+  }
 
-std::optional<std::int64_t> VideoFile::Av::microseconds(std::int64_t ticks) const {
-  if (ticks == AV_NOPTS_VALUE) return std::nullopt;
-  return av_rescale_q(ticks, stream->time_base, AVRational{1, 1'000'000});
-}
+  /// Into libav's own memory: its fast paths write beyond the end of a row.
+  bool convert() {
+    // (sws_getCachedContext() makes a new one for each frame of the formats of JPEG, which it renames.)
+    if (scaler == nullptr || bgr->width != frame->width || bgr->height != frame->height ||
+        format != frame->format || colors != frame->colorspace) {
+      sws_freeContext(scaler);
+      format = frame->format;
+      colors = frame->colorspace;
+      scaler = sws_getContext(frame->width, frame->height, static_cast<AVPixelFormat>(format), frame->width,
+                              frame->height, AV_PIX_FMT_BGR24,
+                              SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT, nullptr, nullptr, nullptr);
+      obey_color_tags();
+    }
+    av_frame_unref(bgr);
+    bgr->format = AV_PIX_FMT_BGR24;
+    bgr->width = frame->width;
+    bgr->height = frame->height;
+    return scaler != nullptr && av_frame_get_buffer(bgr, 0) >= 0 &&
+           sws_scale(scaler, frame->data, frame->linesize, 0, frame->height, bgr->data, bgr->linesize) > 0;
+  }
 
-/// Pictures that a complete index leads to, before any is read: an AVI lists none for a dropped frame, and
-/// the edit list of an MP4 may leave some out. 0: there is no index.
-std::int64_t VideoFile::Av::indexed_frames(int track) const {
-  std::int64_t frames = 0;
-  int count = 0;
-  AVStream* const of = video(track, count);
-  for (int i = 0; of != nullptr && i < avformat_index_get_entries_count(of); ++i)
-    frames += (avformat_index_get_entry(of, i)->flags & AVINDEX_DISCARD_FRAME) == 0;
-  return frames;
-}
+  /// Which luma and chroma the numbers are (BT.601, where the file does not say it), and how far they reach.
+  void obey_color_tags() {
+    int *from = nullptr, *to = nullptr, from_full = 0, to_full = 0, brightness = 0, contrast = 0,
+        saturation = 0;
+    if (scaler == nullptr || sws_getColorspaceDetails(scaler, &from, &from_full, &to, &to_full, &brightness,
+                                                      &contrast, &saturation) < 0)
+      return;
+    if (frame->color_range != AVCOL_RANGE_UNSPECIFIED) from_full = frame->color_range == AVCOL_RANGE_JPEG;
+    sws_setColorspaceDetails(scaler, sws_getCoefficients(colors), from_full, to, to_full, brightness,
+                             contrast, saturation);
+  }
 
-AVStream* VideoFile::Av::video(int track, int& count) const {
-  AVStream* found = nullptr;
-  for (AVStream* one : std::span(file->streams, file->nb_streams))
-    if (one->codecpar->codec_type == AVMEDIA_TYPE_VIDEO &&
-        (one->disposition & AV_DISPOSITION_ATTACHED_PIC) == 0 && ++count == std::max(track, 1))
-      found = one;
-  return found;
-}
+  std::optional<std::int64_t> microseconds(std::int64_t ticks) const {
+    if (ticks == AV_NOPTS_VALUE) return std::nullopt;
+    return av_rescale_q(ticks, stream->time_base, AVRational{1, 1'000'000});
+  }
+
+  /// Pictures that a complete index leads to, before any is read: an AVI lists none for a dropped frame, and
+  /// the edit list of an MP4 may leave some out. 0: there is no index.
+  std::int64_t indexed_frames(int track) const {
+    std::int64_t frames = 0;
+    int count = 0;
+    AVStream* const of = video(track, count);
+    for (int i = 0; of != nullptr && i < avformat_index_get_entries_count(of); ++i)
+      frames += (avformat_index_get_entry(of, i)->flags & AVINDEX_DISCARD_FRAME) == 0;
+    return frames;
+  }
+
+  /// Nullptr where there is none.
+  AVStream* video(int track, int& count) const {
+    AVStream* found = nullptr;
+    for (AVStream* one : std::span(file->streams, file->nb_streams))
+      if (one->codecpar->codec_type == AVMEDIA_TYPE_VIDEO &&
+          (one->disposition & AV_DISPOSITION_ATTACHED_PIC) == 0 && ++count == std::max(track, 1))
+        found = one;
+    return found;
+  }
+};
 
 VideoFile::VideoFile(const std::filesystem::path& path, const char* format, int track)
     : path_(path), av_(std::make_unique<Av>()) {
@@ -288,7 +268,7 @@ VideoFile::VideoFile(const std::filesystem::path& path, const char* format, int 
   if (!av_->open(path, matroska ? "matroska" : format)) throw unreadable;
   const std::int64_t indexed = matroska ? 0 : av_->indexed_frames(track);
   if (!matroska && avformat_find_stream_info(av_->file, nullptr) < 0) throw unreadable;
-  find_video(path, matroska, track);
+  find_video(matroska, track);
   if (indexed > 0 && properties_.frames_are_counted && properties_.frames)
     properties_.frames = std::min(*properties_.frames, indexed);
   check_picture_size(path, properties_.width_px, properties_.height_px);
@@ -300,18 +280,17 @@ VideoFile::VideoFile(const std::filesystem::path& path, const char* format, int 
 
 VideoFile::~VideoFile() = default;
 
-void VideoFile::find_video(const std::filesystem::path& path, bool is_matroska, int track) {
+void VideoFile::find_video(bool is_matroska, int track) {
   Properties& p = properties_;
+  const std::string path = path_.string();
   p.ours = tag_of(av_->file->metadata, "encoder") == kLogApplication;
   av_->stream = av_->video(p.ours ? 1 : track, p.tracks);
   if (p.tracks > 1 && p.ours)
-    throw Error(path.string() +
-                ": a log of two sensors, as older versions made; take one out with: ffmpeg -i " +
-                path.string() + " -map 0:v:0 -c copy first.mkv, and name its configuration and model");
-  if (p.tracks == 0) throw Error(path.string() + ": holds no video");
+    throw Error(path + ": a log of two sensors, as older versions made; take one out with: ffmpeg -i " +
+                path + " -map 0:v:0 -c copy first.mkv, and name its configuration and model");
+  if (p.tracks == 0) throw Error(path + ": holds no video");
   if (av_->stream == nullptr)
-    throw Error(
-        fmt::format("{}: has {}, and no track {}", path.string(), counted(p.tracks, "video track"), track));
+    throw Error(fmt::format("{}: has {}, and no track {}", path, counted(p.tracks, "video track"), track));
   for (AVStream* stream : std::span(av_->file->streams, av_->file->nb_streams))
     if (stream != av_->stream) stream->discard = AVDISCARD_ALL;
   p.encoding = encoding_of(*av_->stream->codecpar);
@@ -319,7 +298,7 @@ void VideoFile::find_video(const std::filesystem::path& path, bool is_matroska, 
   p.height_px = av_->stream->codecpar->height;
   const std::optional<int> turns = quarter_turns(*av_->stream);
   if (!turns || (*turns != 0 && p.encoding != FrameEncoding::bgr))
-    throw Error(path.string() + ": its tags say that it is shown turned or mirrored; save it without them");
+    throw Error(path + ": its tags say that it is shown turned or mirrored; save it without them");
   av_->turns = *turns;
   if (*turns % 2 != 0) std::swap(p.width_px, p.height_px);
   const double rate_hz = av_q2d(av_->stream->avg_frame_rate);

@@ -44,7 +44,7 @@ class VideoFile {
 
  private:
   struct Av;
-  void find_video(const std::filesystem::path& path, bool is_matroska, int track);
+  void find_video(bool is_matroska, int track);
   std::optional<Packet> next_as_it_is();
   std::optional<Packet> next_decoded();
 

@@ -11,13 +11,8 @@
 #include "images/sources.hpp"
 
 namespace gelslam {
-namespace {
 
 namespace fs = std::filesystem;
-
-std::string megabytes(std::size_t bytes) { return std::to_string(bytes >> 20) + " MB"; }
-
-}  // namespace
 
 struct LogRecorder::Impl {
   Impl(std::unique_ptr<LogWriter> log_writer, const LogRecorderOptions& recorder_options)
@@ -136,7 +131,7 @@ struct LogRecorder::Impl {
     if (now.left_out > 0)
       now.warning = "the disk is too slow: " + counted(now.left_out, "frame") + " could not be recorded";
     else if (now.waiting_bytes > options.max_waiting_bytes / 4)
-      now.warning = "the disk is slow: " + megabytes(now.waiting_bytes) + " wait to be written";
+      now.warning = "the disk is slow: " + std::to_string(now.waiting_bytes >> 20) + " MB wait to be written";
     return now;
   }
 

@@ -1,5 +1,4 @@
 #include <sys/stat.h>
-#include <sys/uio.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -22,66 +21,52 @@ namespace detail {
 class AppendedFile {
  public:
   /// Throws Error when the file exists or cannot be created.
-  explicit AppendedFile(const std::filesystem::path& path);
+  explicit AppendedFile(const std::filesystem::path& path)
+      : file_(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666)) {
+    if (file_.ok()) return;
+    if (errno == EEXIST) throw Error(path.string() + ": exists already; name another file");
+    throw Error(path.string() + ": cannot be created: " + errno_text());
+  }
 
   /// "" or what the system says was wrong.
-  std::string append(std::string_view first, std::string_view second);
+  std::string append(std::string_view bytes) {
+    for (std::string_view left = bytes; !left.empty();) {
+      const ssize_t written = ::write(file_.get(), left.data(), left.size());
+      if (written < 0 && errno == EINTR) continue;
+      if (written <= 0) {
+        const std::string message = written < 0 ? errno_text() : "nothing was taken";
+        // Best effort: where it fails, a reader still stops before the torn piece.
+        if (::ftruncate(file_.get(), size_) == 0) ::lseek(file_.get(), size_, SEEK_SET);
+        return message;
+      }
+      left.remove_prefix(static_cast<std::size_t>(written));
+    }
+    size_ += static_cast<std::int64_t>(bytes.size());
+    return "";
+  }
+
   /// Replaces bytes that were written before.
-  std::string overwrite(std::size_t at, std::string_view bytes);
+  std::string overwrite(std::size_t at, std::string_view bytes) {
+    const ssize_t written = ::pwrite(file_.get(), bytes.data(), bytes.size(), static_cast<off_t>(at));
+    if (written < 0) return errno_text();
+    return static_cast<std::size_t>(written) == bytes.size() ? "" : "not all was taken";
+  }
+
   /// Forces all to the disk.
-  std::string sync();
+  std::string sync() { return ::fsync(file_.get()) == 0 ? "" : errno_text(); }
+
   /// Somebody has taken the file away meanwhile: it has no name any more.
-  bool removed() const;
+  bool removed() const {
+    struct stat status {};
+    return ::fstat(file_.get(), &status) == 0 && status.st_nlink == 0;
+  }
+
   std::int64_t size() const { return size_; }
 
  private:
   FileDescriptor file_;
   std::int64_t size_ = 0;
 };
-
-AppendedFile::AppendedFile(const std::filesystem::path& path)
-    : file_(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666)) {
-  if (file_.ok()) return;
-  if (errno == EEXIST) throw Error(path.string() + ": exists already; name another file");
-  throw Error(path.string() + ": cannot be created: " + errno_text());
-}
-
-std::string AppendedFile::append(std::string_view first, std::string_view second) {
-  std::string_view parts[] = {first, second};
-  while (!parts[0].empty() || !parts[1].empty()) {
-    const iovec vectors[] = {{const_cast<char*>(parts[0].data()), parts[0].size()},
-                             {const_cast<char*>(parts[1].data()), parts[1].size()}};
-    const ssize_t written = ::writev(file_.get(), vectors, 2);
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) {
-      const std::string message = written < 0 ? errno_text() : "nothing was taken";
-      // Best effort: where it fails, a reader still stops before the torn piece.
-      if (::ftruncate(file_.get(), size_) == 0) ::lseek(file_.get(), size_, SEEK_SET);
-      return message;
-    }
-    auto left = static_cast<std::size_t>(written);
-    for (std::string_view& part : parts) {
-      const std::size_t taken = std::min(left, part.size());
-      part.remove_prefix(taken);
-      left -= taken;
-    }
-  }
-  size_ += static_cast<std::int64_t>(first.size() + second.size());
-  return "";
-}
-
-std::string AppendedFile::overwrite(std::size_t at, std::string_view bytes) {
-  const ssize_t written = ::pwrite(file_.get(), bytes.data(), bytes.size(), static_cast<off_t>(at));
-  if (written < 0) return errno_text();
-  return static_cast<std::size_t>(written) == bytes.size() ? "" : "not all was taken";
-}
-
-bool AppendedFile::removed() const {
-  struct stat status {};
-  return ::fstat(file_.get(), &status) == 0 && status.st_nlink == 0;
-}
-
-std::string AppendedFile::sync() { return ::fsync(file_.get()) == 0 ? "" : errno_text(); }
 
 }  // namespace detail
 
@@ -147,7 +132,7 @@ struct LogWriter::Impl {
     MatroskaTrack track = *format;
     if (track.encoding == FrameEncoding::bgr) track.encoding = FrameEncoding::png;
     header = matroska_header(stored, track, unix_us_now(), unix_us_of(frame.unix_us, -frame.time_s));
-    const std::string problem = file->append(header.bytes, "");
+    const std::string problem = file->append(header.bytes);
     return problem.empty() || fail(problem);
   }
 
@@ -165,8 +150,10 @@ struct LogWriter::Impl {
     const bool encode = frame.encoding == FrameEncoding::bgr;
     const std::vector<std::uint8_t> png = encode ? png_of(frame) : std::vector<std::uint8_t>();
     const std::string_view data = text_of(encode ? png : frame.bytes);
-    const std::string problem =
-        file->append(cluster_head(ticks, static_cast<std::uint64_t>(frame.sequence), data.size()), data);
+    cluster.clear();  // its memory stays
+    cluster += cluster_head(ticks, static_cast<std::uint64_t>(frame.sequence), data.size());
+    cluster += data;
+    const std::string problem = file->append(cluster);
     if (!problem.empty()) return fail(problem);
     end_ticks = std::max(end_ticks, ticks + ticks_of(1 / rate_hz));
     ++frames;
@@ -199,6 +186,7 @@ struct LogWriter::Impl {
   std::optional<MatroskaTrack> format;  // of the frames as they come
   std::optional<AppendedFile> file;
   MatroskaHeader header;
+  std::string cluster;  // of the last frame
   std::int64_t frames = 0;
   std::uint64_t end_ticks = 0;
   bool closed = false;

@@ -42,12 +42,11 @@ std::string ebml_number(std::uint32_t id, std::uint64_t value) {
   return ebml_element(id, last_bytes(value, 8));
 }
 
-/// An element without meaning that keeps `total_bytes` (2 or more) free.
+/// An element without meaning that keeps `total_bytes` (2 to 128) free.
 std::string ebml_void(std::size_t total_bytes) {
   constexpr std::uint32_t void_id = 0xec;
-  assert(total_bytes >= 2);
-  if (total_bytes <= 128) return ebml_element(void_id, std::string(total_bytes - 2, '\0'));
-  return last_bytes(void_id, 1) + ebml_length_8(total_bytes - 9) + std::string(total_bytes - 9, '\0');
+  assert(total_bytes >= 2 && total_bytes <= 128);
+  return ebml_element(void_id, std::string(total_bytes - 2, '\0'));
 }
 
 // RFC 9559 (Matroska), names as there.

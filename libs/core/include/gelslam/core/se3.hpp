@@ -46,9 +46,6 @@ struct SymmetricEigen {
 SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& symmetric);
 Matrix6d inverted(const Matrix6d& matrix);
 
-/// The rotation R for which the trace of R' `matrix` is largest (Kabsch 1976).
-Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& matrix);
-
 /// The rotation by the smallest angle that turns the z axis to `direction` (any length but 0); 180 degrees
 /// about some axis of the xy plane for -z.
 Eigen::Matrix3d rotation_of_z_to(const Eigen::Vector3d& direction);

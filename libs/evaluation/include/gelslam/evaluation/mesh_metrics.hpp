@@ -41,6 +41,8 @@ struct SurfaceSample {
 /// cumulated area; same seed, same points). Throws Error when the mesh has no area.
 std::vector<SurfaceSample> sample_surface(const Mesh& mesh, int count, std::uint64_t seed);
 
+std::vector<Eigen::Vector3d> sample_points(const std::vector<SurfaceSample>& samples);
+
 /// Distances of a surface, area-weighted, to `target`. Point-to-triangle. Throws Error when it has no area.
 DistanceSummary distances_from(const Mesh& surface, const TriangleScene& target);
 

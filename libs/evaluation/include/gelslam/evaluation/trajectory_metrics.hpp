@@ -15,6 +15,13 @@ constexpr double kMillimetersPerDegree = 0.087;
 /// is set to 0.
 Eigen::Vector3d euler_zxy_deg(const Eigen::Matrix3d& rotation);
 
+/// Estimate less truth: x y z in mm, then euler_zxy_deg(), wrapped to +-180 degrees. Source: NormalFlow
+/// (Huang et al., RA-L 2024).
+Vector6d axis_error(const Pose& estimated, const Pose& truth);
+
+/// Of six mean absolute errors, a degree counted as kMillimetersPerDegree.
+double geometric_mean_mm(const Vector6d& errors);
+
 /// A pose of the estimate at an index of the truth's list.
 struct IndexedPose {
   int index = 0;
@@ -52,8 +59,7 @@ int choose_reference_index(const std::vector<IndexedPose>& estimate,
                            std::optional<int> preferred);
 
 /// Compares poses relative to the frame at `reference_index`, which both must know. Indices increase and are
-/// within the truth. Source: axis errors as in NormalFlow (Huang et al., RA-L 2024); ATE and RPE as in Sturm
-/// et al. 2012.
+/// within the truth. Source: axis_error(); ATE and RPE as in Sturm et al. 2012.
 TrajectoryMetrics evaluate_trajectory(const std::vector<IndexedPose>& estimate,
                                       const std::vector<std::optional<Pose>>& start_T_currs,
                                       int reference_index, double fps);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -27,6 +28,9 @@ struct RunContents : RunFiles {
 /// Reads a run folder, or a mesh file. A run without mesh or report is read as far as it goes. Throws Error
 /// for anything else, and for damaged files.
 RunContents read_run_contents(const std::filesystem::path& run_or_mesh);
+
+/// For text: to a nanometer, so that it is short.
+inline double meters(double mm) { return std::round(mm * 1e6) / 1e9; }
 
 enum class MeshColor { none, confidence, height };
 

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <opencv2/core/mat.hpp>
 #include <span>
 #include <string>
@@ -21,7 +22,6 @@ struct JpegInfo {
 class JpegDecoder {
  public:
   JpegDecoder();
-  ~JpegDecoder();
 
   JpegInfo read_header(std::span<const std::uint8_t> bytes);
   /// The whole picture at 1/denominator of its size (1, 2 or 4; rounded up). False when the bytes are torn or
@@ -30,10 +30,9 @@ class JpegDecoder {
   const std::string& damage() const { return damage_; }
 
  private:
-  void start_afresh();
   bool decompress(std::span<const std::uint8_t> bytes, cv::Mat3b& picture, int flags);
 
-  void* handle_;
+  std::unique_ptr<void, int (*)(void*)> handle_;
   std::string damage_;
 };
 

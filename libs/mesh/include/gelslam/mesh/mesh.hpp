@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -17,9 +18,16 @@ struct Mesh {
   std::vector<Eigen::Vector3i> triangles;
 };
 
+std::array<Eigen::Vector3d, 3> corners_mm(const Mesh& mesh, const Eigen::Vector3i& triangle);
+/// By the corners' order; as long as twice the triangle's area.
+Eigen::Vector3d area_normal(const Mesh& mesh, const Eigen::Vector3i& triangle);
 double area_mm2(const Mesh& mesh);
 /// Volume of a closed mesh, mm³; negative when its triangles are clockwise seen from outside.
 double volume_mm3(const Mesh& mesh);
+/// Throws Error when the mesh has no triangle, an index out of range, or a vertex that is not finite or more
+/// than 10 m from the origin: there single precision no longer tells near triangles apart, and a wrong unit
+/// is the likely reason.
+void check_measurable(const Mesh& mesh);
 /// What is wrong with the size of a thing that a touch sensor should feel, and a wrong unit explains: "is
 /// 29400 mm large; check its unit". "" from 1 mm to 2 m.
 std::string size_doubt(const Mesh& mesh);

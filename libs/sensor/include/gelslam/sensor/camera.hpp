@@ -12,6 +12,11 @@
 
 namespace gelslam {
 
+namespace detail {
+struct VideoSystem;
+const VideoSystem& linux_video_system();
+}  // namespace detail
+
 /// What is asked of a camera.
 struct CameraOptions {
   std::string device = "auto";  ///< "/dev/video2", "2", part of the camera's name, or "auto"
@@ -35,9 +40,6 @@ struct CameraOptions {
 /// on a format that is neither MJPG nor YUYV, and on controls that are not "name=number, name=number".
 CameraOptions camera_options(const SensorProfile& profile);
 
-/// The path of the camera that `options.device` names. Throws Error when none fits, or a name fits several.
-std::string find_camera(const CameraOptions& options);
-
 /// A control's value when the capture began, under the name that v4l2-ctl has for it. `locked`: the camera
 /// does not change it by itself.
 struct CameraSetting {
@@ -59,7 +61,9 @@ class CameraSource : public RawFrameSource {
 /// permission (which group), gone, another format than asked (and which there are), no bandwidth, given up.
 /// warning() tells of what is not fatal. With `away_s` a camera that is lost (cable, hub, power) is looked
 /// for by its name, which has the serial number, and opened as it was; times, index and sequence go on.
-std::unique_ptr<CameraSource> open_camera(const CameraOptions& options);
+/// `system` must outlive the camera.
+std::unique_ptr<CameraSource> open_camera(const CameraOptions& options,
+                                          const detail::VideoSystem& system = detail::linux_video_system());
 
 /// Pictures that a camera offers. A camera with a range of sizes has the smallest here, too.
 struct CameraMode {
@@ -83,7 +87,7 @@ struct CameraInfo {
 };
 
 /// All nodes, in the order of their numbers. Never throws for what a node does.
-std::vector<CameraInfo> list_cameras();
+std::vector<CameraInfo> list_cameras(const detail::VideoSystem& system = detail::linux_video_system());
 
 /// For people: "MJPG 3280x2464 at 25 Hz".
 std::string mode_text(const CameraMode& mode);

@@ -28,9 +28,8 @@ struct TactileImage {
 /// level, at a third of the time). Bytes after the JPEG's end are ignored. Not thread-safe.
 class FrameDecoder {
  public:
-  /// Pictures keep their own size.
-  FrameDecoder();
-  explicit FrameDecoder(const SensorProfile& profile);
+  /// Without a profile pictures keep their own size.
+  explicit FrameDecoder(const std::optional<SensorProfile>& profile = std::nullopt);
   ~FrameDecoder();
 
   /// Nothing when the bytes are no whole picture (torn JPEG, short buffer) or have no color: damage() says

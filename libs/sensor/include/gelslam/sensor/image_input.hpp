@@ -20,10 +20,6 @@ cv::Mat3b read_image(const std::filesystem::path& path);
 /// averaging. Throws Error for every other size; `name` says which image.
 cv::Mat3b fit_to_profile(const cv::Mat3b& image, const SensorProfile& profile, const std::string& name);
 
-/// True when no pixel's channels differ by more than `tolerance` gray levels: a picture without color, from
-/// which no slope can be read. Video compression leaves a level or two of false color.
-bool is_gray(const cv::Mat3b& image, int tolerance = 2);
-
 /// Multiplies a picture's channels; values beyond white stay white.
 class ColorGain {
  public:

@@ -33,7 +33,6 @@ struct PressLogSpec {
   int presses = 20;           ///< over the whole gel, 1 .. 500
   /// bare gel before the first touch, 0 .. 1000; with 0 the ball lies on the gel at the start
   int background_frames = 15;
-  GelOptions gel;
   OpticsOptions optics;
   SensorGeometry geometry;
   double frame_rate_hz = 25.0;

@@ -35,13 +35,11 @@ struct SensorGeometry {
   }
 };
 
-/// The gel: a membrane under tension on an elastic foundation (Pasternak's model).
-struct GelOptions {
-  /// Length over which the membrane rim around a contact decays: sqrt(tension / foundation stiffness). It
-  /// also limits how far the gel follows into pits: a surface hollower than |height| / length^2 is bridged.
-  double relaxation_length_mm = 0.35;
-  double max_indentation_mm = 3.0;  ///< deeper parts of the object are cut off here
-};
+/// Of the gel, a membrane under tension on an elastic foundation (Pasternak's model): length over which the
+/// membrane rim around a contact decays, sqrt(tension / foundation stiffness). It also limits how far the gel
+/// follows into pits: a surface hollower than |height| / length^2 is bridged.
+inline constexpr double kGelRelaxationMm = 0.35;
+inline constexpr double kMaxIndentationMm = 3.0;  ///< deeper parts of the object are cut off here
 
 struct GelShape {
   cv::Mat1f height_mm;  ///< HxW, at most that of the gel at rest; never above the object
@@ -52,24 +50,22 @@ struct GelShape {
 GelShape gel_at_rest(const SensorGeometry& geometry);
 
 /// Lowest surface of the object above each pixel: z in mm in the sensor frame, +infinity where the object is
-/// higher than the gel at rest or absent. Parts below -max_indentation_mm are clamped to it.
-cv::Mat1f object_underside(const Shape& shape, const Pose& sensor_T_object, const SensorGeometry& geometry,
-                           const GelOptions& options);
+/// higher than the gel at rest or absent. Parts below -kMaxIndentationMm are clamped to it.
+cv::Mat1f object_underside(const Shape& shape, const Pose& sensor_T_object, const SensorGeometry& geometry);
 
 /// Moves the object along the sensor's z until its deepest point over the view has the given depth below a
 /// flat gel. Nothing when that is not possible.
 std::optional<Pose> settle_object(const Shape& shape, Pose sensor_T_object, double indentation_mm,
-                                  const SensorGeometry& geometry, const GelOptions& options);
+                                  const SensorGeometry& geometry);
 
 /// Deforms the gel, h below its rest: minimizes tension/2 |grad h|^2 + stiffness/2 h^2 subject to rest + h <=
 /// underside (an obstacle problem; coarse-to-fine, projected SOR), free borders. Throws Error on a size that
-/// does not fit or options out of range.
-GelShape press_gel(const cv::Mat1f& underside_mm, const SensorGeometry& geometry, const GelOptions& options);
+/// does not fit.
+GelShape press_gel(const cv::Mat1f& underside_mm, const SensorGeometry& geometry);
 
 /// The underside and the deformed gel in one call, for a gel that reaches a millimeter beyond the view on
 /// every side, as a real one does.
-GelShape press_object(const Shape& shape, const Pose& sensor_T_object, const SensorGeometry& geometry,
-                      const GelOptions& options);
+GelShape press_object(const Shape& shape, const Pose& sensor_T_object, const SensorGeometry& geometry);
 
 /// A ball in the gel, and the circle inside which the gel lies on it, on the grid of the gel.
 struct PressedBall {
@@ -81,7 +77,7 @@ struct PressedBall {
 
 /// `x_mm`, `y_mm`: place of the ball's middle; `depth_mm`: how far its lowest point lies below the untouched
 /// gel.
-PressedBall press_ball(const SensorGeometry& geometry, const GelOptions& gel, double ball_radius_mm,
-                       double x_mm, double y_mm, double depth_mm);
+PressedBall press_ball(const SensorGeometry& geometry, double ball_radius_mm, double x_mm, double y_mm,
+                       double depth_mm);
 
 }  // namespace gelslam

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <memory>
 #include <opencv2/core/mat.hpp>
 #include <string_view>
 
@@ -22,10 +21,6 @@ struct OpticsOptions {
   std::uint64_t seed = 1;  ///< of this sensor: noise, dirt
 };
 
-namespace simulation::detail {
-class CameraRays;
-}
-
 /// What the picture's pixels show of the gel.
 struct GelView {
   cv::Mat2f place_px;  ///< on the grid of the gel
@@ -42,7 +37,7 @@ class Optics {
   Optics(const SensorGeometry& geometry, const OpticsOptions& options);
 
   /// The grid of the gel that is drawn: larger than the picture where the lens looks beyond it.
-  const SensorGeometry& gel_grid() const;
+  const SensorGeometry& gel_grid() const { return gel_grid_; }
   GelView view(const GelShape& gel) const;
   /// Pixel, fractional, in which a point of the sensor frame (mm) appears.
   Eigen::Vector2d image_px(const Eigen::Vector3d& point_mm) const;
@@ -55,13 +50,20 @@ class Optics {
   cv::Mat3f background() const { return background_; }
 
  private:
+  void trace_to_plane();
+  /// Rays that are those of the grid need no tracing.
+  bool is_orthographic() const;
+  cv::Mat2f seen_px(const cv::Mat1f& height_mm) const;
+  /// Values on the grid where the pixels look.
+  cv::Mat taken(const cv::Mat& map, const cv::Mat2f& place_px) const;
   cv::Mat3f shade(const cv::Mat2f& slope) const;
   cv::Mat3f draw(const GelView& view) const;
   void print_dots(const GelView& view, cv::Mat3f& picture) const;
 
   SensorGeometry geometry_;
   OpticsOptions options_;
-  std::shared_ptr<const simulation::detail::CameraRays> rays_;
+  SensorGeometry gel_grid_;
+  cv::Mat2d plane_mm_;            ///< where the rays meet the plane z = 0
   cv::Mat3f light_direction_[3];  ///< unit vectors from the membrane to each light (R, G, B)
   cv::Mat3f brightness_;          ///< of the three lights at each place, at full incidence
   cv::Mat3f ambient_;             ///< BGR

@@ -34,7 +34,6 @@ std::vector<Pose> make_motion(const MotionSpec& spec, const Shape& shape, const 
 struct ScanSpec {
   ShapeSpec object;
   MotionSpec motion;
-  GelOptions gel;
   OpticsOptions optics;
   SensorGeometry geometry;
   int background_frames = 10;  ///< before the motion, nothing near
