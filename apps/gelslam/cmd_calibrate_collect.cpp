@@ -14,7 +14,6 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
-#include "gelslam/viewer/gl_context.hpp"
 #include "reports.hpp"
 #include "terminal_progress.hpp"
 
@@ -106,7 +105,7 @@ int run_collect(CollectArguments& arguments) {
   if (!is_labeling && !(collect.diameter_mm > 0)) throw CLI::RequiredError("--diameter");
   PressWindowOptions window;
   // Where no window can be opened, no camera should have been disturbed.
-  if (!collect.headless) GlContext::window({.visible = false});
+  if (!collect.headless) viewer::require_display();
   if (is_labeling) return label_presses(arguments, window);
   const Config config = find_config({.log = arguments.input, .config = arguments.config});
   collect.pixel_pitch_mm = window.pixel_pitch_mm = config.sensor.pixel_pitch_mm;

@@ -21,7 +21,6 @@
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/pose_stream.hpp"
-#include "gelslam/viewer/gl_context.hpp"
 #include "gelslam/viewer/window.hpp"
 #include "reports.hpp"
 #include "terminal_progress.hpp"
@@ -189,7 +188,7 @@ WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& ar
   if (options.continued && !arguments.quiet)
     print_line(fmt::format("continuing {}: {}", options.run_folder.string(),
                            counted(std::ssize(options.continued->record.keyframes), "keyframe")));
-  if (!arguments.headless) GlContext::window({.visible = false});
+  if (!arguments.headless) viewer::require_display();
   return window;
 }
 

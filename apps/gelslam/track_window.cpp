@@ -8,7 +8,6 @@
 #include "gelslam/core/process.hpp"
 #include "gelslam/fusion/fusion.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
-#include "gelslam/viewer/gl_context.hpp"
 
 namespace gelslam {
 namespace {
@@ -35,7 +34,7 @@ WindowOptions MapWindowArguments::window_options() const {
   check_output_file(snapshot, overwrite);
   WindowOptions options;
   options.snapshot = snapshot;
-  if (window) GlContext::window({.visible = false});
+  if (window) viewer::require_display();
   return options;
 }
 

@@ -13,9 +13,9 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/viewer/controls.hpp"
-#include "gelslam/viewer/gl_context.hpp"
 #include "gelslam/viewer/ui.hpp"
 #include "gelslam/viewer/window_host.hpp"
+#include "gl/gl_context.hpp"
 
 // What is to be seen in pictures of the window.
 namespace gelslam::test {
@@ -25,7 +25,7 @@ using viewer::Color;
 
 inline bool can_draw() {
   try {
-    GlContext::offscreen();
+    viewer::detail::GlContext::offscreen();
     return true;
   } catch (const Error&) {
     return false;

@@ -1,9 +1,9 @@
 #include "gl/gl_objects.hpp"
 
 #include <array>
+#include <opencv2/core.hpp>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 
 namespace gelslam::viewer::detail {
 namespace {
@@ -74,10 +74,12 @@ void fill_texture(GLuint texture, int width, int height, const std::uint8_t* rgb
   glBindTexture(GL_TEXTURE_2D, 0);
 }
 
-bool is_software_renderer() {
-  const auto* name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-  const std::string_view renderer = name != nullptr ? name : "";
-  return renderer.find("llvmpipe") != renderer.npos || renderer.find("softpipe") != renderer.npos;
+cv::Mat3b read_pixels(int width, int height) {
+  cv::Mat3b picture(height, width);
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(0, 0, width, height, GL_BGR, GL_UNSIGNED_BYTE, picture.data);
+  cv::flip(picture, picture, 0);
+  return picture;
 }
 
 }  // namespace gelslam::viewer::detail

@@ -80,15 +80,16 @@ void LiveScene::take_touch(const std::shared_ptr<const LiveTouch>& touch) {
 }
 
 void LiveScene::place_touch() {
-  placed_.reset();
+  map_T_touch_.reset();
+  TouchPatch patch;
   if (touch_ && touch_->keyframe >= 0 && touch_->surface) {
     const MapSnapshot::Node* node = map_->find(touch_->keyframe);
-    std::optional<Pose> map_T_touch = piece_.map_T_touch();
+    map_T_touch_ = piece_.map_T_touch();
     if (node != nullptr && node->component == map_->shown_component)
-      map_T_touch = node->component_T_keyframe * touch_->keyframe_T_frame;
-    if (map_T_touch) placed_ = TouchPatch{touch_->surface, *map_T_touch, map_->gradient_scale.mean()};
+      map_T_touch_ = node->component_T_keyframe * touch_->keyframe_T_frame;
+    if (map_T_touch_) patch = {touch_->surface, map_->gradient_scale.mean(), {{*map_T_touch_}}};
   }
-  scene_.set_touch(placed_);
+  scene_.set_touch(std::move(patch));
 }
 
 void LiveScene::rebuild_trajectory() {

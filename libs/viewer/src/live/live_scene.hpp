@@ -7,10 +7,8 @@
 #include <vector>
 
 #include "gelslam/slam/live_slam.hpp"
-#include "gelslam/viewer/orbit_camera.hpp"
-#include "gelslam/viewer/scene.hpp"
 #include "gelslam/viewer/ui.hpp"
-#include "scene/scene_touch.hpp"
+#include "scene/scene.hpp"
 
 namespace gelslam::viewer::detail {
 
@@ -55,7 +53,7 @@ class LiveScene {
   const Scene& scene() const { return scene_; }
   const Texture& tactile() const { return tactile_; }
   const Texture& normals() const { return normals_; }
-  const std::optional<TouchPatch>& touch() const { return placed_; }  ///< in the map, or in the piece
+  const std::optional<Pose>& map_T_touch() const { return map_T_touch_; }  ///< in the map, or in the piece
   LoosePiece& piece() { return piece_; }
 
  private:
@@ -75,7 +73,7 @@ class LiveScene {
   std::shared_ptr<const LiveTouch> newest_, touch_;  // as it came; on the map
   std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
   LoosePiece piece_;
-  std::optional<TouchPatch> placed_;
+  std::optional<Pose> map_T_touch_;
   bool trajectory_is_old_ = false;
   std::vector<Sample> samples_;
 };

@@ -58,8 +58,8 @@ bool LiveWindow::follow_touch(double dt_s) {
     both.extend(scene_.piece().box_mm());
     return glide(camera_.fitted(both, viewport()), dt_s);
   }
-  if (!scene_.touch()) return false;
-  Pose seen = scene_.touch()->map_T_sensor;  // in the middle of what the banner leaves free
+  if (!scene_.map_T_touch()) return false;
+  Pose seen = *scene_.map_T_touch();  // in the middle of what the banner leaves free
   const float up_mm = 0.5F * banner_px_ * camera_.mm_per_px(camera_.distance_mm(), viewport());
   seen.translation() += (up_mm * camera_.map_R_camera().col(1)).cast<double>();
   return follow(seen, dt_s);

@@ -56,8 +56,7 @@ bool LoosePiece::grow(const MapSnapshot& map, const MapSnapshot::Node& anchor) {
     changed |= old == anchor_T_keyframe_.end() || !old->second.isApprox(pose, 1e-4);
     poses.emplace(node.keyframe, pose);
     if (!patches_.contains(node.keyframe))
-      patches_[node.keyframe] =
-          make_touch_mesh({node.surface.get(), Pose::Identity(), map.gradient_scale.mean()});
+      patches_[node.keyframe] = make_touch_mesh(*node.surface.get(), map.gradient_scale.mean());
   }
   changed |= poses.size() != anchor_T_keyframe_.size();
   anchor_T_keyframe_ = std::move(poses);
@@ -65,11 +64,11 @@ bool LoosePiece::grow(const MapSnapshot& map, const MapSnapshot::Node& anchor) {
   mesh_ = {};
   for (const auto& [keyframe, pose] : anchor_T_keyframe_) {
     const TouchMesh& patch = patches_.at(keyframe);
-    const auto first = static_cast<std::uint32_t>(mesh_.vertices.size());
+    const auto first = static_cast<int>(mesh_.vertices.size());
     const Eigen::Isometry3f moved = pose.cast<float>();
     for (const TouchMesh::Vertex& v : patch.vertices)
       mesh_.vertices.push_back({moved * v.position_mm, moved.linear() * v.normal, v.inside});
-    for (const std::uint32_t index : patch.indices) mesh_.indices.push_back(first + index);
+    for (const Eigen::Vector3i& t : patch.triangles) mesh_.triangles.emplace_back(t.array() + first);
   }
   return true;
 }

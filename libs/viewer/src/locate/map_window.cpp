@@ -21,7 +21,8 @@ std::vector<ActionRow> map_rows() {
   std::vector<ActionRow> rows;
   for (const Action action : {follow, curvature, show_all, screenshot, panels, help})
     rows.push_back(common_row(action));
-  rows.push_back({close, "q esc", "Q", "Close", 5, 0, "Close; no more poses are written"});
+  rows.push_back(
+      {close, "q esc", "Q", "Close", 5, 0, "Close; no more poses are written"});
   return rows;
 }
 
@@ -80,15 +81,12 @@ void MapWindow::show(const std::shared_ptr<const LocatedTouch>& touch) {
   frame_.words = place_words(touch.get());
   tactile_.set(tactile_picture(touch->picture, touch->surface.get()));
   if (touch->surface) normals_.set(normal_picture(*touch->surface));
-  std::optional<TouchPatch> patch;
+  TouchPatch patch{touch->surface, map_.gradient_scale};
   for (const PlaceHypothesis& place : places()) {
     const double opacity = touch->place.status == PlaceStatus::localized
                                ? 1
                                : kGhostOpacity * place.probability / places().front().probability;
-    if (!patch)
-      patch = TouchPatch{touch->surface, place.map_T_sensor.pose, map_.gradient_scale, opacity};
-    else
-      patch->ghosts.push_back({place.map_T_sensor.pose, opacity});
+    patch.places.push_back({place.map_T_sensor.pose, opacity});
   }
   scene_.set_touch(std::move(patch));
 }
