@@ -15,21 +15,24 @@ constexpr double kTroubleS = 60.0;
 
 std::vector<viewer::ActionRow> press_rows(bool has_camera) {
   using enum Action;
+  const std::vector<int> plus = {GLFW_KEY_EQUAL, GLFW_KEY_KP_ADD, GLFW_KEY_PAGE_UP, GLFW_KEY_RIGHT_BRACKET},
+                         minus = {GLFW_KEY_MINUS, GLFW_KEY_KP_SUBTRACT, GLFW_KEY_PAGE_DOWN, GLFW_KEY_SLASH};
+  const char *on = has_camera ? "On" : "", *on_help = has_camera ? "One on, at last the camera" : "Skip";
   return {
-      {accept, "enter space", "Enter", "Accept", 0, 1, "Accept, and on"},
-      {previous, "backspace", "Backspace", "Back", 0, 3, "One back"},
-      {next, "n tab", "N", has_camera ? "On" : "", 0, 3, has_camera ? "One on, at last the camera" : "Skip"},
-      {leave_out, "x delete", "X", "Leave out", 0, 2, "Leave this press out"},
-      {accept_rest, "a", "A", "Accept the rest", 0, 4, "Accept all that remain"},
-      {left, "left", "Arrows", "", 0, 0, "Move by half a pixel"},
-      {right, "right", "", "", 0, 0, ""},
-      {up, "up", "", "", 0, 0, ""},
-      {down, "down", "", "", 0, 0, ""},
-      {wider, "plus kp_add pageup bracket", "+ or PgUp", "", 0, 0, "Wider by half a pixel"},
-      {narrower, "minus kp_subtract pagedown slash", "- or PgDn", "", 0, 0, "Narrower by half a pixel"},
+      {accept, {GLFW_KEY_ENTER, GLFW_KEY_SPACE}, "Enter", "Accept", 0, 1, "Accept, and on"},
+      {previous, {GLFW_KEY_BACKSPACE}, "Backspace", "Back", 0, 3, "One back"},
+      {next, {GLFW_KEY_N, GLFW_KEY_TAB}, "N", on, 0, 3, on_help},
+      {leave_out, {GLFW_KEY_X, GLFW_KEY_DELETE}, "X", "Leave out", 0, 2, "Leave this press out"},
+      {accept_rest, {GLFW_KEY_A}, "A", "Accept the rest", 0, 4, "Accept all that remain"},
+      {left, {GLFW_KEY_LEFT}, "Arrows", "", 0, 0, "Move by half a pixel"},
+      {right, {GLFW_KEY_RIGHT}, "", "", 0, 0, ""},
+      {up, {GLFW_KEY_UP}, "", "", 0, 0, ""},
+      {down, {GLFW_KEY_DOWN}, "", "", 0, 0, ""},
+      {wider, plus, "+ or PgUp", "", 0, 0, "Wider by half a pixel"},
+      {narrower, minus, "- or PgDn", "", 0, 0, "Narrower by half a pixel"},
       viewer::common_row(screenshot),
-      {help, "h f1", "H", "Help", 2, 3, "This help"},
-      {close, "q esc", "Q", "Save and end", 2, 0, "Save and end"},
+      {help, {GLFW_KEY_H, GLFW_KEY_F1}, "H", "Help", 2, 3, "This help"},
+      {close, {GLFW_KEY_Q, GLFW_KEY_ESCAPE}, "Q", "Save and end", 2, 0, "Save and end"},
   };
 }
 

@@ -29,14 +29,14 @@ std::vector<ActionRow> view_rows(bool has_time) {
   using enum Action;
   std::vector<ActionRow> rows;
   if (has_time)
-    rows = {{play, "space", "Space", "Play", 0, 1, "Play, pause"},
-            {step_back, "left", "Left", "", 0, 0, "One keyframe back"},
-            {step_on, "right", "Right", "", 0, 0, "One keyframe on"},
+    rows = {{play, {GLFW_KEY_SPACE}, "Space", "Play", 0, 1, "Play, pause"},
+            {step_back, {GLFW_KEY_LEFT}, "Left", "", 0, 0, "One keyframe back"},
+            {step_on, {GLFW_KEY_RIGHT}, "Right", "", 0, 0, "One keyframe on"},
             common_row(trajectory),
             common_row(pose_graph)};
   for (const Action action : {curvature, next_color, show_all, screenshot, panels, help})
     rows.push_back(common_row(action));
-  rows.push_back({close, "q esc", "Q", "Close", 5, 0, "Close"});
+  rows.push_back({close, {GLFW_KEY_Q, GLFW_KEY_ESCAPE}, "Q", "Close", 5, 0, "Close"});
   return rows;
 }
 

@@ -22,7 +22,7 @@ std::vector<ActionRow> map_rows() {
   for (const Action action : {follow, curvature, show_all, screenshot, panels, help})
     rows.push_back(common_row(action));
   rows.push_back(
-      {close, "q esc", "Q", "Close", 5, 0, "Close; no more poses are written"});
+      {close, {GLFW_KEY_Q, GLFW_KEY_ESCAPE}, "Q", "Close", 5, 0, "Close; no more poses are written"});
   return rows;
 }
 
