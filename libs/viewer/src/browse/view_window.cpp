@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <limits>
 #include <system_error>
@@ -88,13 +87,12 @@ ButtonLook ViewControls::button(const ActionRow& row) const {
 }
 
 double ViewControls::share() const {
-  if (!has_time() || !time_s_) return 1;
+  if (!time_s_) return 1;
   const double length_s = history_->end_s() - history_->start_s();
   return length_s > 0 ? std::clamp((*time_s_ - history_->start_s()) / length_s, 0.0, 1.0) : 1;
 }
 
 void ViewControls::seek(double share) {
-  if (!has_time() || std::isnan(share)) return;
   plays_ = false;
   time_s_.reset();
   if (share < kRightEnd)
@@ -102,7 +100,6 @@ void ViewControls::seek(double share) {
 }
 
 void ViewControls::step(int keyframes) {
-  if (!has_time()) return;
   plays_ = false;
   const std::vector<double>& all_s = history_->keyframes_s;
   const double now_s = time_s_.value_or(history_->end_s());
@@ -117,7 +114,6 @@ void ViewControls::step(int keyframes) {
 }
 
 void ViewControls::play_or_pause() {
-  if (!has_time()) return;
   plays_ = !plays_;
   if (plays_ && !time_s_) time_s_ = history_->start_s();
 }
@@ -184,10 +180,6 @@ std::vector<Viewport> ViewWindow::parts(const Viewport& whole) const {
   const int left = whole.width / 2;
   return {{whole.x, whole.y, std::max(left, 1), whole.height},
           {whole.x + left, whole.y, std::max(whole.width - left, 1), whole.height}};
-}
-
-std::optional<Eigen::Vector3f> ViewWindow::pick(std::size_t part, const PickRay& ray) const {
-  return (part > 0 ? *second_scene_ : first_scene_).pick(ray);
 }
 
 bool ViewWindow::advance(double /*now_s*/, double dt_s) {
@@ -331,17 +323,15 @@ void check_exists(const fs::path& path) {
 }  // namespace
 
 double RunHistory::start_s() const {
-  double start_s = std::numeric_limits<double>::infinity();
-  if (!trajectory.empty()) start_s = trajectory.front().time_s;
-  if (!keyframes_s.empty()) start_s = std::min(start_s, keyframes_s.front());
-  return start_s;
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  return std::min(trajectory.empty() ? kNever : trajectory.front().time_s,
+                  keyframes_s.empty() ? kNever : keyframes_s.front());
 }
 
 double RunHistory::end_s() const {
-  double end_s = -std::numeric_limits<double>::infinity();
-  if (!trajectory.empty()) end_s = trajectory.back().time_s;
-  if (!keyframes_s.empty()) end_s = std::max(end_s, keyframes_s.back());
-  return end_s;
+  constexpr double kNever = -std::numeric_limits<double>::infinity();
+  return std::max(trajectory.empty() ? kNever : trajectory.back().time_s,
+                  keyframes_s.empty() ? kNever : keyframes_s.back());
 }
 
 MapSnapshot RunHistory::map_at(double time_s) const {

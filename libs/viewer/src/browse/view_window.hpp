@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "gelslam/viewer/view_window.hpp"
-#include "scene/scene.hpp"
 #include "ui/scene_loop.hpp"
 
 namespace gelslam::viewer::detail {
@@ -56,7 +55,7 @@ class ViewWindow : public SceneLoop {
   bool advance(double now_s, double dt_s) override;
   void draw_frame(Ui& ui, double now_s) override;
   OrbitCamera whole_view(const Viewport& viewport) const override;
-  std::optional<Eigen::Vector3f> pick(std::size_t part, const PickRay& ray) const override;
+  const Scene& scene(std::size_t part) const override { return part > 0 ? *second_scene_ : first_scene_; }
   std::vector<Viewport> parts(const Viewport& whole) const override;
 
   const RunHistory* history() const { return first_.history ? &*first_.history : nullptr; }

@@ -12,13 +12,7 @@ GLuint compile(GLenum kind, const char* text) {
   const GLuint shader = glCreateShader(kind);
   glShaderSource(shader, 1, &text, nullptr);
   glCompileShader(shader);
-  GLint done = GL_FALSE;
-  glGetShaderiv(shader, GL_COMPILE_STATUS, &done);
-  if (done == GL_TRUE) return shader;
-  std::array<char, 1024> words{};
-  glGetShaderInfoLog(shader, static_cast<GLsizei>(words.size()), nullptr, words.data());
-  glDeleteShader(shader);
-  throw std::logic_error(std::string("shader does not compile: ") + words.data());
+  return shader;
 }
 
 }  // namespace
@@ -38,7 +32,7 @@ GlProgram::GlProgram(const char* vertex_shader, const char* fragment_shader) {
   std::array<char, 1024> words{};
   glGetProgramInfoLog(name_, static_cast<GLsizei>(words.size()), nullptr, words.data());
   glDeleteProgram(name_);
-  throw std::logic_error(std::string("shaders do not link: ") + words.data());
+  throw std::logic_error(std::string("shaders do not compile or link: ") + words.data());
 }
 
 GlProgram::~GlProgram() { glDeleteProgram(name_); }

@@ -1,4 +1,4 @@
-#include "live/live_scene.hpp"
+#include "live/loose_piece.hpp"
 
 namespace gelslam::viewer::detail {
 namespace {
@@ -23,25 +23,18 @@ bool LoosePiece::follow(const MapSnapshot& map, const std::shared_ptr<const Live
     if (anchor == nullptr || anchor->component == map.shown_component) *this = {};
   }
   const bool apart = node != nullptr && node->component != map.shown_component;
-  bool changed = false;
-  if (apart && !is_apart()) {
-    begin(touch->keyframe);
-    changed = true;
-  } else if (apart && map.find(anchor_)->component != node->component) {
-    begin(touch->keyframe);  // lost again before it was joined: the newest counts
-    changed = true;
+  // Lost again before it was joined: the newest counts.
+  const bool begins = apart && (!is_apart() || map.find(anchor_)->component != node->component);
+  if (begins) {
+    *this = {};
+    anchor_ = touch->keyframe;
   }
-  if (!is_apart()) return changed;
-  changed |= grow(map, *map.find(anchor_));
+  if (!is_apart()) return false;
+  const bool changed = grow(map, *map.find(anchor_)) || begins;
   if (touching) half_width_mm_ = 0.5 * touch->surface->contact.cols * touch->surface->pixel_pitch_mm;
   const auto keyframe = touching ? anchor_T_keyframe_.find(touch->keyframe) : anchor_T_keyframe_.end();
   if (keyframe != anchor_T_keyframe_.end()) anchor_T_touch_ = keyframe->second * touch->keyframe_T_frame;
   return changed;
-}
-
-void LoosePiece::begin(int keyframe) {
-  *this = {};
-  anchor_ = keyframe;
 }
 
 /// Takes the keyframes of its component; true when there are others, or they lie elsewhere.

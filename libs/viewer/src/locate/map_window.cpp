@@ -79,8 +79,8 @@ bool MapWindow::advance(double /*now_s*/, double dt_s) {
 void MapWindow::show(const std::shared_ptr<const LocatedTouch>& touch) {
   touch_ = touch;
   frame_.words = place_words(touch.get());
-  tactile_.set(tactile_picture(touch->picture, touch->surface.get()));
-  if (touch->surface) normals_.set(normal_picture(*touch->surface));
+  frame_.tactile.set(tactile_picture(touch->picture, touch->surface.get()));
+  if (touch->surface) frame_.normals.set(normal_picture(*touch->surface));
   TouchPatch patch{touch->surface, map_.gradient_scale};
   for (const PlaceHypothesis& place : places()) {
     const double opacity = touch->place.status == PlaceStatus::localized
@@ -111,10 +111,6 @@ bool MapWindow::follow_touch(double dt_s) {
 
 OrbitCamera MapWindow::whole_view(const Viewport& viewport) const {
   return camera_.fitted(scene_.bounds_mm(), viewport);
-}
-
-std::optional<Eigen::Vector3f> MapWindow::pick(std::size_t /*part*/, const PickRay& ray) const {
-  return scene_.pick(ray);
 }
 
 void MapWindow::draw_frame(Ui& ui, double now_s) {
@@ -153,7 +149,7 @@ void MapWindow::draw_side(Ui& ui, const Box& side) const {
   ui.begin_panel("##side", side, 14);
   ui.row(Face::small, map_.name, duration_text(touch_ ? touch_->place.tracked.time_s : 0));
   ui.gap(8);
-  draw_pictures(ui, kPicturesShare * ui.room().height, tactile_, normals_);
+  draw_pictures(ui, kPicturesShare * ui.room().height, frame_);
   ui.gap(12);
   ui.begin_child("##places");
   ui.text(Face::small, theme::kDim, "Places: one standard deviation, probability");

@@ -62,15 +62,7 @@ void Controls::perform(Action action, double now_s) {
     act(action, now_s);
 }
 
-void Controls::say(std::string text, double now_s, double seconds) {
-  add_toast({std::move(text), false, now_s + seconds});
-}
-
-void Controls::complain(std::string text, double now_s, double seconds) {
-  add_toast({std::move(text), true, now_s + seconds});
-}
-
-void Controls::add_toast(Toast toast) {
+void Controls::add(Toast toast) {
   // The same text again (a key held down) is shown longer, not twice.
   std::erase_if(toasts_, [&toast](const Toast& old) { return old.text == toast.text; });
   toasts_.push_back(std::move(toast));

@@ -101,8 +101,10 @@ class Controls {
   const std::vector<ActionRow>& rows() const { return rows_; }
   virtual std::vector<std::pair<std::string, std::string>> mouse_help() const { return {}; }
 
-  void say(std::string text, double now_s, double seconds = 5);
-  void complain(std::string text, double now_s, double seconds = 10);
+  void say(std::string text, double now_s) { add({std::move(text), false, now_s + 5}); }
+  void complain(std::string text, double now_s, double seconds = 10) {
+    add({std::move(text), true, now_s + seconds});
+  }
   bool drop_old_toasts(double now_s);  ///< true when one went
   const std::deque<Toast>& toasts() const { return toasts_; }
   const std::optional<Question>& question() const { return question_; }
@@ -117,7 +119,7 @@ class Controls {
   void close() { wants_to_close_ = true; }
 
  private:
-  void add_toast(Toast toast);
+  void add(Toast toast);
 
   std::vector<ActionRow> rows_;
   std::deque<Toast> toasts_;

@@ -37,8 +37,6 @@ class WindowHost {
  public:
   explicit WindowHost(const WindowLoopOptions& options);
   ~WindowHost();
-  WindowHost(const WindowHost&) = delete;
-  WindowHost& operator=(const WindowHost&) = delete;
 
   void make_current();  ///< OpenGL and ImGui: where there are two windows
   /// Sleeps until something is done in the window, at most `timeout_s`.
