@@ -78,26 +78,18 @@ void PressControls::act(Action action, double now_s) {
 void PressControls::act_on_press(Action action) {
   if (action == Action::accept) shows_camera_ = !session_.accept() && has_camera_;
   if (action == Action::leave_out) shows_camera_ = !session_.leave_out() && has_camera_;
-  if (action == Action::left) move(-kStepPx, 0.0);
-  if (action == Action::right) move(kStepPx, 0.0);
-  if (action == Action::up) move(0.0, -kStepPx);
-  if (action == Action::down) move(0.0, kStepPx);
-  if (action == Action::wider) change_radius(kStepPx);
-  if (action == Action::narrower) change_radius(-kStepPx);
+  if (action == Action::left) nudge(-kStepPx, 0, 0);
+  if (action == Action::right) nudge(kStepPx, 0, 0);
+  if (action == Action::up) nudge(0, -kStepPx, 0);
+  if (action == Action::down) nudge(0, kStepPx, 0);
+  if (action == Action::wider) nudge(0, 0, kStepPx);
+  if (action == Action::narrower) nudge(0, 0, -kStepPx);
 }
 
-void PressControls::move(double du_px, double dv_px) {
-  ContactCircle circle = session_.label().circle;
-  circle.u_px += du_px;
-  circle.v_px += dv_px;
-  session_.put(circle);
-}
-
-void PressControls::change_radius(double by_px) {
+void PressControls::nudge(double du_px, double dv_px, double dradius_px) {
   leaves_unsaved_ = false;
-  ContactCircle circle = session_.label().circle;
-  circle.radius_px += by_px;
-  session_.put(circle);
+  const ContactCircle& circle = session_.label().circle;
+  session_.put({circle.u_px + du_px, circle.v_px + dv_px, circle.radius_px + dradius_px});
 }
 
 void PressControls::begin_drag(double u_px, double v_px, double reach_px) {
