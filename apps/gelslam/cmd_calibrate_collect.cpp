@@ -1,8 +1,6 @@
-#include <exception>
 #include <iostream>
 #include <memory>
 #include <optional>
-#include <thread>
 
 #include "calibrate_commands.hpp"
 #include "camera_input.hpp"
@@ -73,29 +71,6 @@ int label_presses(const CollectArguments& arguments, PressWindowOptions window) 
   return open == 0 ? kExitDone : kExitNotGood;
 }
 
-/// The session on a thread of its own, the window on this one.
-void run_in_window(CollectSession& session, LabelSession& labels, const PressWindowOptions& window) {
-  std::exception_ptr failure;
-  {
-    const std::jthread thread([&] {
-      try {
-        session.run();
-      } catch (...) {
-        failure = std::current_exception();
-      }
-      if (failure) session.close();  // after a log's end the window stays, to be looked at
-    });
-    try {
-      run_press_window(labels, &session, window);
-    } catch (...) {
-      session.stop();
-      throw;
-    }
-    session.stop();
-  }
-  if (failure) std::rethrow_exception(failure);
-}
-
 int run_collect(CollectArguments& arguments) {
   CollectOptions& collect = arguments.collect;
   if (!arguments.input.empty() && !fs::exists(arguments.input))
@@ -127,11 +102,19 @@ int run_collect(CollectArguments& arguments) {
         session.close();
       });
   try {
-    if (collect.headless) {
+    const auto work = [&] {
+      try {
+        session.run();
+      } catch (...) {
+        session.close();  // after a log's end the window stays, to be looked at
+        throw;
+      }
+    };
+    if (collect.headless)
       session.run();
-    } else {
-      run_in_window(session, labels, window);
-    }
+    else
+      work_beside_window(
+          work, [&] { run_press_window(labels, &session, window); }, [&] { session.stop(); });
   } catch (...) {
     if (session.taken_now() > 0) std::cerr << "kept: " << session.summary() << "\n";
     throw;
