@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdlib>
 #include <ctime>
+#include <future>
 #include <utility>
 
 #include "gelslam/core/files.hpp"
@@ -138,8 +139,8 @@ CameraInput open_camera_input(const Config& config, const std::string& device, d
   std::unique_ptr<CameraSource> camera = open_camera(options);
   CameraInput input;
   input.attachments = attachments_of(config);
-  input.attachments.sensor = camera->description();
-  input.attachments.camera_settings = settings_text(camera->settings());
+  input.attachments->sensor = camera->description();
+  input.attachments->camera_settings = settings_text(camera->settings());
   input.frames = std::move(camera);
   return input;
 }
@@ -153,9 +154,22 @@ std::string name_by_time() {
   return name;
 }
 
+void work_beside_window(const std::function<void()>& work, const std::function<void()>& show,
+                        const std::function<void()>& stop) {
+  std::future<void> done = std::async(std::launch::async, work);  // waited for where `show` throws, too
+  try {
+    show();
+  } catch (...) {
+    stop();
+    throw;
+  }
+  stop();
+  done.get();
+}
+
 CameraInput open_simulated_camera(const Config& config) {
   CameraInput input{pace(std::make_unique<SimulatedCamera>()), attachments_of(config)};
-  input.attachments.sensor = input.frames->description();
+  input.attachments->sensor = input.frames->description();
   return input;
 }
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -16,10 +17,10 @@
 
 namespace gelslam {
 
-/// A camera that streams, and what a log of it should hold beside its frames.
+/// Frames of a camera or log, and what a recording of them should hold beside them; nothing: none is made.
 struct CameraInput {
   std::unique_ptr<RawFrameSource> frames;
-  LogAttachments attachments;
+  std::optional<LogAttachments> attachments{};
 };
 
 inline constexpr double kAwayS = 60;  ///< how long recordings and scans wait for a camera that was lost
@@ -41,6 +42,11 @@ std::unique_ptr<RawFrameSource> after_background(BackgroundFrames background,
 
 /// For what a person did not name: "gelslam-20261120-083000", local time.
 std::string name_by_time();
+
+/// Does `work` on a thread of its own, which never waits for the window that `show` shows on this one. When
+/// that has been closed or has failed, `stop` must make `work` return soon. Throws what either threw.
+void work_beside_window(const std::function<void()>& work, const std::function<void()>& show,
+                        const std::function<void()>& stop);
 
 /// Does once what Ctrl-C asks for, whatever the other threads wait for: a camera may keep next() waiting for
 /// seconds. `ends`: regularly with a camera, early with a log.

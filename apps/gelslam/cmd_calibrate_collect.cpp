@@ -1,8 +1,6 @@
-#include <exception>
 #include <iostream>
 #include <memory>
 #include <optional>
-#include <thread>
 
 #include "calibrate_commands.hpp"
 #include "camera_input.hpp"
@@ -14,7 +12,6 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
-#include "gelslam/viewer/gl_context.hpp"
 #include "reports.hpp"
 #include "terminal_progress.hpp"
 
@@ -74,29 +71,6 @@ int label_presses(const CollectArguments& arguments, PressWindowOptions window) 
   return open == 0 ? kExitDone : kExitNotGood;
 }
 
-/// The session on a thread of its own, the window on this one.
-void run_in_window(CollectSession& session, LabelSession& labels, const PressWindowOptions& window) {
-  std::exception_ptr failure;
-  {
-    const std::jthread thread([&] {
-      try {
-        session.run();
-      } catch (...) {
-        failure = std::current_exception();
-      }
-      if (failure) session.close();  // after a log's end the window stays, to be looked at
-    });
-    try {
-      run_press_window(labels, &session, window);
-    } catch (...) {
-      session.stop();
-      throw;
-    }
-    session.stop();
-  }
-  if (failure) std::rethrow_exception(failure);
-}
-
 int run_collect(CollectArguments& arguments) {
   CollectOptions& collect = arguments.collect;
   if (!arguments.input.empty() && !fs::exists(arguments.input))
@@ -106,7 +80,7 @@ int run_collect(CollectArguments& arguments) {
   if (!is_labeling && !(collect.diameter_mm > 0)) throw CLI::RequiredError("--diameter");
   PressWindowOptions window;
   // Where no window can be opened, no camera should have been disturbed.
-  if (!collect.headless) GlContext::window({.visible = false});
+  if (!collect.headless) viewer::require_display();
   if (is_labeling) return label_presses(arguments, window);
   const Config config = find_config({.log = arguments.input, .config = arguments.config});
   collect.pixel_pitch_mm = window.pixel_pitch_mm = config.sensor.pixel_pitch_mm;
@@ -128,11 +102,19 @@ int run_collect(CollectArguments& arguments) {
         session.close();
       });
   try {
-    if (collect.headless) {
+    const auto work = [&] {
+      try {
+        session.run();
+      } catch (...) {
+        session.close();  // after a log's end the window stays, to be looked at
+        throw;
+      }
+    };
+    if (collect.headless)
       session.run();
-    } else {
-      run_in_window(session, labels, window);
-    }
+    else
+      work_beside_window(
+          work, [&] { run_press_window(labels, &session, window); }, [&] { session.stop(); });
   } catch (...) {
     if (session.taken_now() > 0) std::cerr << "kept: " << session.summary() << "\n";
     throw;

@@ -25,12 +25,13 @@ int run_train(TrainArguments& arguments) {
   check_output_file(arguments.pth, arguments.overwrite);
   StoppableProgress progress(arguments.presses.quiet);
   const PressSet set = read_presses(arguments.presses);
-  const CalibrationOptions options{{.pixel_pitch_mm = arguments.presses.pitch_mm, .steps = arguments.steps},
-                                   arguments.automatic};
-  const Calibration calibration =
-      calibrate(set, options, progress, [](const std::string& press) { print_line("left out: " + press); });
+  const Calibration calibration = calibrate(
+      set, {.pixel_pitch_mm = arguments.presses.pitch_mm, .steps = arguments.steps}, arguments.automatic,
+      progress, [](const std::string& press) { print_line("left out: " + press); });
   const ModelCheck& check = calibration.check;
-  write_calibration(arguments.output, calibration);
+  const bool is_pth = arguments.output.extension() == ".pth";
+  is_pth ? write_pth_model(arguments.output, calibration.file.model)
+         : write_model_file(arguments.output, calibration.file);
   if (!arguments.pth.empty()) write_pth_model(arguments.pth, calibration.file.model);
   fmt::print("trained on {} presses; on these: slope error {:.2f} degrees, gradient scale x {:.3f} y {:.3f}",
              check.presses.size(), check.slopes.all.mean_abs_error_deg(), check.slopes.all.scale_x(),
@@ -41,7 +42,7 @@ int run_train(TrainArguments& arguments) {
   if (!fs::exists(set.folder / kOpticsFileName))
     std::cerr << "note: no " << kOpticsFileName << " beside the presses: trained for "
               << optics_text(*set.optics) << " (gelslam calibrate optics finds your sensor's)\n";
-  if (arguments.output.extension() == ".pth")
+  if (is_pth)
     print_line(
         "note: PyTorch's format holds neither optics nor uncertainty: also write GelSLAM's own (-o "
         "model.json --pth " +

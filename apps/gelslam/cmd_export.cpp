@@ -146,7 +146,7 @@ MeshColor color_of(const ExportArguments& a, const RunContents& run, const std::
   return is_colored ? MeshColor::height : MeshColor::none;
 }
 
-LengthUnit unit_of(const ExportArguments& a) {
+LengthUnit output_unit(const ExportArguments& a) {
   if (a.units.empty()) return usual_unit(a.output);
   return a.units == "mm" ? LengthUnit::millimeter : LengthUnit::meter;
 }
@@ -172,11 +172,11 @@ std::string write_output(const ExportArguments& a, const RunContents& run, Progr
   if (ending == ".html") {
     write_page(a.output, run, color);
   } else {
-    write_mesh(a.output, run.mesh, unit_of(a), colors);
+    write_mesh(a.output, run.mesh, output_unit(a), colors);
   }
   progress.end();
   return fmt::format("{} vertices, {} triangles, in {}", run.mesh.vertices_mm.size(),
-                     run.mesh.triangles.size(), short_name(unit_of(a)));
+                     run.mesh.triangles.size(), short_name(output_unit(a)));
 }
 
 int export_run(const ExportArguments& a) {

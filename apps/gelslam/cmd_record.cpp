@@ -1,14 +1,25 @@
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
 #include <filesystem>
+#include <functional>
+#include <iostream>
 #include <memory>
+#include <optional>
 
 #include "camera_input.hpp"
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
+#include "gelslam/sensor/frame_source.hpp"
+#include "gelslam/sensor/image_input.hpp"
 #include "gelslam/sensor/log_recorder.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
-#include "reports.hpp"
+#include "gelslam/surface/background.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam {
@@ -24,14 +35,134 @@ struct RecordArguments {
   bool resized = false, quiet = false;
 };
 
+/// What a recording says to the person at the terminal, on stderr.
+class RecordReport {
+ public:
+  RecordReport(const std::string& log, bool quiet, const RawFrameSource& source)
+      : source_(source), log_(log), quiet_(quiet), terminal_(::isatty(STDERR_FILENO) != 0) {
+    if (!quiet_) print_line("recording " + source_.description() + " (Ctrl-C ends it)");
+  }
+
+  /// A sentence of its own line, also when quiet.
+  void say(const std::string& sentence) {
+    clear_line();
+    print_line("gelslam: " + sentence);
+  }
+
+  /// For every frame; draws the progress line now and then, and says warnings that are new.
+  void count(const RawFrame& frame, const LogRecorderStatus& status) {
+    if (frames_++ == 0) first_s_ = frame.time_s;
+    last_s_ = std::max(last_s_, frame.time_s);
+    if (!status.warning.empty() && said_.empty()) {
+      said_ = status.warning;
+      say("warning: " + status.warning);
+    }
+    const auto now = std::chrono::steady_clock::now();
+    if (quiet_ || !terminal_ || now - drawn_at_ < std::chrono::milliseconds(200)) return;
+    drawn_at_ = now;
+    drawn_ = true;
+    std::cerr << fmt::format("\r{} frames  {:.1f} s  {:.1f} Hz  {} lost  {}\x1b[K", frames_,
+                             last_s_ - first_s_, rate_hz(), source_.lost_frames(), bytes_text(status.bytes))
+              << std::flush;
+  }
+
+  /// Whether all was recorded.
+  bool finish(const LogRecorderStatus& status) {
+    clear_line();
+    if (const std::string warning = source_.warning(); !warning.empty()) say("warning: " + warning);
+    if (!status.warning.empty() && status.warning != said_) say("warning: " + status.warning);
+    if (status.damaged > 0) say("warning: left out " + counted(status.damaged, "damaged picture"));
+    if (status.written == 0) say("nothing was recorded");
+    if (status.written > 0 && !quiet_) {
+      // The times are those of what was recorded only where that is all.
+      const std::string times = status.written == frames_
+                                    ? fmt::format(" in {:.1f} s ({:.2f} Hz)", last_s_ - first_s_, rate_hz())
+                                    : "";
+      std::cerr << fmt::format("recorded {}{}, {} lost by the camera, {}: {}\n",
+                               counted(status.written, "frame"), times, source_.lost_frames(),
+                               bytes_text(status.bytes), one_line(log_));
+    }
+    return status.written > 0 && !status.stopped && status.left_out == 0;
+  }
+
+ private:
+  void clear_line() {
+    if (std::exchange(drawn_, false)) std::cerr << "\r\x1b[K";
+  }
+  double rate_hz() const {
+    return last_s_ > first_s_ ? (static_cast<double>(frames_) - 1) / (last_s_ - first_s_) : 0.0;
+  }
+
+  const RawFrameSource& source_;
+  const std::string log_;
+  const bool quiet_, terminal_;
+  bool drawn_ = false;
+  std::string said_;  // the first warning
+  std::int64_t frames_ = 0;
+  double first_s_ = 0, last_s_ = 0;
+  std::chrono::steady_clock::time_point drawn_at_;
+};
+
+/// Looks at a recording's first frames, which should show the bare gel, and says what makes it doubt them:
+/// while the person can still begin again.
+class StartCheck {
+ public:
+  StartCheck(const Config& config, std::function<void(const std::string&)> say_doubt)
+      : config_(config),
+        color_gain_(config.color_gain_bgr),
+        say_doubt_(std::move(say_doubt)),
+        decoder_(config_.sensor) {}
+
+  /// Every frame in order; does nothing after the first few.
+  void look_at(const RawFrame& frame) {
+    if (!decoder_) return;
+    try {
+      if (std::optional<TactileImage> image = decoder_->decode(frame)) {
+        color_gain_.apply(image->bgr);
+        pictures_.push_back(image->bgr.clone());
+      } else if (pictures_.empty() && frame.index == 0) {
+        say_doubt_("the first picture cannot be decoded: " + decoder_->damage());
+      }
+      if (static_cast<int>(pictures_.size()) < config_.background_frames) return;
+      judge();
+    } catch (const Error& error) {  // a size that never fits: the log may be wanted all the same
+      say_doubt_(error.what());
+    }
+    decoder_.reset();
+    pictures_.clear();
+  }
+
+ private:
+  void judge() {
+    const std::filesystem::path& file = config_.sensor.calibration_model_path;
+    std::optional<GradientModel> model;
+    if (!file.empty()) model = read_gradient_model(file);
+    const cv::Mat3b mean = background_image(pictures_);
+    for (const std::string& doubt : judge_background(
+             mean, config_.sensor.device_name, model ? &*model : nullptr, config_.surface.pixel_pitch_mm))
+      say_doubt_(doubt);
+    if (!model) return;
+    const BackgroundCheck check = check_background(pictures_, *model, config_.surface);
+    if (check.contact)
+      say_doubt_("the first " + std::to_string(pictures_.size()) + " frames should show the bare gel, but " +
+                 check.reason);
+  }
+
+  const Config config_;
+  ColorGain color_gain_;
+  std::function<void(const std::string&)> say_doubt_;
+  std::optional<FrameDecoder> decoder_;  // gone once all is said
+  std::vector<cv::Mat3b> pictures_;
+};
+
 CameraInput open_log(const RecordArguments& arguments, const Config& config) {
   CameraInput log;
   log.attachments = attachments_of(config);
   log.frames = open_raw_log(arguments.from, config.sensor);
   const LogAttachments old =
       is_matroska(arguments.from) ? read_log_attachments(arguments.from) : LogAttachments{};
-  log.attachments.sensor = old.sensor.empty() ? log.frames->description() : old.sensor;
-  log.attachments.camera_settings = old.camera_settings;
+  log.attachments->sensor = old.sensor.empty() ? log.frames->description() : old.sensor;
+  log.attachments->camera_settings = old.camera_settings;
   return log;
 }
 
@@ -73,10 +204,9 @@ int run_record(const RecordArguments& arguments) {
     options.max_waiting_bytes = 32u << 20;  // a whole log need not pile up in memory
   options.keep_free_bytes = arguments.keep_free_bytes;
   if (arguments.resized) options.resize_to = config.sensor;
-  LogRecorder recorder(std::make_unique<LogWriter>(log, source.attachments, source.frames->rate_hz()),
+  LogRecorder recorder(std::make_unique<LogWriter>(log, *source.attachments, source.frames->rate_hz()),
                        options);
   RecordReport report(log.string(), arguments.quiet, *source.frames);
-  report.start();
   std::exception_ptr failure;
   try {
     record_all(arguments, config, *source.frames, recorder, report);
@@ -84,9 +214,9 @@ int run_record(const RecordArguments& arguments) {
     failure = std::current_exception();
   }
   recorder.finish();
-  report.finish(recorder.status());
+  const bool is_good = report.finish(recorder.status());
   if (failure) std::rethrow_exception(failure);
-  return report.good() ? kExitDone : kExitNotGood;
+  return is_good ? kExitDone : kExitNotGood;
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 #include <string>
 
-#include "camera_input.hpp"
 #include "commands.hpp"
 #include "gelslam/slam/config.hpp"
 #include "live_command.hpp"
@@ -22,11 +21,11 @@ int run_scan(ScanArguments& arguments) {
   const bool is_simulated = arguments.device == "simulated";
   if (is_simulated && live.log.model.empty()) live.log.model = simulated_camera_model().string();
   const Config config = live.config("");
-  return run_live(live.options(config), live, [&]() -> LiveFrames {
+  return run_live(live.options(config), live, [&] {
     CameraInput camera =
         is_simulated ? open_simulated_camera(config) : open_camera_input(config, arguments.device, kAwayS);
-    if (arguments.no_log) return {std::move(camera.frames)};
-    return {std::move(camera.frames), std::move(camera.attachments)};
+    if (arguments.no_log) camera.attachments.reset();
+    return camera;
   });
 }
 

@@ -16,16 +16,43 @@
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/fusion/fusion.hpp"
 #include "gelslam/localization/maps.hpp"
+#include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "reports.hpp"
 #include "stream_arguments.hpp"
 #include "terminal_progress.hpp"
 #include "track_output.hpp"
-#include "track_window.hpp"
 
 namespace gelslam {
 namespace {
+
+/// How the map is shown that the sensor is located in.
+struct MapWindowArguments {
+  bool window = false, overwrite = false;
+  std::string snapshot;
+
+  void add_to(CLI::App& command) {
+    command.add_flag("--window", window,
+                     "Show the map and the touch in it while poses are written; a LOG plays at its rate");
+    command
+        .add_option(
+            "--snapshot", snapshot,
+            "Picture (PNG) of the window at the end, or, without --window, of the last touch in the map")
+        ->check(refuse_unless_png);
+    add_overwrite_flag(command, overwrite);
+  }
+  bool shows_map() const { return window || !snapshot.empty(); }
+  /// Throws Error where the snapshot is refused or there is no display.
+  WindowOptions window_options() const {
+    check_output_file(snapshot, overwrite);
+    WindowOptions options;
+    options.snapshot = snapshot;
+    if (window) viewer::require_display();
+    return options;
+  }
+};
 
 struct TrackArguments {
   std::string log, camera;
@@ -155,13 +182,13 @@ struct PoseSummary {
 };
 
 /// All frames of the stream to the outlet, until `stopped`.
-PoseSummary write_poses(SurfaceStream& stream, PoseOutput& output, PoseOutlet& outlet,
+PoseSummary write_poses(SurfaceStream& stream, const PoseOutput& output, PoseOutlet& outlet,
                         const FrameStopper& stopper, ProgressSink& progress) {
   for (const std::string& doubt : stream.background_doubts()) warn(doubt);
   progress.begin("tracking", stream.frame_count());
   PoseSummary summary;
   while (const std::optional<SurfaceStream::Item> item = stream.next()) {
-    PoseLine line = output.line(*item);
+    PoseLine line = output(*item);
     summary.add(line);
     outlet.write(std::move(line), stream.description());
     progress.update(summary.frames);
@@ -197,6 +224,42 @@ SurfaceStream open_stream(const TrackArguments& arguments, const LogInput& input
   return {std::make_unique<FrameSource>(frames, name, config.sensor), input, config, timer, ask};
 }
 
+/// The mesh in a map's folder; where there is none, the fused surfaces of `session`. Throws Error.
+ShownMap read_shown_map(const std::string& folder, const Session& session, ProgressSink& progress) {
+  const std::filesystem::path mesh = std::filesystem::path(folder) / "mesh.ply";
+  ShownMap map{folder, {}, session.gradient_scale};
+  if (std::filesystem::exists(mesh))
+    map.mesh = read_mesh(mesh);
+  else
+    map.mesh = fuse(session.patches, {}, session.gradient_scale, &progress);
+  return map;
+}
+
+/// Shows `touches` while `compute` runs. Throws what that threw, unless it was stopped before it could begin.
+void compute_in_window(const std::function<void()>& compute, const std::function<void()>& stop,
+                       const ShownMap& map, LocatedTouches& touches, WindowOptions options) {
+  std::atomic<bool> failed = false, closed = false;
+  options.asks_to_end = [&failed, asks = std::move(options.asks_to_end)] { return failed || asks(); };
+  const auto work = [&] {
+    try {
+      compute();
+      touches.have_ended = true;
+    } catch (...) {
+      if (closed) return;  // stopped before the background was whole
+      failed = true;
+      throw;
+    }
+  };
+  const auto show = [&] {
+    lower_thread_priority();  // drawing goes after locating
+    run_map_window(map, touches, options);
+  };
+  work_beside_window(work, show, [&] {
+    closed = true;
+    stop();
+  });
+}
+
 int run(const TrackArguments& arguments) {
   check(arguments);
   LogInput input = arguments.settings.input(arguments.log);
@@ -221,10 +284,10 @@ int run(const TrackArguments& arguments) {
       surfaces = std::make_shared<const SurfaceMap>(map.patches, config.slam, progress.get());
     StageTimer timer;
     SurfaceStream stream = open_stream(arguments, input, config, stopper, timer);
-    const std::unique_ptr<PoseOutput> output =
-        surfaces ? make_map_output(surfaces, config.slam, arguments.window.shows_map() ? &touches : nullptr)
-                 : make_trial_output(config.slam);
-    return write_poses(stream, *output, outlet, stopper, *progress);
+    const PoseOutput output =
+        surfaces ? map_output(surfaces, config.slam, arguments.window.shows_map() ? &touches : nullptr)
+                 : trial_output(config.slam);
+    return write_poses(stream, output, outlet, stopper, *progress);
   };
   PoseSummary summary;
   if (arguments.window.window) {

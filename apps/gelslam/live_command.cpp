@@ -12,7 +12,6 @@
 #include <stop_token>
 #include <thread>
 
-#include "camera_input.hpp"
 #include "commands.hpp"
 #include "gelslam/core/bounded_queue.hpp"
 #include "gelslam/core/file_descriptor.hpp"
@@ -21,7 +20,6 @@
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/pose_stream.hpp"
-#include "gelslam/viewer/gl_context.hpp"
 #include "gelslam/viewer/window.hpp"
 #include "reports.hpp"
 #include "terminal_progress.hpp"
@@ -32,25 +30,19 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// Passes on what a person asks for outside the window: Ctrl-C, once or twice, and --seconds.
-class StopWatch {
- public:
-  StopWatch(LiveSession& session, const InterruptWatch& interrupt, double seconds)
-      : thread_([&session, &interrupt, seconds](const std::stop_token& token) {
-          const Clock::time_point start = Clock::now();
-          bool stopped = false;
-          while (!token.stop_requested()) {
-            const bool time_is_up =
-                seconds > 0 && std::chrono::duration<double>(Clock::now() - start).count() > seconds;
-            if (!std::exchange(stopped, stopped || interrupt.requested() || time_is_up) && stopped)
-              session.stop();
-            if (interrupt.requests() > 1) return session.abort();
-            std::this_thread::sleep_for(std::chrono::milliseconds(30));
-          }
-        }) {}
-
- private:
-  std::jthread thread_;
-};
+std::jthread pass_on_stops(LiveSession& session, const InterruptWatch& interrupt, double seconds) {
+  return std::jthread([&session, &interrupt, seconds](const std::stop_token& token) {
+    const Clock::time_point start = Clock::now();
+    bool stopped = false;
+    while (!token.stop_requested()) {
+      const bool time_is_up =
+          seconds > 0 && std::chrono::duration<double>(Clock::now() - start).count() > seconds;
+      if (!std::exchange(stopped, stopped || interrupt.requested() || time_is_up) && stopped) session.stop();
+      if (interrupt.requests() > 1) return session.abort();
+      std::this_thread::sleep_for(std::chrono::milliseconds(30));
+    }
+  });
+}
 
 /// A line in the terminal that is written over, or, where stderr is no terminal, a line for every change of
 /// state.
@@ -189,7 +181,7 @@ WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& ar
   if (options.continued && !arguments.quiet)
     print_line(fmt::format("continuing {}: {}", options.run_folder.string(),
                            counted(std::ssize(options.continued->record.keyframes), "keyframe")));
-  if (!arguments.headless) GlContext::window({.visible = false});
+  if (!arguments.headless) viewer::require_display();
   return window;
 }
 
@@ -272,7 +264,7 @@ LiveEnd run_to_its_end(std::unique_ptr<RawFrameSource> source, LiveOptions optio
   options.begins = [&shown] { return shown.load(); };
   const auto session = usual_priority.run([&] { return begin_live_scan(std::move(source), options); });
   window.when_shown = [&] { shown = true; };
-  const StopWatch stop_watch(*session, interrupt, arguments.seconds);
+  const std::jthread stops = pass_on_stops(*session, interrupt, arguments.seconds);
   std::atomic<bool> wants_new_scan{false};
   std::shared_ptr<void> watch;
   if (service) watch = service->watch(watched(*session, options.log.empty(), wants_new_scan));
@@ -294,11 +286,11 @@ LiveEnd run_to_its_end(std::unique_ptr<RawFrameSource> source, LiveOptions optio
 
 }  // namespace
 
-int run_live(LiveOptions options, const LiveArguments& arguments, const std::function<LiveFrames()>& open) {
+int run_live(LiveOptions options, const LiveArguments& arguments, const std::function<CameraInput()>& open) {
   const std::filesystem::path first = options.run_folder;
   WindowOptions window = prepare_window(options, arguments);
   Listeners listeners(options, arguments.stream, arguments.quiet);
-  LiveFrames frames = open();
+  CameraInput input = open();
   UsualPriority usual_priority;
   if (!arguments.headless) lower_thread_priority();  // drawing goes after tracking
   int exit_code = kExitDone;
@@ -306,13 +298,13 @@ int run_live(LiveOptions options, const LiveArguments& arguments, const std::fun
     const std::filesystem::path next_folder =
         options.log.empty() ? next_run_folder(first, options.run_folder) : "";
     window.next_run_folder = next_folder.string();
-    options.record = frames.record;
-    LiveEnd end = run_to_its_end(std::move(frames.source), options, arguments, window,
-                                 listeners.service.get(), usual_priority);
+    options.record = input.attachments;
+    LiveEnd end = run_to_its_end(std::move(input.frames), options, arguments, window, listeners.service.get(),
+                                 usual_priority);
     exit_code = std::max(exit_code, end.exit_code);
     if (!end.wants_new_scan) break;
-    frames = open();
-    frames.source = after_background(std::move(end.background), std::move(frames.source));
+    input = open();
+    input.frames = after_background(std::move(end.background), std::move(input.frames));
     window.picture_folder = options.run_folder = next_folder;
     options.overwrite = false;
     options.continued.reset();
@@ -327,7 +319,7 @@ int run_live_log(const std::string& log, const LiveArguments& arguments, bool ev
   LiveOptions options = arguments.options(config);
   options.log = log;
   options.drop_when_behind = !every_frame;
-  return run_live(std::move(options), arguments, [&]() -> LiveFrames {
+  return run_live(std::move(options), arguments, [&]() -> CameraInput {
     // A log of another camera is refused before a run folder is made, or replaced.
     open_frame_source(log, config.sensor)->next();
     return {pace(open_raw_log(log, config.sensor), every_frame ? Pace::as_taken : Pace::as_recorded)};

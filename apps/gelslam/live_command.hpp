@@ -2,10 +2,9 @@
 
 #include <CLI/CLI.hpp>
 #include <functional>
-#include <memory>
-#include <optional>
 #include <string>
 
+#include "camera_input.hpp"
 #include "command_line.hpp"
 #include "gelslam/slam/live_slam.hpp"
 #include "stream_arguments.hpp"
@@ -30,17 +29,11 @@ struct LiveArguments {
   LiveOptions options(const Config& config) const;
 };
 
-/// Frames of a scan, and what of them is recorded: nothing of a log.
-struct LiveFrames {
-  std::unique_ptr<RawFrameSource> source;
-  std::optional<LogAttachments> record = {};
-};
-
 /// Runs a scan until it is saved, and, with a camera, one after another those that the person begins then:
 /// RUN-2, RUN-3, ..., each with the background of the one before. `open` is called for each of them, once it
 /// is known that the run folder and the display do not refuse. The first Ctrl-C stops it, the second saves at
 /// once what there is, the third ends the program. Returns the worst exit code.
-int run_live(LiveOptions options, const LiveArguments& arguments, const std::function<LiveFrames()>& open);
+int run_live(LiveOptions options, const LiveArguments& arguments, const std::function<CameraInput()>& open);
 
 /// The same of a log, as if it came from a camera; with `every_frame` as fast as possible without a drop.
 int run_live_log(const std::string& log, const LiveArguments& arguments, bool every_frame);

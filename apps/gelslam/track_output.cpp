@@ -36,15 +36,14 @@ Json map_json(const LocalizedFrame& frame, const Surface* surface) {
   return json;
 }
 
-class TrialOutput final : public PoseOutput {
- public:
-  explicit TrialOutput(const SlamOptions& options)
-      : tracker_(options.tracker, options.registration, options.verification),
-        drift_(options.gradient_scale.sigma) {}
+}  // namespace
 
-  PoseLine line(const SurfaceStream::Item& item) override {
+PoseOutput trial_output(const SlamOptions& options) {
+  const auto tracker = std::make_shared<Tracker>(options.tracker, options.registration, options.verification);
+  const auto drift = std::make_shared<TrialDrift>(options.gradient_scale.sigma);
+  return [=](const SurfaceStream::Item& item) {
     const TactileImage& image = item.image;
-    const TrackedFrame frame = tracker_.track(image.index, image.time_s, item.surface, image.unix_us);
+    const TrackedFrame frame = tracker->track(image.index, image.time_s, item.surface, image.unix_us);
     PoseLine line;
     line.has_pose = frame.status == TrackStatus::tracked;
     line.touch = {record_of(frame), image.bgr, item.surface, frame.trial_T_frame};
@@ -53,28 +52,22 @@ class TrialOutput final : public PoseOutput {
       line.reason = describe(frame.registration.status);
     }
     FrameReport report{frame, item.surface.get()};
-    report.covariance = drift_.add(frame);
+    report.covariance = drift->add(frame);
     line.ndjson = ndjson_line(report);
     return line;
-  }
+  };
+}
 
- private:
-  Tracker tracker_;
-  TrialDrift drift_;
-};
-
-class MapOutput final : public PoseOutput {
- public:
-  MapOutput(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options, LocatedTouches* touches)
-      : localizer_(std::move(map), options), touches_(touches) {}
-
-  PoseLine line(const SurfaceStream::Item& item) override {
+PoseOutput map_output(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options,
+                      LocatedTouches* touches) {
+  const auto localizer = std::make_shared<Localizer>(std::move(map), options);
+  return [=](const SurfaceStream::Item& item) {
     const TactileImage& image = item.image;
-    const LocalizedFrame frame = localizer_.process(image.index, image.time_s, item.surface, image.unix_us);
-    if (touches_ != nullptr) {
+    const LocalizedFrame frame = localizer->process(image.index, image.time_s, item.surface, image.unix_us);
+    if (touches != nullptr) {
       const auto touch = std::make_shared<const LocatedTouch>(LocatedTouch{image.bgr, item.surface, frame});
-      touches_->newest = touch;
-      if (!frame.hypotheses.empty()) touches_->placed = touch;
+      touches->newest = touch;
+      if (!frame.hypotheses.empty()) touches->placed = touch;
     }
     PoseLine line;
     line.has_pose = frame.status == PlaceStatus::localized;
@@ -90,22 +83,7 @@ class MapOutput final : public PoseOutput {
     }
     line.ndjson = map_json(frame, item.surface.get()).dump() + "\n";
     return line;
-  }
-
- private:
-  Localizer localizer_;
-  LocatedTouches* touches_;
-};
-
-}  // namespace
-
-std::unique_ptr<PoseOutput> make_trial_output(const SlamOptions& options) {
-  return std::make_unique<TrialOutput>(options);
-}
-
-std::unique_ptr<PoseOutput> make_map_output(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options,
-                                            LocatedTouches* touches) {
-  return std::make_unique<MapOutput>(std::move(map), options, touches);
+  };
 }
 
 }  // namespace gelslam

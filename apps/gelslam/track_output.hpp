@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -18,17 +19,14 @@ struct PoseLine {
   std::string state, reason;  ///< of LiveStatus
 };
 
-class PoseOutput {
- public:
-  virtual ~PoseOutput() = default;
-  virtual PoseLine line(const SurfaceStream::Item& item) = 0;
-};
+/// For every frame in order.
+using PoseOutput = std::function<PoseLine(const SurfaceStream::Item&)>;
 
 /// Poses in the frame of the trial, as NDJSON.
-std::unique_ptr<PoseOutput> make_trial_output(const SlamOptions& options);
+PoseOutput trial_output(const SlamOptions& options);
 
 /// Poses in the frame of a map, and what `touches` (or null) shows of them.
-std::unique_ptr<PoseOutput> make_map_output(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options,
-                                            LocatedTouches* touches);
+PoseOutput map_output(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options,
+                      LocatedTouches* touches);
 
 }  // namespace gelslam

@@ -18,7 +18,6 @@
 #include "camera_input.hpp"
 #include "gelslam/calibration/label_session.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/viewer/gl_context.hpp"
 #include "simulated_presses.hpp"
 
 namespace gelslam::test {

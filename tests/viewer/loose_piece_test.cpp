@@ -1,7 +1,8 @@
+#include "live/loose_piece.hpp"
+
 #include <gtest/gtest.h>
 
 #include "../support/round_touch.hpp"
-#include "live/live_scene.hpp"
 
 namespace gelslam::viewer::detail {
 namespace {

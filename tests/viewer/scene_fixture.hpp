@@ -8,11 +8,13 @@
 #include <string>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/viewer/gl_context.hpp"
-#include "gelslam/viewer/scene.hpp"
+#include "gl/gl_context.hpp"
+#include "scene/scene.hpp"
 #include "test_meshes.hpp"
 
 namespace gelslam::test {
+
+using namespace viewer::detail;
 
 /// Draws without a display; one context for all cases. Skips where nothing can draw.
 class SceneDrawing : public testing::Test {

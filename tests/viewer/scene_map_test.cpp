@@ -42,7 +42,7 @@ class SceneMap : public SceneDrawing {
 
 TEST_F(SceneMap, TheTouchGlowsWhereItIs) {
   Scene scene;
-  scene.set_touch(TouchPatch{round_touch(), at(3, -2, 0), 1.0});
+  scene.set_touch({round_touch(), 1.0, {{at(3, -2, 0)}}});
   const cv::Mat3b picture = draw(scene);
   const cv::Mat1b mask = mask_of(picture);
   const cv::Moments m = cv::moments(mask, true);
@@ -54,7 +54,7 @@ TEST_F(SceneMap, TheTouchGlowsWhereItIs) {
   EXPECT_NEAR(std::sqrt(m.m00 / CV_PI), radius_px, 1.5);
   const cv::Vec3b color = picture(static_cast<int>(expected.y), static_cast<int>(expected.x));
   EXPECT_GT(color[2], color[0] + 80) << "orange";
-  scene.set_touch(std::nullopt);
+  scene.set_touch({});
   EXPECT_EQ(cv::countNonZero(mask_of(draw(scene))), 0);
 }
 
@@ -63,11 +63,11 @@ TEST_F(SceneMap, TheTouchLiesOnTheMeshAndBehindWhatIsNearer) {
   Mesh ground = flipped(plane(-0.4, 20, 12));  // a little over the touch, as a map that is not yet right
   scene.update(changes({block(1, ground)}));
   const cv::Mat3b before = draw(scene);
-  scene.set_touch(TouchPatch{round_touch(), at(0, 0, 0), 1.0});
+  scene.set_touch({round_touch(), 1.0, {{at(0, 0, 0)}}});
   EXPECT_GT(largest_difference(draw(scene), before), 60);
   scene.update(changes({block(2, flipped(plane(-5, 20, 12)))}));
   const cv::Mat3b covered = draw(scene);
-  scene.set_touch(std::nullopt);
+  scene.set_touch({});
   EXPECT_EQ(largest_difference(draw(scene), covered), 0);
 }
 
@@ -76,7 +76,7 @@ TEST_F(SceneMap, DepthIsDividedByTheGain) {
   camera.look_along(Vector3f::UnitX(), -Vector3f::UnitZ());  // from the side, outside up
   camera.set_distance_mm(8);
   const auto top = [&](double gain) {
-    scene.set_touch(TouchPatch{round_touch(1.0), at(0, 0, 0), gain});
+    scene.set_touch({round_touch(1.0), gain, {{at(0, 0, 0)}}});
     return cv::boundingRect(mask_of(draw(scene))).y;
   };
   // Seen edge on nothing of a flat touch shows, so it is looked at from a little above.

@@ -2,7 +2,7 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "live/live_scene.hpp"
+#include "live/live_window.hpp"
 
 namespace gelslam::viewer::detail {
 namespace {

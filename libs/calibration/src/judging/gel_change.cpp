@@ -32,12 +32,8 @@ cv::Mat1f cell_difference(const cv::Mat3f& cells, const cv::Mat3f& reference) {
   cv::subtract(cells, reference, difference);
   difference -= median_color(difference);
   cv::blur(difference, difference, cv::Size(3, 3), cv::Point(-1, -1), cv::BORDER_REPLICATE);
-  return length_of(difference);
-}
-
-cv::Mat1f length_of(const cv::Mat3f& colors) {
-  cv::Mat1f length(colors.size());
-  std::transform(colors.begin(), colors.end(), length.begin(),
+  cv::Mat1f length(difference.size());  // norm over the channels
+  std::transform(difference.begin(), difference.end(), length.begin(),
                  [](const cv::Vec3f& color) { return static_cast<float>(cv::norm(color)); });
   return length;
 }

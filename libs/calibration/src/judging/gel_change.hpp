@@ -16,7 +16,6 @@ inline constexpr int kCellsAcross = 80;
 /// How much each cell's color differs (norm over the channels, gray levels, smoothed over 3x3 cells),
 /// without what most of the picture has in common (exposure, light).
 cv::Mat1f cell_difference(const cv::Mat3f& cells, const cv::Mat3f& reference);
-cv::Mat1f length_of(const cv::Mat3f& colors);  ///< norm over the channels
 double largest(const cv::Mat1f& map);
 
 inline constexpr double kMinTouchLevels = 5.0;  ///< of cells, where noise is below one

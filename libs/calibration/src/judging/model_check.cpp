@@ -89,6 +89,26 @@ Verdict judge_number(double value, double good_limit, double usable_limit) {
   return std::abs(value) <= usable_limit ? Verdict::usable : Verdict::recalibrate;
 }
 
+/// How the mean slope errors of presses change with their place along an axis (regression).
+struct ErrorOverPlace {
+  double per_mm, sigma_per_mm;
+};
+ErrorOverPlace error_over_place(const std::vector<PressCheck>& presses, const CameraModel& camera,
+                                std::size_t axis) {
+  const auto count = static_cast<Eigen::Index>(presses.size());
+  Eigen::ArrayXd place_mm(count), error(count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const PressCheck& press = presses[static_cast<std::size_t>(k)];
+    place_mm[k] = camera.to_mm(camera.rest_px({press.zone.u_px, press.zone.v_px}))(static_cast<int>(axis));
+    error[k] = press.mean_error[axis];
+  }
+  place_mm -= place_mm.mean();
+  error -= error.mean();
+  const double spread = 1e-12 + place_mm.square().sum(), per_mm = (place_mm * error).sum() / spread;
+  const double left = (error - per_mm * place_mm).square().sum();
+  return {per_mm, std::sqrt(left / std::max(1.0, static_cast<double>(count) - 2.0) / spread)};
+}
+
 void judge(ModelCheck& check, const std::vector<double>& rim_slopes, const CameraModel& camera) {
   std::vector<std::pair<Verdict, std::string>> found;
   const auto note = [&](Verdict verdict, std::string reason) {
@@ -135,27 +155,6 @@ void judge(ModelCheck& check, const std::vector<double>& rim_slopes, const Camer
 
 }  // namespace
 
-ErrorOverPlace error_over_place(const std::vector<PressCheck>& presses, const CameraModel& camera,
-                                std::size_t axis) {
-  std::vector<std::array<double, 2>> points;  // place, error
-  std::array<double, 2> mean{};
-  for (const PressCheck& press : presses) {
-    const Eigen::Vector2d place_mm = camera.to_mm(camera.rest_px({press.zone.u_px, press.zone.v_px}));
-    points.push_back({place_mm[static_cast<Eigen::Index>(axis)], press.mean_error[axis]});
-    for (std::size_t k = 0; k < 2; ++k) mean[k] += points.back()[k] / static_cast<double>(presses.size());
-  }
-  double spread = 1e-12, both = 0.0, left = 0.0;
-  for (const auto& [place, error] : points) {
-    spread += (place - mean[0]) * (place - mean[0]);
-    both += (place - mean[0]) * (error - mean[1]);
-  }
-  ErrorOverPlace result{both / spread, 0.0};
-  for (const auto& [place, error] : points)
-    left += std::pow(error - mean[1] - result.per_mm * (place - mean[0]), 2);
-  result.sigma_per_mm = std::sqrt(left / std::max(1.0, static_cast<double>(points.size()) - 2.0) / spread);
-  return result;
-}
-
 const char* verdict_name(Verdict verdict) {
   return verdict == Verdict::good ? "good" : verdict == Verdict::usable ? "usable" : "recalibrate";
 }
@@ -180,17 +179,17 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
   for (const BallZone& zone : zones) {
     const CalibrationPress& press = set.presses[zone.press];
     rim_slopes.push_back(rim_slope(zone.radius_px, press.ball_px(pixel_pitch_mm)));
-    SlopeStatistics slopes;
+    SlopeSums slopes;
     std::array<double, 2> error{};
     for (const ZoneReading& pixel : read_zone(model, set, zone, pixel_pitch_mm)) {
-      slopes.add(pixel, press.bgr.size());
+      slopes.add(pixel);
+      check.slopes.add(pixel, press.bgr.size());
       for (std::size_t axis = 0; axis < 2; ++axis) error[axis] += pixel.read[axis] - pixel.labeled[axis];
     }
-    for (double& sum : error) sum /= std::max(1.0, slopes.all.pixels);
-    check.slopes.add(slopes);
+    for (double& sum : error) sum /= std::max(1.0, slopes.pixels);
     const SurfacePtr surface = estimator.estimate(press.bgr);
     const auto radius_mm = fit_ball_radius_mm(*surface, press, zone, 0.5 * press.diameter_mm);
-    check.presses.push_back({zone, slopes.all.mean_abs_error_deg(), error, radius_mm});
+    check.presses.push_back({zone, slopes.mean_abs_error_deg(), error, radius_mm});
     Size& size = sizes[press.diameter_mm];
     ++size.presses;
     if (radius_mm) size.radii_mm.push_back(*radius_mm);

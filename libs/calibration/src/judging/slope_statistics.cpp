@@ -59,24 +59,10 @@ void SlopeSums::add(const ZoneReading& pixel) {
   pixels += 1.0;
 }
 
-void SlopeSums::add(const SlopeSums& other) {
-  for (std::size_t axis = 0; axis < 2; ++axis) {
-    read_true[axis] += other.read_true[axis];
-    true_true[axis] += other.true_true[axis];
-  }
-  abs_error_deg += other.abs_error_deg;
-  pixels += other.pixels;
-}
-
 void SlopeStatistics::add(const ZoneReading& pixel, const cv::Size& picture) {
   all.add(pixel);
   const int row = 3 * pixel.v / picture.height, column = 3 * pixel.u / picture.width;
   ninths[static_cast<std::size_t>(3 * row + column)].add(pixel);
-}
-
-void SlopeStatistics::add(const SlopeStatistics& other) {
-  all.add(other.all);
-  for (std::size_t k = 0; k < ninths.size(); ++k) ninths[k].add(other.ninths[k]);
 }
 
 }  // namespace gelslam

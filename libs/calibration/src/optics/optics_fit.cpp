@@ -1,9 +1,18 @@
 #include "gelslam/calibration/optics_fit.hpp"
 
+#include <ceres/ceres.h>
+#include <ceres/cubic_interpolation.h>
+#include <ceres/rotation.h>
 #include <fmt/core.h>
 
+#include <Eigen/Cholesky>
+#include <Eigen/SparseCore>
 #include <algorithm>
+#include <memory>
+#include <opencv2/imgproc.hpp>
 
+#include "gelslam/core/error.hpp"
+#include "gelslam/surface/contact_overlap.hpp"
 #include "optics/optics_model.hpp"
 
 namespace gelslam {
@@ -29,6 +38,29 @@ OpticsNumbers numbers_of(const SensorOptics& optics) {
   return numbers;
 }
 
+}  // namespace calibration::detail
+
+namespace {
+
+using namespace calibration::detail;
+
+constexpr std::size_t kMinPairs = 10, kPairsPerFrame = 10, kPointsPerPair = 80;
+constexpr double kMinShared = 0.3;    // of the smaller contact
+constexpr double kMinMotionMm = 0.7;  // smaller ones show less than noise
+constexpr double kNormalSigmaRad = 0.05;
+// Beside a flank the gel looks like a part of the object: such normals are off by more, and bend the dome.
+constexpr double kLossRad = 0.015;
+// Heights fix z alone: beside a contact without bare gel they are wrong by more than normals are.
+constexpr double kHeightSigmaMm = 1;
+// Errors of neighboring pixels have common causes: so many count as one.
+constexpr double kCommonError = 15;
+constexpr std::size_t kStretches = 12;  // of a log, whose errors are taken as independent
+// But a color model's errors are the same in all of them. With this factor, errors on rendered logs of four
+// sensors are 1.2 sigmas (root mean square of the numbers other than distances).
+constexpr double kCommonToAll = 4;
+// There distances come out 5 to 14 % off, mostly too far, which exact surfaces do not.
+constexpr double kDistanceError = 0.1;
+
 SensorOptics optics_of(const OpticsNumbers& numbers) {
   constexpr double kLeast = 1e-6;  // a kilometer
   return {numbers[0],
@@ -38,20 +70,288 @@ SensorOptics optics_of(const OpticsNumbers& numbers) {
           {numbers[5], numbers[6]}};
 }
 
-void conclude(const OpticsNumbers& found, const OpticsNumbers& variance, const SensorOptics& start,
-              OpticsFit& fit) {
-  constexpr double kShown = 0.5;  // of the prior's standard deviation
+using Grid = ceres::Grid2D<float, 3>;
+using Interpolator = ceres::BiCubicInterpolator<Grid>;
+
+/// Slopes relative to the gel at rest, and relief, on the rest grid of the optics that it was made with: what
+/// was read, whatever the optics are.
+struct ReadFrame {
+  explicit ReadFrame(const SeenFrame& frame)
+      : camera(frame.surface->camera()),
+        maps(camera.size),
+        contact(frame.surface->contact),
+        confidence(frame.surface->confidence),
+        points_mm(coarse_contact_points_mm(*frame.surface)),
+        world_T_frame(frame.world_T_frame) {
+    const OpticsNumbers numbers = numbers_of(camera.optics);
+    const OpticsModel<double> model{numbers.data(), camera.size, camera.pitch_mm};
+    for (int v = 0; v < maps.rows; ++v)
+      for (int u = 0; u < maps.cols; ++u) {
+        const Eigen::Vector3d rest = model.rest_point_mm(camera.to_mm(cv::Point(u, v)));
+        const Eigen::Vector2d slope = model.rest_slope(rest.head<2>());
+        const cv::Vec3f& n = frame.surface->normals(v, u);
+        const double height = static_cast<double>(frame.surface->height_mm(v, u));
+        maps(v, u) = {static_cast<float>(-n[0] / n[2] - slope.x()),
+                      static_cast<float>(-n[1] / n[2] - slope.y()),
+                      static_cast<float>(model.relief_of(height) - model.relief_of(rest.z()))};
+      }
+    constexpr int kBorderPx = 3;  // of a contact, where the gel leaves the object
+    cv::erode(contact, inner, cv::Mat(), cv::Point(-1, -1), kBorderPx, cv::BORDER_CONSTANT, 0);
+  }
+
+  CameraModel camera;
+  cv::Mat3f maps;
+  cv::Mat1b contact, confidence, inner;
+  std::vector<Eigen::Vector3d> points_mm;
+  Pose world_T_frame;
+  Grid grid{maps.ptr<float>(), 0, maps.rows, 0, maps.cols};
+  Interpolator map{grid};
+};
+
+struct Pair {
+  std::size_t from = 0, to = 0;
+  double motion_mm = 0;
+};
+
+/// Of every frame's overlaps those of the largest motions and of some smaller ones.
+std::vector<Pair> overlapping_pairs(const std::vector<std::unique_ptr<ReadFrame>>& frames,
+                                    const std::vector<SeenFrame>& seen) {
+  std::vector<Pair> pairs;
+  for (std::size_t to = 1; to < frames.size(); ++to) {
+    std::vector<Pair> candidates;
+    for (std::size_t from = 0; from < to; ++from) {
+      const Pose from_T_to = frames[from]->world_T_frame.inverse() * frames[to]->world_T_frame;
+      const double motion_mm =
+          from_T_to.translation().norm() + 5 * rotation_angle_rad(from_T_to);  // half a contact
+      if (motion_mm < kMinMotionMm) continue;
+      if (shown_share(frames[to]->points_mm, *seen[from].surface, from_T_to) >= kMinShared)
+        candidates.push_back({from, to, motion_mm});
+    }
+    std::ranges::stable_sort(candidates, std::greater<>(), &Pair::motion_mm);
+    const std::size_t every = std::max<std::size_t>(1, candidates.size() / kPairsPerFrame);
+    for (std::size_t k = 0; k < candidates.size(); k += every) pairs.push_back(candidates[k]);
+  }
+  return pairs;
+}
+
+/// A point of one frame's surface against another's surface there.
+struct OverlapError {
+  const ReadFrame *from, *to;
+  Pose to_T_from;  // before the fit
+  Eigen::Vector2d raw_px;
+  Eigen::Vector3d read;  // slopes and relief at the point
+  double weight;
+
+  template <class T>
+  bool operator()(const T* from_step, const T* to_step, const T* numbers, T* error) const {
+    using Vector2 = Eigen::Matrix<T, 2, 1>;
+    using Vector3 = Eigen::Matrix<T, 3, 1>;
+    const OpticsModel<T> model{numbers, from->camera.size, from->camera.pitch_mm};
+    const Vector2 rest_mm = model.rest_mm(raw_px.cast<T>());
+    const Vector3 gel = model.rest_point_mm(rest_mm);
+    const Vector3 point = model.point_mm(rest_mm, model.height_of(model.relief_of(gel.z()) + read.z()));
+    const Vector3 normal = normal_of(model, gel, T(read.x()), T(read.y()));
+
+    const Eigen::Matrix<T, 3, 3> rotation = to_T_from.linear().cast<T>();
+    Vector3 moved, turned;
+    ceres::AngleAxisRotatePoint(from_step, point.data(), moved.data());
+    ceres::AngleAxisRotatePoint(from_step, normal.data(), turned.data());
+    moved += Eigen::Map<const Vector3>(from_step + 3);
+    moved = rotation * moved + to_T_from.translation().cast<T>() - Eigen::Map<const Vector3>(to_step + 3);
+    turned = rotation * turned;
+    const T back[3] = {-to_step[0], -to_step[1], -to_step[2]};
+    Vector3 there, facing;
+    ceres::AngleAxisRotatePoint(back, moved.data(), there.data());
+    ceres::AngleAxisRotatePoint(back, turned.data(), facing.data());
+
+    const Vector2 rest_there = model.project(there);
+    const Vector2 at = base_px(model.raw_px(rest_there));
+    T values[3];
+    to->map.Evaluate(at.y(), at.x(), values);
+    const Vector3 gel_there = model.rest_point_mm(rest_there);
+    const Vector3 expected = normal_of(model, gel_there, values[0], values[1]);
+    const T height = model.height_of(model.relief_of(gel_there.z()) + values[2]);
+    using std::atan;
+    const double root = weight / std::sqrt(kCommonError);
+    error[0] = root / kNormalSigmaRad * (atan(facing.x() / facing.z()) - atan(expected.x() / expected.z()));
+    error[1] = root / kNormalSigmaRad * (atan(facing.y() / facing.z()) - atan(expected.y() / expected.z()));
+    error[2] = root / kHeightSigmaMm * (there.z() - height) * expected.z();
+    return true;
+  }
+
+ private:
+  template <class T>
+  static Eigen::Matrix<T, 3, 1> normal_of(const OpticsModel<T>& model, const Eigen::Matrix<T, 3, 1>& gel,
+                                          const T& gx, const T& gy) {
+    const Eigen::Matrix<T, 2, 1> slope = model.rest_slope(gel.template head<2>());
+    return Eigen::Matrix<T, 3, 1>(-gx - slope.x(), -gy - slope.y(), T(1.0)).normalized();
+  }
+
+  /// Where the other frame's maps hold a pixel of the picture.
+  template <class T>
+  Eigen::Matrix<T, 2, 1> base_px(const Eigen::Matrix<T, 2, 1>& raw) const {
+    const OpticsNumbers constant = numbers_of(to->camera.optics);
+    std::array<T, OpticsFit::kNumbers> numbers;
+    for (std::size_t k = 0; k < numbers.size(); ++k) numbers[k] = T(constant[k]);
+    const OpticsModel<T> base{numbers.data(), to->camera.size, to->camera.pitch_mm};
+    return base.rest_mm(raw) / T(to->camera.pitch_mm) + to->camera.center_px().template cast<T>();
+  }
+};
+
+using OverlapCost = ceres::AutoDiffCostFunction<OverlapError, 3, 6, 6, 7>;
+
+/// Poses and optics as one problem.
+class Adjustment {
+ public:
+  Adjustment(const std::vector<SeenFrame>& seen, const SensorOptics& prior) {
+    for (const SeenFrame& frame : seen) frames_.push_back(std::make_unique<ReadFrame>(frame));
+    steps_.assign(frames_.size(), {});
+    numbers_ = numbers_of(seen.front().surface->optics);
+    prior_block_ = problem_.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<OpticsPrior, 7, 7>(new OpticsPrior{numbers_of(prior)}), nullptr,
+        numbers_.data());
+    for (const Pair& pair : overlapping_pairs(frames_, seen)) add(pair, seen);
+    if (pairs_ < kMinPairs)
+      throw Error("only " + std::to_string(pairs_) +
+                  " pairs of frames show the same place in different parts of the picture: slide a textured "
+                  "thing over the whole gel, back and forth, for about twenty seconds");
+    if (problem_.HasParameterBlock(steps_[first_].data()))
+      problem_.SetParameterBlockConstant(steps_[first_].data());
+  }
+
+  void solve() {
+    ceres::Solver::Options options;
+    options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+    options.max_num_iterations = 15;
+    options.function_tolerance = 1e-5;
+    options.num_threads = 1;  // sums in one order: the same result every time
+    options.logging_type = ceres::SILENT;
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, &problem_, &summary);
+    if (!summary.IsSolutionUsable()) throw Error("the frames do not fit each other: no optics were found");
+  }
+
+  const OpticsNumbers& numbers() const { return numbers_; }
+  std::size_t pairs() const { return pairs_; }
+
+  /// Sandwich estimate; `rmse_rad`: what is left of the normals.
+  OpticsNumbers variance(double& rmse_rad);
+
+ private:
+  /// Of the difference of two normals.
+  static double weight_of(const ReadFrame& from, cv::Point pixel, const ReadFrame& to, cv::Point other) {
+    if (from.confidence.empty() || to.confidence.empty()) return 1;
+    constexpr double kBest = 255;
+    return std::sqrt(2 / (kBest / std::max<int>(1, from.confidence(pixel)) +
+                          kBest / std::max<int>(1, to.confidence(other))));
+  }
+
+  void add(const Pair& pair, const std::vector<SeenFrame>& seen) {
+    const bool swapped = (pair.from + pair.to) % 2 == 1;  // noise of either side in turn
+    const std::size_t a = swapped ? pair.to : pair.from, b = swapped ? pair.from : pair.to;
+    const ReadFrame &from = *frames_[a], &to = *frames_[b];
+    const Pose to_T_from = to.world_T_frame.inverse() * from.world_T_frame;
+    std::vector<std::pair<cv::Point, double>> shared;  // and weights
+    for (int v = 0; v < from.inner.rows; v += 2)
+      for (int u = 0; u < from.inner.cols; u += 2) {
+        if (from.inner(v, u) == 0) continue;
+        const auto pixel = to.camera.pixel_at(to_T_from * seen[a].surface->point_mm({u, v}));
+        if (pixel && to.inner(*pixel) != 0)
+          shared.emplace_back(cv::Point(u, v), weight_of(from, {u, v}, to, *pixel));
+      }
+    if (shared.size() < kPointsPerPair) return;
+    ++pairs_;
+    for (std::size_t k = 0; k < kPointsPerPair; ++k) {
+      const auto& [pixel, weight] = shared[k * shared.size() / kPointsPerPair];
+      const cv::Vec3f& read = from.maps(pixel);
+      const auto raw = from.camera.raw_px(Eigen::Vector2d(pixel.x, pixel.y));
+      if (!raw) continue;
+      blocks_.push_back(problem_.AddResidualBlock(
+          new OverlapCost(
+              new OverlapError{&from, &to, to_T_from, *raw,
+                               Eigen::Vector3d(static_cast<double>(read[0]), static_cast<double>(read[1]),
+                                               static_cast<double>(read[2])),
+                               weight}),
+          new ceres::CauchyLoss(kLossRad / kNormalSigmaRad / std::sqrt(kCommonError)), steps_[a].data(),
+          steps_[b].data(), numbers_.data()));
+      block_frame_.push_back(pair.to);
+    }
+    first_ = std::min(first_, std::min(a, b));
+  }
+
+  std::vector<std::unique_ptr<ReadFrame>> frames_;
+  std::vector<std::array<double, 6>> steps_;
+  OpticsNumbers numbers_{};
+  ceres::Problem problem_;
+  ceres::ResidualBlockId prior_block_ = nullptr;
+  std::vector<ceres::ResidualBlockId> blocks_;
+  std::vector<std::size_t> block_frame_;
+  std::size_t pairs_ = 0, first_ = static_cast<std::size_t>(-1);
+};
+
+OpticsNumbers Adjustment::variance(double& rmse_rad) {
+  ceres::Problem::EvaluateOptions options;
+  options.residual_blocks = blocks_;
+  options.residual_blocks.push_back(prior_block_);
+  options.parameter_blocks = {numbers_.data()};
+  for (std::size_t k = 0; k < steps_.size(); ++k)
+    if (k != first_ && problem_.HasParameterBlock(steps_[k].data()))
+      options.parameter_blocks.push_back(steps_[k].data());
+  std::vector<double> residuals;
+  ceres::CRSMatrix jacobian;
+  problem_.Evaluate(options, nullptr, &residuals, nullptr, &jacobian);
+  const Eigen::Index count = jacobian.num_cols;
+  const Eigen::Map<const Eigen::SparseMatrix<double, Eigen::RowMajor>> rows(
+      jacobian.num_rows, count, static_cast<Eigen::Index>(jacobian.values.size()), jacobian.rows.data(),
+      jacobian.cols.data(), jacobian.values.data());
+  Eigen::MatrixXd information(rows.transpose() * rows);
+  Eigen::MatrixXd pulls = Eigen::MatrixXd::Zero(count, kStretches);
+  double squares = 0;
+  for (std::size_t row = 0; row < 3 * blocks_.size(); ++row) {
+    if (row % 3 < 2) squares += residuals[row] * residuals[row];
+    pulls.col(static_cast<Eigen::Index>(block_frame_[row / 3] * kStretches / frames_.size())) +=
+        residuals[row] * rows.row(static_cast<Eigen::Index>(row)).transpose();
+  }
+  rmse_rad = kNormalSigmaRad * std::sqrt(kCommonError * squares /
+                                         static_cast<double>(2 * std::max<std::size_t>(1, blocks_.size())));
+  information.diagonal().array() += 1e-9;
+  constexpr Eigen::Index kNumbers = OpticsFit::kNumbers;
+  const Eigen::MatrixXd by_pull =
+      information.ldlt().solve(Eigen::MatrixXd(Eigen::MatrixXd::Identity(count, kNumbers)));
+  constexpr double kOfFew = static_cast<double>(kStretches) / (kStretches - 1);
+  OpticsNumbers variance{};
+  for (Eigen::Index k = 0; k < kNumbers; ++k) {
+    variance[static_cast<std::size_t>(k)] =
+        kCommonToAll * kCommonToAll * kOfFew * (by_pull.col(k).transpose() * pulls).squaredNorm();
+    for (Eigen::Index p = 0; p < kNumbers; ++p)
+      variance[static_cast<std::size_t>(k)] +=
+          std::pow(by_pull(p, k) / kPriorSigma[static_cast<std::size_t>(p)], 2);
+  }
+  variance[4] += std::pow(kDistanceError * numbers_[4], 2);
+  return variance;
+}
+
+}  // namespace
+
+OpticsFit optics_from_motion(const std::vector<SeenFrame>& frames) {
+  if (frames.empty()) throw Error("nothing touches the gel");
+  const SensorOptics start = frames.front().surface->optics;
+  Adjustment adjustment(frames, start);
+  adjustment.solve();
+  OpticsFit fit;
+  fit.measurements = adjustment.pairs();
+  const OpticsNumbers variance = adjustment.variance(fit.residual);
+  constexpr double kShown = 0.5;  // of the prior's standard deviation; what is known less stays as it was
   OpticsNumbers kept = numbers_of(start);
   for (std::size_t k = 0; k < kept.size(); ++k) {
     fit.sigma[k] = std::sqrt(std::max(variance[k], 0.0));
     fit.shown[k] = fit.sigma[k] < kShown * kPriorSigma[k];
-    if (fit.shown[k]) kept[k] = found[k];
+    if (fit.shown[k]) kept[k] = adjustment.numbers()[k];
   }
   fit.optics = optics_of(kept);
   fit.sigma[4] *= fit.optics.camera_distance_mm * fit.optics.camera_distance_mm;
+  return fit;
 }
-
-}  // namespace calibration::detail
 
 std::string OpticsFit::words() const {
   std::string text;

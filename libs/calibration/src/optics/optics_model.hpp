@@ -12,15 +12,9 @@ namespace gelslam::calibration::detail {
 /// The unknowns of a fit: those of OpticsFit, with 1/distance in place of the distance.
 using OpticsNumbers = std::array<double, OpticsFit::kNumbers>;
 OpticsNumbers numbers_of(const SensorOptics& optics);
-SensorOptics optics_of(const OpticsNumbers& numbers);
 
 /// What is known of any such sensor beforehand: so much may the numbers differ from usual ones.
 inline constexpr OpticsNumbers kPriorSigma = {0.05, 6.0, 6.0, 0.03, 0.02, 0.0015, 0.0015};
-
-/// Fills in what a fit found; `variance`: of the numbers. What is not known better than to half of the prior
-/// stays as it was.
-void conclude(const OpticsNumbers& found, const OpticsNumbers& variance, const SensorOptics& start,
-              OpticsFit& fit);
 
 /// A difference from the numbers before, in standard deviations of the prior.
 struct OpticsPrior {

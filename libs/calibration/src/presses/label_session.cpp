@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <system_error>
 #include <utility>
 
@@ -61,7 +60,6 @@ void write_decision(const fs::path& press_folder, const ContactCircle& circle, b
 
 LabelSession::LabelSession(PressSet set, std::vector<FoundCircle> found)
     : set_(std::move(set)), found_(std::move(found)) {
-  if (found_.size() != set_.presses.size()) throw std::invalid_argument("a circle for every press is needed");
   for (std::size_t k = 0; k < found_.size(); ++k) labels_.push_back(first_label(k));
   std::stable_partition(labels_.begin(), labels_.end(), [](const PressLabel& l) { return !l.doubt.empty(); });
   if (!labels_.empty() && label().state != LabelState::open) show_next_open();  // stays when there is none

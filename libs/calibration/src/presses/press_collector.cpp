@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -63,10 +62,7 @@ std::string advice_about(const FoundCircle& found, const cv::Size& size, double 
 }  // namespace
 
 struct PressCollector::Impl {
-  explicit Impl(const CollectorOptions& given) : options(given) {
-    if (!(options.diameter_mm > 0.0) || !(options.pixel_pitch_mm > 0.0))
-      throw std::invalid_argument("PressCollector: options out of range");
-  }
+  explicit Impl(const CollectorOptions& given) : options(given) {}
 
   void look_at_bare_gel(const cv::Mat3b& bgr, const cv::Mat3f& cells);
   void begin_background(const cv::Mat3b& bgr, const cv::Mat3f& cells, const std::string& why);

@@ -166,13 +166,6 @@ PressSet read_press_set(const fs::path& folder) {
   return set;
 }
 
-void fill_markers(PressSet& set) {
-  const MarkerFiller filler(set.background);
-  for (CalibrationPress& press : set.presses)
-    if (press.bgr.size() == set.background.size()) press.bgr = filler.fill(press.bgr, press.covered);
-  set.background = filler.background();
-}
-
 void prepare(PressSet& set, const SensorOptics& optics, double pixel_pitch_mm, const std::string& device_name,
              const std::function<void(const std::string&)>& say_doubt) {
   if (!set.optics) set.optics = optics;
@@ -180,7 +173,9 @@ void prepare(PressSet& set, const SensorOptics& optics, double pixel_pitch_mm, c
       why_impossible(*set.optics, set.background.cols, set.background.rows, pixel_pitch_mm);
   if (!problem.empty()) throw Error(quoted(set.folder) + ": the sensor's optics: " + problem);
   require_readable_background(set.background, device_name, quoted(set.folder / "background.png"), say_doubt);
-  fill_markers(set);
+  const MarkerFiller filler(set.background);
+  for (CalibrationPress& press : set.presses) press.bgr = filler.fill(press.bgr, press.covered);
+  set.background = filler.background();
 }
 
 }  // namespace gelslam

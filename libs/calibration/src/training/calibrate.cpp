@@ -34,13 +34,12 @@ CalibrationRecord record_of(const PressSet& set, const ModelCheck& check, const 
 
 }  // namespace
 
-Calibration calibrate(const PressSet& set, const CalibrationOptions& options, ProgressSink& progress,
-                      const std::function<void(const std::string&)>& say_left_out) {
-  const ModelTraining& training = options.training;
+Calibration calibrate(const PressSet& set, const ModelTraining& training, bool automatic,
+                      ProgressSink& progress, const std::function<void(const std::string&)>& say_left_out) {
   const auto count = [&](std::size_t done) { progress.update(static_cast<std::int64_t>(done)); };
-  if (!options.automatic) require_labels(set);
+  if (!automatic) require_labels(set);
   progress.begin("looking at presses", static_cast<std::int64_t>(set.presses.size()));
-  const BallZones zones = find_ball_zones(set, training.pixel_pitch_mm, options.automatic, count);
+  const BallZones zones = find_ball_zones(set, training.pixel_pitch_mm, automatic, count);
   progress.end();
   for (const RejectedPress& press : zones.rejected)
     say_left_out(set.presses[press.press].name + ": " + press.reason);
@@ -55,13 +54,6 @@ Calibration calibrate(const PressSet& set, const CalibrationOptions& options, Pr
   progress.end();
   CalibrationRecord record = record_of(set, check, training);
   return {{std::move(model), std::move(record)}, std::move(check)};
-}
-
-void write_calibration(const std::filesystem::path& path, const Calibration& calibration) {
-  if (path.extension() == ".pth")
-    write_pth_model(path, calibration.file.model);
-  else
-    write_model_file(path, calibration.file);
 }
 
 }  // namespace gelslam

@@ -15,21 +15,24 @@ constexpr double kTroubleS = 60.0;
 
 std::vector<viewer::ActionRow> press_rows(bool has_camera) {
   using enum Action;
+  const std::vector<int> plus = {GLFW_KEY_EQUAL, GLFW_KEY_KP_ADD, GLFW_KEY_PAGE_UP, GLFW_KEY_RIGHT_BRACKET},
+                         minus = {GLFW_KEY_MINUS, GLFW_KEY_KP_SUBTRACT, GLFW_KEY_PAGE_DOWN, GLFW_KEY_SLASH};
+  const char *on = has_camera ? "On" : "", *on_help = has_camera ? "One on, at last the camera" : "Skip";
   return {
-      {accept, "enter space", "Enter", "Accept", 0, 1, "Accept, and on"},
-      {previous, "backspace", "Backspace", "Back", 0, 3, "One back"},
-      {next, "n tab", "N", has_camera ? "On" : "", 0, 3, has_camera ? "One on, at last the camera" : "Skip"},
-      {leave_out, "x delete", "X", "Leave out", 0, 2, "Leave this press out"},
-      {accept_rest, "a", "A", "Accept the rest", 0, 4, "Accept all that remain"},
-      {left, "left", "Arrows", "", 0, 0, "Move by half a pixel"},
-      {right, "right", "", "", 0, 0, ""},
-      {up, "up", "", "", 0, 0, ""},
-      {down, "down", "", "", 0, 0, ""},
-      {wider, "plus kp_add pageup bracket", "+ or PgUp", "", 0, 0, "Wider by half a pixel"},
-      {narrower, "minus kp_subtract pagedown slash", "- or PgDn", "", 0, 0, "Narrower by half a pixel"},
+      {accept, {GLFW_KEY_ENTER, GLFW_KEY_SPACE}, "Enter", "Accept", 0, 1, "Accept, and on"},
+      {previous, {GLFW_KEY_BACKSPACE}, "Backspace", "Back", 0, 3, "One back"},
+      {next, {GLFW_KEY_N, GLFW_KEY_TAB}, "N", on, 0, 3, on_help},
+      {leave_out, {GLFW_KEY_X, GLFW_KEY_DELETE}, "X", "Leave out", 0, 2, "Leave this press out"},
+      {accept_rest, {GLFW_KEY_A}, "A", "Accept the rest", 0, 4, "Accept all that remain"},
+      {left, {GLFW_KEY_LEFT}, "Arrows", "", 0, 0, "Move by half a pixel"},
+      {right, {GLFW_KEY_RIGHT}, "", "", 0, 0, ""},
+      {up, {GLFW_KEY_UP}, "", "", 0, 0, ""},
+      {down, {GLFW_KEY_DOWN}, "", "", 0, 0, ""},
+      {wider, plus, "+ or PgUp", "", 0, 0, "Wider by half a pixel"},
+      {narrower, minus, "- or PgDn", "", 0, 0, "Narrower by half a pixel"},
       viewer::common_row(screenshot),
-      {help, "h f1", "H", "Help", 2, 3, "This help"},
-      {close, "q esc", "Q", "Save and end", 2, 0, "Save and end"},
+      {help, {GLFW_KEY_H, GLFW_KEY_F1}, "H", "Help", 2, 3, "This help"},
+      {close, {GLFW_KEY_Q, GLFW_KEY_ESCAPE}, "Q", "Save and end", 2, 0, "Save and end"},
   };
 }
 
@@ -75,26 +78,18 @@ void PressControls::act(Action action, double now_s) {
 void PressControls::act_on_press(Action action) {
   if (action == Action::accept) shows_camera_ = !session_.accept() && has_camera_;
   if (action == Action::leave_out) shows_camera_ = !session_.leave_out() && has_camera_;
-  if (action == Action::left) move(-kStepPx, 0.0);
-  if (action == Action::right) move(kStepPx, 0.0);
-  if (action == Action::up) move(0.0, -kStepPx);
-  if (action == Action::down) move(0.0, kStepPx);
-  if (action == Action::wider) change_radius(kStepPx);
-  if (action == Action::narrower) change_radius(-kStepPx);
+  if (action == Action::left) nudge(-kStepPx, 0, 0);
+  if (action == Action::right) nudge(kStepPx, 0, 0);
+  if (action == Action::up) nudge(0, -kStepPx, 0);
+  if (action == Action::down) nudge(0, kStepPx, 0);
+  if (action == Action::wider) nudge(0, 0, kStepPx);
+  if (action == Action::narrower) nudge(0, 0, -kStepPx);
 }
 
-void PressControls::move(double du_px, double dv_px) {
-  ContactCircle circle = session_.label().circle;
-  circle.u_px += du_px;
-  circle.v_px += dv_px;
-  session_.put(circle);
-}
-
-void PressControls::change_radius(double by_px) {
+void PressControls::nudge(double du_px, double dv_px, double dradius_px) {
   leaves_unsaved_ = false;
-  ContactCircle circle = session_.label().circle;
-  circle.radius_px += by_px;
-  session_.put(circle);
+  const ContactCircle& circle = session_.label().circle;
+  session_.put({circle.u_px + du_px, circle.v_px + dv_px, circle.radius_px + dradius_px});
 }
 
 void PressControls::begin_drag(double u_px, double v_px, double reach_px) {

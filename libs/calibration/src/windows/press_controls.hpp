@@ -21,7 +21,7 @@ class PressControls : public viewer::Controls {
   void begin_drag(double u_px, double v_px, double reach_px);
   void drag_to(double u_px, double v_px);
   void end_drag() { drag_.reset(); }
-  void change_radius(double by_px);
+  void nudge(double du_px, double dv_px, double dradius_px);
   void show(std::size_t label);  ///< behind the last one: the camera, if there is one
 
   bool shows_camera() const { return shows_camera_; }
@@ -40,7 +40,6 @@ class PressControls : public viewer::Controls {
   };
 
   void act_on_press(viewer::Action action);
-  void move(double du_px, double dv_px);
   void accept_rest_of_them(double now_s);
   void save_and_close(double now_s);
 

@@ -66,6 +66,12 @@ std::string origin_of(const LabelSession& session) {
   return fmt::format("found, confidence {:.2f}", session.found().confidence);
 }
 
+void add_paragraph(Ui& ui, Face face, Color color, const std::string& text, double gap) {
+  if (text.empty()) return;
+  ui.paragraph(face, color, text);
+  ui.gap(gap);
+}
+
 /// How deep a ball reaches below the undeformed gel if it touches it up to this circle, at least.
 double depth_mm(double contact_mm, double diameter_mm) {
   const double ball_mm = 0.5 * diameter_mm;
@@ -73,13 +79,6 @@ double depth_mm(double contact_mm, double diameter_mm) {
 }
 
 }  // namespace
-
-Box PressLayout::mark(std::size_t k, std::size_t marks) const {
-  const float room = strip.width / static_cast<float>(marks),
-              width = std::min(room * 0.7F, strip.height * 0.5F);
-  return {strip.x + room * (static_cast<float>(k) + 0.5F) - 0.5F * width, strip.y + 0.25F * strip.height,
-          width, 0.5F * strip.height};
-}
 
 PressLayout lay_out_presses(const Ui& ui, const cv::Size& picture) {
   PressLayout layout;
@@ -112,13 +111,17 @@ std::optional<std::size_t> draw_strip(Ui& ui, const PressLayout& layout, const L
   const auto& labels = session.labels();
   const std::size_t marks = labels.size() + (has_camera ? 1 : 0),
                     shown = shows_camera ? labels.size() : session.current();
-  ui.begin_panel("##strip", layout.strip);
+  const Box& strip = layout.strip;
+  const float room = strip.width / static_cast<float>(marks),
+              width = std::min(room * 0.7F, strip.height * 0.5F);
+  ui.begin_panel("##strip", strip);
   for (std::size_t k = 0; k < marks; ++k) {
-    const Box mark = layout.mark(k, marks);
+    const float middle = strip.x + room * (static_cast<float>(k) + 0.5F);
+    const Box mark{middle - 0.5F * width, strip.y + 0.25F * strip.height, width, 0.5F * strip.height};
     ui.fill(mark, k < labels.size() ? color_of(labels[k]) : theme::kBlue, 2);
     if (k == shown) ui.frame(mark.inset(-ui.px(3)), theme::kText, 3, 2);
   }
-  const std::optional<double> share = ui.held_share("##presses", layout.strip);
+  const std::optional<double> share = ui.held_share("##presses", strip);
   ui.end_panel();
   if (!share) return std::nullopt;
   const double place = std::clamp(*share, 0.0, 1.0) * static_cast<double>(marks);
@@ -131,24 +134,21 @@ void draw_press_side(Ui& ui, const Box& side, const LabelSession& session, doubl
   const double contact_mm = label.circle.radius_px * pixel_pitch_mm,
                diameter_mm = session.press().diameter_mm;
   ui.begin_panel("##side", side, kSidePadding);
-  const auto line = [&ui](Face face, Color color, const std::string& text) {
-    if (text.empty()) return;
-    ui.paragraph(face, color, text);
-    ui.gap(6);
-  };
   const auto figure = [&ui](const char* name, const std::string& value) {
     ui.row(Face::body, name, value);
     ui.gap(6);
   };
   ui.text(Face::title, theme::kText, session.press().name, viewer::Cut::start);
   ui.gap(6);
-  line(Face::body, theme::kDim,
-       fmt::format("press {} of {}, ball of {:.2f} mm", session.current() + 1, session.labels().size(),
-                   diameter_mm));
+  add_paragraph(ui, Face::body, theme::kDim,
+                fmt::format("press {} of {}, ball of {:.2f} mm", session.current() + 1,
+                            session.labels().size(), diameter_mm),
+                6);
   ui.gap(10);
-  line(Face::figure, label.state == LabelState::open ? theme::kText : color_of(label), text_of(label.state));
-  line(Face::body, theme::kDim, origin_of(session));
-  line(Face::body, theme::kAmber, label.doubt);
+  add_paragraph(ui, Face::figure, label.state == LabelState::open ? theme::kText : color_of(label),
+                text_of(label.state), 6);
+  add_paragraph(ui, Face::body, theme::kDim, origin_of(session), 6);
+  add_paragraph(ui, Face::body, theme::kAmber, label.doubt, 6);
   ui.gap(10);
   figure("center", fmt::format("{:.1f}, {:.1f} px", label.circle.u_px, label.circle.v_px));
   figure("radius", fmt::format("{:.1f} px, {:.2f} mm", label.circle.radius_px, contact_mm));
@@ -189,21 +189,17 @@ void draw_camera(Ui& ui, const PressLayout& layout, const CollectView& view, con
 }
 
 void draw_camera_side(Ui& ui, const Box& side, const CollectView& view) {
-  const auto paragraph = [&ui](Face face, Color color, const std::string& text, double gap) {
-    if (text.empty()) return;
-    ui.paragraph(face, color, text);
-    ui.gap(gap);
-  };
   const int presses = view.coverage.total(), wanted = view.coverage.wanted();
   ui.begin_panel("##side", side, kSidePadding);
-  paragraph(Face::small, theme::kDim, "BALL PRESSES", 6);
-  paragraph(Face::figure, theme::kText, std::to_string(presses) + " of " + std::to_string(wanted), 10);
+  add_paragraph(ui, Face::small, theme::kDim, "BALL PRESSES", 6);
+  add_paragraph(ui, Face::figure, theme::kText, std::to_string(presses) + " of " + std::to_string(wanted),
+                10);
   ui.bar(static_cast<double>(presses) / wanted, view.coverage.enough() ? theme::kGreen : theme::kBlue, 10);
   ui.gap(24);
-  paragraph(Face::title, view.circle_is_good || view.coverage.enough() ? theme::kGreen : theme::kText,
-            view.headline, 10);
-  paragraph(Face::body, theme::kText, view.hint, 18);
-  paragraph(Face::body, theme::kAmber, view.warning, 18);
+  add_paragraph(ui, Face::title, view.circle_is_good || view.coverage.enough() ? theme::kGreen : theme::kText,
+                view.headline, 10);
+  add_paragraph(ui, Face::body, theme::kText, view.hint, 18);
+  add_paragraph(ui, Face::body, theme::kAmber, view.warning, 18);
   ui.end_panel();
 }
 

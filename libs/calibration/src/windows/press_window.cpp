@@ -23,19 +23,14 @@ void PressWindow::run_and_save() {
   try {
     run();
   } catch (const std::exception& error) {
-    save_after(error);
+    try {
+      session_.save();  // what was decided outlives a window that fails
+    } catch (const Error& unsaved) {
+      throw Error(std::string(error.what()) + "; and " + unsaved.what());
+    }
     throw;
   }
   session_.save();
-}
-
-/// What was decided outlives a window that fails.
-void PressWindow::save_after(const std::exception& failure) {
-  try {
-    session_.save();
-  } catch (const Error& error) {
-    throw Error(std::string(failure.what()) + "; and " + error.what());
-  }
 }
 
 bool PressWindow::advance(double now_s, double /*dt_s*/) {
@@ -104,7 +99,7 @@ void PressWindow::released(int button) {
 }
 
 void PressWindow::scrolled(double steps, const Eigen::Vector2f& at_px) {
-  if (is_on_press(at_px)) controls_.change_radius(kWheelStepPx * steps);
+  if (is_on_press(at_px)) controls_.nudge(0, 0, kWheelStepPx * steps);
 }
 
 }  // namespace gelslam::calibration::detail

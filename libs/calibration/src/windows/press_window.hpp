@@ -1,6 +1,5 @@
 #pragma once
 
-#include <exception>
 #include <optional>
 
 #include "gelslam/calibration/press_window.hpp"
@@ -19,7 +18,6 @@ struct PressLayout {
   float y_of(double v_px) const { return picture.y + static_cast<float>(v_px + 0.5) * enlargement; }
   double u_of(float x) const { return static_cast<double>((x - picture.x) / enlargement) - 0.5; }
   double v_of(float y) const { return static_cast<double>((y - picture.y) / enlargement) - 0.5; }
-  viewer::Box mark(std::size_t k, std::size_t marks) const;  ///< in the strip
 };
 
 /// The window of `gelslam calibrate collect`, frame by frame.
@@ -42,7 +40,6 @@ class PressWindow : public viewer::WindowLoop {
   void released(int button) override;
   void scrolled(double steps, const Eigen::Vector2f& at_px) override;
 
-  void save_after(const std::exception& failure);
   void follow_camera();
   void show_picture();
   bool is_on_press(const Eigen::Vector2f& at_px) const;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <limits>
 #include <system_error>
@@ -12,11 +11,15 @@
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/evaluation/evaluation.hpp"
+#include "gelslam/evaluation/mesh_metrics.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
+#include "gelslam/slam/status_text.hpp"
+#include "scene/scene_geometry.hpp"
 
 namespace gelslam::viewer::detail {
 namespace {
 
+constexpr std::size_t kOutlinePoints = 5000;
 constexpr double kLongestPlayS = 20;
 constexpr double kRightEnd = 0.999;   ///< of the slider: all of it is hard to hit
 constexpr double kSliderHeight = 46;  // design pixels
@@ -25,14 +28,14 @@ std::vector<ActionRow> view_rows(bool has_time) {
   using enum Action;
   std::vector<ActionRow> rows;
   if (has_time)
-    rows = {{play, "space", "Space", "Play", 0, 1, "Play, pause"},
-            {step_back, "left", "Left", "", 0, 0, "One keyframe back"},
-            {step_on, "right", "Right", "", 0, 0, "One keyframe on"},
+    rows = {{play, {GLFW_KEY_SPACE}, "Space", "Play", 0, 1, "Play, pause"},
+            {step_back, {GLFW_KEY_LEFT}, "Left", "", 0, 0, "One keyframe back"},
+            {step_on, {GLFW_KEY_RIGHT}, "Right", "", 0, 0, "One keyframe on"},
             common_row(trajectory),
             common_row(pose_graph)};
   for (const Action action : {curvature, next_color, show_all, screenshot, panels, help})
     rows.push_back(common_row(action));
-  rows.push_back({close, "q esc", "Q", "Close", 5, 0, "Close"});
+  rows.push_back({close, {GLFW_KEY_Q, GLFW_KEY_ESCAPE}, "Q", "Close", 5, 0, "Close"});
   return rows;
 }
 
@@ -40,6 +43,27 @@ std::vector<SceneColor> known_colors(bool has_second) {
   std::vector<SceneColor> known = {SceneColor::plain, SceneColor::confidence, SceneColor::height};
   if (has_second) known.push_back(SceneColor::distance);
   return known;
+}
+
+/// Of the mesh's vertices.
+std::vector<float> distances_mm(const Mesh& mesh, const TriangleScene& target) {
+  std::vector<Eigen::Vector3d> points;
+  for (const Eigen::Vector3f& p : mesh.vertices_mm) points.push_back(p.cast<double>());
+  std::vector<float> distances;
+  for (const ClosestPoint& closest : target.closest(points))
+    distances.push_back(static_cast<float>(closest.distance_mm));
+  return distances;
+}
+
+/// As `evaluate` measures; nothing of a mesh without area.
+std::vector<std::string> distance_notes(const Mesh& mesh, const TriangleScene& target) {
+  try {
+    const DistanceSummary distances = distances_from(mesh, target);
+    return {fmt::format("mean {:.3f} mm", distances.mean_mm),
+            fmt::format("90 % below {:.3f} mm", distances.p90_mm)};
+  } catch (const Error&) {
+    return {};
+  }
 }
 
 }  // namespace
@@ -63,13 +87,12 @@ ButtonLook ViewControls::button(const ActionRow& row) const {
 }
 
 double ViewControls::share() const {
-  if (!has_time() || !time_s_) return 1;
+  if (!time_s_) return 1;
   const double length_s = history_->end_s() - history_->start_s();
   return length_s > 0 ? std::clamp((*time_s_ - history_->start_s()) / length_s, 0.0, 1.0) : 1;
 }
 
 void ViewControls::seek(double share) {
-  if (!has_time() || std::isnan(share)) return;
   plays_ = false;
   time_s_.reset();
   if (share < kRightEnd)
@@ -77,7 +100,6 @@ void ViewControls::seek(double share) {
 }
 
 void ViewControls::step(int keyframes) {
-  if (!has_time()) return;
   plays_ = false;
   const std::vector<double>& all_s = history_->keyframes_s;
   const double now_s = time_s_.value_or(history_->end_s());
@@ -92,7 +114,6 @@ void ViewControls::step(int keyframes) {
 }
 
 void ViewControls::play_or_pause() {
-  if (!has_time()) return;
   plays_ = !plays_;
   if (plays_ && !time_s_) time_s_ = history_->start_s();
 }
@@ -110,14 +131,61 @@ bool ViewControls::advance(double dt_s) {
 
 ViewWindow::ViewWindow(ViewContent first, std::optional<ViewContent> second, const ViewWindowOptions& options)
     : SceneLoop(options),
-      stage_(std::move(first), std::move(second)),
-      controls_(stage_.history(), stage_.has_second(), options.style, options.time_s) {}
+      first_(std::move(first)),
+      second_(std::move(second)),
+      controls_(history(), second_.has_value(), options.style, options.time_s) {
+  show_time();
+  if (!second_) {
+    first_scene_.set_mesh(first_.mesh);
+    return;
+  }
+  second_scene_.emplace().set_mesh(second_->mesh);
+  const TriangleScene target(second_->mesh);
+  distance_notes_ = distance_notes(first_.mesh, target);
+  first_scene_.set_mesh(first_.mesh, distances_mm(first_.mesh, target));
+}
+
+/// What was touched and known at the controls' time; or (nothing) as it was saved.
+void ViewWindow::show_time() {
+  shown_time_s_ = controls_.time_s();
+  if (history() == nullptr) return;
+  const double time_s = shown_time_s_.value_or(history()->end_s());
+  first_scene_.set_map(history()->map_at(time_s));
+  first_scene_.set_trajectory(history()->trajectory_at(time_s));
+  const auto& all_s = history()->keyframes_s;
+  const auto next = std::ranges::upper_bound(all_s, time_s);
+  if (next == all_s.begin() || time_s >= history()->end_s()) return first_scene_.set_touch({});
+  const Session& session = history()->session;
+  const PosedSurface& patch = session.patches[static_cast<std::size_t>(next - all_s.begin()) - 1];
+  first_scene_.set_touch({patch.surface.get(), session.gradient_scale, {{patch.map_T_keyframe}}});
+}
+
+/// From outside, in front of most of the surface, its long side lying; all of it in view.
+OrbitCamera ViewWindow::whole_view(const Viewport& viewport) const {
+  std::vector<Eigen::Vector3f> outline;  // points all over both meshes
+  const auto add = [&outline](const Mesh& mesh) {
+    for (std::size_t i = 0; i < mesh.vertices_mm.size(); i += 1 + mesh.vertices_mm.size() / kOutlinePoints)
+      outline.push_back(mesh.vertices_mm[i]);
+  };
+  add(first_.mesh);
+  if (second_) add(second_->mesh);
+  OrbitCamera camera;
+  look_at_broad_side(first_.mesh, camera);
+  return camera.fitted(outline, parts(viewport).front());
+}
+
+/// Side by side: first, then second.
+std::vector<Viewport> ViewWindow::parts(const Viewport& whole) const {
+  if (!second_) return {whole};
+  const int left = whole.width / 2;
+  return {{whole.x, whole.y, std::max(left, 1), whole.height},
+          {whole.x + left, whole.y, std::max(whole.width - left, 1), whole.height}};
+}
 
 bool ViewWindow::advance(double /*now_s*/, double dt_s) {
   bool changed = controls_.advance(dt_s);
   if (shown_time_s_ != controls_.time_s()) {
-    shown_time_s_ = controls_.time_s();
-    stage_.set_time(shown_time_s_);
+    show_time();
     changed = true;
   }
   return move_camera(dt_s) || changed;
@@ -136,40 +204,51 @@ void ViewWindow::lay_out(const Ui& ui) {
   set_view(view);
 }
 
-void ViewWindow::place_camera() {
-  if (std::exchange(camera_is_set_, true)) return;
-  camera_ = stage_.first_view(viewport());
-}
-
 void ViewWindow::draw_frame(Ui& ui, double now_s) {
   lay_out(ui);
-  place_camera();
-  const SceneStyle& style = controls_.style();
-  stage_.draw(camera_, viewport(), style);
+  if (!std::exchange(camera_is_set_, true)) camera_ = whole_view(viewport());
+  draw_scenes();
   if (controls_.shows_panels()) {
     draw_titles(ui);
-    draw_marks(ui, stage_.legend(style));
+    auto legend = first_scene_.legend(controls_.style());
+    if (legend && controls_.style().color == SceneColor::distance) legend->notes = distance_notes_;
+    draw_marks(ui, legend);
   }
   if (slider_.width > 0) draw_slider(ui);
   if (bar_.width > 0) draw_action_bar(ui, bar_, controls_, now_s);
+}
+
+/// Only the first is colored by distance.
+void ViewWindow::draw_scenes() {
+  const std::vector<Viewport> shown = parts(viewport());
+  SceneStyle style = controls_.style();
+  first_scene_.draw(camera_, shown[0], style);
+  if (!second_) return;
+  if (const auto legend = first_scene_.legend(style)) style.range = {legend->min, legend->max};
+  if (style.color == SceneColor::distance) style.color = SceneColor::plain;
+  second_scene_->draw(camera_, shown[1], style);
 }
 
 void ViewWindow::draw_titles(Ui& ui) const {
   const std::vector<Viewport> all = parts(viewport());
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Box part = box_of(all[i]);
-    ui.text_at(Face::title, part.x + ui.px(18), part.y + ui.px(14), theme::kText,
-               ui.fitted(Face::title, stage_.title(i), part.width - ui.px(36), Cut::start));
+    ui.text_at(
+        Face::title, part.x + ui.px(18), part.y + ui.px(14), theme::kText,
+        ui.fitted(Face::title, i == 0 ? first_.name : second_->name, part.width - ui.px(36), Cut::start));
     if (i > 0) ui.fill({part.x, part.y, ui.px(1), part.height}, theme::kLine);
   }
   const Box first = box_of(all.front());
   const float x = first.x + ui.px(18), width = first.width - ui.px(36);
-  if (const std::string warning = stage_.warning(); !warning.empty())
-    ui.card(x, first.y + ui.px(46), width, theme::kAmber, {{Face::body, theme::kText, warning}});
+  std::string warnings;
+  for (const std::string& warning : first_.warnings)
+    warnings += (warnings.empty() ? "" : " ") + sentences(warning);
+  if (!warnings.empty())
+    ui.card(x, first.y + ui.px(46), width, theme::kAmber, {{Face::body, theme::kText, warnings}});
 }
 
 void ViewWindow::draw_slider(Ui& ui) {
-  const RunHistory& history = *stage_.history();
+  const RunHistory& history = *this->history();
   const float middle = track_.y + 0.5F * ui.px(kSliderHeight),
               at = track_.x + static_cast<float>(controls_.share()) * track_.width;
   const double length_s = std::max(history.end_s() - history.start_s(), 1e-9);
@@ -190,8 +269,6 @@ void ViewWindow::draw_slider(Ui& ui) {
 
 cv::Mat3b ViewWindow::snapshot() {
   is_snapshot_ = true;
-  stage_.set_time(controls_.time_s());
-  shown_time_s_ = controls_.time_s();
   return picture(0);
 }
 
@@ -246,17 +323,15 @@ void check_exists(const fs::path& path) {
 }  // namespace
 
 double RunHistory::start_s() const {
-  double start_s = std::numeric_limits<double>::infinity();
-  if (!trajectory.empty()) start_s = trajectory.front().time_s;
-  if (!keyframes_s.empty()) start_s = std::min(start_s, keyframes_s.front());
-  return start_s;
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  return std::min(trajectory.empty() ? kNever : trajectory.front().time_s,
+                  keyframes_s.empty() ? kNever : keyframes_s.front());
 }
 
 double RunHistory::end_s() const {
-  double end_s = -std::numeric_limits<double>::infinity();
-  if (!trajectory.empty()) end_s = trajectory.back().time_s;
-  if (!keyframes_s.empty()) end_s = std::max(end_s, keyframes_s.back());
-  return end_s;
+  constexpr double kNever = -std::numeric_limits<double>::infinity();
+  return std::max(trajectory.empty() ? kNever : trajectory.back().time_s,
+                  keyframes_s.empty() ? kNever : keyframes_s.back());
 }
 
 MapSnapshot RunHistory::map_at(double time_s) const {

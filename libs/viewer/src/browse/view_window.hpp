@@ -3,7 +3,6 @@
 #include <optional>
 #include <vector>
 
-#include "browse/view_stage.hpp"
 #include "gelslam/viewer/view_window.hpp"
 #include "ui/scene_loop.hpp"
 
@@ -39,9 +38,11 @@ class ViewControls : public SceneControls {
   bool plays_ = false;
 };
 
-/// The window of `gelslam view`, frame by frame.
+/// The window of `gelslam view`, frame by frame: a run or mesh, alone or with a second one beside it, both
+/// under one camera. Touch, keyframes and trajectory of a run can be those of any time, on its saved surface.
 class ViewWindow : public SceneLoop {
  public:
+  /// `first` lies in the frame of `second`, or the distances, by which it is colored, mean nothing.
   ViewWindow(ViewContent first, std::optional<ViewContent> second, const ViewWindowOptions& options);
   ~ViewWindow() override { host().make_current(); }
 
@@ -53,20 +54,24 @@ class ViewWindow : public SceneLoop {
  private:
   bool advance(double now_s, double dt_s) override;
   void draw_frame(Ui& ui, double now_s) override;
-  OrbitCamera whole_view(const Viewport& viewport) const override { return stage_.first_view(viewport); }
-  std::optional<Eigen::Vector3f> pick(std::size_t part, const PickRay& ray) const override {
-    return stage_.pick(part, ray);
-  }
-  std::vector<Viewport> parts(const Viewport& viewport) const override { return stage_.parts(viewport); }
+  OrbitCamera whole_view(const Viewport& viewport) const override;
+  const Scene& scene(std::size_t part) const override { return part > 0 ? *second_scene_ : first_scene_; }
+  std::vector<Viewport> parts(const Viewport& whole) const override;
 
+  const RunHistory* history() const { return first_.history ? &*first_.history : nullptr; }
+  void show_time();
   void lay_out(const Ui& ui);
-  void place_camera();
+  void draw_scenes();
   void draw_titles(Ui& ui) const;
   void draw_slider(Ui& ui);
 
-  ViewStage stage_;
+  ViewContent first_;
+  std::optional<ViewContent> second_;
+  Scene first_scene_;
+  std::optional<Scene> second_scene_;
+  std::vector<std::string> distance_notes_;
   ViewControls controls_;
-  std::optional<double> shown_time_s_;  ///< as the stage knows it
+  std::optional<double> shown_time_s_;
   bool camera_is_set_ = false, is_snapshot_ = false;
   Box bar_, slider_, track_;
 };

@@ -1,9 +1,9 @@
 #include "gl/gl_objects.hpp"
 
 #include <array>
+#include <opencv2/core.hpp>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 
 namespace gelslam::viewer::detail {
 namespace {
@@ -12,13 +12,7 @@ GLuint compile(GLenum kind, const char* text) {
   const GLuint shader = glCreateShader(kind);
   glShaderSource(shader, 1, &text, nullptr);
   glCompileShader(shader);
-  GLint done = GL_FALSE;
-  glGetShaderiv(shader, GL_COMPILE_STATUS, &done);
-  if (done == GL_TRUE) return shader;
-  std::array<char, 1024> words{};
-  glGetShaderInfoLog(shader, static_cast<GLsizei>(words.size()), nullptr, words.data());
-  glDeleteShader(shader);
-  throw std::logic_error(std::string("shader does not compile: ") + words.data());
+  return shader;
 }
 
 }  // namespace
@@ -38,7 +32,7 @@ GlProgram::GlProgram(const char* vertex_shader, const char* fragment_shader) {
   std::array<char, 1024> words{};
   glGetProgramInfoLog(name_, static_cast<GLsizei>(words.size()), nullptr, words.data());
   glDeleteProgram(name_);
-  throw std::logic_error(std::string("shaders do not link: ") + words.data());
+  throw std::logic_error(std::string("shaders do not compile or link: ") + words.data());
 }
 
 GlProgram::~GlProgram() { glDeleteProgram(name_); }
@@ -74,10 +68,12 @@ void fill_texture(GLuint texture, int width, int height, const std::uint8_t* rgb
   glBindTexture(GL_TEXTURE_2D, 0);
 }
 
-bool is_software_renderer() {
-  const auto* name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-  const std::string_view renderer = name != nullptr ? name : "";
-  return renderer.find("llvmpipe") != renderer.npos || renderer.find("softpipe") != renderer.npos;
+cv::Mat3b read_pixels(int width, int height) {
+  cv::Mat3b picture(height, width);
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(0, 0, width, height, GL_BGR, GL_UNSIGNED_BYTE, picture.data);
+  cv::flip(picture, picture, 0);
+  return picture;
 }
 
 }  // namespace gelslam::viewer::detail

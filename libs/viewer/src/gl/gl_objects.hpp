@@ -5,12 +5,11 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <opencv2/core/mat.hpp>
 #include <utility>
 #include <vector>
 
 namespace gelslam::viewer::detail {
-
-inline constexpr int kSamples = 4;  ///< of a pixel
 
 /// Owns one OpenGL name. The context it was made in must be current when it goes. The functions are pointers
 /// that epoxy fills in.
@@ -40,9 +39,10 @@ using GlRenderbuffer = GlHandle<&glGenRenderbuffers, &glDeleteRenderbuffers>;
 
 /// Replaces what a buffer holds; it stays bound to `target`.
 template <typename T>
-void upload(GLenum target, const GlBuffer& buffer, const std::vector<T>& elements, GLenum usage) {
+void upload(GLenum target, const GlBuffer& buffer, const std::vector<T>& elements) {
   glBindBuffer(target, buffer.name());
-  glBufferData(target, static_cast<GLsizeiptr>(elements.size() * sizeof(T)), elements.data(), usage);
+  glBufferData(target, static_cast<GLsizeiptr>(elements.size() * sizeof(T)), elements.data(),
+               GL_DYNAMIC_DRAW);
 }
 
 /// Says where an attribute of `size` numbers lies in each Vertex of the buffer that is bound.
@@ -52,6 +52,30 @@ void set_attribute(GLuint place, GLint size, std::size_t offset, GLenum type = G
   glVertexAttribPointer(place, size, type, type == GL_INT_2_10_10_10_REV || type == GL_UNSIGNED_BYTE,
                         sizeof(Vertex), reinterpret_cast<const void*>(offset));  // NOLINT: as OpenGL asks
 }
+
+/// Triangles, drawn with the program in use.
+class GlTriangles {
+ public:
+  template <typename Vertex>
+  void set(const std::vector<Vertex>& vertices, const std::vector<Eigen::Vector3i>& triangles) {
+    glBindVertexArray(array_.name());
+    upload(GL_ARRAY_BUFFER, vertices_, vertices);
+    Vertex::set_attributes();
+    upload(GL_ELEMENT_ARRAY_BUFFER, indices_, triangles);
+    glBindVertexArray(0);
+    count_ = static_cast<GLsizei>(3 * triangles.size());
+  }
+  void draw() const {
+    glBindVertexArray(array_.name());
+    glDrawElements(GL_TRIANGLES, count_, GL_UNSIGNED_INT, nullptr);
+    glBindVertexArray(0);
+  }
+
+ private:
+  GlVertexArray array_;
+  GlBuffer vertices_, indices_;
+  GLsizei count_ = 0;
+};
 
 /// A linked pair of shaders. A mistake in their text is ours: std::logic_error with the compiler's words.
 class GlProgram {
@@ -76,7 +100,7 @@ class GlProgram {
 /// A picture or lookup table of 8-bit RGBA texels, linear between them, clamped at its ends.
 void fill_texture(GLuint texture, int width, int height, const std::uint8_t* rgba);
 
-/// Whether the current context is one of Mesa's without a GPU.
-bool is_software_renderer();
+/// Of the framebuffer that is read; BGR, top row first.
+cv::Mat3b read_pixels(int width, int height);
 
 }  // namespace gelslam::viewer::detail

@@ -6,22 +6,24 @@ namespace {
 std::vector<ActionRow> live_rows() {
   using enum Action;
   std::vector<ActionRow> rows = {
-      {pause, "space", "Space", "Pause", 0, 1, "Pause, go on"},
-      {new_scan, "n", "N", "New scan", 0, 5, "Finish this scan and begin another (asks first)"},
-      {close, "q esc", "Q", "Stop", 0, 0, "Stop and save (asks first)"},
+      {pause, {GLFW_KEY_SPACE}, "Space", "Pause", 0, 1, "Pause, go on"},
+      {new_scan, {GLFW_KEY_N}, "N", "New scan", 0, 5, "Finish this scan and begin another (asks first)"},
+      {close, {GLFW_KEY_Q, GLFW_KEY_ESCAPE}, "Q", "Stop", 0, 0, "Stop and save (asks first)"},
       common_row(screenshot),
       common_row(follow),
   };
   for (const Action action : {show_all, trajectory, pose_graph, next_color, curvature, panels, help})
     rows.push_back(common_row(action));
-  rows.push_back({diagnostics, "i", "I", "", 0, 0, "Diagnostics"});
+  rows.push_back({diagnostics, {GLFW_KEY_I}, "I", "", 0, 0, "Diagnostics"});
   return rows;
 }
 
 Answer yes(const std::string& label, std::function<void(double)> run) {
-  return {label, "enter kp_enter y", "Enter", theme::kBlue, std::move(run)};
+  return {label, {GLFW_KEY_ENTER, GLFW_KEY_KP_ENTER, GLFW_KEY_Y}, "Enter", theme::kBlue, std::move(run)};
 }
-Answer no(const std::string& label) { return {label, "esc n", "Esc", theme::kText, {}}; }
+Answer no(const std::string& label) {
+  return {label, {GLFW_KEY_ESCAPE, GLFW_KEY_N}, "Esc", theme::kText, {}};
+}
 
 }  // namespace
 

@@ -18,40 +18,48 @@ Figure free_disk(std::int64_t bytes) {
           bytes >= 0 && bytes < kLowDiskBytes ? Tone::red : Tone::gray};
 }
 
+Color color_of_value(const Figure& figure) {
+  return figure.tone == Tone::gray ? theme::kText : color_of(figure.tone);
+}
+
 void draw_figures(Ui& ui, const char* id, const std::vector<Figure>& figures) {
   if (!ui.begin_table(id, 2)) return;
   for (const Figure& figure : figures) {
     ui.next_cell();
     ui.text(Face::small, theme::kDim, figure.label);
-    ui.text(Face::figure, figure.tone == Tone::gray ? theme::kText : color_of(figure.tone), figure.value);
+    ui.text(Face::figure, color_of_value(figure), figure.value);
     ui.gap(9);
   }
   ui.end_table();
 }
 
-void draw_picture(Ui& ui, float height, const char* label, const Texture& picture, const char* without) {
-  const float head = ui.height_of(Face::small) + ui.px(4);
-  const float aspect = picture.empty() ? 0.75F : picture.aspect();
-  const float width = std::max(1.0F, std::min(ui.room().width, (height - head) / aspect));
-  ui.text(Face::small, theme::kDim, label);
-  ui.gap(4);
-  const Box box{ui.room().x, ui.room().y, width, width * aspect};
+float aspect_of(const Texture& picture) { return picture.empty() ? 0.75F : picture.aspect(); }
+
+/// Where the panel's content has come to; `without` in place of no picture.
+Box draw_picture(Ui& ui, float width, const Texture& picture, double rounding, const char* without) {
+  const Box box{ui.room().x, ui.room().y, width, width * aspect_of(picture)};
   if (picture.empty()) {
-    ui.fill(box, theme::kRaised, 6);
+    ui.fill(box, theme::kRaised, rounding);
     ui.text_centered(Face::small, box, theme::kDim, without);
   } else {
-    ui.image(picture, box);
+    ui.image(picture, box, rounding);
   }
-  ui.gap(static_cast<double>(box.height / ui.px(1)));
+  return box;
 }
 
 }  // namespace
 
-void draw_pictures(Ui& ui, float height, const Texture& tactile, const Texture& normals) {
-  const float each = 0.5F * (height - ui.px(20));
-  draw_picture(ui, each, "Touch and contact", tactile, "no picture yet");
+void draw_pictures(Ui& ui, float height, const LiveFrame& frame) {
+  const float head = ui.height_of(Face::small) + ui.px(4), each = 0.5F * (height - ui.px(20)) - head;
+  const auto draw = [&](const char* label, const Texture& picture, const char* without) {
+    ui.text(Face::small, theme::kDim, label);
+    ui.gap(4);
+    const float width = std::max(1.0F, std::min(ui.room().width, each / aspect_of(picture)));
+    ui.gap(static_cast<double>(draw_picture(ui, width, picture, 6, without).height / ui.px(1)));
+  };
+  draw("Touch and contact", frame.tactile, "no picture yet");
   ui.gap(10);
-  draw_picture(ui, each, "Normals", normals, "no surface yet");
+  draw("Normals", frame.normals, "no surface yet");
 }
 
 float draw_banner(Ui& ui, const Box& view, const LiveFrame& frame, double now_s) {
@@ -82,7 +90,7 @@ void draw_side(Ui& ui, const Box& side, const LiveFrame& frame) {
   ui.gap(8);
   const float figures = 2 * (ui.height_of(Face::small) + ui.height_of(Face::figure) + ui.px(9));
   ui.begin_child("##upper", ui.room().height - figures);
-  draw_pictures(ui, ui.room().height, *frame.tactile, *frame.normals);
+  draw_pictures(ui, ui.room().height, frame);
   ui.end_child();
   draw_figures(ui, "##figures", usual_figures(frame.status));
   ui.end_panel();
@@ -138,13 +146,7 @@ void draw_steps(Ui& ui, const LiveFrame& frame) {
 
 /// The camera's picture in the sensor's outline, with a circle where to press.
 void draw_gel(Ui& ui, const LiveFrame& frame) {
-  const float width = ui.room().width;
-  const float aspect = frame.tactile->empty() ? 0.75F : frame.tactile->aspect();
-  const Box box{ui.room().x, ui.room().y, width, width * aspect};
-  if (frame.tactile->empty())
-    ui.fill(box, theme::kRaised, 8);
-  else
-    ui.image(*frame.tactile, box, 8);
+  const Box box = draw_picture(ui, ui.room().width, frame.tactile, 8, "");
   ui.frame(box, kSensor, 8, 2);
   if (step_now(frame) == 1)
     ui.ring(box.x + 0.5F * box.width, box.y + 0.5F * box.height, 0.28F * box.height, theme::kText, 2, box);
@@ -152,25 +154,19 @@ void draw_gel(Ui& ui, const LiveFrame& frame) {
   ui.text(Face::small, theme::kDim, "The gel, as the camera sees it");
 }
 
-struct Fact {
-  const char* label;
-  std::string value;
-  Color color = theme::kText;
-};
-
-std::vector<Fact> facts_of(const LiveFrame& frame) {
+std::vector<Figure> facts_of(const LiveFrame& frame) {
   const LiveStatus& s = frame.status;
-  std::vector<Fact> facts = {{"Keyframes", text_of_count(s.keyframes)}};
+  std::vector<Figure> facts = {{"Keyframes", text_of_count(s.keyframes)}};
   if (const Eigen::Vector3f size = frame.mesh_mm.sizes(); !frame.mesh_mm.isEmpty())
     facts.push_back({"Size", fmt::format("{:.1f} x {:.1f} x {:.1f} mm", size.x(), size.y(), size.z())});
   const double mm = s.saved_drift_mm, deg = s.saved_drift_deg;
   if (mm > 0)
     facts.push_back({"Pose uncertainty (2 sigma)", fmt::format("{:.2f} mm, {:.1f}\u00b0", mm, deg),
-                     mm > kLargeDriftMm || deg > kLargeDriftDeg ? theme::kAmber : theme::kText});
+                     mm > kLargeDriftMm || deg > kLargeDriftDeg ? Tone::amber : Tone::gray});
   facts.push_back(
       {"Not joined",
        s.components > 1 ? fmt::format("{} of {} pieces", s.components - 1, s.components) : "nothing",
-       s.components > 1 ? theme::kAmber : theme::kText});
+       s.components > 1 ? Tone::amber : Tone::gray});
   return facts;
 }
 
@@ -198,8 +194,8 @@ float draw_end(Ui& ui, const Box& view, const LiveFrame& frame) {
   if (view.height < ui.px(kLeastHeight)) return 0;
   const float width = std::min(ui.px(380), view.width - ui.px(2 * kCardMargin));
   ui.begin_panel("##end", {view.x + ui.px(kCardMargin), view.y + ui.px(10), width, 0}, 16, 10);
-  for (const Fact& fact : facts_of(frame)) {
-    ui.row(Face::body, fact.label, fact.value, fact.color);
+  for (const Figure& fact : facts_of(frame)) {
+    ui.row(Face::body, fact.label, fact.value, color_of_value(fact));
     ui.gap(5);
   }
   if (!frame.output_folder.empty()) {

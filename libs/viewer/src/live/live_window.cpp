@@ -45,7 +45,7 @@ bool LiveWindow::advance(double now_s, double dt_s) {
     controls_.set_follows(false);  // there is no touch any more; all of the surface is to be seen
     show_all();
   }
-  bool changed = scene_.take_news(session_, camera_);
+  bool changed = take_news();
   changed |= move_camera(dt_s) || follow_touch(dt_s);
   return changed;
 }
@@ -53,13 +53,13 @@ bool LiveWindow::advance(double now_s, double dt_s) {
 /// What lies beside the map is to be seen together with it.
 bool LiveWindow::follow_touch(double dt_s) {
   if (!controls_.follows()) return false;
-  if (scene_.piece().is_shown()) {
-    Eigen::AlignedBox3f both = scene_.scene().bounds_mm();
-    both.extend(scene_.piece().box_mm());
+  if (piece_.is_shown()) {
+    Eigen::AlignedBox3f both = scene_.bounds_mm();
+    both.extend(piece_.box_mm());
     return glide(camera_.fitted(both, viewport()), dt_s);
   }
-  if (!scene_.touch()) return false;
-  Pose seen = scene_.touch()->map_T_sensor;  // in the middle of what the banner leaves free
+  if (!map_T_touch_) return false;
+  Pose seen = *map_T_touch_;  // in the middle of what the banner leaves free
   const float up_mm = 0.5F * banner_px_ * camera_.mm_per_px(camera_.distance_mm(), viewport());
   seen.translation() += (up_mm * camera_.map_R_camera().col(1)).cast<double>();
   return follow(seen, dt_s);
@@ -68,7 +68,7 @@ bool LiveWindow::follow_touch(double dt_s) {
 void LiveWindow::look_at_figures(double now_s) {
   frame_.status = session_.status();
   frame_.words = state_words(frame_.status);
-  if (scene_.piece().is_apart() && frame_.words.state == "lost")
+  if (piece_.is_apart() && frame_.words.state == "lost")
     frame_.words.advice += " What you touch grows beside the map until then.";
   const std::filesystem::path folder = frame_.status.run_folder.empty()
                                            ? options_.picture_folder
@@ -102,12 +102,11 @@ void LiveWindow::draw_frame(Ui& ui, double now_s) {
     if (style.color == SceneColor::certainty) style.color = SceneColor::plain;
   }
   style.smooth_border = true;
+  if (style.trajectory && trajectory_is_old_) rebuild_trajectory();
   scene_.draw(camera_, viewport(), style);
-  frame_.tactile = &scene_.tactile();
-  frame_.normals = &scene_.normals();
-  frame_.mesh_mm = scene_.scene().bounds_mm();
+  frame_.mesh_mm = scene_.bounds_mm();
   if (controls_.shows_panels()) {
-    draw_marks(ui, scene_.scene().legend(style));
+    draw_marks(ui, scene_.legend(style));
     const float bottom = draw_banner(ui, view(), frame_, now_s);
     banner_px_ = bottom - view().y;
     const Box below{view().x, bottom, view().width, view().bottom() - bottom};
@@ -135,13 +134,9 @@ bool LiveWindow::closes_by_itself() {
 OrbitCamera LiveWindow::whole_view(const Viewport& viewport) const {
   Viewport room = viewport;
   if (2 * covered_px_ <= static_cast<float>(viewport.width)) room.width -= cvRound(covered_px_);
-  OrbitCamera camera = camera_.fitted(scene_.scene().bounds_mm(), room);
+  OrbitCamera camera = camera_.fitted(scene_.bounds_mm(), room);
   camera.pan({0.5F * static_cast<float>(viewport.width - room.width), 0}, viewport);
   return camera;
-}
-
-std::optional<Eigen::Vector3f> LiveWindow::pick(std::size_t /*part*/, const PickRay& ray) const {
-  return scene_.scene().pick(ray);
 }
 
 void LiveWindow::show_all_at_once() { camera_ = whole_view(viewport()); }

@@ -7,7 +7,7 @@
 #include "gelslam/slam/status_text.hpp"
 #include "gelslam/viewer/controls.hpp"
 #include "gelslam/viewer/window.hpp"
-#include "live/live_scene.hpp"
+#include "live/loose_piece.hpp"
 #include "ui/scene_loop.hpp"
 
 namespace gelslam::viewer::detail {
@@ -42,8 +42,7 @@ struct LiveFrame {
   std::string output_folder;          ///< of the run; empty: nothing is kept
   std::int64_t disk_free_bytes = -1;  ///< negative: not known
   Eigen::AlignedBox3f mesh_mm;        ///< in the map's frame
-  const Texture* tactile = nullptr;
-  const Texture* normals = nullptr;
+  Texture tactile, normals;           ///< of the touch
 };
 
 /// Where the view, the panel beside it and the bar of buttons lie; a small window leaves out panels.
@@ -53,8 +52,19 @@ struct Layout {
 Layout lay_out(const Ui& ui, bool shows_panels);
 Color color_of(Tone tone);
 
+inline constexpr int kPictureWidthPx = 640;  ///< more than the panel shows, for large screens
+
+/// The camera's picture with the border of the contact drawn over it in green: what the sensor sees, and what
+/// counts as touched. BGR, kPictureWidthPx wide. A picture without a surface (before the background is known)
+/// is shown as it is.
+cv::Mat3b tactile_picture(const cv::Mat3b& image, const Surface* surface);
+
+/// Normals as colors (x red, y green, z blue, as is usual), BGR, as wide; what is not touched is faded toward
+/// gray.
+cv::Mat3b normal_picture(const Surface& surface);
+
 /// The touch and its normals below each other, as wide as fits into the height.
-void draw_pictures(Ui& ui, float height, const Texture& tactile, const Texture& normals);
+void draw_pictures(Ui& ui, float height, const LiveFrame& frame);
 /// Returns its lower edge.
 float draw_banner(Ui& ui, const Box& view, const LiveFrame& frame, double now_s);
 void draw_side(Ui& ui, const Box& side, const LiveFrame& frame);
@@ -65,7 +75,7 @@ float draw_end(Ui& ui, const Box& view, const LiveFrame& frame);
 /// All counters, at the view's upper right.
 void draw_diagnostics(Ui& ui, const Box& view, const LiveFrame& frame);
 
-/// The window of a scan, frame by frame.
+/// The window of a scan, frame by frame: the session as a scene, from which it takes what is new.
 class LiveWindow : public SceneLoop {
  public:
   LiveWindow(LiveSession& session, const WindowOptions& options);
@@ -80,16 +90,32 @@ class LiveWindow : public SceneLoop {
   void draw_frame(Ui& ui, double now_s) override;
   bool closes_by_itself() override;
   OrbitCamera whole_view(const Viewport& viewport) const override;
-  std::optional<Eigen::Vector3f> pick(std::size_t part, const PickRay& ray) const override;
+  const Scene& scene(std::size_t /*part*/) const override { return scene_; }
 
+  struct Sample {  // of the sensor's trajectory
+    int keyframe;
+    Pose keyframe_T_frame;
+  };
+
+  bool take_news();  ///< true when something has come that is to be drawn
+  void take_touch(const std::shared_ptr<const LiveTouch>& touch);
+  void place_touch();
+  void rebuild_trajectory();
   void look_at_figures(double now_s);
   bool follow_touch(double dt_s);
 
   LiveSession& session_;
   WindowOptions options_;
-  LiveScene scene_;
   LiveControls controls_;
   LiveFrame frame_;
+  Scene scene_;
+  std::uint64_t mesh_version_ = 0;
+  std::shared_ptr<const LiveTouch> newest_, touch_;  ///< as it came; on the map
+  std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
+  LoosePiece piece_;
+  std::optional<Pose> map_T_touch_;  ///< also in the piece
+  bool trajectory_is_old_ = false;
+  std::vector<Sample> samples_;
   double figures_s_ = -1e9;
   Box side_;
   float covered_px_ = 0, banner_px_ = 0;  ///< on the view's left; at its top

@@ -1,4 +1,4 @@
-#include "live/live_scene.hpp"
+#include "live/loose_piece.hpp"
 
 namespace gelslam::viewer::detail {
 namespace {
@@ -23,25 +23,18 @@ bool LoosePiece::follow(const MapSnapshot& map, const std::shared_ptr<const Live
     if (anchor == nullptr || anchor->component == map.shown_component) *this = {};
   }
   const bool apart = node != nullptr && node->component != map.shown_component;
-  bool changed = false;
-  if (apart && !is_apart()) {
-    begin(touch->keyframe);
-    changed = true;
-  } else if (apart && map.find(anchor_)->component != node->component) {
-    begin(touch->keyframe);  // lost again before it was joined: the newest counts
-    changed = true;
+  // Lost again before it was joined: the newest counts.
+  const bool begins = apart && (!is_apart() || map.find(anchor_)->component != node->component);
+  if (begins) {
+    *this = {};
+    anchor_ = touch->keyframe;
   }
-  if (!is_apart()) return changed;
-  changed |= grow(map, *map.find(anchor_));
+  if (!is_apart()) return false;
+  const bool changed = grow(map, *map.find(anchor_)) || begins;
   if (touching) half_width_mm_ = 0.5 * touch->surface->contact.cols * touch->surface->pixel_pitch_mm;
   const auto keyframe = touching ? anchor_T_keyframe_.find(touch->keyframe) : anchor_T_keyframe_.end();
   if (keyframe != anchor_T_keyframe_.end()) anchor_T_touch_ = keyframe->second * touch->keyframe_T_frame;
   return changed;
-}
-
-void LoosePiece::begin(int keyframe) {
-  *this = {};
-  anchor_ = keyframe;
 }
 
 /// Takes the keyframes of its component; true when there are others, or they lie elsewhere.
@@ -56,8 +49,7 @@ bool LoosePiece::grow(const MapSnapshot& map, const MapSnapshot::Node& anchor) {
     changed |= old == anchor_T_keyframe_.end() || !old->second.isApprox(pose, 1e-4);
     poses.emplace(node.keyframe, pose);
     if (!patches_.contains(node.keyframe))
-      patches_[node.keyframe] =
-          make_touch_mesh({node.surface.get(), Pose::Identity(), map.gradient_scale.mean()});
+      patches_[node.keyframe] = make_touch_mesh(*node.surface.get(), map.gradient_scale.mean());
   }
   changed |= poses.size() != anchor_T_keyframe_.size();
   anchor_T_keyframe_ = std::move(poses);
@@ -65,11 +57,11 @@ bool LoosePiece::grow(const MapSnapshot& map, const MapSnapshot::Node& anchor) {
   mesh_ = {};
   for (const auto& [keyframe, pose] : anchor_T_keyframe_) {
     const TouchMesh& patch = patches_.at(keyframe);
-    const auto first = static_cast<std::uint32_t>(mesh_.vertices.size());
+    const auto first = static_cast<int>(mesh_.vertices.size());
     const Eigen::Isometry3f moved = pose.cast<float>();
     for (const TouchMesh::Vertex& v : patch.vertices)
       mesh_.vertices.push_back({moved * v.position_mm, moved.linear() * v.normal, v.inside});
-    for (const std::uint32_t index : patch.indices) mesh_.indices.push_back(first + index);
+    for (const Eigen::Vector3i& t : patch.triangles) mesh_.triangles.emplace_back(t.array() + first);
   }
   return true;
 }

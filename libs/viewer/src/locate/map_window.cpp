@@ -21,7 +21,8 @@ std::vector<ActionRow> map_rows() {
   std::vector<ActionRow> rows;
   for (const Action action : {follow, curvature, show_all, screenshot, panels, help})
     rows.push_back(common_row(action));
-  rows.push_back({close, "q esc", "Q", "Close", 5, 0, "Close; no more poses are written"});
+  rows.push_back(
+      {close, {GLFW_KEY_Q, GLFW_KEY_ESCAPE}, "Q", "Close", 5, 0, "Close; no more poses are written"});
   return rows;
 }
 
@@ -78,17 +79,14 @@ bool MapWindow::advance(double /*now_s*/, double dt_s) {
 void MapWindow::show(const std::shared_ptr<const LocatedTouch>& touch) {
   touch_ = touch;
   frame_.words = place_words(touch.get());
-  tactile_.set(tactile_picture(touch->picture, touch->surface.get()));
-  if (touch->surface) normals_.set(normal_picture(*touch->surface));
-  std::optional<TouchPatch> patch;
+  frame_.tactile.set(tactile_picture(touch->picture, touch->surface.get()));
+  if (touch->surface) frame_.normals.set(normal_picture(*touch->surface));
+  TouchPatch patch{touch->surface, map_.gradient_scale};
   for (const PlaceHypothesis& place : places()) {
     const double opacity = touch->place.status == PlaceStatus::localized
                                ? 1
                                : kGhostOpacity * place.probability / places().front().probability;
-    if (!patch)
-      patch = TouchPatch{touch->surface, place.map_T_sensor.pose, map_.gradient_scale, opacity};
-    else
-      patch->ghosts.push_back({place.map_T_sensor.pose, opacity});
+    patch.places.push_back({place.map_T_sensor.pose, opacity});
   }
   scene_.set_touch(std::move(patch));
 }
@@ -113,10 +111,6 @@ bool MapWindow::follow_touch(double dt_s) {
 
 OrbitCamera MapWindow::whole_view(const Viewport& viewport) const {
   return camera_.fitted(scene_.bounds_mm(), viewport);
-}
-
-std::optional<Eigen::Vector3f> MapWindow::pick(std::size_t /*part*/, const PickRay& ray) const {
-  return scene_.pick(ray);
 }
 
 void MapWindow::draw_frame(Ui& ui, double now_s) {
@@ -155,7 +149,7 @@ void MapWindow::draw_side(Ui& ui, const Box& side) const {
   ui.begin_panel("##side", side, 14);
   ui.row(Face::small, map_.name, duration_text(touch_ ? touch_->place.tracked.time_s : 0));
   ui.gap(8);
-  draw_pictures(ui, kPicturesShare * ui.room().height, tactile_, normals_);
+  draw_pictures(ui, kPicturesShare * ui.room().height, frame_);
   ui.gap(12);
   ui.begin_child("##places");
   ui.text(Face::small, theme::kDim, "Places: one standard deviation, probability");

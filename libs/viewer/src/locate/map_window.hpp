@@ -24,7 +24,7 @@ class MapWindow : public SceneLoop {
   bool advance(double now_s, double dt_s) override;
   void draw_frame(Ui& ui, double now_s) override;
   OrbitCamera whole_view(const Viewport& viewport) const override;
-  std::optional<Eigen::Vector3f> pick(std::size_t part, const PickRay& ray) const override;
+  const Scene& scene(std::size_t /*part*/) const override { return scene_; }
 
   void show(const std::shared_ptr<const LocatedTouch>& touch);
   bool follow_touch(double dt_s);
@@ -36,9 +36,8 @@ class MapWindow : public SceneLoop {
   const LocatedTouches& touches_;
   SceneControls controls_;
   Scene scene_;
-  Texture tactile_, normals_;
   std::shared_ptr<const LocatedTouch> touch_;  ///< shown
-  LiveFrame frame_;                            ///< words of it
+  LiveFrame frame_;                            ///< words and pictures of it
   bool camera_is_set_ = false;
 };
 

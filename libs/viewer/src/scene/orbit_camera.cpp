@@ -31,18 +31,10 @@ std::array<Vector3f, 8> corners(const Eigen::AlignedBox3f& box) {
   return result;
 }
 
-bool is_usable(const Eigen::AlignedBox3f& box) {
-  return !box.isEmpty() && box.min().allFinite() && box.max().allFinite();
-}
-
-float share_of_glide(double dt_s, double tau_s) {
-  return static_cast<float>(1.0 - std::exp(-std::max(dt_s, 0.0) / std::max(tau_s, 1e-6)));
-}
-
 }  // namespace
 
 void OrbitCamera::set_distance_mm(float distance_mm) {
-  if (std::isfinite(distance_mm)) distance_mm_ = std::clamp(distance_mm, kNearestMm, kFurthestMm);
+  distance_mm_ = std::clamp(distance_mm, kNearestMm, kFurthestMm);
 }
 
 Vector3f OrbitCamera::eye_mm() const { return center_mm_ + map_R_camera_ * Vector3f(0, 0, distance_mm_); }
@@ -77,10 +69,7 @@ OrbitCamera OrbitCamera::fitted(std::span<const Vector3f> points_mm, const Viewp
   OrbitCamera result = *this;
   const Eigen::Matrix3f camera_R_map = map_R_camera_.conjugate().toRotationMatrix();
   Eigen::AlignedBox3f box;  // along the camera's axes
-  for (const Vector3f& point : points_mm) {
-    if (!point.allFinite()) return result;
-    box.extend(camera_R_map * point);
-  }
+  for (const Vector3f& point : points_mm) box.extend(camera_R_map * point);
   if (box.isEmpty()) return result;
   result.center_mm_ = map_R_camera_ * box.center();
   const float tangent_y = tangent_of_half_view(), tangent_x = tangent_y * viewport.aspect();
@@ -95,7 +84,7 @@ OrbitCamera OrbitCamera::fitted(std::span<const Vector3f> points_mm, const Viewp
 }
 
 OrbitCamera OrbitCamera::fitted(const Eigen::AlignedBox3f& box_mm, const Viewport& viewport) const {
-  return is_usable(box_mm) ? fitted(std::span<const Vector3f>(corners(box_mm)), viewport) : *this;
+  return box_mm.isEmpty() ? *this : fitted(std::span<const Vector3f>(corners(box_mm)), viewport);
 }
 
 void OrbitCamera::look_along(const Vector3f& direction, const Vector3f& up) {
@@ -105,18 +94,17 @@ void OrbitCamera::look_along(const Vector3f& direction, const Vector3f& up) {
   right.normalize();
   Eigen::Matrix3f rotation;
   rotation << right, back.cross(right), back;
-  if (rotation.allFinite()) map_R_camera_ = Quaternionf(rotation).normalized();
+  map_R_camera_ = Quaternionf(rotation).normalized();
 }
 
 void OrbitCamera::glide_to(const OrbitCamera& goal, double dt_s, double tau_s) {
-  const float share = share_of_glide(dt_s, tau_s);
+  const auto share = static_cast<float>(1.0 - std::exp(-dt_s / tau_s));
   center_mm_ += share * (goal.center_mm_ - center_mm_);
   map_R_camera_ = map_R_camera_.slerp(share, goal.map_R_camera_).normalized();
   set_distance_mm(distance_mm_ * std::pow(goal.distance_mm_ / distance_mm_, share));
 }
 
 void OrbitCamera::follow(const Pose& map_T_sensor, double dt_s, double tau_s) {
-  if (!map_T_sensor.matrix().allFinite()) return;
   OrbitCamera goal = *this;
   goal.center_mm_ = map_T_sensor.translation().cast<float>();
   const Vector3f looks = -(map_R_camera_ * Vector3f::UnitZ());
@@ -141,7 +129,7 @@ Matrix4f OrbitCamera::camera_T_map() const {
 
 Matrix4f OrbitCamera::projection(float aspect, const Eigen::AlignedBox3f& box_mm) const {
   float nearest = 0.5F * distance_mm_, furthest = 2.0F * distance_mm_;
-  if (is_usable(box_mm)) {
+  if (!box_mm.isEmpty()) {
     const Vector3f eye = eye_mm(), back = map_R_camera_ * Vector3f::UnitZ();
     nearest = kFurthestMm, furthest = 0;
     for (const Vector3f& corner : corners(box_mm)) {

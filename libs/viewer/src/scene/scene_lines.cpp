@@ -20,12 +20,11 @@ SceneLines::SceneLines() {
 
 void SceneLines::set(const std::vector<SceneLine>& lines) {
   count_ = static_cast<GLsizei>(lines.size());
-  upload(GL_ARRAY_BUFFER, instances_, lines, GL_STREAM_DRAW);
+  upload(GL_ARRAY_BUFFER, instances_, lines);
   glBindBuffer(GL_ARRAY_BUFFER, 0);
 }
 
 void SceneLines::draw() const {
-  if (count_ == 0) return;
   glBindVertexArray(vertex_array_.name());
   glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, count_);
   glBindVertexArray(0);
@@ -39,8 +38,6 @@ constexpr Rgba kTrajectory{64, 190, 255, 255}, kDot{245, 245, 245, 255};
 constexpr Rgba kOdometry{150, 158, 170, 230}, kLoop{70, 214, 130, 200}, kOutlier{255, 60, 60, 255};
 constexpr float kAxisMm = 1.0F;
 
-bool is_finite(const Pose& pose) { return pose.matrix().allFinite(); }
-
 /// The middle of what a keyframe touches, lifted out of the object; the sensor's middle where nothing
 /// touches.
 Vector3f anchor(const Pose& map_T_sensor) {
@@ -48,7 +45,7 @@ Vector3f anchor(const Pose& map_T_sensor) {
 }
 
 bool is_shown(const MapSnapshot& map, const MapSnapshot::Node& node) {
-  return node.component == map.shown_component && is_finite(node.component_T_keyframe);
+  return node.component == map.shown_component;
 }
 
 }  // namespace
@@ -56,10 +53,8 @@ bool is_shown(const MapSnapshot& map, const MapSnapshot::Node& node) {
 std::vector<SceneLine> trajectory_lines(const std::vector<std::vector<Pose>>& map_T_sensor) {
   std::vector<SceneLine> lines;
   for (const std::vector<Pose>& piece : map_T_sensor) {
-    for (std::size_t i = 1; i < piece.size(); ++i) {
-      if (!is_finite(piece[i - 1]) || !is_finite(piece[i])) continue;
+    for (std::size_t i = 1; i < piece.size(); ++i)
       lines.push_back({anchor(piece[i - 1]), anchor(piece[i]), kTrajectory, 2.5F});
-    }
   }
   return lines;
 }

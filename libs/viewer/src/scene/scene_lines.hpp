@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "gelslam/viewer/scene.hpp"
+#include "gelslam/slam/live_slam.hpp"
 #include "gl/gl_objects.hpp"
 
 namespace gelslam::viewer::detail {
@@ -24,7 +24,6 @@ class SceneLines {
  public:
   SceneLines();
   void set(const std::vector<SceneLine>& lines);
-  bool empty() const { return count_ == 0; }
   /// Draws with the program of the lines in use.
   void draw() const;
 

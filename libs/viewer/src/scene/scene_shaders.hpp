@@ -2,7 +2,8 @@
 
 namespace gelslam::viewer::detail {
 
-// GLSL 3.30. Suffixes say the frame: _m map, _c camera (x right, y up, z toward the viewer), _px pixels.
+// GLSL 3.30. Suffixes say the frame: _m map, _s sensor, _c camera (x right, y up, z toward the viewer), _px
+// pixels.
 inline constexpr const char* kMeshVertexShader = R"(#version 330 core
 layout(location = 0) in vec3 position_m;
 layout(location = 1) in vec4 normal_m;
@@ -80,16 +81,16 @@ void main() {
 )";
 
 inline constexpr const char* kTouchVertexShader = R"(#version 330 core
-layout(location = 0) in vec3 position_m;
-layout(location = 1) in vec3 normal_m;
+layout(location = 0) in vec3 position_s;
+layout(location = 1) in vec3 normal_s;
 layout(location = 2) in float inside_in;
-uniform mat4 clip_T_camera, camera_T_map;
+uniform mat4 clip_T_camera, camera_T_sensor;
 uniform float lift_mm;
 out vec3 position_c, normal_c;
 out float inside;
 void main() {
-  vec3 p = (camera_T_map * vec4(position_m, 1.0)).xyz;
-  normal_c = mat3(camera_T_map) * normal_m;
+  vec3 p = (camera_T_sensor * vec4(position_s, 1.0)).xyz;
+  normal_c = mat3(camera_T_sensor) * normal_s;
   position_c = p * (1.0 - min(0.5, lift_mm / length(p)));  // toward the eye: nothing moves on the screen
   inside = inside_in;
   gl_Position = clip_T_camera * vec4(position_c, 1.0);

@@ -8,27 +8,17 @@ namespace gelslam::viewer::detail {
 namespace {
 
 using Eigen::Vector3d;
-using Eigen::Vector3f;
 
 constexpr int kFewPixels = 3000;
 /// The contact is found in blocks of pixels: blurred, it ends in a smooth line, 0.8 pixels outside.
 constexpr double kBlurPx = 3;
 constexpr float kBlurAtBorder = 0.4F;
 
-bool is_usable(const Surface& surface) {
-  const cv::Size size = surface.contact.size();
-  return !surface.contact.empty() && surface.height_mm.size() == size && surface.normals.size() == size;
-}
-
 }  // namespace
 
-TouchMesh make_touch_mesh(const TouchPatch& touch) {
+TouchMesh make_touch_mesh(const Surface& s, double gradient_scale) {
   TouchMesh mesh;
-  if (touch.surface == nullptr || !is_usable(*touch.surface) || !touch.map_T_sensor.matrix().allFinite())
-    return mesh;
-  const Surface& s = *touch.surface;
   const int step = s.contact_pixels > kFewPixels ? 2 : 1, width = s.contact.cols, height = s.contact.rows;
-  const double scale = touch.gradient_scale > 0 ? touch.gradient_scale : 1.0;
   const CameraModel camera = s.camera();
   cv::Mat1f inside;
   s.contact.convertTo(inside, CV_32F, 1.0 / 255);
@@ -40,16 +30,14 @@ TouchMesh make_touch_mesh(const TouchPatch& touch) {
       const cv::Vec3f& n = s.normals(v, u);
       const float z = s.height_mm(v, u);
       if (inside(v, u) < -0.5F || !std::isfinite(z) || !std::isfinite(n[0] + n[1] + n[2])) continue;
-      const Vector3d p = camera.point_mm(cv::Point(u, v), z / scale);
+      const Vector3d p = camera.point_mm(cv::Point(u, v), z / gradient_scale);
       index(v / step, u / step) = static_cast<int>(mesh.vertices.size());
       mesh.vertices.push_back(
-          {(touch.map_T_sensor * p).cast<float>(),
-           (touch.map_T_sensor.linear() * -Vector3d(n[0], n[1], n[2] * scale)).cast<float>(), inside(v, u)});
+          {p.cast<float>(), -Vector3d(n[0], n[1], n[2] * gradient_scale).cast<float>(), inside(v, u)});
     }
   }
   const auto add = [&](int a, int b, int c) {
-    if (a < 0 || b < 0 || c < 0) return;
-    for (const int corner : {a, b, c}) mesh.indices.push_back(static_cast<std::uint32_t>(corner));
+    if (a >= 0 && b >= 0 && c >= 0) mesh.triangles.emplace_back(a, b, c);
   };
   // From outside, against the sensor's z, its y goes down: the order of the image's corners is
   // counter-clockwise there.
@@ -63,41 +51,24 @@ TouchMesh make_touch_mesh(const TouchPatch& touch) {
   return mesh;
 }
 
-std::vector<SceneLine> sensor_outline(const TouchPatch& touch, const Rgba& color) {
-  if (touch.surface == nullptr || !touch.map_T_sensor.matrix().allFinite()) return {};
-  const double x = 0.5 * touch.surface->contact.cols * touch.surface->pixel_pitch_mm;
-  const double y = 0.5 * touch.surface->contact.rows * touch.surface->pixel_pitch_mm;
-  const Vector3d corners[] = {{-x, -y, 0}, {x, -y, 0}, {x, y, 0}, {-x, y, 0}};
+std::vector<SceneLine> sensor_outlines(const TouchPatch& touch) {
   std::vector<SceneLine> lines;
-  for (std::size_t i = 0; i < 4; ++i) {
-    lines.push_back({(touch.map_T_sensor * corners[i]).cast<float>(),
-                     (touch.map_T_sensor * corners[(i + 1) % 4]).cast<float>(), color, 2.0F});
+  for (const auto& [map_T_sensor, opacity] : touch.places) {
+    const double x = 0.5 * touch.surface->contact.cols * touch.surface->pixel_pitch_mm;
+    const double y = 0.5 * touch.surface->contact.rows * touch.surface->pixel_pitch_mm;
+    const Vector3d corners[] = {{-x, -y, 0}, {x, -y, 0}, {x, y, 0}, {-x, y, 0}};
+    const Rgba color = {255, 150, 40, static_cast<std::uint8_t>(255 * opacity)};
+    for (std::size_t i = 0; i < 4; ++i)
+      lines.push_back({(map_T_sensor * corners[i]).cast<float>(),
+                       (map_T_sensor * corners[(i + 1) % 4]).cast<float>(), color, 2.0F});
   }
   return lines;
 }
 
-SceneTouch::SceneTouch() {
-  using Vertex = TouchMesh::Vertex;
-  glBindVertexArray(vertex_array_.name());
-  glBindBuffer(GL_ARRAY_BUFFER, vertices_.name());
+void TouchMesh::Vertex::set_attributes() {
   set_attribute<Vertex>(0, 3, offsetof(Vertex, position_mm));
   set_attribute<Vertex>(1, 3, offsetof(Vertex, normal));
   set_attribute<Vertex>(2, 1, offsetof(Vertex, inside));
-  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_.name());
-  glBindVertexArray(0);
-}
-
-void SceneTouch::set(const TouchMesh& mesh) {
-  count_ = static_cast<GLsizei>(mesh.indices.size());
-  upload(GL_COPY_WRITE_BUFFER, vertices_, mesh.vertices, GL_STREAM_DRAW);
-  upload(GL_COPY_WRITE_BUFFER, indices_, mesh.indices, GL_STREAM_DRAW);
-}
-
-void SceneTouch::draw() const {
-  if (count_ == 0) return;
-  glBindVertexArray(vertex_array_.name());
-  glDrawElements(GL_TRIANGLES, count_, GL_UNSIGNED_INT, nullptr);
-  glBindVertexArray(0);
 }
 
 }  // namespace gelslam::viewer::detail

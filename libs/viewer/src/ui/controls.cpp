@@ -1,47 +1,11 @@
 #include "gelslam/viewer/controls.hpp"
 
-#include <GLFW/glfw3.h>
-
 #include <algorithm>
-#include <map>
-#include <sstream>
 
 namespace gelslam::viewer {
 namespace {
 
 constexpr std::size_t kMaxToasts = 4;
-
-std::map<std::string, int, std::less<>> named_keys() {
-  std::map<std::string, int, std::less<>> keys = {{"space", GLFW_KEY_SPACE},
-                                                  {"enter", GLFW_KEY_ENTER},
-                                                  {"esc", GLFW_KEY_ESCAPE},
-                                                  {"tab", GLFW_KEY_TAB},
-                                                  {"f1", GLFW_KEY_F1},
-                                                  {"left", GLFW_KEY_LEFT},
-                                                  {"right", GLFW_KEY_RIGHT},
-                                                  {"up", GLFW_KEY_UP},
-                                                  {"down", GLFW_KEY_DOWN},
-                                                  {"backspace", GLFW_KEY_BACKSPACE},
-                                                  {"plus", GLFW_KEY_EQUAL},
-                                                  {"minus", GLFW_KEY_MINUS},
-                                                  {"delete", GLFW_KEY_DELETE},
-                                                  {"pageup", GLFW_KEY_PAGE_UP},
-                                                  {"kp_add", GLFW_KEY_KP_ADD},
-                                                  {"pagedown", GLFW_KEY_PAGE_DOWN},
-                                                  {"kp_subtract", GLFW_KEY_KP_SUBTRACT},
-                                                  {"kp_enter", GLFW_KEY_KP_ENTER},
-                                                  {"slash", GLFW_KEY_SLASH},
-                                                  {"bracket", GLFW_KEY_RIGHT_BRACKET}};
-  for (char letter = 'a'; letter <= 'z'; ++letter) keys[std::string(1, letter)] = GLFW_KEY_A + (letter - 'a');
-  return keys;
-}
-
-bool holds_key(const std::string& keys, int code) {
-  std::istringstream names(keys);
-  for (std::string name; names >> name;)
-    if (key_of_name(name) == code) return true;
-  return false;
-}
 
 const char* name_of(SceneColor color) {
   static constexpr const char* kNames[] = {"plain", "confidence", "height", "distance", "certainty"};
@@ -53,36 +17,29 @@ const char* name_of(SceneColor color) {
 ActionRow common_row(Action action) {
   using enum Action;
   static const std::vector<ActionRow> rows = {
-      {curvature, "k", "K", "Curvature", 2, 10, "Shading by curvature"},
-      {next_color, "c", "C", "Colors", 2, 9, "Next color scale"},
-      {follow, "f", "F", "Follow", 2, 7, "Follow the touch"},
-      {show_all, "r", "R", "Show all", 2, 6, "Show all"},
-      {trajectory, "t", "T", "Trajectory", 2, 8, "Trajectory"},
-      {pose_graph, "g", "G", "Graph", 2, 8, "Pose graph"},
-      {screenshot, "p", "P", "Picture", 1, 6, "Picture of this window (PNG)"},
-      {panels, "tab", "Tab", "", 0, 0, "Hide or show the panels"},
-      {help, "h f1", "H", "Help", 4, 2, "This help"},
+      {curvature, {GLFW_KEY_K}, "K", "Curvature", 2, 10, "Shading by curvature"},
+      {next_color, {GLFW_KEY_C}, "C", "Colors", 2, 9, "Next color scale"},
+      {follow, {GLFW_KEY_F}, "F", "Follow", 2, 7, "Follow the touch"},
+      {show_all, {GLFW_KEY_R}, "R", "Show all", 2, 6, "Show all"},
+      {trajectory, {GLFW_KEY_T}, "T", "Trajectory", 2, 8, "Trajectory"},
+      {pose_graph, {GLFW_KEY_G}, "G", "Graph", 2, 8, "Pose graph"},
+      {screenshot, {GLFW_KEY_P}, "P", "Picture", 1, 6, "Picture of this window (PNG)"},
+      {panels, {GLFW_KEY_TAB}, "Tab", "", 0, 0, "Hide or show the panels"},
+      {help, {GLFW_KEY_H, GLFW_KEY_F1}, "H", "Help", 4, 2, "This help"},
   };
   return *std::find_if(rows.begin(), rows.end(),
                        [action](const ActionRow& row) { return row.action == action; });
 }
 
-std::optional<int> key_of_name(std::string_view name) {
-  static const auto keys = named_keys();
-  const auto found = keys.find(name);
-  return found == keys.end() ? std::nullopt : std::optional(found->second);
-}
-
 void Controls::press_key(int code, double now_s) {
+  const auto has_key = [code](const auto& of) { return std::ranges::find(of.keys, code) != of.keys.end(); };
   if (question_) {
     const auto& answers = question_->answers;
-    const auto found = std::find_if(answers.begin(), answers.end(),
-                                    [code](const Answer& a) { return holds_key(a.keys, code); });
+    const auto found = std::ranges::find_if(answers, has_key);
     if (found != answers.end()) answer(static_cast<std::size_t>(found - answers.begin()), now_s);
     return;
   }
-  const auto row = std::find_if(rows_.begin(), rows_.end(),
-                                [code](const ActionRow& r) { return holds_key(r.keys, code); });
+  const auto row = std::ranges::find_if(rows_, has_key);
   if (std::exchange(shows_help_, false) &&
       (code == GLFW_KEY_ESCAPE || row == rows_.end() || row->action == Action::help))
     return;
@@ -105,15 +62,7 @@ void Controls::perform(Action action, double now_s) {
     act(action, now_s);
 }
 
-void Controls::say(std::string text, double now_s, double seconds) {
-  add_toast({std::move(text), false, now_s + seconds});
-}
-
-void Controls::complain(std::string text, double now_s, double seconds) {
-  add_toast({std::move(text), true, now_s + seconds});
-}
-
-void Controls::add_toast(Toast toast) {
+void Controls::add(Toast toast) {
   // The same text again (a key held down) is shown longer, not twice.
   std::erase_if(toasts_, [&toast](const Toast& old) { return old.text == toast.text; });
   toasts_.push_back(std::move(toast));

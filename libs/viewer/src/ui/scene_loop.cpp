@@ -130,7 +130,7 @@ void SceneLoop::pressed(int button, const Eigen::Vector2f& at_px, double now_s) 
   pressed_px_ = at_px;
   if (!twice) return;
   const Cursor cursor = cursor_in_part(at_px);
-  if (const auto place = pick(cursor.part, camera_.pick_ray(cursor.at_px, cursor.viewport))) {
+  if (const auto place = scene(cursor.part).pick(camera_.pick_ray(cursor.at_px, cursor.viewport))) {
     controls().set_follows(false);
     goal_ = camera_;
     goal_.look_at(*place);

@@ -3,8 +3,8 @@
 #include <optional>
 #include <vector>
 
-#include "gelslam/viewer/orbit_camera.hpp"
 #include "gelslam/viewer/window_loop.hpp"
+#include "scene/scene.hpp"
 
 namespace gelslam::viewer::detail {
 
@@ -17,8 +17,7 @@ class SceneLoop : public WindowLoop {
 
  protected:
   virtual OrbitCamera whole_view(const Viewport& viewport) const = 0;  ///< where all of it is in view
-  /// The surface under the cursor of a part.
-  virtual std::optional<Eigen::Vector3f> pick(std::size_t part, const PickRay& ray) const = 0;
+  virtual const Scene& scene(std::size_t part) const = 0;
   /// The view's parts beside each other, under one camera.
   virtual std::vector<Viewport> parts(const Viewport& viewport) const { return {viewport}; }
 

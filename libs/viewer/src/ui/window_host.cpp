@@ -10,12 +10,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <opencv2/core.hpp>
 #include <thread>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/image/codecs.hpp"
 #include "gelslam/viewer/ui.hpp"
+#include "gl/gl_context.hpp"
 
 namespace gelslam::viewer {
 namespace {
@@ -94,10 +94,10 @@ bool load_fonts(float scale) {
 }  // namespace
 
 WindowHost::WindowHost(const WindowLoopOptions& options)
-    : gl_(options.visible ? GlContext::window(options) : GlContext::offscreen()),
+    : gl_(options.visible ? detail::GlContext::window(options) : detail::GlContext::offscreen()),
       width_px_(options.width_px),
       height_px_(options.height_px) {
-  if (!options.visible) target_ = std::make_unique<RenderTarget>(width_px_, height_px_);
+  if (!options.visible) target_ = std::make_unique<detail::RenderTarget>(width_px_, height_px_);
   imgui_ = ImGui::CreateContext();
   ImGui::SetCurrentContext(imgui_);
   ImGuiIO& io = ImGui::GetIO();
@@ -107,8 +107,7 @@ WindowHost::WindowHost(const WindowLoopOptions& options)
   apply_theme(ImGui::GetStyle());
   update_size();
   load_fonts(ui_scale());
-  if (!ImGui_ImplOpenGL3_Init("#version 330 core"))
-    throw Error("cannot draw text with this OpenGL driver: " + gl_->renderer());
+  if (!ImGui_ImplOpenGL3_Init("#version 330 core")) throw Error("cannot draw text with this OpenGL driver");
   if (options.visible) install_callbacks();
 }
 
@@ -175,7 +174,7 @@ std::vector<InputEvent> WindowHost::take_input() {
 }
 
 void WindowHost::resize(int width_px, int height_px) {
-  target_ = std::make_unique<RenderTarget>(width_px, height_px);
+  target_ = std::make_unique<detail::RenderTarget>(width_px, height_px);
   width_px_ = width_px;
   height_px_ = height_px;
 }
@@ -227,12 +226,8 @@ void WindowHost::end_frame() {
 
 cv::Mat3b WindowHost::read() {
   if (target_) return target_->read();
-  cv::Mat3b picture(height_px_, width_px_);
-  glPixelStorei(GL_PACK_ALIGNMENT, 1);
   glReadBuffer(GL_BACK);
-  glReadPixels(0, 0, width_px_, height_px_, GL_BGR, GL_UNSIGNED_BYTE, picture.data);
-  cv::flip(picture, picture, 0);
-  return picture;
+  return detail::read_pixels(width_px_, height_px_);
 }
 
 void WindowHost::present() {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
@@ -32,11 +31,6 @@ GradientModel train_model(const PressSet& set, const std::vector<BallZone>& zone
 std::vector<float> held_out_sigma_rad(const PressSet& set, const std::vector<BallZone>& zones,
                                       const ModelTraining& training, ProgressSink& progress);
 
-struct CalibrationOptions {
-  ModelTraining training;
-  bool automatic = false;  ///< label presses that have no label
-};
-
 /// A trained model, and how it reads the presses it was trained on.
 struct Calibration {
   ModelFile file;
@@ -44,13 +38,9 @@ struct Calibration {
 };
 
 /// Presses to a model: finds the balls, refuses sets that cannot make a calibration (labels missing, gaps in
-/// the coverage), trains, and checks. `say_left_out` is told of every press that cannot be used. Throws
-/// Error. `progress` may stop it by an exception.
-Calibration calibrate(const PressSet& set, const CalibrationOptions& options, ProgressSink& progress,
-                      const std::function<void(const std::string&)>& say_left_out);
-
-/// Writes PyTorch's format if the name ends in .pth, else our own. Throws Error when the disk does not take
-/// it.
-void write_calibration(const std::filesystem::path& path, const Calibration& calibration);
+/// the coverage), trains, and checks. `automatic`: labels presses that have no label. `say_left_out` is told
+/// of every press that cannot be used. Throws Error. `progress` may stop it by an exception.
+Calibration calibrate(const PressSet& set, const ModelTraining& training, bool automatic,
+                      ProgressSink& progress, const std::function<void(const std::string&)>& say_left_out);
 
 }  // namespace gelslam

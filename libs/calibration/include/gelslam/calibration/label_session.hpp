@@ -32,7 +32,7 @@ struct LabelCounts {
 /// presses come first. Labels that are there count as accepted, and as a person's.
 class LabelSession {
  public:
-  /// `found`: find_circle() of every press, in the set's order (else std::invalid_argument). Without a press,
+  /// `found`: find_circle() of every press, in the set's order. Without a press,
   /// as before the first one is collected, nothing that speaks of the press shown may be called.
   LabelSession(PressSet set, std::vector<FoundCircle> found);
 

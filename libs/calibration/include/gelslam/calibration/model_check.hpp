@@ -45,13 +45,6 @@ struct ModelCheck {
   }
 };
 
-/// How the mean slope errors of presses change with their place along an axis (regression).
-struct ErrorOverPlace {
-  double per_mm = 0.0, sigma_per_mm = 0.0;
-};
-ErrorOverPlace error_over_place(const std::vector<PressCheck>& presses, const CameraModel& camera,
-                                std::size_t axis);
-
 /// Reads every zone, reconstructs every ball (in the light as it is) and judges. `progress`, if given, is
 /// called with the number of presses done. Throws Error without zones, or when the model does not fit.
 ModelCheck check_model(const GradientModel& model, const PressSet& set, const std::vector<BallZone>& zones,

@@ -33,7 +33,7 @@ struct CalibrationPress {
   /// For people: why its files cannot be used; empty when they can. Without a usable picture `bgr` is the
   /// background.
   std::string problem{};
-  cv::Mat1b covered{};  ///< 255 where markers hide the gel (fill_markers); empty: nowhere
+  cv::Mat1b covered{};  ///< 255 where markers hide the gel (MarkerFiller); empty: nowhere
 
   bool shows_gel(int u, int v) const { return covered.empty() || covered(v, u) == 0; }
   double ball_px(double pixel_pitch_mm) const { return 0.5 * diameter_mm / pixel_pitch_mm; }  ///< its radius
@@ -64,12 +64,9 @@ struct PressSet {
 /// 2000 presses.
 PressSet read_press_set(const std::filesystem::path& folder);
 
-/// Fills in the markers of a gel that has them, in the background and in every press (MarkerFiller), and
-/// notes in `covered` where they were.
-void fill_markers(PressSet& set);
-
-/// Readies a set for labels and training: markers, and `optics` where it has none. Throws Error for optics
-/// that no sensor has, and like require_readable_background(); doubts go to `say_doubt`.
+/// Readies a set for labels and training: fills in markers, in the background, too, notes them in `covered`,
+/// and sets `optics` where it has none. Throws Error for optics that no sensor has, and like
+/// require_readable_background(); doubts go to `say_doubt`.
 void prepare(PressSet& set, const SensorOptics& optics, double pixel_pitch_mm, const std::string& device_name,
              const std::function<void(const std::string&)>& say_doubt);
 

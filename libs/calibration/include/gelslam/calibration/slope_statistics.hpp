@@ -32,7 +32,6 @@ struct SlopeSums {
   double pixels = 0.0;
 
   void add(const ZoneReading& pixel);
-  void add(const SlopeSums& other);
   /// Regression of read on true slope through 0: 1 is unbiased. NaN without slopes.
   double scale_x() const { return read_true[0] / true_true[0]; }
   double scale_y() const { return read_true[1] / true_true[1]; }
@@ -47,7 +46,6 @@ struct SlopeStatistics {
 
   /// `picture`: size of the press's picture.
   void add(const ZoneReading& pixel, const cv::Size& picture);
-  void add(const SlopeStatistics& other);
 };
 
 }  // namespace gelslam

@@ -1,10 +1,11 @@
 #pragma once
 
+#include <GLFW/glfw3.h>
+
 #include <deque>
 #include <functional>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -47,19 +48,16 @@ enum class Action {
 /// One row of a window's table: its keys, its button and its line in the help all come from here.
 struct ActionRow {
   Action action;
-  std::string keys;   ///< by their names: "q esc"
-  std::string key;    ///< as people read it: "Q"
-  std::string label;  ///< of its button; empty: it has none
-  int group;          ///< a gap goes between groups of buttons
-  int priority;       ///< buttons with the highest numbers go first where there is no room; 0 stays
-  std::string help;   ///< empty: not listed
+  std::vector<int> keys;  ///< of GLFW
+  std::string key;        ///< as people read them: "Q"
+  std::string label;      ///< of its button; empty: it has none
+  int group;              ///< a gap goes between groups of buttons
+  int priority;           ///< buttons with the highest numbers go first where there is no room; 0 stays
+  std::string help;       ///< empty: not listed
 };
 
 /// What several windows share: help, picture, and how a scene looks.
 ActionRow common_row(Action action);
-
-/// The GLFW code of a key in ActionRow::keys ("space", "a", "7", "f1", "left").
-std::optional<int> key_of_name(std::string_view name);
 
 /// A line that says what was done, and goes by itself.
 struct Toast {
@@ -69,7 +67,9 @@ struct Toast {
 };
 
 struct Answer {
-  std::string label, keys, key;
+  std::string label;
+  std::vector<int> keys;
+  std::string key;
   Color ink = theme::kText;
   std::function<void(double now_s)> run;
 };
@@ -101,8 +101,10 @@ class Controls {
   const std::vector<ActionRow>& rows() const { return rows_; }
   virtual std::vector<std::pair<std::string, std::string>> mouse_help() const { return {}; }
 
-  void say(std::string text, double now_s, double seconds = 5);
-  void complain(std::string text, double now_s, double seconds = 10);
+  void say(std::string text, double now_s) { add({std::move(text), false, now_s + 5}); }
+  void complain(std::string text, double now_s, double seconds = 10) {
+    add({std::move(text), true, now_s + seconds});
+  }
   bool drop_old_toasts(double now_s);  ///< true when one went
   const std::deque<Toast>& toasts() const { return toasts_; }
   const std::optional<Question>& question() const { return question_; }
@@ -117,7 +119,7 @@ class Controls {
   void close() { wants_to_close_ = true; }
 
  private:
-  void add_toast(Toast toast);
+  void add(Toast toast);
 
   std::vector<ActionRow> rows_;
   std::deque<Toast> toasts_;

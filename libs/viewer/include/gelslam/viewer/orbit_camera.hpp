@@ -36,7 +36,7 @@ class OrbitCamera {
   void zoom(double steps, const Eigen::Vector2f& cursor_px, const Viewport& viewport);
 
   /// From where all of the points are in view, filling it, in the present direction. The same camera for
-  /// none, or one that is not finite. For a glide there: camera.glide_to(goal, dt_s) in every frame.
+  /// none. For a glide there: camera.glide_to(goal, dt_s) in every frame.
   OrbitCamera fitted(std::span<const Eigen::Vector3f> points_mm, const Viewport& viewport) const;
   /// The same for the corners of a box.
   OrbitCamera fitted(const Eigen::AlignedBox3f& box_mm, const Viewport& viewport) const;

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "gelslam/viewer/gl_context.hpp"
 #include "gelslam/viewer/orbit_camera.hpp"
 #include "gelslam/viewer/window_options.hpp"
 
@@ -15,6 +14,11 @@ struct GLFWwindow;
 struct ImGuiContext;
 
 namespace gelslam::viewer {
+
+namespace detail {
+class GlContext;
+class RenderTarget;
+}  // namespace detail
 
 /// What a person did, or a test in their place. Positions in framebuffer pixels from the top left corner.
 /// `redraw`: the window system asks for the picture again.
@@ -33,8 +37,6 @@ class WindowHost {
  public:
   explicit WindowHost(const WindowLoopOptions& options);
   ~WindowHost();
-  WindowHost(const WindowHost&) = delete;
-  WindowHost& operator=(const WindowHost&) = delete;
 
   void make_current();  ///< OpenGL and ImGui: where there are two windows
   /// Sleeps until something is done in the window, at most `timeout_s`.
@@ -59,8 +61,8 @@ class WindowHost {
   void install_callbacks();
   void update_size();
 
-  std::unique_ptr<GlContext> gl_;
-  std::unique_ptr<RenderTarget> target_;  // in place of a window
+  std::unique_ptr<detail::GlContext> gl_;
+  std::unique_ptr<detail::RenderTarget> target_;  // in place of a window
   ImGuiContext* imgui_ = nullptr;
   std::deque<InputEvent> events_;
   int width_px_ = 0, height_px_ = 0;

@@ -14,8 +14,6 @@ class WindowLoop {
  public:
   explicit WindowLoop(const WindowLoopOptions& options) : options_(options), host_(options) {}
   virtual ~WindowLoop() = default;
-  WindowLoop(const WindowLoop&) = delete;
-  WindowLoop& operator=(const WindowLoop&) = delete;
 
   /// Until the person closes it, or it closes by itself.
   void run();

@@ -22,4 +22,7 @@ struct WindowLoopOptions {
   bool yields = false;    ///< other threads need the processor: sleeps as long as a frame took
 };
 
+/// Throws Error, with what to do instead, where no window could be opened. Shows nothing.
+void require_display();
+
 }  // namespace gelslam::viewer

@@ -1,45 +1,41 @@
-#include "browse/view_stage.hpp"
-
 #include <fmt/core.h>
 #include <gmock/gmock.h>
 
+#include "browse/view_window.hpp"
 #include "gelslam/evaluation/mesh_metrics.hpp"
 #include "scene_fixture.hpp"
 #include "view_run.hpp"
+#include "window_pictures.hpp"
 
 namespace gelslam::test {
 namespace {
 
-using viewer::detail::ViewStage;
+using viewer::detail::ViewWindow;
 
-class ViewStagePicture : public SceneDrawing {};
+class ViewDistances : public SceneDrawing {
+ protected:
+  ViewDistances() {
+    options.visible = false;
+    options.width_px = kWidth;
+    options.height_px = kHeight;
+    options.style.color = SceneColor::distance;
+  }
+  ViewWindowOptions options;
+};
 
-TEST_F(ViewStagePicture, BesideEachOtherUnderOneCameraWithDistances) {
-  ViewStage stage({"ball", sphere(5, 96), std::nullopt}, ViewContent{"ball", sphere(4.9, 96), std::nullopt});
-  ASSERT_TRUE(stage.has_second());
-  style.color = SceneColor::distance;
-  const auto legend = stage.legend(style);
-  ASSERT_TRUE(legend);
-  EXPECT_FLOAT_EQ(legend->max, 0.2F) << "0.1 mm and a little, by the facets";
-  const OrbitCamera view = stage.first_view(kWhole);
-  RenderTarget target(kWidth, kHeight);
-  target.bind();
-  stage.draw(view, kWhole, style);
-  const cv::Mat3b picture = target.read();
+TEST_F(ViewDistances, BesideEachOtherUnderOneCameraWithDistances) {
+  ViewWindow window({"ball", sphere(5, 96), std::nullopt}, ViewContent{"ball", sphere(4.9, 96), std::nullopt},
+                    options);
+  const cv::Mat3b picture = window.snapshot();
   const auto saturation = [&](int x) {
     const cv::Vec3b c = picture(kHeight / 2, x);
     return *std::max_element(c.val, c.val + 3) - *std::min_element(c.val, c.val + 3);
   };
   EXPECT_GT(saturation(kWidth / 4), 60) << "0.1 mm of 0.2 mm is orange to red";
   EXPECT_LT(saturation(3 * kWidth / 4), 40) << "the second is clay";
-  const Viewport half = stage.parts(kWhole).front();
-  const PickRay middle = view.pick_ray({kWidth / 4.0F, kHeight / 2.0F}, half);
-  EXPECT_TRUE(stage.pick(0, middle));
-  EXPECT_TRUE(stage.pick(1, middle));
-  EXPECT_FALSE(stage.pick(0, view.pick_ray({kWidth / 4.0F, 20}, half)));
 }
 
-TEST_F(ViewStagePicture, DistancesAreThoseThatEvaluateSays) {
+TEST_F(ViewDistances, DistancesAreThoseThatEvaluateSays) {
   // Half of its area is fine and 0.1 mm away, half of it coarse and 0.3 mm.
   Mesh steps;
   const auto add_plate = [&](float x_mm, float z_mm, int cells) {
@@ -61,11 +57,11 @@ TEST_F(ViewStagePicture, DistancesAreThoseThatEvaluateSays) {
   const DistanceSummary said =
       evaluate_mesh(TriangleScene(steps), TriangleScene(plane), {{0, 0, 0}}).accuracy;
   EXPECT_NEAR(said.mean_mm, 0.2, 1e-3);
-  const ViewStage stage({"steps", steps, std::nullopt}, ViewContent{"plane", plane, std::nullopt});
-  style.color = SceneColor::distance;
-  EXPECT_THAT(stage.legend(style)->notes,
-              testing::ElementsAre(fmt::format("mean {:.3f} mm", said.mean_mm),
-                                   fmt::format("90 % below {:.3f} mm", said.p90_mm)));
+  options.height_px = 600;  // room for a legend
+  ViewWindow window({"steps", steps, std::nullopt}, ViewContent{"plane", plane, std::nullopt}, options);
+  window.snapshot();
+  EXPECT_THAT(words_of(window), testing::IsSupersetOf({fmt::format("mean {:.3f} mm", said.mean_mm),
+                                                       fmt::format("90 % below {:.3f} mm", said.p90_mm)}));
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
-#include "live/live_scene.hpp"
-
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
+
+#include "live/live_window.hpp"
 
 namespace gelslam::viewer::detail {
 namespace {
@@ -37,61 +37,57 @@ cv::Mat1b enlarged(const cv::Mat1b& mask, const cv::Size& size) {
 
 }  // namespace
 
-bool LiveScene::take_news(LiveSession& session, const OrbitCamera& camera) {
+bool LiveWindow::take_news() {
   bool news = false;
-  if (const auto mesh = session.mesh()) {
+  if (const auto mesh = session_.mesh()) {
     const MeshFeed::Changes changes = mesh->since(mesh_version_, SIZE_MAX);
     mesh_version_ = changes.version;
     scene_.update(changes);
     news = changes.cleared || !changes.blocks.empty();
   }
-  if (const auto touch = session.touch(); touch != newest_) {
+  if (const auto touch = session_.touch(); touch != newest_) {
     take_touch(touch);
     news = true;
   }
-  const auto map = session.map();
+  const auto map = session_.map();
   if (map != map_) {
     map_ = map;
     scene_.set_map(*map_);
     trajectory_is_old_ = true;
     news = true;
   }
-  if (news) touch_ = on_map(newest_, *map_);
-  if (news) {
-    follow_piece(camera);
-    place_touch();
-  }
-  return news;
-}
-
-/// Lets what is not joined to the map grow beside it.
-void LiveScene::follow_piece(const OrbitCamera& camera) {
+  if (!news) return false;
+  touch_ = on_map(newest_, *map_);
+  // What is not joined to the map grows beside it.
   if (piece_.follow(*map_, touch_)) scene_.set_piece(piece_.mesh());
-  if (piece_.is_apart() && !piece_.is_shown()) piece_.place_beside(scene_.bounds_mm(), camera);
+  if (piece_.is_apart() && !piece_.is_shown()) piece_.place_beside(scene_.bounds_mm(), camera_);
   scene_.place_piece(piece_.map_T_piece());
+  place_touch();
+  return true;
 }
 
-void LiveScene::take_touch(const std::shared_ptr<const LiveTouch>& touch) {
+void LiveWindow::take_touch(const std::shared_ptr<const LiveTouch>& touch) {
   newest_ = touch;
   if (!touch) return;
   if (touch->keyframe >= 0) samples_.push_back({touch->keyframe, touch->keyframe_T_frame});
-  tactile_.set(tactile_picture(touch->image, touch->surface.get()));
-  if (touch->surface) normals_.set(normal_picture(*touch->surface));
+  frame_.tactile.set(tactile_picture(touch->image, touch->surface.get()));
+  if (touch->surface) frame_.normals.set(normal_picture(*touch->surface));
 }
 
-void LiveScene::place_touch() {
-  placed_.reset();
+void LiveWindow::place_touch() {
+  map_T_touch_.reset();
+  TouchPatch patch;
   if (touch_ && touch_->keyframe >= 0 && touch_->surface) {
     const MapSnapshot::Node* node = map_->find(touch_->keyframe);
-    std::optional<Pose> map_T_touch = piece_.map_T_touch();
+    map_T_touch_ = piece_.map_T_touch();
     if (node != nullptr && node->component == map_->shown_component)
-      map_T_touch = node->component_T_keyframe * touch_->keyframe_T_frame;
-    if (map_T_touch) placed_ = TouchPatch{touch_->surface, *map_T_touch, map_->gradient_scale.mean()};
+      map_T_touch_ = node->component_T_keyframe * touch_->keyframe_T_frame;
+    if (map_T_touch_) patch = {touch_->surface, map_->gradient_scale.mean(), {{*map_T_touch_}}};
   }
-  scene_.set_touch(placed_);
+  scene_.set_touch(std::move(patch));
 }
 
-void LiveScene::rebuild_trajectory() {
+void LiveWindow::rebuild_trajectory() {
   std::vector<std::vector<Pose>> pieces;
   int trial = -1;
   for (const Sample& sample : samples_) {
@@ -103,11 +99,6 @@ void LiveScene::rebuild_trajectory() {
   }
   scene_.set_trajectory(pieces);
   trajectory_is_old_ = false;
-}
-
-void LiveScene::draw(const OrbitCamera& camera, const Viewport& viewport, const SceneStyle& style) {
-  if (style.trajectory && trajectory_is_old_) rebuild_trajectory();
-  scene_.draw(camera, viewport, style);
 }
 
 cv::Mat3b tactile_picture(const cv::Mat3b& image, const Surface* surface) {
@@ -126,12 +117,11 @@ cv::Mat3b tactile_picture(const cv::Mat3b& image, const Surface* surface) {
 
 cv::Mat3b normal_picture(const Surface& surface) {
   if (surface.normals.empty()) return {};
-  const bool has_contact = surface.contact.size() == surface.normals.size();
   cv::Mat3b colors(surface.normals.size());
   for (int v = 0; v < colors.rows; ++v)
     for (int u = 0; u < colors.cols; ++u) {
       const cv::Vec3f n = surface.normals(v, u);
-      const bool touched = !has_contact || surface.contact(v, u) != 0;
+      const bool touched = surface.contact(v, u) != 0;
       cv::Vec3b& color = colors(v, u);
       for (int channel = 0; channel < 3; ++channel) {
         const float full = 127.5F * (1.0F + n[2 - channel]);  // BGR holds z, y, x

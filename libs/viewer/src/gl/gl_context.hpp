@@ -1,17 +1,16 @@
 #pragma once
 
+#include <epoxy/egl.h>
+
 #include <memory>
 #include <opencv2/core/mat.hpp>
-#include <string>
 
 #include "gelslam/viewer/window_options.hpp"
+#include "gl/gl_objects.hpp"
 
 struct GLFWwindow;
 
-namespace gelslam {
-
-/// True when the environment names a display that a window could open on.
-bool has_display();
+namespace gelslam::viewer::detail {
 
 /// An OpenGL 3.3 core context, current on the thread that made it until another one is made current. One
 /// thread only.
@@ -19,7 +18,7 @@ class GlContext {
  public:
   /// A window on the main thread (GLFW), swaps tied to the screen's rate; hidden where options.visible is
   /// false. Throws Error, with what to do instead, when there is no display or no OpenGL 3.3.
-  static std::unique_ptr<GlContext> window(const viewer::WindowLoopOptions& options);
+  static std::unique_ptr<GlContext> window(const WindowLoopOptions& options);
   /// Without display or window: EGL without a surface, else a hidden window. There is nothing to draw into
   /// but a RenderTarget. Throws Error when neither works.
   static std::unique_ptr<GlContext> offscreen();
@@ -29,26 +28,26 @@ class GlContext {
   GlContext& operator=(const GlContext&) = delete;
 
   void make_current();
-  GLFWwindow* glfw_window() const;  ///< null for EGL
-  std::string renderer() const;  ///< what draws, for people: "llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5"
+  GLFWwindow* glfw_window() const { return window_; }  ///< null for EGL
 
  private:
-  struct Impl;
-  explicit GlContext(std::unique_ptr<Impl> impl);
-  std::unique_ptr<Impl> impl_;
+  GlContext() = default;
+  bool open_egl();
+  void open_window(const WindowLoopOptions& options, int samples);
+  void create_window(const WindowLoopOptions& options, int samples);
+  void fit_to_screen();
+
+  GLFWwindow* window_ = nullptr;
+  EGLDisplay display_ = EGL_NO_DISPLAY;
+  EGLContext context_ = EGL_NO_CONTEXT;
 };
 
 /// A picture to draw into instead of a window: color and depth, several samples per pixel. Needs a current
 /// context.
 class RenderTarget {
  public:
-  static constexpr int kMaxSidePx = 8192;
-
-  /// Throws Error when a side is not within 1 to kMaxSidePx or the driver has no memory for it.
+  /// Throws Error when a side is not within 1 to 8192 or the driver has no memory for it.
   RenderTarget(int width_px, int height_px);
-  ~RenderTarget();
-  RenderTarget(const RenderTarget&) = delete;
-  RenderTarget& operator=(const RenderTarget&) = delete;
 
   /// All drawing goes here, viewport included, until another framebuffer is bound.
   void bind();
@@ -56,8 +55,9 @@ class RenderTarget {
   cv::Mat3b read();
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  const int width_, height_;
+  GlFramebuffer drawing_, resolved_;
+  GlRenderbuffer color_, depth_, resolved_color_;
 };
 
-}  // namespace gelslam
+}  // namespace gelslam::viewer::detail

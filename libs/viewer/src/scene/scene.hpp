@@ -1,0 +1,75 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <vector>
+
+#include "gelslam/slam/live_slam.hpp"
+#include "gelslam/viewer/orbit_camera.hpp"
+#include "gelslam/viewer/scene_style.hpp"
+#include "scene/scene_lines.hpp"
+#include "scene/scene_mesh.hpp"
+#include "scene/scene_shaders.hpp"
+#include "scene/scene_touch.hpp"
+
+namespace gelslam::viewer::detail {
+
+/// What is to be seen: a growing mesh, the touch on it, the way of the sensor and the pose graph. Map frame,
+/// mm. Everything needs the context it was made with to be current, one thread.
+class Scene {
+ public:
+  /// Blocks replace those with the same key; empty ones remove them. Only these are sent to the GPU.
+  void update(const MeshFeed::Changes& changes);
+  /// The whole mesh at once. `distance_mm`: of each vertex to another surface, which SceneColor::distance
+  /// shows; none at all is drawn gray.
+  void set_mesh(const Mesh& mesh, const std::vector<float>& distance_mm = {});
+
+  void set_touch(TouchPatch touch);
+  /// What was touched and is not part of the map yet, drawn in a color of its own.
+  void set_piece(const TouchMesh& mesh);
+  void place_piece(const std::optional<Pose>& map_T_piece) { map_T_piece_ = map_T_piece; }  ///< or hides it
+  /// Stretches of tracking, each a chain of sensor poses; they are not joined.
+  void set_trajectory(const std::vector<std::vector<Pose>>& map_T_sensor);
+  /// Keyframes and edges of the shown component.
+  void set_map(const MapSnapshot& map);
+
+  Eigen::AlignedBox3f bounds_mm() const { return mesh_.box_mm(); }  ///< empty without triangles
+  /// Where the ray first meets the mesh.
+  std::optional<Eigen::Vector3f> pick(const PickRay& ray) const { return mesh_.pick(ray); }
+
+  /// Draws into that part of the framebuffer now bound, background included. Sets the GL state it needs, and
+  /// leaves depth test, blending, culling and scissor off and no program or vertex array bound.
+  void draw(const OrbitCamera& camera, const Viewport& viewport, const SceneStyle& style);
+
+  /// The meaning of the colors that `style` gives the mesh, or nothing for plain color.
+  std::optional<ColorLegend> legend(const SceneStyle& style) const;
+
+ private:
+  Eigen::AlignedBox3f drawn_box() const;
+  std::array<float, 2> range(const SceneStyle& style) const;
+  void draw_background();
+  void draw_mesh(const Eigen::Matrix4f& clip_T_map, const Eigen::Matrix4f& camera_T_map,
+                 const SceneStyle& style);
+  void draw_piece(const Eigen::Matrix4f& clip_T_camera, const Eigen::Matrix4f& camera_T_map);
+  void draw_touch(const Eigen::Matrix4f& clip_T_camera, const Eigen::Matrix4f& camera_T_map);
+  void draw_lines(const SceneLines& lines);
+  void draw_all_lines(const Eigen::Matrix4f& clip_T_map, const Viewport& viewport, const SceneStyle& style);
+
+  GlProgram mesh_program_{kMeshVertexShader, kMeshFragmentShader};
+  GlProgram touch_program_{kTouchVertexShader, kTouchFragmentShader};
+  GlProgram line_program_{kLineVertexShader, kLineFragmentShader};
+  GlProgram background_program_{kBackgroundVertexShader, kBackgroundFragmentShader};
+  GlVertexArray no_vertices_;
+  GlTexture color_map_, certainty_;  ///< the last by keyframe id, as doubt_by_keyframe()
+  SceneColor color_map_for_ = SceneColor::plain;
+  SceneMesh mesh_;
+  GlTriangles touch_mesh_, piece_;
+  SceneLines outline_, trajectory_, keyframes_, edges_;
+  std::optional<Pose> map_T_piece_;
+  Eigen::AlignedBox3f piece_box_mm_;  ///< in its own frame
+  TouchPatch touch_;
+  Eigen::AlignedBox3f trajectory_box_mm_;
+  float distance_limit_mm_ = 1;
+};
+
+}  // namespace gelslam::viewer::detail
