@@ -19,13 +19,6 @@ UncertainMotion inverse(const UncertainMotion& motion) {
   return {motion.from_T_to.inverse(), -to_start * motion.by_scale, -to_start * motion.by_membrane_bias};
 }
 
-Graph chain(int nodes) {
-  Graph graph;
-  for (int id = 0; id < nodes; ++id) graph.truth[id] = rolled(id, 5.0);
-  for (int id = 1; id < nodes; ++id) graph.join(id - 1, id, EdgeKind::odometry);
-  return graph;
-}
-
 std::map<int, Matrix6d> covariances(const Graph& graph, int gauge, double scale_sigma) {
   return pose_covariances(graph.edges, solve_pose_graph(graph.truth, graph.edges, {}), gauge, {},
                           scale_sigma);
@@ -35,7 +28,7 @@ double relative_gap(const Matrix6d& a, const Matrix6d& b) { return (a - b).norm(
 
 // Without loops the graph knows what its edges say one after the other, in either direction.
 TEST(PoseCovariance, OfAChainIsThatOfItsComposedEdges) {
-  const Graph graph = chain(12);
+  const Graph graph = trials(1, 12, 5);
   for (const double scale_sigma : {0.0, 0.1}) {
     const auto from_start = covariances(graph, 0, scale_sigma);
     const auto from_end = covariances(graph, 11, scale_sigma);
@@ -51,7 +44,7 @@ TEST(PoseCovariance, OfAChainIsThatOfItsComposedEdges) {
 
 // The inverse of the information as it is, without what makes it fast.
 TEST(PoseCovariance, OfALoopIsThatOfTheDenseInverse) {
-  Graph graph = chain(6);
+  Graph graph = trials(1, 6, 5);
   graph.join(0, 5, EdgeKind::loop);
   graph.join(1, 4, EdgeKind::loop);
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(36, 36);
@@ -65,18 +58,19 @@ TEST(PoseCovariance, OfALoopIsThatOfTheDenseInverse) {
   const auto found = covariances(graph, 0, 0.0);
   for (int id = 1; id < 6; ++id)
     EXPECT_LT(relative_gap(found.at(id), dense.block(6 * (id - 1), 6 * (id - 1), 6, 6)), 1e-3);
-  EXPECT_LT(found.at(5).norm(), 0.5 * covariances(chain(6), 0, 0.0).at(5).norm()) << "loops reduce drift";
+  EXPECT_LT(found.at(5).norm(), 0.5 * covariances(trials(1, 6, 5), 0, 0.0).at(5).norm())
+      << "loops reduce drift";
 }
 
 TEST(PoseCovariance, AMotionThatNoEdgeShowsIsKnownToTheSensorsWidthOnly) {
-  Graph graph = chain(2);
+  Graph graph = trials(1, 2, 5);
   graph.edges[0].information.row(4).setZero();
   graph.edges[0].information.col(4).setZero();
   EXPECT_NEAR(std::sqrt(covariances(graph, 0, 0.0).at(1)(4, 4)), 20.0, 0.01);
 }
 
 TEST(PoseCovariance, OtherComponentsAndOutliersSayNothing) {
-  Graph graph = chain(3);
+  Graph graph = trials(1, 3, 5);
   graph.truth[7] = rolled(7, 5.0);
   graph.truth[8] = rolled(8, 5.0);
   graph.join(7, 8, EdgeKind::odometry);
@@ -85,7 +79,7 @@ TEST(PoseCovariance, OtherComponentsAndOutliersSayNothing) {
   graph.join(0, 2, EdgeKind::loop, far);
   const auto found = covariances(graph, 0, 0.0);
   EXPECT_FALSE(found.contains(7));
-  EXPECT_LT(relative_gap(found.at(2), covariances(chain(3), 0, 0.0).at(2)), 1e-3);
+  EXPECT_LT(relative_gap(found.at(2), covariances(trials(1, 3, 5), 0, 0.0).at(2)), 1e-3);
 }
 
 // A tree with branches and edges in both directions, where the one path between two nodes is all there is.

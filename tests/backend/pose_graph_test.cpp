@@ -12,13 +12,6 @@ namespace {
 /// What every edge is known to beside its measurement.
 const Matrix6d kOverlapPrior = backend::detail::with_overlap_prior(Matrix6d::Zero());
 
-Graph ring(int nodes, double step_deg) {
-  Graph graph;
-  for (int i = 0; i < nodes; ++i) graph.truth[i] = rolled(i, step_deg);
-  for (int i = 0; i + 1 < nodes; ++i) graph.join(i, i + 1, EdgeKind::odometry);
-  return graph;
-}
-
 TEST(PoseGraph, NodesWithoutEdgesStayAndAreTheirOwnComponents) {
   std::map<int, Pose> poses{{3, rolled(2, 7)}, {8, rolled(9, 7)}};
   const PoseGraphSolution solution = solve_pose_graph(poses, {}, {});
@@ -27,7 +20,7 @@ TEST(PoseGraph, NodesWithoutEdgesStayAndAreTheirOwnComponents) {
 }
 
 TEST(PoseGraph, RecoversTruthFromNoiseFreeEdgesWhateverTheStart) {
-  Graph graph = ring(40, 9);
+  Graph graph = trials(1, 40, 9);
   graph.join(0, 39, EdgeKind::loop);
   graph.join(5, 30, EdgeKind::loop);
   Noise noise(1);
@@ -44,9 +37,9 @@ TEST(PoseGraph, RecoversTruthFromNoiseFreeEdgesWhateverTheStart) {
 }
 
 TEST(PoseGraph, KeepsTheSmallestNodeWhereItWas) {
-  Graph graph = ring(10, 5);
+  Graph graph = trials(1, 10, 5);
   graph.join(0, 9, EdgeKind::loop, Noise(3).tangent(0.02, 0.2));
-  const Pose elsewhere = se3_exp((Vector6d() << 0.3, -0.2, 1.0, 5, -7, 2).finished());
+  const Pose elsewhere = se3_exp(away(0.3, -0.2, 1.0, 5, -7, 2));
   std::map<int, Pose> start;
   for (const auto& [id, pose] : graph.truth) start[id + 100] = elsewhere * pose;
   for (PoseGraphEdge& edge : graph.edges) edge.from += 100, edge.to += 100;
@@ -90,12 +83,11 @@ TEST(PoseGraph, ErrorsHaveTheCovarianceThatTheInformationPromises) {
   options.loop_loss_scale = 1e6;  // a quadratic kernel: the closed form holds only for that
   double sum = 0;
   for (int k = 0; k < kRings; ++k) {
-    Noise noise(static_cast<std::uint64_t>(k));
     Graph graph;
+    graph.noise = Noise(static_cast<std::uint64_t>(k));
     for (int i = 0; i < kNodes; ++i) graph.truth[i] = Pose::Identity();
     for (int i = 0; i < kNodes; ++i)
-      graph.join(i, (i + 1) % kNodes, i + 1 < kNodes ? EdgeKind::odometry : EdgeKind::loop,
-                 noise.tangent(kSigmaRad, kSigmaMm));
+      graph.join_noisily(i, (i + 1) % kNodes, i + 1 < kNodes ? EdgeKind::odometry : EdgeKind::loop);
     const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, options);
     sum += so3_log(solution.component_T_node.at(kNodes / 2).linear()).squaredNorm() / 3;
   }
@@ -120,17 +112,14 @@ TEST(PoseGraph, ClosesARollThatDrifted) {
 }
 
 TEST(PoseGraph, AFalseLoopAmongTrueOnesIsFoundAndDoesNotBendTheMap) {
-  Graph graph = ring(60, 6);
-  Noise noise(11);
-  for (PoseGraphEdge& edge : graph.edges)
-    edge.from_T_to = edge.from_T_to * se3_exp(noise.tangent(kSigmaRad, kSigmaMm));
-  for (int i = 0; i < 10; ++i) graph.join(i, i + 49, EdgeKind::loop, noise.tangent(kSigmaRad, kSigmaMm));
+  Graph graph = trials(1, 60, 6, 11);
+  for (int i = 0; i < 10; ++i) graph.join_noisily(i, i + 49, EdgeKind::loop);
   const WorstError clean =
       worst_error(solve_pose_graph(graph.chained(), graph.edges, {}).component_T_node, graph.truth);
   PoseGraphEdge planted = graph.edges.back();
   planted.from = 12;
   planted.to = 40;  // 168 degrees away from 12, claimed to be the same place
-  planted.from_T_to = se3_exp((Vector6d() << 0.01, 0, 0.5, 1, 1, 0).finished());
+  planted.from_T_to = se3_exp(away(0.01, 0, 0.5, 1, 1, 0));
   graph.edges.push_back(planted);
 
   const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, {});
@@ -145,11 +134,10 @@ TEST(PoseGraph, AFalseLoopAmongTrueOnesIsFoundAndDoesNotBendTheMap) {
 // Ten standard deviations off, and fifty: the map is that of the other loops.
 TEST(PoseGraph, ALoopThatIsLeftOutHasNoWeight) {
   for (const double sigmas : {10.0, 50.0}) {
-    Graph graph = ring(60, 6);
-    Noise noise(12);
-    for (int i = 0; i < 10; ++i) graph.join(i, i + 49, EdgeKind::loop, noise.tangent(kSigmaRad, kSigmaMm));
+    Graph graph = trials(1, 60, 6);
+    for (int i = 0; i < 10; ++i) graph.join_noisily(i, i + 49, EdgeKind::loop);
     const PoseGraphSolution without = solve_pose_graph(graph.chained(), graph.edges, {});
-    graph.join(20, 24, EdgeKind::loop, (Vector6d() << 0, 0, 0, 2 * sigmas * kSigmaMm, 0, 0).finished());
+    graph.join(20, 24, EdgeKind::loop, away(0, 0, 0, 2 * sigmas * kSigmaMm, 0, 0));
     const PoseGraphSolution with = solve_pose_graph(graph.chained(), graph.edges, {});
     EXPECT_TRUE(with.edge_outlier.back()) << sigmas;
     EXPECT_LT(worst_error(with.component_T_node, without.component_T_node).mm, 0.02 * kSigmaMm) << sigmas;
@@ -183,13 +171,11 @@ TEST(PoseGraph, InformationMayBeSingular) {
 }
 
 TEST(PoseGraph, WithoutAnyInformationTrackingIsKept) {
-  Graph graph = ring(5, 5);
+  Graph graph = trials(1, 5, 5);
   for (PoseGraphEdge& edge : graph.edges) edge.information.setZero();
   const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, {});
   EXPECT_LT(worst_error(solution.component_T_node, graph.truth).mm, 1e-9);
 }
-
-// ---- determinism and hostile input ----
 
 TEST(PoseGraph, RefusesWhatIsNotAGraph) {
   const std::map<int, Pose> nodes{{0, Pose::Identity()}, {1, Pose::Identity()}};
@@ -217,6 +203,24 @@ TEST(PoseGraph, RefusesWhatIsNotAGraph) {
   PoseGraphOptions options;
   options.loop_loss_scale = 0;
   EXPECT_THROW(solve_pose_graph(nodes, {}, options), Error);
+}
+
+/// Beside poses, numbers that all edges share: gradient_scale_test.cpp says how they are found.
+TEST(PoseGraph, RefusesSharedUnknownsThatDoNotFit) {
+  const Graph graph = trials(1, 5, 4);
+  const auto refuses = [&](auto spoil) {
+    SharedUnknowns shared;
+    shared.information = Eigen::MatrixXd::Identity(1, 1);
+    shared.edge_by_unknown.assign(4, Eigen::Matrix<double, 6, Eigen::Dynamic>::Zero(6, 1));
+    solve_pose_graph(graph.chained(), graph.edges, {}, shared);
+    spoil(shared);
+    EXPECT_THROW(solve_pose_graph(graph.chained(), graph.edges, {}, shared), Error);
+  };
+  refuses([](SharedUnknowns& s) { s.edge_by_unknown.pop_back(); });
+  refuses([](SharedUnknowns& s) { s.information(0, 0) = -1; });
+  refuses([](SharedUnknowns& s) { s.edge_by_unknown[3].resize(6, 5); });
+  refuses([](SharedUnknowns& s) { s.edge_by_unknown[3](0, 0) = std::nan(""); });
+  refuses([](SharedUnknowns& s) { s.information = Eigen::MatrixXd::Identity(3, 3); });
 }
 
 }  // namespace

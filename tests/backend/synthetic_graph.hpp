@@ -51,6 +51,7 @@ inline constexpr double kSigmaRad = 0.002, kSigmaMm = 0.02;
 struct Graph {
   std::map<int, Pose> truth;
   std::vector<PoseGraphEdge> edges;
+  Noise noise{1};
 
   void join(int from, int to, EdgeKind kind, const Vector6d& noise = Vector6d::Zero(),
             double sigma_rad = kSigmaRad, double sigma_mm = kSigmaMm) {
@@ -58,6 +59,10 @@ struct Graph {
                      information_of(sigma_rad, sigma_mm), kind});
   }
 
+  /// As far off as it promises, and by `off` besides.
+  void join_noisily(int from, int to, EdgeKind kind, const Vector6d& off = Vector6d::Zero()) {
+    join(from, to, kind, off + noise.tangent(kSigmaRad, kSigmaMm));
+  }
   /// Poses as the tracker knows them: odometry chained from the first node.
   std::map<int, Pose> chained() const {
     std::map<int, Pose> poses;
@@ -70,6 +75,22 @@ struct Graph {
     return poses;
   }
 };
+
+/// Trials of `each` keyframes over one object, one after the other, with noise where a seed is given.
+inline Graph trials(int count, int each, double step_deg, std::uint64_t seed = 0) {
+  Graph graph;
+  graph.noise = Noise(seed);
+  for (int i = 0; i < each * count; ++i) graph.truth[i] = rolled(i, step_deg);
+  for (int i = 0; i + 1 < each * count; ++i) {
+    if (i % each == each - 1) continue;
+    seed == 0 ? graph.join(i, i + 1, EdgeKind::odometry) : graph.join_noisily(i, i + 1, EdgeKind::odometry);
+  }
+  return graph;
+}
+
+inline Vector6d away(double rx, double ry, double rz, double x, double y, double z) {
+  return (Vector6d() << rx, ry, rz, x, y, z).finished();
+}
 
 /// Largest error over all nodes: degrees and millimeters.
 struct WorstError {
@@ -113,10 +134,7 @@ inline Pose with_scale(const Pose& motion, const ReadOverTrue& scale) {
 }
 
 inline Graph roll_of_400_degrees(const ReadOverTrue& scale, bool with_loop) {
-  Graph graph;
-  constexpr double kStepDeg = 4;
-  for (int i = 0; i <= 100; ++i) graph.truth[i] = rolled(i, kStepDeg);
-  for (int i = 0; i < 100; ++i) graph.join(i, i + 1, EdgeKind::odometry);
+  Graph graph = trials(1, 101, 4);
   if (with_loop) graph.join(0, 90, EdgeKind::loop);
   for (PoseGraphEdge& edge : graph.edges) edge.from_T_to = with_scale(edge.from_T_to, scale);
   return graph;

@@ -10,13 +10,8 @@
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/run_folder.hpp"
 
-namespace gelslam {
+namespace gelslam::test {
 namespace {
-
-namespace fs = std::filesystem;
-using namespace test;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 
 TEST(WriteFileAtomically, ReplacesAndLeavesNothingElse) {
   TemporaryFolder folder;
@@ -83,8 +78,49 @@ TEST(WriteFileAtomically, FollowsALink) {
   EXPECT_TRUE(fs::is_symlink(folder / "link"));
 }
 
-TEST(RunFolder, AppearsWholeOrNotAtAll) {
-  TemporaryFolder folder;
+std::string second_locker(const fs::path& folder) {
+  return message_of([&] { FolderLock{folder}; });
+}
+
+TEST(FolderLock, KeepsASecondOneOutUntilTheFirstIsGone) {
+  const TemporaryFolder folder;
+  {
+    FolderLock first(folder.path());
+    const FolderLock moved = std::move(first);
+    EXPECT_FALSE(first.holds());
+    EXPECT_TRUE(moved.holds());
+    EXPECT_EQ(second_locker(folder.path()),
+              "another program (core_test, process " + std::to_string(::getpid()) + ") is writing to '" +
+                  folder.path().string() + "': end it first, or name another folder");
+  }
+  EXPECT_EQ(second_locker(folder.path()), "nothing was thrown");
+  EXPECT_TRUE(folder.names().empty());
+}
+
+TEST(FolderLock, NamesWhatIsNoFolder) {
+  const TemporaryFolder folder;
+  write_bytes(folder / "file", "");
+  for (const char* name : {"file", "none"})
+    EXPECT_NE(second_locker(folder / name).find(name), std::string::npos);
+}
+
+class RunFolders : public testing::Test {
+ protected:
+  /// Writes a file of the run, and the run if there is none.
+  void put(const fs::path& name, const std::string& bytes) const {
+    fs::create_directories((place / name).parent_path());
+    write_bytes(place / name, bytes);
+  }
+  std::string refusal(const RunFolderOptions& options = {}) const {
+    return message_of([&] { RunFolder(place, options); });
+  }
+
+  const TemporaryFolder folder;
+  const fs::path place = folder / "RUN";
+};
+using CheckIsRun = RunFolders;
+
+TEST_F(RunFolders, AppearsWholeOrNotAtAll) {
   {
     const RunFolder run(folder / "a/b/RUN", {});
     write_bytes(run.path() / "report.json", "{}");
@@ -99,205 +135,178 @@ TEST(RunFolder, AppearsWholeOrNotAtAll) {
   EXPECT_EQ(read_bytes(folder / "a/RUN/report.json"), "{}");
 }
 
-TEST(RunFolder, OverwritesOnlyWhatIsARunAndOnlyWhenAsked) {
-  TemporaryFolder folder;
-  fs::create_directory(folder / "RUN");
-  write_bytes(folder / "RUN/mesh.ply", "1");
-  EXPECT_THAT(message_of([&] { RunFolder(folder / "RUN", {}); }),
-              HasSubstr("RUN: exists already; name another folder or overwrite it"));
-  EXPECT_THAT(message_of([&] { RunFolder(folder / "RUN", {.overwrite = true}); }),
-              HasSubstr("holds no report.json"));
-  write_bytes(folder / "RUN/report.json", "old");
-  EXPECT_THAT(message_of([&] {
-                RunFolder(folder / "RUN",
-                          {.overwrite = true, .inputs = {folder / "RUN2", folder / "RUN/log/gelsight.avi"}});
-              }),
+TEST_F(RunFolders, OverwritesOnlyWhatIsARunAndOnlyWhenAsked) {
+  put("mesh.ply", "1");
+  EXPECT_THAT(refusal(), HasSubstr("RUN: exists already; name another folder or overwrite it"));
+  EXPECT_THAT(refusal({.overwrite = true}), HasSubstr("holds no report.json"));
+  put("report.json", "old");
+  EXPECT_THAT(refusal({.overwrite = true, .inputs = {folder / "RUN2", place / "log/gelsight.avi"}}),
               HasSubstr("holds the input"));
-  EXPECT_THAT(message_of([&] { RunFolder(folder / "RUN", {.overwrite = true, .inputs = {folder / "RUN"}}); }),
-              HasSubstr("holds the input"));
-  { const RunFolder abandoned(folder / "RUN", {.overwrite = true, .inputs = {"", folder / "RUN2"}}); }
-  EXPECT_EQ(read_bytes(folder / "RUN/report.json"), "old");
-  RunFolder run(folder / "RUN", {.overwrite = true});
+  EXPECT_THAT(refusal({.overwrite = true, .inputs = {place}}), HasSubstr("holds the input"));
+  { const RunFolder abandoned(place, {.overwrite = true, .inputs = {"", folder / "RUN2"}}); }
+  EXPECT_EQ(read_bytes(place / "report.json"), "old");
+  RunFolder run(place, {.overwrite = true});
   write_bytes(run.path() / "report.json", "new");
   run.commit();
-  EXPECT_EQ(read_bytes(folder / "RUN/report.json"), "new");
-  EXPECT_FALSE(fs::exists(folder / "RUN/mesh.ply"));
+  EXPECT_EQ(read_bytes(place / "report.json"), "new");
+  EXPECT_FALSE(fs::exists(place / "mesh.ply"));
   EXPECT_THAT(folder.names(), ElementsAre("RUN"));
 }
 
-TEST(RunFolder, NeverReplacesWhatAPersonHasPutThere) {
-  const TemporaryFolder folder;
+TEST_F(RunFolders, NeverReplacesWhatAPersonHasPutThere) {
   const RunFolderOptions options{.overwrite = true, .known_entries = {"report.json", "mesh.ply"}};
-  std::filesystem::create_directory(folder / "RUN");
-  write_file_atomically(folder / "RUN/report.json", "x");
-  write_file_atomically(folder / "RUN/diary.txt", "dear diary");
-  EXPECT_THAT(message_of([&] { RunFolder(folder / "RUN", options); }), HasSubstr("for it holds diary.txt"));
-  EXPECT_TRUE(std::filesystem::exists(folder / "RUN/diary.txt"));
-  std::filesystem::remove(folder / "RUN/diary.txt");
-  RunFolder run(folder / "RUN", options);
+  put("report.json", "x");
+  put("diary.txt", "dear diary");
+  EXPECT_THAT(refusal(options), HasSubstr("for it holds diary.txt"));
+  EXPECT_TRUE(fs::exists(place / "diary.txt"));
+  fs::remove(place / "diary.txt");
+  RunFolder run(place, options);
   run.commit();
-  EXPECT_TRUE(std::filesystem::is_empty(folder / "RUN"));
+  EXPECT_TRUE(fs::is_empty(place));
 }
 
-TEST(RunFolder, NeitherReplacesWhatAppearedMeanwhileNorLosesWhatWasToBeThere) {
-  TemporaryFolder folder;
+TEST_F(RunFolders, NeitherReplacesWhatAppearedMeanwhileNorLosesWhatWasToBeThere) {
   const fs::path kept = folder / ("RUN.kept-" + std::to_string(::getpid()));
   {
-    RunFolder run(folder / "RUN", {});
+    RunFolder run(place, {});
     write_bytes(run.path() / "mesh.ply", "long work");
-    fs::create_directory(folder / "RUN");
-    write_bytes(folder / "RUN/other", "x");
+    put("other", "x");
     EXPECT_THAT(message_of([&] { run.commit(); }),
                 testing::AllOf(HasSubstr("RUN: exists already"), HasSubstr("is in " + kept.string())));
   }
-  EXPECT_EQ(read_bytes(folder / "RUN/other"), "x");
+  EXPECT_EQ(read_bytes(place / "other"), "x");
   EXPECT_EQ(read_bytes(kept / "mesh.ply"), "long work");
 }
 
-TEST(RunFolder, NeverReplacesARecording) {
-  const TemporaryFolder folder;
-  fs::create_directory(folder / "RUN");
-  write_bytes(folder / "RUN/report.json", "{}");
-  write_bytes(folder / "RUN/log-2.mkv", "pictures");
+TEST_F(RunFolders, NeverReplacesARecording) {
+  put("report.json", "{}");
+  put("log-2.mkv", "pictures");
   for (const RunFolderOptions& options :
        {RunFolderOptions{.overwrite = true},
         RunFolderOptions{.overwrite = true, .known_entries = {"report.json", "log-*"}}})
-    EXPECT_THAT(message_of([&] { RunFolder(folder / "RUN", options); }),
+    EXPECT_THAT(refusal(options),
                 HasSubstr("RUN: will not be overwritten, for it holds the recording log-2.mkv"));
-  EXPECT_EQ(read_bytes(folder / "RUN/log-2.mkv"), "pictures");
-  fs::create_directories(folder / "RUN/mine/old");
-  fs::rename(folder / "RUN/log-2.mkv", folder / "RUN/mine/old/log.mkv");
-  EXPECT_THAT(message_of([&] { RunFolder(folder / "RUN", {.overwrite = true}); }),
-              HasSubstr("holds the recording mine/old/log.mkv"));
-  fs::rename(folder / "RUN/mine/old/log.mkv", folder / "RUN/mine/gelsight.avi");
-  EXPECT_THAT(message_of([&] { RunFolder(folder / "RUN", {.overwrite = true}); }),
+  EXPECT_EQ(read_bytes(place / "log-2.mkv"), "pictures");
+  fs::create_directories(place / "mine/old");
+  fs::rename(place / "log-2.mkv", place / "mine/old/log.mkv");
+  EXPECT_THAT(refusal({.overwrite = true}), HasSubstr("holds the recording mine/old/log.mkv"));
+  fs::rename(place / "mine/old/log.mkv", place / "mine/gelsight.avi");
+  EXPECT_THAT(refusal({.overwrite = true}),
               HasSubstr("holds mine/gelsight.avi, which is not of this command"));
-  EXPECT_EQ(read_bytes(folder / "RUN/mine/gelsight.avi"), "pictures");
+  EXPECT_EQ(read_bytes(place / "mine/gelsight.avi"), "pictures");
 }
 
-TEST(RunFolder, EverythingThatASaveWritesOrLeavesMayBeReplaced) {
-  const TemporaryFolder folder;
+TEST_F(RunFolders, EverythingThatASaveWritesOrLeavesMayBeReplaced) {
   for (const char* inner : {"", "saving.tmp", "saved.tmp"}) {
-    fs::create_directories(folder / "RUN" / inner);
-    write_bytes(folder / "RUN" / inner / ".tmp-1-0-mesh.ply", "");
-    for (const std::string& name : saved_entries()) write_bytes(folder / "RUN" / inner / name, "");
+    put(fs::path(inner) / ".tmp-1-0-mesh.ply", "");
+    for (const std::string& name : saved_entries()) put(fs::path(inner) / name, "");
   }
-  for (const char* of_a_killed_scan : {"session.db-wal", "session.db-shm"})
-    write_bytes(folder / "RUN" / of_a_killed_scan, "");
-  write_bytes(folder / "RUN/screenshot_1.png", "");
-  check_run_folder(folder / "RUN", {.overwrite = true});
-  check_save(folder / "RUN", "saving.tmp");
+  for (const char* of_a_killed_scan : {"session.db-wal", "session.db-shm"}) put(of_a_killed_scan, "");
+  put("screenshot_1.png", "");
+  check_run_folder(place, {.overwrite = true});
+  check_save(place, "saving.tmp");
   for (const char* mine : {".tmp-x", ".tmp-1-0-hand.avi", "saving.tmp/.tmp-x", "saved.tmp/hand.avi"}) {
-    write_bytes(folder / "RUN" / mine, "pictures");
-    EXPECT_THAT(message_of([&] { check_run_folder(folder / "RUN", {.overwrite = true}); }),
+    put(mine, "pictures");
+    EXPECT_THAT(message_of([&] { check_run_folder(place, {.overwrite = true}); }),
                 HasSubstr(std::string("holds ") + mine + ", which is not of this command"));
     if (std::string(mine).starts_with("sav")) {
-      EXPECT_THAT(message_of([&] { check_save(folder / "RUN", fs::path(mine).parent_path().c_str()); }),
+      EXPECT_THAT(message_of([&] { check_save(place, fs::path(mine).parent_path().c_str()); }),
                   HasSubstr(std::string(mine) + ": is not of this program, which would remove it"));
     }
-    fs::remove(folder / "RUN" / mine);
+    fs::remove(place / mine);
   }
   const RunFolderOptions marked{.overwrite = true, .marker_text = "ours"};
-  EXPECT_THAT(message_of([&] { check_run_folder(folder / "RUN", marked); }),
+  EXPECT_THAT(message_of([&] { check_run_folder(place, marked); }),
               HasSubstr("for its report.json is not of this command"));
-  write_bytes(folder / "RUN/report.json", "it is ours");
-  check_run_folder(folder / "RUN", marked);
+  put("report.json", "it is ours");
+  check_run_folder(place, marked);
 }
 
-TEST(RunFolder, KeepsAllOthersOutOfTheFolderThatItReplaces) {
-  const TemporaryFolder folder;
-  fs::create_directory(folder / "RUN");
-  write_bytes(folder / "RUN/report.json", "old");
-  const auto refusal = [&] {
-    const std::string words = "(core_test, process " + std::to_string(::getpid()) + ") is writing to '" +
-                              (folder / "RUN").string() + "'";
-    EXPECT_THAT(message_of([&] { check_run_folder(folder / "RUN", {.overwrite = true}); }), HasSubstr(words));
-    EXPECT_THAT(message_of([&] { RunFolder(folder / "RUN", {.overwrite = true}); }), HasSubstr(words));
-    return message_of([&] { FolderLock(folder / "RUN"); });
+TEST_F(RunFolders, KeepsAllOthersOutOfTheFolderThatItReplaces) {
+  put("report.json", "old");
+  const auto kept_out = [&] {
+    const std::string words =
+        "(core_test, process " + std::to_string(::getpid()) + ") is writing to '" + place.string() + "'";
+    EXPECT_THAT(message_of([&] { check_run_folder(place, {.overwrite = true}); }), HasSubstr(words));
+    EXPECT_THAT(refusal({.overwrite = true}), HasSubstr(words));
+    return second_locker(place);
   };
   {
-    RunFolder run(folder / "RUN", {.overwrite = true});
-    EXPECT_THAT(refusal(), HasSubstr("is writing to"));
+    RunFolder run(place, {.overwrite = true});
+    EXPECT_THAT(kept_out(), HasSubstr("is writing to"));
     write_bytes(run.path() / "report.json", "new");
     const FolderLock lock = run.commit();
-    EXPECT_EQ(read_bytes(folder / "RUN/report.json"), "new");
-    EXPECT_THAT(refusal(), HasSubstr("is writing to")) << "whoever goes on writing there";
+    EXPECT_EQ(read_bytes(place / "report.json"), "new");
+    EXPECT_THAT(kept_out(), HasSubstr("is writing to")) << "whoever goes on writing there";
   }
-  const FolderLock free(folder / "RUN");
+  const FolderLock free(place);
 }
 
-TEST(RunFolder, RemovesWhatAKilledRunLeft) {
-  const TemporaryFolder folder;
+TEST_F(RunFolders, RemovesWhatAKilledRunLeft) {
   KilledProcess killed([&](const auto& tell) {
-    const RunFolder run(folder / "RUN", {});
+    const RunFolder run(place, {});
     write_bytes(run.path() / "mesh.ply", "half of it");
     tell();
     ::pause();
   });
   killed.wait_for_step();
-  EXPECT_THAT(message_of([&] { RunFolder(folder / "RUN", {}); }),
-              HasSubstr("process " + std::to_string(killed.id()) + ") is writing to"));
-  EXPECT_EQ(left_behind(folder / "RUN"), "") << "its process is at work";
+  EXPECT_THAT(refusal(), HasSubstr("process " + std::to_string(killed.id()) + ") is writing to"));
+  EXPECT_EQ(left_behind(place), "") << "its process is at work";
   killed.kill();
   { const RunFolder run(folder / "RUN2", {}); }
   EXPECT_THAT(folder.names(), ElementsAre("RUN.gelslam-tmp")) << "another run's folder";
-  EXPECT_THAT(left_behind(folder / "RUN"),
-              HasSubstr("RUN.gelslam-tmp was left by a command that was killed"));
+  EXPECT_THAT(left_behind(place), HasSubstr("RUN.gelslam-tmp was left by a command that was killed"));
   {
-    RunFolder run(folder / "RUN", {});
+    RunFolder run(place, {});
     run.commit();
   }
   EXPECT_THAT(folder.names(), ElementsAre("RUN"));
-  EXPECT_TRUE(fs::is_empty(folder / "RUN"));
+  EXPECT_TRUE(fs::is_empty(place));
 }
 
-TEST(RunFolder, RemovesNothingThatIsNotOfARun) {
-  const TemporaryFolder folder;
+TEST_F(RunFolders, RemovesNothingThatIsNotOfARun) {
   const fs::path temporary = folder / "RUN.gelslam-tmp";
   fs::create_directory(folder / "somebody's");
   write_bytes(folder / "somebody's/diary.txt", "dear diary");
   fs::create_directory_symlink(folder / "somebody's", temporary);
-  EXPECT_THAT(message_of([&] { RunFolder(folder / "RUN", {}); }), HasSubstr("is there; remove it"));
+  EXPECT_THAT(refusal(), HasSubstr("is there; remove it"));
   EXPECT_TRUE(fs::exists(folder / "somebody's/diary.txt"));
   fs::remove(temporary);
   write_bytes(temporary, "a file");
-  EXPECT_THAT(message_of([&] { RunFolder(folder / "RUN", {}); }), HasSubstr("cannot be created"));
+  EXPECT_THAT(refusal(), HasSubstr("cannot be created"));
   EXPECT_EQ(read_bytes(temporary), "a file");
 }
 
-TEST(CheckIsRun, RefusesLinksAndPipesInThePlaceOfFiles) {
-  const TemporaryFolder folder;
+TEST_F(CheckIsRun, RefusesLinksAndPipesInThePlaceOfFiles) {
   for (const char* name : {"mesh.ply", "report.json", "log-2.mkv", "session.db", "session.db-wal"})
     for (const bool is_pipe : {false, true}) {
-      fs::remove_all(folder / "RUN");
-      fs::create_directories(folder / "RUN");
-      write_bytes(folder / "RUN/trajectory.tum", "");
-      fs::create_symlink("/etc/hostname", folder / "RUN/a person's own link");
-      EXPECT_EQ(message_of([&] { check_is_run(folder / "RUN"); }), "nothing was thrown");
+      fs::remove_all(place);
+      put("trajectory.tum", "");
+      fs::create_symlink("/etc/hostname", place / "a person's own link");
+      EXPECT_EQ(message_of([&] { check_is_run(place); }), "nothing was thrown");
       if (is_pipe)
-        ASSERT_EQ(::mkfifo((folder / "RUN" / name).c_str(), 0600), 0);
+        ASSERT_EQ(::mkfifo((place / name).c_str(), 0600), 0);
       else
-        fs::create_symlink("/etc/hostname", folder / "RUN" / name);
-      EXPECT_THAT(message_of([&] { check_is_run(folder / "RUN"); }),
+        fs::create_symlink("/etc/hostname", place / name);
+      EXPECT_THAT(message_of([&] { check_is_run(place); }),
                   HasSubstr(std::string(name) + ": is a link, pipe or device"));
     }
 }
 
-TEST(CheckIsRun, SaysWhatIsMissingAndWhatToDo) {
-  const TemporaryFolder folder;
-  const auto said = [&](RunNeeds needs) { return message_of([&] { check_is_run(folder / "RUN", needs); }); };
+TEST_F(CheckIsRun, SaysWhatIsMissingAndWhatToDo) {
+  const auto said = [&](RunNeeds needs) { return message_of([&] { check_is_run(place, needs); }); };
   EXPECT_THAT(said(RunNeeds::map), HasSubstr("RUN: no such run folder"));
-  fs::create_directory(folder / "RUN");
+  fs::create_directory(place);
   EXPECT_THAT(said(RunNeeds::record), HasSubstr("RUN: is no run folder"));
-  write_bytes(folder / "RUN/session.db", "");
+  put("session.db", "");
   EXPECT_THAT(said(RunNeeds::map), HasSubstr("the scan was not finished; fuse the run to make its map"));
   EXPECT_EQ(said(RunNeeds::record), "nothing was thrown");
-  write_bytes(folder / "RUN/mesh.ply", "");
+  put("mesh.ply", "");
   EXPECT_EQ(said(RunNeeds::map), "nothing was thrown");
-  fs::create_directory(folder / "RUN/saved.tmp");
+  fs::create_directory(place / "saved.tmp");
   EXPECT_THAT(said(RunNeeds::map), HasSubstr("its last save is not complete; fuse the run to complete it"));
   EXPECT_EQ(said(RunNeeds::record), "nothing was thrown");
 }
 
 }  // namespace
-}  // namespace gelslam
+}  // namespace gelslam::test

@@ -7,12 +7,8 @@
 
 #include "../support/temporary_folder.hpp"
 
-namespace gelslam {
+namespace gelslam::test {
 namespace {
-
-using namespace test;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 
 /// numpy.save("f.npy", numpy.array([[1.5, -2.0, 3.25]])) as numpy 1.24 wrote it.
 std::string numpy_sample() {
@@ -53,32 +49,31 @@ TEST(Npy, EveryTypeComesBack) {
   const auto path = folder / "a.npy";
   const float nan = std::numeric_limits<float>::quiet_NaN();
   write_npy(path, {2}, std::span<const float>(std::vector<float>{0.1f, nan}));
-  EXPECT_EQ(read_npy(path).to_doubles()[0], static_cast<double>(0.1f));
-  EXPECT_TRUE(std::isnan(read_npy(path).to_doubles()[1]));
-  write_bytes(path, with_header("{'descr': '<i8', 'fortran_order': False, 'shape': (2, 1), }\n",
-                                std::string(8, '\xff') + std::string("\0\0\0\0\0\1\0\0", 8)));
-  EXPECT_THAT(read_npy(path).to_doubles(), ElementsAre(-1.0, 1099511627776.0));
-  write_bytes(path, with_header("{'descr': '|u1', 'fortran_order': False, 'shape': (2,), }\n",
-                                std::string("\0\xff", 2)));
-  EXPECT_THAT(read_npy(path).to_doubles(), ElementsAre(0.0, 255.0));
-  write_bytes(path, with_header("{'descr': '|b1', 'fortran_order': False, 'shape': (1, 1, 2), }\n",
-                                std::string("\1\0", 2)));
-  EXPECT_EQ(read_npy(path).type, NpyType::boolean);
-  EXPECT_THAT(read_npy(path).to_doubles(), ElementsAre(1.0, 0.0));
-}
-
-/// Bytes that numpy writes for np.float16([0, 1, -2, 65504, 2**-24, 0.1, np.inf, np.nan]).
-TEST(Npy, HalfPrecisionIsRead) {
-  TemporaryFolder folder;
-  const std::string data("\x00\x00\x00\x3c\x00\xc0\xff\x7b\x01\x00\x66\x2e\x00\x7c\x00\x7e", 16);
-  write_bytes(folder / "h.npy",
-              with_header("{'descr': '<f2', 'fortran_order': False, 'shape': (8,), }\n", data));
-  const std::vector<double> values = read_npy(folder / "h.npy").to_doubles();
-  ASSERT_EQ(values.size(), 8u);
-  EXPECT_THAT(std::vector(values.begin(), values.begin() + 7),
-              ElementsAre(0.0, 1.0, -2.0, 65504.0, std::ldexp(1.0, -24), 0.0999755859375,
-                          std::numeric_limits<double>::infinity()));
-  EXPECT_TRUE(std::isnan(values[7]));
+  EXPECT_THAT(read_npy(path).to_doubles(), ElementsAre(static_cast<double>(0.1f), testing::IsNan()));
+  struct Kind {
+    std::string type, shape, bytes;
+    std::vector<double> values;
+  };
+  const double infinity = std::numeric_limits<double>::infinity();
+  for (const Kind& kind :
+       {Kind{"<i8",
+             "(2, 1)",
+             std::string(8, '\xff') + std::string("\0\0\0\0\0\1\0\0", 8),
+             {-1, 1099511627776}},
+        Kind{"|u1", "(2,)", std::string("\0\xff", 2), {0, 255}},
+        Kind{"|b1", "(1, 1, 2)", std::string("\1\0", 2), {1, 0}},
+        // What numpy writes for np.float16([0, 1, -2, 65504, 2**-24, 0.1, np.inf, np.nan]).
+        Kind{"<f2",
+             "(8,)",
+             std::string("\x00\x00\x00\x3c\x00\xc0\xff\x7b\x01\x00\x66\x2e\x00\x7c\x00\x7e", 16),
+             {0, 1, -2, 65504, std::ldexp(1.0, -24), 0.0999755859375, infinity, std::nan("")}}}) {
+    write_bytes(path, with_header("{'descr': '" + kind.type +
+                                      "', 'fortran_order': False, 'shape': " + kind.shape + ", }\n",
+                                  kind.bytes));
+    EXPECT_THAT(read_npy(path).to_doubles(), testing::Pointwise(testing::NanSensitiveDoubleEq(), kind.values))
+        << kind.type;
+    EXPECT_EQ(read_npy(path).type == NpyType::boolean, kind.type == "|b1");
+  }
 }
 
 TEST(Npy, WritingRefusesWhatDoesNotFit) {
@@ -135,4 +130,4 @@ TEST(Npy, HostileHeadersAreErrors) {
 }
 
 }  // namespace
-}  // namespace gelslam
+}  // namespace gelslam::test

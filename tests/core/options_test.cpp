@@ -123,21 +123,7 @@ TEST(ReadOptions, HostileInputIsAnErrorOfOneLine) {
   }
 }
 
-TEST(ReadOptions, RelativePathsCountFromTheFile) {
-  test::TemporaryFolder folder;
-  test::write_bytes(folder / "c.yaml", "device_config:\n  model: ../m/n.pth\n");
-  Options options;
-  read_options(folder / "c.yaml", list(options));
-  EXPECT_EQ(options.model, folder.path().parent_path() / "m/n.pth");
-  test::write_bytes(folder / "c.yaml", "device_config:\n  model: /abs/n.pth\n");
-  read_options(folder / "c.yaml", list(options));
-  EXPECT_EQ(options.model, "/abs/n.pth");
-  test::write_bytes(folder / "c.yaml", "device_config:\n  model: \"\"\n");
-  read_options(folder / "c.yaml", list(options));
-  EXPECT_TRUE(options.model.empty());
-}
-
-TEST(ReadOptions, BackslashesOfWindowsAreUnderstoodOrNamed) {
+TEST(ReadOptions, RelativePathsCountFromTheFileAndBackslashesOfWindowsAreUnderstoodOrNamed) {
   test::TemporaryFolder folder;
   const auto read = [&](const std::string& model) {
     test::write_bytes(folder / "c.yaml", "device_config:\n  model: " + model + "\n");
@@ -145,6 +131,9 @@ TEST(ReadOptions, BackslashesOfWindowsAreUnderstoodOrNamed) {
     read_options(folder / "c.yaml", list(options));
     return options.model;
   };
+  EXPECT_EQ(read("../m/n.pth"), folder.path().parent_path() / "m/n.pth");
+  EXPECT_EQ(read("/abs/n.pth"), "/abs/n.pth");
+  EXPECT_EQ(read("\"\""), "");
   EXPECT_EQ(read("m\\nnmodel.pth"), folder / "m/nnmodel.pth");
   EXPECT_EQ(read("..\\m\\n.pth"), folder.path().parent_path() / "m/n.pth");
   test::write_bytes(folder / "m\\n.pth", "");  // a name on other systems

@@ -15,20 +15,14 @@ TEST(InterruptWatch, FirstSignalAsks) {
 }
 
 TEST(InterruptWatch, SecondSignalEndsTheProgram) {
-  EXPECT_EXIT(
-      {
-        const InterruptWatch watch;
-        std::raise(SIGINT);
-        std::raise(SIGINT);
-      },
-      testing::KilledBySignal(SIGINT), "");
-  EXPECT_EXIT(
-      {
-        const InterruptWatch watch;
-        std::raise(SIGINT);
-        std::raise(SIGTERM);
-      },
-      testing::KilledBySignal(SIGTERM), "");
+  for (const int second : {SIGINT, SIGTERM})
+    EXPECT_EXIT(
+        {
+          const InterruptWatch watch;
+          std::raise(SIGINT);
+          std::raise(second);
+        },
+        testing::KilledBySignal(second), "");
 }
 
 TEST(InterruptWatch, EvenTheFirstSignalEndsWhatCannotBeStopped) {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numbers>
 
 #include "gelslam/core/error.hpp"
@@ -16,9 +15,6 @@ namespace gelslam {
 namespace {
 
 using namespace test;  // NOLINT: the helpers of these tests
-
-constexpr double kRadiusMm = 6.0;
-const Errors kNoErrors{};
 
 PosedSurface shifted_along_sensor(PosedSurface patch, double distance_mm) {
   patch.map_T_keyframe.translation() += distance_mm * patch.map_T_keyframe.linear().col(2);
@@ -65,16 +61,14 @@ TEST(Fusion, AnyNumberOfPatchesOfOnePlaceIsOne) {
 }
 
 TEST(Fusion, TwoPatchesOfASphereMakeOneSphere) {
-  const Shape ball = sphere(kRadiusMm);
-  const std::vector<PosedSurface> patches{
-      {0, press(ball, {0, 0, 1}, 1.0, 0.2), touch(ball, press(ball, {0, 0, 1}, 1.0, 0.2))},
-      {1, press(ball, {0.3, 0, 1}, 1.0, 0.9), touch(ball, press(ball, {0.3, 0, 1}, 1.0, 0.9))}};
+  const Pose beside = press(kBall, {0.3, 0, 1}, 1.0, 0.9);
+  const std::vector<PosedSurface> patches{kPatch, {2, beside, measured(kBall, beside)}};
   const Mesh mesh = fuse(patches, {});
   ASSERT_FALSE(mesh.triangles.empty());
   const MeshTopology t = topology(mesh);
   EXPECT_EQ(t.pieces, 1);
   expect_manifold(mesh);
-  const Accuracy a = accuracy(mesh, ball);
+  const Accuracy a = accuracy(mesh, kBall);
   EXPECT_LT(a.mean_mm, 0.002);  // exact heights: only interpolation between pixels is left
   EXPECT_LT(a.max_mm, 0.05);    // also where the mask takes in some of the gel's membrane rim
   EXPECT_LT(a.normal_mean_rad, 0.005);
@@ -114,9 +108,7 @@ TEST(Fusion, PixelsWeighByTheirSlopeAndWhetherTheyWereRead) {
 
 /// A dent that was filled in: it gives way to another touch, and leaves no hole where there is none.
 TEST(Fusion, PixelsThatWereFilledInOnlyCloseTheHole) {
-  const Shape ball = sphere(kRadiusMm);
-  const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.2);
-  const SurfacePtr whole = touch(ball, pose);
+  const SurfacePtr whole = kPatch.surface.get();
   const auto dented = [&](unsigned char confidence) {
     auto surface = std::make_shared<Surface>(*whole);
     surface->height_mm = whole->height_mm.clone();
@@ -127,52 +119,50 @@ TEST(Fusion, PixelsThatWereFilledInOnlyCloseTheHole) {
     return SurfacePtr(surface);
   };
   const auto error_mm = [&](unsigned char confidence) {
-    return accuracy(fuse({{0, pose, whole}, {1, pose, dented(confidence)}}, {}), ball).max_mm;
+    return accuracy(fuse({{0, kPressed, whole}, {1, kPressed, dented(confidence)}}, {}), kBall).max_mm;
   };
   EXPECT_LT(error_mm(1), 0.5 * error_mm(255));
-  EXPECT_EQ(topology(fuse({{0, pose, dented(1)}}, {})).boundary_edges,
-            topology(fuse({{0, pose, dented(255)}}, {})).boundary_edges);
+  EXPECT_EQ(topology(fuse({{0, kPressed, dented(1)}}, {})).boundary_edges,
+            topology(fuse({{0, kPressed, dented(255)}}, {})).boundary_edges);
   const auto left_out = [&](unsigned char confidence) {  // by the live window, for a smooth border
-    const Mesh mesh = fuse({{0, pose, dented(confidence)}}, {});
+    const Mesh mesh = fuse({{0, kPressed, dented(confidence)}}, {});
     return std::count_if(mesh.confidence.begin(), mesh.confidence.end(), [](float c) { return c < 0.2F; });
   };
   EXPECT_EQ(left_out(1), left_out(255));
 }
 
 TEST(Fusion, PatchesOfANearCameraLieWhereTheObjectIs) {
-  const Shape ball = sphere(kRadiusMm);
   std::vector<PosedSurface> patches;
   for (const double aside_mm : {-6.0, 6.0}) {
-    Pose pose = press(ball, {0, 0, 1}, 1.0, 0.2);
+    Pose pose = kPressed;
     pose.translation() += aside_mm * pose.linear().col(0);
-    patches.push_back({static_cast<int>(patches.size()), pose, touch(ball, pose, 0, 22)});
+    View view = everywhere();
+    view.camera_distance_mm = 22;
+    patches.push_back({static_cast<int>(patches.size()), pose, SurfacePtr(touch(kBall, pose, view))});
   }
-  const Accuracy a = accuracy(fuse(patches, {}), ball);
+  const Accuracy a = accuracy(fuse(patches, {}), kBall);
   EXPECT_LT(a.mean_mm, 0.003) << "0.27 mm aside without the camera's distance";
   EXPECT_LT(a.normal_mean_rad, 0.005);
 }
 
 TEST(Fusion, SheetsThatDisagreeBecomeOneInTheMiddle) {
-  const Shape ball = sphere(kRadiusMm);
-  const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.2);
-  const PosedSurface patch{0, pose, touch(ball, pose)};
   for (const double apart_mm : {0.1, 0.3, 0.7}) {
     const Mesh mesh =
-        fuse({shifted_along_sensor(patch, apart_mm / 2), shifted_along_sensor(patch, -apart_mm / 2)}, {});
+        fuse({shifted_along_sensor(kPatch, apart_mm / 2), shifted_along_sensor(kPatch, -apart_mm / 2)}, {});
     EXPECT_EQ(topology(mesh).pieces, 1) << apart_mm;
     EXPECT_EQ(stacked_share(mesh, 1.0), 0.0) << apart_mm;
-    EXPECT_LT(accuracy(mesh, ball).max_mm, 0.01) << apart_mm;
+    EXPECT_LT(accuracy(mesh, kBall).max_mm, 0.01) << apart_mm;
   }
 }
 
 TEST(Fusion, AWronglyPlacedOverlapLeavesNoStep) {
   // Two patches side by side, half overlapping, 0.15 mm apart in depth: no triangle may stand up like a step.
-  const Shape plane_like = slab({30, 30, 5}, 1.0);
+  const Field plane_like = slab({30, 30, 5}, 1.0);
   std::vector<PosedSurface> patches;
   for (const double x : {-5.0, 5.0}) {
     const Pose pose = press(plane_like, {0, 0, 1}, 0.5, 0.0, {x, 0});
-    patches.push_back(
-        shifted_along_sensor({static_cast<int>(x), pose, touch(plane_like, pose)}, x > 0 ? 0.075 : -0.075));
+    patches.push_back(shifted_along_sensor({static_cast<int>(x), pose, measured(plane_like, pose)},
+                                           x > 0 ? 0.075 : -0.075));
   }
   const Mesh mesh = fuse(patches, {});
   EXPECT_EQ(topology(mesh).pieces, 1);
@@ -188,14 +178,13 @@ TEST(Fusion, AWronglyPlacedOverlapLeavesNoStep) {
 }
 
 TEST(Fusion, ARolledBallClosesWithoutADoubleSheet) {
-  const Shape ball = sphere(kRadiusMm);
   std::vector<PosedSurface> patches;
-  Gaussian noise(5);
+  std::mt19937_64 random(5);
   for (int i = 0; i < 30; ++i) {
     // A full turn and a bit: the end lies over the beginning, with the drift that is left after a loop.
     const double turn = 2.2 * std::numbers::pi * i / 30;
-    patches.push_back(with_errors(i, ball, press(ball, {0, std::cos(turn), std::sin(turn)}, 1.0, 0.1 * i),
-                                  kUsualErrors, noise));
+    patches.push_back(with_errors(i, kBall, press(kBall, {0, std::cos(turn), std::sin(turn)}, 1.0, 0.1 * i),
+                                  kUsualErrors, random));
     patches.back() = shifted_along_sensor(patches.back(), 0.2 * i / 30);
   }
   const Mesh mesh = fuse(patches, {});
@@ -209,22 +198,22 @@ TEST(Fusion, ARolledBallClosesWithoutADoubleSheet) {
     equator.emplace_back(0, kRadiusMm * std::cos(a), kRadiusMm * std::sin(a));
   }
   EXPECT_EQ(covered_share(mesh, equator, 0.5), 1.0);
-  EXPECT_LT(accuracy(mesh, ball).mean_mm, 0.15);  // 0.2 mm drift, 0.08 mm and 3 % of 1 mm of noise
+  EXPECT_LT(accuracy(mesh, kBall).mean_mm, 0.15);  // 0.2 mm drift, 0.08 mm and 3 % of 1 mm of noise
 }
 
 class ThinSlab : public ::testing::TestWithParam<double> {};
 
 TEST_P(ThinSlab, KeepsBothSides) {
   const double thickness_mm = GetParam();
-  const Shape plate = slab({7, 5, thickness_mm / 2}, 0.1);
+  const Field plate = slab({7, 5, thickness_mm / 2}, 0.1);
   std::vector<PosedSurface> patches;
-  Gaussian noise(2);
+  std::mt19937_64 random(2);
   int id = 0;
   for (const double x : {-2.0, 2.0}) {
     for (const double side : {1.0, -1.0}) {
       for (const double lean : {-0.1, 0.1}) {
         patches.push_back(with_errors(id++, plate, press(plate, {lean, 0.05, side}, 0.3, 0.3 * lean, {x, 0}),
-                                      {0.003, 0.04, 0.03, 0.01}, noise));
+                                      {0.003, 0.04, 0.03, 0.01}, random));
       }
     }
   }
@@ -252,11 +241,10 @@ TEST_P(ThinSlab, KeepsBothSides) {
 INSTANTIATE_TEST_SUITE_P(Thickness, ThinSlab, ::testing::Values(0.5, 1.0, 2.0));
 
 TEST(Fusion, IsOpenWhereNothingTouched) {
-  const Shape ball = sphere(kRadiusMm);
   std::vector<PosedSurface> patches;
   for (const double side : {0.0, 1.0, 2.2}) {
-    const Pose pose = press(ball, {std::sin(side), 0, std::cos(side)}, 0.6, 0.0);
-    patches.push_back({static_cast<int>(side * 10), pose, touch(ball, pose)});
+    const Pose pose = press(kBall, {std::sin(side), 0, std::cos(side)}, 0.6, 0.0);
+    patches.push_back({static_cast<int>(side * 10), pose, measured(kBall, pose)});
   }
   const Mesh mesh = fuse(patches, {});
   EXPECT_EQ(topology(mesh).pieces, 3);
@@ -279,23 +267,22 @@ TEST(Fusion, IsOpenWhereNothingTouched) {
 }
 
 TEST(Fusion, GradientScaleIsTakenOut) {
-  const Shape ball = sphere(kRadiusMm);
   std::vector<PosedSurface> patches;
   for (const double side : {-0.1, 0.1}) {
-    const Pose pose = press(ball, {side, 0, 1}, 1.0, 0.0);
-    auto surface = std::make_shared<Surface>(*touch(ball, pose));
+    const Pose pose = press(kBall, {side, 0, 1}, 1.0, 0.0);
+    auto surface = std::make_shared<Surface>(*measured(kBall, pose));
     surface->height_mm = surface->height_mm * 1.1;
     for (cv::Vec3f& n : surface->normals) n = cv::normalize(cv::Vec3f(n[0] * 1.1f, n[1] * 1.1f, n[2]));
     patches.push_back({patches.empty() ? 0 : 1, pose, SurfacePtr(surface)});
   }
-  EXPECT_GT(accuracy(fuse(patches, {}), ball).mean_mm, 0.03);
-  const Accuracy a = accuracy(fuse(patches, {}, 1.1), ball);
+  EXPECT_GT(accuracy(fuse(patches, {}), kBall).mean_mm, 0.03);
+  const Accuracy a = accuracy(fuse(patches, {}, 1.1), kBall);
   EXPECT_LT(a.mean_mm, 0.002);
   EXPECT_LT(a.normal_mean_rad, 0.005);
 }
 
 TEST(Fusion, DoesNotDependOnThreads) {
-  const auto patches = roll(bumpy_ellipsoid(8, 4, 0.2), 8, 0.5, 0.6, kUsualErrors, 4);
+  const auto patches = roll(pebble(), 8, 0.5, 0.6, kUsualErrors, 4);
   FusionOptions options;
   options.threads = 1;
   const Mesh one = fuse(patches, options);
@@ -311,97 +298,82 @@ TEST(Fusion, DoesNotDependOnThreads) {
 }
 
 TEST(Fusion, MovesWithTheMap) {
-  const Shape ball = sphere(kRadiusMm);
-  auto patches = roll(ball, 6, 0.2, 0.8, kNoErrors, 4);
+  auto patches = roll(kBall, 6, 0.2, 0.8, {}, 4);
   const Mesh here = fuse(patches, {});
   Vector6d motion;
   motion << 0.7, -0.4, 1.1, 53.0, -41.0, 27.0;
   for (auto& patch : patches) patch.map_T_keyframe = se3_exp(motion) * patch.map_T_keyframe;
   const Mesh there = fuse(patches, {});
   EXPECT_NEAR(area_mm2(there), area_mm2(here), 0.01 * area_mm2(here));
-  const Shape moved = [&](const Eigen::Vector3d& p) { return ball(se3_exp(motion).inverse() * p); };
+  const Field moved = [&](const Eigen::Vector3d& p) {
+    const auto [value, gradient] = kBall(se3_exp(motion).inverse() * p);
+    return std::pair{value, Eigen::Vector3d(se3_exp(motion).linear() * gradient)};
+  };
   EXPECT_LT(accuracy(there, moved).mean_mm, 0.002);
 }
 
 TEST(Fusion, DamagedInputIsNamedOrIgnored) {
-  const Shape ball = sphere(kRadiusMm);
-  const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.0);
-  const SurfacePtr good = touch(ball, pose);
+  const SurfacePtr good = kPatch.surface.get();
 
   auto holes = std::make_shared<Surface>(*good);
   holes->height_mm = good->height_mm.clone();
   holes->normals = good->normals.clone();
   holes->height_mm(120, 160) = std::numeric_limits<float>::quiet_NaN();
   holes->normals(110, 150) = cv::Vec3f(0, 0, 0);
-  const Mesh mesh = fuse({{0, pose, SurfacePtr(holes)}}, {});
+  const Mesh mesh = fuse({{0, kPressed, SurfacePtr(holes)}}, {});
   for (const auto& p : mesh.vertices_mm) ASSERT_TRUE(p.allFinite());
-  EXPECT_LT(accuracy(mesh, ball).mean_mm, 0.002);
+  EXPECT_LT(accuracy(mesh, kBall).mean_mm, 0.002);
 
   auto uneven = std::make_shared<Surface>(*good);
   uneven->height_mm = cv::Mat1f::zeros(10, 10);
-  EXPECT_THROW(fuse({{0, pose, SurfacePtr(uneven)}}, {}), Error);
-  EXPECT_THROW(fuse({{0, pose, {}}}, {}), Error);
-  Pose lost = pose;
+  EXPECT_THROW(fuse({{0, kPressed, SurfacePtr(uneven)}}, {}), Error);
+  EXPECT_THROW(fuse({{0, kPressed, {}}}, {}), Error);
+  Pose lost = kPressed;
   lost.translation().x() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(fuse({{0, lost, good}}, {}), Error);
   lost.translation().x() = 1e9;
   EXPECT_THROW(fuse({{0, lost, good}}, {}), Error);
-  EXPECT_THROW(fuse({{0, pose, good}}, {}, 0), Error);
+  EXPECT_THROW(fuse({{0, kPressed, good}}, {}, 0), Error);
 
   for (const auto& spoil : std::vector<void (*)(FusionOptions&)>{
            [](FusionOptions& o) { o.voxel_size_mm = 0; }, [](FusionOptions& o) { o.truncation_mm = 0.01; },
            [](FusionOptions& o) { o.min_weight = -1; }}) {
     FusionOptions options;
     spoil(options);
-    EXPECT_THROW(fuse({{0, pose, good}}, options), Error);
+    EXPECT_THROW(fuse({{0, kPressed, good}}, options), Error);
   }
 }
 
 TEST(Fusion, DebrisIsDropped) {
-  const Shape ball = sphere(kRadiusMm);
-  const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.0);
-  auto surface = std::make_shared<Surface>(*touch(ball, pose));
+  auto surface = std::make_shared<Surface>(*kPatch.surface.get());
   surface->contact = surface->contact.clone();
   surface->contact(cv::Rect(0, 0, 320, 60)) = 0;
   surface->contact(cv::Rect(40, 30, 14, 14)) = 255;  // less than a square millimeter
   FusionOptions options;
-  EXPECT_EQ(topology(fuse({{0, pose, SurfacePtr(surface)}}, options)).pieces, 1);
+  EXPECT_EQ(topology(fuse({{0, kPressed, SurfacePtr(surface)}}, options)).pieces, 1);
   options.min_piece_mm2 = 0;
-  EXPECT_EQ(topology(fuse({{0, pose, SurfacePtr(surface)}}, options)).pieces, 2);
+  EXPECT_EQ(topology(fuse({{0, kPressed, SurfacePtr(surface)}}, options)).pieces, 2);
 }
 
 /// A second place that only one of two keyframes shows. Of a single touch all is kept.
 TEST(Fusion, AnIslandOfOneKeyframeIsDroppedAndCounted) {
-  const Shape ball = sphere(kRadiusMm);
-  const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.0);
-  const PosedSurface main{1, pose, touch(ball, pose)};
-  auto both = std::make_shared<Surface>(*main.surface.get());
+  auto both = std::make_shared<Surface>(*kPatch.surface.get());
   both->contact = both->contact.clone();
   both->contact(cv::Rect(0, 0, 320, 60)) = 0;
   both->contact.colRange(0, 140) = 0;
   both->contact(cv::Rect(10, 10, 60, 40)) = 255;
   std::int64_t islands = -1;
-  EXPECT_EQ(topology(fuse({{0, pose, SurfacePtr(both)}, main}, {}, 1.0, nullptr, &islands)).pieces, 1);
+  EXPECT_EQ(topology(fuse({{0, kPressed, SurfacePtr(both)}, kPatch}, {}, 1.0, nullptr, &islands)).pieces, 1);
   EXPECT_EQ(islands, 1);
-  EXPECT_EQ(topology(fuse({{0, pose, SurfacePtr(both)}}, {}, 1.0, nullptr, &islands)).pieces, 2);
+  EXPECT_EQ(topology(fuse({{0, kPressed, SurfacePtr(both)}}, {}, 1.0, nullptr, &islands)).pieces, 2);
   EXPECT_EQ(islands, 0);
 }
 
 /// Steps of voxels made the border of a round touch a quarter longer than that of a disk.
 TEST(Fusion, TheBorderOfATouchIsSmooth) {
-  const Shape ball = sphere(kRadiusMm);
-  const Pose pose = press(ball, {0, 0, 1}, 0.7, 0.3);
-  const Mesh mesh = fuse({{0, pose, touch(ball, pose)}}, {});
-  std::map<std::pair<int, int>, int> sides;
-  for (const Eigen::Vector3i& t : mesh.triangles)
-    for (int k = 0; k < 3; ++k) ++sides[std::minmax(t[k], t[(k + 1) % 3])];
-  double border_mm = 0;
-  for (const auto& [side, triangles] : sides)
-    if (triangles == 1)
-      border_mm += static_cast<double>((mesh.vertices_mm[static_cast<std::size_t>(side.first)] -
-                                        mesh.vertices_mm[static_cast<std::size_t>(side.second)])
-                                           .norm());
-  EXPECT_LT(border_mm, 1.04 * std::sqrt(4 * M_PI * area_mm2(mesh)));
+  const Pose pose = press(kBall, {0, 0, 1}, 0.7, 0.3);
+  const Mesh mesh = fuse({{0, pose, measured(kBall, pose)}}, {});
+  EXPECT_LT(topology(mesh).boundary_mm, 1.04 * std::sqrt(4 * M_PI * area_mm2(mesh)));
 }
 
 }  // namespace

@@ -37,7 +37,7 @@ void expect_same_as_fuse(const Shown& shown, const std::vector<PosedSurface>& pa
 }
 
 const std::vector<PosedSurface>& peanut_patches() {
-  static const auto patches = roll(bumpy_ellipsoid(8, 4, 0.2), 10, 0.5, 0.6, kUsualErrors, 4);
+  static const auto patches = roll(pebble(), 10, 0.5, 0.6, kUsualErrors, 4);
   return patches;
 }
 
@@ -83,8 +83,7 @@ TEST_P(AnyHistory, EndsWhereFuseDoes) {
   shown.finish(fusion);
   expect_same_as_fuse(shown, last, scale);
 
-  fusion.set_patches({}, scale);
-  shown.finish(fusion);
+  shown.show(fusion, {}, scale);
   EXPECT_TRUE(shown.blocks().empty());
 }
 
@@ -115,21 +114,20 @@ TEST(IncrementalFusion, FinishIsFuseToTheLastBitWhateverHappenedBefore) {
 INSTANTIATE_TEST_SUITE_P(Seeds, AnyHistory, ::testing::Values(1, 2, 3, 4));
 
 TEST(IncrementalFusion, ThinPlatesKeepBothSidesAsInFuse) {
-  const Shape plate = slab({7, 5, 0.25}, 0.1);
+  const Field plate = slab({7, 5, 0.25}, 0.1);
   std::vector<PosedSurface> patches;
-  Gaussian noise(2);
+  std::mt19937_64 random(2);
   int id = 0;
   for (const double x : {-2.0, 2.0}) {
     for (const double side : {1.0, -1.0}) {
       patches.push_back(with_errors(id++, plate, press(plate, {0.1, 0.05, side}, 0.3, 0.1, {x, 0}),
-                                    {0.003, 0.04, 0.03, 0.01}, noise));
+                                    {0.003, 0.04, 0.03, 0.01}, random));
     }
   }
   IncrementalFusion fusion({}, exact());
   Shown shown;
   for (const std::size_t n : {2u, 4u, 3u}) {
-    fusion.set_patches({patches.begin(), patches.begin() + static_cast<std::ptrdiff_t>(n)}, 1.0);
-    shown.finish(fusion);
+    shown.show(fusion, {patches.begin(), patches.begin() + static_cast<std::ptrdiff_t>(n)}, 1.0);
   }
   patches.pop_back();
   expect_same_as_fuse(shown, patches, 1.0);
@@ -138,17 +136,15 @@ TEST(IncrementalFusion, ThinPlatesKeepBothSidesAsInFuse) {
 TEST(IncrementalFusion, BlocksMeetAtAnyTime) {
   // A row of patches on a ball is one sheet without holes. While they are moved, newest first, blocks of old
   // and of new places lie side by side: there is a step, small enough not to be taken for a wall, but no gap.
-  const Shape ball = sphere(6.0);
   std::vector<PosedSurface> patches;
   for (int i = 0; i < 5; ++i) {
-    const Pose pose = press(ball, {std::sin(0.35 * i), 0, std::cos(0.35 * i)}, 1.0, 0.0);
-    patches.push_back({i, pose, touch(ball, pose)});
+    const Pose pose = press(kBall, {std::sin(0.35 * i), 0, std::cos(0.35 * i)}, 1.0, 0.0);
+    patches.push_back({i, pose, measured(kBall, pose)});
   }
   IncrementalFusion fusion({}, exact());
   Shown shown;
-  fusion.set_patches(patches, 1.0);
-  shown.finish(fusion);
-  ASSERT_EQ(euler_number(welded(shown)), 1);
+  shown.show(fusion, patches, 1.0);
+  ASSERT_EQ(topology(welded(shown)).euler_number, 1);
   for (PosedSurface& patch : patches) patch.map_T_keyframe.translation() += Eigen::Vector3d(0.01, 0.0, 0.02);
   fusion.set_patches(patches, 1.0);
   int states = 0;
@@ -158,10 +154,10 @@ TEST(IncrementalFusion, BlocksMeetAtAnyTime) {
     shown.take(fusion);
     if (shown.changes() == before) continue;
     ++states;
-    const Mesh mesh = welded(shown);
-    EXPECT_EQ(topology(mesh).pieces, 1);
-    EXPECT_EQ(topology(mesh).over_used_edges, 0);
-    EXPECT_EQ(euler_number(mesh), 1);
+    const MeshTopology now = topology(welded(shown));
+    EXPECT_EQ(now.pieces, 1);
+    EXPECT_EQ(now.over_used_edges, 0);
+    EXPECT_EQ(now.euler_number, 1);
   }
   EXPECT_GT(states, 2);  // it was really seen half done
   expect_same_as_fuse(shown, patches, 1.0);
@@ -171,8 +167,7 @@ TEST(IncrementalFusion, APatchChangesOnlyWhatIsAroundIt) {
   const auto& patches = peanut_patches();
   IncrementalFusion fusion({}, exact());
   Shown shown;
-  fusion.set_patches(patches, 1.0);
-  shown.finish(fusion);
+  shown.show(fusion, patches, 1.0);
   fusion.set_patches(patches, 1.0);
   EXPECT_FALSE(fusion.work());  // nothing new
   auto moved = patches;
@@ -189,48 +184,40 @@ TEST(IncrementalFusion, APatchChangesOnlyWhatIsAroundIt) {
 }
 
 TEST(IncrementalFusion, SmallChangesAreLeftUntilTheyAddUp) {
-  const Shape ball = sphere(6.0);
-  const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.0);
-  PosedSurface patch{3, pose, touch(ball, pose)};
   IncrementalOptions options;
   options.max_displacement_mm = 0.02;
   options.max_scale_change = 0.01;
   IncrementalFusion fusion({}, options);
   Shown shown;
-  fusion.set_patches({patch}, 1.0);
-  shown.finish(fusion);
+  shown.show(fusion, {kPatch}, 1.0);
   const int before = shown.changes();
 
   const auto changes_after = [&](const PosedSurface& posed, double scale) {
-    fusion.set_patches({posed}, scale);
-    shown.finish(fusion);
+    shown.show(fusion, {posed}, scale);
     return shown.changes() - before;
   };
-  PosedSurface near = patch;
+  PosedSurface near = kPatch;
   near.map_T_keyframe.translation().z() += 0.015;
   EXPECT_EQ(changes_after(near, 1.0), 0);
-  near.map_T_keyframe = pose * Eigen::AngleAxisd(0.0015, Eigen::Vector3d::UnitX());
+  near.map_T_keyframe = kPressed * Eigen::AngleAxisd(0.0015, Eigen::Vector3d::UnitX());
   EXPECT_EQ(changes_after(near, 1.005), 0);
-  near.map_T_keyframe = pose * Eigen::AngleAxisd(0.0025, Eigen::Vector3d::UnitX());
+  near.map_T_keyframe = kPressed * Eigen::AngleAxisd(0.0025, Eigen::Vector3d::UnitX());
   EXPECT_GT(changes_after(near, 1.005), 0);
   expect_same_as_fuse(shown, {near}, 1.005);
   const int rotated = shown.changes();
-  fusion.set_patches({near}, 1.02);
-  shown.finish(fusion);
+  shown.show(fusion, {near}, 1.02);
   EXPECT_GT(shown.changes(), rotated);
   expect_same_as_fuse(shown, {near}, 1.02);
   // The same keyframe with another surface (an undone one's id, used again).
-  PosedSurface other{3, near.map_T_keyframe, touch(sphere(5.0), press(sphere(5.0), {0, 0, 1}, 1.0, 0.0))};
-  fusion.set_patches({other}, 1.02);
-  shown.finish(fusion);
+  PosedSurface other{1, near.map_T_keyframe, measured(sphere(5.0), press(sphere(5.0), {0, 0, 1}, 1.0, 0.0))};
+  shown.show(fusion, {other}, 1.02);
   expect_same_as_fuse(shown, {other}, 1.02);
 }
 
 TEST(IncrementalFusion, VerticesNameTheKeyframeThatSeesThemBest) {
-  const Shape ball = sphere(6.0);
-  const Pose left = press(ball, {-0.35, 0, 1}, 1.0, 0.0), right = press(ball, {0.35, 0, 1}, 1.0, 0.0);
+  const Pose left = press(kBall, {-0.35, 0, 1}, 1.0, 0.0), right = press(kBall, {0.35, 0, 1}, 1.0, 0.0);
   IncrementalFusion fusion({}, exact());
-  fusion.set_patches({{12, left, touch(ball, left)}, {7, right, touch(ball, right)}}, 1.0);
+  fusion.set_patches({{12, left, measured(kBall, left)}, {7, right, measured(kBall, right)}}, 1.0);
   while (fusion.work()) continue;
   int seen = 0;
   for (const MeshBlock& block : fusion.take_changed_blocks()) {
@@ -246,32 +233,28 @@ TEST(IncrementalFusion, VerticesNameTheKeyframeThatSeesThemBest) {
 }
 
 TEST(IncrementalFusion, DamagedInputChangesNothing) {
-  const Shape ball = sphere(6.0);
-  const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.0);
-  const PosedSurface good{1, pose, touch(ball, pose)};
   IncrementalFusion fusion({}, exact());
   Shown shown;
-  fusion.set_patches({good}, 1.0);
-  shown.finish(fusion);
+  shown.show(fusion, {kPatch}, 1.0);
 
-  PosedSurface lost = good;
+  PosedSurface lost = kPatch;
   lost.map_T_keyframe.translation().x() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(fusion.set_patches({lost}, 1.0), Error);
-  EXPECT_THROW(fusion.set_patches({{1, pose, {}}}, 1.0), Error);
-  EXPECT_THROW(fusion.set_patches({good, good}, 1.0), Error);
+  EXPECT_THROW(fusion.set_patches({{1, kPressed, {}}}, 1.0), Error);
+  EXPECT_THROW(fusion.set_patches({kPatch, kPatch}, 1.0), Error);
   EXPECT_THROW(fusion.set_patches({}, 0.0), Error);
   EXPECT_THROW(fusion.set_patches({}, std::numeric_limits<double>::infinity()), Error);
   EXPECT_FALSE(fusion.work());
-  expect_same_as_fuse(shown, {good}, 1.0);
+  expect_same_as_fuse(shown, {kPatch}, 1.0);
 
   // Too far away is found out only on the way there: the patch is left out, the others stay.
-  PosedSurface far = good;
+  PosedSurface far = kPatch;
   far.id = 2;
   far.map_T_keyframe.translation().x() = 1e9;
-  fusion.set_patches({good, far}, 1.0);
+  fusion.set_patches({kPatch, far}, 1.0);
   EXPECT_THROW(while (fusion.work()) continue, Error);
   shown.finish(fusion);
-  expect_same_as_fuse(shown, {good}, 1.0);
+  expect_same_as_fuse(shown, {kPatch}, 1.0);
   far.id = 1;  // and when a patch is sent there, it leaves its old place
   fusion.set_patches({far}, 1.0);
   EXPECT_THROW(while (fusion.work()) continue, Error);

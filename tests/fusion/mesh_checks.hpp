@@ -16,6 +16,8 @@ struct MeshTopology {
   int boundary_edges = 0;      ///< used by one triangle
   int over_used_edges = 0;     ///< used by more than two: not a manifold
   int inconsistent_edges = 0;  ///< used by two triangles in the same direction
+  double boundary_mm = 0;      ///< length of the border
+  int euler_number = 0;  ///< vertices - edges + triangles: 1 for a sheet without holes, one less for each
 };
 MeshTopology topology(const Mesh& mesh);
 
@@ -27,9 +29,9 @@ struct Accuracy {
   double mean_mm = 0, max_mm = 0;
   double normal_mean_rad = 0;
 };
-Accuracy accuracy(const Mesh& mesh, const Shape& shape);
+Accuracy accuracy(const Mesh& mesh, const Field& field);
 
-/// Share of the points that have a vertex within `reach_mm`.
+/// Share of the points that lie within `reach_mm` of the mesh.
 double covered_share(const Mesh& mesh, const std::vector<Eigen::Vector3d>& points, double reach_mm);
 
 /// What a viewer that takes all changes shows. Expects that each call names a block once, in order, and never
@@ -39,6 +41,8 @@ class Shown {
   void take(IncrementalFusion& fusion);
   /// Works until nothing is left, taking all the way.
   void finish(IncrementalFusion& fusion);
+  /// The same of these patches.
+  void show(IncrementalFusion& fusion, const std::vector<PosedSurface>& patches, double gradient_scale);
 
   const std::map<std::int64_t, MeshBlock>& blocks() const { return blocks_; }
   int changes() const { return changes_; }
@@ -58,8 +62,5 @@ std::vector<Facet> facets_of(const Shown& shown);
 
 /// All blocks as one mesh: vertices at exactly the same place are one, and are expected to have one normal.
 Mesh welded(const Shown& shown);
-
-/// Vertices - edges + triangles: 1 for a sheet without holes, one less for every hole.
-int euler_number(const Mesh& mesh);
 
 }  // namespace gelslam::test

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <set>
-#include <utility>
 
 #include "mesh_checks.hpp"
 
@@ -44,6 +42,11 @@ void Shown::finish(IncrementalFusion& fusion) {
   take(fusion);
 }
 
+void Shown::show(IncrementalFusion& fusion, const std::vector<PosedSurface>& patches, double gradient_scale) {
+  fusion.set_patches(patches, gradient_scale);
+  finish(fusion);
+}
+
 std::vector<Facet> facets_of(const Mesh& mesh) {
   std::vector<Facet> facets;
   add_facets(mesh, facets);
@@ -78,15 +81,6 @@ Mesh welded(const Shown& shown) {
       mesh.triangles.emplace_back(weld(block.mesh, t[0]), weld(block.mesh, t[1]), weld(block.mesh, t[2]));
   }
   return mesh;
-}
-
-int euler_number(const Mesh& mesh) {
-  std::set<std::pair<int, int>> edges;
-  for (const Eigen::Vector3i& t : mesh.triangles) {
-    for (int c = 0; c < 3; ++c) edges.insert(std::minmax(int{t[c]}, int{t[(c + 1) % 3]}));
-  }
-  return static_cast<int>(mesh.vertices_mm.size()) - static_cast<int>(edges.size()) +
-         static_cast<int>(mesh.triangles.size());
 }
 
 }  // namespace gelslam::test

@@ -142,19 +142,6 @@ TEST(LoopCloser, ASmallContactInALargeOneIsFoundWhicheverCameFirst) {
   }
 }
 
-// A constraint becomes an edge as it is, so its information must be one.
-TEST(LoopCloser, InformationIsSymmetricAndPositive) {
-  const Field texture = random_texture(8);
-  const Pose pose = place(0.3, 0, 40, 8, 0);
-  const std::optional<PoseGraphEdge> loop =
-      verify_guess(keyframe(0, 0, feel(texture, place(0, 0))), keyframe(1, 1, feel(texture, pose)),
-                   place(0, 0).inverse() * pose);
-  ASSERT_TRUE(loop);
-  EXPECT_LT((loop->information - loop->information.transpose()).norm(), 1e-9 * loop->information.norm());
-  const Vector6d eigenvalues = symmetric_eigen(loop->information).values;
-  EXPECT_GT(eigenvalues.minCoeff(), -1e-9 * eigenvalues.maxCoeff());
-}
-
 // Two balls are the same at every pose: registration is content, the texture (sensor noise) is not.
 TEST(LoopCloser, ABallIsNoEvidence) {
   const auto ball = [](std::uint64_t noise_seed) {

@@ -13,19 +13,6 @@ namespace {
 using namespace loop_closure::detail;
 using namespace test;
 
-// ---- matching and rigid arrangement on made-up features ----
-
-PlaceFeatures random_features(int count, std::uint64_t seed) {
-  std::mt19937_64 random(seed);
-  PlaceFeatures features;
-  for (int i = 0; i < count; ++i) {
-    features.pixels.emplace_back(static_cast<float>(random() % 320), static_cast<float>(random() % 240));
-    for (int k = 0; k < kDescriptorSize; ++k)
-      features.descriptors.push_back(static_cast<std::uint8_t>(random() % 120));
-  }
-  return features;
-}
-
 // ---- features ----
 
 // The same texture a quarter as deep has the same places on it.
@@ -51,6 +38,8 @@ TEST(Overlap, AgreesAtTheTrueTransformOnly) {
   const Pose truth = place(0, 0).inverse() * second;
   const RegistrationResult right = judge_pose(newer, *older, truth, {});
   EXPECT_TRUE(verify_registered(newer, *older, right, PlacePrior::none, {}).ok());
+  EXPECT_TRUE(right.target_T_reference.isApprox(truth)) << "judged where it is";
+  EXPECT_GT(right.information.determinant(), 0);
   EXPECT_GT(right.texture_correlation, 0.9);
   EXPECT_LT(right.height_rmse_mm, 0.01);
   EXPECT_GT(right.shared_samples, 1000);
@@ -59,6 +48,8 @@ TEST(Overlap, AgreesAtTheTrueTransformOnly) {
   const RegistrationResult wrong = judge_pose(newer, *older, shifted, {});
   EXPECT_LT(wrong.texture_correlation, 0.5);
   EXPECT_GT(wrong.height_rmse_mm, 5 * right.height_rmse_mm);
+  EXPECT_FALSE(judge_pose(newer, *older, truth * motion(0, 0, 90, 0, 0), {}).ok());
+  EXPECT_NEAR(judge_pose(newer, *older, motion(0, 0, 0, 0, 0, 0.3) * truth, {}).height_rmse_mm, 0.3, 0.01);
   Pose away = truth;
   away.translation().x() += 30;
   EXPECT_EQ(judge_pose(newer, *older, away, {}).shared_samples, 0);
@@ -95,6 +86,17 @@ TEST(SelfSimilarity, TellsAPatternFromATexture) {
 }
 
 // ---- retrieval ----
+
+PlaceFeatures random_features(int count, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  PlaceFeatures features;
+  for (int i = 0; i < count; ++i) {
+    features.pixels.emplace_back(static_cast<float>(random() % 320), static_cast<float>(random() % 240));
+    for (int k = 0; k < kDescriptorSize; ++k)
+      features.descriptors.push_back(static_cast<std::uint8_t>(random() % 120));
+  }
+  return features;
+}
 
 TEST(PlaceIndex, RanksThePlaceSeenAgainFirstAmongHundreds) {
   PlaceIndex index;

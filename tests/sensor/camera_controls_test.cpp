@@ -7,11 +7,8 @@
 #include "cameras/v4l2_camera.hpp"
 #include "fake_camera.hpp"
 
-namespace gelslam {
+namespace gelslam::test {
 namespace {
-
-using namespace test;
-using ::testing::HasSubstr;
 
 /// A UVC camera whose exposure and white balance follow the picture until they are told not to, and whose
 /// exposure then falls back to what was set by hand before.
@@ -148,4 +145,4 @@ TEST(CameraOptions, WhatCannotBeReadIsNamed) {
 }
 
 }  // namespace
-}  // namespace gelslam
+}  // namespace gelslam::test

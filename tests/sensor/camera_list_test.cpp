@@ -7,11 +7,8 @@
 #include "cameras/v4l2_camera.hpp"
 #include "fake_camera.hpp"
 
-namespace gelslam {
+namespace gelslam::test {
 namespace {
-
-using namespace test;
-using ::testing::HasSubstr;
 
 /// A bench: a webcam, a GelSight Mini with its metadata node, and a DIGIT.
 class CameraList : public testing::Test {
@@ -109,4 +106,4 @@ TEST_F(CameraList, HostileNamesAndListsDoNoHarm) {
 }
 
 }  // namespace
-}  // namespace gelslam
+}  // namespace gelslam::test

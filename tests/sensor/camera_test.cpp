@@ -12,12 +12,8 @@
 #include "cameras/v4l2_camera.hpp"
 #include "fake_camera.hpp"
 
-namespace gelslam {
+namespace gelslam::test {
 namespace {
-
-using namespace test;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 
 class Camera : public testing::Test {
  protected:
@@ -437,4 +433,4 @@ TEST_F(Camera, AnotherSensorThanTheConfigurationsIsAWarning) {
 }
 
 }  // namespace
-}  // namespace gelslam
+}  // namespace gelslam::test

@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <thread>
 
 namespace gelslam::test {
@@ -40,7 +41,7 @@ const FakeMode& FakeCamera::nearest_mode(const v4l2_pix_format& asked) const {
   return nearest == nullptr ? modes.front() : *nearest;
 }
 
-int FakeCamera::capability(v4l2_capability& capability) const {
+int FakeCamera::capability(v4l2_capability& capability) {
   put(capability.driver, "uvcvideo");
   put(capability.card, card);
   put(capability.bus_info, bus);
@@ -51,7 +52,7 @@ int FakeCamera::capability(v4l2_capability& capability) const {
   return 0;
 }
 
-int FakeCamera::enumerate_formats(v4l2_fmtdesc& format) const {
+int FakeCamera::enumerate_formats(v4l2_fmtdesc& format) {
   std::vector<std::uint32_t> formats;
   for (const FakeMode& mode : modes) {
     if (std::find(formats.begin(), formats.end(), mode.fourcc) == formats.end())
@@ -62,7 +63,7 @@ int FakeCamera::enumerate_formats(v4l2_fmtdesc& format) const {
   return 0;
 }
 
-int FakeCamera::enumerate_sizes(v4l2_frmsizeenum& size) const {
+int FakeCamera::enumerate_sizes(v4l2_frmsizeenum& size) {
   std::vector<FakeMode> fitting;
   for (const FakeMode& mode : modes) {
     if (mode.fourcc == size.pixel_format) fitting.push_back(mode);
@@ -73,7 +74,7 @@ int FakeCamera::enumerate_sizes(v4l2_frmsizeenum& size) const {
   return 0;
 }
 
-int FakeCamera::enumerate_rates(v4l2_frmivalenum& interval) const {
+int FakeCamera::enumerate_rates(v4l2_frmivalenum& interval) {
   const auto mode = std::find_if(modes.begin(), modes.end(), [&](const FakeMode& m) {
     return m.fourcc == interval.pixel_format && m.width == interval.width && m.height == interval.height;
   });
@@ -96,7 +97,7 @@ int FakeCamera::set_format(v4l2_format& format) {
   return 0;
 }
 
-int FakeCamera::set_rate(v4l2_streamparm& parameters) const {
+int FakeCamera::set_rate(v4l2_streamparm& parameters) {
   if (forced_rate_hz < 0) return ENOTTY;
   v4l2_fract& interval = parameters.parm.capture.timeperframe;
   const double asked_hz = static_cast<double>(interval.denominator) / interval.numerator;
@@ -115,6 +116,13 @@ int FakeCamera::request_buffers(v4l2_requestbuffers& request) {
   request.count = std::min(request.count, most_buffers);
   memory_.assign(request.count, std::vector<std::uint8_t>(kBufferBytes));
   queued_.clear();
+  return 0;
+}
+
+int FakeCamera::query_buffer(v4l2_buffer& buffer) {
+  if (buffer.index >= memory_.size()) return EINVAL;
+  buffer.length = kBufferBytes;
+  buffer.m.offset = static_cast<std::uint32_t>(buffer.index * kBufferBytes);
   return 0;
 }
 
@@ -140,7 +148,7 @@ int FakeCamera::dequeue(v4l2_buffer& buffer) {
   return 0;
 }
 
-int FakeCamera::query_control(v4l2_queryctrl& query) const {
+int FakeCamera::query_control(v4l2_queryctrl& query) {
   const std::uint32_t after = query.id & ~V4L2_CTRL_FLAG_NEXT_CTRL;
   auto found = controls.upper_bound(after);
   if (found == controls.end()) {
@@ -156,7 +164,7 @@ int FakeCamera::query_control(v4l2_queryctrl& query) const {
   return 0;
 }
 
-int FakeCamera::get_control(v4l2_control& control) const {
+int FakeCamera::get_control(v4l2_control& control) {
   const auto found = controls.find(control.id);
   if (found == controls.end()) return EINVAL;
   control.value = found->second.value;
@@ -173,48 +181,27 @@ int FakeCamera::set_control(const v4l2_control& control) {
 }
 
 int FakeCamera::answer(unsigned long request, void* argument) {
-  switch (request) {
-    case VIDIOC_QUERYCAP:
-      return capability(*static_cast<v4l2_capability*>(argument));
-    case VIDIOC_ENUM_FMT:
-      return enumerate_formats(*static_cast<v4l2_fmtdesc*>(argument));
-    case VIDIOC_ENUM_FRAMESIZES:
-      return enumerate_sizes(*static_cast<v4l2_frmsizeenum*>(argument));
-    case VIDIOC_ENUM_FRAMEINTERVALS:
-      return enumerate_rates(*static_cast<v4l2_frmivalenum*>(argument));
-    case VIDIOC_S_FMT:
-      return set_format(*static_cast<v4l2_format*>(argument));
-    case VIDIOC_S_PARM:
-      return set_rate(*static_cast<v4l2_streamparm*>(argument));
-    case VIDIOC_REQBUFS:
-      return request_buffers(*static_cast<v4l2_requestbuffers*>(argument));
-    case VIDIOC_QUERYBUF: {
-      auto& buffer = *static_cast<v4l2_buffer*>(argument);
-      if (buffer.index >= memory_.size()) return EINVAL;
-      buffer.length = kBufferBytes;
-      buffer.m.offset = static_cast<std::uint32_t>(buffer.index * kBufferBytes);
-      return 0;
-    }
-    case VIDIOC_QBUF:
-      return queue(*static_cast<v4l2_buffer*>(argument));
-    case VIDIOC_DQBUF:
-      return dequeue(*static_cast<v4l2_buffer*>(argument));
-    case VIDIOC_STREAMON:
-      streaming = true;
-      return 0;
-    case VIDIOC_STREAMOFF:
-      streaming = false;
-      queued_.clear();
-      return 0;
-    case VIDIOC_QUERYCTRL:
-      return query_control(*static_cast<v4l2_queryctrl*>(argument));
-    case VIDIOC_G_CTRL:
-      return get_control(*static_cast<v4l2_control*>(argument));
-    case VIDIOC_S_CTRL:
-      return set_control(*static_cast<v4l2_control*>(argument));
-    default:
-      return ENOTTY;
-  }
+  const auto by = [&]<class Asked>(int (FakeCamera::*method)(Asked&)) {
+    return [=, this] { return (this->*method)(*static_cast<Asked*>(argument)); };
+  };
+  const std::map<unsigned long, std::function<int()>> answers{
+      {VIDIOC_QUERYCAP, by(&FakeCamera::capability)},
+      {VIDIOC_ENUM_FMT, by(&FakeCamera::enumerate_formats)},
+      {VIDIOC_ENUM_FRAMESIZES, by(&FakeCamera::enumerate_sizes)},
+      {VIDIOC_ENUM_FRAMEINTERVALS, by(&FakeCamera::enumerate_rates)},
+      {VIDIOC_S_FMT, by(&FakeCamera::set_format)},
+      {VIDIOC_S_PARM, by(&FakeCamera::set_rate)},
+      {VIDIOC_REQBUFS, by(&FakeCamera::request_buffers)},
+      {VIDIOC_QUERYBUF, by(&FakeCamera::query_buffer)},
+      {VIDIOC_QBUF, by(&FakeCamera::queue)},
+      {VIDIOC_DQBUF, by(&FakeCamera::dequeue)},
+      {VIDIOC_STREAMON, [&] { return streaming = true, 0; }},
+      {VIDIOC_STREAMOFF, [&] { return streaming = false, queued_.clear(), 0; }},
+      {VIDIOC_QUERYCTRL, by(&FakeCamera::query_control)},
+      {VIDIOC_G_CTRL, by(&FakeCamera::get_control)},
+      {VIDIOC_S_CTRL, by(&FakeCamera::set_control)}};
+  const auto found = answers.find(request);
+  return found == answers.end() ? ENOTTY : found->second();
 }
 
 int FakeCamera::ioctl(unsigned long request, void* argument) {

@@ -68,17 +68,18 @@ class FakeCamera {
  private:
   const FakeMode& nearest_mode(const v4l2_pix_format& asked) const;
   int answer(unsigned long request, void* argument);
-  int capability(v4l2_capability& capability) const;
-  int enumerate_formats(v4l2_fmtdesc& format) const;
-  int enumerate_sizes(v4l2_frmsizeenum& size) const;
-  int enumerate_rates(v4l2_frmivalenum& interval) const;
+  int capability(v4l2_capability& capability);
+  int enumerate_formats(v4l2_fmtdesc& format);
+  int enumerate_sizes(v4l2_frmsizeenum& size);
+  int enumerate_rates(v4l2_frmivalenum& interval);
   int set_format(v4l2_format& format);
-  int set_rate(v4l2_streamparm& parameters) const;
+  int set_rate(v4l2_streamparm& parameters);
   int request_buffers(v4l2_requestbuffers& request);
+  int query_buffer(v4l2_buffer& buffer);
   int queue(v4l2_buffer& buffer);
   int dequeue(v4l2_buffer& buffer);
-  int query_control(v4l2_queryctrl& query) const;
-  int get_control(v4l2_control& control) const;
+  int query_control(v4l2_queryctrl& query);
+  int get_control(v4l2_control& control);
   int set_control(const v4l2_control& control);
 
   std::vector<std::uint32_t> offered_rates_hz_;  ///< in the mode that was set

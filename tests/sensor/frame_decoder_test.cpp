@@ -8,11 +8,8 @@
 #include "gelslam/sensor/image_input.hpp"
 #include "raw_frames.hpp"
 
-namespace gelslam {
+namespace gelslam::test {
 namespace {
-
-using namespace test;
-using ::testing::HasSubstr;
 
 std::vector<std::uint8_t> encoded(const cv::Mat& picture, const std::string& ending) {
   std::vector<std::uint8_t> bytes;
@@ -220,4 +217,4 @@ TEST_F(Damage, GoodAndDamagedPicturesAreCounted) {
 }
 
 }  // namespace
-}  // namespace gelslam
+}  // namespace gelslam::test

@@ -6,11 +6,8 @@
 #include "gelslam/core/error.hpp"
 #include "raw_frames.hpp"
 
-namespace gelslam {
+namespace gelslam::test {
 namespace {
-
-using namespace test;
-using ::testing::HasSubstr;
 
 const LogAttachments kSomeAttachments{"GelSight Mini", "exposure 100\n", "device_config:\n  framerate: 25\n",
                                       std::string(900, 'm')};
@@ -20,7 +17,7 @@ struct Recorded {
   std::vector<std::size_t> ends;  ///< file size after each frame
 };
 
-Recorded record(const std::filesystem::path& path, int frames, bool close) {
+Recorded record(const fs::path& path, int frames, bool close) {
   LogWriter writer(path, kSomeAttachments, 25);
   Recorded recorded;
   for (int i = 0; i < frames; ++i) {
@@ -37,7 +34,7 @@ struct Outcome {
   std::string warning, error;
 };
 
-Outcome read_log(const std::filesystem::path& path) {
+Outcome read_log(const fs::path& path) {
   Outcome outcome;
   try {
     read_log_attachments(path);
@@ -149,7 +146,7 @@ TEST(FullDisk, StopsInWordsAndLeavesWhatWasWrittenReadable) {
   TemporaryFolder folder;
   const Recorded whole = record(folder / "whole.mkv", 10, true);
   for (const std::size_t limit : {whole.ends[4], whole.ends[4] + 1, whole.ends[4] + 40, whole.ends[5] - 1}) {
-    const std::filesystem::path path = folder / (std::to_string(limit) + ".mkv");
+    const fs::path path = folder / (std::to_string(limit) + ".mkv");
     {
       const FileSizeLimit full(limit);
       LogWriter writer(path, kSomeAttachments, 25);
@@ -161,7 +158,7 @@ TEST(FullDisk, StopsInWordsAndLeavesWhatWasWrittenReadable) {
       EXPECT_FALSE(writer.write(jpeg_frame(5)));
       writer.close();
     }
-    EXPECT_EQ(std::filesystem::file_size(path), whole.ends[4]) << "nothing of the torn frame is left";
+    EXPECT_EQ(fs::file_size(path), whole.ends[4]) << "nothing of the torn frame is left";
     const Outcome outcome = read_log(path);
     expect_first_frames(outcome, 5);
     EXPECT_EQ(outcome.warning, "") << "it was closed";
@@ -180,4 +177,4 @@ TEST(FullDisk, NoRoomForTheHeaderLeavesNoFile) {
 }
 
 }  // namespace
-}  // namespace gelslam
+}  // namespace gelslam::test

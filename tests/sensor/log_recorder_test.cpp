@@ -12,14 +12,12 @@
 #include "gelslam/sensor/frame_source.hpp"
 #include "raw_frames.hpp"
 
-namespace gelslam {
+namespace gelslam::test {
 namespace {
 
-using namespace test;
-using ::testing::HasSubstr;
 using Clock = std::chrono::steady_clock;
 
-std::unique_ptr<LogWriter> writer_of(const std::filesystem::path& path) {
+std::unique_ptr<LogWriter> writer_of(const fs::path& path) {
   return std::make_unique<LogWriter>(path, LogAttachments{}, 25);
 }
 
@@ -101,7 +99,10 @@ TEST(LogRecorder, AFailureIsSaidAndPushGoesOn) {
   recorder.finish();
   EXPECT_TRUE(recorder.status().stopped);
   EXPECT_EQ(recorder.status().written, 1);
-  EXPECT_THAT(recorder.status().warning, HasSubstr("recording stopped after 1 frame, still readable"));
+  EXPECT_THAT(recorder.status().warning,
+              testing::AllOf(HasSubstr("recording stopped after 1 frame, still readable"),
+                             HasSubstr("changed their size or kind")));
+  EXPECT_EQ(read_all(*open_raw_log(folder / "a.mkv")).size(), 1u);
 
   options.resize_to.emplace();
   LogRecorder resizing(writer_of(folder / "b.mkv"), options);
@@ -204,4 +205,4 @@ TEST(Pace, NobodyWaitsForADamagedTime) {
 }
 
 }  // namespace
-}  // namespace gelslam
+}  // namespace gelslam::test

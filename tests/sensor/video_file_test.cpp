@@ -14,15 +14,14 @@ extern "C" {
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/image_input.hpp"
 
-namespace gelslam {
+namespace gelslam::test {
 namespace {
 
 using detail::VideoFile;
-using test::TemporaryFolder;
 
 /// cv::VideoCapture is the independent computation: its pictures, times, rate and count. It rounds colors
 /// more coarsely.
-void expect_as_opencv(const std::filesystem::path& path, int most_frames = 1000) {
+void expect_as_opencv(const fs::path& path, int most_frames = 1000) {
   cv::VideoCapture expected(path.string(), cv::CAP_FFMPEG);
   ASSERT_TRUE(expected.isOpened()) << path;
   VideoFile video(path);
@@ -73,13 +72,13 @@ TEST(VideoFile, PicturesTimesAndCountsAreThoseOfOpenCV) {
   int written = 0;
   for (const Kind& kind : kinds) {
     for (const cv::Size size : {cv::Size(320, 240), cv::Size(98, 62), cv::Size(75, 53)}) {
-      const std::filesystem::path path = folder / (std::to_string(size.width) + kind.name);
+      const fs::path path = folder / (std::to_string(size.width) + kind.name);
       try {
-        test::write_video(path, kind.codec, 9, size.width, size.height, 29.97);
+        write_video(path, kind.codec, 9, size.width, size.height, 29.97);
       } catch (const std::runtime_error&) {
         continue;  // this build of FFmpeg cannot encode it
       }
-      if (std::filesystem::file_size(path) < 1000) continue;  // not at this size
+      if (fs::file_size(path) < 1000) continue;  // not at this size
       expect_as_opencv(path);
       ++written;
     }
@@ -89,7 +88,7 @@ TEST(VideoFile, PicturesTimesAndCountsAreThoseOfOpenCV) {
 
 TEST(VideoFile, LeavesTheLogLevelOfTheProcess) {
   const TemporaryFolder folder;
-  test::write_video(folder / "a.mp4", "mp4v", 3, 64, 48);
+  write_video(folder / "a.mp4", "mp4v", 3, 64, 48);
   const int before = av_log_get_level();
   av_log_set_level(AV_LOG_INFO);
   {
@@ -101,15 +100,15 @@ TEST(VideoFile, LeavesTheLogLevelOfTheProcess) {
   av_log_set_level(before);
 }
 
-std::string mp4_of(const cv::Mat3b& picture, const std::filesystem::path& path) {
+std::string mp4_of(const cv::Mat3b& picture, const fs::path& path) {
   cv::VideoWriter writer(path.string(), cv::CAP_FFMPEG, cv::VideoWriter::fourcc('m', 'p', '4', 'v'), 25,
                          picture.size());
   for (int i = 0; i < 3; ++i) writer.write(picture);
   writer.release();
-  return test::read_bytes(path);
+  return read_bytes(path);
 }
 
-cv::Mat3b first_picture(const std::filesystem::path& path) {
+cv::Mat3b first_picture(const fs::path& path) {
   return FrameDecoder().decode(VideoFile(path).next()->frame)->bgr;
 }
 
@@ -127,7 +126,7 @@ TEST(VideoFile, RotationTagsAreObeyedAndMirrorsNamed) {
       for (int k = 0; k < 4; ++k)
         bytes[matrix + at[i] + static_cast<std::size_t>(k)] =
             static_cast<char>(static_cast<std::uint32_t>(values[i] * 65536) >> (24 - 8 * k));
-    test::write_bytes(folder / "b.mp4", bytes);
+    write_bytes(folder / "b.mp4", bytes);
   };
   const cv::Mat3b upright = first_picture(folder / "a.mp4");
   cv::Mat3b expected;
@@ -139,7 +138,7 @@ TEST(VideoFile, RotationTagsAreObeyedAndMirrorsNamed) {
   cv::rotate(upright, expected, cv::ROTATE_180);
   EXPECT_EQ(cv::norm(first_picture(folder / "b.mp4"), expected), 0.0);
   show(-1, 0, 0, 1);
-  EXPECT_THAT(test::message_of([&] { VideoFile(folder / "b.mp4"); }), testing::HasSubstr("mirrored"));
+  EXPECT_THAT(message_of([&] { VideoFile(folder / "b.mp4"); }), testing::HasSubstr("mirrored"));
 }
 
 /// Without loss (YUV4MPEG), so that the definition of BT.601 says what each picture is.
@@ -156,7 +155,7 @@ TEST(VideoFile, ColorsOfHalfResolutionHaveNoBias) {
         for (int y = 0; y < 64 * 48; ++y) bytes += static_cast<char>(100 + y % 50);
         bytes += std::string(chroma, static_cast<char>(u)) + std::string(chroma, static_cast<char>(v));
       }
-    test::write_bytes(folder / "a.y4m", bytes);
+    write_bytes(folder / "a.y4m", bytes);
     VideoFile video(folder / "a.y4m");
     FrameDecoder decoder;
     cv::Scalar sum;
@@ -177,4 +176,4 @@ TEST(VideoFile, ColorsOfHalfResolutionHaveNoBias) {
 }
 
 }  // namespace
-}  // namespace gelslam
+}  // namespace gelslam::test

@@ -109,8 +109,8 @@ Field textured_plane(std::uint64_t seed, double slope, double shortest_mm, doubl
 
 Field uneven_waffle(double period_mm) { return together(waffle(period_mm), textured_plane(5, 0.08)); }
 
-Field bumpy_ellipsoid(std::uint64_t seed, const Eigen::Vector3d& semi_axes_mm, double slope) {
-  return [waves = random_waves(seed, slope, 1.2, 3.5, false), semi_axes_mm](const Eigen::Vector3d& p) {
+Field bumpy_ellipsoid(std::uint64_t seed, const Eigen::Vector3d& semi_axes_mm, double slope, int waves) {
+  return [waves = random_waves(seed, slope, 1.2, 3.5, false, waves), semi_axes_mm](const Eigen::Vector3d& p) {
     const Eigen::Vector3d q = p.cwiseQuotient(semi_axes_mm);
     const double scale = semi_axes_mm.minCoeff();
     const auto [bump, gradient] = waves(p);
@@ -143,12 +143,16 @@ bool follow_ray(const Field& field, const Pose& object_T_sensor, double x, doubl
                                                    : Eigen::Vector3d(0, 0, 1);
   const Eigen::Vector3d up = object_T_sensor.linear() * along;
   z = start_z;
+  double last_step = 0, last_value = 0;
   for (int i = 0; i < 60; ++i) {
     const auto [value, gradient] = field(object_T_sensor * Eigen::Vector3d(foot + z * along));
     const double rise = gradient.dot(up);
     if (std::abs(rise) < 1e-3) return false;
     const double step = std::clamp(-value / rise, -0.5, 0.5);
+    if (last_step > 0 && step < 0 && value * last_value > 0) return false;  // the ray has passed it
     z += step;
+    last_step = step;
+    last_value = value;
     if (std::abs(step) > 1e-6) continue;  // quadratic convergence: what is left is 1e-12
     normal = object_T_sensor.linear().transpose() * gradient.normalized();
     if (normal.z() < 0) normal = -normal;

@@ -66,7 +66,7 @@ Field textured_plane(std::uint64_t seed, double slope = 0.15, double shortest_mm
 Field uneven_waffle(double period_mm);
 
 Field bumpy_ellipsoid(std::uint64_t seed, const Eigen::Vector3d& semi_axes_mm = {9, 7, 6},
-                      double slope = 0.12);
+                      double slope = 0.12, int waves = 14);
 
 /// The sensor and where it may see contact: inside an ellipse at the image center, and below the untouched
 /// gel.

@@ -6,20 +6,17 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
+#include "../support/pixel_map.hpp"
 #include "gelslam/surface/model_file.hpp"
 
 namespace gelslam::test {
 namespace {
 
 cv::Mat3f bare_cells() {
-  cv::Mat3f cells(kBackgroundGrid);
-  for (int v = 0; v < cells.rows; ++v)
-    for (int u = 0; u < cells.cols; ++u) {
-      const double bump = std::exp(-0.01 * ((u - 10) * (u - 10) + (v - 7) * (v - 7)));
-      cells(v, u) = cv::Vec3f(static_cast<float>(60 + 80 * bump), static_cast<float>(90 + 30 * bump),
-                              static_cast<float>(40 + 90 * bump));
-    }
-  return cells;
+  return pixel_map<cv::Vec3f>(kBackgroundGrid, [](int u, int v) {
+    const double bump = std::exp(-0.01 * ((u - 10) * (u - 10) + (v - 7) * (v - 7)));
+    return cv::Vec3d(60 + 80 * bump, 90 + 30 * bump, 40 + 90 * bump);
+  });
 }
 
 TEST(Drift, TellsTheLightFromTheGel) {
@@ -43,10 +40,15 @@ TEST(Drift, NoticesDirt) {
   EXPECT_NEAR(drift.worst_cell_levels, 45.0, 3.0);
 }
 
+/// The cells, lit more and more to the right and down.
+cv::Mat3f tilted_cells(const cv::Vec3d& per_column, const cv::Vec3d& per_row) {
+  const cv::Mat3f cells = bare_cells();
+  return pixel_map<cv::Vec3f>(
+      kBackgroundGrid, [&](int u, int v) { return cv::Vec3d(cells(v, u)) + u * per_column + v * per_row; });
+}
+
 TEST(Drift, NoticesRedAndBlueSwapped) {
-  cv::Mat3f then = bare_cells();
-  for (int v = 0; v < then.rows; ++v)
-    for (int u = 0; u < then.cols; ++u) then(v, u)[2] += static_cast<float>(3 * v);
+  const cv::Mat3f then = tilted_cells({0, 0, 0}, {0, 0, 3});
   cv::Mat3f now = then.clone();
   for (cv::Vec3f& cell : now) cell = cv::Vec3f(1.05F * cell[2], cell[1], cell[0] + 2.0F);
   const BackgroundDrift swapped = measure_drift(then, now);
@@ -59,10 +61,7 @@ TEST(Drift, NoticesRedAndBlueSwapped) {
 }
 
 TEST(Drift, NoticesAMirroredPicture) {
-  cv::Mat3f then = bare_cells();
-  for (int v = 0; v < then.rows; ++v)
-    for (int u = 0; u < then.cols; ++u)
-      then(v, u) += cv::Vec3f(static_cast<float>(2 * u), 0, static_cast<float>(4 * v));
+  const cv::Mat3f then = tilted_cells({2, 0, 0}, {0, 0, 4});
   for (const auto& [code, what] : {std::pair(1, "left and right are"), std::pair(0, "top and bottom are"),
                                    std::pair(-1, "left and right, and top and bottom, are")}) {
     cv::Mat3f now;

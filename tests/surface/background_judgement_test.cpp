@@ -11,6 +11,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/surface/background.hpp"
 #include "gelslam/surface/model_file.hpp"
+#include "linear_gel.hpp"
 
 namespace gelslam::test {
 namespace {
@@ -26,17 +27,11 @@ using Doubts = std::vector<std::string>;
 
 /// Bluish top, reddish bottom, greenish sides, bright middle, by about as much as a GelSight Mini shows.
 cv::Mat3b bare_gel(int width = 320) {
-  cv::Mat3b image(width * 3 / 4, width);
-  for (int v = 0; v < image.rows; ++v) {
-    for (int u = 0; u < width; ++u) {
-      const double x = 2.0 * u / width - 1, y = 2.0 * v / image.rows - 1,
-                   lamp = 0.6 + 0.4 * std::exp(-2 * (x * x + y * y));
-      image(v, u) = cv::Vec3b(cv::saturate_cast<uchar>(130 * lamp * std::exp(-0.2 * y)),
-                              cv::saturate_cast<uchar>(120 * lamp),
-                              cv::saturate_cast<uchar>(90 * lamp * std::exp(0.3 * y)));
-    }
-  }
-  return image;
+  return pixel_map<cv::Vec3b>({width, width * 3 / 4}, [&](int u, int v) {
+    const double x = 2.0 * u / width - 1, y = 2.0 * v / (width * 3 / 4) - 1,
+                 lamp = 0.6 + 0.4 * std::exp(-2 * (x * x + y * y));
+    return cv::Vec3d(130 * lamp * std::exp(-0.2 * y), 120 * lamp, 90 * lamp * std::exp(0.3 * y));
+  });
 }
 
 cv::Mat3b swapped(const cv::Mat3b& image) {
@@ -51,12 +46,6 @@ cv::Mat3b upside_down(const cv::Mat3b& image) {
   return result;
 }
 
-cv::Mat3b exposed(const cv::Mat3b& image, double factor) {
-  cv::Mat3b result;
-  image.convertTo(result, CV_8U, factor);
-  return result;
-}
-
 /// Some spots of dirt, 12 % darker than the gel.
 cv::Mat3b stained(const cv::Mat3b& image) {
   cv::Mat1f shade(image.size(), 1.0F);
@@ -66,18 +55,12 @@ cv::Mat3b stained(const cv::Mat3b& image) {
     const cv::Point center(random.uniform(30, 290) * unit, random.uniform(30, 210) * unit);
     cv::circle(shade, center, random.uniform(5, 10) * unit, cv::Scalar(0.88), cv::FILLED);
   }
-  cv::Mat3b result;
-  cv::Mat3f factors, values;
-  cv::merge(std::vector<cv::Mat>{shade, shade, shade}, factors);
-  image.convertTo(values, CV_32F);
-  cv::Mat(values.mul(factors)).convertTo(result, CV_8U);
-  return result;
+  return shaded(image, shade);
 }
 
 /// Printed dots, `columns` by `rows`, a little out of line, as dark as ink.
 cv::Mat3b with_markers(const cv::Mat3b& image, int columns, int rows, double diameter_px,
                        double light = 0.35) {
-  cv::Mat3b result = image.clone();
   cv::Mat1f ink(image.size(), 0.0F);
   cv::RNG random(3);
   const int unit = image.cols / 320;
@@ -89,12 +72,7 @@ cv::Mat3b with_markers(const cv::Mat3b& image, int columns, int rows, double dia
     }
   }
   cv::GaussianBlur(ink, ink, cv::Size(), unit, unit);
-  for (int v = 0; v < image.rows; ++v)
-    for (int u = 0; u < image.cols; ++u)
-      for (int c = 0; c < 3; ++c)
-        result(v, u)[c] = cv::saturate_cast<uchar>(result(v, u)[c] *
-                                                   (1.0 - (1.0 - light) * static_cast<double>(ink(v, u))));
-  return result;
+  return shaded(image, cv::Mat1f(1.0 - (1.0 - light) * ink));
 }
 
 /// As many dark specks that lie anyhow: dirt.
@@ -138,8 +116,8 @@ TEST(JudgeBackground, LampsThatLieOtherwiseAreNamed) {
 }
 
 TEST(JudgeBackground, ExposureAndColor) {
-  EXPECT_THAT(judge(exposed(bare_gel(), 0.4)), ElementsAre(HasSubstr("very dark")));
-  EXPECT_THAT(judge(exposed(bare_gel(), 2.2)), Contains(HasSubstr("saturated")));
+  EXPECT_THAT(judge(cv::Mat3b(bare_gel() * 0.4)), ElementsAre(HasSubstr("very dark")));
+  EXPECT_THAT(judge(cv::Mat3b(bare_gel() * 2.2)), Contains(HasSubstr("saturated")));
   EXPECT_THAT(judge(cv::Mat3b(240, 320, cv::Vec3b(90, 90, 90))), ElementsAre(HasSubstr("no color")));
   EXPECT_THAT(judge(cv::Mat3b(240, 320, cv::Vec3b(0, 0, 0))),
               ElementsAre(HasSubstr("very dark"), HasSubstr("no color")));
@@ -214,15 +192,14 @@ class RealBackgrounds : public ::testing::Test {
       sensors.push_back({name, cv::imread((data / name / "background.png").string()),
                          read_model(data / name / "model/nnmodel.pth")});
     }
-    sensors.push_back({"frames", cv::imread((data / "frames/background.png").string()),
-                       read_model(data / "frames/nnmodel.pth")});
+    sensors.push_back(
+        {"frames", cv::imread(data / "frames/background.png"), read_model(data / "frames/nnmodel.pth")});
     cv::Mat3b clip;
-    cv::resize(cv::imread((data / "clips/background.png").string()), clip, cv::Size(320, 240), 0, 0,
-               cv::INTER_CUBIC);
+    cv::resize(cv::imread(data / "clips/background.png"), clip, cv::Size(320, 240), 0, 0, cv::INTER_CUBIC);
     sensors.push_back({"clips", clip, std::nullopt});
     for (const fs::directory_entry& entry : fs::directory_iterator(data / "sequences")) {
       if (!entry.is_directory()) continue;
-      cv::VideoCapture video((entry.path() / "gelsight.avi").string());
+      cv::VideoCapture video(entry.path() / "gelsight.avi");
       std::vector<cv::Mat3b> frames;
       for (cv::Mat frame; frames.size() < 10 && video.read(frame);) frames.push_back(frame.clone());
       if (!frames.empty())

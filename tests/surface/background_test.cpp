@@ -19,27 +19,26 @@ BackgroundCheck check(const std::vector<cv::Mat3b>& frames) {
   return check_background(frames, linear_gel_model(), SurfaceOptions{});
 }
 
+/// A ball pressed in, or nearly nothing of it.
+cv::Mat3b touched(double depth_mm, double noise, std::uint64_t seed, double u = 140,
+                  double radius_mm = 4.75) {
+  return render(ball_press(kSensor, kPitchMm, u, 120, radius_mm, depth_mm), kPitchMm, noise, seed);
+}
+
 // Ten frames of a ball, `step_px` further to the right in each.
 std::vector<cv::Mat3b> rolling(double depth_mm, double step_px, double noise) {
   std::vector<cv::Mat3b> frames;
-  for (int i = 0; i < 10; ++i) {
-    const cv::Mat1f height = ball_press(kSensor, kPitchMm, 140 + step_px * i, 120, 4.75, depth_mm);
-    frames.push_back(render(height, kPitchMm, noise, static_cast<std::uint64_t>(i)));
-  }
+  for (unsigned i = 0; i < 10; ++i) frames.push_back(touched(depth_mm, noise, i, 140 + step_px * i));
   return frames;
 }
 
 // A quarter darker at first: the picture is that of the exposure it settles at, and no touch.
 TEST(BackgroundImage, IsThatOfTheLastFramesExposure) {
   std::vector<cv::Mat3b> frames;
-  for (int i = 0; i < 10; ++i) {
-    const cv::Mat3b gel = render(cv::Mat1f(kSensor, 0.0F), kPitchMm, 1.0, static_cast<std::uint64_t>(i));
-    frames.emplace_back();
-    cv::multiply(gel, cv::Scalar(1, 1, 1) * (1.0 - 0.25 * std::exp(-0.5 * i)), frames.back());
-  }
-  frames.back() = render(cv::Mat1f(kSensor, 0.0F), kPitchMm, 1.0, 9);
-  const cv::Mat3b settled = render(cv::Mat1f(kSensor, 0.0F), kPitchMm, 0.0, 0),
-                  first = frames.front().clone();
+  for (unsigned i = 0; i < 9; ++i)
+    frames.emplace_back(bare_picture(1.0, i) * (1.0 - 0.25 * std::exp(-0.5 * i)));
+  frames.push_back(bare_picture(1.0, 9));
+  const cv::Mat3b settled = bare_picture(0.0, 0), first = frames.front().clone();
   EXPECT_LT(
       cv::norm(background_image(frames), settled, cv::NORM_L1) / static_cast<double>(3 * settled.total()),
       0.5);
@@ -48,7 +47,7 @@ TEST(BackgroundImage, IsThatOfTheLastFramesExposure) {
 }
 
 TEST(CheckBackground, MarkersAreNoContact) {
-  std::vector<cv::Mat3b> frames(4, render(cv::Mat1f(kSensor, 0.0F), kPitchMm, 1.0, 3));
+  std::vector<cv::Mat3b> frames(4, bare_picture(1.0, 3));
   for (cv::Mat3b& frame : frames) {
     frame = frame.clone();
     for (int v = 20; v < 240; v += 34)
@@ -66,7 +65,7 @@ TEST(CheckBackground, MovingContactIsSeen) {
 
 TEST(CheckBackground, ATouchInTheLastFrameIsSeen) {
   std::vector<cv::Mat3b> frames = rolling(1e-9, 0.0, 1.0);
-  frames.back() = render(ball_press(kSensor, kPitchMm, 100, 100, 4.75, 0.15), kPitchMm, 1.0, 99);
+  frames.back() = touched(0.15, 1.0, 99, 100);
   EXPECT_THAT(check(frames).reason, HasSubstr("frame 10 of 10"));
 }
 
@@ -74,7 +73,7 @@ TEST(CheckBackground, ATouchInTheLastFrameIsSeen) {
 /// there, all else repeats.
 std::vector<cv::Mat3b> compressed(int side_px, double levels, double share) {
   std::mt19937 random(5);
-  std::vector<cv::Mat3b> frames(10, render(cv::Mat1f(kSensor, 0.0F), kPitchMm, 0.0, 0));
+  std::vector<cv::Mat3b> frames(10, bare_picture(0.0, 0));
   for (cv::Mat3b& frame : frames) frame = frame.clone();
   for (int v = 0; v < kSensor.height; v += side_px)
     for (int u = 0; u < kSensor.width; u += side_px) {
@@ -99,20 +98,17 @@ TEST(CheckBackground, CompressionThatSpoilsThePictureIsNamed) {
 /// More of the gel is touched in every frame; what touches most of it is no noise either.
 TEST(CheckBackground, AWideContactThatComesIsSeen) {
   std::vector<cv::Mat3b> frames = rolling(1e-9, 0.0, 1.0);
-  for (std::size_t i = 1; i < 5; ++i)
-    frames[i] = render(ball_press(kSensor, kPitchMm, 160, 120, 60, 0.9), kPitchMm, 1.0, i);
+  for (std::size_t i = 1; i < 5; ++i) frames[i] = touched(0.9, 1.0, i, 160, 60);
   EXPECT_THAT(check(frames).reason, HasSubstr("moves on the gel"));
 }
 
 /// Frames of a log that begins with a dark and with old pictures, of a touch that is shallow enough to pass.
 std::vector<cv::Mat3b> stale_start() {
-  const auto gel = [](double depth_mm, int seed) {
-    const cv::Mat1f height = ball_press(kSensor, kPitchMm, 160, 120, 20, depth_mm);
-    return render(height, kPitchMm, 1.0, static_cast<std::uint64_t>(seed));
-  };
   std::vector<cv::Mat3b> frames;
-  for (int i = 0; i < 20; ++i)
-    frames.push_back(gel(i >= 3 && i < 8 ? 0.05 : i >= 13 ? 0.5 + 0.01 * i : 1e-9, i));
+  for (unsigned i = 0; i < 20; ++i) {
+    const double depth_mm = i >= 3 && i < 8 ? 0.05 : i >= 13 ? 0.5 + 0.01 * i : 1e-9;
+    frames.push_back(touched(depth_mm, 1.0, i, 160, 20));
+  }
   frames[0].rowRange(0, 100) *= 0.5;
   return frames;
 }
@@ -141,17 +137,13 @@ TEST(CheckBackground, RowsThatFlickerAreNoMotion) {
 /// A bright spot in the coating reads as an imprint. It stays where it is while a ball comes and goes; the
 /// imprint of an object does not.
 TEST(FindBareStretch, WhatAllOfTheLogShowsIsTheGelsOwn) {
-  const auto gel = [](double depth_mm, bool is_worn, int seed) {
-    cv::Mat3b picture = render(ball_press(kSensor, kPitchMm, 110, 120, 4.75, depth_mm), kPitchMm, 1.0,
-                               static_cast<std::uint64_t>(seed));
-    if (is_worn) cv::circle(picture, {225, 85}, 14, cv::Scalar(150, 180, 180), cv::FILLED);
-    return picture;
-  };
   std::vector<cv::Mat3b> worn, still, rested;
-  for (int i = 0; i < 20; ++i) {
-    worn.push_back(gel(i < 10 ? 1e-9 : 0.5, true, i));
-    still.push_back(gel(1e-9, true, i));
-    rested.push_back(gel(i < 10 ? 0.5 : 0.2, false, i));
+  for (unsigned i = 0; i < 20; ++i) {
+    worn.push_back(touched(i < 10 ? 1e-9 : 0.5, 1.0, i, 110));
+    still.push_back(touched(1e-9, 1.0, i, 110));
+    rested.push_back(touched(i < 10 ? 0.5 : 0.2, 1.0, i, 110));
+    for (cv::Mat3b& picture : {std::ref(worn.back()), std::ref(still.back())})
+      cv::circle(picture, {225, 85}, 14, cv::Scalar(150, 180, 180), cv::FILLED);
   }
   const auto find = [](const std::vector<cv::Mat3b>& log) {
     return find_bare_stretch({log.begin(), log.begin() + 10}, 10, linear_gel_model(), {}, log);

@@ -20,16 +20,12 @@ cv::Mat1f ring(double inner_mm, double center_u) {
   const double outer_mm = inner_mm + 0.8;
   const auto inside = [](double r_mm) { return std::cyl_bessel_i(0, r_mm / kRimLengthMm); };
   const auto outside = [](double r_mm) { return std::cyl_bessel_k(0, r_mm / kRimLengthMm); };
-  cv::Mat1f height_mm(kSensor);
-  for (int v = 0; v < kSensor.height; ++v)
-    for (int u = 0; u < kSensor.width; ++u) {
-      const double r_mm = kPitchMm * std::hypot(u - center_u, v - 119.5);
-      double share = 1;
-      if (r_mm < inner_mm) share = inside(r_mm) / inside(inner_mm);
-      if (r_mm > outer_mm) share = outside(r_mm) / outside(outer_mm);
-      height_mm(v, u) = static_cast<float>(-kDepthMm * share);
-    }
-  return height_mm;
+  return pixel_map<float>(kSensor, [&](int u, int v) {
+    const double r_mm = kPitchMm * std::hypot(u - center_u, v - 119.5);
+    return -kDepthMm * (r_mm < inner_mm   ? inside(r_mm) / inside(inner_mm)
+                        : r_mm > outer_mm ? outside(r_mm) / outside(outer_mm)
+                                          : 1);
+  });
 }
 
 cv::Mat1b contact_of(const cv::Mat1f& height_mm) {

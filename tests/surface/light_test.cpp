@@ -12,8 +12,6 @@
 namespace gelslam::test {
 namespace {
 
-const cv::Mat1f kFlatGel(kSensor, 0.0F);
-
 // Seen from the middle, to the right and down: -1 to 1.
 cv::Vec2d place(int u, int v) {
   return {2.0 * u / (kSensor.width - 1) - 1.0, 2.0 * v / (kSensor.height - 1) - 1.0};
@@ -22,42 +20,40 @@ cv::Vec2d place(int u, int v) {
 // The linear gel under lamps that are brighter on one side, as on a real sensor: without that, gain and
 // offset could not be told apart. Slopes are then a little off, the same with every light, and pictures are
 // compared with each other.
-cv::Mat3b lit(const cv::Mat1f& height_mm, std::uint64_t seed, double unevenness = 1) {
-  cv::Mat3b image = render(height_mm, kPitchMm, 1.0, seed);
-  for (int v = 0; v < image.rows; ++v) {
-    for (int u = 0; u < image.cols; ++u) {
-      const auto [x, y] = place(u, v).val;
-      const double pattern = 8 * std::sin(6 * x) * std::cos(5 * y);
-      image(v, u)[1] = cv::saturate_cast<unsigned char>(image(v, u)[1] + unevenness * (25 * y + pattern));
-      image(v, u)[2] = cv::saturate_cast<unsigned char>(image(v, u)[2] + unevenness * (25 * x + pattern));
-    }
-  }
-  return image;
+cv::Mat3b lit(const cv::Mat1f& height_mm, std::uint64_t seed) {
+  const cv::Mat3b image = render(height_mm, kPitchMm, 1.0, seed);
+  return pixel_map<cv::Vec3b>(kSensor, [&](int u, int v) {
+    const auto [x, y] = place(u, v).val;
+    const double pattern = 8 * std::sin(6 * x) * std::cos(5 * y);
+    return cv::Vec3d(image(v, u)) + cv::Vec3d(0, 25 * y + pattern, 25 * x + pattern);
+  });
 }
 
 using Change = std::function<double(double value, double x, double y, int channel)>;
 
-cv::Mat3b changed(cv::Mat3b image, const Change& change) {
-  for (int v = 0; v < image.rows; ++v) {
-    for (int u = 0; u < image.cols; ++u) {
-      const cv::Vec2d at = place(u, v);
-      for (int c = 0; c < 3; ++c)
-        image(v, u)[c] = cv::saturate_cast<unsigned char>(change(image(v, u)[c], at[0], at[1], c));
-    }
-  }
-  return image;
+SurfacePtr seen(SurfaceEstimator& estimator, const cv::Mat1f& height_mm, const Change& change) {
+  const cv::Mat3b image = lit(height_mm, 2);
+  return estimator.estimate(pixel_map<cv::Vec3b>(kSensor, [&](int u, int v) {
+    const auto [x, y] = place(u, v).val;
+    const cv::Vec3b& light = image(v, u);
+    return cv::Vec3d(change(light[0], x, y, 0), change(light[1], x, y, 1), change(light[2], x, y, 2));
+  }));
 }
 
-SurfacePtr seen(SurfaceEstimator& estimator, const cv::Mat1f& height_mm, const Change& change) {
-  return estimator.estimate(changed(lit(height_mm, 2), change));
+SurfaceEstimator estimator(const SurfaceOptions& options = {}) {
+  return SurfaceEstimator(linear_gel_model(), lit(kFlatGel, 1), options);
+}
+
+// To tell changes from each other.
+std::string name(const Change& change) {
+  return std::to_string(change(100, 0, 0, 0)) + " " + std::to_string(change(100, 1, 1, 1));
 }
 
 // How far heights (mm) come out from those in the background's light, from the very first picture in another
 // one.
 double worst_height_mm(const cv::Mat1f& height_mm, const Change& change) {
-  SurfaceEstimator steady(linear_gel_model(), lit(kFlatGel, 1), {});
-  SurfaceEstimator disturbed(linear_gel_model(), lit(kFlatGel, 1), {});
-  const SurfacePtr truth = steady.estimate(lit(height_mm, 2));
+  SurfaceEstimator disturbed = estimator();
+  const SurfacePtr truth = estimator().estimate(lit(height_mm, 2));
   return cv::norm(seen(disturbed, height_mm, change)->height_mm, truth->height_mm, cv::NORM_INF);
 }
 
@@ -91,30 +87,27 @@ Change band_of(double levels) {
 // A tenth of the depth at most: 8 bits are a third as fine in the weak channel.
 TEST(Light, ThatJumpsIsFollowedAtOnce) {
   for (const Change& change : {kDark, kBright, kWarm, kWeakRed})
-    EXPECT_LT(worst_height_mm(press(0.5), change), 0.05)
-        << change(100, 0, 0, 0) << " " << change(100, 1, 1, 1);
+    EXPECT_LT(worst_height_mm(press(0.5), change), 0.05) << name(change);
 }
 
 TEST(Light, FromOneSideOrInBandsIsTakenOff) {
   for (const Change& change : {kWindow, kOneSide, kBands, band_of(8), band_of(-8), band_of(15)})
-    EXPECT_LT(worst_height_mm(press(0.5), change), 0.05)
-        << change(100, 0, 0, 0) << " " << change(100, 1, 1, 1);
+    EXPECT_LT(worst_height_mm(press(0.5), change), 0.05) << name(change);
 }
 
 TEST(Light, OnBareGelIsNoTouch) {
   for (const Change& change : {kDark, kBright, kWarm, kWindow, kOneSide, kBands, band_of(15)}) {
-    SurfaceEstimator estimator(linear_gel_model(), lit(kFlatGel, 1), {});
-    EXPECT_EQ(seen(estimator, kFlatGel, change)->contact_pixels, 0)
-        << change(100, 0, 0, 0) << " " << change(100, 1, 1, 1);
+    SurfaceEstimator disturbed = estimator();
+    EXPECT_EQ(seen(disturbed, kFlatGel, change)->contact_pixels, 0) << name(change);
   }
 }
 
 TEST(Light, ThatIsNotFollowedIsSaid) {
   for (const double depth_mm : {0.1, 0.5, 1.4})
     for (const double levels : {0.0, 15.0, 60.0}) {
-      SurfaceEstimator estimator(linear_gel_model(), lit(kFlatGel, 1), {});
-      seen(estimator, press(depth_mm), band_of(levels));
-      EXPECT_EQ(estimator.light_is_followed(), levels < 20) << levels << " over " << depth_mm << " mm";
+      SurfaceEstimator disturbed = estimator();
+      seen(disturbed, press(depth_mm), band_of(levels));
+      EXPECT_EQ(disturbed.light_is_followed(), levels < 20) << levels << " over " << depth_mm << " mm";
     }
 }
 
@@ -125,10 +118,8 @@ TEST(Light, IsNotWhatAPressChanges) {
       const cv::Mat1f truth = press(depth_mm, u, 120);
       SurfaceOptions fixed;
       fixed.compensate_light = false;
-      SurfaceEstimator steady(linear_gel_model(), lit(kFlatGel, 1), fixed);
-      SurfaceEstimator following(linear_gel_model(), lit(kFlatGel, 1), {});
-      const SurfacePtr expected = steady.estimate(lit(truth, 2));
-      EXPECT_LT(cv::norm(following.estimate(lit(truth, 2))->height_mm, expected->height_mm, cv::NORM_INF),
+      const SurfacePtr expected = estimator(fixed).estimate(lit(truth, 2));
+      EXPECT_LT(cv::norm(estimator().estimate(lit(truth, 2))->height_mm, expected->height_mm, cv::NORM_INF),
                 0.005 + 0.02 * depth_mm)
           << depth_mm << " mm at " << u;
     }
@@ -142,11 +133,10 @@ TEST(Light, ThatCannotBeIsForgotten) {
   const Change green = [](double, double, double, int c) { return c == 1 ? 135.0 : 0.0; };
   const Change stripes = [](double, double x, double, int c) { return 128 + 100 * std::sin(40 * x + c); };
   for (const Change& change : {no_red, green, stripes}) {
-    SurfaceEstimator steady(linear_gel_model(), lit(kFlatGel, 1), {});
-    SurfaceEstimator disturbed(linear_gel_model(), lit(kFlatGel, 1), {});
+    SurfaceEstimator disturbed = estimator();
     for (int frame = 0; frame < 3; ++frame) seen(disturbed, press(0.5), change);
     const SurfacePtr after = disturbed.estimate(lit(press(0.5), 2)),
-                     truth = steady.estimate(lit(press(0.5), 2));
+                     truth = estimator().estimate(lit(press(0.5), 2));
     EXPECT_LT(cv::norm(after->height_mm, truth->height_mm, cv::NORM_INF), 0.02);
   }
 }

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "../support/analytic_surface.hpp"
+#include "../support/pixel_map.hpp"
 #include "gelslam/surface/gradient_model.hpp"
 
 namespace gelslam::test {
@@ -71,16 +72,23 @@ inline cv::Mat1f ball_press(cv::Size size, double pitch_mm, double u, double v, 
       std::sqrt(2 * radius_mm * (depth_mm - edge_depth_mm) - std::pow(depth_mm - edge_depth_mm, 2));
   const double edge_slope = edge_mm / std::sqrt(radius_mm * radius_mm - edge_mm * edge_mm);
   const double fade_mm = edge_depth_mm / edge_slope;
-  cv::Mat1f height(size);
-  for (int row = 0; row < size.height; ++row) {
-    for (int column = 0; column < size.width; ++column) {
-      const double r = pitch_mm * std::hypot(column - u, row - v);
-      const double z = r < edge_mm ? radius_mm - depth_mm - std::sqrt(radius_mm * radius_mm - r * r)
-                                   : -edge_depth_mm * std::exp(-(r - edge_mm) / fade_mm);
-      height(row, column) = static_cast<float>(z);
-    }
-  }
-  return height;
+  return pixel_map<float>(size, [=](int column, int row) {
+    const double r = pitch_mm * std::hypot(column - u, row - v);
+    return r < edge_mm ? radius_mm - depth_mm - std::sqrt(radius_mm * radius_mm - r * r)
+                       : -edge_depth_mm * std::exp(-(r - edge_mm) / fade_mm);
+  });
+}
+
+/// A gel at which nothing lies, and its picture.
+inline const cv::Mat1f kFlatGel(kSensor, 0.0F);
+inline cv::Mat3b bare_picture(double noise_levels, std::uint64_t seed) {
+  return render(kFlatGel, kPitchMm, noise_levels, seed);
+}
+
+/// The picture with each pixel's light times that of `shade`.
+inline cv::Mat3b shaded(const cv::Mat3b& image, const cv::Mat1f& shade) {
+  return pixel_map<cv::Vec3b>(image.size(),
+                              [&](int u, int v) { return image(v, u) * static_cast<double>(shade(v, u)); });
 }
 
 /// Radius in pixels of the circle inside which that gel lies on the ball.

@@ -11,8 +11,6 @@
 namespace gelslam::test {
 namespace {
 
-using ::testing::HasSubstr;
-
 ModelFile some_file() {
   ModelFile file;
   file.model = random_model(3);

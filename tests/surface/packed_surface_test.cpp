@@ -7,10 +7,8 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/surface/stored_surface.hpp"
 
-namespace gelslam {
+namespace gelslam::test {
 namespace {
-
-using namespace test;
 
 SurfacePtr textured() {
   View view;
@@ -102,4 +100,4 @@ TEST(StoredSurface, IsTheSameWhetherPackedNowOrLater) {
 }
 
 }  // namespace
-}  // namespace gelslam
+}  // namespace gelslam::test

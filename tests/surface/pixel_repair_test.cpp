@@ -14,17 +14,18 @@
 namespace gelslam::test {
 namespace {
 
-const cv::Mat3b kBare = render(cv::Mat1f(kSensor, 0.0F), kPitchMm, 0.0, 1);
+const cv::Mat3b kBare = bare_picture(0.0, 1);
+const cv::Mat1f kBall = ball_press(kSensor, kPitchMm, 160, 120, 4.75, 0.6);
+const cv::Mat3b kTouched = render(kBall, kPitchMm, 1.0, 2);
 
 /// A white spot with soft edges, as a lens would show it.
 void shine(cv::Mat3b& image, const std::vector<cv::Point>& places) {
   cv::Mat1f light(image.size(), 0.0F);
   for (const cv::Point& place : places) cv::circle(light, place, 4, 1.0, cv::FILLED);
   cv::GaussianBlur(light, light, {}, 1.2);
-  for (int v = 0; v < image.rows; ++v)
-    for (int u = 0; u < image.cols; ++u)
-      for (int c = 0; c < 3; ++c)
-        image(v, u)[c] = cv::saturate_cast<unsigned char>(image(v, u)[c] + 300.0F * light(v, u));
+  image = pixel_map<cv::Vec3b>(image.size(), [&](int u, int v) {
+    return cv::Vec3f(image(v, u)) + cv::Vec3f::all(300.0F * light(v, u));
+  });
 }
 
 const std::vector<cv::Point> kOnContact = {{150, 110}, {175, 131}};
@@ -34,17 +35,11 @@ SurfacePtr surface_of(const cv::Mat3b& image) {
   return SurfaceEstimator(linear_gel_model(), kBare, SurfaceOptions{}).estimate(image);
 }
 
-/// Heights are those of the truth to 0.03 mm, and the contact is what it is without the disturbance.
-void expect_undisturbed(const Surface& surface, const cv::Mat1f& truth_mm, const Surface& undisturbed) {
-  EXPECT_LT(cv::norm(surface.height_mm, truth_mm, cv::NORM_INF), 0.03);
+/// Heights are those of the ball to 0.03 mm, and the contact is what it is without the disturbance.
+void expect_undisturbed(const Surface& surface, const Surface& undisturbed) {
+  EXPECT_LT(cv::norm(surface.height_mm, kBall, cv::NORM_INF), 0.03);
   const cv::Mat differing = surface.contact != undisturbed.contact;
   EXPECT_LT(cv::countNonZero(differing), undisturbed.contact_pixels / 50);
-}
-
-/// Takes the share `shade` of `strength` of the light away.
-void darken(cv::Mat3b& image, const cv::Mat1f& shade, double strength) {
-  for (int v = 0; v < image.rows; ++v)
-    for (int u = 0; u < image.cols; ++u) image(v, u) *= 1.0 - strength * static_cast<double>(shade(v, u));
 }
 
 /// Dots 32 pixels apart, moved by `shift_px`; one is missing, one is small, and one lies out of line.
@@ -59,13 +54,7 @@ cv::Mat3b with_dots(const cv::Mat3b& image, double shift_px = 0.0) {
     }
   cv::circle(ink, {208, 136}, 5, 1.0, cv::FILLED);
   cv::GaussianBlur(ink, ink, {}, 0.8);
-  cv::Mat3b result = image.clone();
-  darken(result, ink, 0.7);
-  return result;
-}
-
-SurfacePtr dotted_surface_of(const cv::Mat3b& image) {
-  return SurfaceEstimator(linear_gel_model(), with_dots(kBare), SurfaceOptions{}).estimate(image);
+  return shaded(image, cv::Mat1f(1.0F - 0.7F * ink));
 }
 
 TEST(WrongValues, AreCountedInTheLargestPictures) {
@@ -77,12 +66,11 @@ TEST(WrongValues, AreCountedInTheLargestPictures) {
 }
 
 TEST(Markers, ABallReadsAsWithoutThem) {
-  const cv::Mat1f truth = ball_press(kSensor, kPitchMm, 160, 120, 4.75, 0.6);
-  const cv::Mat3b image = render(truth, kPitchMm, 1.0, 2);
-  const SurfacePtr clean = surface_of(image);
+  const SurfacePtr clean = surface_of(kTouched);
   for (const double shift_px : {0.0, 2.0, 5.0}) {
-    const SurfacePtr surface = dotted_surface_of(with_dots(image, shift_px));
-    EXPECT_LT(cv::norm(surface->height_mm, truth, cv::NORM_INF), 0.03) << shift_px;
+    const SurfacePtr surface =
+        SurfaceEstimator(linear_gel_model(), with_dots(kBare), {}).estimate(with_dots(kTouched, shift_px));
+    EXPECT_LT(cv::norm(surface->height_mm, kBall, cv::NORM_INF), 0.03) << shift_px;
     EXPECT_LT(cv::countNonZero(surface->contact != clean->contact), clean->contact_pixels / 20) << shift_px;
     EXPECT_EQ(surface->confidence(120, 160), 1) << shift_px;
     EXPECT_GT(surface->confidence(136, 176), 100) << shift_px << ": between dots";
@@ -104,68 +92,33 @@ TEST(Markers, AreFilledInUnderWhatIsSeenBare) {
 // A ball's slope changes by 0.11 over the 9 pixels that are filled from around: read to a fraction of that,
 // its height is right to that times half of the width, 0.03 mm.
 TEST(Highlights, ShinesNeitherThroughTheHeightsNorTheContact) {
-  const cv::Mat1f truth = ball_press(kSensor, kPitchMm, 160, 120, 4.75, 0.6);
-  cv::Mat3b image = render(truth, kPitchMm, 1.0, 2);
-  const SurfacePtr undisturbed = surface_of(image);
+  cv::Mat3b image = kTouched.clone();
   shine(image, kOnContact);
   shine(image, kOnGel);
   const SurfacePtr surface = surface_of(image);
-  expect_undisturbed(*surface, truth, *undisturbed);
+  expect_undisturbed(*surface, *surface_of(kTouched));
   for (const cv::Point& place : kOnGel) EXPECT_EQ(surface->contact(place), 0) << place;
 }
 
 // As above: what is filled in is as wide. Also in a brighter light, of which the ring is no part.
 TEST(Highlights, ARingThatFillsNoChannelIsNeitherHeightNorContact) {
-  const cv::Mat1f truth = ball_press(kSensor, kPitchMm, 160, 120, 4.75, 0.6);
   for (const double brighter : {1.0, 1.2}) {
-    cv::Mat3b image = render(truth, kPitchMm, 1.0, 2);
-    image *= brighter;
-    const SurfacePtr undisturbed = surface_of(image);
-    for (int v = 0; v < image.rows; ++v)
-      for (int u = 0; u < image.cols; ++u) {
-        const double across_px = (std::hypot(u - 190, v - 120) - 32) / 2;
-        image(v, u) +=
-            cv::Vec3b::all(cv::saturate_cast<unsigned char>(100 * std::exp(-0.5 * across_px * across_px)));
-      }
-    const SurfacePtr surface = surface_of(image);
-    expect_undisturbed(*surface, truth, *undisturbed);
+    const cv::Mat3b image(kTouched * brighter);
+    const auto with_ring = pixel_map<cv::Vec3b>(kSensor, [&](int u, int v) {
+      const double across_px = (std::hypot(u - 190, v - 120) - 32) / 2;
+      return cv::Vec3d(image(v, u)) + cv::Vec3d::all(100 * std::exp(-0.5 * across_px * across_px));
+    });
+    expect_undisturbed(*surface_of(with_ring), *surface_of(image));
   }
-}
-
-TEST(Highlights, WithoutAnyThePictureIsPassedOnAsItIs) {
-  surface::detail::PixelRepair repair(kBare);
-  cv::Mat3b image = render(ball_press(kSensor, kPitchMm, 160, 120, 4.75, 0.6), kPitchMm, 1.0, 4);
-  EXPECT_EQ(repair.clean(image).data, image.data);
-  image(10, 10) = {255, 200,
-                   100};  // one channel is full where a slope faces a lamp, and the others still tell it
-  EXPECT_EQ(repair.clean(image).data, image.data);
-}
-
-/// A hair with soft edges.
-void lay_hair(cv::Mat3b& image) {
-  cv::Mat1f shade(image.size(), 0.0F);
-  cv::polylines(shade, std::vector<std::vector<cv::Point>>{{{30, 60}, {120, 100}, {190, 125}, {290, 220}}},
-                false, 1.0, 3);
-  cv::GaussianBlur(shade, shade, {}, 1.0);
-  darken(image, shade, 0.9);
 }
 
 // As above: what is filled in is as wide.
 TEST(DarkSpots, AHairIsNeitherHeightNorContact) {
-  const cv::Mat1f truth = ball_press(kSensor, kPitchMm, 160, 120, 4.75, 0.6);
-  cv::Mat3b image = render(truth, kPitchMm, 1.0, 5);
-  const SurfacePtr undisturbed = surface_of(image);
-  lay_hair(image);
-  const SurfacePtr surface = surface_of(image);
-  expect_undisturbed(*surface, truth, *undisturbed);
-}
-
-// Then it is the light, and a touch must still be seen.
-TEST(DarkSpots, APictureThatIsDarkAllOverIsPassedOn) {
-  surface::detail::PixelRepair repair(kBare);
-  cv::Mat3b image = kBare.clone();
-  image *= 0.4;
-  EXPECT_EQ(repair.clean(image).data, image.data);
+  cv::Mat1f hair(kSensor, 0.0F);
+  cv::polylines(hair, std::vector<std::vector<cv::Point>>{{{30, 60}, {120, 100}, {190, 125}, {290, 220}}},
+                false, 1.0, 3);
+  cv::GaussianBlur(hair, hair, {}, 1.0);
+  expect_undisturbed(*surface_of(shaded(kTouched, cv::Mat1f(1.0F - 0.9F * hair))), *surface_of(kTouched));
 }
 
 // One value in a hundred, of any channel, in every picture another one; or the same pixels, and in the
@@ -180,23 +133,28 @@ cv::Mat3b peppered(const cv::Mat3b& image, std::uint64_t seed) {
 }
 
 TEST(WrongPixels, AreNotSeen) {
-  const cv::Mat3b image = render(ball_press(kSensor, kPitchMm, 160, 120, 4.75, 0.6), kPitchMm, 1.0, 2);
-  const SurfacePtr undisturbed = surface_of(image), surface = surface_of(peppered(image, 5));
+  const SurfacePtr undisturbed = surface_of(kTouched), surface = surface_of(peppered(kTouched, 5));
   // What is filled in is a neighbor's value: two gray levels, and so few of them are nothing in a height.
   EXPECT_LT(cv::norm(surface->height_mm, undisturbed->height_mm, cv::NORM_INF), 0.01);
-  expect_undisturbed(*surface, undisturbed->height_mm, *undisturbed);
+  expect_undisturbed(*surface, *undisturbed);
   const SurfacePtr from_hot_background =
-      SurfaceEstimator(linear_gel_model(), peppered(kBare, 5), SurfaceOptions{}).estimate(peppered(image, 5));
+      SurfaceEstimator(linear_gel_model(), peppered(kBare, 5), {}).estimate(peppered(kTouched, 5));
   EXPECT_LT(cv::norm(from_hot_background->height_mm, undisturbed->height_mm, cv::NORM_INF), 0.01);
   EXPECT_EQ(surface_of(peppered(kBare, 6))->contact_pixels, 0);
 }
 
-TEST(WrongPixels, WithoutAnyThePictureIsPassedOnAsItIs) {
+TEST(PixelRepair, PassesOnAsItIsWhatHasNothingToRepair) {
   surface::detail::PixelRepair repair(kBare);
   for (const double noise : {0.0, 1.0, 6.0}) {
-    const cv::Mat3b image = render(ball_press(kSensor, kPitchMm, 160, 120, 4.75, 0.6), kPitchMm, noise, 4);
+    const cv::Mat3b image = render(kBall, kPitchMm, noise, 4);
     EXPECT_EQ(repair.clean(image).data, image.data) << noise;
   }
+  cv::Mat3b lit = kTouched.clone();
+  lit(10, 10) = {255, 200,
+                 100};  // one channel is full where a slope faces a lamp, and the others still tell it
+  EXPECT_EQ(repair.clean(lit).data, lit.data);
+  const cv::Mat3b dark_all_over(kBare * 0.4);
+  EXPECT_EQ(repair.clean(dark_all_over).data, dark_all_over.data) << "it is the light; a touch must be seen";
 }
 
 }  // namespace

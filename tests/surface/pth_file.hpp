@@ -17,10 +17,10 @@ struct PthLayer {
 
 /// A batch normalization.
 struct PthNorm {
-  std::vector<float> gain, shift, mean, variance;
+  std::vector<float> weight, bias, running_mean, running_var;
 };
 
-/// What an `nnmodel.pth` is made of, written independently of the reader, with places to make it wrong.
+/// What an `nnmodel.pth` is made of, written by Python (write_pth.py), with places to make it wrong.
 struct PthFile {
   std::vector<PthLayer> layers;
   std::vector<PthNorm> norms;  ///< behind the first layers
@@ -34,13 +34,13 @@ struct PthFile {
   bool checkpoint = false;           ///< the state_dict as an entry beside `epoch` and `optimizer`
   std::string entry = "state_dict";  ///< of a checkpoint
   bool with_metadata = true;         ///< the attribute torch sets on a state_dict
+  bool gives_normals = false;        ///< two parts of a unit normal, and takes v/H before u/W
 
-  std::string pickle() const;                          ///< data.pkl
   std::map<std::string, std::string> entries() const;  ///< names and contents
 };
 
-/// What the network gives for these inputs, by its definition in double precision.
-std::vector<double> naive_outputs(const PthFile& file, std::vector<double> values);
+/// The slope angles that the network means for these inputs, by its definition in double precision.
+std::vector<double> naive_angles(const PthFile& file, std::vector<double> inputs);
 
 /// Entries, stored or compressed, as the bytes of a zip archive.
 std::string zip_archive(const std::map<std::string, std::string>& entries);
@@ -50,8 +50,8 @@ std::vector<PthLayer> random_layers(std::uint64_t seed, const std::vector<int>& 
 /// For all layers but the last.
 std::vector<PthNorm> random_norms(std::uint64_t seed, const std::vector<PthLayer>& layers);
 GradientModel random_model(std::uint64_t seed);
-/// The maker's network with such numbers, small enough that its outputs are parts of unit normals.
-std::vector<PthLayer> random_maker_layers(std::uint64_t seed);
+/// The maker's checkpoint with such numbers, small enough that its outputs are parts of unit normals.
+PthFile makers_file(std::uint64_t seed);
 std::vector<PthLayer> layers_of(const GradientModel& model);
 
 }  // namespace gelslam::test

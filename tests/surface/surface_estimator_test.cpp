@@ -13,9 +13,7 @@ namespace {
 
 constexpr double kBallMm = 4.75;
 
-cv::Mat1f flat(cv::Size size) { return cv::Mat1f(size, 0.0F); }
-
-cv::Mat3b bare_gel(cv::Size size = kSensor) { return render(flat(size), kPitchMm, 0.0, 1); }
+cv::Mat3b bare_gel(cv::Size size = kSensor) { return render(cv::Mat1f(size, 0.0F), kPitchMm, 0.0, 1); }
 
 SurfaceEstimator make_estimator(const SurfaceOptions& options = {}, cv::Size size = kSensor) {
   return SurfaceEstimator(linear_gel_model(), bare_gel(size), options);
@@ -27,13 +25,10 @@ cv::Mat1f press(double depth_mm, double u = 160.0, double v = 120.0) {
 
 // Share of the contact mask that lies within `radius_px` of the ball's center.
 double share_within(const Surface& surface, double u, double v, double radius_px) {
-  int inside = 0;
-  for (int row = 0; row < kSensor.height; ++row) {
-    for (int column = 0; column < kSensor.width; ++column) {
-      inside += surface.contact(row, column) != 0 && std::hypot(column - u, row - v) <= radius_px ? 1 : 0;
-    }
-  }
-  return static_cast<double>(inside) / std::max(1, surface.contact_pixels);
+  const auto inside = pixel_map<uchar>(kSensor, [&](int column, int row) {
+    return surface.contact(row, column) != 0 && std::hypot(column - u, row - v) <= radius_px;
+  });
+  return static_cast<double>(cv::countNonZero(inside)) / std::max(1, surface.contact_pixels);
 }
 
 double disc_px(double radius_px) { return 3.14159265 * radius_px * radius_px; }
@@ -49,12 +44,10 @@ TEST(SurfaceEstimator, GivesBackTheHeightOfAPressedBall) {
 }
 
 TEST(SurfaceEstimator, SeesNoTouchInATestPicture) {
-  cv::Mat3b bars(kSensor);
-  for (int v = 0; v < bars.rows; ++v)
-    for (int u = 0; u < bars.cols; ++u) {
-      const int bar = 7 * u / bars.cols;
-      bars(v, u) = cv::Vec3b(bar % 2 ? 0 : 191, bar < 4 ? 191 : 0, bar % 4 < 2 ? 191 : 0);
-    }
+  const auto bars = pixel_map<cv::Vec3b>(kSensor, [](int u, int) {
+    const int bar = 7 * u / kSensor.width;
+    return cv::Vec3b(bar % 2 ? 0 : 191, bar < 4 ? 191 : 0, bar % 4 < 2 ? 191 : 0);
+  });
   const SurfacePtr surface = make_estimator().estimate(bars);
   double lowest_mm = 0;
   cv::minMaxLoc(surface->height_mm, &lowest_mm);
@@ -88,16 +81,11 @@ Seen seen_along(const CameraModel& camera, const Eigen::Vector2d& rest_mm, const
 
 /// The raw picture of it, in the colors of the linear gel.
 cv::Mat3b raw_picture(const CameraModel& camera, const Eigen::Vector3d& ball_mm) {
-  cv::Mat3b picture(camera.size);
-  for (int v = 0; v < picture.rows; ++v)
-    for (int u = 0; u < picture.cols; ++u) {
-      const Seen seen = seen_along(camera, camera.to_mm(camera.rest_px(Eigen::Vector2d(u, v))), ball_mm);
-      const auto level = [&](int axis) {
-        return cv::saturate_cast<unsigned char>(kBareLevel + std::atan(seen.slope[axis]) / kRadPerLevel);
-      };
-      picture(v, u) = {cv::saturate_cast<unsigned char>(60.0 + 80.0 * u / picture.cols), level(1), level(0)};
-    }
-  return picture;
+  return pixel_map<cv::Vec3b>(camera.size, [&](int u, int v) {
+    const Seen seen = seen_along(camera, camera.to_mm(camera.rest_px(Eigen::Vector2d(u, v))), ball_mm);
+    const auto level = [&](int axis) { return kBareLevel + std::atan(seen.slope[axis]) / kRadPerLevel; };
+    return cv::Vec3d(60.0 + 80.0 * u / camera.size.width, level(1), level(0));
+  });
 }
 
 TEST(SurfaceEstimator, GivesBackABallOnADomedGelBehindALens) {
@@ -155,7 +143,7 @@ TEST(SurfaceEstimator, BareGelHasNoContactWhateverTheNoise) {
   for (const double noise : {0.0, 1.0, 3.0, 8.0}) {
     SurfaceEstimator estimator = make_estimator();
     for (std::uint64_t seed = 10; seed < 14; ++seed) {
-      const SurfacePtr surface = estimator.estimate(render(flat(kSensor), kPitchMm, noise, seed));
+      const SurfacePtr surface = estimator.estimate(bare_picture(noise, seed));
       EXPECT_LE(surface->contact_pixels, noise > 4.0 ? 20 : 0) << noise;
     }
   }
@@ -164,14 +152,11 @@ TEST(SurfaceEstimator, BareGelHasNoContactWhateverTheNoise) {
 // A flat face has the color of bare gel. The larger one covers more than what is left untouched.
 TEST(SurfaceEstimator, AFlatFaceCountsAsContactThroughout) {
   for (const cv::Size half : {cv::Size(60, 50), cv::Size(110, 85)}) {
-    cv::Mat1f truth(kSensor, 0.0F);  // a punch 0.4 mm deep with sloping sides 1 mm wide
-    for (int v = 0; v < kSensor.height; ++v) {
-      for (int u = 0; u < kSensor.width; ++u) {
-        const double outside_px =
-            std::max({0, std::abs(u - 160) - half.width, std::abs(v - 120) - half.height});
-        truth(v, u) = static_cast<float>(-0.4 * std::max(0.0, 1.0 - kPitchMm * outside_px));
-      }
-    }
+    // A punch 0.4 mm deep with sloping sides 1 mm wide.
+    const auto truth = pixel_map<float>(kSensor, [&](int u, int v) {
+      const int outside_px = std::max({0, std::abs(u - 160) - half.width, std::abs(v - 120) - half.height});
+      return -0.4 * std::max(0.0, 1.0 - kPitchMm * outside_px);
+    });
     const SurfacePtr surface = make_estimator().estimate(render(truth, kPitchMm, 1.0, 5));
     EXPECT_LT(cv::norm(surface->height_mm, truth, cv::NORM_INF), 0.03);
     const cv::Rect face(160 - half.width, 120 - half.height, 2 * half.width, 2 * half.height);
@@ -185,15 +170,12 @@ TEST(SurfaceEstimator, APatternOverTheWholeGelIsReadWithoutBareGel) {
   for (const double period_px : {22.0, 30.0, 45.0}) {
     SurfaceEstimator estimator = make_estimator();
     const double amplitude_mm = 0.3 * period_px * kPitchMm / (2 * CV_PI);  // slopes to 0.3
-    cv::Mat1f truth = flat(kSensor);
+    const auto truth = pixel_map<float>(kSensor, [&](int u, int v) {
+      return amplitude_mm * std::sin(2 * CV_PI * u / period_px) * std::sin(2 * CV_PI * v / period_px);
+    });
     SurfacePtr surface;
-    for (const double share : {0.25, 0.5, 1.0}) {
-      for (int v = 0; v < truth.rows; ++v)
-        for (int u = 0; u < truth.cols; ++u)
-          truth(v, u) = static_cast<float>(share * amplitude_mm * std::sin(2 * CV_PI * u / period_px) *
-                                           std::sin(2 * CV_PI * v / period_px));
-      surface = estimator.estimate(render(truth, kPitchMm, 1.0, 2));
-    }
+    for (const double share : {0.25, 0.5, 1.0})
+      surface = estimator.estimate(render(cv::Mat1f(truth * share), kPitchMm, 1.0, 2));
     EXPECT_FALSE(surface->zero_is_bare_gel) << period_px;
     EXPECT_GT(surface->contact_pixels, kSensor.area() / 5) << period_px;  // what lies below, without the rims
     cv::Mat1f difference;
