@@ -37,13 +37,18 @@ double stacked_share(const Mesh& mesh, double reach_mm) {
   int stacked = 0, tested = 0;
   for (std::size_t v = 0; v < mesh.vertices_mm.size(); v += 7, ++tested) {
     const Eigen::Vector3d p = mesh.vertices_mm[v].cast<double>(), n = mesh.normals[v].cast<double>();
-    const auto is_stacked = [&](const RayHit& hit) {
-      const bool its_own =
-          (mesh.triangles[static_cast<std::size_t>(hit.triangle)].array() == static_cast<int>(v)).any();
-      return !its_own && std::abs(hit.distance_mm - reach_mm) >= 0.03 &&
-             scene.triangle_normal(hit.triangle).dot(n) > 0;
-    };
-    stacked += std::ranges::any_of(scene.cast_all(p - reach_mm * n, n, 2 * reach_mm), is_stacked);
+    bool is_stacked = false;
+    double along_mm = -reach_mm;  // of the ray through the vertex
+    for (int hit = 0; !is_stacked && (hit = scene.first_hit(p + along_mm * n, n, reach_mm - along_mm)) >= 0;
+         along_mm += 1e-4) {
+      const Eigen::Vector3i& corners = mesh.triangles[static_cast<std::size_t>(hit)];
+      const Eigen::Vector3d normal = scene.triangle_normal(hit),
+                            corner = mesh.vertices_mm[static_cast<std::size_t>(corners[0])].cast<double>();
+      along_mm = (corner - p).dot(normal) / n.dot(normal);
+      const bool its_own = (corners.array() == static_cast<int>(v)).any();
+      is_stacked = !its_own && std::abs(along_mm) >= 0.03 && normal.dot(n) > 0;
+    }
+    stacked += is_stacked;
   }
   return tested > 0 ? static_cast<double>(stacked) / tested : 0.0;
 }

@@ -11,10 +11,8 @@
 #include "run_folder/run_writer.hpp"
 #include "strokes.hpp"
 
-namespace gelslam {
+namespace gelslam::test {
 namespace {
-
-using namespace test;
 
 /// To the last bit: keyframes are what their files hold from the moment they are made.
 void expect_same_map(const SlamMap& a, const SlamMap& b) {
@@ -107,7 +105,7 @@ TEST(ContinuedScan, MayHoldNoKeyframeAnyMore) {
   const ScanRecord undone = read_scan(folder.path(), {});
   const SlamMap map = Strokes(undone).finish();
   EXPECT_EQ(map.components, 0);
-  std::filesystem::create_directory(folder / "run");
+  fs::create_directory(folder / "run");
   write_run(folder / "run", {Config{}, map, fuse_map(map, FusionOptions{}), {}});
   EXPECT_EQ(read_bytes(folder / "run/trajectory.tum"), "");
   Strokes again(undone);
@@ -116,4 +114,4 @@ TEST(ContinuedScan, MayHoldNoKeyframeAnyMore) {
 }
 
 }  // namespace
-}  // namespace gelslam
+}  // namespace gelslam::test

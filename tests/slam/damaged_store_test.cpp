@@ -8,12 +8,8 @@
 #include "gelslam/slam/store.hpp"
 #include "small_map.hpp"
 
-namespace gelslam {
+namespace gelslam::test {
 namespace {
-
-namespace fs = std::filesystem;
-using namespace test;
-using testing::HasSubstr;
 
 class DamagedStore : public testing::Test {
  protected:
@@ -182,4 +178,4 @@ TEST_F(DamagedStore, WhatLeadsToNoKeyframeIsLeftOut) {
 }
 
 }  // namespace
-}  // namespace gelslam
+}  // namespace gelslam::test

@@ -5,10 +5,8 @@
 #include "gelslam/loop_closure/loop_closer.hpp"
 #include "gelslam/slam/gel_slam.hpp"
 
-namespace gelslam {
+namespace gelslam::test {
 namespace {
-
-using namespace test;
 
 constexpr double kPeriodMm =
     10.0;  // more than half of the contact's width: no frame looks like itself shifted
@@ -75,4 +73,4 @@ TEST(FalseLoops, ARepeatedPatternDoesNotBendTheMap) {
 }
 
 }  // namespace
-}  // namespace gelslam
+}  // namespace gelslam::test

@@ -6,10 +6,9 @@
 #include "gelslam/slam/reconstruct.hpp"
 #include "strokes.hpp"
 
-namespace gelslam {
+namespace gelslam::test {
 namespace {
 
-using namespace test;
 using testing::Each;
 using testing::ElementsAre;
 
@@ -120,4 +119,4 @@ TEST(GelSlam, GoingToAndFroStaysInPlace) {
 }
 
 }  // namespace
-}  // namespace gelslam
+}  // namespace gelslam::test

@@ -16,8 +16,6 @@
 
 namespace gelslam::test {
 
-namespace fs = std::filesystem;
-
 inline constexpr int kBackgroundFrames = 10, kScanFrames = 50;
 
 /// Ten bare frames, then a peanut that is wobbled under the sensor.

@@ -7,11 +7,8 @@
 #include "gelslam/slam/status_text.hpp"
 #include "live_fixture.hpp"
 
-namespace gelslam {
+namespace gelslam::test {
 namespace {
-
-using namespace test;
-using testing::HasSubstr;
 
 TEST_F(Live, TheWindowSeesTheMeshGrowAndAtLastTheSavedOne) {
   std::size_t triangles_before_the_end = 0;
@@ -223,4 +220,4 @@ TEST_F(Live, AnEndWithoutATouchIsNoSuccess) {
 }
 
 }  // namespace
-}  // namespace gelslam
+}  // namespace gelslam::test

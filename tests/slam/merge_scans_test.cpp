@@ -13,11 +13,8 @@
 #include "run_folder/run_writer.hpp"
 #include "strokes.hpp"
 
-namespace gelslam {
+namespace gelslam::test {
 namespace {
-
-using namespace test;
-using testing::HasSubstr;
 
 class Merge : public testing::Test {
  protected:
@@ -30,7 +27,7 @@ class Merge : public testing::Test {
   /// A run folder of these strokes.
   void save(const char* name, const Strokes& scan) {
     const SlamMap map = scan.finish();
-    std::filesystem::create_directory(folder / name);
+    fs::create_directory(folder / name);
     write_run(folder / name, {Config{}, map, fuse_map(map, FusionOptions{}), {}});
     for (const auto& [frame, pose] : scan.truth()) truth[frames + frame] = pose;
     frames += map.frames.back().frame + 1;
@@ -97,7 +94,7 @@ TEST_F(Merge, RefusesScansOfDifferentSensorsOrModels) {
     EXPECT_THAT(
         message_of([&] { merge(names); }),
         testing::AllOf(HasSubstr(words), HasSubstr("; scans of different sensors or models stay apart")));
-  EXPECT_FALSE(std::filesystem::exists(folder / "merged"));
+  EXPECT_FALSE(fs::exists(folder / "merged"));
 }
 
 TEST_F(Merge, SaysWhatDidNotJoin) {
@@ -122,42 +119,6 @@ TEST_F(Merge, FindsTheLoopsThatAnAbortedScanDidNotSearchFor) {
   for (const char* lost : {"DELETE FROM edges WHERE kind = 'loop'", "DELETE FROM searched"})
     sql(folder / "aborted/session.db", lost);
   EXPECT_EQ(merge({"aborted", "elsewhere"}).components, 2);
-}
-
-TEST_F(Merge, FusesAgainWithOtherSettings) {
-  Strokes scan;
-  scan.stroke(0, 0, 0);
-  save("run", scan);
-  const std::size_t before = read_mesh(folder / "run/mesh.ply").triangles.size();
-  FuseRequest request;
-  request.run = folder / "run";
-  request.output = folder / "coarse";
-  request.voxel_size_mm = 0.16;
-  NoProgress progress;
-  const FuseSummary coarse = fuse_run(request, progress, [] { return false; });
-  EXPECT_EQ(read_mesh(folder / "coarse/mesh.ply").triangles.size(), coarse.mesh.triangles);
-  EXPECT_NEAR(static_cast<double>(coarse.mesh.triangles), static_cast<double>(before) / 4,
-              0.1 * static_cast<double>(before));
-  EXPECT_EQ(read_mesh(folder / "run/mesh.ply").triangles.size(), before) << "the run stays as it is";
-  EXPECT_EQ(read_config(folder / "coarse/config.yaml").slam.fusion.voxel_size_mm, 0.16);
-  // With the settings of the run it is the same mesh.
-  request.output = folder / "same";
-  request.voxel_size_mm.reset();
-  fuse_run(request, progress, [] { return false; });
-  EXPECT_TRUE(read_bytes(folder / "same/mesh.ply") == read_bytes(folder / "run/mesh.ply"));
-  write_bytes(folder / "same/.tmp-12-0-mesh.ply", "");  // a fuse in place was killed
-  request.overwrite = true;
-  EXPECT_EQ(fuse_run(request, progress, [] { return false; }).keyframes, coarse.keyframes);
-  // A killed scan has a record, but no map.
-  sql(folder / "run/session.db", "DELETE FROM map");
-  request.output.clear();
-  EXPECT_TRUE(fuse_run(request, progress, [] { return false; }).map_was_made);
-  EXPECT_TRUE(read_bytes(folder / "same/mesh.ply") == read_bytes(folder / "run/mesh.ply"));
-  EXPECT_FALSE(load_session(folder / "run").patches.empty());
-  request.voxel_size_mm = 0.6;
-  request.truncation_mm = 1.0;
-  EXPECT_THAT(message_of([&] { fuse_run(request, progress, [] { return false; }); }),
-              HasSubstr("at least twice the voxel size"));
 }
 
 /// A run of two strokes, and what happens to it.
@@ -196,6 +157,35 @@ class Fuse : public Merge {
   std::string mesh;
 };
 
+TEST_F(Fuse, UsesOtherSettingsWhereTheyAreGiven) {
+  const std::size_t before = read_mesh(folder / "run/mesh.ply").triangles.size();
+  request.output = folder / "coarse";
+  request.voxel_size_mm = 0.16;
+  const FuseSummary coarse = fuse();
+  EXPECT_EQ(read_mesh(folder / "coarse/mesh.ply").triangles.size(), coarse.mesh.triangles);
+  EXPECT_NEAR(static_cast<double>(coarse.mesh.triangles), static_cast<double>(before) / 4,
+              0.1 * static_cast<double>(before));
+  EXPECT_EQ(read_mesh(folder / "run/mesh.ply").triangles.size(), before) << "the run stays as it is";
+  EXPECT_EQ(read_config(folder / "coarse/config.yaml").slam.fusion.voxel_size_mm, 0.16);
+  // With the settings of the run it is the same mesh.
+  request.output = folder / "same";
+  request.voxel_size_mm.reset();
+  fuse();
+  EXPECT_TRUE(read_bytes(folder / "same/mesh.ply") == read_bytes(folder / "run/mesh.ply"));
+  write_bytes(folder / "same/.tmp-12-0-mesh.ply", "");  // a fuse in place was killed
+  request.overwrite = true;
+  EXPECT_EQ(fuse().keyframes, coarse.keyframes);
+  // A killed scan has a record, but no map.
+  sql(folder / "run/session.db", "DELETE FROM map");
+  request.output.clear();
+  EXPECT_TRUE(fuse().map_was_made);
+  EXPECT_TRUE(read_bytes(folder / "same/mesh.ply") == read_bytes(folder / "run/mesh.ply"));
+  EXPECT_FALSE(load_session(folder / "run").patches.empty());
+  request.voxel_size_mm = 0.6;
+  request.truncation_mm = 1.0;
+  EXPECT_THAT(refusal(), HasSubstr("at least twice the voxel size"));
+}
+
 TEST_F(Fuse, AMapThatIsOlderThanItsScanIsMadeAgain) {
   EXPECT_FALSE(fuse().map_was_made);
   const std::size_t before = load_session(request.run).patches.size();
@@ -222,10 +212,10 @@ TEST_F(Fuse, ThatCannotWriteTheSessionChangesNothing) {
 /// What is in the way of the mesh stops the replacement between two files, as a kill would.
 TEST_F(Fuse, MeshAndConfigurationAreReplacedAsAWhole) {
   request.voxel_size_mm = 0.16;
-  std::filesystem::remove(request.run / "mesh.ply");
-  std::filesystem::create_directories(request.run / "mesh.ply/in the way");
+  fs::remove(request.run / "mesh.ply");
+  fs::create_directories(request.run / "mesh.ply/in the way");
   EXPECT_THAT(message_of([&] { fuse(); }), HasSubstr("run/mesh.ply: cannot be written"));
-  std::filesystem::remove_all(request.run / "mesh.ply");
+  fs::remove_all(request.run / "mesh.ply");
   for (const auto& read : {std::function<void()>([&] { load_session(request.run); }),
                            std::function<void()>([&] { check_is_run(request.run); })})
     EXPECT_THAT(message_of(read), HasSubstr("its last save is not complete; fuse the run to complete it"));
@@ -239,4 +229,4 @@ TEST_F(Fuse, MeshAndConfigurationAreReplacedAsAWhole) {
 }
 
 }  // namespace
-}  // namespace gelslam
+}  // namespace gelslam::test

@@ -6,10 +6,8 @@
 #include "gelslam/slam/config.hpp"
 #include "gelslam/slam/surface_stream.hpp"
 
-namespace gelslam {
+namespace gelslam::test {
 namespace {
-
-using namespace test;
 
 /// A log that holds all it needs: PNG pictures of a gel of known colors, the first ten bare.
 class RecordedLog : public testing::Test {
@@ -43,10 +41,10 @@ class RecordedLog : public testing::Test {
 
 TEST_F(RecordedLog, StandsOnItsOwn) {
   record(attachments_of(with_model()), 12);
-  std::filesystem::remove(folder / "model.pth");
+  fs::remove(folder / "model.pth");
   const Config config = resolve_config(input);
   EXPECT_EQ(config.surface.color_dist_threshold, 12) << "the recorded configuration";
-  EXPECT_EQ(config.sensor.calibration_model_path, std::filesystem::absolute(input.log));
+  EXPECT_EQ(config.sensor.calibration_model_path, fs::absolute(input.log));
   EXPECT_EQ(read_gradient_model(input.log), linear_gel_model());
   StageTimer timer;
   SurfaceStream stream(input, config, timer);
@@ -69,7 +67,7 @@ TEST_F(RecordedLog, WhatAPersonNamesGoesFirst) {
   EXPECT_EQ(resolve_config(input).surface.color_dist_threshold, 12) << "not the one beside the log";
   input.config = folder / "config.yaml";
   EXPECT_EQ(resolve_config(input).surface.color_dist_threshold, 13);
-  EXPECT_EQ(resolve_config(input).sensor.calibration_model_path, std::filesystem::absolute(input.log));
+  EXPECT_EQ(resolve_config(input).sensor.calibration_model_path, fs::absolute(input.log));
   write_bytes(folder / "config.yaml", "device_config:\n  calibration_model_path: model.pth\n");
   EXPECT_EQ(resolve_config(input).sensor.calibration_model_path.filename(), "model.pth");
   input.config.clear();
@@ -91,9 +89,9 @@ TEST_F(RecordedLog, OpticsAreOfTheModelElseTheLogElseTheMini) {
   EXPECT_EQ(found().second.gel_dome_per_mm, kGelSightMiniOptics.gel_dome_per_mm);
   write_bytes(folder / "config.yaml", "device_config:\n  device_name: DIGIT\n");
   EXPECT_EQ(found(), std::pair(std::string("default"), SensorOptics{}));
-  std::filesystem::create_directory(folder / "elsewhere");
-  input.log = std::filesystem::path(folder / "elsewhere/a.mkv");
-  std::filesystem::copy(folder / "a.mkv", input.log);
+  fs::create_directory(folder / "elsewhere");
+  input.log = fs::path(folder / "elsewhere/a.mkv");
+  fs::copy(folder / "a.mkv", input.log);
   const SensorOptics of_log{0, {0, 0}, 1, 30, {0, 0}}, of_model{0, {0, 0}, 1, 25, {0, 0}};
   write_optics(folder / "elsewhere/optics.yaml", of_log);
   EXPECT_EQ(found(), std::pair(std::string("log"), of_log));
@@ -105,4 +103,4 @@ TEST_F(RecordedLog, OpticsAreOfTheModelElseTheLogElseTheMini) {
 }
 
 }  // namespace
-}  // namespace gelslam
+}  // namespace gelslam::test

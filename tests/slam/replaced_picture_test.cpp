@@ -5,18 +5,16 @@
 
 #include <cmath>
 #include <opencv2/core.hpp>
-#include <random>
 #include <vector>
 
+#include "../support/pixel_map.hpp"
 #include "../surface/linear_gel.hpp"
 #include "gelslam/fusion/fusion.hpp"
 #include "gelslam/slam/gel_slam.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
 
-namespace gelslam {
+namespace gelslam::test {
 namespace {
-
-using namespace test;
 
 constexpr std::size_t kFrames = 16, kReplaced = 8;
 const cv::Size kSize(320, 240);
@@ -36,13 +34,9 @@ double object_mm(double frame, double x, double y) {
 }
 
 cv::Mat1f height_of(int frame) {
-  cv::Mat1f height(kSize);
-  for (int v = 0; v < kSize.height; ++v)
-    for (int u = 0; u < kSize.width; ++u) {
-      const double depth = object_mm(frame, kPitchMm * (u - 159.5), kPitchMm * (v - 119.5));
-      height(v, u) = static_cast<float>(std::min(0.0, depth));
-    }
-  return height;
+  return pixel_map<float>(kSize, [&](int u, int v) {
+    return std::min(0.0, object_mm(frame, kPitchMm * (u - 159.5), kPitchMm * (v - 119.5)));
+  });
 }
 
 /// A gel that is darker toward its border.
@@ -57,17 +51,14 @@ cv::Mat3b picture_of(const cv::Mat1f& height, int seed) {
 }
 
 cv::Mat3b rolled(const cv::Mat3b& bgr, int shift_px, int from_row = 0, int to_row = kSize.height) {
-  cv::Mat3b result = bgr.clone();
-  for (int v = from_row; v < to_row; ++v)
-    for (int u = 0; u < bgr.cols; ++u) result(v, (u + shift_px + bgr.cols) % bgr.cols) = bgr(v, u);
-  return result;
+  return pixel_map<cv::Vec3b>(bgr.size(), [&](int u, int v) {
+    return v < from_row || v >= to_row ? bgr(v, u) : bgr(v, (u - shift_px + bgr.cols) % bgr.cols);
+  });
 }
 
 cv::Mat3b noise() {
-  std::mt19937 random(7);
   cv::Mat3b picture(kSize);
-  for (cv::Vec3b& pixel : picture)
-    for (int c = 0; c < 3; ++c) pixel[c] = static_cast<uchar>(random() % 256);
+  cv::RNG(7).fill(picture, cv::RNG::UNIFORM, 0, 256);
   return picture;
 }
 
@@ -139,4 +130,4 @@ TEST(ReplacedPicture, LeavesNoTraceInTheMapAndTheMesh) {
 }
 
 }  // namespace
-}  // namespace gelslam
+}  // namespace gelslam::test

@@ -12,12 +12,8 @@
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/slam/store.hpp"
 
-namespace gelslam {
+namespace gelslam::test {
 namespace {
-
-using namespace test;
-using testing::HasSubstr;
-using testing::Not;
 
 /// Four keyframes in a row; of the two loops the rest contradicts the second.
 SlamMap map_with_a_false_loop() {
@@ -65,7 +61,7 @@ TEST(RunFolderFiles, LoopsThatAreContradictedAreNotInTheGraph) {
 }
 
 /// Of a folder that holds a scan.
-slam::detail::GrowingRun resume(const std::filesystem::path& folder) {
+slam::detail::GrowingRun resume(const fs::path& folder) {
   const ContinuedScan scan{{}, std::make_shared<const FolderLock>(folder)};
   return slam::detail::resume_run(folder, scan, "", false, Config{});
 }
@@ -105,18 +101,18 @@ TEST(GrowingRun, ASessionThatCannotBeWrittenAgainStays) {
   }
   EXPECT_THAT(message, HasSubstr((folder / "session.db: cannot be written").string()));
   EXPECT_TRUE(read_bytes(folder / "session.db") == session);
-  std::filesystem::create_directory(folder / "saving.tmp");
+  fs::create_directory(folder / "saving.tmp");
   write_bytes(folder / "saving.tmp/hand.avi", "pictures");
   EXPECT_THAT(message_of([&] {
                 run.save({Config{}, map, {}, {}}, false);
               }),
               HasSubstr("saving.tmp/hand.avi: is not of this program"));
   EXPECT_EQ(read_bytes(folder / "saving.tmp/hand.avi"), "pictures");
-  std::filesystem::remove(folder / "saving.tmp/hand.avi");
+  fs::remove(folder / "saving.tmp/hand.avi");
   run.save({Config{}, map, {}, {}}, false);
   EXPECT_EQ(read_scan(folder.path(), {}).frames.size(), 201u);
   EXPECT_EQ(load_session(folder.path()).warning, "");
-  EXPECT_FALSE(std::filesystem::exists(folder / "saving.tmp"));
+  EXPECT_FALSE(fs::exists(folder / "saving.tmp"));
 }
 
 /// Somebody moves the folder away during the scan, and another run comes to its place.
@@ -124,12 +120,12 @@ TEST(GrowingRun, WritesIntoNoOtherRun) {
   const TemporaryFolder folder;
   SlamMap map = map_with_a_false_loop();
   const auto begin = [&](const char* name) {
-    std::filesystem::create_directory(folder / name);
+    fs::create_directory(folder / name);
     write_run(folder / name, {Config{}, map, {}, {}});
   };
   begin("RUN");
   const auto run = resume(folder / "RUN");
-  std::filesystem::rename(folder / "RUN", folder / "moved");
+  fs::rename(folder / "RUN", folder / "moved");
   begin("RUN");
   const std::string session = read_bytes(folder / "RUN/session.db"),
                     report = read_bytes(folder / "RUN/report.json");
@@ -208,4 +204,4 @@ TEST(Report, IsReadAsItWasWritten) {
 }
 
 }  // namespace
-}  // namespace gelslam
+}  // namespace gelslam::test

@@ -10,21 +10,18 @@
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/slam/config.hpp"
 
-namespace gelslam {
+namespace gelslam::test {
 namespace {
-
-namespace fs = std::filesystem;
-using test::FakeCamera;
 
 const fs::path kConfigs = GELSLAM_CONFIGS;
 
 TEST(ShippedConfigs, AllCanBeReadAndWrittenAgain) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   std::vector<std::string> names;
   for (const auto& entry : fs::directory_iterator(kConfigs)) {
     names.push_back(entry.path().filename().string());
     const std::string text = write_config(read_config(entry.path()));  // an unknown key would throw
-    test::write_bytes(folder / "again.yaml", text);
+    write_bytes(folder / "again.yaml", text);
     EXPECT_EQ(write_config(read_config(folder / "again.yaml")), text) << names.back();
   }
   EXPECT_THAT(names, testing::IsSupersetOf({"gelsight_mini.yaml", "digit.yaml", "clip.yaml"}));
@@ -42,7 +39,7 @@ TEST(ShippedConfigs, DigitYamlAsksADigitForWhatItGives) {
   sensor.modes = {{V4L2_PIX_FMT_YUYV, 320, 240, {60, 30}}, {V4L2_PIX_FMT_YUYV, 640, 480, {30, 15}}};
   const std::vector<std::uint8_t> green(2u * 640 * 480, 90);
   sensor.frames.push_back({.bytes = green});
-  const detail::VideoSystem system = test::fake_system({&other, &sensor});
+  const detail::VideoSystem system = fake_system({&other, &sensor});
   const auto camera = open_camera(camera_options(config.sensor), system);
   EXPECT_EQ(camera->description(), "DIGIT: DIGIT, /dev/video3, YUYV 640x480, 30 Hz");
   EXPECT_EQ(camera->warning(), "");
@@ -55,4 +52,4 @@ TEST(ShippedConfigs, DigitYamlAsksADigitForWhatItGives) {
 }
 
 }  // namespace
-}  // namespace gelslam
+}  // namespace gelslam::test

@@ -34,12 +34,8 @@ extern "C" int fdatasync(int descriptor) {
   return static_cast<int>(::syscall(SYS_fdatasync, descriptor));
 }
 
-namespace gelslam {
+namespace gelslam::test {
 namespace {
-
-namespace fs = std::filesystem;
-using namespace test;
-using testing::HasSubstr;
 
 /// A map of what was measured, with its record.
 SlamMap map_of(const ScanRecord& record) {
@@ -248,4 +244,4 @@ TEST(Store, AFullDiskIsAnErrorAndWhatWasWrittenIsRead) {
 }
 
 }  // namespace
-}  // namespace gelslam
+}  // namespace gelslam::test

@@ -11,39 +11,50 @@
 #include "../support/temporary_folder.hpp"
 #include "../surface/linear_gel.hpp"
 
-namespace gelslam {
+namespace gelslam::test {
 namespace {
 
-using namespace test;
 using testing::Contains;
-using testing::HasSubstr;
-using testing::Not;
-
-const cv::Size kSize(320, 240);
 
 /// A log of PNG pictures of a gel whose color is known: bare, or with a ball pressed in.
 class StreamOfALog : public testing::Test {
  protected:
   StreamOfALog() {
-    std::filesystem::create_directory(folder / "log");
+    fs::create_directory(folder / "log");
     write_pth_model(folder / "model.pth", linear_gel_model());
     write_optics(folder / "optics.yaml", {});  // of the pictures below
     input.log = folder / "log";
     input.model = folder / "model.pth";
   }
 
+  std::string picture(int index) const { return folder / ("log/" + std::to_string(index) + ".png"); }
   void record(int frames, bool contact) {
-    for (int i = 0; i < frames; ++i, ++recorded) {
-      const cv::Mat1f height =
-          contact ? ball_press(kSize, kPitchMm, 150 + recorded, 120, 5, 0.8) : cv::Mat1f(kSize, 0.0F);
-      cv::imwrite((folder / ("log/" + std::to_string(recorded) + ".png")).string(),
-                  render(height, kPitchMm, 1.0, static_cast<std::uint64_t>(recorded)));
-    }
+    for (int i = 0; i < frames; ++i, ++recorded)
+      cv::imwrite(picture(recorded), contact ? touched(150 + recorded) : bare_picture(1.0, seed()));
   }
+  cv::Mat3b touched(double u) const {
+    return render(ball_press(kSensor, kPitchMm, u, 120, 5, 0.8), kPitchMm, 1.0, seed());
+  }
+  std::uint64_t seed() const { return static_cast<std::uint64_t>(recorded); }
 
   SurfaceStream open() { return SurfaceStream(input, resolve_config(input), timer); }
   std::string error() {
     return message_of([&] { open(); });
+  }
+  /// So many frames come, those from `first_touched` on with surfaces of the touch, and then no more.
+  static void expect_frames(SurfaceStream& stream, int frames, int first_touched) {
+    for (int i = 0; i < frames; ++i) {
+      const auto item = stream.next();
+      ASSERT_TRUE(item);
+      EXPECT_EQ(item->image.index, i);
+      EXPECT_NEAR(item->image.time_s, i / 25.0, 1e-9);
+      ASSERT_EQ(item->surface != nullptr, i >= first_touched) << i;
+      if (!item->surface) continue;
+      const double radius_px = contact_radius_px(kPitchMm, 5, 0.8);
+      // The mask is a little smaller or larger than the contact circle; within 2 pixels of its border.
+      EXPECT_NEAR(item->surface->contact_pixels, M_PI * radius_px * radius_px, 4 * M_PI * radius_px);
+    }
+    EXPECT_FALSE(stream.next());
   }
 
   /// As a camera sees it whose channels answer 0.8, 0.5 and 0.625 times as strongly.
@@ -71,14 +82,13 @@ class StreamOfALog : public testing::Test {
 
 TEST_F(StreamOfALog, SaysOnceThatLightIsNotFollowed) {
   record(12, false);
-  for (const std::string name : {"10", "11"}) {
-    const std::string path = (folder / ("log/" + name + ".png")).string();
-    cv::Mat3b bgr = cv::imread(path);
+  for (const int index : {10, 11}) {
+    cv::Mat3b bgr = cv::imread(picture(index));
     for (int u = 0; u < bgr.cols; ++u) {
       const cv::Scalar light = cv::Scalar(48, 60, 66) * std::exp(-std::pow((u - 190) / 70.0, 2));
       cv::add(bgr.col(u), light, bgr.col(u));
     }
-    cv::imwrite(path, bgr);
+    cv::imwrite(picture(index), bgr);
   }
   SurfaceStream stream = open();
   for (int i = 0; i < 10; ++i) stream.next();
@@ -92,19 +102,7 @@ TEST_F(StreamOfALog, HandsOutBackgroundFirstAndThenSurfaces) {
   record(3, true);
   SurfaceStream stream = open();
   EXPECT_EQ(stream.frame_count(), 13);
-  for (int i = 0; i < 13; ++i) {
-    const auto item = stream.next();
-    ASSERT_TRUE(item);
-    EXPECT_EQ(item->image.index, i);
-    EXPECT_NEAR(item->image.time_s, i / 25.0, 1e-9);
-    ASSERT_EQ(item->surface != nullptr, i >= 10) << i;
-    if (item->surface) {
-      const double radius_px = contact_radius_px(kPitchMm, 5, 0.8);
-      // The mask is a little smaller or larger than the contact circle; within 2 pixels of its border.
-      EXPECT_NEAR(item->surface->contact_pixels, M_PI * radius_px * radius_px, 4 * M_PI * radius_px);
-    }
-  }
-  EXPECT_FALSE(stream.next());
+  expect_frames(stream, 13, 10);
   EXPECT_EQ(stream.warning(), "");
   EXPECT_NE(stream.description(), "");
 }
@@ -132,16 +130,7 @@ TEST_F(StreamOfALog, TheBackgroundIsFoundBehindOldPictures) {
   record(3, true);
   SurfaceStream stream = open();
   EXPECT_THAT(stream.background_doubts(), Contains(HasSubstr("that of frames 2 to 8")));
-  for (int i = 0; i < 12; ++i) {
-    const auto item = stream.next();
-    ASSERT_TRUE(item);
-    EXPECT_EQ(item->image.index, i);
-    ASSERT_EQ(item->surface != nullptr, i >= 9) << i;
-    if (item->surface) {
-      EXPECT_GT(item->surface->contact_pixels, 500);
-    }
-  }
-  EXPECT_FALSE(stream.next());
+  expect_frames(stream, 12, 9);
 }
 
 /// The frame behind it would be taken instead, in which something may touch.
@@ -149,7 +138,7 @@ TEST_F(StreamOfALog, ADamagedPictureHasANumberInTheBackground) {
   record(10, false);
   record(3, true);
   for (const int damaged : {4, 9}) {
-    write_bytes(folder / ("log/" + std::to_string(damaged) + ".png"), "no picture");
+    write_bytes(picture(damaged), "no picture");
     SurfaceStream stream = open();
     while (const auto item = stream.next())
       EXPECT_EQ(item->surface != nullptr, item->image.index >= 10) << damaged;
@@ -163,11 +152,7 @@ TEST_F(StreamOfALog, NamedFramesAreTheBackground) {
   record(2, true);
   input.background_frames = FrameRange{11, 14};
   SurfaceStream stream = open();
-  for (int i = 0; i < 17; ++i) {
-    const auto item = stream.next();
-    ASSERT_TRUE(item);
-    EXPECT_EQ(item->surface != nullptr, i >= 15) << i;
-  }
+  expect_frames(stream, 17, 15);
   input.background_frames = FrameRange{9, 14};
   EXPECT_THAT(error(), HasSubstr("the named frames should show the bare gel, but something moves"));
   input.background_frames = FrameRange{11, 17};
@@ -177,7 +162,7 @@ TEST_F(StreamOfALog, NamedFramesAreTheBackground) {
 TEST_F(StreamOfALog, ABackgroundThatIsNotTheLogsIsDoubted) {
   record(10, false);
   record(3, true);
-  const cv::Mat3b bare = render(cv::Mat1f(kSize, 0.0F), kPitchMm, 0, 99);
+  const cv::Mat3b bare = bare_picture(0, 99);
   input.background = folder / "named.png";
   const auto doubts_of = [&](const cv::Mat3b& picture) {
     cv::imwrite(input.background.string(), picture);
@@ -194,7 +179,7 @@ TEST_F(StreamOfALog, ABackgroundThatIsNotTheLogsIsDoubted) {
   cv::flip(bare, mirrored, 1);
   EXPECT_THAT(doubts_of(mirrored), differs("left and right are swapped"));
   EXPECT_THAT(doubts_of(dimmed(bare)), differs("the light has changed"));
-  EXPECT_THAT(doubts_of(render(ball_press(kSize, kPitchMm, 100, 120, 5, 0.2), kPitchMm, 0, 1)),
+  EXPECT_THAT(doubts_of(render(ball_press(kSensor, kPitchMm, 100, 120, 5, 0.2), kPitchMm, 0, 1)),
               differs("touches"));
 }
 
@@ -203,35 +188,23 @@ TEST_F(StreamOfALog, WhatLooksLikeAnImprintInAllFramesIsBackground) {
   record(10, false);
   record(3, true);
   for (int i = 0; i < recorded; ++i) {
-    const std::string name = (folder / ("log/" + std::to_string(i) + ".png")).string();
-    cv::Mat picture = cv::imread(name);
-    cv::circle(picture, {240, 60}, 14, cv::Scalar(150, 180, 180), cv::FILLED);
-    cv::imwrite(name, picture);
+    cv::Mat worn = cv::imread(picture(i));
+    cv::circle(worn, {240, 60}, 14, cv::Scalar(150, 180, 180), cv::FILLED);
+    cv::imwrite(picture(i), worn);
   }
   SurfaceStream stream = open();
   EXPECT_THAT(stream.background_doubts(), Contains(HasSubstr("looks like an imprint")));
-  for (int i = 0; i < 13; ++i) {
-    const auto item = stream.next();
-    ASSERT_TRUE(item);
-    ASSERT_EQ(item->surface != nullptr, i >= 10) << i;
-    if (item->surface) {
-      EXPECT_GT(item->surface->contact_pixels, 500);
-    }
-  }
+  expect_frames(stream, 13, 10);
 }
 
 /// A gel that reads as touched because its colors lie the wrong way round.
 TEST_F(StreamOfALog, SwappedColorsAreSaidBeforeTheImprintThatTheyLookLike) {
-  const cv::Mat3b gel = render(ball_press(kSize, kPitchMm, 150, 120, 2, 0.4), kPitchMm, 0, 1);
-  for (int i = 0; i < 10; ++i) {
-    cv::Mat3b picture = gel.clone();
-    picture.forEach([](cv::Vec3b& pixel, const int* at) {
-      const double down = at[0] / 120.0 - 1;  // reddish top, bluish bottom
-      pixel[0] = cv::saturate_cast<uchar>(80 * std::exp(0.4 * down));
-      pixel[2] = cv::saturate_cast<uchar>(pixel[2] * 1.2 * std::exp(-0.4 * down));
-    });
-    cv::imwrite((folder / ("log/" + std::to_string(i) + ".png")).string(), picture);
-  }
+  const cv::Mat3b gel = render(ball_press(kSensor, kPitchMm, 150, 120, 2, 0.4), kPitchMm, 0, 1);
+  const auto swapped = pixel_map<cv::Vec3b>(kSensor, [&](int u, int v) {
+    const double down = v / 120.0 - 1;  // reddish top, bluish bottom
+    return cv::Vec3d(80 * std::exp(0.4 * down), gel(v, u)[1], gel(v, u)[2] * 1.2 * std::exp(-0.4 * down));
+  });
+  for (int i = 0; i < 10; ++i) cv::imwrite(picture(i), swapped);
   EXPECT_THAT(error(), HasSubstr("but red and blue seem to be swapped: the top is reddish and the bottom "
                                  "bluish; the gel already shows an imprint"));
   EXPECT_THAT(error(), HasSubstr("(force continues anyway)"));
@@ -248,28 +221,24 @@ TEST_F(StreamOfALog, TheConfigurationBesideTheLogIsUsed) {
 }
 
 TEST_F(StreamOfALog, ColorGainUndoesADarkerCamera) {
-  cv::imwrite((folder / "bare.png").string(), dimmed(render(cv::Mat1f(kSize, 0.0F), kPitchMm, 0, 99)));
-  cv::imwrite((folder / "log/0.png").string(),
-              dimmed(render(ball_press(kSize, kPitchMm, 150, 120, 5, 0.8), kPitchMm, 0, 1)));
+  const cv::Mat3b bare = dimmed(bare_picture(0, 99)), pressed = dimmed(touched(150));
+  const char* const gains =
+      "device_config:\n  color_gain_blue: 1.25\n  color_gain_green: 2\n  color_gain_red: 1.6\n";
   input.background = folder / "bare.png";
   input.config = folder / "gain.yaml";
-  write_bytes(input.config,
-              "device_config:\n  color_gain_blue: 1.25\n  color_gain_green: 2\n  color_gain_red: 1.6\n");
+  cv::imwrite(input.background.string(), bare);
+  cv::imwrite(picture(0), pressed);
+  write_bytes(input.config, gains);
   // Rounding of the dark picture leaves up to one gray level: 0.4 degrees, or 1 % of the steepest slope.
   EXPECT_NEAR(deepest_mm(), 0.8, 0.02);
   write_bytes(input.config, "device_config:\n  color_gain_blue: 1.25\n");
   EXPECT_LT(deepest_mm(), 0.6) << "without the gain, slopes of half the size";
-
   input.background.clear();
-  for (int i = 0; i < 10; ++i)
-    cv::imwrite((folder / ("log/" + std::to_string(i) + ".png")).string(),
-                dimmed(render(cv::Mat1f(kSize, 0.0F), kPitchMm, 0, 99)));
-  cv::imwrite((folder / "log/10.png").string(),
-              dimmed(render(ball_press(kSize, kPitchMm, 150, 120, 5, 0.8), kPitchMm, 0, 1)));
-  write_bytes(input.config,
-              "device_config:\n  color_gain_blue: 1.25\n  color_gain_green: 2\n  color_gain_red: 1.6\n");
+  for (int i = 0; i < 10; ++i) cv::imwrite(picture(i), bare);
+  cv::imwrite(picture(10), pressed);
+  write_bytes(input.config, gains);
   EXPECT_NEAR(deepest_mm(), 0.8, 0.02) << "a background from the log gets the same gain";
 }
 
 }  // namespace
-}  // namespace gelslam
+}  // namespace gelslam::test
