@@ -29,8 +29,8 @@ PythonCalibration calibrate_presses(const fs::path& presses, const fs::path& out
   if (!(pitch_mm > 0)) throw Error("pixel_pitch_mm: expected millimeters per pixel");
   if (steps && *steps < 1) throw Error("steps: expected a number of training steps");
   if (!overwrite && fs::exists(output)) throw Error(output.string() + " is already there: give overwrite");
-  CalibrationOptions options{{pitch_mm, seed}, automatic};
-  if (steps) options.training.steps = *steps;
+  ModelTraining training{.pixel_pitch_mm = pitch_mm, .seed = seed};
+  if (steps) training.steps = *steps;
   PythonCalibration result;
   const auto leave_out = [&](const std::string& press) { result.left_out.push_back(press); };
   PressSet set = read_press_set(presses);
@@ -38,8 +38,11 @@ PythonCalibration calibrate_presses(const fs::path& presses, const fs::path& out
     const py::gil_scoped_acquire gil;
     warn(doubt);
   });
-  const Calibration calibration = calibrate(set, options, sink, leave_out);
-  write_calibration(output, calibration);
+  const Calibration calibration = calibrate(set, training, automatic, sink, leave_out);
+  if (output.extension() == ".pth")
+    write_pth_model(output, calibration.file.model);
+  else
+    write_model_file(output, calibration.file);
   const ModelCheck& check = calibration.check;
   result.verdict = verdict_name(check.verdict);
   result.reasons = check.reasons;

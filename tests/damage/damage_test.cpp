@@ -107,7 +107,7 @@ const std::vector<Format>& formats() {
        [](const fs::path& p) { read_model(p); }},
       {"model.pth", [](const fs::path& p) { write_bytes(p, zip_archive(network().entries())); },
        [](const fs::path& p) { read_model(p); }},
-      {"data.pkl", [](const fs::path& p) { write_bytes(p, network().pickle()); }, read_pickle},
+      {"data.pkl", [](const fs::path& p) { write_bytes(p, network().entries().at("nnmodel/data.pkl")); }, read_pickle},
       {"m.ply", write_mesh_file, read_mesh_file},
       {"m.stl", write_mesh_file, read_mesh_file},
       {"m.obj", write_mesh_file, read_mesh_file, true},
