@@ -29,8 +29,6 @@
 namespace gelslam::test {
 namespace {
 
-namespace fs = std::filesystem;
-
 struct Format {
   const char* file;
   std::function<void(const fs::path&)> write, read;
@@ -47,15 +45,17 @@ Mesh triangle() {
   return mesh;
 }
 
-PthFile network() {
+/// What is in a network's file, with the pickle in its former or its present form.
+std::map<std::string, std::string> network(int protocol = 2) {
   PthFile file;
+  file.protocol = protocol;
   file.layers = random_layers(7);
-  return file;
+  return file.entries();
 }
 
 /// A pickle in an archive whose checksums fit.
 void read_pickle(const fs::path& path) {
-  auto entries = network().entries();
+  static auto entries = network();
   entries["nnmodel/data.pkl"] = read_bytes(path);
   const std::string archive = zip_archive(entries);
   parse_pth_model({reinterpret_cast<const unsigned char*>(archive.data()), archive.size()}, path.string());
@@ -105,10 +105,10 @@ const std::vector<Format>& formats() {
          write_model_file(p, {random_model(1), {}});
        },
        [](const fs::path& p) { read_model(p); }},
-      {"model.pth", [](const fs::path& p) { write_bytes(p, zip_archive(network().entries())); },
+      {"model.pth", [](const fs::path& p) { write_bytes(p, zip_archive(network())); },
        [](const fs::path& p) { read_model(p); }},
-      {"data.pkl", [](const fs::path& p) { write_bytes(p, network().entries().at("nnmodel/data.pkl")); },
-       read_pickle},
+      {"data.pkl", [](const fs::path& p) { write_bytes(p, network()["nnmodel/data.pkl"]); }, read_pickle},
+      {"data4.pkl", [](const fs::path& p) { write_bytes(p, network(4)["nnmodel/data.pkl"]); }, read_pickle},
       {"m.ply", write_mesh_file, read_mesh_file},
       {"m.stl", write_mesh_file, read_mesh_file},
       {"m.obj", write_mesh_file, read_mesh_file, true},
