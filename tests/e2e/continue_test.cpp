@@ -68,6 +68,8 @@ TEST(KilledScan, GoesOnFromItsLastKeyframe) {
     EXPECT_THAT(left.out, HasSubstr("the session of a run"));
     const int keyframes = std::stoi(sql(run + "/session.db", "SELECT count(*) FROM keyframes"));
     const ProgramResult more = gelslam(replay_all({"--continue", run}));
+    if (keyframes < 2 && more.err.find("no touch in the map is large enough") != std::string::npos)
+      continue;  // the first part was one faint touch, and stays the map
     ASSERT_EQ(more.exit_code, 0) << more.err << " killed after " << after_s << " s";
     expect_complete(run);
     const json report = report_of(run);

@@ -64,6 +64,24 @@ TEST_F(SceneColors, DistanceToAShiftedBallIsReadOffTheColors) {
   EXPECT_LT(errors[errors.size() * 9 / 10], 0.12);
 }
 
+TEST_F(SceneColors, APickIsThePointUnderThePixel) {
+  Scene scene;
+  scene.set_mesh(sphere(5, 200));
+  int hits = 0;
+  for (int y = 0; y < kHeight; y += 20)
+    for (int x = 0; x < kWidth; x += 20) {
+      const auto inside = on_ball(4.9F, x, y), outside = on_ball(5.1F, x, y);
+      const auto picked =
+          scene.pick(camera.pick_ray({static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F}, kWhole));
+      EXPECT_TRUE(outside || !picked) << x << " " << y;
+      if (!inside) continue;
+      ASSERT_TRUE(picked) << x << " " << y;
+      EXPECT_LT((*picked - *on_ball(5, x, y)).norm(), 0.1F);
+      ++hits;
+    }
+  EXPECT_GT(hits, 20);
+}
+
 TEST_F(SceneColors, HeightRunsAlongTheMapNotTheView) {
   Scene scene;
   scene.set_mesh(sphere(5, 128));
