@@ -3,8 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <array>
-#include <cstdio>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <span>
@@ -15,12 +13,10 @@
 #include "gelslam/mesh/mesh_io.hpp"
 #include "test_meshes.hpp"
 
-namespace gelslam {
+namespace gelslam::test {
 namespace {
 
 using nlohmann::json;
-using namespace test;
-using ::testing::HasSubstr;
 
 constexpr int kFrames = 40, kBackground = 10;
 
@@ -38,25 +34,19 @@ Pose true_pose(int index) {
   return motion(0.2 * s, -0.3 * s, 0.4 * s, s, -2 * s, 0.1 * s * s);
 }
 
-json rows_in_meters(const Pose& pose) {
-  json rows = json::array();
-  for (int i = 0; i < 4; ++i) {
-    json row = json::array();
-    for (int j = 0; j < 4; ++j) row.push_back(pose.matrix()(i, j) * (i < 3 && j == 3 ? 1e-3 : 1.0));
-    rows.push_back(row);
-  }
-  return rows;
+using Rows = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+
+Rows in_meters(Pose pose) {
+  pose.translation() *= 1e-3;
+  return pose.matrix();
 }
 
 std::vector<double> numbers_in_meters(int frames, int without_touch) {
   std::vector<double> numbers;
   for (int i = 0; i < frames; ++i) {
-    for (const auto& row : rows_in_meters(true_pose(i))) {
-      for (const auto& number : row) {
-        numbers.push_back(i < without_touch ? std::numeric_limits<double>::quiet_NaN()
-                                            : number.get<double>());
-      }
-    }
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    const Rows rows = i < without_touch ? Rows::Constant(kNone) : in_meters(true_pose(i));
+    numbers.insert(numbers.end(), rows.data(), rows.data() + 16);
   }
   return numbers;
 }
@@ -67,7 +57,13 @@ struct Scene {
   json meta = {{"frames", kFrames + kBackground},
                {"background_frames", kBackground},
                {"fps", 25},
-               {"start_T_object", rows_in_meters(kStart_T_object)}};
+               {"start_T_object", json::array()}};
+
+  Scene() {
+    const Rows rows = in_meters(kStart_T_object);
+    for (int i = 0; i < 4; ++i)
+      meta["start_T_object"].push_back(std::vector(rows.data() + 4 * i, rows.data() + 4 * i + 4));
+  }
 
   void write_truth(int frames = kFrames, int without_touch = 0) const {
     const std::vector<double> numbers = numbers_in_meters(frames, without_touch);
@@ -78,15 +74,8 @@ struct Scene {
 
   void write_run(int anchor, int first = 0, int last = kFrames - 1, double fps = 25.0) const {
     std::string lines;
-    for (int i = first; i <= last; ++i) {
-      const Pose pose = true_pose(anchor).inverse() * true_pose(i);
-      const Eigen::Vector3d t = 1e-3 * pose.translation();
-      const Eigen::Quaterniond q(pose.linear());
-      std::array<char, 300> line{};
-      std::snprintf(line.data(), line.size(), "%.4f %.12f %.12f %.12f %.12f %.12f %.12f %.12f\n",
-                    (i + kBackground) / fps, t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
-      lines += line.data();
-    }
+    for (int i = first; i <= last; ++i)
+      lines += tum_line((i + kBackground) / fps, true_pose(anchor).inverse() * true_pose(i));
     write_bytes(run / "trajectory.tum", lines);
     RunReport report = report_of(anchor + kBackground, kFrames + kBackground);
     report.trials = 2;
@@ -285,4 +274,4 @@ TEST(Evaluate, InterruptedRunsAndEmptyMeshesAreJudgedAsFarAsTheyGo) {
 }
 
 }  // namespace
-}  // namespace gelslam
+}  // namespace gelslam::test

@@ -6,10 +6,8 @@
 
 #include "test_meshes.hpp"
 
-namespace gelslam {
+namespace gelslam::test {
 namespace {
-
-using namespace test;
 
 std::vector<Eigen::Vector3d> points_on(const Mesh& mesh, int count = 20'000) {
   std::vector<Eigen::Vector3d> points;
@@ -112,4 +110,4 @@ TEST(RefineRigidly, LeavesAPerfectMeshAndNeverMakesWorse) {
 }
 
 }  // namespace
-}  // namespace gelslam
+}  // namespace gelslam::test

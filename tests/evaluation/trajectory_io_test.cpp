@@ -4,11 +4,8 @@
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/trajectory.hpp"
 
-namespace gelslam {
+namespace gelslam::test {
 namespace {
-
-using namespace test;
-using ::testing::HasSubstr;
 
 std::vector<StampedPose> read(const std::string& text) {
   const TemporaryFolder folder;
@@ -51,4 +48,4 @@ TEST(ReadTum, RefusesWhatIsNoTrajectory) {
 }
 
 }  // namespace
-}  // namespace gelslam
+}  // namespace gelslam::test

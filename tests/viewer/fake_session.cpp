@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "../evaluation/test_meshes.hpp"
 #include "gelslam/core/se3.hpp"
 
 namespace gelslam::test {
@@ -10,80 +11,65 @@ namespace {
 constexpr double kDepthMm = 0.9;
 constexpr double kPlaceStepRad = 0.5;
 
-Field object_field() { return bumpy_ellipsoid(7, {9, 8, 7}, 0.14); }
+const Field kPebble = bumpy_ellipsoid(7, {9, 8, 7}, 0.14);
 
-/// Distance from the origin to the object's surface along a direction.
-double radius_along(const Field& field, const Eigen::Vector3d& direction) {
+/// Where the pebble's surface lies in a direction from its middle.
+Eigen::Vector3d point_along(const Eigen::Vector3d& direction) {
   double r = 8;
   for (int i = 0; i < 12; ++i) {
-    const auto [value, gradient] = field(r * direction);
+    const auto [value, gradient] = kPebble(r * direction);
     r -= std::clamp(value / gradient.dot(direction), -0.5, 0.5);
   }
-  return r;
+  return r * direction;
 }
 
-/// The sensor pressed against the object from outside, along the surface's normal.
-Pose pressed_from(const Field& field, const Eigen::Vector3d& direction) {
-  const Eigen::Vector3d point = radius_along(field, direction) * direction;
-  const Eigen::Vector3d inward = -field(point).second.normalized();
+/// The sensor pressed against the pebble from outside, along the surface's normal.
+Pose pressed_from(const Eigen::Vector3d& direction) {
+  const Eigen::Vector3d point = point_along(direction), inward = -kPebble(point).second.normalized();
   Pose pose = Pose::Identity();
   pose.linear() = rotation_of_z_to(inward);
   pose.translation() = point + kDepthMm * inward;
   return pose;
 }
 
+/// The map's frame is that of the first place.
+Pose map_T_pebble() {
+  static const Pose pebble_T_map = pressed_from(-Eigen::Vector3d::UnitZ());
+  return pebble_T_map.inverse();
+}
+
 /// What a gel under three colored lamps would look like.
 cv::Mat3b gel_picture(const Surface& surface) {
-  cv::Mat3b picture(surface.normals.size());
-  for (int v = 0; v < picture.rows; ++v)
-    for (int u = 0; u < picture.cols; ++u) {
-      const cv::Vec3f n = surface.normals(v, u);
-      const float blue = -n[0], green = 0.5F * n[0] - 0.87F * n[1], red = 0.5F * n[0] + 0.87F * n[1];
-      picture(v, u) = {cv::saturate_cast<uchar>(118 + 170 * blue),
-                       cv::saturate_cast<uchar>(120 + 170 * green),
-                       cv::saturate_cast<uchar>(112 + 170 * red)};
-    }
+  cv::Mat picture;  // blue, green and red
+  const cv::Matx34f lamps(-170, 0, 0, 118, 85, -148, 0, 120, 85, 148, 0, 112);
+  cv::transform(surface.normals, picture, lamps);
+  picture.convertTo(picture, CV_8U);
   return picture;
 }
 
-Mesh make_object() {
-  constexpr int rows = 100, columns = 200;
-  const Field field = object_field();
-  Mesh object;
-  for (int row = 0; row <= rows; ++row)
-    for (int column = 0; column < columns; ++column) {
-      const double polar = M_PI * row / rows, around = 2 * M_PI * column / columns;
-      const Eigen::Vector3d direction(std::sin(polar) * std::cos(around), std::cos(polar),
-                                      -std::sin(polar) * std::sin(around));
-      const Eigen::Vector3d point = radius_along(field, direction) * direction;
-      object.vertices_mm.push_back(point.cast<float>());
-      object.normals.push_back(field(point).second.normalized().cast<float>());
-      object.confidence.push_back(static_cast<float>(3 + 2 * std::sin(3 * around)));
-    }
-  for (int row = 0; row < rows; ++row)
-    for (int column = 0; column < columns; ++column) {
-      const int a = row * columns + column, b = row * columns + (column + 1) % columns;
-      object.triangles.emplace_back(a, a + columns, b);
-      object.triangles.emplace_back(b, a + columns, b + columns);
-    }
-  return object;
-}
-
 /// Made once: tracing rays takes longer than a test should.
-const Mesh& fake_object() {
-  static const Mesh object = make_object();
-  return object;
+const Mesh& pebble_mesh() {
+  static const Mesh mesh = [] {
+    Mesh made = sphere(1, 200);
+    for (Eigen::Vector3f& p : made.vertices_mm) {
+      made.confidence.push_back(3 + 2 * std::sin(3 * std::atan2(p.y(), p.x())));
+      const Eigen::Vector3d point = point_along(p.cast<double>());
+      p = (map_T_pebble() * point).cast<float>();
+      made.normals.push_back((map_T_pebble().linear() * kPebble(point).second.normalized()).cast<float>());
+    }
+    return made;
+  }();
+  return mesh;
 }
 
 const std::vector<FakePlace>& fake_places() {
   static const std::vector<FakePlace> places = [] {
     std::vector<FakePlace> made;
-    const Field field = object_field();
     for (int i = 0; i < FakeSession::kMaxPlaces; ++i) {
       const double angle = kPlaceStepRad * i;
       const Eigen::Vector3d direction(std::sin(angle), 0.35 * std::sin(0.7 * angle), -std::cos(angle));
-      const Pose pose = pressed_from(field, direction.normalized());
-      made.push_back({pose, gelslam::test::touch(field, pose)});
+      const Pose pose = pressed_from(direction.normalized());
+      made.push_back({map_T_pebble() * pose, touch(kPebble, pose)});
     }
     return made;
   }();
@@ -93,68 +79,36 @@ const std::vector<FakePlace>& fake_places() {
 }  // namespace
 
 FakeSession::FakeSession(int places, int frames_per_place)
-    : frames_per_place_(frames_per_place), object_(fake_object()) {
-  const auto& all = fake_places();
-  places_.assign(all.begin(), all.begin() + places);
-  for (std::size_t i = 0; i < object_.triangles.size(); ++i) {
-    const Eigen::Vector3f p = object_.vertices_mm[static_cast<std::size_t>(object_.triangles[i].x())];
-    const Eigen::Array3i cube = (p.array() / 4.0F + 100.0F).cast<int>();
-    blocks_[(cube.x() * 1000 + cube.y()) * 1000 + cube.z()].push_back(static_cast<int>(i));
-  }
-  seen_.assign(object_.triangles.size(), false);
+    : frames_per_place_(frames_per_place),
+      places_(fake_places().begin(), fake_places().begin() + places),
+      seen_(pebble_mesh().triangles.size(), false) {
   status_.state = "keep the gel free";
   status_.source = "GelSight Mini R0B 28KX, /dev/video2, MJPG 3280x2464, 25 Hz";
 }
 
-void FakeSession::uncover(const Pose& object_T_sensor) {
-  const Pose sensor_T_object = object_T_sensor.inverse(),
-             map_T_object = places_.front().object_T_sensor.inverse();
-  for (const auto& [key, triangles] : blocks_) {
-    bool changed = false;
-    for (const int i : triangles) {
-      const auto index = static_cast<std::size_t>(i);
-      const auto vertex = static_cast<std::size_t>(object_.triangles[index].x());
-      const Eigen::Vector3d p = sensor_T_object * object_.vertices_mm[vertex].cast<double>();
-      const Eigen::Vector3d n = sensor_T_object.linear() * object_.normals[vertex].cast<double>();
-      if (seen_[index] || n.z() > -0.3 || std::pow(p.x() / 5.6, 2) + std::pow(p.y() / 4.6, 2) > 1) continue;
-      seen_[index] = changed = true;
-    }
-    if (!changed) continue;
-    MeshBlock block;
-    block.key = key;
-    std::map<int, int> used;
-    const auto vertex = [&](int old) {
-      const auto [place, is_new] = used.emplace(old, static_cast<int>(used.size()));
-      if (is_new) {
-        const auto from = static_cast<std::size_t>(old);
-        block.mesh.vertices_mm.push_back(
-            (map_T_object * object_.vertices_mm[from].cast<double>()).cast<float>());
-        block.mesh.normals.push_back(
-            (map_T_object.linear() * object_.normals[from].cast<double>()).cast<float>());
-        block.mesh.confidence.push_back(object_.confidence[from]);
-      }
-      return place->second;
-    };
-    for (const int i : triangles) {
-      if (!seen_[static_cast<std::size_t>(i)]) continue;
-      const Eigen::Vector3i& t = object_.triangles[static_cast<std::size_t>(i)];
-      const int a = vertex(t.x()), b = vertex(t.y()), c = vertex(t.z());
-      block.mesh.triangles.emplace_back(a, b, c);
-    }
-    mesh_->add(false, {std::move(block)});
+void FakeSession::uncover(int place) {
+  const Mesh& mesh = pebble_mesh();
+  const Pose sensor_T_map = places_[static_cast<std::size_t>(place)].map_T_sensor.inverse();
+  std::vector<Eigen::Vector3i> new_ones;
+  for (std::size_t i = 0; i < seen_.size(); ++i) {
+    const auto corner = static_cast<std::size_t>(mesh.triangles[i].x());
+    const Eigen::Vector3d p = sensor_T_map * mesh.vertices_mm[corner].cast<double>();
+    const Eigen::Vector3d n = sensor_T_map.linear() * mesh.normals[corner].cast<double>();
+    if (seen_[i] || n.z() > -0.3 || std::pow(p.x() / 5.6, 2) + std::pow(p.y() / 4.6, 2) > 1) continue;
+    seen_[i] = true;
+    new_ones.push_back(mesh.triangles[i]);
   }
+  mesh_->add(false, {{place, submesh(mesh, new_ones), {}}});
 }
 
 void FakeSession::publish_map(int place) {
   auto map = std::make_shared<MapSnapshot>();
   map->version = ++version_;
   map->shown_component = 0;
-  const Pose map_T_object = places_.front().object_T_sensor.inverse();
   for (int i = 0; i <= place; ++i) {
     const FakePlace& at = places_[static_cast<std::size_t>(i)];
-    const Pose map_T_keyframe = map_T_object * at.object_T_sensor;
     map->nodes.push_back(
-        {i, std::int64_t{i} * frames_per_place_, 0, 0, map_T_keyframe, at.surface, map_T_keyframe});
+        {i, std::int64_t{i} * frames_per_place_, 0, 0, at.map_T_sensor, at.surface, at.map_T_sensor});
     if (i > 0) map->edges.push_back({i - 1, i, EdgeKind::odometry, false});
     if (i > 2) map->edges.push_back({i - 3, i, EdgeKind::loop, i == 5});
   }
@@ -176,10 +130,10 @@ void FakeSession::advance(int frames) {
     touch->status = TrackStatus::tracked;
     touch->keyframe = place;
     touch->trial = 0;
-    touch->trial_T_frame = places_.front().object_T_sensor.inverse() * at.object_T_sensor;
+    touch->trial_T_frame = at.map_T_sensor;
     touch_ = std::move(touch);
     if (place >= status_.keyframes && !mapper_is_busy) {
-      uncover(at.object_T_sensor);
+      uncover(place);
       publish_map(place);
     }
     ++frame_;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <map>
 #include <string>
 #include <vector>
 
@@ -10,7 +9,7 @@
 namespace gelslam::test {
 
 struct FakePlace {
-  Pose object_T_sensor;
+  Pose map_T_sensor;
   std::shared_ptr<const Surface> surface;
 };
 
@@ -49,14 +48,12 @@ class FakeSession : public LiveSession {
   BackgroundFrames background_frames() const override { return {}; }
 
  private:
-  void uncover(const Pose& object_T_sensor);
+  void uncover(int place);
   void publish_map(int place);
 
   int frames_per_place_;
   std::vector<FakePlace> places_;
-  const Mesh& object_;                               // object frame
-  std::vector<bool> seen_;                           // per triangle
-  std::map<std::int64_t, std::vector<int>> blocks_;  // triangles by cube
+  std::vector<bool> seen_;  // per triangle of the pebble
   std::int64_t frame_ = 0;
   std::uint64_t version_ = 0;
   mutable LiveStatus status_;

@@ -11,7 +11,6 @@ namespace {
 
 using namespace viewer;
 using namespace viewer::detail;
-using testing::ElementsAre;
 using testing::IsEmpty;
 
 class Controls : public testing::Test {

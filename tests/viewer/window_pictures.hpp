@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdlib>
 #include <opencv2/core.hpp>
 #include <set>
@@ -77,17 +76,14 @@ inline double share_of(const cv::Mat3b& picture, const Box& box, Color color) {
 /// How much of `box` the letters of a text cover: where its pixels lie, on average, between what is behind
 /// the text (the median: letters cover less than half) and `color`.
 inline double ink_in(const cv::Mat3b& picture, const Box& box, Color color) {
-  std::array<std::vector<uchar>, 3> channels;
   const cv::Mat3b cut = within(picture, box);
-  for (const cv::Vec3b& pixel : cut)
-    for (int i = 0; i < 3; ++i) channels[static_cast<std::size_t>(i)].push_back(pixel[i]);
+  if (cut.empty()) return 0;
   cv::Vec3d behind;
   for (int i = 0; i < 3; ++i) {
-    std::vector<uchar>& values = channels[static_cast<std::size_t>(i)];
-    if (values.empty()) return 0;
-    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                     values.end());
-    behind[i] = values[values.size() / 2];
+    cv::Mat1b values;
+    cv::extractChannel(cut, values, i);
+    cv::sort(values.reshape(1, 1), values, cv::SORT_EVERY_ROW);
+    behind[i] = values(static_cast<int>(values.total() / 2));
   }
   const cv::Vec3d span = bgr(color) - behind;
   double sum = 0;
