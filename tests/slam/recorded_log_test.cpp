@@ -31,7 +31,7 @@ class RecordedLog : public testing::Test {
   Config with_model() {
     Config config;
     config.sensor.calibration_model_path = folder / "model.pth";
-    config.surface.color_dist_threshold = 12;
+    config.slam.tracker.contact_threshold_px = 412;
     return config;
   }
 
@@ -43,7 +43,7 @@ TEST_F(RecordedLog, StandsOnItsOwn) {
   record(attachments_of(with_model()), 12);
   fs::remove(folder / "model.pth");
   const Config config = resolve_config(input);
-  EXPECT_EQ(config.surface.color_dist_threshold, 12) << "the recorded configuration";
+  EXPECT_EQ(config.slam.tracker.contact_threshold_px, 412) << "the recorded configuration";
   EXPECT_EQ(config.sensor.calibration_model_path, fs::absolute(input.log));
   EXPECT_EQ(read_gradient_model(input.log), linear_gel_model());
   StageTimer timer;
@@ -63,10 +63,10 @@ TEST_F(RecordedLog, StandsOnItsOwn) {
 
 TEST_F(RecordedLog, WhatAPersonNamesGoesFirst) {
   record(attachments_of(with_model()));
-  write_bytes(folder / "config.yaml", "contact_mask_config:\n  color_dist_threshold: 13\n");
-  EXPECT_EQ(resolve_config(input).surface.color_dist_threshold, 12) << "not the one beside the log";
+  write_bytes(folder / "config.yaml", "gelslam_config:\n  track_config:\n    contact_threshold: 413\n");
+  EXPECT_EQ(resolve_config(input).slam.tracker.contact_threshold_px, 412) << "not the one beside the log";
   input.config = folder / "config.yaml";
-  EXPECT_EQ(resolve_config(input).surface.color_dist_threshold, 13);
+  EXPECT_EQ(resolve_config(input).slam.tracker.contact_threshold_px, 413);
   EXPECT_EQ(resolve_config(input).sensor.calibration_model_path, fs::absolute(input.log));
   write_bytes(folder / "config.yaml", "device_config:\n  calibration_model_path: model.pth\n");
   EXPECT_EQ(resolve_config(input).sensor.calibration_model_path.filename(), "model.pth");

@@ -49,7 +49,8 @@ Leveled leveled(const Reading& reading, BareGelLeveler& leveler) {
   return {poisson.pixels(squares), seen};
 }
 Leveled leveled(const Reading& reading) {
-  BareGelLeveler leveler(kSensor);
+  constexpr double kBorrowedModel = 4;  // Surface::model_sigma
+  BareGelLeveler leveler(kSensor, {}, 1, kBorrowedModel);
   return leveled(reading, leveler);
 }
 

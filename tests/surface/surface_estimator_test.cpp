@@ -190,8 +190,6 @@ TEST(SurfaceEstimator, APatternOverTheWholeGelIsReadWithoutBareGel) {
 // contact differ. Continuing heights and contact straight ahead makes steps there, of 1.2 to 2.6 %.
 TEST(SurfaceEstimator, AContactThatCrossesTheBorderHasASmoothOutline) {
   const int margin = 80;
-  SurfaceOptions options;
-  options.height_threshold_mm = 0.347;  // times the slope_noise of this model: 0.2
   const cv::Size wide(kSensor.width + 2 * margin, kSensor.height);
   const cv::Rect middle(cv::Point(margin, 0), kSensor);
   struct Press {
@@ -205,8 +203,8 @@ TEST(SurfaceEstimator, AContactThatCrossesTheBorderHasASmoothOutline) {
                           {280, 120, 10, 1.0}}) {
     const cv::Mat3b image =
         render(ball_press(wide, kPitchMm, at.u + margin, at.v, at.radius_mm, at.depth_mm), kPitchMm, 1.0, 7);
-    const cv::Mat1b expected = make_estimator(options, wide).estimate(image)->contact(middle).clone();
-    SurfaceEstimator estimator(linear_gel_model(), bare_gel(wide)(middle).clone(), options);
+    const cv::Mat1b expected = make_estimator({}, wide).estimate(image)->contact(middle).clone();
+    SurfaceEstimator estimator(linear_gel_model(), bare_gel(wide)(middle).clone(), {});
     cv::Mat1b differs;
     cv::compare(estimator.estimate(image(middle).clone())->contact, expected, differs, cv::CMP_NE);
     EXPECT_LE(cv::countNonZero(differs), 0.014 * cv::countNonZero(expected)) << at.u << " " << at.v;

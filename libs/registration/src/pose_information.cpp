@@ -73,18 +73,18 @@ Matrix5d information_of_normals(const ShownDirections& directions, double noise_
 
 }  // namespace
 
-Matrix6d pose_information(const ShownDirections& directions, bool heights_known, double shared_mm2,
-                          double model_sigma, double noise_variance, const PosePrior& prior,
-                          const RegistrationResult& result, const NormalFlowOptions& options) {
+Matrix6d pose_information(const ShownDirections& directions, double shared_mm2, double model_sigma,
+                          double noise_variance, const PosePrior& prior, const RegistrationResult& result,
+                          const NormalFlowOptions& options) {
   const Matrix6d from_center = origin_from_center(result.shared_center_mm),
                  to_center = origin_from_center(-result.shared_center_mm);
 
   Matrix6d noise = Matrix6d::Zero();
   noise.topLeftCorner<kParameters, kParameters>() = information_of_normals(directions, noise_variance, prior);
   noise = (from_center.transpose() * noise * from_center).eval();
-  // Where no bare gel tells the depth, both touches still lie within the gel.
-  const double height_sigma_mm = heights_known ? options.height_noise_mm : kMinPeriodMm;
-  noise(5, 5) += 1.0 / (height_sigma_mm * height_sigma_mm);
+  // Where no bare gel is seen, a surface's level is unknown, and so is its pose's z. But the level is the
+  // same for all that the surface is joined to: that it fits to them is known as well as elsewhere.
+  noise(5, 5) += 1.0 / (options.height_noise_mm * options.height_noise_mm);
 
   // (noise⁻¹ + variance)⁻¹, where the noise's information may have no inverse.
   const CenterMotion motion = motion_of(result);

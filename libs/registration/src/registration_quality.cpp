@@ -212,7 +212,7 @@ ShownDirections assess(const NormalFlowReference::Impl& reference, const Surface
   const double shared_mm2 = shared_share * reference.surface->contact_pixels *
                             reference.surface->pixel_pitch_mm * reference.surface->pixel_pitch_mm;
   result.information =
-      pose_information(directions, heights_known, shared_mm2, model_sigma,
+      pose_information(directions, shared_mm2, model_sigma,
                        variance_in_sums(result.normal_rmse_rad, reference, options), prior, result, options);
   // About the center, for heights tell its z.
   result.directions.setIdentity();

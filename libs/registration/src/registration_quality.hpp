@@ -116,9 +116,9 @@ ShownDirections assess(const NormalFlowReference::Impl& reference, const Surface
 /// tell the observable directions, the heights z at the shared center, and both err with the motion between
 /// the two frames: a slope that is read too steep turns every roll by its share, and what belongs to the gel
 /// pulls towards no motion. (Own.)
-Matrix6d pose_information(const ShownDirections& directions, bool heights_known, double shared_mm2,
-                          double model_sigma, double noise_variance, const PosePrior& prior,
-                          const RegistrationResult& result, const NormalFlowOptions& options);
+Matrix6d pose_information(const ShownDirections& directions, double shared_mm2, double model_sigma,
+                          double noise_variance, const PosePrior& prior, const RegistrationResult& result,
+                          const NormalFlowOptions& options);
 
 /// RegistrationResult::membrane_bias. Flanks on both sides pull to no side.
 Vector6d membrane_bias(const ShownDirections& directions, const CameraModel& reference,

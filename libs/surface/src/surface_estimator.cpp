@@ -95,9 +95,8 @@ struct SurfaceEstimator::Impl {
         uncertainty(uncertainty_of(model, size, options.pixel_pitch_mm)),
         model_sigma(model_sigma_of(uncertainty, gradient, camera, slope_noise)),
         confidence(rest_grid.resample(confidence_map(uncertainty, size))),
-        leveler(size, confidence, slope_noise),
-        contact_detector(
-            size, {options.color_dist_threshold, options.height_threshold_mm * slope_noise, slope_noise}),
+        leveler(size, confidence, slope_noise, model_sigma),
+        contact_detector(size, options.pixel_pitch_mm),
         everywhere(all_blocks(size)) {}
 
   // Fills colors (the frame's light) and changed_blocks (where the gradient is needed). Returns the picture
@@ -118,7 +117,7 @@ struct SurfaceEstimator::Impl {
   cv::Mat1f relief_from_gradient() {
     gx = rest_grid.resample(gx);
     gy = rest_grid.resample(gy);
-    const cv::Mat1b changed = rest_grid.resample_mask(changed_blocks);
+    changed = rest_grid.resample_mask(changed_blocks);
     cv::Mat1f relief_px = integrator.solve(gx, gy);
     const BareGelLeveler::Result gel = leveler.level(relief_px, changed, integrator.solver());
     scatter_mm = gel.scatter_px * static_cast<float>(options.pixel_pitch_mm);
@@ -126,10 +125,11 @@ struct SurfaceEstimator::Impl {
     return integrator.relief_mm(relief_px);
   }
 
-  cv::Mat1b contact_of(const cv::Mat1f& relief_mm) {
-    cv::Mat1b contact;
-    contact_detector.detect(relief_mm, options.pixel_pitch_mm, scatter_mm, rest_grid.resample_blocks(blocks),
-                            contact);
+  cv::Mat1b contact_of(const cv::Mat1f& relief_mm, const cv::Mat1f& bend) {
+    cv::Mat1b contact, changed_px(size);
+    spread_blocks(changed, changed_px);
+    contact_detector.detect(relief_mm, bend, changed_px,
+                            {slope_noise, model_sigma, scatter_mm, bare_gel_seen}, contact);
     rest_grid.remove_beyond(contact);
     constexpr double kDeepest = 0.25;  // bound: of the narrow side; no gel is thicker (a test picture)
     const double mean_mm = cv::mean(relief_mm, contact)[0];
@@ -138,8 +138,10 @@ struct SurfaceEstimator::Impl {
   }
 
   // Blocks the next frame's light must not be read from.
-  void remember_contact() {
-    cv::dilate(rest_grid.raw_mask(contact_detector.contact_blocks()), touched_blocks, contact_margin);
+  void remember_contact(const cv::Mat1b& contact) {
+    cv::Mat1b contact_blocks;
+    gather_blocks(contact, contact_blocks);
+    cv::dilate(rest_grid.raw_mask(contact_blocks), touched_blocks, contact_margin);
   }
 
   SurfaceOptions options;
@@ -161,8 +163,9 @@ struct SurfaceEstimator::Impl {
   BlockAverager averager;
   ChangeDetector change_detector;
   ColorTable colors{};
-  cv::Mat3f blocks;  // block means, then their difference to the background
-  cv::Mat3b even;    // the picture in the background's light, where the light is uneven
+  cv::Mat3f blocks;   // block means, then their difference to the background
+  cv::Mat3b even;     // the picture in the background's light, where the light is uneven
+  cv::Mat1b changed;  // blocks of the rest grid
   cv::Mat1b changed_blocks, touched_blocks, everywhere;
   cv::Mat contact_margin = cv::getStructuringElement(cv::MORPH_RECT, cv::Size(7, 7));
   cv::Mat1f gx, gy;
@@ -197,7 +200,8 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
   surface->zero_is_bare_gel = self.bare_gel_seen;
   self.timings.poisson_ms = watch.lap_ms();
 
-  surface->contact = self.contact_of(surface->height_mm);
+  const cv::Mat1f bend = divergence(self.gx, self.gy);
+  surface->contact = self.contact_of(surface->height_mm, bend);
   self.integrator.to_height(surface->height_mm);
   surface->contact_pixels = cv::countNonZero(surface->contact);
   surface->model_sigma = static_cast<float>(self.model_sigma);  // as a packed surface keeps it
@@ -210,12 +214,12 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
     cv::dilate(self.rest_grid.resample(covered) > 0, unread, cv::Mat());
     surface->confidence.setTo(1, unread & surface->contact);
   }
-  self.remember_contact();
+  self.remember_contact(surface->contact);
   self.timings.contact_ms = watch.lap_ms();
 
   surface->normals = normals_from_gradient(self.gx, self.gy);
   doubt_steep_slopes(surface->normals, surface->confidence);
-  surface->curvature = curvature_in_contact(self.gx, self.gy, surface->contact, unread);
+  surface->curvature = curvature_in_contact(bend, surface->contact, unread);
   self.timings.normals_ms = watch.lap_ms();
   return surface;
 }

@@ -37,10 +37,8 @@ void describe_sensor(OptionVisitor& visit, Config& config) {
 }
 
 void describe_contact(OptionVisitor& visit, Config& config) {
-  visit.number("color_dist_threshold", config.surface.color_dist_threshold, 0, 442,
-               "gray levels by which contact differs from the background");
-  visit.number("height_threshold", config.surface.height_threshold_mm, 0, 10,
-               "mm below the untouched gel, for deep contacts");
+  visit.ignored("color_dist_threshold");
+  visit.ignored("height_threshold");
   visit.flag("compensate_light", config.surface.compensate_light, "follow changes of the light");
   visit.integer("background_frames", config.background_frames, 1, 10000,
                 "first frames of the log, without contact");

@@ -22,10 +22,9 @@ constexpr float kBareHeightPx = 0.15F;     // 0.01 mm on a GelSight Mini
 constexpr double kMinBareShare = 0.01;     // of the picture; less is no reference
 constexpr float kUsualSlopeRad = 0.25F;    // within a contact
 // Slopes that are read too flat on one flank of a contact let bare gel beyond it come out too low by a share
-// of the contact's depth: models of another sensor read a third too flat. Pressed faces lie lower than that.
-constexpr float kMaxFall = 0.4F;
-// A borrowed model errs by so much on shallow touches: 0.06 mm on a GelSight Mini.
-constexpr float kMinFallPx = 1.0F;
+// of the contact's depth, at least by 0.02 mm, if slopes err as those of a sensor's own model do; a borrowed
+// model, which errs three to four times as much, reads a third too flat. Pressed faces lie lower than that.
+constexpr float kMaxFall = 0.11F, kMinFallPx = 0.3F;
 // Gel that was bare in the frame before is likely so, and has to lie that much lower to be taken for pressed:
 // else a picture that stands still shows the one and the other in turns. A coin's field lies at half of the
 // depth of its rim, which is 1.25 falls.
@@ -78,9 +77,11 @@ GELSLAM_CLONES void solve_band(float* band, float* x, int count, int stride) {
 
 }  // namespace
 
-BareGelLeveler::BareGelLeveler(cv::Size size, const cv::Mat1b& confidence, double slope_noise)
+BareGelLeveler::BareGelLeveler(cv::Size size, const cv::Mat1b& confidence, double slope_noise,
+                               double model_sigma)
     : grid_((size.width + kCellPx - 1) / kCellPx, (size.height + kCellPx - 1) / kCellPx),
       noise_(static_cast<float>(slope_noise)),
+      slope_error_(static_cast<float>(model_sigma)),
       changed_variance_(grid_, static_cast<float>(kBestSlopeSigmaRad * kBestSlopeSigmaRad)),
       were_bare_(grid_, static_cast<unsigned char>(0)) {
   if (confidence.empty()) return;
@@ -104,7 +105,7 @@ void BareGelLeveler::mark_unchanged(const cv::Mat1b& changed) {
 bool BareGelLeveler::remove_pressed(const cv::Mat1f& heights) {
   const float highest = highest_of(heights);
   const float lowest = *std::min_element(heights.begin(), heights.end());
-  const float fall = std::max(kMaxFall * (highest - lowest), kMinFallPx);
+  const float fall = slope_error_ * std::max(kMaxFall * (highest - lowest), kMinFallPx);
 
   struct Piece {
     float height = 0, cells = 0, were_bare = 0;  // sums

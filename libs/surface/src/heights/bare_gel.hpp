@@ -21,8 +21,9 @@ namespace gelslam::surface::detail {
 class BareGelLeveler {
  public:
   /// `size`: of the picture; `confidence`: confidence_map(); empty: slopes are known equally well everywhere;
-  /// `slope_noise`: Surface::slope_noise.
-  explicit BareGelLeveler(cv::Size size, const cv::Mat1b& confidence = {}, double slope_noise = 1);
+  /// `slope_noise`, `model_sigma`: Surface's.
+  explicit BareGelLeveler(cv::Size size, const cv::Mat1b& confidence = {}, double slope_noise = 1,
+                          double model_sigma = 1);
 
   struct Result {
     bool seen = false;  ///< enough bare gel; else the object covers the whole, and the highest cells lie at 0
@@ -43,7 +44,7 @@ class BareGelLeveler {
   void add_correction(cv::Mat1f& height_px);
 
   cv::Size grid_;
-  float noise_;
+  float noise_, slope_error_;
   cv::Mat1f changed_variance_;  // of slopes in cells that changed
   cv::Mat1f height_;            // of the cells, as given, over the noise
   cv::Mat1b were_bare_;         // cells, in the frame before

@@ -2,64 +2,30 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
-#include "gelslam/core/target_clones.hpp"
 #include "photometry/blocks.hpp"
 
 namespace gelslam::surface::detail {
 namespace {
 
-// A touch is this share of the deepest place deep; of one deeper than 0.8 mm the membrane rim alone is deeper
-// than 0.2 mm.
-constexpr double kDepthShare = 0.3, kDeepShare = 0.25;
-constexpr double kMinLimitMm = 0.015;  // what the network's own noise integrates to
-constexpr float kScattersAboveGel = 4.0F;
-constexpr double kMinColorLevels = 4.0;   // noise of a block mean stays below
-constexpr int kStretchPx = 32;            // speed: looked at together
-constexpr int kFewPixels = 50;            // a depth that fewer pixels reach is noise
-constexpr double kBlurSigmaBlocks = 1.2;  // numerics: kernel
-constexpr int kBlurRadiusBlocks = 2;      // numerics
-constexpr double kPressedShare = 0.5;     // of the depth; a membrane rim has 0, a flat face 1
-
-/// Value `beyond` blocks outside the first of `count` values: continues the parabola through three of them.
-/// (A constant continuation would bend the gel at the border, and the contact's outline with it.)
-template <typename At>
-float extrapolate(const At& at, int beyond, int count) {
-  const int near = std::min(beyond, count - 1), far = std::min(2 * beyond, count - 1);
-  return 3.0F * at(0) - 3.0F * at(near) + at(far);
-}
-
-/// `inner` with a margin on all sides, into which its values are extrapolated.
-void add_margin(const cv::Mat1f& inner, int margin, cv::Mat1f& padded) {
-  cv::copyMakeBorder(inner, padded, margin, margin, margin, margin, cv::BORDER_REPLICATE);
-  const int last_row = inner.rows - 1, last_column = inner.cols - 1;
-  for (int v = margin; v <= margin + last_row; ++v) {
-    float* row = padded[v];
-    for (int i = 1; i <= margin; ++i) {
-      row[margin - i] = extrapolate([&](int k) { return row[margin + k]; }, i, inner.cols);
-      row[margin + last_column + i] =
-          extrapolate([&](int k) { return row[margin + last_column - k]; }, i, inner.cols);
-    }
-  }
-  for (int i = 1; i <= margin; ++i) {
-    for (int u = 0; u < padded.cols; ++u) {
-      padded(margin - i, u) = extrapolate([&](int k) { return padded(margin + k, u); }, i, inner.rows);
-      padded(margin + last_row + i, u) =
-          extrapolate([&](int k) { return padded(margin + last_row - k, u); }, i, inner.rows);
-    }
-  }
-}
-
-GELSLAM_CLONES bool any_below(const float* value, int count, float bound) {
-  int found = 0;
-  for (int i = 0; i < count; ++i) found |= value[i] < bound ? 1 : 0;
-  return found != 0;
-}
-
-cv::Mat square(int side_px) { return cv::getStructuringElement(cv::MORPH_RECT, cv::Size(side_px, side_px)); }
+// L: gel beside 76 presses of balls on two sensors falls off by 1/e over 0.6 to 0.75 mm.
+constexpr double kRimLengthMm = 0.7;
+// Half way between the gel beside an object (0) and gel under a flat face (1).
+constexpr double kPressedShare = 0.5;
+// Noise of the curvature is averaged over this, and no more: wider averages take the rim for contact.
+constexpr double kSmoothedMm = 0.15;
+// Specks that are thinner than twice this are noise.
+constexpr double kSpeckMm = 0.13;
+// Gel between two faces that are closer than twice this lies at 0.9 of their depth: the object may fill it.
+constexpr double kBridgedMm = 0.5 * kRimLengthMm;
+// Between two faces at a distance of 2.6 L the gel returns half way to rest.
+constexpr double kMaxHoleMm2 = 2.6 * kRimLengthMm * 2.6 * kRimLengthMm;
+constexpr double kMinDepthMm = 0.015;  // what the network's own noise integrates to
+constexpr double kScattersAboveGel = 4;
+// Heights err by this share of the deepest place, if slopes err as those of a sensor's own model do.
+constexpr double kErrorOfDepth = 0.02;
 
 }  // namespace
 
@@ -68,91 +34,53 @@ cv::Rect grown(const cv::Rect& box, int margin, cv::Size image) {
   return (box + cv::Size(2 * margin, 2 * margin) - cv::Point(margin, margin)) & cv::Rect({}, image);
 }
 
-void PressureMap::keep_pressed(const cv::Mat1f& height_mm, double pixel_pitch_mm, cv::Mat1b& mask) {
-  const cv::Rect box = cv::boundingRect(mask);
-  if (box.empty()) return;
-  const cv::Size whole = height_mm.size() / kBlockPx, grid = block_grid(height_mm.size());
-  cv::resize(height_mm(cv::Rect({}, whole * kBlockPx)), depth_, whole, 0, 0, cv::INTER_AREA);
-  depth_ *= -1.0;
-  constexpr int margin =
-      kBlurRadiusBlocks + 2;  // one more for the Laplacian, one for blocks cut by the border
-  add_margin(depth_, margin, padded_);
-  constexpr int side = 2 * kBlurRadiusBlocks + 1;
-  cv::GaussianBlur(padded_, padded_, cv::Size(side, side), kBlurSigmaBlocks);
-  cv::Laplacian(padded_, laplacian_, CV_32F, 1);
-  const double rim_length_blocks = kRimLengthMm / (pixel_pitch_mm * kBlockPx);
-  const cv::Rect inside(cv::Point(margin, margin), grid);
-  cv::addWeighted(padded_(inside), 1.0 - kPressedShare, laplacian_(inside),
-                  -rim_length_blocks * rim_length_blocks, 0.0, excess_);
-  // Blocks of the box, and one more around, because values are interpolated between the blocks' middles.
-  const cv::Point first = box.tl() / kBlockPx, last = (box.br() - cv::Point(1, 1)) / kBlockPx;
-  const cv::Rect around = grown(cv::Rect(first, last + cv::Point(1, 1)), 1, grid);
-  cv::resize(excess_(around), excess_px_, around.size() * kBlockPx, 0, 0, cv::INTER_LINEAR);
-  cv::compare(excess_px_(box - around.tl() * kBlockPx), 0.0, pressed_, cv::CMP_GT);
-  cv::bitwise_and(mask(box), pressed_, mask(box));
-}
-
-ContactDetector::ContactDetector(cv::Size size, const ContactRule& rule)
-    : rule_(rule), half_gap_px_(size.height / 48), gap_(square(2 * half_gap_px_ + 1)) {}
-
-double ContactDetector::depth_limit_mm(const cv::Mat1f& height_mm, float scatter_mm) {
-  const double floor_mm =
-      std::max(rule_.slope_noise * kMinLimitMm, static_cast<double>(kScattersAboveGel * scatter_mm));
-  // Holds the deepest pixels seen so far; `bound` is the least deep of them once they are enough.
-  constexpr std::size_t room = 1024, kept = kFewPixels + 1;
-  scratch_.clear();
-  float bound = static_cast<float>(-floor_mm);
-  const auto keep_deepest = [&] {
-    if (scratch_.size() <= kept) return;
-    std::nth_element(scratch_.begin(), scratch_.begin() + kFewPixels, scratch_.end());
-    scratch_.resize(kept);
-    bound = scratch_.back();
+ContactDetector::ContactDetector(cv::Size size, double pixel_pitch_mm)
+    : pitch_mm_(pixel_pitch_mm), pressure_(size) {
+  const auto square = [this](double half_mm) {
+    const int side_px = 2 * static_cast<int>(std::lround(half_mm / pitch_mm_)) + 1;
+    return cv::getStructuringElement(cv::MORPH_RECT, {side_px, side_px});
   };
-  for (int v = 0; v < height_mm.rows; ++v)
-    for (int left = 0; left < height_mm.cols; left += kStretchPx) {
-      const float* const height = height_mm[v] + left;
-      const int count = std::min(kStretchPx, height_mm.cols - left);
-      if (!any_below(height, count, bound)) continue;
-      std::copy_if(height, height + count, std::back_inserter(scratch_), [&](float h) { return h < bound; });
-      if (scratch_.size() > room) keep_deepest();
-    }
-  if (scratch_.empty()) return floor_mm;
-  keep_deepest();
-  const double depth_mm = -static_cast<double>(*std::max_element(scratch_.begin(), scratch_.end()));
-  const double cap_mm = std::max(rule_.height_threshold_mm, kDeepShare * depth_mm);
-  return std::min(cap_mm, std::max(floor_mm, kDepthShare * depth_mm));
+  speck_ = square(kSpeckMm);
+  gap_ = square(kBridgedMm);
 }
 
-void ContactDetector::keep_colored_pieces(const cv::Mat3f& block_difference, double color_threshold,
-                                          cv::Mat1b& contact) {
-  gather_blocks(contact, blocks_);
-  const int pieces = cv::connectedComponents(blocks_, labels_, 8, CV_32S);
-  std::vector<bool> colored(static_cast<std::size_t>(pieces), false);
-  for (int row = 0; row < blocks_.rows; ++row) {
-    for (int column = 0; column < blocks_.cols; ++column) {
-      if (blocks_(row, column) == 0) continue;
-      const cv::Vec3f& difference = block_difference(row, column);
-      if (static_cast<double>(difference.dot(difference)) > color_threshold * color_threshold)
-        colored[static_cast<std::size_t>(labels_(row, column))] = true;
-    }
+void ContactDetector::detect(const cv::Mat1f& height_mm, const cv::Mat1f& curvature_per_px,
+                             const cv::Mat1b& changed, const HeightQuality& quality, cv::Mat1b& contact) {
+  if (quality.bare_gel_is_seen) {
+    find_pressed(height_mm, curvature_per_px, quality, contact);
+  } else {
+    below_ = cv::Mat1b(changed.size(), static_cast<unsigned char>(255));
+    changed.copyTo(contact);
   }
-  colored[0] = false;  // label 0 is no piece
-  if (std::all_of(colored.begin() + 1, colored.end(), [](bool seen) { return seen; })) return;
-  for (int row = 0; row < blocks_.rows; ++row) {
-    for (int column = 0; column < blocks_.cols; ++column)
-      if (!colored[static_cast<std::size_t>(labels_(row, column))]) blocks_(row, column) = 0;
-  }
-  keep_.create(contact.size());
-  spread_blocks(blocks_, keep_);
-  cv::bitwise_and(contact, keep_, contact);
+  close_gaps(below_, contact);
+  fill_small_holes(below_, contact);
+  cv::morphologyEx(contact, contact, cv::MORPH_OPEN, speck_);
 }
 
-void ContactDetector::close_gaps(cv::Mat1b& contact) {
-  cv::dilate(contact, closed_, gap_);
-  cv::erode(closed_, closed_, gap_, cv::Point(-1, -1), 1, cv::BORDER_CONSTANT, cv::Scalar(0));
-  cv::bitwise_or(contact, closed_, contact);
+void ContactDetector::find_pressed(const cv::Mat1f& height_mm, const cv::Mat1f& curvature_per_px,
+                                   const HeightQuality& quality, cv::Mat1b& contact) {
+  cv::resize(height_mm, blocks_, block_grid(height_mm.size()), 0, 0, cv::INTER_AREA);
+  const double deepest_mm = -static_cast<double>(*std::min_element(blocks_.begin(), blocks_.end()));
+  const double error_mm = std::max({quality.slope_noise * kMinDepthMm,
+                                    kScattersAboveGel * static_cast<double>(quality.bare_scatter_mm),
+                                    kErrorOfDepth * quality.model_sigma * deepest_mm});
+  cv::compare(height_mm, -error_mm, below_, cv::CMP_LT);
+  cv::addWeighted(height_mm, kPressedShare - 1, curvature_per_px, kRimLengthMm * kRimLengthMm / pitch_mm_, 0,
+                  pressure_);
+  cv::GaussianBlur(pressure_, pressure_, {}, kSmoothedMm / pitch_mm_);
+  cv::compare(pressure_, 0.0, contact, cv::CMP_GT);
+  cv::bitwise_and(contact, below_, contact);
 }
 
+/// `below`: where the gel is not at rest. Beyond the picture's border there is no contact: a plain closing
+/// would continue the outline straight to it, in steps that no object has.
+void ContactDetector::close_gaps(const cv::Mat1b& below, cv::Mat1b& contact) {
+  cv::dilate(contact, holes_, gap_);
+  cv::erode(holes_, holes_, gap_, cv::Point(-1, -1), 1, cv::BORDER_CONSTANT, cv::Scalar(0));
+  cv::bitwise_or(contact, holes_, contact, below);
+}
+
+/// `below`: as above. A hole that reaches the picture's border is open.
 void ContactDetector::fill_small_holes(const cv::Mat1b& below, cv::Mat1b& contact) {
   cv::bitwise_not(contact, holes_);
   const int count = cv::connectedComponents(holes_, labels_, 4, CV_32S);
@@ -168,33 +96,10 @@ void ContactDetector::fill_small_holes(const cv::Mat1b& below, cv::Mat1b& contac
   for (int v = 0; v < contact.rows; ++v)
     for (int u = 0; u < contact.cols; ++u)
       if (int& area = area_px(v, u); area != kOpen) ++area;
-  const int largest_px = 8 * half_gap_px_ * 8 * half_gap_px_;
+  const double largest_px = kMaxHoleMm2 / (pitch_mm_ * pitch_mm_);
   for (int v = 0; v < contact.rows; ++v)
     for (int u = 0; u < contact.cols; ++u)
       if (area_px(v, u) < largest_px && below(v, u)) contact(v, u) = 255;
-}
-
-void ContactDetector::detect(const cv::Mat1f& height_mm, double pixel_pitch_mm, float scatter_mm,
-                             const cv::Mat3f& block_difference, cv::Mat1b& contact) {
-  const double limit_mm = depth_limit_mm(height_mm, scatter_mm);
-  const double deep =
-      std::min(1.0, limit_mm / rule_.height_threshold_mm);  // 1: as deep as the public rule wants
-  cv::compare(height_mm, -limit_mm, below_, cv::CMP_LT);
-  below_.copyTo(contact);
-  pressure_.keep_pressed(height_mm, pixel_pitch_mm, contact);
-  // Slivers and the border's blur grow with depth; a faint touch is small and thin itself.
-  const auto scaled = [deep](int half_px) {
-    return square(2 * std::max(1, static_cast<int>(std::lround(half_px * deep))) + 1);
-  };
-  if (const cv::Rect box = grown(cv::boundingRect(contact), half_gap_px_ + 1, contact.size()); !box.empty()) {
-    cv::Mat1b inside = contact(box);
-    close_gaps(inside);
-    fill_small_holes(below_(box), inside);
-    cv::morphologyEx(inside, inside, cv::MORPH_OPEN, scaled(half_gap_px_));
-    cv::erode(inside, inside, scaled(half_gap_px_ / 2));
-  }
-  keep_colored_pieces(block_difference, std::max(kMinColorLevels, rule_.color_dist_threshold * deep),
-                      contact);
 }
 
 }  // namespace gelslam::surface::detail

@@ -48,7 +48,7 @@ SurfacePtr GradientSurfaces::make(const cv::Mat1f& relative_gx, const cv::Mat1f&
   cv::erode(touched != 0, surface->contact, border(touched.size()));
   surface->contact_pixels = cv::countNonZero(surface->contact);
   surface->normals = normals_from_gradient(gx, gy);
-  surface->curvature = curvature_in_contact(gx, gy, surface->contact);
+  surface->curvature = curvature_in_contact(divergence(gx, gy), surface->contact);
   return surface;
 }
 

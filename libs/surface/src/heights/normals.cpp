@@ -58,15 +58,14 @@ cv::Mat1f divergence(const cv::Mat1f& gx, const cv::Mat1f& gy) {
   return by_x;
 }
 
-cv::Mat1f curvature_in_contact(const cv::Mat1f& gx, const cv::Mat1f& gy, const cv::Mat1b& contact,
-                               const cv::Mat1b& unread) {
+cv::Mat1f curvature_in_contact(const cv::Mat1f& bend, const cv::Mat1b& contact, const cv::Mat1b& unread) {
   constexpr int kSmoothedPx = 2;  // numerics: to each side
   cv::Mat1f curvature(contact.size(), 0.0F), smooth;
   const cv::Rect box = cv::boundingRect(contact);
   if (box.empty()) return curvature;
   const cv::Rect around = grown(box, kSmoothedPx, contact.size());
   const cv::Size kernel(2 * kSmoothedPx + 1, 2 * kSmoothedPx + 1);
-  cv::Mat1f sharp = divergence(gx(around), gy(around));
+  cv::Mat1f sharp = bend(around).clone();
   if (!unread.empty()) sharp.setTo(0.0, unread(around));
   cv::GaussianBlur(sharp, smooth, kernel, 0.0);
   if (!unread.empty()) {

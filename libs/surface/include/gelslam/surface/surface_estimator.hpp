@@ -11,9 +11,6 @@ namespace gelslam {
 struct SurfaceOptions {
   double pixel_pitch_mm = 0.0634;
   SensorOptics optics;  ///< where the model does not say its sensor's
-  /// gray levels (L2 over BGR) by which contact differs from the background
-  double color_dist_threshold = 15.0;
-  double height_threshold_mm = 0.2;  ///< contact lies at least this far below the untouched gel
   /// follow lamps and stray light (own; per channel gain, offset, and a smooth field)
   bool compensate_light = true;
   bool gradient_everywhere = false;  ///< speed: unchanged pixels go through the network, too
