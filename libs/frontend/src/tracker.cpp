@@ -72,8 +72,7 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
     result.registration = reference_.register_to(*surface, Pose::Identity());
     return result;
   }
-  const std::optional<Attempt> back = track_back(*surface, time_s);
-  const Attempt attempt = back ? *back : track_with_fallback(result, *surface);
+  const Attempt attempt = track_with_fallback(result, *surface);
   result.registration = attempt.registration;
   if (attempt.registration.ok())
     accept(result, attempt, std::move(surface));
@@ -134,20 +133,7 @@ Tracker::Attempt Tracker::relocalize_on(const Reference& reference, const Surfac
                  attempt.registration, normal_flow_, verification_);
   if (!place.ok()) return {place, expected};
   // Another method starts from there and decides.
-  return {reference.prepared.register_to(surface, expected.prior_at(place)), expected, true};
-}
-
-/// Where the step before was searched for, and this frame lies where it was expected without that step.
-std::optional<Tracker::Attempt> Tracker::track_back(const Surface& surface, double time_s) {
-  if (!jump_) return std::nullopt;
-  std::swap(previous_, jump_->before);
-  std::swap(hand_, jump_->hand);
-  const Reference keyframe = reference_of(reference_, previous_.state, time_s);
-  const Attempt attempt = register_to(keyframe, surface);
-  if (is_usual(attempt.registration, keyframe)) return attempt;
-  std::swap(previous_, jump_->before);
-  std::swap(hand_, jump_->hand);
-  return std::nullopt;
+  return {reference.prepared.register_to(surface, expected.prior_at(place)), expected};
 }
 
 /// Registers to the keyframe; if that is too far behind, to the last tracked frame. If that fails, too, or
@@ -212,8 +198,6 @@ void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr su
   const Pose keyframe_T_frame = edge.from_T_to;
   const double confirmed = shown_share(coarse_contact_points_mm(*surface), *previous_.surface,
                                        previous_.state.reference_T_frame.pose.inverse() * keyframe_T_frame);
-  jump_.reset();
-  if (attempt.searched) jump_ = Jump{previous_, hand_};
   previous_.state = hand_.correct(attempt.expected, registration);
   // The cells apart, and not the rest, may be the object: then the pose is wrong by no one knows how much.
   const Matrix6d apart = registration.apart_share * unknown_pose_covariance();
@@ -232,7 +216,7 @@ void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr su
   result.keyframe_T_frame = keyframe_T_frame;
   // A frame that the one before does not confirm becomes no keyframe.
   const double halfway_to_all = 0.5 * (1 + options_.keyframe_min_shared);
-  if (jump_ || confirmed < halfway_to_all) return;
+  if (confirmed < halfway_to_all) return;
   const bool keyframe_is_new =
       !result.new_keyframes.empty() && result.new_keyframes.back().keyframe == keyframe_;
   if (!keyframe_is_new && shared_with_keyframe(registration, *surface) < options_.keyframe_min_shared) {
@@ -278,7 +262,6 @@ void Tracker::begin_trial(TrackedFrame& result, const Seen& first, PreparedRefer
   previous_ = {touch, first.time_s, 3 * first.surface->slope_noise * normal_flow_.normal_noise_rad, {}};
   previous_.state.center_mm.head<2>() = contact_center_mm(*first.surface);
   hand_ = {};
-  jump_.reset();
   lost_.reset();
   result.trial = trial_;
   result.keyframe = keyframe_;

@@ -67,8 +67,8 @@ struct TrackedFrame {
 ///  6. After a loss, a later frame continues the trial, or begins a new one together with the lost frame.
 ///  7. A keyframe is replaced when it shares too little of the frame's contact.
 ///  8. Turning points become keyframes.
-///  9. A picture that was damaged on its way may look like a jump, or like more contact. What one frame alone
-///     shows makes no keyframe, and the frame after a searched step is expected where it was before, too.
+///  9. A picture that was damaged on its way may look like more contact. What one frame alone shows makes no
+///     keyframe.
 /// Deterministic; frames must come in order.
 class Tracker {
  public:
@@ -109,11 +109,6 @@ class Tracker {
   struct Attempt {
     RegistrationResult registration;
     ExpectedMotion expected;
-    bool searched = false;  ///< found by relocalization
-  };
-  struct Jump {
-    Tracked before;
-    HandMotion hand;
   };
 
   Reference reference_of(const PreparedReference& prepared, const MotionState& before, double time_s) const;
@@ -122,7 +117,6 @@ class Tracker {
   bool is_usual(const RegistrationResult& registration, const Reference& reference) const;
   Attempt relocalize_on(const Reference& reference, const Surface& surface, const Attempt& attempt) const;
   Attempt track_with_fallback(TrackedFrame& result, const Surface& surface);
-  std::optional<Attempt> track_back(const Surface& surface, double time_s);
   double shared_with_keyframe(const RegistrationResult& registration, const Surface& surface) const;
   void accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr surface);
   void handle_tracking_failure(TrackedFrame& result, SurfacePtr surface);
@@ -142,7 +136,6 @@ class Tracker {
   TurningPoints turning_points_;
   Tracked previous_;  ///< the last tracked frame of the trial
   HandMotion hand_;
-  std::optional<Jump> jump_;  ///< if the last step had to be searched for
   std::optional<Seen> lost_;  ///< the last frame, if it was lost
 };
 
