@@ -12,10 +12,6 @@
 namespace gelslam {
 namespace {
 
-// The gate: what departs further than this from its prediction, in standard deviations, is not taken for
-// granted.
-constexpr double kGateSigmas = 3;
-
 // A contact's size swings as an object rolls over its bumps: it ends where so much less of it is left than
 // a trial begins with. Registration tells whether that is enough.
 constexpr int kContactShrinks = 4;
@@ -100,61 +96,33 @@ Tracker::Attempt Tracker::register_to(const Reference& reference, const Surface&
   return stopped.registration.ok() || agreement(stopped) >= agreement(moving) ? stopped : moving;
 }
 
-/// Whether innovation and residual are those predicted: the uncertainty of the prediction grows with the
-/// time, and that of the registration is added; a residual grows by the noise of normals at most. Where such
-/// expectations are wrong by a period of a pattern, the gate tells nothing.
-bool Tracker::passes_gate(const RegistrationResult& registration, const ExpectedMotion& expected) const {
-  const double residual_increase_rad = registration.normal_rmse_rad - previous_.residual_rad;
-  return registration.ok() && kGateSigmas * expected.sigma_mm <= kMinPeriodMm &&
-         innovation_mm(registration, expected.reference_T_frame.pose.inverse()) <= kMinPeriodMm &&
-         residual_increase_rad <= previous_.surface->slope_noise * normal_flow_.normal_noise_rad &&
-         expected.normalized_innovation(registration) <= kGateSigmas;
-}
-
-/// Motion goes on, or it stops or turns back.
-bool Tracker::is_usual(const RegistrationResult& registration, const Reference& reference) const {
-  return std::any_of(reference.expected.begin(), reference.expected.end(),
-                     [&](const ExpectedMotion& expected) { return passes_gate(registration, expected); });
-}
-
-/// The only place where the frame fits, whether `registration` found it there or not. Not ok when there is
-/// none, or there are several.
+/// The only place where the frame fits, after `failed`. Not ok when there is none, or there are several.
 Tracker::Attempt Tracker::relocalize_on(const Reference& reference, const Surface& surface,
-                                        const Attempt& attempt) const {
-  if (!options_.relocalize) return attempt;
-  // A body that is shaken turns back within a frame.
-  const auto& [moving, stopped] = reference.expected;
-  const auto innovation = [&](const ExpectedMotion& motion) {
-    return innovation_mm(attempt.registration, motion.reference_T_frame.pose.inverse());
-  };
-  const ExpectedMotion& expected = innovation(moving) <= innovation(stopped) ? moving : stopped;
+                                        const Attempt& failed) const {
+  if (!options_.relocalize) return failed;
   const RegistrationResult place =
-      relocalize(*reference.prepared.samples, surface, expected.reference_T_frame.pose.inverse(),
-                 attempt.registration, normal_flow_, verification_);
-  if (!place.ok()) return {place, expected};
+      relocalize(*reference.prepared.samples, surface, failed.expected.reference_T_frame.pose.inverse(),
+                 failed.registration, normal_flow_, verification_);
+  if (!place.ok()) return {place, failed.expected};
   // Another method starts from there and decides.
-  return {reference.prepared.register_to(surface, expected.prior_at(place)), expected};
+  return {reference.prepared.register_to(surface, place.target_T_reference), failed.expected};
 }
 
-/// Registers to the keyframe; if that is too far behind, to the last tracked frame. If that fails, too, or
-/// the step is unusual, relocalizes. The last tracked frame becomes a keyframe if it was needed.
+/// Registers to the keyframe; if that fails, to the last tracked frame, which becomes a keyframe if it is
+/// needed; if that fails, too, looks for the place on either.
 Tracker::Attempt Tracker::track_with_fallback(TrackedFrame& result, const Surface& surface) {
   const Reference keyframe = reference_of(reference_, previous_.state, result.time_s);
   const Attempt on_keyframe = register_to(keyframe, surface);
-  if (is_usual(on_keyframe.registration, keyframe)) return on_keyframe;
+  if (on_keyframe.registration.ok()) return on_keyframe;
+  if (previous_.frame == keyframe_->frame) return relocalize_on(keyframe, surface, on_keyframe);
 
-  PreparedReference prepared;
-  std::optional<Reference> previous;
-  Attempt on_previous;
-  if (previous_.frame != keyframe_->frame) {
-    prepared = registrar_(previous_.surface);
-    previous.emplace(reference_of(prepared, previous_.state.in_itself(), result.time_s));
-    on_previous = register_to(*previous, surface);
-  }
-  if (on_keyframe.registration.ok() || !previous || !is_usual(on_previous.registration, *previous)) {
+  PreparedReference prepared = registrar_(previous_.surface);
+  const Reference previous = reference_of(prepared, previous_.state.in_itself(), result.time_s);
+  Attempt on_previous = register_to(previous, surface);
+  if (!on_previous.registration.ok()) {
     const Attempt place = relocalize_on(keyframe, surface, on_keyframe);
     if (place.registration.ok()) return place;
-    if (previous) on_previous = relocalize_on(*previous, surface, on_previous);
+    on_previous = relocalize_on(previous, surface, on_previous);
     if (!on_previous.registration.ok()) return place;
   }
   switch_keyframe(result, previous_, std::move(prepared));
@@ -207,7 +175,6 @@ void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr su
                                    edge, odometry_bias(registration)};
   static_cast<TurningPoints::Touch&>(previous_) = touch;
   previous_.time_s = result.time_s;
-  previous_.residual_rad = registration.normal_rmse_rad;
   lost_.reset();
   result.status = TrackStatus::tracked;
   result.trial = trial_;
@@ -258,8 +225,7 @@ void Tracker::begin_trial(TrackedFrame& result, const Seen& first, PreparedRefer
   keyframe_ = result.new_keyframes.back().keyframe;
   reference_ = std::move(reference);
   turning_points_.begin_trial(touch);
-  // The first step deepens the contact: its residual may be larger than noise.
-  previous_ = {touch, first.time_s, 3 * first.surface->slope_noise * normal_flow_.normal_noise_rad, {}};
+  previous_ = {touch, first.time_s, {}};
   previous_.state.center_mm.head<2>() = contact_center_mm(*first.surface);
   hand_ = {};
   lost_.reset();

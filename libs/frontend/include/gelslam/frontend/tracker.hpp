@@ -23,8 +23,8 @@ struct TrackerOptions {
   /// A frame at which the motion turns back becomes a keyframe, too, if it alone shows this share of its
   /// contact.
   double keyframe_min_unseen = 0.05;
-  /// When registration fails from where the sensor is expected, or the step it finds is an unusual one, look
-  /// for the one place where the two textures agree. If there are several, the frame is lost.
+  /// When registration fails from where the sensor is expected, look for the one place where the two textures
+  /// agree. If there are several, the frame is lost.
   bool relocalize = true;
   /// A frame that fits nothing may be a torn picture: until this long after the last tracked frame, the trial
   /// continues if a later frame fits it again. A new trial begins after it, or with two frames in a row that
@@ -98,8 +98,7 @@ class Tracker {
   };
   struct Tracked : TurningPoints::Touch {
     double time_s = 0;
-    double residual_rad = 0;  ///< of the normals
-    MotionState state;        ///< in the current keyframe
+    MotionState state;  ///< in the current keyframe
   };
   /// What a frame is registered to, and where it is expected there: the motion goes on, or it stops.
   struct Reference {
@@ -113,8 +112,6 @@ class Tracker {
 
   Reference reference_of(const PreparedReference& prepared, const MotionState& before, double time_s) const;
   Attempt register_to(const Reference& reference, const Surface& surface) const;
-  bool passes_gate(const RegistrationResult& registration, const ExpectedMotion& expected) const;
-  bool is_usual(const RegistrationResult& registration, const Reference& reference) const;
   Attempt relocalize_on(const Reference& reference, const Surface& surface, const Attempt& attempt) const;
   Attempt track_with_fallback(TrackedFrame& result, const Surface& surface);
   double shared_with_keyframe(const RegistrationResult& registration, const Surface& surface) const;
