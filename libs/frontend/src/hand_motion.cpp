@@ -43,16 +43,14 @@ PosePrior ExpectedMotion::prior() const {
   return {frame_T_reference, by_step.covariance};
 }
 
-std::array<ExpectedMotion, 2> HandMotion::expect(const MotionState& before, double elapsed_s) const {
+ExpectedMotion HandMotion::expect(const MotionState& before, double elapsed_s) const {
   elapsed_s = std::max(std::round(elapsed_s / kTimeUnitS) * kTimeUnitS, kMinElapsedS);
   Matrix6d unit = Matrix6d::Identity();  // what moves the contact by 1 mm
   unit.topLeftCorner<3, 3>() /= kMmPerRad;
   unit.bottomLeftCorner<3, 3>() = skew(before.center_mm) / kMmPerRad;
   const Matrix6d step = elapsed_s * elapsed_s * variance_ * unit * unit.transpose();
-  const UncertainPose &here = before.reference_T_frame, moved{se3_exp(elapsed_s * before.velocity), step},
-                      stopped{Pose::Identity(), step};
-  return {ExpectedMotion{here.pose, compose(here, moved), step, elapsed_s},
-          ExpectedMotion{here.pose, compose(here, stopped), step, elapsed_s}};
+  const UncertainPose &here = before.reference_T_frame, moved{se3_exp(elapsed_s * before.velocity), step};
+  return {here.pose, compose(here, moved), step, elapsed_s};
 }
 
 MotionState HandMotion::correct(const ExpectedMotion& expected, const RegistrationResult& registration) {

@@ -77,55 +77,41 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
   return result;
 }
 
-Tracker::Reference Tracker::reference_of(const PreparedReference& prepared, const MotionState& before,
-                                         double time_s) const {
-  return {prepared, hand_.expect(before, time_s - previous_.time_s)};
-}
-
-/// From the predicted pose; if that fails, from the previous one.
-Tracker::Attempt Tracker::register_to(const Reference& reference, const Surface& surface) const {
-  const auto from = [&](const ExpectedMotion& expected) {
-    return Attempt{reference.prepared.register_to(surface, expected.prior()), expected};
-  };
-  const Attempt moving = from(reference.expected[0]);
-  if (moving.registration.ok()) return moving;
-  const Attempt stopped = from(reference.expected[1]);
-  const auto agreement = [](const Attempt& attempt) {
-    return attempt.registration.scr * attempt.registration.ccs;
-  };
-  return stopped.registration.ok() || agreement(stopped) >= agreement(moving) ? stopped : moving;
+/// From where the motion of the hand leads.
+Tracker::Attempt Tracker::register_to(const PreparedReference& reference, const MotionState& before,
+                                      double time_s, const Surface& surface) const {
+  const ExpectedMotion expected = hand_.expect(before, time_s - previous_.time_s);
+  return {reference.register_to(surface, expected.prior()), expected};
 }
 
 /// The only place where the frame fits, after `failed`. Not ok when there is none, or there are several.
-Tracker::Attempt Tracker::relocalize_on(const Reference& reference, const Surface& surface,
+Tracker::Attempt Tracker::relocalize_on(const PreparedReference& reference, const Surface& surface,
                                         const Attempt& failed) const {
   if (!options_.relocalize) return failed;
   const RegistrationResult place =
-      relocalize(*reference.prepared.samples, surface, failed.expected.reference_T_frame.pose.inverse(),
+      relocalize(*reference.samples, surface, failed.expected.reference_T_frame.pose.inverse(),
                  failed.registration, normal_flow_, verification_);
   if (!place.ok()) return {place, failed.expected};
   // Another method starts from there and decides.
-  return {reference.prepared.register_to(surface, place.target_T_reference), failed.expected};
+  return {reference.register_to(surface, place.target_T_reference), failed.expected};
 }
 
 /// Registers to the keyframe; if that fails, to the last tracked frame, which becomes a keyframe if it is
 /// needed; if that fails, too, looks for the place on either.
 Tracker::Attempt Tracker::track_with_fallback(TrackedFrame& result, const Surface& surface) {
-  const Reference keyframe = reference_of(reference_, previous_.state, result.time_s);
-  const Attempt on_keyframe = register_to(keyframe, surface);
+  const Attempt on_keyframe = register_to(reference_, previous_.state, result.time_s, surface);
   if (on_keyframe.registration.ok()) return on_keyframe;
-  if (previous_.frame == keyframe_->frame) return relocalize_on(keyframe, surface, on_keyframe);
+  if (previous_.frame == keyframe_->frame) return relocalize_on(reference_, surface, on_keyframe);
 
-  PreparedReference prepared = registrar_(previous_.surface);
-  const Reference previous = reference_of(prepared, previous_.state.in_itself(), result.time_s);
-  Attempt on_previous = register_to(previous, surface);
+  PreparedReference previous = registrar_(previous_.surface);
+  Attempt on_previous = register_to(previous, previous_.state.in_itself(), result.time_s, surface);
   if (!on_previous.registration.ok()) {
-    const Attempt place = relocalize_on(keyframe, surface, on_keyframe);
+    const Attempt place = relocalize_on(reference_, surface, on_keyframe);
     if (place.registration.ok()) return place;
     on_previous = relocalize_on(previous, surface, on_previous);
     if (!on_previous.registration.ok()) return place;
   }
-  switch_keyframe(result, previous_, std::move(prepared));
+  switch_keyframe(result, previous_, std::move(previous));
   return on_previous;
 }
 
@@ -144,7 +130,7 @@ void Tracker::handle_tracking_failure(TrackedFrame& result, SurfacePtr surface) 
     if (together.ok()) {
       begin_trial(result, Seen(*lost_), std::move(reference));
       result.registration = together;
-      accept(result, {together, hand_.expect(previous_.state, result.time_s - previous_.time_s)[1]},
+      accept(result, {together, hand_.expect(previous_.state, result.time_s - previous_.time_s)},
              std::move(surface));
       return;
     }

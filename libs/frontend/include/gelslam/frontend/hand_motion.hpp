@@ -1,7 +1,5 @@
 #pragma once
 
-#include <array>
-
 #include "gelslam/core/uncertain_pose.hpp"
 #include "gelslam/registration/registration.hpp"
 
@@ -37,8 +35,8 @@ struct ExpectedMotion {
 /// the motion itself is KISS-ICP's idea (Vizzo et al., RA-L 2023, §III-D).
 class HandMotion {
  public:
-  /// The motion goes on, or it stops or turns back.
-  std::array<ExpectedMotion, 2> expect(const MotionState& before, double elapsed_s) const;
+  /// The motion goes on.
+  ExpectedMotion expect(const MotionState& before, double elapsed_s) const;
 
   /// The state after a registration from expected.prior(), which also tells how fast the hand moves.
   MotionState correct(const ExpectedMotion& expected, const RegistrationResult& registration);

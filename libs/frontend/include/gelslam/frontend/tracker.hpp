@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -100,19 +99,15 @@ class Tracker {
     double time_s = 0;
     MotionState state;  ///< in the current keyframe
   };
-  /// What a frame is registered to, and where it is expected there: the motion goes on, or it stops.
-  struct Reference {
-    const PreparedReference& prepared;
-    std::array<ExpectedMotion, 2> expected;
-  };
   struct Attempt {
     RegistrationResult registration;
     ExpectedMotion expected;
   };
 
-  Reference reference_of(const PreparedReference& prepared, const MotionState& before, double time_s) const;
-  Attempt register_to(const Reference& reference, const Surface& surface) const;
-  Attempt relocalize_on(const Reference& reference, const Surface& surface, const Attempt& attempt) const;
+  Attempt register_to(const PreparedReference& reference, const MotionState& before, double time_s,
+                      const Surface& surface) const;
+  Attempt relocalize_on(const PreparedReference& reference, const Surface& surface,
+                        const Attempt& attempt) const;
   Attempt track_with_fallback(TrackedFrame& result, const Surface& surface);
   double shared_with_keyframe(const RegistrationResult& registration, const Surface& surface) const;
   void accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr surface);
