@@ -10,7 +10,6 @@ namespace gelslam::test {
 namespace {
 
 using testing::Each;
-using testing::ElementsAre;
 
 /// Every frame with a pose in the map lies where the truth has it, seen from the anchor. A pose graph without
 /// loop errors passes on what single registrations leave (0.03 degrees, 0.01 mm), a few times over.
@@ -78,30 +77,6 @@ TEST(GelSlam, AJumpWithinALogLosesTrackAndFindsBack) {
   for (std::size_t id = 0; id < map.keyframes.size(); ++id)
     EXPECT_EQ(map.keyframes[id]->id, static_cast<int>(id));
   expect_true_poses(scan, map);
-}
-
-// Lifting leaves a fragment too small to be recognized, and the tracker loses it. Where it must be is known:
-// it was there a frame ago.
-TEST(GelSlam, AFragmentLeftByLiftingIsRejoined) {
-  const Field stone = bumpy_ellipsoid(3);
-  GelSlam slam(SlamOptions{});
-  StageTimer timer;
-  const Pose places[] = {pressed(6, 0.5), pressed(6, 0.5) * motion(0.5, 0.3, 0, 0.1, 0), pressed(6, 0.065),
-                         pressed(6, 0.06)};
-  std::vector<TrackStatus> status;
-  for (std::size_t i = 0; i < 4; ++i)
-    status.push_back(slam.process(static_cast<std::int64_t>(i), 0, touch(stone, places[i]), timer).status);
-  EXPECT_THAT(status, ElementsAre(TrackStatus::tracked, TrackStatus::tracked, TrackStatus::lost,
-                                  TrackStatus::tracked));
-  const SlamMap map = slam.finish();
-  EXPECT_EQ(map.trials, 2);
-  EXPECT_EQ(map.components, 1);
-  EXPECT_EQ(map.loops, 1);
-  ASSERT_EQ(map.anchor_frame, 0);
-  const PoseGap error = gap(map.anchor_T_keyframe(map.frames[3].keyframe),
-                            places[0].inverse() * places[2]);  // keyframe: of the frame before
-  // a fragment of two millimeters knows less than a whole contact
-  expect_within(error, 1.0, 0.1);
 }
 
 // A way of 6 mm. Every pass leaves keyframes of its own, and loops tie them together.

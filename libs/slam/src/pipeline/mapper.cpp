@@ -81,17 +81,6 @@ int choose_anchor(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
   return static_cast<int>(id);
 }
 
-/// Loops to trials that were lost in touch, where place recognition has found none.
-void add_rejoining_loops(SlamMap& map, const SlamOptions& options) {
-  const std::size_t known = map.solved_edges.size();
-  for (const PoseGraphEdge& loop : rejoin_broken_trials(map, options)) {
-    const auto end = map.solved_edges.begin() + static_cast<std::ptrdiff_t>(known);
-    if (std::none_of(map.solved_edges.begin(), end,
-                     [&](const PoseGraphEdge& edge) { return edge.from == loop.from && edge.to == loop.to; }))
-      map.solved_edges.push_back(loop);
-  }
-}
-
 /// Those to be kept, in the same order.
 std::vector<PoseGraphEdge> chosen(const std::vector<PoseGraphEdge>& edges, const std::vector<bool>& keep) {
   std::vector<PoseGraphEdge> kept;
@@ -298,7 +287,6 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
     return map;
   }
   const double scale_sigma = gradient_scale_sigma(measured_.keyframes, options_.gradient_scale);
-  add_rejoining_loops(map, options_);
   solve_map(map, initial, scale_sigma, options_);
   if (refine && options_.refinement.max_pairs_per_keyframe > 0)
     add_overlap_edges(map, scale_sigma, options_, stop_requested, closing);
