@@ -156,7 +156,7 @@ std::vector<PoseGraphEdge> Mapper::add_keyframe(const NewKeyframe& added, bool s
   measured_.searched.resize(measured_.keyframes.size());
   measured_.searched.back() = search_loops;
   if (!search_loops) return {};
-  std::vector<PoseGraphEdge> loops = this->search_loops(*keyframe, added.edge ? added.edge->from : -1);
+  std::vector<PoseGraphEdge> loops = this->search_loops(*keyframe);
   measured_.edges.insert(measured_.edges.end(), loops.begin(), loops.end());
   return loops;
 }
@@ -176,9 +176,9 @@ void Mapper::chain(int id, const std::optional<PoseGraphEdge>& edge) {
   live_.component_of_node[id] = live_.component_of_node.at(edge->from);
 }
 
-std::vector<PoseGraphEdge> Mapper::search_loops(const Keyframe& keyframe, int previous) {
+std::vector<PoseGraphEdge> Mapper::search_loops(const Keyframe& keyframe) {
   loop_closer_.keep(std::exchange(restored_, {}));
-  std::vector<PoseGraphEdge> loops = loop_closer_.add(keyframe, previous);
+  std::vector<PoseGraphEdge> loops = loop_closer_.add(keyframe);
   new_loops_ += static_cast<int>(loops.size());
   return loops;
 }
@@ -187,9 +187,6 @@ std::map<int, std::vector<PoseGraphEdge>> Mapper::restore(const ScanRecord& reco
   measured_ = record;
   measured_.frames.clear();
   new_loops_ = static_cast<int>(record.edges.size());
-  std::map<int, int> linked;
-  for (const PoseGraphEdge& edge : record.edges)
-    if (edge.kind == EdgeKind::odometry) linked[edge.to] = edge.from;
   for (const auto& keyframe : record.keyframes)
     if (keyframe && record.searched[index(keyframe->id)]) restored_.push_back(*keyframe);
   const int newest_searched = restored_.empty() ? -1 : restored_.back().id;
@@ -197,9 +194,7 @@ std::map<int, std::vector<PoseGraphEdge>> Mapper::restore(const ScanRecord& reco
   for (const auto& keyframe : record.keyframes) {
     if (!keyframe || record.searched[index(keyframe->id)]) continue;
     if (keyframe->id < newest_searched) continue;  // damaged record: it stays without
-    const auto link = linked.find(keyframe->id);
-    const auto& loops = found[keyframe->id] =
-        search_loops(*keyframe, link == linked.end() ? -1 : link->second);
+    const auto& loops = found[keyframe->id] = search_loops(*keyframe);
     measured_.edges.insert(measured_.edges.end(), loops.begin(), loops.end());
     measured_.searched[index(keyframe->id)] = true;
   }

@@ -48,7 +48,7 @@ class Mapper {
 
  private:
   void chain(int id, const std::optional<PoseGraphEdge>& edge);
-  std::vector<PoseGraphEdge> search_loops(const Keyframe& keyframe, int previous);
+  std::vector<PoseGraphEdge> search_loops(const Keyframe& keyframe);
   std::map<int, Pose> chained_links() const;
   std::vector<bool> placed() const;
   std::map<int, Matrix6d> covariances(const std::vector<PoseGraphEdge>& edges,
