@@ -146,16 +146,12 @@ double Tracker::shared_with_keyframe(const RegistrationResult& registration, con
 
 void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr surface) {
   const RegistrationResult& registration = result.registration;
-  if (!registration.apart.empty())
-    surface = std::make_shared<const Surface>(without_cells(*surface, registration.apart));
   PoseGraphEdge edge = odometry_edge(keyframe_->id, -1, registration);
   const Pose keyframe_T_frame = edge.from_T_to;
   const double confirmed = shown_share(coarse_contact_points_mm(*surface), *previous_.surface,
                                        previous_.state.reference_T_frame.pose.inverse() * keyframe_T_frame);
   previous_.state = hand_.correct(attempt.expected, registration);
-  // The cells apart, and not the rest, may be the object: then the pose is wrong by no one knows how much.
-  const Matrix6d apart = registration.apart_share * unknown_pose_covariance();
-  edge.information = symmetric((previous_.state.reference_T_frame.covariance + apart).inverse());
+  edge.information = symmetric(previous_.state.reference_T_frame.covariance.inverse());
   result.registration.information = information_of_inverse(edge.information, keyframe_T_frame);
   const TurningPoints::Touch touch{result.frame, surface, keyframe_->trial_T_keyframe * keyframe_T_frame,
                                    edge, odometry_bias(registration)};

@@ -1,8 +1,5 @@
 #pragma once
 
-#include <cstdint>
-#include <vector>
-
 #include "gelslam/registration/normal_flow.hpp"
 #include "normal_flow_reference.hpp"
 
@@ -48,22 +45,6 @@ NormalEquations linearize(const Samples& samples, const Viewpoint& view, const R
 
 int count_shared(const Residuals& residuals);
 
-/// Sums over samples of the products of two curvatures.
-struct CurvatureProducts {
-  int samples = 0;
-  double dot = 0, reference2 = 0, target2 = 0;
-
-  void add(const CurvatureProducts& other) {
-    samples += other.samples;
-    dot += other.dot;
-    reference2 += other.reference2;
-    target2 += other.target2;
-  }
-};
-inline CurvatureProducts products_of(double reference, double target) {
-  return {1, reference * target, reference * reference, target * target};
-}
-
 /// Right perturbations of a pose, from those about a point to those about the origin; of -point: back.
 inline Matrix6d origin_from_center(const Eigen::Vector3d& center_mm) {
   Matrix6d matrix = Matrix6d::Identity();
@@ -73,18 +54,6 @@ inline Matrix6d origin_from_center(const Eigen::Vector3d& center_mm) {
 
 /// Neighboring normals share their noise over so many pixels.
 inline constexpr double kNoisePatchPx = 25.0;
-
-/// What moves another way than the rest, of the shared contact.
-struct ApartSamples {
-  std::vector<std::uint8_t> is_apart;  ///< per sample of the reference
-  std::vector<PictureCell> cells;      ///< of the target
-  double share = 0;                    ///< of the shared samples
-};
-
-/// The parts of the shared contact in which CCS, cell by cell, is that of unrelated textures, at this pose
-/// (after Huang et al., RA-L 2024, who ask it of the whole contact). Own. `noise_rad`: of a normal.
-ApartSamples find_apart(const NormalFlowReference::Impl& reference, const Surface& target,
-                        const Residuals& residuals, const Pose& target_T_reference, double noise_rad);
 
 /// Of a normal, after a registration that left this residual.
 double normal_variance(double normal_rmse_rad, const NormalFlowOptions& options);

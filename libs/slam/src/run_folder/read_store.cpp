@@ -199,9 +199,8 @@ void read_frames(SQLite::Database& database, ScanRecord& record) {
       frame.keyframe_T_frame = pose_in(rows, 5);
       if (frame.trial < 0) refuse("a frame with a keyframe has no trial");
     }
-    const int observable = rows.integer(6, 0, 127);
+    const int observable = rows.integer(6, 0, 127);  // the seventh bit is an older program's
     for (std::size_t i = 0; i < 6; ++i) frame.observable[i] = (observable >> i & 1) != 0;
-    frame.apart = observable >> 6 != 0;
     if (!rows.is_null(7)) frame.unix_us = rows.integer(7, 1, kMaxUnixUs);
     if (!record.has_keyframe(frame.keyframe)) frame.keyframe = -1;  // a kill came before it
     record.frames.push_back(frame);
