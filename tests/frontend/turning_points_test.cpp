@@ -56,7 +56,7 @@ TEST(TurningPoints, AMotionThatTurnsBackLeavesTheFrameWhereItDid) {
   TrackedFrame frame;
   for (double x = 0.9; log.turning_points.empty() && x > -3; x -= 0.3) frame = log.see(x);
   ASSERT_EQ(log.turning_points.size(), 1U);
-  const auto& [turning_point, edge, bias] = log.turning_points[0];
+  const auto& [turning_point, edge] = log.turning_points[0];
   EXPECT_EQ(log.x_mm_of[static_cast<std::size_t>(turning_point->frame)], 1.2);
   ASSERT_TRUE(edge) << "it is linked to the keyframe of its time";
   EXPECT_EQ(edge->from, 0);

@@ -33,10 +33,6 @@ PoseGraphEdge odometry_edge(int from, int to, const RegistrationResult& registra
           to_T_from * registration.shared_center_mm};
 }
 
-Vector6d odometry_bias(const RegistrationResult& registration) {
-  return -adjoint(registration.target_T_reference) * registration.membrane_bias;
-}
-
 Tracker::Tracker(const TrackerOptions& options, Registrar registrar, const NormalFlowOptions& registration,
                  const VerificationOptions& verification)
     : options_(options),
@@ -154,7 +150,7 @@ void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr su
   edge.information = symmetric(previous_.state.reference_T_frame.covariance.inverse());
   result.registration.information = information_of_inverse(edge.information, keyframe_T_frame);
   const TurningPoints::Touch touch{result.frame, surface, keyframe_->trial_T_keyframe * keyframe_T_frame,
-                                   edge, odometry_bias(registration)};
+                                   edge};
   static_cast<TurningPoints::Touch&>(previous_) = touch;
   previous_.time_s = result.time_s;
   lost_.reset();
@@ -192,7 +188,7 @@ NewKeyframe Tracker::make_keyframe(const TurningPoints::Touch& touch) {
   keyframe->trial_T_keyframe = normalized(touch.trial_T_frame);
   keyframe->surface = StoredSurface::packed_later(touch.surface);
   keyframe->reference = StoredReference(keyframe->surface, normal_flow_);
-  NewKeyframe added{keyframe, touch.edge, touch.membrane_bias};
+  NewKeyframe added{keyframe, touch.edge};
   if (added.edge) added.edge->to = keyframe->id;
   return added;
 }

@@ -187,7 +187,6 @@ ShownDirections shown_directions(const TextureAgreement& texture, double by_chan
     const double pattern = result.basis.col(i).dot(texture.pattern * result.basis.col(i));
     result.pattern_share[i] = std::min(1.0, pattern / std::max(pattern, eigen.eigenvalues()[i]));
   }
-  result.by_slopes = scale.ldlt().solve(texture.by_slopes);
   return result;
 }
 
@@ -220,7 +219,6 @@ ShownDirections assess(const NormalFlowReference::Impl& reference, const Surface
   result.directions.setIdentity();
   result.directions.topLeftCorner<kParameters, kParameters>() = directions.basis;
   result.directions.block<1, kParameters>(5, 0) = x * directions.basis.row(1) - y * directions.basis.row(0);
-  result.membrane_bias = membrane_bias(directions, reference.surface->camera(), target.camera(), result);
   result.observable = observability(result, heights_known);
   result.status = judge(result, agreement, options);
   return directions;

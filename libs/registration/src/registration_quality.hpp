@@ -14,8 +14,7 @@ struct TextureAgreement {
   Matrix5d read = Matrix5d::Zero();  ///< Σ w JᵀJ: the object and noise
   /// Σ w JᵀJ', J' from the target's gradients, symmetric: the object alone
   Matrix5d common = Matrix5d::Zero();
-  Matrix5d pattern = Matrix5d::Zero();    ///< what moves with the gel (the model's unevenness) adds to both
-  Vector5d by_slopes = Vector5d::Zero();  ///< Σ w Jᵀ dn, dn: of slopes that grow, per share of them
+  Matrix5d pattern = Matrix5d::Zero();  ///< what moves with the gel (the model's unevenness) adds to both
 };
 
 /// `target_T_reference`: of the residuals.
@@ -30,7 +29,6 @@ struct ShownDirections {
   /// Of the gradient that was read along each, how much both surfaces show: 0..1. The rest is noise.
   Vector5d share = Vector5d::Ones();
   Vector5d pattern_share = Vector5d::Zero();  ///< of this, how much may move with the gel: 0..1
-  Vector5d by_slopes = Vector5d::Zero();      ///< motion per share by which all slopes grow
 };
 
 /// `by_chance`: the share that noise alone would show.
@@ -88,9 +86,5 @@ ShownDirections assess(const NormalFlowReference::Impl& reference, const Surface
 Matrix6d pose_information(const ShownDirections& directions, bool heights_known, double shared_mm2,
                           double model_sigma, double noise_variance, const PosePrior& prior,
                           const RegistrationResult& result, const NormalFlowOptions& options);
-
-/// RegistrationResult::membrane_bias. Flanks on both sides pull to no side.
-Vector6d membrane_bias(const ShownDirections& directions, const CameraModel& reference,
-                       const CameraModel& target, const RegistrationResult& result);
 
 }  // namespace gelslam::registration::detail

@@ -25,14 +25,11 @@ struct Keyframe {
 
 /// The motion from a keyframe to what was registered to it.
 PoseGraphEdge odometry_edge(int from, int to, const RegistrationResult& registration);
-/// RegistrationResult::membrane_bias of that motion.
-Vector6d odometry_bias(const RegistrationResult& registration);
 
 /// A keyframe as the tracker hands it out.
 struct NewKeyframe {
   std::shared_ptr<const Keyframe> keyframe;
   std::optional<PoseGraphEdge> edge{};  ///< from the keyframe that it was registered to; none begins a trial
-  Vector6d membrane_bias = Vector6d::Zero();  ///< odometry_bias() of `edge`
 };
 
 }  // namespace gelslam

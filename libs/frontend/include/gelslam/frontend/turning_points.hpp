@@ -20,8 +20,7 @@ class TurningPoints {
     std::int64_t frame = 0;
     SurfacePtr surface;
     Pose trial_T_frame = Pose::Identity();
-    std::optional<PoseGraphEdge> edge{};        ///< only passed through, as this
-    Vector6d membrane_bias = Vector6d::Zero();  ///< NewKeyframe
+    std::optional<PoseGraphEdge> edge{};  ///< only passed through
   };
 
   /// `min_unseen`: share of its contact that a frame must have shown alone.

@@ -64,10 +64,6 @@ struct RegistrationResult {
   /// Right perturbations as columns, of which the surfaces may show one and not another: `information` is
   /// that of each.
   Matrix6d directions = Matrix6d::Identity();
-  /// Error of the pose by the membrane bias where one touch is deeper than the other: one standard deviation,
-  /// as right perturbation. Its relative size is common to all registrations, so these errors add up with
-  /// their signs.
-  Vector6d membrane_bias = Vector6d::Zero();
   double scr = 0.0;  ///< shared curvature ratio, 0..1
   double ccs = 0.0;  ///< curvature cosine similarity, -1..1
   /// Correlation of the two curvatures (means removed) over the shared contact, -1..1: near 0 where only
