@@ -61,19 +61,25 @@ TEST(GelSlam, TwoPlacesStayTwoComponentsAndTheLargerIsTheMap) {
 
 TEST(GelSlam, AJumpWithinALogLosesTrackAndFindsBack) {
   Strokes scan;
+  const auto jump = [&](const Pose& pose, int new_trial) {
+    TrackedFrame frame;
+    for (int i = 0; i < 10 && frame.trial != new_trial; ++i) {  // until the patience is over
+      frame = scan.see(pose);
+      EXPECT_EQ(frame.status, TrackStatus::lost);
+    }
+    EXPECT_EQ(frame.trial, new_trial);
+    return frame.frame;
+  };
   for (int step = 0; step < 3; ++step) scan.see(stroke_pose(0, 0, 0, step));
-  EXPECT_EQ(scan.see(motion(0, 0, 0, 40, 0, 0.4)).status, TrackStatus::lost);
+  jump(motion(0, 0, 0, 40, 0, 0.4), 1);
   EXPECT_EQ(scan.see(motion(0, 0, 1, 40.2, 0, 0.4)).status, TrackStatus::tracked);
-  EXPECT_EQ(scan.see(motion(0, 0, 20, 0.5, 0.5, 0.4)).status, TrackStatus::lost);  // back at the first place
+  const std::int64_t back = jump(motion(0, 0, 20, 0.5, 0.5, 0.4), 2);  // at the first place
   EXPECT_EQ(scan.see(motion(0, 0, 21, 0.6, 0.5, 0.4)).status, TrackStatus::tracked);
   const SlamMap map = scan.finish();
   EXPECT_EQ(map.trials, 3);
   EXPECT_EQ(map.components, 2);
-  ASSERT_EQ(map.frames.size(), 7u);
-  EXPECT_TRUE(map.has_pose(map.frames[0]));
-  EXPECT_FALSE(map.has_pose(map.frames[3]));
-  EXPECT_FALSE(map.has_pose(map.frames[5]));  // only the next one told that it was no torn picture
-  EXPECT_TRUE(map.has_pose(map.frames[6]));
+  for (const FrameRecord& frame : map.frames)
+    EXPECT_EQ(map.has_pose(frame), frame.frame < 3 || frame.frame >= back) << frame.frame;
   for (std::size_t id = 0; id < map.keyframes.size(); ++id)
     EXPECT_EQ(map.keyframes[id]->id, static_cast<int>(id));
   expect_true_poses(scan, map);

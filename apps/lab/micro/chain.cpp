@@ -13,7 +13,7 @@ namespace gelslam {
 namespace {
 
 /// Swings through the frames, so that any number of steps is one unbroken scan. It slows down where it turns,
-/// as a hand does: a sudden turn is unusual, and the tracker would search for the place. The first frame,
+/// as a hand does: the tracker expects that the motion goes on. The first frame,
 /// which is the keyframe, does not come back: with no noise between them, the next frame would seem to fit
 /// badly.
 class ToAndFro {

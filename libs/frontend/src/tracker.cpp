@@ -46,7 +46,8 @@ void Tracker::continue_after(int keyframe_id, int trial) {
   trial_ = trial;
 }
 
-TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surface, std::int64_t unix_us) {
+TrackedFrame Tracker::track(std::int64_t frame, double time_s, const SurfacePtr& surface,
+                            std::int64_t unix_us) {
   TrackedFrame result{.frame = frame, .time_s = time_s, .unix_us = unix_us};
   if (!surface) {
     result.status = TrackStatus::background;
@@ -59,17 +60,20 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
   }
   if (!in_trial_) {
     result.status = TrackStatus::tracked;
-    begin_trial(result, {frame, time_s, surface}, registrar_(surface));
+    begin_trial(result, surface);
     // Against itself: what this surface can show at all.
     result.registration = reference_.register_to(*surface, Pose::Identity());
     return result;
   }
   const Attempt attempt = track_with_fallback(result, *surface);
   result.registration = attempt.registration;
-  if (attempt.registration.ok())
-    accept(result, attempt, std::move(surface));
-  else
-    handle_tracking_failure(result, std::move(surface));
+  if (attempt.registration.ok()) {
+    accept(result, attempt, surface);
+  } else {
+    result.status = TrackStatus::lost;
+    // Until then it may be a torn picture, and a later frame may fit again.
+    if (time_s - previous_.time_s > options_.patience_s) begin_trial(result, surface);
+  }
   return result;
 }
 
@@ -111,36 +115,13 @@ Tracker::Attempt Tracker::track_with_fallback(TrackedFrame& result, const Surfac
   return on_previous;
 }
 
-/// The frame fits nothing that the trial has shown: it may be torn, or the object may be elsewhere. A new
-/// trial begins when the patience is over, or when this frame fits the one before, which was lost, too.
-void Tracker::handle_tracking_failure(TrackedFrame& result, SurfacePtr surface) {
-  result.status = TrackStatus::lost;
-  const Seen seen{result.frame, result.time_s, surface};
-  if (seen.time_s - previous_.time_s > options_.patience_s) {
-    begin_trial(result, seen, registrar_(std::move(surface)));
-    return;
-  }
-  if (lost_) {
-    auto reference = registrar_(lost_->surface);
-    const RegistrationResult together = reference.register_to(*surface, Pose::Identity());
-    if (together.ok()) {
-      begin_trial(result, Seen(*lost_), std::move(reference));
-      result.registration = together;
-      accept(result, {together, hand_.expect(previous_.state, result.time_s - previous_.time_s)},
-             std::move(surface));
-      return;
-    }
-  }
-  lost_ = seen;
-}
-
 /// Of the contact of `surface`, as far as the keyframe's samples tell.
 double Tracker::shared_with_keyframe(const RegistrationResult& registration, const Surface& surface) const {
   const double share = static_cast<double>(registration.shared_samples) / reference_.samples->sample_count();
   return share * reference_.samples->surface().contact_pixels / surface.contact_pixels;
 }
 
-void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr surface) {
+void Tracker::accept(TrackedFrame& result, const Attempt& attempt, const SurfacePtr& surface) {
   const RegistrationResult& registration = result.registration;
   PoseGraphEdge edge = odometry_edge(keyframe_->id, -1, registration);
   const Pose keyframe_T_frame = edge.from_T_to;
@@ -153,7 +134,6 @@ void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr su
                                    edge};
   static_cast<TurningPoints::Touch&>(previous_) = touch;
   previous_.time_s = result.time_s;
-  lost_.reset();
   result.status = TrackStatus::tracked;
   result.trial = trial_;
   result.trial_T_frame = touch.trial_T_frame;
@@ -193,20 +173,18 @@ NewKeyframe Tracker::make_keyframe(const TurningPoints::Touch& touch) {
   return added;
 }
 
-/// Begins with `first`, which is this frame or the one before.
-void Tracker::begin_trial(TrackedFrame& result, const Seen& first, PreparedReference reference) {
+void Tracker::begin_trial(TrackedFrame& result, const SurfacePtr& surface) {
   result.new_keyframes = end_trial();
   ++trial_;
   in_trial_ = true;
-  const TurningPoints::Touch touch{first.frame, first.surface};
+  const TurningPoints::Touch touch{result.frame, surface};
   result.new_keyframes.push_back(make_keyframe(touch));
   keyframe_ = result.new_keyframes.back().keyframe;
-  reference_ = std::move(reference);
+  reference_ = registrar_(surface);
   turning_points_.begin_trial(touch);
-  previous_ = {touch, first.time_s, {}};
-  previous_.state.center_mm.head<2>() = contact_center_mm(*first.surface);
+  previous_ = {touch, result.time_s, {}};
+  previous_.state.center_mm.head<2>() = contact_center_mm(*surface);
   hand_ = {};
-  lost_.reset();
   result.trial = trial_;
   result.keyframe = keyframe_;
 }

@@ -70,7 +70,7 @@ void describe_tracking(OptionVisitor& visit, SlamOptions& slam) {
                "share of its contact that a keyframe at a turning point alone must show");
   visit.number("patience_s", options.patience_s, 0, 10, "seconds after a loss in which a trial may continue");
   visit.flag("relocalize", options.relocalize,
-             "after an unusual motion, search for the one place where the textures agree");
+             "where registration fails, search for the one place where the textures agree");
   describe_registration(visit, slam.registration);
 }
 

@@ -26,8 +26,7 @@ struct TrackerOptions {
   /// agree. If there are several, the frame is lost.
   bool relocalize = true;
   /// A frame that fits nothing may be a torn picture: until this long after the last tracked frame, the trial
-  /// continues if a later frame fits it again. A new trial begins after it, or with two frames in a row that
-  /// fit each other.
+  /// continues if a later frame fits it again. A new trial begins after it.
   double patience_s = 0.2;
 };
 
@@ -55,19 +54,19 @@ struct TrackedFrame {
   std::int64_t unix_us = 0;  ///< as given to track()
 };
 
-/// Registers each frame to the current keyframe and decides on keyframes and trials (Huang et al., T-RO 2026,
-/// §IV; the others are our own):
-///  1. Contact begins a trial, and ends it with hysteresis.
-///  2. Prediction: the motion goes on at constant velocity, or it stops (HandMotion). It is the prior.
-///  3. One gate: innovation of a step within three standard deviations of its prediction, no larger residual.
-///     It tells nothing where motions depart from their prediction by a period of a pattern.
-///  4. Fallback: where the keyframe is too far behind, the last tracked frame becomes one.
-///  5. Relocalization of a step that the gate refuses; if several places fit, the frame is lost.
-///  6. After a loss, a later frame continues the trial, or begins a new one together with the lost frame.
-///  7. A keyframe is replaced when it shares too little of the frame's contact.
-///  8. Turning points become keyframes.
-///  9. A picture that was damaged on its way may look like more contact. What one frame alone shows makes no
-///     keyframe.
+/// Tracks the sensor on the object, frame by frame (Huang et al., T-RO 2026, §IV). Contact begins a trial
+/// with a keyframe, and a quarter of that contact ends it. In between, each frame goes through these steps:
+///  1. Prediction: the hand goes on at constant velocity (HandMotion). This is the prior of the registration.
+///  2. Registration to the keyframe. If it fails, the frame is registered to the last tracked frame, which
+///     becomes a keyframe if that succeeds.
+///  3. Relocalization, if both fail: the one place on either where the textures agree. If there are several,
+///     the frame is lost.
+///  4. Correction: the hand's state follows from prediction and registration.
+///  5. A keyframe that shares too little of the frame's contact is replaced by the frame. A frame at which
+///     the motion turns back becomes a keyframe, too (TurningPoints). Contact that the frame before does not
+///     confirm may belong to a damaged picture: it makes no keyframe.
+/// A lost frame may be a torn picture, so the trial waits for a frame that fits again. When its patience is
+/// over, the next frame begins a new trial. Prediction, relocalization and turning points are our own.
 /// Deterministic; frames must come in order.
 class Tracker {
  public:
@@ -80,7 +79,7 @@ class Tracker {
           const VerificationOptions& verification = {});
 
   /// `surface` is null for a frame of the background. `unix_us`: TactileImage::unix_us.
-  TrackedFrame track(std::int64_t frame, double time_s, SurfacePtr surface, std::int64_t unix_us = 0);
+  TrackedFrame track(std::int64_t frame, double time_s, const SurfacePtr& surface, std::int64_t unix_us = 0);
 
   /// The log ends, or frames were left out on purpose and the object may have moved: the next frame in
   /// contact starts a new trial. Returns what was touched last, if no keyframe shows it yet.
@@ -90,11 +89,6 @@ class Tracker {
   void continue_after(int keyframe_id, int trial);
 
  private:
-  struct Seen {
-    std::int64_t frame = 0;
-    double time_s = 0;
-    SurfacePtr surface;
-  };
   struct Tracked : TurningPoints::Touch {
     double time_s = 0;
     MotionState state;  ///< in the current keyframe
@@ -107,12 +101,11 @@ class Tracker {
   Attempt register_to(const PreparedReference& reference, const MotionState& before, double time_s,
                       const Surface& surface) const;
   Attempt relocalize_on(const PreparedReference& reference, const Surface& surface,
-                        const Attempt& attempt) const;
+                        const Attempt& failed) const;
   Attempt track_with_fallback(TrackedFrame& result, const Surface& surface);
   double shared_with_keyframe(const RegistrationResult& registration, const Surface& surface) const;
-  void accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr surface);
-  void handle_tracking_failure(TrackedFrame& result, SurfacePtr surface);
-  void begin_trial(TrackedFrame& result, const Seen& first, PreparedReference reference);
+  void accept(TrackedFrame& result, const Attempt& attempt, const SurfacePtr& surface);
+  void begin_trial(TrackedFrame& result, const SurfacePtr& surface);
   NewKeyframe make_keyframe(const TurningPoints::Touch& touch);
   void switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& touch, PreparedReference reference);
 
@@ -128,7 +121,6 @@ class Tracker {
   TurningPoints turning_points_;
   Tracked previous_;  ///< the last tracked frame of the trial
   HandMotion hand_;
-  std::optional<Seen> lost_;  ///< the last frame, if it was lost
 };
 
 }  // namespace gelslam
