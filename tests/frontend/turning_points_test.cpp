@@ -62,6 +62,8 @@ TEST(TurningPoints, AMotionThatTurnsBackLeavesTheFrameWhereItDid) {
   EXPECT_EQ(edge->from, 0);
   EXPECT_EQ(edge->to, turning_point->id);
   EXPECT_EQ(turning_point->trial, 0);
+  EXPECT_TRUE(turning_point->is_patch);
+  EXPECT_FALSE(frame.keyframe->is_patch);
   EXPECT_TRUE(static_cast<bool>(turning_point->reference));
   expect_within(gap(edge->from_T_to, place(0).inverse() * place(1.2)), 0.03, 0.01);
   EXPECT_EQ(frame.keyframe->id, 0) << "tracking goes on as if nothing had been";
@@ -91,6 +93,7 @@ TEST(TurningPoints, WhatWasTouchedLastIsKeptWhenTheLogEndsInTouch) {
   log.go(0, 1.2);
   const std::vector<NewKeyframe> last = log.tracker.end_trial();
   ASSERT_EQ(last.size(), 1U);
+  EXPECT_TRUE(last[0].keyframe->is_patch);
   EXPECT_EQ(log.x_mm_of[static_cast<std::size_t>(last[0].keyframe->frame)], 1.2);
   EXPECT_EQ(last[0].edge.value().from, 0);
   EXPECT_TRUE(log.tracker.end_trial().empty()) << "once";

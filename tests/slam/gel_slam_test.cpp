@@ -85,6 +85,33 @@ TEST(GelSlam, AJumpWithinALogLosesTrackAndFindsBack) {
   expect_true_poses(scan, map);
 }
 
+// To and fro over less than what makes a new keyframe, and over the same place in a second trial.
+TEST(GelSlam, APatchHangsAtItsKeyframe) {
+  Strokes scan({}, small_view());
+  for (int trial = 0; trial < 2; ++trial) {
+    for (const double x_mm : {0.0, 0.4, 0.8, 1.2, 1.2, 0.8, 0.4, 0.0, -0.4, -0.8})
+      scan.see(motion(0, 0, 0, x_mm, 0, 0.4));
+    scan.lift();
+  }
+  const SlamMap map = scan.finish();
+  EXPECT_EQ(map.components, 1);
+  int patches = 0;
+  for (const auto& keyframe : map.keyframes) {
+    if (!keyframe->is_patch) continue;
+    ++patches;
+    const auto ends_here = [&](const PoseGraphEdge& edge) {
+      return edge.from == keyframe->id || edge.to == keyframe->id;
+    };
+    ASSERT_EQ(std::count_if(map.solved_edges.begin(), map.solved_edges.end(), ends_here), 1);
+    EXPECT_FALSE(map.searched[static_cast<std::size_t>(keyframe->id)]);
+    const auto& link = *std::find_if(map.solved_edges.begin(), map.solved_edges.end(), ends_here);
+    expect_within(gap(map.anchor_T_keyframe(link.from) * link.from_T_to, map.anchor_T_keyframe(link.to)),
+                  1e-3, 1e-4);
+  }
+  EXPECT_GT(patches, 1);
+  expect_true_poses(scan, map);
+}
+
 // A way of 6 mm. Every pass leaves keyframes of its own, and loops tie them together.
 TEST(GelSlam, GoingToAndFroStaysInPlace) {
   Strokes scan({}, small_view());

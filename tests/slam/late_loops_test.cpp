@@ -54,6 +54,15 @@ TEST_F(OverlapEdges, RegistersAnOverlapThatHasNoEdge) {
   EXPECT_GT(loops[0].information(0, 0), 0);
 }
 
+TEST_F(OverlapEdges, DoesNotLinkAPatch) {
+  add(kFirst);
+  add(kNear, kWrong);
+  auto patch = std::make_shared<Keyframe>(*keyframes[1]);
+  patch->is_patch = true;
+  keyframes[1] = patch;
+  EXPECT_TRUE(found().empty());
+}
+
 TEST_F(OverlapEdges, DoesNotLinkOppositeSidesOfAThinObject) {
   add(kFirst);
   add(kFirst);

@@ -149,7 +149,8 @@ void Tracker::accept(TrackedFrame& result, const Attempt& attempt, const Surface
     result.keyframe = keyframe_;
     result.keyframe_T_frame = Pose::Identity();
   } else if (is_located(registration)) {
-    if (const auto left = turning_points_.pass(touch)) result.new_keyframes.push_back(make_keyframe(*left));
+    if (const auto left = turning_points_.pass(touch))
+      result.new_keyframes.push_back(make_keyframe(*left, true));
   }
 }
 
@@ -157,14 +158,15 @@ std::vector<NewKeyframe> Tracker::end_trial() {
   in_trial_ = false;
   const std::optional<TurningPoints::Touch> touch = turning_points_.end_trial();
   if (!touch) return {};
-  return {make_keyframe(*touch)};
+  return {make_keyframe(*touch, true)};
 }
 
-NewKeyframe Tracker::make_keyframe(const TurningPoints::Touch& touch) {
+NewKeyframe Tracker::make_keyframe(const TurningPoints::Touch& touch, bool is_patch) {
   auto keyframe = std::make_shared<Keyframe>();
   keyframe->id = next_keyframe_id_++;
   keyframe->frame = touch.frame;
   keyframe->trial = trial_;
+  keyframe->is_patch = is_patch;
   keyframe->trial_T_keyframe = normalized(touch.trial_T_frame);
   keyframe->surface = StoredSurface::packed_later(touch.surface);
   keyframe->reference = StoredReference(keyframe->surface, normal_flow_);
@@ -192,7 +194,7 @@ void Tracker::begin_trial(TrackedFrame& result, const SurfacePtr& surface) {
 void Tracker::switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& touch,
                               PreparedReference reference) {
   if (const auto before = turning_points_.add_keyframe(touch))
-    result.new_keyframes.push_back(make_keyframe(*before));
+    result.new_keyframes.push_back(make_keyframe(*before, true));
   result.new_keyframes.push_back(make_keyframe(touch));
   keyframe_ = result.new_keyframes.back().keyframe;
   reference_ = std::move(reference);

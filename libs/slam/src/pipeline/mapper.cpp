@@ -154,8 +154,8 @@ std::vector<PoseGraphEdge> Mapper::add_keyframe(const NewKeyframe& added, bool s
   measured_.keyframes.back() = keyframe;
   chain(id, added.edge);
   measured_.searched.resize(measured_.keyframes.size());
-  measured_.searched.back() = search_loops;
-  if (!search_loops) return {};
+  if (!search_loops || keyframe->is_patch) return {};
+  measured_.searched.back() = true;
   std::vector<PoseGraphEdge> loops = this->search_loops(*keyframe);
   measured_.edges.insert(measured_.edges.end(), loops.begin(), loops.end());
   return loops;
@@ -192,7 +192,7 @@ std::map<int, std::vector<PoseGraphEdge>> Mapper::restore(const ScanRecord& reco
   const int newest_searched = restored_.empty() ? -1 : restored_.back().id;
   std::map<int, std::vector<PoseGraphEdge>> found;
   for (const auto& keyframe : record.keyframes) {
-    if (!keyframe || record.searched[index(keyframe->id)]) continue;
+    if (!keyframe || keyframe->is_patch || record.searched[index(keyframe->id)]) continue;
     if (keyframe->id < newest_searched) continue;  // damaged record: it stays without
     const auto& loops = found[keyframe->id] = search_loops(*keyframe);
     measured_.edges.insert(measured_.edges.end(), loops.begin(), loops.end());

@@ -140,12 +140,15 @@ void read_parts(SQLite::Database& database, ScanRecord& record) {
 
 /// An id that was given is never free again, whatever became of the keyframe.
 void read_keyframes(SQLite::Database& database, const NormalFlowOptions& registration, ScanRecord& record) {
-  Rows rows(database, "SELECT id, frame, trial, surface FROM keyframes ORDER BY 1");
+  Rows rows(database,
+            "SELECT id, frame, trial, surface, id NOT IN (SELECT keyframe FROM searched) AND id NOT IN "
+            "(SELECT keyframe FROM frames WHERE keyframe IS NOT NULL) FROM keyframes ORDER BY 1");
   while (rows.next()) {
     auto keyframe = std::make_shared<Keyframe>();
     keyframe->id = id_in(rows, 0);
     keyframe->frame = rows.integer(1, 0, kMaxFrame);
     keyframe->trial = rows.integer(2, 0, kMaxTrial);
+    keyframe->is_patch = flag_in(rows, 4);
     record.keyframes.resize(static_cast<std::size_t>(keyframe->id) + 1);
     if (rows.is_null(3)) continue;  // taken back, by an older program
     keyframe->surface = StoredSurface(surface_in(rows, 3, keyframe->id));

@@ -19,8 +19,7 @@ struct TrackerOptions {
   /// A keyframe is replaced when it shows less than this share of the frame's contact: a first touch is
   /// small, and a roll leaves the keyframe behind long before tracking breaks.
   double keyframe_min_shared = 0.55;
-  /// A frame at which the motion turns back becomes a keyframe, too, if it alone shows this share of its
-  /// contact.
+  /// A frame at which the motion turns back is kept as a patch if it alone shows this share of its contact.
   double keyframe_min_unseen = 0.05;
   /// When registration fails from where the sensor is expected, look for the one place where the two textures
   /// agree. If there are several, the frame is lost.
@@ -47,9 +46,8 @@ struct TrackedFrame {
   Pose keyframe_T_frame = Pose::Identity();
   Pose trial_T_frame = Pose::Identity();  ///< sensor pose in the first frame of the trial
   RegistrationResult registration{};      ///< of the decisive attempt; why a frame was lost
-  /// The keyframes made while this frame was tracked, in order of ids: this frame, the one before, or one
-  /// some time ago that alone showed a part of the object before the motion turned back (no frame refers to
-  /// that).
+  /// The keyframes made while this frame was tracked, in order of ids: this frame, the one before, or a
+  /// patch, some time ago, that alone showed a part of the object before the motion turned back.
   std::vector<NewKeyframe> new_keyframes{};
   std::int64_t unix_us = 0;  ///< as given to track()
 };
@@ -63,8 +61,8 @@ struct TrackedFrame {
 ///     the frame is lost.
 ///  4. Correction: the hand's state follows from prediction and registration.
 ///  5. A keyframe that shares too little of the frame's contact is replaced by the frame. A frame at which
-///     the motion turns back becomes a keyframe, too (TurningPoints). Contact that the frame before does not
-///     confirm may belong to a damaged picture: it makes no keyframe.
+///     the motion turns back is kept as a patch of the mesh (TurningPoints). Contact that the frame before
+///     does not confirm may belong to a damaged picture: it makes neither.
 /// A lost frame may be a torn picture, so the trial waits for a frame that fits again. When its patience is
 /// over, the next frame begins a new trial. Prediction, relocalization and turning points are our own.
 /// Deterministic; frames must come in order.
@@ -106,7 +104,7 @@ class Tracker {
   double shared_with_keyframe(const RegistrationResult& registration, const Surface& surface) const;
   void accept(TrackedFrame& result, const Attempt& attempt, const SurfacePtr& surface);
   void begin_trial(TrackedFrame& result, const SurfacePtr& surface);
-  NewKeyframe make_keyframe(const TurningPoints::Touch& touch);
+  NewKeyframe make_keyframe(const TurningPoints::Touch& touch, bool is_patch = false);
   void switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& touch, PreparedReference reference);
 
   TrackerOptions options_;

@@ -21,8 +21,8 @@ double contact_overlap(const Surface& a, const Surface& b, const Pose& a_T_b);
 
 /// Once the pose graph knows roughly where every keyframe is, verifies all pairs that should overlap but have
 /// no edge yet, and returns them as loop edges, or those found until `stop_requested` turns true. Null
-/// keyframes are left out. Each keyframe is a step of `progress`, if there is one. Own addition; it replaces
-/// drift along chains of keyframes by direct measurements.
+/// keyframes and patches are left out. Each keyframe is a step of `progress`, if there is one. Own addition;
+/// it replaces drift along chains of keyframes by direct measurements.
 std::vector<PoseGraphEdge> find_overlap_edges(
     const std::vector<std::shared_ptr<const Keyframe>>& keyframes, const PoseGraphSolution& solution,
     const std::vector<PoseGraphEdge>& edges, const SlamOptions& options,

@@ -53,7 +53,7 @@ struct ScanRecord {
   std::vector<std::shared_ptr<const Keyframe>> keyframes = {};
   /// Keyframe by keyframe: the link to the keyframe it was tracked from, then its loops.
   std::vector<PoseGraphEdge> edges = {};
-  std::vector<bool> searched = {};  ///< by id: loops were looked for
+  std::vector<bool> searched = {};  ///< by id: loops were looked for; never those of a patch
   std::vector<FrameRecord> frames = {};
 
   bool has_keyframe(int id) const {
