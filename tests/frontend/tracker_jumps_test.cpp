@@ -56,17 +56,20 @@ TEST(Tracker, APatternThatMovesFastButSteadilyIsFollowed) {
 }
 
 /// At constant velocity it would be more than a millimeter further, and an edge shows no place along itself.
-TEST(Tracker, AnEdgeThatIsShakenIsFollowed) {
+TEST(Tracker, AnEdgeThatIsShakenIsFoundAgainWhereItRests) {
   Tracker tracker(TrackerOptions{});
-  const std::array<double, 6> y_mm = {0, 0.05, -0.05, 0.6, -0.05, 0.6};
-  for (int i = 0; i < 6; ++i) {
+  const std::array<double, 7> y_mm = {0, 0.05, -0.05, 0.6, -0.05, 0.6, 0.6};
+  int lost = 0;
+  for (int i = 0; i < 7; ++i) {
     const double at_mm = y_mm[static_cast<std::size_t>(i)];
     const TrackedFrame frame =
         tracker.track(i, 0.04 * i, touch(extruded_edge(), motion(0, 0, 0, 0, at_mm, 0.4), everywhere()));
-    ASSERT_EQ(frame.status, TrackStatus::tracked) << i;
-    EXPECT_EQ(frame.trial, 0);
-    EXPECT_NEAR(frame.trial_T_frame.translation().y(), at_mm, kStepMm * (i + 1)) << i;
+    lost += frame.status == TrackStatus::lost;
+    if (frame.status == TrackStatus::tracked)
+      EXPECT_NEAR(frame.trial_T_frame.translation().y(), at_mm, kStepMm * (i + 1)) << i;
+    if (i == 6) EXPECT_EQ(frame.trial, 0);
   }
+  EXPECT_LE(lost, 1);
 }
 
 /// The edge runs along the keyframe's x, and after a twist by 72 degrees nearly along the frame's y.

@@ -71,6 +71,7 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, const SurfacePtr&
     accept(result, attempt, surface);
   } else {
     result.status = TrackStatus::lost;
+    previous_.state.velocity.setZero();  // nothing tells whether the motion has gone on
     // Until then it may be a torn picture, and a later frame may fit again.
     if (time_s - previous_.time_s > options_.patience_s) begin_trial(result, surface);
   }
