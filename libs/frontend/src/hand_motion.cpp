@@ -73,10 +73,18 @@ MotionState HandMotion::correct(const ExpectedMotion& expected, const Registrati
                          se3_log(expected.reference_T_before.inverse() * state.reference_T_frame.pose) /
                          expected.elapsed_s;
   const Vector6d of_step = gain(variance_along(along, expected.step), information);
-  state.velocity = directions * of_step.cwiseProduct(speed);
 
   // Over the directions of the normals; the height is pressed, not moved by hand.
   const Vector6d sizes = sizes_mm2(directions, state.center_mm);
+
+  // No step changes the velocity by more than the speed of late: a damaged picture makes steps that no hand
+  // makes.
+  const Vector6d before = along *
+                          se3_log(expected.reference_T_before.inverse() * expected.reference_T_frame.pose) /
+                          expected.elapsed_s;
+  const Vector6d change = of_step.cwiseProduct(speed) - before;
+  const double change_mm_per_s = std::sqrt(change.cwiseAbs2().dot(sizes));
+  state.velocity = directions * (before + std::min(1.0, std::sqrt(variance_) / change_mm_per_s) * change);
   const double shown = gain(variance, information).head<5>().sum();
   const double squares = speed.cwiseAbs2().cwiseProduct(sizes).head<5>().sum();
   variance_ += (squares - shown * variance_) / 5 * std::min(1.0, expected.elapsed_s / kMemoryS);
