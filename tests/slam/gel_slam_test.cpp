@@ -60,7 +60,7 @@ TEST(GelSlam, TwoPlacesStayTwoComponentsAndTheLargerIsTheMap) {
 }
 
 TEST(GelSlam, AJumpWithinALogLosesTrackAndFindsBack) {
-  Strokes scan;
+  Strokes scan({}, View(), textured_plane(1, 0.3));  // so rough that no place looks like another
   const auto jump = [&](const Pose& pose, int new_trial) {
     TrackedFrame frame;
     for (int i = 0; i < 10 && frame.trial != new_trial; ++i) {  // until the patience is over
@@ -79,7 +79,7 @@ TEST(GelSlam, AJumpWithinALogLosesTrackAndFindsBack) {
   EXPECT_EQ(map.trials, 3);
   EXPECT_EQ(map.components, 2);
   for (const FrameRecord& frame : map.frames)
-    EXPECT_EQ(map.has_pose(frame), frame.frame < 3 || frame.frame >= back) << frame.frame;
+    EXPECT_EQ(map.has_pose(frame), frame.frame < 3 || frame.frame > back) << frame.frame;
   for (std::size_t id = 0; id < map.keyframes.size(); ++id)
     EXPECT_EQ(map.keyframes[id]->id, static_cast<int>(id));
   expect_true_poses(scan, map);
