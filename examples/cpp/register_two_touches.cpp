@@ -21,7 +21,7 @@ int main(int argc, char** argv) try {
   const gelslam::Pose expected = gelslam::Pose::Identity();
   gelslam::RegistrationResult result = gelslam::register_normal_flow(reference, *b, expected, options);
   // One registration bridges a small motion; the search bridges any shift.
-  result = gelslam::relocalize(reference, *b, expected, result, options, {});
+  if (!result.ok()) result = gelslam::relocalize(reference, *b, expected, result, options, {});
   if (!result.ok()) std::cout << "not registered: " << gelslam::describe(result.status) << "\n";
   std::cout << "b_T_a (mm):\n" << result.target_T_reference.matrix() << "\n";
   std::cout << gelslam::describe_observability(result.observable) << "\n";

@@ -32,7 +32,8 @@ RegistrationResult register_surfaces(const TouchedSurface& reference, const Touc
   const NormalFlowOptions options;
   const NormalFlowReference prepared(reference.maps, options);
   const RegistrationResult found = register_normal_flow(prepared, *target.maps, start, options);
-  return search ? relocalize(prepared, *target.maps, start, found, options, {}) : found;
+  if (found.ok() || !search) return found;
+  return relocalize(prepared, *target.maps, start, found, options, {});
 }
 
 }  // namespace
@@ -82,8 +83,8 @@ Matrices of translations and rotations have the order x, y, z, rx, ry, rz, in me
              py::arg("initial") = py::none(), py::arg("search") = false,
              R"(Registers two surfaces with NormalFlow: how did the sensor move between them?
 
-initial: 4x4, meters: where to begin (target_T_reference); default: no motion. search: also look for the place among
-all shifts, and twists within 20 degrees of `initial`; takes some tens of registrations. Returns a Registration. A failure is
+initial: 4x4, meters: where to begin (target_T_reference); default: no motion. search: if that fails, look for the
+place among all shifts, and twists within 20 degrees of `initial`. Returns a Registration. A failure is
 a result, not an exception: see its `ok` and `reason`.)");
 }
 

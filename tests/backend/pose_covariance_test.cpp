@@ -16,7 +16,7 @@ namespace {
 UncertainMotion inverse(const UncertainMotion& motion) {
   // (T exp(n))^-1 = T^-1 exp(-Ad(T) n)
   const Matrix6d to_start = adjoint(motion.from_T_to.pose);
-  return {motion.from_T_to.inverse(), -to_start * motion.by_scale, -to_start * motion.by_membrane_bias};
+  return {motion.from_T_to.inverse(), -to_start * motion.by_scale};
 }
 
 std::map<int, Matrix6d> covariances(const Graph& graph, int gauge, double scale_sigma) {

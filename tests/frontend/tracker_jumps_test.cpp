@@ -30,40 +30,6 @@ TEST(Tracker, AfterAMotionTooLargeToFollowItLooksWhereTheTexturesAgree) {
 
 constexpr double kPeriodMm = 1.6;
 
-/// Two pictures of the object at rest, and one when it was slid along.
-TrackedFrame slide_at_once(const Field& field, double slide_mm, bool relocalize = true,
-                           double step_s = 0.04) {
-  TrackerOptions options;
-  options.relocalize = relocalize;
-  Tracker tracker(options);
-  const SurfacePtr at_rest = touch(field, motion(0, 0, 0, 0, 0, 0.4), everywhere());
-  tracker.track(0, 0, at_rest);
-  tracker.track(1, 0.04, at_rest);
-  return tracker.track(2, 0.04 + step_s, touch(field, motion(0, 0, 0, slide_mm, 0.1, 0.4), everywhere()));
-}
-
-TEST(Tracker, AJumpOverAPatternIsLostAndNotGuessed) {
-  for (const double slide_mm : {0.6, 1.2, 2.2}) {
-    EXPECT_EQ(slide_at_once(waffle(kPeriodMm), slide_mm, false).status, TrackStatus::tracked)
-        << "the gates see it";
-    const TrackedFrame frame = slide_at_once(waffle(kPeriodMm), slide_mm);
-    EXPECT_EQ(frame.status, TrackStatus::lost) << slide_mm;
-    EXPECT_EQ(frame.registration.status, RegistrationStatus::ambiguous) << slide_mm;
-  }
-}
-
-TEST(Tracker, AJumpThatSettlesABumpFurtherIsPutRight) {
-  // The second is a whole period: nothing seems to have moved, and only the normals fit badly.
-  for (const double slide_mm : {1.2, kPeriodMm}) {
-    const TrackedFrame alone = slide_at_once(uneven_waffle(kPeriodMm), slide_mm, false);
-    ASSERT_EQ(alone.status, TrackStatus::tracked) << "the gates see it";
-    ASSERT_GT(std::abs(alone.trial_T_frame.translation().x() - slide_mm), 1.0);
-    const TrackedFrame frame = slide_at_once(uneven_waffle(kPeriodMm), slide_mm);
-    ASSERT_EQ(frame.status, TrackStatus::tracked);
-    expect_pose(frame.trial_T_frame, motion(0, 0, 0, slide_mm, 0.1), 1);
-  }
-}
-
 TEST(Tracker, APatternThatMovesAsAHandDoesIsFollowed) {
   Tracker tracker(TrackerOptions{});
   for (int i = 0; i < 16; ++i) {
@@ -90,17 +56,20 @@ TEST(Tracker, APatternThatMovesFastButSteadilyIsFollowed) {
 }
 
 /// At constant velocity it would be more than a millimeter further, and an edge shows no place along itself.
-TEST(Tracker, AnEdgeThatIsShakenIsFollowed) {
+TEST(Tracker, AnEdgeThatIsShakenIsFoundAgainWhereItRests) {
   Tracker tracker(TrackerOptions{});
-  const std::array<double, 6> y_mm = {0, 0.05, -0.05, 0.6, -0.05, 0.6};
-  for (int i = 0; i < 6; ++i) {
+  const std::array<double, 7> y_mm = {0, 0.05, -0.05, 0.6, -0.05, 0.6, 0.6};
+  int lost = 0;
+  for (int i = 0; i < 7; ++i) {
     const double at_mm = y_mm[static_cast<std::size_t>(i)];
     const TrackedFrame frame =
         tracker.track(i, 0.04 * i, touch(extruded_edge(), motion(0, 0, 0, 0, at_mm, 0.4), everywhere()));
-    ASSERT_EQ(frame.status, TrackStatus::tracked) << i;
-    EXPECT_EQ(frame.trial, 0);
-    EXPECT_NEAR(frame.trial_T_frame.translation().y(), at_mm, kStepMm * (i + 1)) << i;
+    lost += frame.status == TrackStatus::lost;
+    if (frame.status == TrackStatus::tracked)
+      EXPECT_NEAR(frame.trial_T_frame.translation().y(), at_mm, kStepMm * (i + 1)) << i;
+    if (i == 6) EXPECT_EQ(frame.trial, 0);
   }
+  EXPECT_LE(lost, 1);
 }
 
 /// The edge runs along the keyframe's x, and after a twist by 72 degrees nearly along the frame's y.
@@ -117,36 +86,16 @@ TEST(Tracker, StatesWhatIsNotShownAlongTheAxesOfTheKeyframe) {
   EXPECT_GT(covariance(3, 3), 4 * covariance(4, 4));
 }
 
-TEST(Tracker, APatternThatMovedWhenItWasTouchedBeginsATrialWithTheSecondFrame) {
+TEST(Tracker, APatternThatMovedWhenItWasTouchedIsFollowed) {
   constexpr double kStepMm = 0.35;
   Tracker tracker(TrackerOptions{});
   for (int i = 0; i < 8; ++i) {
     const TrackedFrame frame = tracker.track(
         i, 0.04 * i, touch(waffle(kPeriodMm), motion(0, 0, 0, kStepMm * i, 0, 0.4), everywhere()));
-    ASSERT_EQ(frame.status, i == 1 ? TrackStatus::lost : TrackStatus::tracked) << i;
-    if (i < 2) continue;
-    EXPECT_EQ(frame.trial, 1);
-    expect_pose(frame.trial_T_frame, motion(0, 0, 0, kStepMm * (i - 1), 0, 0), 2);
+    ASSERT_EQ(frame.status, TrackStatus::tracked) << i;
+    EXPECT_EQ(frame.trial, 0);
+    expect_pose(frame.trial_T_frame, motion(0, 0, 0, kStepMm * i, 0, 0), 2);
   }
-}
-
-TEST(Tracker, AJumpOverAPatternIsNotBelievedBecauseTheObjectRestsThere) {
-  Tracker tracker(TrackerOptions{});
-  const auto at = [](double x_mm) {
-    return touch(waffle(kPeriodMm), motion(0, 0, 0, x_mm, 0, 0.4), everywhere());
-  };
-  tracker.track(0, 0, at(0));
-  EXPECT_EQ(tracker.track(1, 0.04, at(1.1)).status, TrackStatus::lost);
-  const TrackedFrame next = tracker.track(2, 0.08, at(1.1));
-  EXPECT_EQ(next.status, TrackStatus::tracked);
-  EXPECT_EQ(next.trial, 1);
-}
-
-TEST(Tracker, AfterALongGapAPatternMayHaveMovedOn) {
-  constexpr double kSlideMm = 0.1;
-  EXPECT_EQ(slide_at_once(waffle(kPeriodMm), kSlideMm, true, 0.04).status, TrackStatus::tracked);
-  EXPECT_EQ(slide_at_once(waffle(kPeriodMm), kSlideMm, true, 0.5).status, TrackStatus::lost);
-  EXPECT_EQ(slide_at_once(textured_plane(3), kSlideMm, true, 0.5).status, TrackStatus::tracked);
 }
 
 }  // namespace

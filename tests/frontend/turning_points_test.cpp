@@ -56,12 +56,14 @@ TEST(TurningPoints, AMotionThatTurnsBackLeavesTheFrameWhereItDid) {
   TrackedFrame frame;
   for (double x = 0.9; log.turning_points.empty() && x > -3; x -= 0.3) frame = log.see(x);
   ASSERT_EQ(log.turning_points.size(), 1U);
-  const auto& [turning_point, edge, bias] = log.turning_points[0];
+  const auto& [turning_point, edge] = log.turning_points[0];
   EXPECT_EQ(log.x_mm_of[static_cast<std::size_t>(turning_point->frame)], 1.2);
   ASSERT_TRUE(edge) << "it is linked to the keyframe of its time";
   EXPECT_EQ(edge->from, 0);
   EXPECT_EQ(edge->to, turning_point->id);
   EXPECT_EQ(turning_point->trial, 0);
+  EXPECT_TRUE(turning_point->is_patch);
+  EXPECT_FALSE(frame.keyframe->is_patch);
   EXPECT_TRUE(static_cast<bool>(turning_point->reference));
   expect_within(gap(edge->from_T_to, place(0).inverse() * place(1.2)), 0.03, 0.01);
   EXPECT_EQ(frame.keyframe->id, 0) << "tracking goes on as if nothing had been";
@@ -91,6 +93,7 @@ TEST(TurningPoints, WhatWasTouchedLastIsKeptWhenTheLogEndsInTouch) {
   log.go(0, 1.2);
   const std::vector<NewKeyframe> last = log.tracker.end_trial();
   ASSERT_EQ(last.size(), 1U);
+  EXPECT_TRUE(last[0].keyframe->is_patch);
   EXPECT_EQ(log.x_mm_of[static_cast<std::size_t>(last[0].keyframe->frame)], 1.2);
   EXPECT_EQ(last[0].edge.value().from, 0);
   EXPECT_TRUE(log.tracker.end_trial().empty()) << "once";

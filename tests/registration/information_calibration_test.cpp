@@ -116,24 +116,5 @@ TEST(Information, LessIsKnownOfALongerMotion) {
   EXPECT_GT(sigma_rad(motion(0, 0, 0, 1.5, 0), 0), 1.5 * still);
 }
 
-// Gel that hangs beside a narrow part gets steeper as it is pressed deeper. Where one flank is seen, that
-// looks like tilting toward it; slopes to all sides cancel out.
-TEST(Information, HangingGelPullsAtATiltOnOneFlankPressedDeeper) {
-  const Field field = textured_plane(1);
-  const auto pull = [&](double slope_deg, double deeper_mm) {
-    const Pose above = motion(0, slope_deg, 0, 0, 0, 0.5), first_T_second = motion(0, 0, 0, 0, 0, deeper_mm);
-    const SurfacePtr first = touch(field, above), second = touch(field, above * first_T_second);
-    return register_normal_flow(NormalFlowReference(second, {}), *first, first_T_second, {}).membrane_bias;
-  };
-  const Vector6d deeper = pull(10, 0.2);
-  EXPECT_GT(std::abs(deeper[1]), 0.01);
-  EXPECT_LT(std::abs(pull(10, 0)[1]), 0.02 * std::abs(deeper[1]));
-  EXPECT_LT(std::abs(pull(0, 0.2)[1]), 0.2 * std::abs(deeper[1]));
-  // Pressed less deep, it pulls back; the two surfaces are not quite as steep.
-  const Vector6d back = pull(10, -0.2);
-  EXPECT_LT(back[1] / deeper[1], -0.5);
-  EXPECT_GT(back[1] / deeper[1], -2.0);
-}
-
 }  // namespace
 }  // namespace gelslam

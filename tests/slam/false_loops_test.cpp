@@ -24,15 +24,20 @@ struct Stroke {
   std::vector<Pose> truth;  // by frame
 };
 
-Stroke stroke(double length_mm) {
+/// Two times over the same way.
+Stroke two_strokes(double length_mm) {
   const Field texture = repeating_plane();
   GelSlam slam(SlamOptions{});
   StageTimer timer;
   Stroke result;
-  for (double x = 0; x < length_mm; x += 0.8) {
+  const auto see = [&](const Pose& pose) {
     const auto frame = static_cast<std::int64_t>(result.truth.size());
-    result.truth.push_back(motion(0, 0.1 * x, 0.3 * x, x, 0.05 * x, 0.4));
-    slam.process(frame, 0.04 * static_cast<double>(frame), touch(texture, result.truth.back()), timer);
+    result.truth.push_back(pose);
+    slam.process(frame, 0.04 * static_cast<double>(frame), touch(texture, pose), timer);
+  };
+  for (const double y : {0.0, 0.4}) {
+    for (double x = 0; x < length_mm; x += 0.8) see(motion(0, 0.1 * x, 0.3 * x, x, y + 0.05 * x, 0.4));
+    see(motion(0, 0, 0, length_mm, 0, -3));  // lifted
   }
   result.map = slam.finish();
   return result;
@@ -54,7 +59,7 @@ int wrong_loops(const Stroke& stroke, const Loops& loops) {
 }
 
 TEST(FalseLoops, ARepeatedPatternDoesNotBendTheMap) {
-  const Stroke scan = stroke(26);
+  const Stroke scan = two_strokes(26);
   LoopCloser closer{LoopClosureOptions{}};
   std::vector<PoseGraphEdge> recognized;
   for (const auto& keyframe : scan.map.keyframes)

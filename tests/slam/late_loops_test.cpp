@@ -1,4 +1,4 @@
-// Loops that are looked for once the scan has ended: between keyframes that overlap, and between trials.
+// Loops that are looked for once the scan has ended: between keyframes that overlap.
 #include <gtest/gtest.h>
 
 #include "../support/analytic_surface.hpp"
@@ -8,19 +8,21 @@
 namespace gelslam::test {
 namespace {
 
-/// Keyframes at known places of an object.
-class Keyframes : public testing::Test {
+/// Keyframes at known places of an object, and a pose graph's solution that has them a little wrong.
+class OverlapEdges : public testing::Test {
  protected:
-  Keyframe& touched(const Field& field, const Pose& object_T_keyframe) {
+  void add(const Pose& texture_T_keyframe, const Pose& error = Pose::Identity()) {
     auto keyframe = std::make_shared<Keyframe>();
     keyframe->id = static_cast<int>(keyframes.size());
-    keyframe->surface = SurfacePtr(touch(field, object_T_keyframe, everywhere()));
+    keyframe->surface = SurfacePtr(touch(texture, texture_T_keyframe, everywhere()));
     keyframe->reference =
         std::make_shared<const NormalFlowReference>(keyframe->surface.get(), NormalFlowOptions{});
-    truth.push_back(object_T_keyframe);
+    truth.push_back(texture_T_keyframe);
     keyframes.push_back(keyframe);
-    return *keyframe;
+    solution.component_T_node[keyframe->id] = texture_T_keyframe * error;
+    solution.component_of_node[keyframe->id] = 0;
   }
+  std::vector<PoseGraphEdge> found() const { return find_overlap_edges(keyframes, solution, edges, options); }
   PoseGap error_of(const PoseGraphEdge& loop) const {
     const auto pose = [&](int id) { return truth[static_cast<std::size_t>(id)]; };
     return gap(loop.from_T_to, pose(loop.from).inverse() * pose(loop.to));
@@ -29,18 +31,6 @@ class Keyframes : public testing::Test {
   std::vector<std::shared_ptr<const Keyframe>> keyframes;
   std::vector<Pose> truth;
   SlamOptions options;
-};
-
-/// And a pose graph's solution that has them a little wrong.
-class OverlapEdges : public Keyframes {
- protected:
-  void add(const Pose& texture_T_keyframe, const Pose& error = Pose::Identity()) {
-    const int id = touched(texture, texture_T_keyframe).id;
-    solution.component_T_node[id] = texture_T_keyframe * error;
-    solution.component_of_node[id] = 0;
-  }
-  std::vector<PoseGraphEdge> found() const { return find_overlap_edges(keyframes, solution, edges, options); }
-
   Field texture = textured_plane(1);
   PoseGraphSolution solution;
   std::vector<PoseGraphEdge> edges;
@@ -62,6 +52,15 @@ TEST_F(OverlapEdges, RegistersAnOverlapThatHasNoEdge) {
   // as single registrations
   expect_within(error_of(loops[0]), 0.03, 0.01);
   EXPECT_GT(loops[0].information(0, 0), 0);
+}
+
+TEST_F(OverlapEdges, DoesNotLinkAPatch) {
+  add(kFirst);
+  add(kNear, kWrong);
+  auto patch = std::make_shared<Keyframe>(*keyframes[1]);
+  patch->is_patch = true;
+  keyframes[1] = patch;
+  EXPECT_TRUE(found().empty());
 }
 
 TEST_F(OverlapEdges, DoesNotLinkOppositeSidesOfAThinObject) {
@@ -125,71 +124,6 @@ TEST_F(OverlapEdges, TakesTheLargestOverlapsWhenThereAreTooMany) {
   ASSERT_EQ(loops.size(), 1u);
   EXPECT_EQ(loops[0].from, 1);
   EXPECT_EQ(loops[0].to, 3);
-}
-
-/// Beads round a rim of 10 mm radius whose middle lies beyond the picture, as on a coin: turned by one bead
-/// about that middle it is the same again, shifted it is not.
-constexpr double kRimMm = 10, kBeads = 20;
-Field rim() {
-  return [](const Eigen::Vector3d& p) {
-    const double x = p.x(), y = p.y() + kRimMm, r = std::hypot(x, y), phi = std::atan2(x, y),
-                 off = r - kRimMm;
-    const double ring = 0.12 * std::exp(-0.5 * off * off / (0.7 * 0.7)), wave = std::cos(kBeads * phi);
-    const double by_r = -ring * off / (0.7 * 0.7) * (1 + wave),
-                 by_phi = -ring * kBeads * std::sin(kBeads * phi);
-    return std::pair{p.z() + ring * (1 + wave), Eigen::Vector3d(by_r * x / r + by_phi * y / (r * r),
-                                                                by_r * y / r - by_phi * x / (r * r), 1)};
-  };
-}
-
-/// rim_T_sensor, gone round the rim by so many beads.
-Pose round_the_rim(double beads) {
-  const Eigen::Translation3d middle(0, -kRimMm, 0);
-  return middle * Eigen::AngleAxisd(beads * 2 * M_PI / kBeads, Eigen::Vector3d::UnitZ()) * middle.inverse() *
-         motion(0, 0, 0, 0, 0, 0.3);
-}
-
-class Rejoin : public Keyframes {
- protected:
-  void add(const Field& field, const Pose& object_T_sensor) {
-    Keyframe& keyframe = touched(field, object_T_sensor);
-    keyframe.frame = keyframe.trial = keyframe.id;
-    frames.push_back({.frame = keyframe.id,
-                      .status = keyframe.id == 0 ? TrackStatus::tracked : TrackStatus::lost,
-                      .trial = keyframe.id,
-                      .keyframe = keyframe.id});
-  }
-  std::vector<PoseGraphEdge> loops() const {
-    return rejoin_broken_trials({.parts = parts, .keyframes = keyframes, .frames = frames}, options);
-  }
-
-  std::vector<FrameRecord> frames;
-  std::vector<ScanPart> parts;
-};
-
-TEST_F(Rejoin, FindsTheNewTrialsPlaceOnTheOld) {
-  add(textured_plane(1), motion(0, 0, 0, 0, 0, 0.4));
-  add(textured_plane(1), motion(2, 0, 4, 2.5, 1, 0.4));
-  const auto found = loops();
-  ASSERT_EQ(found.size(), 1U);
-  EXPECT_LT(error_of(found.front()).mm, 0.05);
-}
-
-TEST_F(Rejoin, PartsAreBoundaries) {
-  add(textured_plane(1), motion(0, 0, 0, 0, 0, 0.4));
-  add(textured_plane(1), motion(2, 0, 4, 2.5, 1, 0.4));
-  parts = {{0, "one", 1, ""}, {1, "one", 1, ""}};
-  EXPECT_TRUE(loops().empty());
-}
-
-TEST_F(Rejoin, DoesNotTakeTheNextBeadForThisOne) {
-  add(rim(), round_the_rim(0));
-  add(rim(), round_the_rim(0.7));
-  ASSERT_LT(keyframes[1]->reference->self_similarity(), options.verification.max_self_similarity);
-  const auto wrong = verify_loop(*keyframes[0], *keyframes[1], Pose::Identity(), {}, {});
-  ASSERT_TRUE(wrong) << "verification alone sees it";
-  ASSERT_GT(error_of(*wrong).deg, 10);
-  EXPECT_TRUE(loops().empty());
 }
 
 }  // namespace

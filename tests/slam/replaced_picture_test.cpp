@@ -111,7 +111,8 @@ TEST(ReplacedPicture, LeavesNoTraceInTheMapAndTheMesh) {
   const cv::Mat3b right = pictures[kReplaced];
   std::vector<std::pair<std::string, cv::Mat3b>> others = {
       {"noise", noise()}, {"bare", bare}, {"early", pictures[1]}, {"blocks", block_shifted(right)}};
-  for (const int shift_px : {4, -8, 12, -23, 47}) {
+  // By a fifth of the gel or more it is a jump, at which relocalization looks for the object and finds it.
+  for (const int shift_px : {4, -8, 12, -23}) {
     others.emplace_back("rolled by " + std::to_string(shift_px), rolled(right, shift_px));
     others.emplace_back("lower rows rolled by " + std::to_string(shift_px), rolled(right, shift_px, 140));
   }

@@ -92,6 +92,16 @@ TEST(Store, HoldsTheWholeRecord) {
   }
 }
 
+TEST(Store, KnowsPatchesByThatNothingRefersToThem) {
+  const TemporaryFolder folder;
+  SlamMap map = small_map();
+  for (FrameRecord& frame : map.frames)
+    if (frame.keyframe > 0) frame.keyframe = 0;
+  write_store(folder.path(), map);  // 1 was searched, 2 was not
+  const ScanRecord after = read_scan(folder.path(), {});
+  for (std::size_t id = 0; id < 3; ++id) EXPECT_EQ(after.keyframes[id]->is_patch, id == 2) << id;
+}
+
 TEST(Store, WritingWhatWasReadGivesTheSameBytes) {
   const TemporaryFolder folder;
   for (const char* name : {"a", "b"}) fs::create_directory(folder / name);

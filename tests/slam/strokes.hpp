@@ -31,8 +31,8 @@ inline SurfacePtr touched(double x_mm, double y_mm, double twist_deg, int step, 
 /// Strokes over a textured plane, or any other touches of it.
 class Strokes {
  public:
-  explicit Strokes(const ScanRecord& so_far = {}, const View& view = View())
-      : view_(view), slam_(SlamOptions{}, so_far), next_(so_far.next_frame()) {}
+  explicit Strokes(const ScanRecord& so_far = {}, const View& view = View(), Field field = ground())
+      : field_(std::move(field)), view_(view), slam_(SlamOptions{}, so_far), next_(so_far.next_frame()) {}
 
   /// Three touches, and lifted.
   void stroke(double x_mm, double y_mm, double twist_deg) {
@@ -44,7 +44,7 @@ class Strokes {
   }
   TrackedFrame see(const Pose& ground_T_sensor) {
     truth_[next_] = ground_T_sensor;
-    return process(touch(ground(), ground_T_sensor, view_));
+    return process(touch(field_, ground_T_sensor, view_));
   }
   void lift() {
     static const SurfacePtr nothing = touch(ground(), kLifted);
@@ -66,6 +66,7 @@ class Strokes {
     return slam_.process(frame, 0.04 * static_cast<double>(frame), surface, timer_);
   }
 
+  Field field_;  ///< what see() touches
   View view_;
   GelSlam slam_;
   StageTimer timer_;

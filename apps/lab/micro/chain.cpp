@@ -2,7 +2,6 @@
 
 #include <benchmark/benchmark.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "gelslam/frontend/tracker.hpp"
@@ -13,17 +12,14 @@ namespace gelslam {
 namespace {
 
 /// Swings through the frames, so that any number of steps is one unbroken scan. It slows down where it turns,
-/// as a hand does: a sudden turn is unusual, and the tracker would search for the place. The first frame,
-/// which is the keyframe, does not come back: with no noise between them, the next frame would seem to fit
-/// badly.
+/// as a hand does: the tracker expects that the motion goes on.
 class ToAndFro {
  public:
   explicit ToAndFro(std::size_t count) : last_(static_cast<double>(count - 1)) {}
   std::size_t next() {
     constexpr double kMost = 8;  // frames per step: 0.1 mm
     const double phase = 2 * kMost / last_ * step_++;
-    const auto frame = static_cast<std::size_t>(std::lround(0.5 * last_ * (1 - std::cos(phase))));
-    return phase > 0 ? std::max<std::size_t>(frame, 1) : frame;
+    return static_cast<std::size_t>(std::lround(0.5 * last_ * (1 - std::cos(phase))));
   }
 
  private:

@@ -82,13 +82,11 @@ PoseGraphSolution solve_with_gradient_scale(const std::map<int, Pose>& initial,
 
 Matrix6d UncertainMotion::total_covariance(double gradient_scale_sigma) const {
   const MotionByScale sigma = by_scale * scale_sigmas(gradient_scale_sigma).asDiagonal();
-  return from_T_to.covariance + sigma * sigma.transpose() + by_membrane_bias * by_membrane_bias.transpose();
+  return from_T_to.covariance + sigma * sigma.transpose();
 }
 
 UncertainMotion uncertain_motion(const PoseGraphEdge& edge) {
-  return {{edge.from_T_to, with_overlap_prior(edge.information).inverse()},
-          motion_by_gradient_scale(edge),
-          Vector6d::Zero()};
+  return {{edge.from_T_to, with_overlap_prior(edge.information).inverse()}, motion_by_gradient_scale(edge)};
 }
 
 bool tells_place(const PoseGraphEdge& edge) {
@@ -102,8 +100,7 @@ bool tells_place(const PoseGraphEdge& edge) {
 
 UncertainMotion compose(const UncertainMotion& a, const UncertainMotion& b) {
   const Matrix6d to_end = adjoint(b.from_T_to.pose.inverse());
-  return {compose(a.from_T_to, b.from_T_to), to_end * a.by_scale + b.by_scale,
-          to_end * a.by_membrane_bias + b.by_membrane_bias};
+  return {compose(a.from_T_to, b.from_T_to), to_end * a.by_scale + b.by_scale};
 }
 
 std::function<std::optional<UncertainPose>(int from, int to)> motions_between(

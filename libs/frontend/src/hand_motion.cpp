@@ -43,41 +43,14 @@ PosePrior ExpectedMotion::prior() const {
   return {frame_T_reference, by_step.covariance};
 }
 
-PosePrior ExpectedMotion::prior_at(const RegistrationResult& place) const {
-  PosePrior at = prior();
-  const Matrix6d along = inverted(place.directions), anywhere = unknown_pose_covariance();
-  const Vector6d shown = gain(variance_along(along, at.covariance + anywhere),
-                              information_along(place.directions, place.information));
-  const Vector6d moved = along * se3_log(at.pose.inverse() * place.target_T_reference);
-  at.pose = at.pose * se3_exp(place.directions * shown.cwiseProduct(moved));
-  at.start = place.target_T_reference;
-  return at;
-}
-
-double ExpectedMotion::normalized_innovation(const RegistrationResult& found) const {
-  const PosePrior before = prior();
-  const Matrix6d along = inverted(found.directions);
-  const Vector6d variance = variance_along(along, before.covariance);
-  const Vector6d shown = gain(variance, information_along(found.directions, found.information));
-  const Vector6d moved = along * se3_log(before.pose.inverse() * found.target_T_reference);
-  double squares = 0;  // the mean of prior and measurement has moved by `shown` of what was measured
-  for (int i = 0; i < 6; ++i)
-    if (shown[i] > 0) squares += moved[i] * moved[i] / (shown[i] * variance[i]);
-  return std::sqrt(squares);
-}
-
-std::array<ExpectedMotion, 2> HandMotion::expect(const MotionState& before, double elapsed_s) const {
+ExpectedMotion HandMotion::expect(const MotionState& before, double elapsed_s) const {
   elapsed_s = std::max(std::round(elapsed_s / kTimeUnitS) * kTimeUnitS, kMinElapsedS);
   Matrix6d unit = Matrix6d::Identity();  // what moves the contact by 1 mm
   unit.topLeftCorner<3, 3>() /= kMmPerRad;
   unit.bottomLeftCorner<3, 3>() = skew(before.center_mm) / kMmPerRad;
   const Matrix6d step = elapsed_s * elapsed_s * variance_ * unit * unit.transpose();
-  const UncertainPose &here = before.reference_T_frame, moved{se3_exp(elapsed_s * before.velocity), step},
-                      stopped{Pose::Identity(), step};
-  return {ExpectedMotion{here.pose, compose(here, moved), step, before.velocity, elapsed_s,
-                         elapsed_s * std::sqrt(change_variance_)},
-          ExpectedMotion{here.pose, compose(here, stopped), step, before.velocity, elapsed_s,
-                         elapsed_s * std::sqrt(variance_)}};
+  const UncertainPose &here = before.reference_T_frame, moved{se3_exp(elapsed_s * before.velocity), step};
+  return {here.pose, compose(here, moved), step, elapsed_s};
 }
 
 MotionState HandMotion::correct(const ExpectedMotion& expected, const RegistrationResult& registration) {
@@ -100,18 +73,22 @@ MotionState HandMotion::correct(const ExpectedMotion& expected, const Registrati
                          se3_log(expected.reference_T_before.inverse() * state.reference_T_frame.pose) /
                          expected.elapsed_s;
   const Vector6d of_step = gain(variance_along(along, expected.step), information);
-  state.velocity = directions * of_step.cwiseProduct(speed);
 
   // Over the directions of the normals; the height is pressed, not moved by hand.
   const Vector6d sizes = sizes_mm2(directions, state.center_mm);
+
+  // No step changes the velocity by more than the speed of late: a damaged picture makes steps that no hand
+  // makes.
+  const Vector6d before = along *
+                          se3_log(expected.reference_T_before.inverse() * expected.reference_T_frame.pose) /
+                          expected.elapsed_s;
+  const Vector6d change = of_step.cwiseProduct(speed) - before;
+  const double change_mm_per_s = std::sqrt(change.cwiseAbs2().dot(sizes));
+  state.velocity = directions * (before + std::min(1.0, std::sqrt(variance_) / change_mm_per_s) * change);
   const double shown = gain(variance, information).head<5>().sum();
-  const auto learn = [&](double& speed_variance, const Vector6d& measured) {
-    const double squares = measured.cwiseAbs2().cwiseProduct(sizes).head<5>().sum();
-    speed_variance += (squares - shown * speed_variance) / 5 * std::min(1.0, expected.elapsed_s / kMemoryS);
-    speed_variance = std::max(speed_variance, kRestMmPerS * kRestMmPerS);
-  };
-  learn(variance_, speed);
-  learn(change_variance_, of_step.cwiseProduct(speed - along * expected.velocity));
+  const double squares = speed.cwiseAbs2().cwiseProduct(sizes).head<5>().sum();
+  variance_ += (squares - shown * variance_) / 5 * std::min(1.0, expected.elapsed_s / kMemoryS);
+  variance_ = std::max(variance_, kRestMmPerS * kRestMmPerS);
   return state;
 }
 

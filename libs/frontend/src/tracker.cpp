@@ -12,10 +12,6 @@
 namespace gelslam {
 namespace {
 
-// The gate: what departs further than this from its prediction, in standard deviations, is not taken for
-// granted.
-constexpr double kGateSigmas = 3;
-
 // A contact's size swings as an object rolls over its bumps: it ends where so much less of it is left than
 // a trial begins with. Registration tells whether that is enough.
 constexpr int kContactShrinks = 4;
@@ -37,10 +33,6 @@ PoseGraphEdge odometry_edge(int from, int to, const RegistrationResult& registra
           to_T_from * registration.shared_center_mm};
 }
 
-Vector6d odometry_bias(const RegistrationResult& registration) {
-  return -adjoint(registration.target_T_reference) * registration.membrane_bias;
-}
-
 Tracker::Tracker(const TrackerOptions& options, Registrar registrar, const NormalFlowOptions& registration,
                  const VerificationOptions& verification)
     : options_(options),
@@ -54,7 +46,8 @@ void Tracker::continue_after(int keyframe_id, int trial) {
   trial_ = trial;
 }
 
-TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surface, std::int64_t unix_us) {
+TrackedFrame Tracker::track(std::int64_t frame, double time_s, const SurfacePtr& surface,
+                            std::int64_t unix_us) {
   TrackedFrame result{.frame = frame, .time_s = time_s, .unix_us = unix_us};
   if (!surface) {
     result.status = TrackStatus::background;
@@ -67,135 +60,60 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
   }
   if (!in_trial_) {
     result.status = TrackStatus::tracked;
-    begin_trial(result, {frame, time_s, surface}, registrar_(surface));
+    begin_trial(result, surface);
     // Against itself: what this surface can show at all.
     result.registration = reference_.register_to(*surface, Pose::Identity());
     return result;
   }
-  const std::optional<Attempt> back = track_back(*surface, time_s);
-  const Attempt attempt = back ? *back : track_with_fallback(result, *surface);
+  const Attempt attempt = track_with_fallback(result, *surface);
   result.registration = attempt.registration;
-  if (attempt.registration.ok())
-    accept(result, attempt, std::move(surface));
-  else
-    handle_tracking_failure(result, std::move(surface));
+  if (attempt.registration.ok()) {
+    accept(result, attempt, surface);
+  } else {
+    result.status = TrackStatus::lost;
+    previous_.state.velocity.setZero();  // nothing tells whether the motion has gone on
+    // Until then it may be a torn picture, and a later frame may fit again.
+    if (time_s - previous_.time_s > options_.patience_s) begin_trial(result, surface);
+  }
   return result;
 }
 
-Tracker::Reference Tracker::reference_of(const PreparedReference& prepared, const MotionState& before,
-                                         double time_s) const {
-  return {prepared, hand_.expect(before, time_s - previous_.time_s)};
+/// From where the motion of the hand leads.
+Tracker::Attempt Tracker::register_to(const PreparedReference& reference, const MotionState& before,
+                                      double time_s, const Surface& surface) const {
+  const ExpectedMotion expected = hand_.expect(before, time_s - previous_.time_s);
+  return {reference.register_to(surface, expected.prior()), expected};
 }
 
-/// From the predicted pose; if that fails, from the previous one.
-Tracker::Attempt Tracker::register_to(const Reference& reference, const Surface& surface) const {
-  const auto from = [&](const ExpectedMotion& expected) {
-    return Attempt{reference.prepared.register_to(surface, expected.prior()), expected};
-  };
-  const Attempt moving = from(reference.expected[0]);
-  if (moving.registration.ok()) return moving;
-  const Attempt stopped = from(reference.expected[1]);
-  const auto agreement = [](const Attempt& attempt) {
-    return attempt.registration.scr * attempt.registration.ccs;
-  };
-  return stopped.registration.ok() || agreement(stopped) >= agreement(moving) ? stopped : moving;
-}
-
-/// Whether innovation and residual are those predicted: the uncertainty of the prediction grows with the
-/// time, and that of the registration is added; a residual grows by the noise of normals at most. Where such
-/// expectations are wrong by a period of a pattern, the gate tells nothing.
-bool Tracker::passes_gate(const RegistrationResult& registration, const ExpectedMotion& expected) const {
-  const double residual_increase_rad = registration.normal_rmse_rad - previous_.residual_rad;
-  return registration.ok() && kGateSigmas * expected.sigma_mm <= kMinPeriodMm &&
-         innovation_mm(registration, expected.reference_T_frame.pose.inverse()) <= kMinPeriodMm &&
-         residual_increase_rad <= previous_.surface->slope_noise * normal_flow_.normal_noise_rad &&
-         expected.normalized_innovation(registration) <= kGateSigmas;
-}
-
-/// Motion goes on, or it stops or turns back.
-bool Tracker::is_usual(const RegistrationResult& registration, const Reference& reference) const {
-  return std::any_of(reference.expected.begin(), reference.expected.end(),
-                     [&](const ExpectedMotion& expected) { return passes_gate(registration, expected); });
-}
-
-/// The only place where the frame fits, whether `registration` found it there or not. Not ok when there is
-/// none, or there are several.
-Tracker::Attempt Tracker::relocalize_on(const Reference& reference, const Surface& surface,
-                                        const Attempt& attempt) const {
-  if (!options_.relocalize) return attempt;
-  // A body that is shaken turns back within a frame.
-  const auto& [moving, stopped] = reference.expected;
-  const auto innovation = [&](const ExpectedMotion& motion) {
-    return innovation_mm(attempt.registration, motion.reference_T_frame.pose.inverse());
-  };
-  const ExpectedMotion& expected = innovation(moving) <= innovation(stopped) ? moving : stopped;
+/// The only place where the frame fits, after `failed`. Not ok when there is none, or there are several.
+Tracker::Attempt Tracker::relocalize_on(const PreparedReference& reference, const Surface& surface,
+                                        const Attempt& failed) const {
+  if (!options_.relocalize) return failed;
   const RegistrationResult place =
-      relocalize(*reference.prepared.samples, surface, expected.reference_T_frame.pose.inverse(),
-                 attempt.registration, normal_flow_, verification_);
-  if (!place.ok()) return {place, expected};
+      relocalize(*reference.samples, surface, failed.expected.reference_T_frame.pose.inverse(),
+                 failed.registration, normal_flow_, verification_);
+  if (!place.ok()) return {place, failed.expected};
   // Another method starts from there and decides.
-  return {reference.prepared.register_to(surface, expected.prior_at(place)), expected, true};
+  return {reference.register_to(surface, place.target_T_reference), failed.expected};
 }
 
-/// Where the step before was searched for, and this frame lies where it was expected without that step.
-std::optional<Tracker::Attempt> Tracker::track_back(const Surface& surface, double time_s) {
-  if (!jump_) return std::nullopt;
-  std::swap(previous_, jump_->before);
-  std::swap(hand_, jump_->hand);
-  const Reference keyframe = reference_of(reference_, previous_.state, time_s);
-  const Attempt attempt = register_to(keyframe, surface);
-  if (is_usual(attempt.registration, keyframe)) return attempt;
-  std::swap(previous_, jump_->before);
-  std::swap(hand_, jump_->hand);
-  return std::nullopt;
-}
-
-/// Registers to the keyframe; if that is too far behind, to the last tracked frame. If that fails, too, or
-/// the step is unusual, relocalizes. The last tracked frame becomes a keyframe if it was needed.
+/// Registers to the keyframe; if that fails, to the last tracked frame, which becomes a keyframe if it is
+/// needed; if that fails, too, looks for the place on either.
 Tracker::Attempt Tracker::track_with_fallback(TrackedFrame& result, const Surface& surface) {
-  const Reference keyframe = reference_of(reference_, previous_.state, result.time_s);
-  const Attempt on_keyframe = register_to(keyframe, surface);
-  if (is_usual(on_keyframe.registration, keyframe)) return on_keyframe;
+  const Attempt on_keyframe = register_to(reference_, previous_.state, result.time_s, surface);
+  if (on_keyframe.registration.ok()) return on_keyframe;
+  if (previous_.frame == keyframe_->frame) return relocalize_on(reference_, surface, on_keyframe);
 
-  PreparedReference prepared;
-  std::optional<Reference> previous;
-  Attempt on_previous;
-  if (previous_.frame != keyframe_->frame) {
-    prepared = registrar_(previous_.surface);
-    previous.emplace(reference_of(prepared, previous_.state.in_itself(), result.time_s));
-    on_previous = register_to(*previous, surface);
-  }
-  if (on_keyframe.registration.ok() || !previous || !is_usual(on_previous.registration, *previous)) {
-    const Attempt place = relocalize_on(keyframe, surface, on_keyframe);
+  PreparedReference previous = registrar_(previous_.surface);
+  Attempt on_previous = register_to(previous, previous_.state.in_itself(), result.time_s, surface);
+  if (!on_previous.registration.ok()) {
+    const Attempt place = relocalize_on(reference_, surface, on_keyframe);
     if (place.registration.ok()) return place;
-    if (previous) on_previous = relocalize_on(*previous, surface, on_previous);
+    on_previous = relocalize_on(previous, surface, on_previous);
     if (!on_previous.registration.ok()) return place;
   }
-  switch_keyframe(result, previous_, std::move(prepared));
+  switch_keyframe(result, previous_, std::move(previous));
   return on_previous;
-}
-
-/// The frame fits nothing that the trial has shown: it may be torn, or the object may be elsewhere. A new
-/// trial begins when the patience is over, or when this frame fits the one before, which was lost, too.
-void Tracker::handle_tracking_failure(TrackedFrame& result, SurfacePtr surface) {
-  result.status = TrackStatus::lost;
-  const Seen seen{result.frame, result.time_s, surface};
-  if (seen.time_s - previous_.time_s > options_.patience_s) {
-    begin_trial(result, seen, registrar_(std::move(surface)));
-    return;
-  }
-  if (lost_) {
-    auto reference = registrar_(lost_->surface);
-    const RegistrationResult together = reference.register_to(*surface, Pose::Identity());
-    if (together.ok()) {
-      begin_trial(result, Seen(*lost_), std::move(reference));
-      result.registration = together;
-      accept(result, {together, hand_.expect(previous_.state, result.time_s - previous_.time_s)[1]},
-             std::move(surface));
-      return;
-    }
-  }
-  lost_ = seen;
 }
 
 /// Of the contact of `surface`, as far as the keyframe's samples tell.
@@ -204,27 +122,19 @@ double Tracker::shared_with_keyframe(const RegistrationResult& registration, con
   return share * reference_.samples->surface().contact_pixels / surface.contact_pixels;
 }
 
-void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr surface) {
+void Tracker::accept(TrackedFrame& result, const Attempt& attempt, const SurfacePtr& surface) {
   const RegistrationResult& registration = result.registration;
-  if (!registration.apart.empty())
-    surface = std::make_shared<const Surface>(without_cells(*surface, registration.apart));
   PoseGraphEdge edge = odometry_edge(keyframe_->id, -1, registration);
   const Pose keyframe_T_frame = edge.from_T_to;
   const double confirmed = shown_share(coarse_contact_points_mm(*surface), *previous_.surface,
                                        previous_.state.reference_T_frame.pose.inverse() * keyframe_T_frame);
-  jump_.reset();
-  if (attempt.searched) jump_ = Jump{previous_, hand_};
   previous_.state = hand_.correct(attempt.expected, registration);
-  // The cells apart, and not the rest, may be the object: then the pose is wrong by no one knows how much.
-  const Matrix6d apart = registration.apart_share * unknown_pose_covariance();
-  edge.information = symmetric((previous_.state.reference_T_frame.covariance + apart).inverse());
+  edge.information = symmetric(previous_.state.reference_T_frame.covariance.inverse());
   result.registration.information = information_of_inverse(edge.information, keyframe_T_frame);
   const TurningPoints::Touch touch{result.frame, surface, keyframe_->trial_T_keyframe * keyframe_T_frame,
-                                   edge, odometry_bias(registration)};
+                                   edge};
   static_cast<TurningPoints::Touch&>(previous_) = touch;
   previous_.time_s = result.time_s;
-  previous_.residual_rad = registration.normal_rmse_rad;
-  lost_.reset();
   result.status = TrackStatus::tracked;
   result.trial = trial_;
   result.trial_T_frame = touch.trial_T_frame;
@@ -232,7 +142,7 @@ void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr su
   result.keyframe_T_frame = keyframe_T_frame;
   // A frame that the one before does not confirm becomes no keyframe.
   const double halfway_to_all = 0.5 * (1 + options_.keyframe_min_shared);
-  if (jump_ || confirmed < halfway_to_all) return;
+  if (confirmed < halfway_to_all) return;
   const bool keyframe_is_new =
       !result.new_keyframes.empty() && result.new_keyframes.back().keyframe == keyframe_;
   if (!keyframe_is_new && shared_with_keyframe(registration, *surface) < options_.keyframe_min_shared) {
@@ -240,7 +150,8 @@ void Tracker::accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr su
     result.keyframe = keyframe_;
     result.keyframe_T_frame = Pose::Identity();
   } else if (is_located(registration)) {
-    if (const auto left = turning_points_.pass(touch)) result.new_keyframes.push_back(make_keyframe(*left));
+    if (const auto left = turning_points_.pass(touch))
+      result.new_keyframes.push_back(make_keyframe(*left, true));
   }
 }
 
@@ -248,38 +159,35 @@ std::vector<NewKeyframe> Tracker::end_trial() {
   in_trial_ = false;
   const std::optional<TurningPoints::Touch> touch = turning_points_.end_trial();
   if (!touch) return {};
-  return {make_keyframe(*touch)};
+  return {make_keyframe(*touch, true)};
 }
 
-NewKeyframe Tracker::make_keyframe(const TurningPoints::Touch& touch) {
+NewKeyframe Tracker::make_keyframe(const TurningPoints::Touch& touch, bool is_patch) {
   auto keyframe = std::make_shared<Keyframe>();
   keyframe->id = next_keyframe_id_++;
   keyframe->frame = touch.frame;
   keyframe->trial = trial_;
+  keyframe->is_patch = is_patch;
   keyframe->trial_T_keyframe = normalized(touch.trial_T_frame);
   keyframe->surface = StoredSurface::packed_later(touch.surface);
   keyframe->reference = StoredReference(keyframe->surface, normal_flow_);
-  NewKeyframe added{keyframe, touch.edge, touch.membrane_bias};
+  NewKeyframe added{keyframe, touch.edge};
   if (added.edge) added.edge->to = keyframe->id;
   return added;
 }
 
-/// Begins with `first`, which is this frame or the one before.
-void Tracker::begin_trial(TrackedFrame& result, const Seen& first, PreparedReference reference) {
+void Tracker::begin_trial(TrackedFrame& result, const SurfacePtr& surface) {
   result.new_keyframes = end_trial();
   ++trial_;
   in_trial_ = true;
-  const TurningPoints::Touch touch{first.frame, first.surface};
+  const TurningPoints::Touch touch{result.frame, surface};
   result.new_keyframes.push_back(make_keyframe(touch));
   keyframe_ = result.new_keyframes.back().keyframe;
-  reference_ = std::move(reference);
+  reference_ = registrar_(surface);
   turning_points_.begin_trial(touch);
-  // The first step deepens the contact: its residual may be larger than noise.
-  previous_ = {touch, first.time_s, 3 * first.surface->slope_noise * normal_flow_.normal_noise_rad, {}};
-  previous_.state.center_mm.head<2>() = contact_center_mm(*first.surface);
+  previous_ = {touch, result.time_s, {}};
+  previous_.state.center_mm.head<2>() = contact_center_mm(*surface);
   hand_ = {};
-  jump_.reset();
-  lost_.reset();
   result.trial = trial_;
   result.keyframe = keyframe_;
 }
@@ -287,7 +195,7 @@ void Tracker::begin_trial(TrackedFrame& result, const Seen& first, PreparedRefer
 void Tracker::switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& touch,
                               PreparedReference reference) {
   if (const auto before = turning_points_.add_keyframe(touch))
-    result.new_keyframes.push_back(make_keyframe(*before));
+    result.new_keyframes.push_back(make_keyframe(*before, true));
   result.new_keyframes.push_back(make_keyframe(touch));
   keyframe_ = result.new_keyframes.back().keyframe;
   reference_ = std::move(reference);

@@ -1,11 +1,9 @@
 #include "gelslam/loop_closure/loop_closer.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <string>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/index.hpp"
 #include "gelslam/core/parallel.hpp"
 #include "place_features.hpp"
 #include "place_index.hpp"
@@ -47,8 +45,8 @@ struct LoopCloser::Impl {
   void keep(const Keyframe& keyframe, PlaceFeatures features);
 };
 
-/// The number of newest places that belong to the same touch. They are compared without a vote and counted
-/// separately, because they would crowd out the places that were left and found again.
+/// The number of newest places that belong to the same touch. Odometry links them, and their votes would
+/// crowd out the places that were left and found again.
 std::size_t LoopCloser::Impl::neighbors(const Keyframe& keyframe) const {
   constexpr std::size_t kMaxNeighbors = 12;  // speed
   std::size_t count = 0;
@@ -129,21 +127,13 @@ LoopCloser::LoopCloser(const LoopClosureOptions& options, const NormalFlowOption
 
 LoopCloser::~LoopCloser() = default;
 
-std::vector<PoseGraphEdge> LoopCloser::add(const Keyframe& keyframe, int linked) {
+std::vector<PoseGraphEdge> LoopCloser::add(const Keyframe& keyframe) {
   PlaceFeatures features = extract_features(*keyframe.surface.get(), impl_->options);
-  const std::size_t neighbors = impl_->neighbors(keyframe), elsewhere = impl_->places.size() - neighbors;
-
+  const std::size_t elsewhere = impl_->places.size() - impl_->neighbors(keyframe);
   std::vector<PoseGraphEdge> loops = impl_->search(
       features, keyframe,
       impl_->index.most_alike(features, static_cast<int>(elsewhere), impl_->options.max_candidates),
       impl_->options.max_constraints);
-  std::vector<int> unlinked(neighbors);
-  std::iota(unlinked.begin(), unlinked.end(), static_cast<int>(elsewhere));
-  std::erase_if(unlinked, [&](int i) { return impl_->places[index(i)].keyframe.id == linked; });
-  const std::vector<PoseGraphEdge> near =
-      impl_->search(features, keyframe, unlinked, impl_->options.max_constraints / 3);
-  loops.insert(loops.end(), near.begin(), near.end());
-
   impl_->keep(keyframe, std::move(features));
   return loops;
 }

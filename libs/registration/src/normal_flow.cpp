@@ -114,10 +114,10 @@ class Alignment {
     return true;
   }
 
-  /// From `start`.
-  RegistrationResult align(const PosePrior& prior, const Pose& start) {
+  /// From the prior's start.
+  RegistrationResult align(const PosePrior& prior) {
     RegistrationResult result;
-    result.target_T_reference = start;
+    result.target_T_reference = prior.start;
     result.status = RegistrationStatus::too_little_overlap;
     const double noise_variance = variance_in_sums(0.0, reference_, options_);
     if (!converge(prior, nullptr, noise_variance, result)) return result;
@@ -147,19 +147,10 @@ class Alignment {
     return shown;
   }
 
-  void leave_out(std::vector<std::uint8_t> samples) { left_out_ = std::move(samples); }
-
-  ApartSamples apart(const RegistrationResult& result) {
-    lay(result.target_T_reference);
-    return find_apart(reference_, target_, residuals(), result.target_T_reference, options_.normal_noise_rad);
-  }
-
  private:
   /// Fills the residuals.
   void lay(const Pose& target_T_reference) {
     warp(reference_.samples, view_, target_T_reference, residuals());
-    for (std::size_t k = 0; k < left_out_.size(); ++k)
-      if (left_out_[k]) residuals().weight[k] = 0;
     apply_robust_weights(residuals(), static_cast<float>(options_.robust_scale_rad));
   }
 
@@ -184,8 +175,7 @@ class Alignment {
   const Surface& target_;
   TargetView view_;
   const NormalFlowOptions& options_;
-  std::vector<std::uint8_t> left_out_;  // samples; empty: none
-  bool wandering_ = false;              // the last step was still large when the iterations ran out
+  bool wandering_ = false;  // the last step was still large when the iterations ran out
 };
 
 /// For slopes as they are read of both surfaces.
@@ -222,16 +212,7 @@ RegistrationResult register_normal_flow(const NormalFlowReference& reference, co
   RegistrationResult result;
   result.target_T_reference = prior.start;
   if (!has_enough_surface(reference, target, options)) return result;
-
-  Alignment alignment(reference.impl(), target, options);
-  result = alignment.align(prior, prior.start);
-  const ApartSamples apart = alignment.apart(result);
-  if (apart.cells.empty()) return result;
-  alignment.leave_out(apart.is_apart);
-  result = alignment.align(prior, result.target_T_reference);
-  result.apart = apart.cells;
-  result.apart_share = apart.share;
-  return result;
+  return Alignment(reference.impl(), target, options).align(prior);
 }
 
 }  // namespace gelslam

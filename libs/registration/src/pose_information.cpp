@@ -16,11 +16,6 @@ constexpr double kPerTilt = 0.007;  // twist in rad, and slide in mm, per rad
 constexpr double kSlidePerSlide = 0.0006;
 constexpr double kDepthPerSlide =
     kTiltRadPerMm * kMmPerRad / 2;  // of a contact's border, 2.5 mm from its center
-// How much of the slopes belongs to gel that hangs beside what presses: it gets steeper as it is pressed
-// deeper. So chosen that errors at the borders of the gel, where one flank is seen, are about as large as
-// their sigma.
-constexpr double kHangingShare = 0.6;
-
 /// The motion of the shared center from the reference to the target, in the reference's axes.
 struct CenterMotion {
   Eigen::Vector3d turn_rad, shift_mm;
@@ -92,19 +87,6 @@ Matrix6d pose_information(const ShownDirections& directions, double shared_mm2, 
       motion_variance(motion, directions.share.minCoeff() > 0, shared_mm2, model_sigma, options);
   const Matrix6d both = (Matrix6d::Identity() + noise * variance.asDiagonal()).partialPivLu().solve(noise);
   return symmetric(to_center.transpose() * both * to_center);
-}
-
-Vector6d membrane_bias(const ShownDirections& directions, const CameraModel& reference,
-                       const CameraModel& target, const RegistrationResult& result) {
-  const Eigen::Vector3d &center = result.shared_center_mm, moved = result.target_T_reference * center;
-  const double before = std::abs(center.z() - reference.rest_height_mm(center.head<2>())),
-               after = std::abs(moved.z() - target.rest_height_mm(moved.head<2>()));
-  const double deepest = std::max(before, after);
-  if (deepest == 0) return Vector6d::Zero();
-  Vector6d pull;
-  pull.head<kParameters>() = kHangingShare * (after - before) / deepest * directions.by_slopes;
-  pull[5] = -pull.head<3>().cross(center).z();  // the center's height is read
-  return pull;
 }
 
 }  // namespace gelslam::registration::detail

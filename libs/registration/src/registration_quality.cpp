@@ -22,8 +22,8 @@ struct CurvatureAgreement {
 CurvatureAgreement compare_curvature(const NormalFlowReference::Impl& reference, const Surface& target,
                                      const Residuals& residuals, const Pose& target_T_reference) {
   const PixelLookup lookup(reference.samples, target, target_T_reference);
-  double all = 0, shared = 0, sum = 0, target_sum = 0;
-  CurvatureProducts products;
+  double all = 0, shared = 0, sum = 0, target_sum = 0, dot = 0, reference2 = 0, target2 = 0;
+  int count = 0;
   for (std::size_t k = 0; k < reference.curvature.size(); ++k) {
     const double c = reference.curvature[k];
     all += std::fabs(c);
@@ -32,11 +32,13 @@ CurvatureAgreement compare_curvature(const NormalFlowReference::Impl& reference,
     const double d = target.curvature(at);
     shared += std::fabs(c);
     if (!is_read(target, at)) continue;
-    products.add(products_of(c, d));
+    ++count;
+    dot += c * d;
+    reference2 += c * c;
+    target2 += d * d;
     sum += c;
     target_sum += d;
   }
-  const auto& [count, dot, reference2, target2] = products;
   CurvatureAgreement agreement;
   if (all > 0) agreement.shared_ratio = shared / all;
   if (reference2 > 0 && target2 > 0) agreement.cosine_similarity = dot / std::sqrt(reference2 * target2);
@@ -185,7 +187,6 @@ ShownDirections shown_directions(const TextureAgreement& texture, double by_chan
     const double pattern = result.basis.col(i).dot(texture.pattern * result.basis.col(i));
     result.pattern_share[i] = std::min(1.0, pattern / std::max(pattern, eigen.eigenvalues()[i]));
   }
-  result.by_slopes = scale.ldlt().solve(texture.by_slopes);
   return result;
 }
 
@@ -218,7 +219,6 @@ ShownDirections assess(const NormalFlowReference::Impl& reference, const Surface
   result.directions.setIdentity();
   result.directions.topLeftCorner<kParameters, kParameters>() = directions.basis;
   result.directions.block<1, kParameters>(5, 0) = x * directions.basis.row(1) - y * directions.basis.row(0);
-  result.membrane_bias = membrane_bias(directions, reference.surface->camera(), target.camera(), result);
   result.observable = observability(result, heights_known);
   result.status = judge(result, agreement, options);
   return directions;

@@ -1,8 +1,5 @@
 #pragma once
 
-#include <cstdint>
-#include <vector>
-
 #include "gelslam/registration/normal_flow.hpp"
 #include "normal_flow_reference.hpp"
 
@@ -17,8 +14,7 @@ struct TextureAgreement {
   Matrix5d read = Matrix5d::Zero();  ///< Σ w JᵀJ: the object and noise
   /// Σ w JᵀJ', J' from the target's gradients, symmetric: the object alone
   Matrix5d common = Matrix5d::Zero();
-  Matrix5d pattern = Matrix5d::Zero();    ///< what moves with the gel (the model's unevenness) adds to both
-  Vector5d by_slopes = Vector5d::Zero();  ///< Σ w Jᵀ dn, dn: of slopes that grow, per share of them
+  Matrix5d pattern = Matrix5d::Zero();  ///< what moves with the gel (the model's unevenness) adds to both
 };
 
 /// `target_T_reference`: of the residuals.
@@ -33,7 +29,6 @@ struct ShownDirections {
   /// Of the gradient that was read along each, how much both surfaces show: 0..1. The rest is noise.
   Vector5d share = Vector5d::Ones();
   Vector5d pattern_share = Vector5d::Zero();  ///< of this, how much may move with the gel: 0..1
-  Vector5d by_slopes = Vector5d::Zero();      ///< motion per share by which all slopes grow
 };
 
 /// `by_chance`: the share that noise alone would show.
@@ -48,22 +43,6 @@ NormalEquations linearize(const Samples& samples, const Viewpoint& view, const R
 
 int count_shared(const Residuals& residuals);
 
-/// Sums over samples of the products of two curvatures.
-struct CurvatureProducts {
-  int samples = 0;
-  double dot = 0, reference2 = 0, target2 = 0;
-
-  void add(const CurvatureProducts& other) {
-    samples += other.samples;
-    dot += other.dot;
-    reference2 += other.reference2;
-    target2 += other.target2;
-  }
-};
-inline CurvatureProducts products_of(double reference, double target) {
-  return {1, reference * target, reference * reference, target * target};
-}
-
 /// Right perturbations of a pose, from those about a point to those about the origin; of -point: back.
 inline Matrix6d origin_from_center(const Eigen::Vector3d& center_mm) {
   Matrix6d matrix = Matrix6d::Identity();
@@ -73,18 +52,6 @@ inline Matrix6d origin_from_center(const Eigen::Vector3d& center_mm) {
 
 /// Neighboring normals share their noise over so many pixels.
 inline constexpr double kNoisePatchPx = 25.0;
-
-/// What moves another way than the rest, of the shared contact.
-struct ApartSamples {
-  std::vector<std::uint8_t> is_apart;  ///< per sample of the reference
-  std::vector<PictureCell> cells;      ///< of the target
-  double share = 0;                    ///< of the shared samples
-};
-
-/// The parts of the shared contact in which CCS, cell by cell, is that of unrelated textures, at this pose
-/// (after Huang et al., RA-L 2024, who ask it of the whole contact). Own. `noise_rad`: of a normal.
-ApartSamples find_apart(const NormalFlowReference::Impl& reference, const Surface& target,
-                        const Residuals& residuals, const Pose& target_T_reference, double noise_rad);
 
 /// Of a normal, after a registration that left this residual.
 double normal_variance(double normal_rmse_rad, const NormalFlowOptions& options);
@@ -119,9 +86,5 @@ ShownDirections assess(const NormalFlowReference::Impl& reference, const Surface
 Matrix6d pose_information(const ShownDirections& directions, double shared_mm2, double model_sigma,
                           double noise_variance, const PosePrior& prior, const RegistrationResult& result,
                           const NormalFlowOptions& options);
-
-/// RegistrationResult::membrane_bias. Flanks on both sides pull to no side.
-Vector6d membrane_bias(const ShownDirections& directions, const CameraModel& reference,
-                       const CameraModel& target, const RegistrationResult& result);
 
 }  // namespace gelslam::registration::detail

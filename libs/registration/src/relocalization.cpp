@@ -12,13 +12,18 @@ constexpr int kStartIterations = 15;  // speed: where a start is right, registra
 /// turn.
 struct Difference {
   Eigen::Vector3d shift_mm, turn_mm;
-  double size_mm() const { return std::max(shift_mm.norm(), turn_mm.norm()); }
 };
 
 Difference difference(const RegistrationResult& from, const Pose& to) {
   const Pose& pose = from.target_T_reference;
   return {to * from.shared_center_mm - pose * from.shared_center_mm,
           kMmPerRad * so3_log(to.linear() * pose.linear().transpose())};
+}
+
+/// The larger of how far the shared center lies from where it was expected, and by how much it turned.
+double distance_mm(const RegistrationResult& found, const Pose& expected) {
+  const Difference d = difference(found, expected);
+  return std::max(d.shift_mm.norm(), d.turn_mm.norm());
 }
 
 /// Farther than half a period of the finest pattern is another place. Only axes that are observable count:
@@ -41,37 +46,26 @@ bool is_located(const RegistrationResult& registration) {
   return true;
 }
 
-double innovation_mm(const RegistrationResult& found, const Pose& expected) {
-  return difference(found, expected).size_mm();
-}
-
 RegistrationResult relocalize(const NormalFlowReference& reference, const Surface& target,
-                              const Pose& expected, const RegistrationResult& found,
-                              const NormalFlowOptions& normal_flow, const VerificationOptions& options,
-                              double rival_distance) {
+                              const Pose& expected, const RegistrationResult& failed,
+                              const NormalFlowOptions& normal_flow, const VerificationOptions& options) {
   std::vector<RegistrationResult> places, rivals;
-  const auto add = [&](const RegistrationResult& place, PlacePrior near) {
-    const bool expected_there = innovation_mm(place, expected) <= kMinPeriodMm;
-    if ((expected_there || is_located(place)) &&
-        verify_registered(reference, target, place, expected_there ? near : PlacePrior::none, options).ok())
-      places.push_back(place);
-    else if (verify_registered(reference, target, place, PlacePrior::suspected, options).ok())
-      rivals.push_back(place);
-  };
-  add(found, PlacePrior::known);
-  const bool expected_found = !places.empty();
   NormalFlowOptions from_start = normal_flow;
   from_start.max_iterations = std::min(from_start.max_iterations, kStartIterations);
   PosePrior prior(expected);
   for (const Pose& start : coarse_starts(reference.surface(), target, expected, options)) {
     prior.start = start;
-    add(register_normal_flow(reference, target, prior, from_start), PlacePrior::suspected);
+    const RegistrationResult place = register_normal_flow(reference, target, prior, from_start);
+    const bool expected_there = distance_mm(place, expected) <= kMinPeriodMm;
+    const auto fits = [&](PlacePrior known) {
+      return verify_registered(reference, target, place, known, options).ok();
+    };
+    if (expected_there ? fits(PlacePrior::suspected) : is_located(place) && fits(PlacePrior::none))
+      places.push_back(place);
+    else if (fits(PlacePrior::suspected))
+      rivals.push_back(place);
   }
-  if (places.empty()) {
-    RegistrationResult none = found;
-    if (found.ok()) none.status = RegistrationStatus::curvature_mismatch;
-    return none;
-  }
+  if (places.empty()) return failed;
   RegistrationResult best = *std::min_element(places.begin(), places.end(), [](const auto& a, const auto& b) {
     return a.normal_rmse_rad < b.normal_rmse_rad;
   });
@@ -79,14 +73,8 @@ RegistrationResult relocalize(const NormalFlowReference& reference, const Surfac
   const double rival_rmse_rad =
       options.rival_residual * std::max(best.normal_rmse_rad, shared_noise(reference.surface(), target) *
                                                                   normal_flow.normal_noise_rad);
-  // Nor do they within one place: there the expectation decides.
-  if (expected_found && found.normal_rmse_rad < rival_rmse_rad &&
-      !is_elsewhere(best, found.target_T_reference))
-    best = found;
-  const double rival_mm = rival_distance * innovation_mm(best, expected);
   const auto is_rival = [&](const RegistrationResult& place) {
-    return place.normal_rmse_rad < rival_rmse_rad && is_elsewhere(best, place.target_T_reference) &&
-           innovation_mm(place, expected) <= rival_mm;
+    return place.normal_rmse_rad < rival_rmse_rad && is_elsewhere(best, place.target_T_reference);
   };
   if (std::any_of(places.begin(), places.end(), is_rival) ||
       std::any_of(rivals.begin(), rivals.end(), is_rival))

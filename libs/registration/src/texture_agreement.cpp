@@ -41,7 +41,6 @@ TextureAgreement compare_texture(const Samples& s, const Surface& target, const 
   const Eigen::Matrix3f back = rotation.transpose();
   SampleMatrix read = SampleMatrix::Zero(), common = read;
   Eigen::Matrix4f moments = Eigen::Matrix4f::Zero();
-  Eigen::Matrix<float, kParameters, 1> by_slopes = Eigen::Matrix<float, kParameters, 1>::Zero();
   constexpr std::size_t kEnoughSamples = 1000;  // numerics: they tell noise from texture
   const std::size_t step = residuals.weight.size() / kEnoughSamples + 1;
   const auto stride = static_cast<float>(step);
@@ -65,7 +64,7 @@ TextureAgreement compare_texture(const Samples& s, const Surface& target, const 
         carried_back(rotation(0, 1) + rotation(0, 2) * slope_y, rotation(1, 1) + rotation(1, 2) * slope_y);
     const Eigen::Vector3f n(s.nx[k] + residuals.rx[k], s.ny[k] + residuals.ry[k], s.nz[k] + residuals.rz[k]);
     const PictureMotion motion = picture_motion(s, k, view);
-    const Eigen::Vector3f normal(s.nx[k], s.ny[k], s.nz[k]), flat(s.nx[k], s.ny[k], 0);
+    const Eigen::Vector3f normal(s.nx[k], s.ny[k], s.nz[k]);
     const auto& g = s.gradient;
     const SampleJacobian here = jacobian_of(motion, normal, {g[0][k], g[1][k], g[2][k]},
                                             {g[3][k], g[4][k], g[5][k]}),
@@ -75,11 +74,9 @@ TextureAgreement compare_texture(const Samples& s, const Surface& target, const 
     common += weighted.transpose() * there;
     const Eigen::Vector4f place(s.x[k], s.y[k], s.z[k], 1);
     moments += w * place * place.transpose();
-    by_slopes += weighted.transpose() * (flat - flat.squaredNorm() * normal);
   }
   TextureAgreement texture;
   texture.read = read.cast<double>();
-  texture.by_slopes = by_slopes.cast<double>();
   texture.common = 0.5 * (common + common.transpose()).cast<double>();
   texture.pattern = gel_pattern_per_mm * gel_pattern_per_mm * gel_pattern(moments.cast<double>());
   return texture;

@@ -16,6 +16,10 @@ using namespace registration::detail;
 // Right places have 0.03.
 constexpr double kMaxHeightRmseMm = 0.1;
 
+// Share of two contacts that lies in the other's bare gel by chance: on clean logs, rendered and real, none
+// is as large.
+constexpr double kMostContradicted = 0.1;
+
 /// Every kTextureShrink-th pixel of `from` in contact that lands on the image of `onto`, and how many of
 /// these would lie inside its bare gel.
 struct ProjectedContact {

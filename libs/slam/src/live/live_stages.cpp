@@ -95,7 +95,6 @@ void TrackingStage::handle(const SurfacedFrame& frame) {
                        std::chrono::duration<double, std::milli>(LiveClock::now() - frame.captured).count());
   if (tracked.status == TrackStatus::tracked) hidden_.pass(tracked.trial, tracked.registration.observable);
   LiveTouch touch{record_of(tracked), image.bgr, frame.surface, tracked.trial_T_frame, hidden_.words()};
-  if (touch.apart) append_sentence(touch.doubt, std::string(kApart));
   const std::string why_lost = tracked.status == TrackStatus::lost
                                    ? std::string(describe(tracked.registration.status))
                                    : std::string();

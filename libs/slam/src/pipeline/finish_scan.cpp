@@ -87,15 +87,6 @@ std::string lost_frames(const SlamMap& map, const RunReport::Frames& count) {
   return text;
 }
 
-/// "a part of the contact does not move with the rest in 12 frames, from 1.2 s on; ...", or "".
-std::string parts_apart(const std::vector<FrameRecord>& frames) {
-  const auto is_apart = [](const FrameRecord& frame) { return frame.apart; };
-  const auto first = std::find_if(frames.begin(), frames.end(), is_apart);
-  if (first == frames.end()) return "";
-  return fmt::format("{} in {}, from {:.1f} s on; it is left out; is there something else on the gel?",
-                     kApart, counted(std::count_if(first, frames.end(), is_apart), "frame"), first->time_s);
-}
-
 std::string why_no_mesh(const RunReport::Frames& frames) {
   if (frames.tracked > 0) return "no touch in the map is large enough, away from the border of the picture";
   if (frames.total > frames.background) return "nothing was touched; press the object on the gel";
@@ -107,7 +98,6 @@ std::string why_no_mesh(const RunReport::Frames& frames) {
 /// What a user has to know beside the result.
 std::vector<std::string> reservations(const SlamMap& map, const RunReport& report) {
   std::vector<std::string> sentences = describe(report.uncertainty);
-  if (std::string apart = parts_apart(map.frames); !apart.empty()) sentences.push_back(std::move(apart));
   if (std::string lost = lost_frames(map, report.frames); !lost.empty())
     sentences.insert(sentences.begin(), std::move(lost));
   if (report.mesh.triangles == 0) sentences.insert(sentences.begin(), why_no_mesh(report.frames));

@@ -47,7 +47,7 @@ std::vector<NewKeyframe> GelSlam::end_tracking() {
 void GelSlam::close_loops(const NewKeyframe& added, StageTimer& timer, bool search) {
   const auto scope = timer.measure("loop closure");
   const std::vector<PoseGraphEdge> loops = mapper_.add_keyframe(added, search);
-  if (search) keep_loops(added.keyframe->id, loops);
+  if (search && !added.keyframe->is_patch) keep_loops(added.keyframe->id, loops);
 }
 
 void GelSlam::keep(const std::vector<NewKeyframe>& keyframes) {

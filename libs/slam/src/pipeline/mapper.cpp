@@ -81,17 +81,6 @@ int choose_anchor(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
   return static_cast<int>(id);
 }
 
-/// Loops to trials that were lost in touch, where place recognition has found none.
-void add_rejoining_loops(SlamMap& map, const SlamOptions& options) {
-  const std::size_t known = map.solved_edges.size();
-  for (const PoseGraphEdge& loop : rejoin_broken_trials(map, options)) {
-    const auto end = map.solved_edges.begin() + static_cast<std::ptrdiff_t>(known);
-    if (std::none_of(map.solved_edges.begin(), end,
-                     [&](const PoseGraphEdge& edge) { return edge.from == loop.from && edge.to == loop.to; }))
-      map.solved_edges.push_back(loop);
-  }
-}
-
 /// Those to be kept, in the same order.
 std::vector<PoseGraphEdge> chosen(const std::vector<PoseGraphEdge>& edges, const std::vector<bool>& keep) {
   std::vector<PoseGraphEdge> kept;
@@ -165,9 +154,9 @@ std::vector<PoseGraphEdge> Mapper::add_keyframe(const NewKeyframe& added, bool s
   measured_.keyframes.back() = keyframe;
   chain(id, added.edge);
   measured_.searched.resize(measured_.keyframes.size());
-  measured_.searched.back() = search_loops;
-  if (!search_loops) return {};
-  std::vector<PoseGraphEdge> loops = this->search_loops(*keyframe, added.edge ? added.edge->from : -1);
+  if (!search_loops || keyframe->is_patch) return {};
+  measured_.searched.back() = true;
+  std::vector<PoseGraphEdge> loops = this->search_loops(*keyframe);
   measured_.edges.insert(measured_.edges.end(), loops.begin(), loops.end());
   return loops;
 }
@@ -187,9 +176,9 @@ void Mapper::chain(int id, const std::optional<PoseGraphEdge>& edge) {
   live_.component_of_node[id] = live_.component_of_node.at(edge->from);
 }
 
-std::vector<PoseGraphEdge> Mapper::search_loops(const Keyframe& keyframe, int previous) {
+std::vector<PoseGraphEdge> Mapper::search_loops(const Keyframe& keyframe) {
   loop_closer_.keep(std::exchange(restored_, {}));
-  std::vector<PoseGraphEdge> loops = loop_closer_.add(keyframe, previous);
+  std::vector<PoseGraphEdge> loops = loop_closer_.add(keyframe);
   new_loops_ += static_cast<int>(loops.size());
   return loops;
 }
@@ -198,19 +187,14 @@ std::map<int, std::vector<PoseGraphEdge>> Mapper::restore(const ScanRecord& reco
   measured_ = record;
   measured_.frames.clear();
   new_loops_ = static_cast<int>(record.edges.size());
-  std::map<int, int> linked;
-  for (const PoseGraphEdge& edge : record.edges)
-    if (edge.kind == EdgeKind::odometry) linked[edge.to] = edge.from;
   for (const auto& keyframe : record.keyframes)
     if (keyframe && record.searched[index(keyframe->id)]) restored_.push_back(*keyframe);
   const int newest_searched = restored_.empty() ? -1 : restored_.back().id;
   std::map<int, std::vector<PoseGraphEdge>> found;
   for (const auto& keyframe : record.keyframes) {
-    if (!keyframe || record.searched[index(keyframe->id)]) continue;
+    if (!keyframe || keyframe->is_patch || record.searched[index(keyframe->id)]) continue;
     if (keyframe->id < newest_searched) continue;  // damaged record: it stays without
-    const auto link = linked.find(keyframe->id);
-    const auto& loops = found[keyframe->id] =
-        search_loops(*keyframe, link == linked.end() ? -1 : link->second);
+    const auto& loops = found[keyframe->id] = search_loops(*keyframe);
     measured_.edges.insert(measured_.edges.end(), loops.begin(), loops.end());
     measured_.searched[index(keyframe->id)] = true;
   }
@@ -298,7 +282,6 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
     return map;
   }
   const double scale_sigma = gradient_scale_sigma(measured_.keyframes, options_.gradient_scale);
-  add_rejoining_loops(map, options_);
   solve_map(map, initial, scale_sigma, options_);
   if (refine && options_.refinement.max_pairs_per_keyframe > 0)
     add_overlap_edges(map, scale_sigma, options_, stop_requested, closing);

@@ -34,8 +34,8 @@ void append(ScanRecord& all, const ScanRecord& next) {
       renamed->frame += frames;
       renamed->trial += trials;
     }
+    all.searched.push_back(renamed && !renamed->is_patch);
     all.keyframes.push_back(std::move(renamed));
-    all.searched.push_back(true);
   }
   for (PoseGraphEdge edge : next.edges) {
     edge.from += keyframes;
@@ -54,7 +54,7 @@ void append(ScanRecord& all, const ScanRecord& next) {
 std::vector<Keyframe> present(const ScanRecord& record, int from) {
   std::vector<Keyframe> keyframes;
   for (std::size_t id = index(from); id < record.keyframes.size(); ++id)
-    if (record.keyframes[id]) keyframes.push_back(*record.keyframes[id]);
+    if (record.searched[id]) keyframes.push_back(*record.keyframes[id]);
   return keyframes;
 }
 

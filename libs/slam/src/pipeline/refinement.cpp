@@ -42,7 +42,7 @@ struct Candidate {
 
 /// A keyframe where the pose graph puts it.
 struct PosedKeyframe {
-  std::shared_ptr<const Keyframe> keyframe;  ///< null: there is none of this id
+  std::shared_ptr<const Keyframe> keyframe;  ///< null: there is none of this id, or it is a patch
   Pose component_T_keyframe = Pose::Identity();
   int component = -1;
   std::optional<ContactGrid> contact;
@@ -53,7 +53,7 @@ std::vector<PosedKeyframe> posed(const std::vector<std::shared_ptr<const Keyfram
   std::vector<PosedKeyframe> all(keyframes.size());
   parallel_for(keyframes.size(), threads, [&](std::size_t i) {
     const auto& keyframe = keyframes[i];
-    if (keyframe)
+    if (keyframe && !keyframe->is_patch)
       all[i] = {keyframe, solution.component_T_node.at(keyframe->id),
                 solution.component_of_node.at(keyframe->id), ContactGrid(*keyframe->surface.get())};
   });

@@ -17,7 +17,6 @@ FrameRecord record_of(const TrackedFrame& tracked) {
                      tracked.keyframe ? tracked.keyframe->id : -1,
                      tracked.keyframe_T_frame};
   if (tracked.status == TrackStatus::tracked) record.observable = tracked.registration.observable;
-  record.apart = tracked.status == TrackStatus::tracked && !tracked.registration.apart.empty();
   record.unix_us = tracked.unix_us;
   return record;
 }

@@ -9,12 +9,6 @@ namespace gelslam {
 
 namespace {
 
-UncertainMotion uncertain_motion(const PoseGraphEdge& edge, const Vector6d& membrane_bias) {
-  UncertainMotion motion = uncertain_motion(edge);
-  motion.by_membrane_bias = membrane_bias;
-  return motion;
-}
-
 /// With what large turns do to the translation: the frame lies off by V(w) p of its perturbation (w, p), to
 /// second order p + w x p / 2. A ball that was rolled without its turning being seen is off along z as well,
 /// although to first order z was read. The moments are those of a normal distribution.
@@ -40,16 +34,14 @@ std::optional<Matrix6d> TrialDrift::add(const TrackedFrame& frame) {
   }
   for (const NewKeyframe& added : frame.new_keyframes) {
     if (added.keyframe->trial != trial_) continue;  // left behind by the trial before
-    trial_T_keyframes_[added.keyframe->id] = added.edge
-                                                 ? compose(trial_T_keyframes_.at(added.edge->from),
-                                                           uncertain_motion(*added.edge, added.membrane_bias))
-                                                 : UncertainMotion();
+    trial_T_keyframes_[added.keyframe->id] =
+        added.edge ? compose(trial_T_keyframes_.at(added.edge->from), uncertain_motion(*added.edge))
+                   : UncertainMotion();
   }
   if (frame.status != TrackStatus::tracked) return std::nullopt;
   UncertainMotion motion = trial_T_keyframes_.at(frame.keyframe->id);
   if (frame.keyframe->frame != frame.frame)
-    motion = compose(motion, uncertain_motion(odometry_edge(frame.keyframe->id, -1, frame.registration),
-                                              odometry_bias(frame.registration)));
+    motion = compose(motion, uncertain_motion(odometry_edge(frame.keyframe->id, -1, frame.registration)));
   return translation_first(with_second_order(
       motion.total_covariance(gradient_scale_sigma_ * frame.keyframe->surface.facts().model_sigma)));
 }

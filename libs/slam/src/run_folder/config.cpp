@@ -65,10 +65,10 @@ void describe_tracking(OptionVisitor& visit, SlamOptions& slam) {
   visit.number("keyframe_min_shared", options.keyframe_min_shared, 0, 1,
                "a keyframe that shows less than this share of the frame's contact is replaced");
   visit.number("keyframe_min_unseen", options.keyframe_min_unseen, 0, 1,
-               "share of its contact that a keyframe at a turning point alone must show");
+               "share of its contact that a patch at a turning point alone must show");
   visit.number("patience_s", options.patience_s, 0, 10, "seconds after a loss in which a trial may continue");
   visit.flag("relocalize", options.relocalize,
-             "after an unusual motion, search for the one place where the textures agree");
+             "where registration fails, search for the one place where the textures agree");
   describe_registration(visit, slam.registration);
 }
 

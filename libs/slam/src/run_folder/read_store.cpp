@@ -140,12 +140,15 @@ void read_parts(SQLite::Database& database, ScanRecord& record) {
 
 /// An id that was given is never free again, whatever became of the keyframe.
 void read_keyframes(SQLite::Database& database, const NormalFlowOptions& registration, ScanRecord& record) {
-  Rows rows(database, "SELECT id, frame, trial, surface FROM keyframes ORDER BY 1");
+  Rows rows(database,
+            "SELECT id, frame, trial, surface, id NOT IN (SELECT keyframe FROM searched) AND id NOT IN "
+            "(SELECT keyframe FROM frames WHERE keyframe IS NOT NULL) FROM keyframes ORDER BY 1");
   while (rows.next()) {
     auto keyframe = std::make_shared<Keyframe>();
     keyframe->id = id_in(rows, 0);
     keyframe->frame = rows.integer(1, 0, kMaxFrame);
     keyframe->trial = rows.integer(2, 0, kMaxTrial);
+    keyframe->is_patch = flag_in(rows, 4);
     record.keyframes.resize(static_cast<std::size_t>(keyframe->id) + 1);
     if (rows.is_null(3)) continue;  // taken back, by an older program
     keyframe->surface = StoredSurface(surface_in(rows, 3, keyframe->id));
@@ -199,9 +202,8 @@ void read_frames(SQLite::Database& database, ScanRecord& record) {
       frame.keyframe_T_frame = pose_in(rows, 5);
       if (frame.trial < 0) refuse("a frame with a keyframe has no trial");
     }
-    const int observable = rows.integer(6, 0, 127);
+    const int observable = rows.integer(6, 0, 127);  // the seventh bit is an older program's
     for (std::size_t i = 0; i < 6; ++i) frame.observable[i] = (observable >> i & 1) != 0;
-    frame.apart = observable >> 6 != 0;
     if (!rows.is_null(7)) frame.unix_us = rows.integer(7, 1, kMaxUnixUs);
     if (!record.has_keyframe(frame.keyframe)) frame.keyframe = -1;  // a kill came before it
     record.frames.push_back(frame);

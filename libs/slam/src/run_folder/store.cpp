@@ -54,9 +54,9 @@ std::optional<std::int64_t> unless_negative(int value) {
   return value < 0 ? std::nullopt : std::optional<std::int64_t>(value);
 }
 
-/// What the column "observable" holds: six motions, and that a part moves another way.
+/// What the column "observable" holds: one bit per motion.
 int bits_of(const FrameRecord& frame) {
-  int bits = int{frame.apart} << 6;
+  int bits = 0;
   for (int i = 0; i < 6; ++i) bits |= int{frame.observable[static_cast<std::size_t>(i)]} << i;
   return bits;
 }

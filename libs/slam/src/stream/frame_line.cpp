@@ -21,7 +21,6 @@ std::string reservations(const TrackedFrame& frame, const Vector6d& sigma) {
     if (!observable[axis]) of_observable[static_cast<int>(axis)] = 0.0;  // said already
   std::string text = describe_observability(observable);
   append_sentence(text, describe_drift(of_observable));
-  if (!frame.registration.apart.empty()) append_sentence(text, std::string(kApart));
   return text;
 }
 

@@ -39,18 +39,15 @@ PoseGraphSolution solve_with_gradient_scale(const std::map<int, Pose>& initial_m
                                             const std::vector<PoseGraphEdge>& edges,
                                             const PoseGraphOptions& options, double sigma);
 
-/// A measured motion and its uncertainty: its noise, and two causes common to all measurements, the
-/// gradient scale and membrane bias.
+/// A measured motion and its uncertainty: its noise, and the gradient scale, a cause common to all
+/// measurements.
 struct UncertainMotion {
   UncertainPose from_T_to;
   /// How the measurement changes when the gradient scale is corrected (motion_by_gradient_scale()). The
   /// correction is common to all measurements.
   MotionByScale by_scale = MotionByScale::Zero();
-  /// One standard deviation of the membrane bias, common to all measurements: it grows with depth, and
-  /// lifting to the earlier depth removes it.
-  Vector6d by_membrane_bias = Vector6d::Zero();
 
-  /// Noise, gradient scale and membrane bias together; the scale is known to `gradient_scale_sigma`.
+  /// Noise and gradient scale together; the scale is known to `gradient_scale_sigma`.
   Matrix6d total_covariance(double gradient_scale_sigma) const;
 };
 

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <array>
-
 #include "gelslam/core/uncertain_pose.hpp"
 #include "gelslam/registration/registration.hpp"
 
@@ -21,18 +19,10 @@ struct MotionState {
 struct ExpectedMotion {
   Pose reference_T_before;
   UncertainPose reference_T_frame;
-  Matrix6d step;      ///< covariance of the motion since the frame before alone
-  Vector6d velocity;  ///< MotionState::velocity of the frame before
+  Matrix6d step;  ///< covariance of the motion since the frame before alone
   double elapsed_s = 0;
-  double sigma_mm = 0;  ///< by how much such expectations have been wrong of late
 
   PosePrior prior() const;  ///< of frame_T_reference
-  /// After a search: the surfaces fit at this place. Expected where they were along what they do not show.
-  PosePrior prior_at(const RegistrationResult& place) const;
-  /// How far a registration from prior() lies from it, in standard deviations of prior and registration
-  /// together: directions that are not shown say nothing. The root of the normalized innovation squared
-  /// (Bar-Shalom et al., Estimation with Applications to Tracking, 2001, §5.4).
-  double normalized_innovation(const RegistrationResult& found) const;
 };
 
 /// How a hand moves an object: at the velocity that the surfaces have shown, and along all other directions
@@ -42,20 +32,18 @@ struct ExpectedMotion {
 /// The error of a direction that is hardly shown (the gel's own pattern, dragged dots, a network's noise)
 /// persists from frame to frame. So the prior of a step alone tells how far a frame may move the pose, and
 /// the variances of the steps add up until the surfaces show the direction. Source: own; a speed learned from
-/// the motion itself, and how far motions depart from a constant velocity, after KISS-ICP (Vizzo et al., RA-L
-/// 2023, §III-D).
+/// the motion itself is KISS-ICP's idea (Vizzo et al., RA-L 2023, §III-D).
 class HandMotion {
  public:
-  /// The motion goes on, or it stops or turns back.
-  std::array<ExpectedMotion, 2> expect(const MotionState& before, double elapsed_s) const;
+  /// The motion goes on.
+  ExpectedMotion expect(const MotionState& before, double elapsed_s) const;
 
   /// The state after a registration from expected.prior(), which also tells how fast the hand moves.
   MotionState correct(const ExpectedMotion& expected, const RegistrationResult& registration);
 
  private:
-  static constexpr double kStartMmPerS = 1.6;  ///< before the surfaces have shown more
-  // (mm/s)² per axis, turns by kMmPerRad: of the velocity, and of its change from frame to frame.
-  double variance_ = kStartMmPerS * kStartMmPerS, change_variance_ = variance_;
+  static constexpr double kStartMmPerS = 1.6;      ///< before the surfaces have shown more
+  double variance_ = kStartMmPerS * kStartMmPerS;  ///< of the velocity, per axis; turns by kMmPerRad
 };
 
 }  // namespace gelslam

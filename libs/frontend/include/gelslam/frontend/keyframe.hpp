@@ -21,18 +21,18 @@ struct Keyframe {
   /// In the first frame of its trial, as tracked. Identity of a keyframe that was read from a session: the
   /// scan goes on with another trial.
   Pose trial_T_keyframe = Pose::Identity();
+  /// It is kept for the part of the object that it alone shows (TurningPoints). It hangs at the keyframe that
+  /// it was registered to: no frame refers to it, no loops and overlaps are looked for, so it bends no pose.
+  bool is_patch = false;
 };
 
 /// The motion from a keyframe to what was registered to it.
 PoseGraphEdge odometry_edge(int from, int to, const RegistrationResult& registration);
-/// RegistrationResult::membrane_bias of that motion.
-Vector6d odometry_bias(const RegistrationResult& registration);
 
 /// A keyframe as the tracker hands it out.
 struct NewKeyframe {
   std::shared_ptr<const Keyframe> keyframe;
   std::optional<PoseGraphEdge> edge{};  ///< from the keyframe that it was registered to; none begins a trial
-  Vector6d membrane_bias = Vector6d::Zero();  ///< odometry_bias() of `edge`
 };
 
 }  // namespace gelslam

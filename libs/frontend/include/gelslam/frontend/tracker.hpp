@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -20,15 +19,13 @@ struct TrackerOptions {
   /// A keyframe is replaced when it shows less than this share of the frame's contact: a first touch is
   /// small, and a roll leaves the keyframe behind long before tracking breaks.
   double keyframe_min_shared = 0.55;
-  /// A frame at which the motion turns back becomes a keyframe, too, if it alone shows this share of its
-  /// contact.
+  /// A frame at which the motion turns back is kept as a patch if it alone shows this share of its contact.
   double keyframe_min_unseen = 0.05;
-  /// When registration fails from where the sensor is expected, or the step it finds is an unusual one, look
-  /// for the one place where the two textures agree. If there are several, the frame is lost.
+  /// When registration fails from where the sensor is expected, look for the one place where the two textures
+  /// agree. If there are several, the frame is lost.
   bool relocalize = true;
   /// A frame that fits nothing may be a torn picture: until this long after the last tracked frame, the trial
-  /// continues if a later frame fits it again. A new trial begins after it, or with two frames in a row that
-  /// fit each other.
+  /// continues if a later frame fits it again. A new trial begins after it.
   double patience_s = 0.2;
 };
 
@@ -49,26 +46,25 @@ struct TrackedFrame {
   Pose keyframe_T_frame = Pose::Identity();
   Pose trial_T_frame = Pose::Identity();  ///< sensor pose in the first frame of the trial
   RegistrationResult registration{};      ///< of the decisive attempt; why a frame was lost
-  /// The keyframes made while this frame was tracked, in order of ids: this frame, the one before, or one
-  /// some time ago that alone showed a part of the object before the motion turned back (no frame refers to
-  /// that).
+  /// The keyframes made while this frame was tracked, in order of ids: this frame, the one before, or a
+  /// patch, some time ago, that alone showed a part of the object before the motion turned back.
   std::vector<NewKeyframe> new_keyframes{};
   std::int64_t unix_us = 0;  ///< as given to track()
 };
 
-/// Registers each frame to the current keyframe and decides on keyframes and trials (Huang et al., T-RO 2026,
-/// §IV; the others are our own):
-///  1. Contact begins a trial, and ends it with hysteresis.
-///  2. Prediction: the motion goes on at constant velocity, or it stops (HandMotion). It is the prior.
-///  3. One gate: innovation of a step within three standard deviations of its prediction, no larger residual.
-///     It tells nothing where motions depart from their prediction by a period of a pattern.
-///  4. Fallback: where the keyframe is too far behind, the last tracked frame becomes one.
-///  5. Relocalization of a step that the gate refuses; if several places fit, the frame is lost.
-///  6. After a loss, a later frame continues the trial, or begins a new one together with the lost frame.
-///  7. A keyframe is replaced when it shares too little of the frame's contact.
-///  8. Turning points become keyframes.
-///  9. A picture that was damaged on its way may look like a jump, or like more contact. What one frame alone
-///     shows makes no keyframe, and the frame after a searched step is expected where it was before, too.
+/// Tracks the sensor on the object, frame by frame (Huang et al., T-RO 2026, §IV). Contact begins a trial
+/// with a keyframe, and a quarter of that contact ends it. In between, each frame goes through these steps:
+///  1. Prediction: the hand goes on at constant velocity (HandMotion). This is the prior of the registration.
+///  2. Registration to the keyframe. If it fails, the frame is registered to the last tracked frame, which
+///     becomes a keyframe if that succeeds.
+///  3. Relocalization, if both fail: the one place on either where the textures agree. If there are several,
+///     the frame is lost.
+///  4. Correction: the hand's state follows from prediction and registration.
+///  5. A keyframe that shares too little of the frame's contact is replaced by the frame. A frame at which
+///     the motion turns back is kept as a patch of the mesh (TurningPoints). Contact that the frame before
+///     does not confirm may belong to a damaged picture: it makes neither.
+/// A lost frame may be a torn picture, so the trial waits for a frame that fits again. When its patience is
+/// over, the next frame begins a new trial. Prediction, relocalization and turning points are our own.
 /// Deterministic; frames must come in order.
 class Tracker {
  public:
@@ -81,7 +77,7 @@ class Tracker {
           const VerificationOptions& verification = {});
 
   /// `surface` is null for a frame of the background. `unix_us`: TactileImage::unix_us.
-  TrackedFrame track(std::int64_t frame, double time_s, SurfacePtr surface, std::int64_t unix_us = 0);
+  TrackedFrame track(std::int64_t frame, double time_s, const SurfacePtr& surface, std::int64_t unix_us = 0);
 
   /// The log ends, or frames were left out on purpose and the object may have moved: the next frame in
   /// contact starts a new trial. Returns what was touched last, if no keyframe shows it yet.
@@ -91,43 +87,24 @@ class Tracker {
   void continue_after(int keyframe_id, int trial);
 
  private:
-  struct Seen {
-    std::int64_t frame = 0;
-    double time_s = 0;
-    SurfacePtr surface;
-  };
   struct Tracked : TurningPoints::Touch {
     double time_s = 0;
-    double residual_rad = 0;  ///< of the normals
-    MotionState state;        ///< in the current keyframe
-  };
-  /// What a frame is registered to, and where it is expected there: the motion goes on, or it stops.
-  struct Reference {
-    const PreparedReference& prepared;
-    std::array<ExpectedMotion, 2> expected;
+    MotionState state;  ///< in the current keyframe
   };
   struct Attempt {
     RegistrationResult registration;
     ExpectedMotion expected;
-    bool searched = false;  ///< found by relocalization
-  };
-  struct Jump {
-    Tracked before;
-    HandMotion hand;
   };
 
-  Reference reference_of(const PreparedReference& prepared, const MotionState& before, double time_s) const;
-  Attempt register_to(const Reference& reference, const Surface& surface) const;
-  bool passes_gate(const RegistrationResult& registration, const ExpectedMotion& expected) const;
-  bool is_usual(const RegistrationResult& registration, const Reference& reference) const;
-  Attempt relocalize_on(const Reference& reference, const Surface& surface, const Attempt& attempt) const;
+  Attempt register_to(const PreparedReference& reference, const MotionState& before, double time_s,
+                      const Surface& surface) const;
+  Attempt relocalize_on(const PreparedReference& reference, const Surface& surface,
+                        const Attempt& failed) const;
   Attempt track_with_fallback(TrackedFrame& result, const Surface& surface);
-  std::optional<Attempt> track_back(const Surface& surface, double time_s);
   double shared_with_keyframe(const RegistrationResult& registration, const Surface& surface) const;
-  void accept(TrackedFrame& result, const Attempt& attempt, SurfacePtr surface);
-  void handle_tracking_failure(TrackedFrame& result, SurfacePtr surface);
-  void begin_trial(TrackedFrame& result, const Seen& first, PreparedReference reference);
-  NewKeyframe make_keyframe(const TurningPoints::Touch& touch);
+  void accept(TrackedFrame& result, const Attempt& attempt, const SurfacePtr& surface);
+  void begin_trial(TrackedFrame& result, const SurfacePtr& surface);
+  NewKeyframe make_keyframe(const TurningPoints::Touch& touch, bool is_patch = false);
   void switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& touch, PreparedReference reference);
 
   TrackerOptions options_;
@@ -142,8 +119,6 @@ class Tracker {
   TurningPoints turning_points_;
   Tracked previous_;  ///< the last tracked frame of the trial
   HandMotion hand_;
-  std::optional<Jump> jump_;  ///< if the last step had to be searched for
-  std::optional<Seen> lost_;  ///< the last frame, if it was lost
 };
 
 }  // namespace gelslam

@@ -20,8 +20,7 @@ class TurningPoints {
     std::int64_t frame = 0;
     SurfacePtr surface;
     Pose trial_T_frame = Pose::Identity();
-    std::optional<PoseGraphEdge> edge{};        ///< only passed through, as this
-    Vector6d membrane_bias = Vector6d::Zero();  ///< NewKeyframe
+    std::optional<PoseGraphEdge> edge{};  ///< only passed through
   };
 
   /// `min_unseen`: share of its contact that a frame must have shown alone.
@@ -31,7 +30,7 @@ class TurningPoints {
   void begin_trial(const Touch& keyframe);
 
   /// The next tracked frame of the trial. Returns a turning point that this frame has left behind, which is a
-  /// keyframe from now on.
+  /// patch from now on.
   std::optional<Touch> pass(const Touch& touch);
 
   /// A keyframe of the trial. Returns a turning point that it does not show; it comes before this keyframe.
@@ -43,7 +42,7 @@ class TurningPoints {
  private:
   struct Candidate : Touch {
     std::vector<Eigen::Vector3d> unseen_mm;  ///< in the trial's frame
-    std::size_t least = 0;                   ///< as many of them justify a keyframe
+    std::size_t least = 0;                   ///< as many of them justify a patch
   };
 
   std::vector<Eigen::Vector3d> unseen(const Touch& touch) const;
@@ -51,7 +50,7 @@ class TurningPoints {
   std::optional<Touch> release();
 
   double min_unseen_;
-  std::deque<Touch> keyframes_;  ///< the trial's last
+  std::deque<Touch> keyframes_;  ///< the trial's last, and its patches
   std::optional<Touch> before_;  ///< the last frame, or keyframe
   std::optional<Candidate> candidate_;
 };

@@ -14,7 +14,7 @@ struct LoopClosureOptions {
   int max_features = 300;  // speed: per keyframe, the strongest
   int min_sift_inliers = 8;
   int max_candidates = 20;  // speed: keyframes that are compared feature by feature, after voting
-  /// Per keyframe, the most alike first. Besides, a third as many to the last 12 keyframes of the same trial.
+  /// Per keyframe, the most alike first.
   int max_constraints = 6;  // speed: more loops to one place add little
 };
 
@@ -32,10 +32,9 @@ class LoopCloser {
                       const VerificationOptions& verification = {});
   ~LoopCloser();
 
-  /// Compares `keyframe` with all kept keyframes, then keeps it for later ones. `linked` is left out: the id
-  /// of the keyframe that odometry links it to, from the same pixels; a loop would count them twice. Every
-  /// keyframe added is searched for. Ids must grow.
-  std::vector<PoseGraphEdge> add(const Keyframe& keyframe, int linked = -1);
+  /// Compares `keyframe` with the kept keyframes, but not with the last 12 of its own trial, which belong to
+  /// the same touch; then keeps it for later ones. Every keyframe added is searched for. Ids must grow.
+  std::vector<PoseGraphEdge> add(const Keyframe& keyframe);
 
   /// Keeps the keyframes of a map that is known already, without a search. Ids must grow.
   void keep(const std::vector<Keyframe>& keyframes);

@@ -81,9 +81,6 @@ class StoredReference {
 RegistrationResult register_normal_flow(const NormalFlowReference& reference, const Surface& target,
                                         const PosePrior& prior, const NormalFlowOptions& options);
 
-/// The surface with no contact in these cells, for what they show is not of the object.
-Surface without_cells(Surface surface, const std::vector<PictureCell>& cells);
-
 /// Judges a pose that another method found, by the same samples and limits. It fills everything in the result
 /// but the iterations.
 RegistrationResult judge_pose(const NormalFlowReference& reference, const Surface& target,

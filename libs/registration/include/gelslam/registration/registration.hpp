@@ -3,7 +3,6 @@
 #include <array>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "gelslam/core/uncertain_pose.hpp"
 
@@ -20,10 +19,6 @@ inline constexpr double kMinPeriodMm = 1.0;
 /// A motion (turns by kMmPerRad) is observable when its standard deviation is smaller: two of them
 /// distinguish one period of a pattern from the next.
 inline constexpr double kObservableSigmaMm = kMinPeriodMm / 4;
-
-/// Share of a contact that contradicts one motion of the whole by chance: on clean logs, rendered and real,
-/// none is as large.
-inline constexpr double kMostContradicted = 0.1;
 
 /// How well two curvatures have to agree (Huang et al., RA-L 2024). Without a unit.
 struct CurvatureLimits {
@@ -60,12 +55,6 @@ struct PosePrior : UncertainPose {
   PosePrior(const Pose& target_T_reference) : PosePrior(UncertainPose{target_T_reference}) {}  // NOLINT
 };
 
-/// Column and row of a square of kCellPx pixels.
-struct PictureCell {
-  int column = 0, row = 0;
-};
-inline constexpr int kCellPx = 20;  // numerics
-
 struct RegistrationResult {
   RegistrationStatus status = RegistrationStatus::too_little_surface;
   Pose target_T_reference = Pose::Identity();
@@ -75,10 +64,6 @@ struct RegistrationResult {
   /// Right perturbations as columns, of which the surfaces may show one and not another: `information` is
   /// that of each.
   Matrix6d directions = Matrix6d::Identity();
-  /// Error of the pose by the membrane bias where one touch is deeper than the other: one standard deviation,
-  /// as right perturbation. Its relative size is common to all registrations, so these errors add up with
-  /// their signs.
-  Vector6d membrane_bias = Vector6d::Zero();
   double scr = 0.0;  ///< shared curvature ratio, 0..1
   double ccs = 0.0;  ///< curvature cosine similarity, -1..1
   /// Correlation of the two curvatures (means removed) over the shared contact, -1..1: near 0 where only
@@ -89,11 +74,6 @@ struct RegistrationResult {
   int shared_samples = 0;        ///< of the reference, inside both contacts
   /// of the shared contact as read, in the reference's frame
   Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
-  /// Cells of the target's picture (kCellPx squares) in which the texture does not fit, and that hang
-  /// together: another body, a tear, dirt on the gel. They have no part in the pose
-  /// and its information. Empty: there are none.
-  std::vector<PictureCell> apart;
-  double apart_share = 0;  ///< of the shared contact, 0..1
   int iterations = 0;
   /// x y z rx ry rz along the axes of the target's sensor frame: whether both surfaces show this motion well
   /// enough to know it to 0.25 mm or 0.05 rad even where a pattern of the gel pulls against it. z: whether
@@ -102,9 +82,6 @@ struct RegistrationResult {
 
   bool ok() const { return status == RegistrationStatus::converged; }
 };
-
-/// What RegistrationResult::apart means.
-inline constexpr std::string_view kApart = "a part of the contact does not move with the rest";
 
 /// What the surface does not show, in words: "sliding along x is not observable", or "" when
 /// it shows all six motions.

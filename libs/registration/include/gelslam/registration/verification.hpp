@@ -24,9 +24,6 @@ struct VerificationOptions {
   /// one tooth, bead or dimple away they fit 1.02 to 1.4 times worse; on texture that does not repeat, 2 to 3
   /// times.
   double rival_residual = 1.15;
-  /// If the innovation of a step is not larger than usual, places this many times as far away are no rivals:
-  /// motion between two frames is continuous.
-  double rival_distance = 2.5;
 };
 
 /// What was known of a place before the two surfaces were compared. The less it was, the better they have to

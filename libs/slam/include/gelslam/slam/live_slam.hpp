@@ -61,7 +61,7 @@ struct LiveTouch : FrameRecord {
   cv::Mat3b image{};     ///< at the profile's resolution
   SurfacePtr surface{};  ///< null while the background is measured
   Pose trial_T_frame = Pose::Identity();
-  std::string doubt{};  ///< what has not been observable for a while, or moves apart, in words; or ""
+  std::string doubt{};                ///< what has not been observable for a while, in words; or ""
   std::optional<Pose> map_T_frame{};  ///< of a localized frame: it has no MapSnapshot
 };
 

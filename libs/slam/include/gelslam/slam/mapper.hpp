@@ -22,8 +22,8 @@ class Mapper {
   explicit Mapper(const SlamOptions& options);
 
   /// Keyframes in order of their ids, as the tracker hands them out. `search_loops` false leaves out what
-  /// takes time: for the last keyframes of a scan that has to end at once.
-  /// Returns the loops found.
+  /// takes time: for the last keyframes of a scan that has to end at once. Returns the loops found; a patch
+  /// has none.
   std::vector<PoseGraphEdge> add_keyframe(const NewKeyframe& added, bool search_loops = true);
 
   /// Continues a scan, before the first keyframe: its parts and keyframes with what is known of them. Loops
@@ -48,7 +48,7 @@ class Mapper {
 
  private:
   void chain(int id, const std::optional<PoseGraphEdge>& edge);
-  std::vector<PoseGraphEdge> search_loops(const Keyframe& keyframe, int previous);
+  std::vector<PoseGraphEdge> search_loops(const Keyframe& keyframe);
   std::map<int, Pose> chained_links() const;
   std::vector<bool> placed() const;
   std::map<int, Matrix6d> covariances(const std::vector<PoseGraphEdge>& edges,

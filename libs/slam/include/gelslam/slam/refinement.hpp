@@ -7,7 +7,6 @@
 #include "gelslam/backend/pose_graph.hpp"
 #include "gelslam/core/progress.hpp"
 #include "gelslam/frontend/keyframe.hpp"
-#include "gelslam/slam/scan_record.hpp"
 #include "gelslam/slam/slam_options.hpp"
 
 namespace gelslam {
@@ -22,17 +21,11 @@ double contact_overlap(const Surface& a, const Surface& b, const Pose& a_T_b);
 
 /// Once the pose graph knows roughly where every keyframe is, verifies all pairs that should overlap but have
 /// no edge yet, and returns them as loop edges, or those found until `stop_requested` turns true. Null
-/// keyframes are left out. Each keyframe is a step of `progress`, if there is one. Own addition; it replaces
-/// drift along chains of keyframes by direct measurements.
+/// keyframes and patches are left out. Each keyframe is a step of `progress`, if there is one. Own addition;
+/// it replaces drift along chains of keyframes by direct measurements.
 std::vector<PoseGraphEdge> find_overlap_edges(
     const std::vector<std::shared_ptr<const Keyframe>>& keyframes, const PoseGraphSolution& solution,
     const std::vector<PoseGraphEdge>& edges, const SlamOptions& options,
     const std::function<bool()>& stop_requested = [] { return false; }, ParallelProgress* progress = nullptr);
-
-/// Where tracking was lost from one frame to the next without losing contact, the object has moved by no more
-/// than between two frames: the new trial's first keyframe is verified as a loop to the keyframe before it,
-/// from there. This joins fragments that are too small for place recognition. From part to part anything may
-/// have moved. Null keyframes are left out.
-std::vector<PoseGraphEdge> rejoin_broken_trials(const ScanRecord& scan, const SlamOptions& options);
 
 }  // namespace gelslam

@@ -28,7 +28,6 @@ struct FrameRecord {
   Pose keyframe_T_frame = Pose::Identity();
   /// RegistrationResult::observable of a tracked frame; true where none was asked.
   std::array<bool, 6> observable = {true, true, true, true, true, true};
-  bool apart = false;        ///< a part of the contact did not move with the rest (RegistrationResult::apart)
   std::int64_t unix_us = 0;  ///< when it was captured, by the system's clock; 0: not known
 };
 
@@ -54,7 +53,7 @@ struct ScanRecord {
   std::vector<std::shared_ptr<const Keyframe>> keyframes = {};
   /// Keyframe by keyframe: the link to the keyframe it was tracked from, then its loops.
   std::vector<PoseGraphEdge> edges = {};
-  std::vector<bool> searched = {};  ///< by id: loops were looked for
+  std::vector<bool> searched = {};  ///< by id: loops were looked for; never those of a patch
   std::vector<FrameRecord> frames = {};
 
   bool has_keyframe(int id) const {
