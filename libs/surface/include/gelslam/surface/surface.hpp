@@ -34,7 +34,7 @@ struct Surface {
   double pixel_pitch_mm = 0.0634;
   SensorOptics optics;  ///< of the camera that saw it; maps are on its rest grid
   /// Standard deviation of slopes at the best place, over what is assumed of a sensor's own model (own): at
-  /// least 1, for there the gel's errors decide; more as the model states it.
+  /// least 1; more as the model states it, or as it reads the bare gel as sloped.
   double model_sigma = 1.0;
   /// Noise of slopes and heights, over that with which limits in rad and mm were found (own): how much the
   /// slopes that the model reads change with a gray level. Slopes that are read larger have larger noise.
