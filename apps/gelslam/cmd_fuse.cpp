@@ -52,6 +52,7 @@ int fuse_one(const FuseArguments& arguments) {
   const FuseSummary summary = fuse_run(request, *progress, [&] { return interrupt.requested(); });
   if (!arguments.quiet) {
     if (summary.map_was_made) std::cerr << "the scan had not been finished: its map was made first\n";
+    std::cerr << touched_line(summary.touched);
     print_line(fmt::format("{} fused, {}: {}",
                            counted(static_cast<std::int64_t>(summary.keyframes), "keyframe"),
                            mesh_words(summary.mesh), arguments.output.empty() ? run : arguments.output));

@@ -43,8 +43,8 @@ RunFolderOptions folder_options(const SimulateArguments& arguments, const char* 
           .marker_file = truth,
           .marker_text = text,
           .known_entries = {"gelsight.avi", "config.yaml", "meta.json", "gt_mesh.ply", "touched.npy",
-                            "true_start_T_currs.npy", "true_heights.npy", "true_contacts.npy", "touches.csv",
-                            "model.json", "optics.yaml"},
+                            "true_start_T_currs.npy", "true_heights.npy", "true_contacts.npy",
+                            "contact/*.png", "touches.csv", "model.json", "optics.yaml"},
           .inputs = {object.has_extension() ? object : ""}};
 }
 

@@ -108,7 +108,8 @@ std::string report_text(RunReport r, const LiveStatus& status, const std::vector
   text += fmt::format("{} in {:.1f} s, {} lost by the camera, {} dropped, {} damaged\n",
                       counted(status.frames, "frame"), r.seconds, status.lost_by_camera, status.dropped,
                       status.damaged);
-  text += fmt::format("{} tracked, {}\n{}{}\n", r.frames.tracked, map_words(r), mesh_words(r.mesh),
+  text += fmt::format("{} tracked, {}\n{}{}{}\n", r.frames.tracked, map_words(r), touched_line(r.touched),
+                      mesh_words(r.mesh),
                       status.run_folder.empty() ? ", not kept (no -o)" : ": " + one_line(status.run_folder));
   return text;
 }

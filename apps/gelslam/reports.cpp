@@ -27,6 +27,11 @@ std::string mesh_words(const RunReport::MeshSize& mesh) {
   return text;
 }
 
+std::string touched_line(const RunReport::Touched& touched) {
+  const std::string words = describe(touched);
+  return words.empty() ? "" : words + "\n";
+}
+
 std::string warning_words(const std::vector<std::string>& warnings) {
   std::string text;
   for (const std::string& sentence : warnings)
@@ -45,8 +50,9 @@ std::string run_words(const RunReport& r, const std::string& run_folder, bool qu
   const std::string last = warning_words(r.reservations);
   if (quiet) return text + last;
   for (const std::string& part : r.parts) text += one_line(part) + "\n";
-  text += fmt::format("{} of {} frames tracked, {}\n{}, in {} s: {}\n", r.frames.tracked, r.frames.total,
-                      map_words(r), mesh_words(r.mesh), short_number(r.seconds, 3), one_line(run_folder));
+  text += fmt::format("{} of {} frames tracked, {}\n{}{}, in {} s: {}\n", r.frames.tracked, r.frames.total,
+                      map_words(r), touched_line(r.touched), mesh_words(r.mesh), short_number(r.seconds, 3),
+                      one_line(run_folder));
   return text + last;
 }
 

@@ -16,6 +16,7 @@ int run(int argc, char** argv) {
   lab.require_subcommand(1);
   add_ablation(lab);
   add_benchmark(lab);
+  add_contact(lab);
   add_speed_accuracy(lab);
   add_stability(lab);
   add_long_scan(lab);

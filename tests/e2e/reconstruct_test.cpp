@@ -47,9 +47,11 @@ TEST(Reconstruct, AScanBecomesATrueTrajectoryAndATrueSurface) {
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.out, "");
   EXPECT_THAT(result.err, testing::HasSubstr("frames tracked"));
+  EXPECT_THAT(result.err, testing::HasSubstr(" cm² touched, "));
   EXPECT_THAT(folder.names(), testing::ElementsAre("run"));
   expect_complete(folder / "run");
-  EXPECT_EQ(json::parse(read_bytes(folder / "run/report.json")).at("partial"), false);
+  const json report = json::parse(read_bytes(folder / "run/report.json"));
+  EXPECT_EQ(report.at("partial"), false);
 
   const json evaluation = evaluate(folder / "run");
   expect_good_trajectory(evaluation.at("trajectory"));
@@ -60,6 +62,10 @@ TEST(Reconstruct, AScanBecomesATrueTrajectoryAndATrueSurface) {
   EXPECT_LT(evaluation.at("mesh").at("after_icp").at("accuracy").at("p90_mm").get<double>(), 0.05);
   // Something of what was touched must be there: all of it deeper than the contact's threshold of 0.2 mm.
   EXPECT_GT(evaluation.at("mesh").at("after_icp").at("within")[2].at("completeness").get<double>(), 0.2);
+  // The run counts what it has in the mesh by itself, the evaluation by the true surface.
+  const double true_cm2 =
+      evaluation.at("mesh").at("area_cm2").get<double>() * evaluation.at("mesh").at("in_mesh").get<double>();
+  EXPECT_NEAR(report.at("touched").at("in_mesh_cm2").get<double>(), true_cm2, 0.15 * true_cm2);
 }
 
 /// While it lives, this process and those it starts have one core.

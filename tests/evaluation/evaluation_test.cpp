@@ -135,6 +135,37 @@ TEST(Evaluate, ThePerfectRunIsPerfectWhateverItsAnchor) {
   }
 }
 
+/// A run's mesh that has half of what was touched, and a square millimeter that was not.
+TEST(Evaluate, SaysFirstHowMuchOfTheTouchedSurfaceIsInTheMesh) {
+  const Mesh truth = height_field(-5, 5, -5, 5, 100, &bumps);
+  const Mesh half = height_field(-5, 0, -5, 5, 100, &bumps),
+             beside = height_field(0, 1, 0, 1, 10, [](double, double) { return 4; });
+  Scene scene;
+  scene.write_truth();
+  scene.write_run(3);
+  scene.write_meshes(3);
+  std::vector<float> touched;
+  for (const Eigen::Vector3f& vertex : truth.vertices_mm)
+    for (const float coordinate : vertex) touched.push_back(1e-3F * coordinate);
+  write_npy(scene.data / "touched.npy", {touched.size() / 3, 3}, std::span<const float>(touched));
+  write_mesh(scene.data / "gt_mesh.ply", truth);
+  write_mesh(scene.run / "mesh.ply",
+             transformed(joined(half, beside), true_pose(3).inverse() * kStart_T_object));
+  const Evaluation evaluation = scene.evaluated();
+  EXPECT_NEAR(evaluation.mesh->area_mm2, area_mm2(truth), 1);
+  // 0.25 mm beyond the border are near enough.
+  EXPECT_NEAR(evaluation.mesh->in_mesh(), 0.5 + 0.25 / 10, 0.02);
+  EXPECT_NEAR(evaluation.mesh->not_object(), 1 / (area_mm2(half) + 1), 0.002);
+  const std::string table = to_table(evaluation);
+  EXPECT_LT(table.find("touched surface"), table.find("accuracy"));
+  EXPECT_THAT(table,
+              testing::ContainsRegex("touched surface +1\\.[0-9]+ cm², 0\\.5[0-9]+ of it in the mesh"));
+  const json mesh = json::parse(to_json(evaluation))["mesh"];
+  EXPECT_NEAR(mesh["area_cm2"], 0.01 * area_mm2(truth), 0.01);
+  EXPECT_EQ(mesh["in_mesh"], evaluation.mesh->in_mesh());
+  EXPECT_EQ(mesh["not_touched"], evaluation.mesh->not_object());
+}
+
 /// As near as its own, but not its relief.
 TEST(Evaluate, TheTruthOfAnotherObjectIsDoubted) {
   Scene scene;

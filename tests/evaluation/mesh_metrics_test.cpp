@@ -48,8 +48,9 @@ TEST(SampleSurface, FollowsAreaAndTheSeed) {
 
 TEST(EvaluateMesh, AShiftedPlaneIsOffByItsShift) {
   const MeshMetrics metrics = metrics_of(plane(0.07), plane(0.0));
-  for (const double value : {metrics.accuracy.mean_mm, metrics.accuracy.median_mm, metrics.accuracy.p90_mm,
-                             metrics.completeness.mean_mm, metrics.completeness.p90_mm}) {
+  for (const double value :
+       {metrics.accuracy.mean_mm, metrics.accuracy.median_mm, metrics.accuracy.p90_mm,
+        metrics.accuracy.p95_mm, metrics.completeness.mean_mm, metrics.completeness.p90_mm}) {
     EXPECT_NEAR(value, 0.07, 1e-6);
   }
   ASSERT_EQ(metrics.within.size(), 3U);
@@ -67,6 +68,16 @@ TEST(EvaluateMesh, HalfASurfaceIsHalfComplete) {
   EXPECT_NEAR(metrics.within[0].completeness, 0.505, 0.004);  // half, and the 0.05 mm beyond its edge
   EXPECT_NEAR(metrics.within[0].f_score, 2 * 0.505 / 1.505, 0.004);
   EXPECT_NEAR(metrics.completeness.mean_mm, 0.5 * 2.5, 0.02);  // the other half is 2.5 mm away on average
+}
+
+TEST(AreaAround, IsThatOfTheTouchedPart) {
+  const Mesh mesh = height_field(-5, 5, -5, 5, 150, [](double x, double) { return 0.5 * x; });
+  std::vector<Eigen::Vector3d> touched_mm;
+  for (const Eigen::Vector3f& vertex : mesh.vertices_mm)
+    if (std::hypot(vertex.x(), vertex.y()) < 3) touched_mm.push_back(vertex.cast<double>());
+  const double disk_mm2 = std::numbers::pi * 9 * std::sqrt(1.25);
+  EXPECT_NEAR(area_around(touched_mm, TriangleScene(mesh)), disk_mm2, 0.01 * disk_mm2);
+  EXPECT_EQ(area_around({}, TriangleScene(mesh)), 0);
 }
 
 TEST(EvaluateMesh, FineTrianglesDoNotCountMore) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 
 #include "gelslam/core/npy.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
@@ -146,9 +147,23 @@ TEST(DataFolder, IsTheSameWhateverTheNumberOfThreads) {
   one.threads = 1;
   three.threads = 3;
   const Written a(one), b(three);
-  const std::vector<std::string> names = names_in(a.path());
-  ASSERT_EQ(names.size(), 7u);
-  for (const std::string& name : names) EXPECT_TRUE(read_bytes(a / name) == read_bytes(b / name)) << name;
+  ASSERT_EQ(names_in(a.path()).size(), 8u);
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(a.path())) {
+    const std::string name = entry.path().lexically_relative(a.path()).string();
+    if (entry.is_directory()) continue;
+    EXPECT_TRUE(read_bytes(a / name) == read_bytes(b / name)) << name;
+  }
+}
+
+TEST(DataFolder, HasTheContactOfEveryFrameAfterTheBackground) {
+  const Written folder(DataFolderOptions{});
+  EXPECT_EQ(names_in(folder / "contact").size(), 15u);
+  EXPECT_EQ(contact_file("scan", 24), "scan/contact/000024.png");
+  for (const int index : {10, 17, 24}) {
+    const cv::Mat picture = cv::imread(contact_file(folder.path(), index).string(), cv::IMREAD_UNCHANGED);
+    ASSERT_EQ(picture.type(), CV_8UC1);
+    EXPECT_EQ(cv::norm(picture, simulator().frame(index).contact, cv::NORM_INF), 0) << index;
+  }
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
+#include "gelslam/slam/map_snapshot.hpp"
 #include "gelslam/slam/store.hpp"
 #include "run_folder/run_writer.hpp"
 #include "strokes.hpp"
@@ -170,7 +171,10 @@ TEST_F(Fuse, UsesOtherSettingsWhereTheyAreGiven) {
   // With the settings of the run it is the same mesh.
   request.output = folder / "same";
   request.voxel_size_mm.reset();
-  fuse();
+  const double in_mesh_cm2 =
+      touched_surface(snapshot_of(scan.finish()), read_mesh(folder / "run/mesh.ply"), {}).in_mesh_cm2;
+  EXPECT_GT(in_mesh_cm2, 0.1);
+  EXPECT_NEAR(fuse().touched.in_mesh_cm2, in_mesh_cm2, 0.01 * in_mesh_cm2);
   EXPECT_TRUE(read_bytes(folder / "same/mesh.ply") == read_bytes(folder / "run/mesh.ply"));
   write_bytes(folder / "same/.tmp-12-0-mesh.ply", "");  // a fuse in place was killed
   request.overwrite = true;

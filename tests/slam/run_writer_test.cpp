@@ -166,7 +166,24 @@ TEST(Report, SaysWhatIsNotInTheMesh) {
       report.reservations,
       testing::ElementsAre("1 piece not joined; 2 frames not in the mesh; next time cross places "
                            "that you touched before",
+                           "only 77 % of what was touched is in the mesh",
                            "2 of 7 touched frames are lost; move more slowly, and press a little deeper"));
+}
+
+TEST(Report, SaysWhatToDoWhereMuchOfWhatWasTouchedIsNotInTheMesh) {
+  const RunReport whole = finished(map_with_a_false_loop()).report;
+  EXPECT_GT(whole.touched.in_mesh_cm2, 0.9 * whole.touched.area_cm2);
+  Config config;
+  config.slam.fusion.min_weight = 0.6;  // rims of contacts are left out widely
+  StageTimer timer;
+  const RunReport report =
+      finish_scan(config, map_with_a_false_loop(), {}, timer, std::chrono::steady_clock::now(), nullptr)
+          .report;
+  EXPECT_LT(report.touched.in_mesh_cm2, 0.9 * report.touched.area_cm2);
+  EXPECT_THAT(
+      report.reservations.at(0),
+      testing::MatchesRegex("only [0-9]+ % of what was touched is in the mesh; touch the missing places "
+                            "again in the middle of the gel"));
 }
 
 TEST(Report, SaysHowFarPosesMayBeOff) {

@@ -67,13 +67,17 @@ TEST(StateWords, AreAmberWhereTheMeshIsNotWholeOrAMotionIsNotObservable) {
   EXPECT_EQ(unsure.headline, "Position uncertain");
   LiveStatus status = saying(LivePhase::finished);
   status.run_folder = "RUN";
+  status.touched = "3.2 cm² touched, 90 % of it in the mesh; 10 % not joined";
   EXPECT_EQ(state_words(status).tone, Tone::green);
+  EXPECT_EQ(state_words(status, false).advice,
+            "Everything is saved. 3.2 cm² touched, 90 % of it in the mesh. 10 % not joined.");
   status.reservations = {
       "1 piece not joined; 16 frames not in the mesh; next time cross places that you touched before",
       "poses may be off by 2 mm"};
   EXPECT_EQ(state_words(status).tone, Tone::amber);
   EXPECT_EQ(state_words(status).advice,
-            "Saved. 1 piece not joined. 16 frames not in the mesh. Next time cross places that you touched "
+            "Saved. 3.2 cm² touched, 90 % of it in the mesh. 10 % not joined. 1 piece not joined. 16 frames "
+            "not in the mesh. Next time cross places that you touched "
             "before. Poses may be off by 2 mm. Q closes.");
 }
 

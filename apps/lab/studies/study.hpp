@@ -16,6 +16,7 @@ using Json = nlohmann::ordered_json;
 /// The arguments belong to the callback. Mistakes are thrown as Error; main prints them.
 void add_ablation(CLI::App& lab);
 void add_benchmark(CLI::App& lab);
+void add_contact(CLI::App& lab);
 void add_long_scan(CLI::App& lab);
 void add_localize(CLI::App& lab);
 void add_micro_benchmarks(CLI::App& lab);

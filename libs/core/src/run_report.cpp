@@ -1,9 +1,13 @@
 #include "gelslam/core/run_report.hpp"
 
+#include <fmt/core.h>
+
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
+#include "gelslam/core/text.hpp"
 
 namespace gelslam {
 
@@ -17,12 +21,13 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Hidden, motion, first_frame, first
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Uncertainty, drift_mm, drift_deg, not_observable)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::GradientScale, x, y)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::MeshSize, vertices, triangles, islands_left_out)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Touched, area_cm2, in_mesh_cm2, not_joined_cm2)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Live, rate_hz, arrived, lost_by_camera, dropped, damaged)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Stage, count, median_ms, p99_ms, max_ms, total_ms)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport, program, log, log_description, model, optics, partial, warnings,
                                    reservations, parts, logs, anchor_frame, frames, uncertainty, keyframes,
-                                   trials, components, loops, loop_outliers, gradient_scale, mesh, seconds,
-                                   stages)
+                                   trials, components, loops, loop_outliers, gradient_scale, mesh, touched,
+                                   seconds, stages)
 
 namespace {
 
@@ -53,6 +58,19 @@ std::string wrong_member(const Json& json, const Json& model) {
 
 }  // namespace
 
+std::string describe(const RunReport::Touched& touched) {
+  if (!(touched.area_cm2 > 0)) return "";
+  const auto percent = [&](double part_cm2) { return std::lround(100 * part_cm2 / touched.area_cm2); };
+  const long in_mesh = percent(touched.in_mesh_cm2), not_joined = percent(touched.not_joined_cm2),
+             rim = 100 - in_mesh - not_joined;
+  std::string text =
+      fmt::format("{} cm² touched, {} % of it in the mesh", short_number(touched.area_cm2, 2), in_mesh);
+  if (not_joined > 0) text += fmt::format("; {} % not joined", not_joined);
+  if (rim > 0)
+    text += fmt::format("{} {} % only at rims of contacts, or in islands", not_joined > 0 ? "," : ";", rim);
+  return text;
+}
+
 std::string report_json(const RunReport& report) {
   Json json = report;
   write_optional(json, "saved", report.saved);
@@ -67,6 +85,7 @@ RunReport parse_report(const std::string& text, const std::filesystem::path& fil
   if (!json.is_object()) throw Error(damaged);
   if (json.contains("mesh") && json["mesh"].is_object())
     json["mesh"].emplace("islands_left_out", 0);  // older runs do not say it
+  json.emplace("touched", RunReport::Touched{});  // the same
   if (const std::string member = wrong_member(json, RunReport()); !member.empty())
     throw Error(damaged + ": " + member + " is missing or not as it should be");
   try {

@@ -90,6 +90,7 @@ MeshEvaluation evaluate_meshes(const PlacedMeshes& meshes, const std::vector<Eig
     truth_points = sample_points(sample_surface(meshes.truth, kTruthSamples, kTruthSeed));
   MeshEvaluation result;
   result.touched_only = !touched_mm.empty();
+  result.area_mm2 = result.touched_only ? area_around(touched_mm, truth) : area_mm2(meshes.truth);
   result.at_known_pose = evaluate_mesh(estimate, truth, truth_points);
   steps.update(1);
   result.refinement = refine_rigidly(estimate, truth);

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/index.hpp"
 #include "gelslam/core/median.hpp"
 
 namespace gelslam {
@@ -49,6 +50,7 @@ DistanceSummary summarize(std::vector<double> distances) {
   summary.mean_mm /= static_cast<double>(distances.size());
   summary.median_mm = ranked(0.5);
   summary.p90_mm = ranked(0.9);
+  summary.p95_mm = ranked(0.95);
   return summary;
 }
 
@@ -109,6 +111,23 @@ Mesh transformed(const Mesh& mesh, const Pose& target_T_mesh) {
   for (Eigen::Vector3f& normal : result.normals)
     normal = (target_T_mesh.linear() * normal.cast<double>()).cast<float>();
   return result;
+}
+
+double area_around(const std::vector<Eigen::Vector3d>& points_mm, const TriangleScene& surface) {
+  const Mesh& mesh = surface.mesh();
+  std::vector<bool> is_near(mesh.vertices_mm.size(), false);
+  for (const ClosestPoint& closest : surface.closest(points_mm)) {
+    const Eigen::Vector3i& corners = mesh.triangles[static_cast<std::size_t>(closest.triangle)];
+    const auto nearest = std::ranges::min(corners, {}, [&](int corner) {
+      return (mesh.vertices_mm[index(corner)].cast<double>() - closest.point_mm).squaredNorm();
+    });
+    is_near[index(nearest)] = true;
+  }
+  double area = 0;
+  for (const Eigen::Vector3i& corners : mesh.triangles)
+    for (const int corner : corners)
+      if (is_near[index(corner)]) area += area_normal(mesh, corners).norm() / 6;  // a third of the triangle
+  return area;
 }
 
 DistanceSummary distances_from(const Mesh& surface, const TriangleScene& target) {

@@ -56,8 +56,15 @@ std::string mesh_rows(const std::string& title, const MeshMetrics& m) {
 }
 
 std::string mesh_table(const MeshEvaluation& mesh) {
-  std::string text = "Mesh against the true surface, completeness over ";
-  text += mesh.touched_only ? "the touched points\n" : "the whole surface\n";
+  const MeshMetrics& refined = mesh.refined;
+  const std::string level = fmt::format("{:.2f} mm", refined.within.back().distance_mm);
+  std::string text = fmt::format(
+      "Mesh against the true surface, after alignment\n"
+      "  {}         {:.2f} cm², {:.3f} of it in the mesh (within {})\n"
+      "  accuracy                mean {:.4f}  p95 {:.4f} mm\n"
+      "  in mesh, not touched    {:.4f} of its area (farther than {} from the object)\n",
+      mesh.touched_only ? "touched surface" : "whole surface  ", 0.01 * mesh.area_mm2, mesh.in_mesh(), level,
+      refined.accuracy.mean_mm, refined.accuracy.p95_mm, mesh.not_object(), level);
   text += mesh_rows("at the known pose", mesh.at_known_pose);
   text += mesh_rows(fmt::format("after rigid ICP (moved {:.4f} mm, {:.3f} deg)", mesh.refinement.shift_mm,
                                 mesh.refinement.rotation_deg),
@@ -91,7 +98,7 @@ Json to_json(const TrajectoryMetrics& t) {
 }
 
 Json to_json(const DistanceSummary& d) {
-  return {{"mean_mm", d.mean_mm}, {"median_mm", d.median_mm}, {"p90_mm", d.p90_mm}};
+  return {{"mean_mm", d.mean_mm}, {"median_mm", d.median_mm}, {"p90_mm", d.p90_mm}, {"p95_mm", d.p95_mm}};
 }
 
 Json to_json(const MeshMetrics& m) {
@@ -110,6 +117,9 @@ Json to_json(const MeshMetrics& m) {
 
 Json to_json(const MeshEvaluation& mesh) {
   return {{"completeness_over", mesh.touched_only ? "touched points" : "whole surface"},
+          {"area_cm2", 0.01 * mesh.area_mm2},
+          {"in_mesh", mesh.in_mesh()},
+          {"not_touched", mesh.not_object()},
           {"known_pose", to_json(mesh.at_known_pose)},
           {"after_icp", to_json(mesh.refined)},
           {"icp_shift_mm", mesh.refinement.shift_mm},

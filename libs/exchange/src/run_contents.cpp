@@ -23,6 +23,8 @@ void add_figures(RunContents& run, const RunReport& report) {
       {"Pieces", counted(report.trials, "trial") + " in " + counted(report.components, "piece")},
       {"Keyframes", std::to_string(report.keyframes)},
       {"Loops", std::to_string(report.loops) + contradicted}};
+  if (const std::string touched = describe(report.touched); !touched.empty())
+    run.figures.emplace_back("Surface", touched);
   if (!report.log_description.empty()) run.figures.emplace_back("Log", report.log_description);
 }
 

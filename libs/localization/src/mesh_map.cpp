@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 #include <optional>
@@ -13,6 +12,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/parallel.hpp"
+#include "gelslam/core/point_grid.hpp"
 #include "gelslam/core/se3.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/evaluation/mesh_metrics.hpp"
@@ -47,34 +47,11 @@ struct Covered {
   double radius_mm;
 };
 
-/// Cells of a grid with the places in them, for neighbors within one cell's width.
-class PlaceGrid {
- public:
-  PlaceGrid(const std::vector<SurfacePlace>& places, double width_mm) : places_(places), width_mm_(width_mm) {
-    for (std::size_t i = 0; i < places.size(); ++i) cells_[cell(places[i].point_mm)].push_back(i);
-  }
-  template <typename Visit>
-  void visit(const Eigen::Vector3d& center_mm, double radius_mm, Visit&& visit) const {
-    const Key low = cell(center_mm.array() - radius_mm), high = cell(center_mm.array() + radius_mm);
-    for (int x = low[0]; x <= high[0]; ++x)
-      for (int y = low[1]; y <= high[1]; ++y)
-        for (int z = low[2]; z <= high[2]; ++z)
-          if (const auto found = cells_.find({x, y, z}); found != cells_.end())
-            for (const std::size_t i : found->second)
-              if ((places_[i].point_mm - center_mm).norm() <= radius_mm) visit(i);
-  }
-
- private:
-  using Key = std::array<int, 3>;
-  Key cell(const Eigen::Vector3d& p) const {
-    return {static_cast<int>(std::floor(p.x() / width_mm_)), static_cast<int>(std::floor(p.y() / width_mm_)),
-            static_cast<int>(std::floor(p.z() / width_mm_))};
-  }
-
-  const std::vector<SurfacePlace>& places_;
-  double width_mm_;
-  std::map<Key, std::vector<std::size_t>> cells_;
-};
+PointGrid grid_of(const std::vector<SurfacePlace>& places) {
+  std::vector<Eigen::Vector3d> points_mm;
+  for (const SurfacePlace& place : places) points_mm.push_back(place.point_mm);
+  return {std::move(points_mm), kNormalRadiusMm};
+}
 
 Mesh facing_outward(Mesh mesh) {
   if (volume_mm3(mesh) >= 0) return mesh;
@@ -92,7 +69,7 @@ std::vector<SurfacePlace> places_on(const TriangleScene& scene) {
     places.push_back({sample.point_mm, scene.triangle_normal(sample.triangle)});
   std::mt19937_64 random;  // with its standard seed
   for (std::size_t i = places.size(); i > 1; --i) std::swap(places[i - 1], places[random() % i]);
-  const PlaceGrid grid(places, kNormalRadiusMm);
+  const PointGrid grid = grid_of(places);
   std::vector<Eigen::Vector3d> means(places.size());
   parallel_for_ranges(places.size(), 256, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -189,7 +166,7 @@ class MeshToucher {
         scene_(mesh),
         shape_(make_mesh_shape(mesh)),
         places_(places_on(scene_)),
-        grid_(places_, kNormalRadiusMm) {}
+        grid_(grid_of(places_)) {}
 
   MeshMap run(ProgressSink& progress) {
     progress.begin("touching the mesh", static_cast<std::int64_t>(places_.size()));
@@ -252,7 +229,7 @@ class MeshToucher {
   TriangleScene scene_;
   ShapePtr shape_;
   std::vector<SurfacePlace> places_;
-  PlaceGrid grid_;
+  PointGrid grid_;
   std::size_t first_ = 0;  // all before are done
   std::int64_t covered_ = 0;
   MeshMap map_;

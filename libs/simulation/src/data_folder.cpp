@@ -1,5 +1,7 @@
 #include "gelslam/simulation/data_folder.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -26,9 +28,12 @@ struct Encoded {
   std::vector<std::uint8_t> picture;
 };
 
-Encoded encode(const Simulator& simulator, int index) {
+/// Also writes the true contact into `folder`.
+Encoded encode(const Simulator& simulator, int index, const std::filesystem::path& folder) {
   Encoded encoded{simulator.frame(index), {}};
   encoded.picture = encode_jpeg(encoded.frame.bgr);
+  if (index >= simulator.spec().background_frames)
+    write_png(contact_file(folder, index), encoded.frame.contact);
   return encoded;
 }
 
@@ -113,9 +118,13 @@ std::string meta_json(const std::string& name, const Simulator& simulator, std::
 
 }  // namespace
 
+std::filesystem::path contact_file(const std::filesystem::path& folder, std::int64_t frame) {
+  return folder / "contact" / fmt::format("{:06}.png", frame);
+}
+
 void write_data_folder(const std::filesystem::path& folder, const Simulator& simulator,
                        const DataFolderOptions& options, ProgressSink& progress) {
-  std::filesystem::create_directories(folder);
+  std::filesystem::create_directories(contact_file(folder, 0).parent_path());
   const int threads = options.threads > 0
                           ? options.threads
                           : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -128,7 +137,7 @@ void write_data_folder(const std::filesystem::path& folder, const Simulator& sim
   for (int first = 0; first < simulator.frame_count(); first += threads) {
     std::vector<Encoded> group(static_cast<std::size_t>(std::min(threads, simulator.frame_count() - first)));
     parallel_for(group.size(), threads,
-                 [&](std::size_t k) { group[k] = encode(simulator, first + static_cast<int>(k)); });
+                 [&](std::size_t k) { group[k] = encode(simulator, first + static_cast<int>(k), folder); });
     for (const Encoded& encoded : group) {
       video.add(encoded.picture);
       if (encoded.frame.index >= simulator.spec().background_frames) {

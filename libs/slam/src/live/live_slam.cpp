@@ -288,6 +288,7 @@ LiveStatus LiveSlam::status() const {
   status.failure = failure_in_words_;
   status.saved_drift_mm = report_.uncertainty.drift_mm.amount;
   status.saved_drift_deg = report_.uncertainty.drift_deg.amount;
+  status.touched = describe(report_.touched);
   status.reservations = report_.reservations;
   return status;
 }

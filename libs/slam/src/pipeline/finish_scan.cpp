@@ -8,6 +8,7 @@
 #include "gelslam/core/se3.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/slam/continue_scan.hpp"
+#include "gelslam/slam/map_snapshot.hpp"
 #include "gelslam/slam/mapper.hpp"
 #include "gelslam/slam/reconstruct.hpp"
 #include "gelslam/slam/trajectory_uncertainty.hpp"
@@ -87,6 +88,17 @@ std::string lost_frames(const SlamMap& map, const RunReport::Frames& count) {
   return text;
 }
 
+/// "64 % of what was touched is in the mesh; ...", where it is less than 90 %; else "".
+std::string little_in_mesh(const RunReport::Touched& touched) {
+  if (touched.in_mesh_cm2 >= 0.9 * touched.area_cm2) return "";
+  std::string text = fmt::format("only {:.0f} % of what was touched is in the mesh",
+                                 100 * touched.in_mesh_cm2 / touched.area_cm2);
+  const double rim_cm2 = touched.area_cm2 - touched.in_mesh_cm2 - touched.not_joined_cm2;
+  if (rim_cm2 > touched.not_joined_cm2)  // else the pieces are to be joined, which is said
+    append_sentence(text, "touch the missing places again in the middle of the gel");
+  return text;
+}
+
 std::string why_no_mesh(const RunReport::Frames& frames) {
   if (frames.tracked > 0) return "no touch in the map is large enough, away from the border of the picture";
   if (frames.total > frames.background) return "nothing was touched; press the object on the gel";
@@ -100,6 +112,8 @@ std::vector<std::string> reservations(const SlamMap& map, const RunReport& repor
   std::vector<std::string> sentences = describe(report.uncertainty);
   if (std::string lost = lost_frames(map, report.frames); !lost.empty())
     sentences.insert(sentences.begin(), std::move(lost));
+  if (std::string little = little_in_mesh(report.touched); !little.empty() && report.mesh.triangles > 0)
+    sentences.insert(sentences.begin(), std::move(little));
   if (report.mesh.triangles == 0) sentences.insert(sentences.begin(), why_no_mesh(report.frames));
   if (!report.complete())
     sentences.insert(sentences.begin(),
@@ -145,6 +159,7 @@ Run finish_scan(const Config& config, SlamMap map, RunReport report, StageTimer&
   {
     const auto scope = timer.measure("finish/fusion");
     run.mesh = fuse_map(run.map, config.slam.fusion, progress, &run.report.mesh.islands_left_out);
+    run.report.touched = touched_surface(snapshot_of(run.map), run.mesh, config.slam.fusion);
   }
   count(run, run.report);
   for (const StageStatistics& stage : timer.statistics()) run.report.stages[stage.stage] = stage;

@@ -31,15 +31,22 @@ Config config_of(const FuseRequest& request) {
   }
 }
 
-/// The mesh, and what else depends on how it was made. `run`: whose report it is.
-void write_fused(const fs::path& folder, const fs::path& run, const Config& config, const Mesh& mesh,
-                 const RunReport::MeshSize& size) {
+/// The mesh, and what else depends on how it was made.
+void write_fused(const fs::path& folder, const Config& config, const Mesh& mesh,
+                 const std::optional<RunReport>& report) {
   write_mesh(folder / "mesh.ply", mesh);
   write_file_atomically(folder / "config.yaml", write_config(config));
-  std::optional<RunReport> report = find_report(run);
-  if (!report) return;
-  report->mesh = size;
-  write_file_atomically(folder / "report.json", report_json(*report));
+  if (report) write_file_atomically(folder / "report.json", report_json(*report));
+}
+
+/// How much of the map is in the mesh; what lies outside the map is not.
+double in_mesh_cm2(const Session& session, const Mesh& mesh, const FusionOptions& options) {
+  MapSnapshot map;
+  map.gradient_scale = {session.gradient_scale, session.gradient_scale};
+  for (const PosedSurface& patch : session.patches)
+    map.nodes.push_back(
+        {.keyframe = patch.id, .component_T_keyframe = patch.map_T_keyframe, .surface = patch.surface});
+  return touched_surface(map, mesh, options).in_mesh_cm2;
 }
 
 /// All of a run but its logs, which are large, and what does not belong to a run.
@@ -85,7 +92,7 @@ FuseSummary finish_killed(const FuseRequest& request, const Config& config, Targ
         request.run, [&](const fs::path& folder) { write_results(folder, run); }, &run.map);
   }
   const auto in_map = std::count(run.map.in_map.begin(), run.map.in_map.end(), true);
-  return {static_cast<std::size_t>(in_map), run.report.mesh, true};
+  return {static_cast<std::size_t>(in_map), run.report.mesh, run.report.touched, true};
 }
 
 }  // namespace
@@ -105,8 +112,13 @@ FuseSummary fuse_run(const FuseRequest& request, ProgressSink& progress,
       fuse(session->patches, config.slam.fusion, session->gradient_scale, &progress, &size.islands_left_out);
   size.vertices = mesh.vertices_mm.size();
   size.triangles = mesh.triangles.size();
+  std::optional<RunReport> report = find_report(request.run);
+  if (report) {
+    report->mesh = size;
+    report->touched.in_mesh_cm2 = in_mesh_cm2(*session, mesh, config.slam.fusion);
+  }
   if (stop_requested()) throw Error("stopped; nothing was changed");
-  const auto write = [&](const fs::path& folder) { write_fused(folder, request.run, config, mesh, size); };
+  const auto write = [&](const fs::path& folder) { write_fused(folder, config, mesh, report); };
   if (target.folder) {
     copy_run(request.run, target.folder->path());
     write(target.folder->path());
@@ -114,7 +126,7 @@ FuseSummary fuse_run(const FuseRequest& request, ProgressSink& progress,
   } else {
     replace_results(request.run, write, nullptr);
   }
-  return {session->patches.size(), size, false};
+  return {session->patches.size(), size, report.value_or(RunReport()).touched, false};
 }
 
 }  // namespace gelslam

@@ -17,6 +17,12 @@ struct MeshEvaluation {
   MeshMetrics refined;  ///< after rigid ICP
   Refinement refinement;
   bool touched_only = false;  ///< completeness over touched points, not over the whole true surface
+  double area_mm2 = 0;        ///< of what it is over
+
+  // Shares, after ICP: of that area, how much is in the mesh; of the mesh, how much lies away from the
+  // object.
+  double in_mesh() const { return refined.within.back().completeness; }
+  double not_object() const { return 1 - refined.within.back().precision; }
 };
 
 struct Evaluation {

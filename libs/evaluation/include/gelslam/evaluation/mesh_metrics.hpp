@@ -12,6 +12,7 @@ struct DistanceSummary {
   double mean_mm = 0.0;
   double median_mm = 0.0;
   double p90_mm = 0.0;
+  double p95_mm = 0.0;
 };
 
 /// The share of the reconstruction within a distance of the truth, the share of the truth's points within
@@ -26,7 +27,7 @@ struct ShareWithin {
 struct MeshMetrics {
   DistanceSummary accuracy;         ///< distances_from() the reconstruction to the true surface
   DistanceSummary completeness;     ///< from the truth's points to the reconstructed surface
-  std::vector<ShareWithin> within;  ///< at 0.05, 0.1 and 0.25 mm
+  std::vector<ShareWithin> within;  ///< at 0.05, 0.1 and, the largest, 0.25 mm
   /// Median angle between normals of the reconstruction and of the true surface nearby; and the same with the
   /// reconstruction moved along itself by 1 mm: no larger where the relief is another.
   double normals_deg = 0, normals_aside_deg = 0;
@@ -45,6 +46,9 @@ std::vector<Eigen::Vector3d> sample_points(const std::vector<SurfaceSample>& sam
 
 /// Distances of a surface, area-weighted, to `target`. Point-to-triangle. Throws Error when it has no area.
 DistanceSummary distances_from(const Mesh& surface, const TriangleScene& target);
+
+/// Area of a surface around those vertices that are nearest to one of the points, mm².
+double area_around(const std::vector<Eigen::Vector3d>& points_mm, const TriangleScene& surface);
 
 /// The mesh with its vertices and normals moved by a pose.
 Mesh transformed(const Mesh& mesh, const Pose& target_T_mesh);

@@ -23,10 +23,13 @@ struct DataFolderOptions {
 /// Writes a scan as a data folder of the public layout: gelsight.avi (25 Hz; the first frames are
 /// background), config.yaml, true_start_T_currs.npy (N x 4 x 4 float64, meters, one per frame after the
 /// background; NaN where nothing touches), meta.json, gt_mesh.ply (object frame, meters), touched.npy (points
-/// of its surface that were touched). The folder is made if it is not there; files in it are replaced, each
-/// when whole. Throws Error.
+/// of its surface that were touched), contact/ (SimulatedFrame::contact). The folder is made if it is not
+/// there; files in it are replaced, each when whole. Throws Error.
 void write_data_folder(const std::filesystem::path& folder, const Simulator& simulator,
                        const DataFolderOptions& options, ProgressSink& progress);
+
+/// Where a data folder has the true contact of a picture of its log, none of the background.
+std::filesystem::path contact_file(const std::filesystem::path& folder, std::int64_t frame);
 
 struct PressLogSpec {
   double diameter_mm = 6.31;  ///< of the ball, 3 .. 15

@@ -53,6 +53,7 @@ struct LiveStatus {
   GradientScale gradient_scale;
   /// Two standard deviations of the pose that is known worst, of what was saved; 0: nothing was.
   double saved_drift_mm = 0, saved_drift_deg = 0;
+  std::string touched;                    ///< describe(RunReport::touched) of what was saved; or ""
   std::vector<std::string> reservations;  ///< reservations() of what was saved; say them when finished
 };
 

@@ -33,6 +33,7 @@ struct FuseRequest {
 struct FuseSummary {
   std::size_t keyframes = 0;
   RunReport::MeshSize mesh{};
+  RunReport::Touched touched{};
   bool map_was_made = false;  ///< the scan had not been finished
 };
 

@@ -49,6 +49,9 @@ Run finish_scan(const Config& config, const ScanRecord& record, const std::strin
 Mesh fuse_map(const SlamMap& map, const FusionOptions& options, ProgressSink* progress = nullptr,
               std::int64_t* islands = nullptr);
 
+/// How much of what keyframes show is in the mesh of fuse_map().
+RunReport::Touched touched_surface(const MapSnapshot& map, const Mesh& mesh, const FusionOptions& options);
+
 /// Writes a run folder (docs/file-formats.md), whole or not at all. Throws Error when the folder exists and
 /// is not to be replaced, or holds what is not ours, or the disk is full.
 void save_run(const std::filesystem::path& folder, const Run& run, bool overwrite = false);

@@ -1,0 +1,103 @@
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "gelslam/core/parallel.hpp"
+#include "gelslam/core/point_grid.hpp"
+#include "gelslam/slam/map_snapshot.hpp"
+#include "gelslam/slam/reconstruct.hpp"
+#include "gelslam/surface/contact_overlap.hpp"
+
+namespace gelslam {
+namespace {
+
+/// The points of a contact, and the area that each stands for: a square of the picture.
+struct TouchedPatch {
+  std::vector<Eigen::Vector3d> points_mm;
+  std::vector<double> areas_mm2;
+  double half_square_mm;
+  ContactExtent extent;
+  ContactRelief relief;
+};
+
+TouchedPatch patch_of(const Surface& surface, double gradient_scale) {
+  const CameraModel camera = surface.camera();
+  const auto point_mm = [&](int u, int v) {
+    return camera.point_mm({u, v}, static_cast<double>(surface.height_mm(v, u)) / gradient_scale);
+  };
+  constexpr int kHalf = kContactPointStepPx / 2;
+  // From the first pixel of a square to its last is one less than its side.
+  constexpr double kSquares =
+      kContactPointStepPx * kContactPointStepPx / ((kContactPointStepPx - 1.0) * (kContactPointStepPx - 1.0));
+  std::vector<Eigen::Vector3d> points_mm;
+  std::vector<double> areas_mm2;
+  for (int v = kHalf; v + kHalf <= surface.contact.rows; v += kContactPointStepPx)
+    for (int u = kHalf; u + kHalf <= surface.contact.cols; u += kContactPointStepPx) {
+      if (!surface.contact(v, u)) continue;
+      points_mm.push_back(point_mm(u, v));
+      const Eigen::Vector3d along_u = point_mm(u + kHalf - 1, v) - point_mm(u - kHalf, v),
+                            along_v = point_mm(u, v + kHalf - 1) - point_mm(u, v - kHalf);
+      areas_mm2.push_back(kSquares * along_u.cross(along_v).norm());
+    }
+  return {points_mm, std::move(areas_mm2), kHalf * surface.pixel_pitch_mm, extent_of(points_mm),
+          ContactRelief(surface, /*cell_px=*/4)};
+}
+
+/// Another contact that may show points of one.
+struct Beside {
+  const ContactRelief* relief;
+  Pose other_T_patch;
+  bool placed;
+};
+
+}  // namespace
+
+RunReport::Touched touched_surface(const MapSnapshot& map, const Mesh& mesh, const FusionOptions& options) {
+  const std::vector<MapSnapshot::Node>& nodes = map.nodes;
+  std::vector<std::optional<TouchedPatch>> patches(nodes.size());
+  parallel_for(nodes.size(), options.threads, [&](std::size_t i) {
+    patches[i] = patch_of(*nodes[i].surface.get(), map.gradient_scale.mean());
+  });
+  double reach_mm = options.voxel_size_mm;  // a place of the mesh is nearer to a vertex
+  for (const auto& patch : patches) reach_mm = std::max(reach_mm, patch->half_square_mm);
+  std::vector<Eigen::Vector3d> vertices_mm;
+  for (const Eigen::Vector3f& vertex : mesh.vertices_mm) vertices_mm.push_back(vertex.cast<double>());
+  const PointGrid vertices(std::move(vertices_mm), reach_mm);
+  std::vector<RunReport::Touched> touched(nodes.size());
+  parallel_for(nodes.size(), options.threads, [&](std::size_t i) {
+    const TouchedPatch& patch = *patches[i];
+    std::vector<Beside> beside;
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+      const Pose other_T_patch = nodes[k].component_T_keyframe.inverse() * nodes[i].component_T_keyframe;
+      if (k != i && nodes[k].component == nodes[i].component &&
+          may_overlap(patches[k]->extent, patch.extent, other_T_patch))
+        beside.push_back({&patches[k]->relief, other_T_patch, nodes[k].placed});
+    }
+    for (std::size_t k = 0; k < patch.points_mm.size(); ++k) {
+      const Eigen::Vector3d& point_mm = patch.points_mm[k];
+      int shown = 1;
+      bool joined = nodes[i].placed, meshed = false;
+      for (const Beside& other : beside)
+        if (shows(*other.relief, other.other_T_patch * point_mm)) {
+          ++shown;
+          joined = joined || other.placed;
+        }
+      if (joined)
+        vertices.visit(nodes[i].component_T_keyframe * point_mm, reach_mm,
+                       [&](std::size_t) { meshed = true; });
+      const double area_cm2 = 0.01 * patch.areas_mm2[k] / shown;
+      touched[i].area_cm2 += area_cm2;
+      if (meshed) touched[i].in_mesh_cm2 += area_cm2;
+      if (!joined) touched[i].not_joined_cm2 += area_cm2;
+    }
+  });
+  RunReport::Touched sum;
+  for (const RunReport::Touched& of_keyframe : touched) {
+    sum.area_cm2 += of_keyframe.area_cm2;
+    sum.in_mesh_cm2 += of_keyframe.in_mesh_cm2;
+    sum.not_joined_cm2 += of_keyframe.not_joined_cm2;
+  }
+  return sum;
+}
+
+}  // namespace gelslam
