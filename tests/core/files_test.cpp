@@ -255,7 +255,8 @@ TEST_F(RunFolders, RemovesWhatAKilledRunLeft) {
   killed.kill();
   { const RunFolder run(folder / "RUN2", {}); }
   EXPECT_THAT(folder.names(), ElementsAre("RUN.gelslam-tmp")) << "another run's folder";
-  EXPECT_THAT(left_behind(place), HasSubstr("RUN.gelslam-tmp was left by a command that did not end: rename it to keep"));
+  EXPECT_THAT(left_behind(place),
+              HasSubstr("RUN.gelslam-tmp was left by a command that did not end: rename it to keep"));
   {
     RunFolder run(place, {});
     run.commit();

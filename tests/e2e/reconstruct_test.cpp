@@ -144,10 +144,9 @@ TEST(Reconstruct, StoppedInTheMiddleItKeepsWhatItHas) {
   // tracked.
   for (double after_s = 0.8; after_s < 20; after_s *= 2) {
     fs::remove_all(folder / "run");
-    const int exit_code =
-        run_signalled({"reconstruct", (folder / "log").string(), "--model", scan().model().string(), "-o",
-                       (folder / "run").string(), "-q"},
-                      after_s, SIGINT);
+    const int exit_code = run_signalled({"reconstruct", (folder / "log").string(), "--model",
+                                         scan().model().string(), "-o", (folder / "run").string(), "-q"},
+                                        after_s, SIGINT);
     ASSERT_THAT(exit_code, testing::AnyOf(128 + SIGINT, -SIGINT));  // a signal: not even started
     if (!fs::exists(folder / "run/report.json")) continue;
     report = json::parse(read_bytes(folder / "run/report.json"));
@@ -165,8 +164,10 @@ TEST(Reconstruct, TheOldRunOrTheNewOneIsThereWhole) {
   const TemporaryFolder folder;
   const fs::path run = folder / "run";
   write_long_log(folder / "log", 300);
-  const std::vector<std::string> arguments{"reconstruct", (folder / "log").string(), "--model",
-                                           scan().model().string(), "-o", run.string(), "--overwrite", "-q"};
+  const std::vector<std::string> arguments{"reconstruct", (folder / "log").string(),
+                                           "--model",     scan().model().string(),
+                                           "-o",          run.string(),
+                                           "--overwrite", "-q"};
   ASSERT_EQ(run_signalled(arguments, 600, SIGKILL), 0);
   const std::string old_session = read_bytes(run / "session.db");
   for (const int signal : {SIGKILL, SIGINT})
