@@ -74,14 +74,6 @@ std::string in_run(std::string message) {
   return at == std::string::npos ? message : message.erase(at, on_the_way.size());
 }
 
-/// Until the report comes, the last of a save's files.
-void say_unfinished(const fs::path& run) {
-  std::optional<RunReport> report = find_report(run);
-  if (!report) return;
-  report->saved = false;
-  write_file_atomically(run / "report.json", report_json(*report));
-}
-
 RunFolderOptions options_for(const NewRun& wanted) {
   return {.overwrite = wanted.overwrite, .inputs = {wanted.input, wanted.continued_run}};
 }
@@ -118,11 +110,23 @@ void replace_results(const fs::path& run, const std::function<void(const fs::pat
     fs::remove_all(saving, code);
     throw Error(in_run(error.what()));
   }
-  say_unfinished(run);
+  const auto write_report = [&](const std::optional<RunReport>& report) {
+    if (report) write_file_atomically(run / "report.json", report_json(*report));
+  };
+  const std::optional<RunReport> before = find_report(run);
+  std::optional<RunReport> unfinished = before;  // until the new report comes, the last of a save's files
+  if (unfinished) unfinished->saved = false;
+  write_report(unfinished);
   if (fs::exists(saving / "session.db", code))
     replace_session(saving / "session.db", run);
   else if (map)
-    Store(run).set_map(*map);
+    try {
+      Store(run).set_map(*map);
+    } catch (const Error&) {  // all of it or nothing
+      fs::remove_all(saving, code);
+      write_report(before);
+      throw;
+    }
   for (const std::string& file : saved_entries())
     if (fs::exists(saving / file, code)) move_file(saving / file, run / file);
   sync_folder(run);
