@@ -168,7 +168,6 @@ InfoReport inspect_map(const fs::path& folder) {
 InfoReport inspect_run(const fs::path& folder) {
   check_run_files(folder);
   InfoReport report{folder, "a run folder"};
-  if (const std::string left = left_behind(folder); !left.empty()) report.problems.push_back(left);
   attempt(report, [&] {
     const RunContents run = read_run_contents(folder);
     for (const auto& [name, words] : run.figures) report.facts.emplace_back(lower_case(name), words);
@@ -178,6 +177,7 @@ InfoReport inspect_run(const fs::path& folder) {
     if (!run.mesh.triangles.empty()) name_users(report, {"view", "export"});
     name_users(report, {"evaluate"});
   });
+  if (const std::string left = left_behind(folder); !left.empty()) report.warnings.push_back(left);
   require_files(report, folder, {"mesh.ply", "config.yaml"});
   if (fs::exists(folder / "config.yaml"))
     attempt(report, [&] { add_config(report, read_config(folder / "config.yaml")); });
@@ -193,9 +193,10 @@ InfoReport inspect_presses(const fs::path& folder) {
   std::size_t presses = 0, missing = 0;
   std::error_code code;
   while (std::getline(catalog, line)) {
-    if (line.find(',') == std::string::npos) continue;
+    const std::size_t end = line.find_first_of(",;");
+    if (end == std::string::npos) continue;
     ++presses;
-    if (!fs::exists(folder / line.substr(0, line.find(',')) / "gelsight.png", code)) ++missing;
+    if (!fs::exists(folder / line.substr(0, end) / "gelsight.png", code)) ++missing;
   }
   report.facts.emplace_back("presses", std::to_string(presses) + " images listed in catalog.csv");
   if (missing > 0) report.problems.push_back(std::to_string(missing) + " of the listed images are missing");
@@ -248,7 +249,7 @@ InfoReport inspect_file(const fs::path& file, int track, ProgressSink& progress)
   if (name == "report.json") return inspect_run(folder);
   if (name == "catalog.csv") return inspect_presses(folder);
   InfoReport report{file, ""};
-  if (ending == ".tum") {
+  if (ending == ".tum" || ending == ".txt") {  // as motion capture and other programs name them
     report.kind = "a trajectory";
     report.facts.emplace_back("poses", std::to_string(read_tum(file).size()));
     report.commands = {"evaluate"};

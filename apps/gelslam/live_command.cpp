@@ -256,11 +256,8 @@ class UsualPriority {
 
 LiveEnd run_to_its_end(std::unique_ptr<RawFrameSource> source, LiveOptions options,
                        const LiveArguments& arguments, WindowOptions window, HttpService* service,
-                       UsualPriority& usual_priority) {
+                       UsualPriority& usual_priority, const InterruptWatch& interrupt) {
   LiveEnd end;
-  // Before there is anything that must not be left behind.
-  const InterruptWatch interrupt(
-      2, options.log.empty() ? InterruptWatch::Ends::regularly : InterruptWatch::Ends::early);
   std::atomic<bool> shown{arguments.headless};
   options.begins = [&shown] { return shown.load(); };
   const auto session = usual_priority.run([&] { return begin_live_scan(std::move(source), options); });
@@ -291,6 +288,9 @@ int run_live(LiveOptions options, const LiveArguments& arguments, const std::fun
   const std::filesystem::path first = options.run_folder;
   WindowOptions window = prepare_window(options, arguments);
   Listeners listeners(options, arguments.stream, arguments.quiet);
+  // Before there is anything that must not be left behind, and also between two scans.
+  const InterruptWatch interrupt(
+      2, options.log.empty() ? InterruptWatch::Ends::regularly : InterruptWatch::Ends::early);
   CameraInput input = open();
   UsualPriority usual_priority;
   if (!arguments.headless) lower_thread_priority();  // drawing goes after tracking
@@ -301,10 +301,11 @@ int run_live(LiveOptions options, const LiveArguments& arguments, const std::fun
     window.next_run_folder = next_folder.string();
     options.record = input.attachments;
     LiveEnd end = run_to_its_end(std::move(input.frames), options, arguments, window, listeners.service.get(),
-                                 usual_priority);
+                                 usual_priority, interrupt);
     exit_code = std::max(exit_code, end.exit_code);
     if (!end.wants_new_scan) break;
     input = open();
+    if (interrupt.requested()) break;  // before the next scan has a folder
     input.frames = after_background(std::move(end.background), std::move(input.frames));
     window.picture_folder = options.run_folder = next_folder;
     options.overwrite = false;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "gelslam/core/error.hpp"
 #include "gelslam/core/se3.hpp"
 #include "gelslam/core/trajectory.hpp"
 
@@ -29,6 +30,19 @@ Picture picture_of(const py::object& array, const std::string& name);
 inline py::tuple reduced(const py::object& self, int /*protocol*/) {
   return py::make_tuple(py::module_::import("copyreg").attr("__newobj__"), py::make_tuple(py::type::of(self)),
                         self.attr("__getstate__")());
+}
+
+/// `__setstate__` of a class: throws Error for a state that is none of it.
+template <typename Make>
+auto unpickler(const char* name, Make make) {
+  return [=](const py::tuple& state) {
+    try {
+      return make(state);
+    } catch (const py::cast_error&) {
+    } catch (const py::error_already_set&) {
+    }
+    throw Error(std::string("this is no pickled gelslam.") + name);
+  };
 }
 
 /// A new array that shares the picture's memory.

@@ -1,11 +1,14 @@
 #pragma once
 
+#include <cxxabi.h>
 #include <pybind11/pybind11.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "gelslam/core/progress.hpp"
 #include "gelslam/registration/registration.hpp"
@@ -15,6 +18,54 @@ namespace gelslam::python {
 
 namespace py = pybind11;
 using OptionalPath = std::optional<std::filesystem::path>;
+
+/// Takes the GIL. Once the interpreter ends, Python ends a thread that wants it by force, which C++ does not
+/// survive: such a thread waits for the end of the program.
+template <typename Take>
+void take_gil(const Take& take) {
+  try {
+    take();
+  } catch (abi::__forced_unwind&) {
+    for (;;) ::pause();
+  }
+}
+
+/// While it lives, other Python threads run.
+class WithoutGil {
+ public:
+  WithoutGil() : state_(PyEval_SaveThread()) {}
+  ~WithoutGil() {
+    take_gil([&] { PyEval_RestoreThread(state_); });
+  }
+  WithoutGil(const WithoutGil&) = delete;
+  WithoutGil& operator=(const WithoutGil&) = delete;
+
+ private:
+  PyThreadState* state_;
+};
+
+class WithGil {
+ public:
+  WithGil() {
+    take_gil([&] { gil_.emplace(); });
+  }
+
+ private:
+  std::optional<py::gil_scoped_acquire> gil_;
+};
+
+/// For every class: what was made without its constructor (`__new__`) has no attributes.
+inline const py::custom_type_setup kMadeWhole([](PyHeapTypeObject* type) {
+  type->ht_type.tp_getattro = [](PyObject* self, PyObject* name) -> PyObject* {
+    const auto* instance = reinterpret_cast<const py::detail::instance*>(self);
+    const bool is_made = !instance->simple_layout || instance->simple_holder_constructed;
+    if (!is_made && PyUnicode_Check(name) && !std::string_view(PyUnicode_AsUTF8(name)).starts_with("__")) {
+      PyErr_Format(PyExc_TypeError, "a gelslam.%s was not made by its constructor", Py_TYPE(self)->tp_name);
+      return nullptr;
+    }
+    return PyObject_GenericGetAttr(self, name);
+  };
+});
 
 /// Each adds its classes and functions to the module.
 void bind_surface(py::module_& module);       // Surface, Sensor

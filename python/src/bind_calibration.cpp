@@ -23,7 +23,7 @@ PythonCalibration calibrate_presses(const fs::path& presses, const fs::path& out
                                     bool automatic, std::optional<int> steps, std::uint64_t seed,
                                     bool overwrite, const py::object& progress) {
   PythonProgress sink(progress);
-  const py::gil_scoped_release release;
+  const WithoutGil release;
   const Config config = find_config({.config = settings.value_or("")});
   const double pitch_mm = pixel_pitch_mm.value_or(config.surface.pixel_pitch_mm);
   if (!(pitch_mm > 0)) throw Error("pixel_pitch_mm: expected millimeters per pixel");
@@ -35,7 +35,7 @@ PythonCalibration calibrate_presses(const fs::path& presses, const fs::path& out
   const auto leave_out = [&](const std::string& press) { result.left_out.push_back(press); };
   PressSet set = read_press_set(presses);
   prepare(set, config.surface.optics, pitch_mm, config.sensor.device_name, [](const std::string& doubt) {
-    const py::gil_scoped_acquire gil;
+    const WithGil gil;
     warn(doubt);
   });
   const Calibration calibration = calibrate(set, training, automatic, sink, leave_out);
@@ -60,7 +60,7 @@ py::tuple gradient_scale(const PythonCalibration& calibration) {
 }  // namespace
 
 void bind_calibration(py::module_& module) {
-  py::class_<PythonCalibration>(module, "Calibration",
+  py::class_<PythonCalibration>(module, "Calibration", kMadeWhole,
                                 "How a new model reads the presses that it was trained on.")
       .def_readonly("verdict", &PythonCalibration::verdict, "\"good\", \"usable\" or \"recalibrate\".")
       .def_readonly("reasons", &PythonCalibration::reasons, "What is not good, worst first: list of str.")

@@ -1,6 +1,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <cmath>
 #include <mutex>
 
 #include "arrays.hpp"
@@ -107,7 +108,7 @@ template <class Source>
 py::tuple next_frame(Source& source) {
   std::optional<TactileImage> image;
   {
-    const py::gil_scoped_release release;
+    const WithoutGil release;
     image = source.next();
   }
   if (!image) throw py::stop_iteration();
@@ -115,11 +116,11 @@ py::tuple next_frame(Source& source) {
 }
 
 void add_log(py::module_& module) {
-  using Release = py::call_guard<py::gil_scoped_release>;
-  py::class_<LogReader, std::shared_ptr<LogReader>>(module, "_LogReader")
+  using Release = py::call_guard<WithoutGil>;
+  py::class_<LogReader, std::shared_ptr<LogReader>>(module, "_LogReader", kMadeWhole)
       .def("__iter__", [](const py::object& self) { return self; })
       .def("__next__", &next_frame<LogReader>);
-  py::class_<Log>(module, "Log",
+  py::class_<Log>(module, "Log", kMadeWhole,
                   R"(A recorded log; iterating gives (image, time_s), each time from the beginning.
 
 image: HxWx3 uint8, BGR, at the configuration's size. time_s: seconds since the first frame. len() counts damaged frames,
@@ -129,7 +130,7 @@ too, which are left out. Close it, or use `with`.)")
       .def("__enter__", [](const py::object& self) { return self; })
       .def("__exit__",
            [](Log& self, const py::object&, const py::object&, const py::object&) {
-             const py::gil_scoped_release release;
+             const WithoutGil release;
              self.close();
            })
       .def("__iter__", &Log::read, Release())
@@ -140,7 +141,7 @@ too, which are left out. Close it, or use `with`.)")
       .def_property_readonly(
           "warning",
           [](const Log& self) {
-            const py::gil_scoped_release release;
+            const WithoutGil release;
             return self.warning();
           },
           "What was not right with the frames of the newest iteration so far, or \"\".");
@@ -154,6 +155,8 @@ class Recorder {
 
   void write(const cv::Mat3b& bgr, double time_s) {
     const std::lock_guard lock(mutex_);
+    if (!std::isfinite(time_s)) throw Error("time_s is not a finite number");
+    if (time_s < 0) throw Error("time_s is negative; count the seconds from the first picture");
     if (time_s < last_s_) throw Error("time_s is before that of the picture before");
     if (closed_) throw Error("the log is closed");
     RawFrame frame;
@@ -187,8 +190,8 @@ class Recorder {
 };
 
 void add_recorder(py::module_& module) {
-  using Release = py::call_guard<py::gil_scoped_release>;
-  py::class_<Recorder>(module, "Recorder",
+  using Release = py::call_guard<WithoutGil>;
+  py::class_<Recorder>(module, "Recorder", kMadeWhole,
                        R"(Writes pictures into a log (.mkv) without loss, as `gelslam record --resized`.
 
 config, model: stored in the log. Close it, or use `with`; what was written before a crash can be read. For a camera's
@@ -199,7 +202,7 @@ own pictures in full size: `gelslam record`.)")
       .def("__enter__", [](const py::object& self) { return self; })
       .def("__exit__",
            [](Recorder& self, const py::object&, const py::object&, const py::object&) {
-             const py::gil_scoped_release release;
+             const WithoutGil release;
              self.close();
            })
       .def(
@@ -207,7 +210,7 @@ own pictures in full size: `gelslam record`.)")
           [](Recorder& self, const py::object& image, double time_s) {
             const Picture picture = picture_of(image, "image");
             const cv::Mat3b dense = picture.bgr.isContinuous() ? picture.bgr : cv::Mat3b(picture.bgr.clone());
-            const py::gil_scoped_release release;
+            const WithoutGil release;
             self.write(dense, time_s);
           },
           py::arg("image"), py::arg("time_s"),
@@ -280,8 +283,9 @@ class Camera {
 };
 
 void add_camera(py::module_& module) {
-  using Release = py::call_guard<py::gil_scoped_release>;
-  py::class_<Camera>(module, "Camera", R"(A sensor's camera; iterating gives (image, time_s), as of a Log.
+  using Release = py::call_guard<WithoutGil>;
+  py::class_<Camera>(module, "Camera", kMadeWhole,
+                     R"(A sensor's camera; iterating gives (image, time_s), as of a Log.
 
 device: "auto", "/dev/video2", "2", or part of the camera's name. Exposure, gain and focus are held. Close it, or use
 `with`. A reader that is too slow misses frames.)")
@@ -290,7 +294,7 @@ device: "auto", "/dev/video2", "2", or part of the camera's name. Exposure, gain
       .def("__enter__", [](const py::object& self) { return self; })
       .def("__exit__",
            [](Camera& self, const py::object&, const py::object&, const py::object&) {
-             const py::gil_scoped_release release;
+             const WithoutGil release;
              self.close();
            })
       .def("__iter__", [](const py::object& self) { return self; })
@@ -300,7 +304,7 @@ device: "auto", "/dev/video2", "2", or part of the camera's name. Exposure, gain
           [](Camera& self) {
             TactileImage image;
             {
-              const py::gil_scoped_release release;
+              const WithoutGil release;
               image = self.read();
             }
             return tuple_of(image);

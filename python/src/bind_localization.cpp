@@ -34,7 +34,7 @@ void warn_of_map(const PythonMap& map) {
 PythonMap open_map(const fs::path& path) {
   PythonMap map{path, {}, {}};
   {
-    const py::gil_scoped_release release;
+    const WithoutGil release;
     map.session = read_map(path);
   }
   warn_of_map(map);
@@ -47,7 +47,7 @@ PythonMap map_of_mesh(const fs::path& path, const std::string& unit, const Optio
   PythonProgress sink(progress);
   PythonMap map{path, {}, {}};
   {
-    const py::gil_scoped_release release;
+    const WithoutGil release;
     LogInput input;
     input.config = config.value_or("");
     const CameraModel camera = configured_camera(find_config(input));
@@ -62,7 +62,7 @@ PythonMap map_of_mesh(const fs::path& path, const std::string& unit, const Optio
 
 void save_map_of_mesh(const PythonMap& self, const fs::path& path, bool overwrite) {
   if (!self.made) throw Error("this map was read from " + self.source.string() + ": copy that folder");
-  const py::gil_scoped_release release;
+  const WithoutGil release;
   RunFolder folder(path, map_folder_options(self.source, overwrite));
   write_map(folder.path(), *self.made, self.mesh, fs::absolute(self.source).string());
   folder.commit();
@@ -143,12 +143,13 @@ class MapLocalizer {
 std::unique_ptr<MapLocalizer> make_localizer(std::shared_ptr<Sensor> sensor, const PythonMap& map,
                                              const py::object& progress) {
   PythonProgress sink(progress);
-  const py::gil_scoped_release release;
+  const WithoutGil release;
   return std::make_unique<MapLocalizer>(std::move(sensor), map, sink);
 }
 
 void add_map(py::module_& module) {
-  py::class_<PythonMap> map(module, "Map", R"(Surfaces at known poses, in which a Localizer finds the sensor.
+  py::class_<PythonMap> map(module, "Map", kMadeWhole,
+                            R"(Surfaces at known poses, in which a Localizer finds the sensor.
 
 path: a run folder, or a folder that `gelslam map` or save() made. The map's frame is the run's, or
 the mesh's.)");
@@ -176,7 +177,7 @@ reconstruct().)");
 }
 
 void add_place(py::module_& module) {
-  py::class_<PlaceHypothesis>(module, "Place", "A place in a map where the sensor may be.")
+  py::class_<PlaceHypothesis>(module, "Place", kMadeWhole, "A place in a map where the sensor may be.")
       .def_property_readonly("map_T_sensor", &pose_of_place, "4x4: sensor to map, translation in meters.")
       .def_readonly("probability", &PlaceHypothesis::probability,
                     "0..1; what is missing to 1 in sum: elsewhere, or not in the map.")
@@ -192,7 +193,8 @@ void add_place(py::module_& module) {
 }
 
 void add_located_frame(py::module_& module) {
-  py::class_<PythonPlacedFrame>(module, "LocatedFrame", "What is known of a frame's place in a Map.")
+  py::class_<PythonPlacedFrame>(module, "LocatedFrame", kMadeWhole,
+                                "What is known of a frame's place in a Map.")
       .def_readonly("status", &PythonPlacedFrame::status_name,
                     "\"localized\": one place is certain; \"ambiguous\": several are possible; \"not in the "
                     "map\"; or \"no_contact\".")
@@ -215,7 +217,8 @@ void add_located_frame(py::module_& module) {
 }
 
 void add_localizer(py::module_& module) {
-  py::class_<MapLocalizer>(module, "Localizer", R"(Finds the sensor in a Map, as `gelslam track --map` does.
+  py::class_<MapLocalizer>(module, "Localizer", kMadeWhole,
+                           R"(Finds the sensor in a Map, as `gelslam track --map` does.
 
 The pose is that in the map, from the first touch on. sensor: of the map's pixel pitch; its configuration may be that of
 the map's run (config.yaml in its folder). progress: as of reconstruct(). Threads that call it wait for each other.)")
@@ -226,13 +229,13 @@ the map's run (config.yaml in its folder). progress: as of reconstruct(). Thread
           [](MapLocalizer& self, const TouchedSurface& surface, double time_s) {
             return self.process(surface.maps, time_s);
           },
-          py::arg("surface"), py::arg("time_s"), py::call_guard<py::gil_scoped_release>(),
+          py::arg("surface"), py::arg("time_s"), py::call_guard<WithoutGil>(),
           "Locates a Surface that was taken at time_s (seconds, growing). Returns a LocatedFrame.")
       .def(
           "process",
           [](MapLocalizer& self, const py::object& image, double time_s) {
             const Picture picture = picture_of(image, "image");
-            const py::gil_scoped_release release;
+            const WithoutGil release;
             return self.process(picture.bgr, time_s);
           },
           py::arg("image"), py::arg("time_s"), "The same for a picture (HxWx3 uint8, BGR).");

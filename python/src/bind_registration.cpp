@@ -27,7 +27,7 @@ py::array_t<double> covariance_of(const RegistrationResult& result) {
 RegistrationResult register_surfaces(const TouchedSurface& reference, const TouchedSurface& target,
                                      const std::optional<py::object>& initial, bool search) {
   const Pose start = initial ? pose_of(*initial, "initial") : Pose::Identity();
-  const py::gil_scoped_release release;
+  const WithoutGil release;
   require_pixels(*target.maps, reference.maps->height_mm.size(), reference.maps->pixel_pitch_mm, "target");
   const NormalFlowOptions options;
   const NormalFlowReference prepared(reference.maps, options);
@@ -43,7 +43,7 @@ std::string reason_of(const RegistrationResult& result) {
 }
 
 void bind_registration(py::module_& module) {
-  py::class_<RegistrationResult>(module, "Registration", R"(How two surfaces lie to each other.
+  py::class_<RegistrationResult>(module, "Registration", kMadeWhole, R"(How two surfaces lie to each other.
 
 Matrices of translations and rotations have the order x, y, z, rx, ry, rz, in meters and radians.)")
       .def_property_readonly(

@@ -45,6 +45,12 @@ std::shared_ptr<MetricMesh> unpickled_mesh(const py::tuple& state) {
   mesh->mesh.normals = vectors_of<float>(state[1]);
   mesh->mesh.triangles = vectors_of<int>(state[2]);
   mesh->mesh.confidence = state[3].cast<std::vector<float>>();
+  const auto vertices = static_cast<int>(mesh->vertices_m.size());
+  const auto has = [&](const auto& values) { return values.empty() || std::ssize(values) == vertices; };
+  const auto exists = [&](const Eigen::Vector3i& t) { return t.minCoeff() >= 0 && t.maxCoeff() < vertices; };
+  if (!has(mesh->mesh.normals) || !has(mesh->mesh.confidence) ||
+      !std::ranges::all_of(mesh->mesh.triangles, exists))
+    throw Error("this is no pickled gelslam.Mesh");
   return mesh;
 }
 
@@ -74,7 +80,7 @@ const MetricMesh& mesh_of(const py::object& self) { return self.cast<const Metri
 
 void add_mesh(py::module_& module) {
   py::class_<MetricMesh, std::shared_ptr<MetricMesh>>(
-      module, "Mesh", "A triangle mesh in the map's frame. The arrays are read-only.")
+      module, "Mesh", kMadeWhole, "A triangle mesh in the map's frame. The arrays are read-only.")
       .def_property_readonly(
           "vertices", [](const py::object& self) { return vectors_view(mesh_of(self).vertices_m, self); },
           "Nx3 float32, meters.")
@@ -100,7 +106,7 @@ void add_mesh(py::module_& module) {
       .def(
           "save",
           [](const MetricMesh& self, const fs::path& path) {
-            const py::gil_scoped_release release;
+            const WithoutGil release;
             Mesh mesh = self.mesh;
             for (const Eigen::Vector3f& v : self.vertices_m) mesh.vertices_mm.push_back(v / 1e-3F);
             write_mesh(path, mesh, usual_unit(path));
@@ -113,7 +119,7 @@ void add_mesh(py::module_& module) {
             return py::make_tuple(self.attr("vertices"), self.attr("normals"), self.attr("triangles"),
                                   self.attr("confidence"));
           },
-          &unpickled_mesh))
+          unpickler("Mesh", &unpickled_mesh)))
       .def("__reduce_ex__", &reduced)
       .def("__repr__", [](const MetricMesh& self) {
         return "<gelslam.Mesh of " + std::to_string(self.vertices_m.size()) + " vertices, " +
@@ -132,7 +138,7 @@ PythonRun read_run(const fs::path& folder) {
 
 void save(const PythonRun& self, const fs::path& folder, bool overwrite) {
   if (!self.run) throw Error("this run was read from " + self.folder.string() + ": copy that folder");
-  const py::gil_scoped_release release;
+  const WithoutGil release;
   save_run(folder, *self.run, overwrite);
 }
 
@@ -166,7 +172,7 @@ std::map<int, Matrix6d> covariances_of(const Run& run) {
 }
 
 std::vector<PythonKeyframe> keyframes_of(const PythonRun& self) {
-  const py::gil_scoped_release release;
+  const WithoutGil release;
   const std::shared_ptr<const ScanRecord> scan = scan_of(self);
   const std::vector<PosedSurface> patches =
       self.run ? posed_surfaces(self.run->map) : load_session(self.folder).patches;
@@ -190,7 +196,7 @@ std::vector<PythonKeyframe> keyframes_of(const PythonRun& self) {
 py::array_t<std::int64_t> frames_of(const PythonRun& self) {
   std::vector<std::int64_t> frames;
   {
-    const py::gil_scoped_release release;
+    const WithoutGil release;
     const std::shared_ptr<const ScanRecord> scan = scan_of(self);
     const std::vector<double> stamps = scan->stamps_s();
     std::size_t next = 0;
@@ -210,7 +216,7 @@ TouchedSurface surface_of(const PythonKeyframe& self) {
 }
 
 void add_keyframe(py::module_& module) {
-  py::class_<PythonKeyframe>(module, "Keyframe", "A frame whose surface is in the map.")
+  py::class_<PythonKeyframe>(module, "Keyframe", kMadeWhole, "A frame whose surface is in the map.")
       .def_readonly("frame", &PythonKeyframe::frame, "Number of the frame in the log, from 0.")
       .def_readonly("time_s", &PythonKeyframe::time_s, "Its time, by the clock of Run.times.")
       .def_property_readonly(
@@ -236,7 +242,7 @@ py::object report_of(const PythonRun& self) {
 }
 
 void add_run(py::module_& module) {
-  py::class_<PythonRun>(module, "Run", R"(A reconstruction: surface, trajectory and figures.
+  py::class_<PythonRun>(module, "Run", kMadeWhole, R"(A reconstruction: surface, trajectory and figures.
 
 The map's frame is that of the sensor at its first full contact: x right, y down, z out of the gel.)")
       .def_readonly("mesh", &PythonRun::mesh, "The surface, a Mesh.")
@@ -288,7 +294,7 @@ PythonRun reconstruct_log(const fs::path& log, const OptionalPath& model, const 
   PythonProgress sink(progress);
   PythonRun run;
   {
-    const py::gil_scoped_release release;
+    const WithoutGil release;
     const fs::path continued = continue_from.value_or("");
     LogInput named{log, config.value_or(""), model.value_or(""), background.value_or(""), force, {}, cropped};
     if (background_frames) named.background_frames = {background_frames->first, background_frames->second};
@@ -307,7 +313,7 @@ PythonRun fuse_runs(const std::variant<fs::path, std::vector<fs::path>>& runs, c
   PythonProgress sink(progress);
   PythonRun fused;
   {
-    const py::gil_scoped_release release;
+    const WithoutGil release;
     if (const auto* several = std::get_if<std::vector<fs::path>>(&runs)) {
       if (!output) throw Error("give output: a run folder for the joined runs");
       if (voxel_size_mm || truncation_mm) throw Error("voxel_size_mm and truncation_mm are for one run");
@@ -383,7 +389,7 @@ run: its folder; of a scan that was not finished, the map is made first. A list 
 show the same places, with the first one's configuration; what did not join is given as a warning. output: a run folder
 to write; default, for one run: its own mesh is replaced. voxel_size_mm: edge of the mesh's cells. truncation_mm: sheets of one side closer than this
 become one; at least two voxels. Default: the run's. progress: as of reconstruct().)");
-  module.def("read_run", &read_run, py::arg("path"), py::call_guard<py::gil_scoped_release>(),
+  module.def("read_run", &read_run, py::arg("path"), py::call_guard<WithoutGil>(),
              "Reads the folder of a finished run. Returns a Run.");
 }
 

@@ -91,7 +91,7 @@ class Slam {
 template <auto work, typename AnySlam>
 auto interruptible(AnySlam& slam) {
   PythonProgress silent{py::none()};
-  const py::gil_scoped_release release;
+  const WithoutGil release;
   return (slam.*work)(silent);
 }
 
@@ -112,7 +112,8 @@ std::optional<py::array_t<double>> frame_covariance(const PythonFrame& self) {
 }
 
 void add_frame(py::module_& module) {
-  py::class_<PythonFrame>(module, "TrackedFrame", R"(What is known of a frame right after it was tracked.
+  py::class_<PythonFrame>(module, "TrackedFrame", kMadeWhole,
+                          R"(What is known of a frame right after it was tracked.
 
 A trial is an unbroken stretch of tracking. Its frame is that of the sensor in its first tracked frame.)")
       .def_property_readonly(
@@ -192,8 +193,9 @@ void FrameTimes::check(double time_s) {
 
 void bind_slam(py::module_& module) {
   add_frame(module);
-  using Release = py::call_guard<py::gil_scoped_release>;
-  py::class_<Slam>(module, "Slam", R"(Tracks and maps frame by frame, for instance those of a camera.
+  using Release = py::call_guard<WithoutGil>;
+  py::class_<Slam>(module, "Slam", kMadeWhole,
+                   R"(Tracks and maps frame by frame, for instance those of a camera.
 
 Keeps keyframes only. Its map is the one that reconstruct() makes of the same pictures. Threads that call it wait for
 each other. continue_from: a run folder whose scan it goes on with, of the same object, sensor and model.)")
@@ -210,7 +212,7 @@ each other. continue_from: a run folder whose scan it goes on with, of the same 
           "process",
           [](Slam& self, const py::object& image, double time_s) {
             const Picture picture = picture_of(image, "image");
-            const py::gil_scoped_release release;
+            const WithoutGil release;
             return self.process(picture.bgr, time_s);
           },
           py::arg("image"), py::arg("time_s"), "The same for a picture (HxWx3 uint8, BGR).")

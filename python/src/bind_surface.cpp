@@ -155,7 +155,7 @@ TouchedSurface surface_of_normals(const Floats& normals, const Flags& contact, d
                                   double slope_sigma_rad) {
   const auto n = mat_of<cv::Mat3f>(normals, 3, "normals");
   const auto touched = mat_of<cv::Mat1b>(contact, 1, "contact");
-  const py::gil_scoped_release release;
+  const WithoutGil release;
   cv::Mat1f gx(n.size()), gy(n.size());
   for (int v = 0; v < n.rows; ++v)
     for (int u = 0; u < n.cols; ++u) {
@@ -171,7 +171,7 @@ TouchedSurface surface_of_height(const Floats& height_mm, const Flags& contact, 
                                  double slope_sigma_rad) {
   const auto height = mat_of<cv::Mat1f>(height_mm, 1, "height_mm");
   const auto touched = mat_of<cv::Mat1b>(contact, 1, "contact");
-  const py::gil_scoped_release release;
+  const WithoutGil release;
   cv::Mat1f gx, gy;
   const auto per_mm = static_cast<float>(0.5 / pixel_pitch_mm);
   const cv::Matx13f along(-per_mm, 0, per_mm);
@@ -187,7 +187,8 @@ TouchedSurface surface_of_height(const Floats& height_mm, const Flags& contact, 
 }
 
 void add_surface(py::module_& module) {
-  py::class_<TouchedSurface>(module, "Surface", R"(What the gel's surface looks like in one picture.
+  py::class_<TouchedSurface>(module, "Surface", kMadeWhole,
+                             R"(What the gel's surface looks like in one picture.
 
 All maps have H rows and W columns. Frame: x right, y down, z out of the gel toward the object; the origin is the
 picture's center on the plane z = 0. The ray of pixel (row v, column u) meets that plane at
@@ -229,7 +230,7 @@ heights first.)")
       .def_property_readonly(
           "zero_is_bare_gel", [](const TouchedSurface& self) { return self.maps->zero_is_bare_gel; },
           "False: no bare gel was seen, and heights are right among themselves only.")
-      .def(py::pickle(&pickled_surface, &unpickled_surface))
+      .def(py::pickle(&pickled_surface, unpickler("Surface", &unpickled_surface)))
       .def("__reduce_ex__", &reduced)
       .def("__repr__", [](const TouchedSurface& self) {
         return "<gelslam.Surface " + std::to_string(self.maps->height_mm.cols) + "x" +
@@ -262,7 +263,7 @@ std::shared_ptr<Sensor> make_sensor(const OptionalPath& model, const py::object&
   for (const Picture& picture : pictures) bgr.push_back(picture.bgr);
   std::shared_ptr<Sensor> sensor;
   {
-    const py::gil_scoped_release release;
+    const WithoutGil release;
     Config settings = config_of(config, model);
     settings.surface.compensate_light = settings.surface.compensate_light && follow_light;
     sensor = std::make_shared<Sensor>(settings, bgr);
@@ -284,7 +285,8 @@ std::shared_ptr<Sensor> sensor_of_surfaces(int width_px, int height_px, double p
 }
 
 void add_sensor(py::module_& module) {
-  py::class_<Sensor, std::shared_ptr<Sensor>>(module, "Sensor", R"(A tactile sensor: pictures become surfaces.
+  py::class_<Sensor, std::shared_ptr<Sensor>>(module, "Sensor", kMadeWhole,
+                                              R"(A tactile sensor: pictures become surfaces.
 
 model: nnmodel.pth, a model of `gelslam calibrate`, or a log that holds one.
 background: a picture of the bare gel (HxWx3 uint8, BGR), a list of such pictures (their mean counts), or an image's
@@ -307,7 +309,7 @@ Threads that call it wait for each other.)")
           "__call__",
           [](Sensor& self, const py::object& image) {
             const Picture picture = picture_of(image, "image");
-            const py::gil_scoped_release release;
+            const WithoutGil release;
             return self.estimate(picture.bgr, "image");
           },
           py::arg("image"), "The Surface that a picture shows (HxWx3 uint8, BGR).")

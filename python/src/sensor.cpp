@@ -44,7 +44,7 @@ TouchedSurface Sensor::estimate(const cv::Mat3b& bgr, const std::string& name) {
   if (!estimator_) throw Error(name + ": this sensor has no model: give surfaces");
   const cv::Mat3b picture = fitted(bgr, name);
   if (!config_.surface.compensate_light && !has_same_light(picture, background_)) {
-    const py::gil_scoped_acquire acquire;
+    const WithGil acquire;
     warn(name + ": the gel has not the background's light, which is not followed: the surface is wrong");
   }
   const std::lock_guard lock(mutex_);

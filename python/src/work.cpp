@@ -6,7 +6,7 @@
 namespace gelslam::python {
 
 void check_signals() {
-  const py::gil_scoped_acquire gil;
+  const WithGil gil;
   if (PyErr_CheckSignals() != 0) throw py::error_already_set();
 }
 
@@ -41,14 +41,14 @@ void PythonProgress::end() {
   check_signals();
   tell();
   if (!to_stderr_) return;
-  const py::gil_scoped_acquire gil;
+  const WithGil gil;
   py::print("", py::arg("file") = py::module_::import("sys").attr("stderr"));
 }
 
 void PythonProgress::tell() {
   told_ = std::chrono::steady_clock::now();
   if (silent_) return;
-  const py::gil_scoped_acquire gil;
+  const WithGil gil;
   if (!to_stderr_) {
     target_(task_, done_, total_);
     return;

@@ -100,6 +100,15 @@ Watched watch(PressCollector& collector, const std::vector<cv::Mat3b>& frames) {
   return watched;
 }
 
+/// The radius was given as the diameter.
+TEST(PressCollector, TakesNoPressesOfALargerBallThanWasSaid) {
+  const MixedFilm& log = mixed_film();
+  PressCollector collector(ball(0.5 * 6.31));
+  const Watched watched = watch(collector, log.frames);
+  EXPECT_LE(10 * watched.taken.size(), log.touches.size()) << "as many as may be that wide";
+  EXPECT_THAT(watched.warnings, testing::Contains(HasSubstr("or a smaller ball than was said")));
+}
+
 TEST(PressCollector, TakesEveryGoodTouchOnceAndNoBadOne) {
   const MixedFilm& log = mixed_film();
   PressCollector collector(ball(6.31));

@@ -94,6 +94,16 @@ TEST(PressSet, ReadsTheCatalogOfWindows) {
   EXPECT_EQ(set.presses[1].problem, "");
 }
 
+TEST(PressSet, ReadsACatalogWithDecimalCommas) {
+  const TemporaryFolder folder;
+  write_folder(folder.path(), small_set());
+  write_bytes(folder / "catalog.csv", "experiment_reldir;diameter(mm)\n6mm/0;6,31\n9mm/0;9,5\n");
+  const PressSet read = read_press_set(folder.path());
+  EXPECT_EQ(read.presses.at(0).diameter_mm, 6.31);
+  EXPECT_EQ(read.presses.at(1).diameter_mm, 9.5);
+  EXPECT_EQ(read.presses[1].name, "9mm/0");
+}
+
 TEST(PressSet, SaysWhichLineOfTheCatalogIsWrong) {
   const TemporaryFolder folder;
   write_folder(folder.path(), small_set());

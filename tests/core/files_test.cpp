@@ -137,7 +137,7 @@ TEST_F(RunFolders, AppearsWholeOrNotAtAll) {
 
 TEST_F(RunFolders, OverwritesOnlyWhatIsARunAndOnlyWhenAsked) {
   put("mesh.ply", "1");
-  EXPECT_THAT(refusal(), HasSubstr("RUN: exists already; name another folder or overwrite it"));
+  EXPECT_THAT(refusal(), HasSubstr("RUN: exists already; name another folder, or replace it by --overwrite"));
   EXPECT_THAT(refusal({.overwrite = true}), HasSubstr("holds no report.json"));
   put("report.json", "old");
   EXPECT_THAT(refusal({.overwrite = true, .inputs = {folder / "RUN2", place / "log/gelsight.avi"}}),
@@ -166,7 +166,7 @@ TEST_F(RunFolders, NeverReplacesWhatAPersonHasPutThere) {
 }
 
 TEST_F(RunFolders, NeitherReplacesWhatAppearedMeanwhileNorLosesWhatWasToBeThere) {
-  const fs::path kept = folder / ("RUN.kept-" + std::to_string(::getpid()));
+  const fs::path kept = folder / "RUN.gelslam-tmp";
   {
     RunFolder run(place, {});
     write_bytes(run.path() / "mesh.ply", "long work");
@@ -197,20 +197,20 @@ TEST_F(RunFolders, NeverReplacesARecording) {
 }
 
 TEST_F(RunFolders, EverythingThatASaveWritesOrLeavesMayBeReplaced) {
-  for (const char* inner : {"", "saving.tmp", "saved.tmp"}) {
+  for (const char* inner : {"", "saving.tmp"}) {
     put(fs::path(inner) / ".tmp-1-0-mesh.ply", "");
     for (const std::string& name : saved_entries()) put(fs::path(inner) / name, "");
   }
   for (const char* of_a_killed_scan : {"session.db-wal", "session.db-shm"}) put(of_a_killed_scan, "");
   put("screenshot_1.png", "");
   check_run_folder(place, {.overwrite = true});
-  check_save(place, "saving.tmp");
-  for (const char* mine : {".tmp-x", ".tmp-1-0-hand.avi", "saving.tmp/.tmp-x", "saved.tmp/hand.avi"}) {
+  check_save(place);
+  for (const char* mine : {".tmp-x", ".tmp-1-0-hand.avi", "saving.tmp/.tmp-x", "saving.tmp/hand.avi"}) {
     put(mine, "pictures");
     EXPECT_THAT(message_of([&] { check_run_folder(place, {.overwrite = true}); }),
                 HasSubstr(std::string("holds ") + mine + ", which is not of this command"));
     if (std::string(mine).starts_with("sav")) {
-      EXPECT_THAT(message_of([&] { check_save(place, fs::path(mine).parent_path().c_str()); }),
+      EXPECT_THAT(message_of([&] { check_save(place); }),
                   HasSubstr(std::string(mine) + ": is not of this program, which would remove it"));
     }
     fs::remove(place / mine);
@@ -255,7 +255,8 @@ TEST_F(RunFolders, RemovesWhatAKilledRunLeft) {
   killed.kill();
   { const RunFolder run(folder / "RUN2", {}); }
   EXPECT_THAT(folder.names(), ElementsAre("RUN.gelslam-tmp")) << "another run's folder";
-  EXPECT_THAT(left_behind(place), HasSubstr("RUN.gelslam-tmp was left by a command that was killed"));
+  EXPECT_THAT(left_behind(place),
+              HasSubstr("RUN.gelslam-tmp was left by a command that did not end: rename it to keep"));
   {
     RunFolder run(place, {});
     run.commit();
@@ -303,8 +304,10 @@ TEST_F(CheckIsRun, SaysWhatIsMissingAndWhatToDo) {
   EXPECT_EQ(said(RunNeeds::record), "nothing was thrown");
   put("mesh.ply", "");
   EXPECT_EQ(said(RunNeeds::map), "nothing was thrown");
-  fs::create_directory(place / "saved.tmp");
-  EXPECT_THAT(said(RunNeeds::map), HasSubstr("its last save is not complete; fuse the run to complete it"));
+  RunReport killed;
+  killed.saved = false;
+  put("report.json", report_json(killed));
+  EXPECT_THAT(said(RunNeeds::map), HasSubstr("the scan was not finished; fuse the run to make its map"));
   EXPECT_EQ(said(RunNeeds::record), "nothing was thrown");
 }
 

@@ -38,6 +38,22 @@ TEST(InterruptWatch, EvenTheFirstSignalEndsWhatCannotBeStopped) {
   EXPECT_TRUE(outer.requested());
 }
 
+TEST(InterruptWatch, OneWithinAnotherTakesNoRequestFromIt) {
+  const InterruptWatch outer(3);
+  std::raise(SIGINT);
+  {
+    const InterruptWatch inner;
+    EXPECT_FALSE(inner.requested());
+    EXPECT_EQ(outer.requests(), 1);
+    std::raise(SIGTERM);
+    EXPECT_TRUE(inner.requested());
+  }
+  EXPECT_EQ(outer.requests(), 2);
+  EXPECT_EQ(InterruptWatch::ended_early_by(), SIGINT);
+  std::raise(SIGTERM);  // the third still asks
+  EXPECT_EQ(outer.requests(), 3);
+}
+
 TEST(InterruptWatch, AClosedTerminalAsksOnceUnlessItIsToBeOutlived) {
   {
     const InterruptWatch watch;

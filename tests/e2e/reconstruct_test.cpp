@@ -149,10 +149,10 @@ TEST(Reconstruct, StoppedInTheMiddleItKeepsWhatItHas) {
   // How fast a build is nobody knows: a little longer each time, until it was stopped after something was
   // tracked.
   for (double after_s = 0.8; after_s < 20; after_s *= 2) {
-    const int exit_code =
-        run_signalled({"reconstruct", (folder / "log").string(), "--model", scan().model().string(), "-o",
-                       (folder / "run").string(), "--overwrite", "-q"},
-                      after_s, SIGINT);
+    fs::remove_all(folder / "run");
+    const int exit_code = run_signalled({"reconstruct", (folder / "log").string(), "--model",
+                                         scan().model().string(), "-o", (folder / "run").string(), "-q"},
+                                        after_s, SIGINT);
     ASSERT_THAT(exit_code, testing::AnyOf(128 + SIGINT, -SIGINT));  // a signal: not even started
     if (!fs::exists(folder / "run/report.json")) continue;
     report = json::parse(read_bytes(folder / "run/report.json"));
@@ -163,6 +163,27 @@ TEST(Reconstruct, StoppedInTheMiddleItKeepsWhatItHas) {
   EXPECT_LT(report.at("frames").at("total").get<int>(), kFrames);
   expect_complete(folder / "run");
   EXPECT_THAT(folder.names(), testing::ElementsAre("log", "run")) << "nothing temporary left";
+}
+
+/// However it ends: a run that is overwritten stays until the new one is whole.
+TEST(Reconstruct, TheOldRunOrTheNewOneIsThereWhole) {
+  const TemporaryFolder folder;
+  const fs::path run = folder / "run";
+  write_long_log(folder / "log", 300);
+  const std::vector<std::string> arguments{"reconstruct", (folder / "log").string(),
+                                           "--model",     scan().model().string(),
+                                           "-o",          run.string(),
+                                           "--overwrite", "-q"};
+  ASSERT_EQ(run_signalled(arguments, 600, SIGKILL), 0);
+  write_bytes(run / "screenshot_1.png", "of the old run");
+  for (const int signal : {SIGKILL, SIGINT})
+    for (double after_s = 0.05; run_signalled(arguments, after_s, signal) != 0; after_s *= 1.5) {
+      expect_complete(run);
+      EXPECT_EQ(json::parse(read_bytes(run / "report.json")).at("partial"), false);
+    }
+  expect_complete(run);
+  EXPECT_FALSE(fs::exists(run / "screenshot_1.png")) << "it was replaced in the end";
+  EXPECT_THAT(folder.names(), testing::ElementsAre("log", "run"));
 }
 
 TEST(Track, StreamsEveryFrame) {

@@ -4,7 +4,9 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cstdlib>
+#include <filesystem>
 #include <thread>
 
 #include "gelslam/core/process.hpp"
@@ -14,6 +16,7 @@ namespace gelslam {
 namespace {
 
 using namespace test;
+namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 using namespace std::chrono_literals;
@@ -75,6 +78,61 @@ TEST_F(Service, DropsRequestsThatAreTooLarge) {
   }
   EXPECT_TRUE(asked.empty());
   EXPECT_GT(dropped(), before);
+}
+
+/// A byte every now and then, for ever: of a request's headers, without a token.
+TEST_F(Service, RequestsThatTrickleKeepNobodyOutAndDelayNoEnd) {
+  std::vector<FileDescriptor> slow;
+  for (int k = 0; k < 200; ++k) {
+    slow.push_back(connect_to(port()));
+    say(slow.back(), "GET /status HTTP/1.1\r\nA: ");
+  }
+  std::atomic<bool> over{false};
+  std::jthread trickle([&] {
+    while (!over) {
+      for (const FileDescriptor& client : slow) say(client, "x");
+      std::this_thread::sleep_for(100ms);
+    }
+  });
+  for (int k = 0; k < 10; ++k) {
+    const auto begin = std::chrono::steady_clock::now();
+    EXPECT_THAT(request("POST /stop"), StartsWith("HTTP/1.1 200"));
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, 2s);
+  }
+  const FileDescriptor last = connect_to(port());
+  for (int k = 0; k < 100 && say(last, "x"); ++k) std::this_thread::sleep_for(100ms);
+  EXPECT_FALSE(say(last, "x")) << "5 s for a request, whatever comes of it";
+  slow.push_back(connect_to(port()));
+  lines.close();
+  const auto end = std::chrono::steady_clock::now();
+  watch.reset();
+  service->finish();
+  service.reset();
+  EXPECT_LT(std::chrono::steady_clock::now() - end, 3s);
+  over = true;
+}
+
+TEST_F(Service, EndlessLinesAreNotKept) {
+  const double memory_mb = resident_memory_mb();
+  std::vector<FileDescriptor> clients;
+  for (int k = 0; k < 8; ++k) {
+    clients.push_back(connect_to(port()));
+    for (int mb = 0; mb < 20 && say(clients.back(), std::string(1 << 20, 'a')); ++mb) {
+    }
+  }
+  EXPECT_LT(resident_memory_mb() - memory_mb, 30);
+}
+
+/// Descriptors are left for the files of a scan that ends.
+TEST_F(Service, ManyConnectionsLeaveRoomForFiles) {
+  const auto open_files = [] {
+    return std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator());
+  };
+  const auto before = open_files();
+  std::vector<FileDescriptor> clients;
+  for (int k = 0; k < 400; ++k) clients.push_back(connect_to(port()));
+  std::this_thread::sleep_for(500ms);
+  EXPECT_LE(open_files() - before - 400, 65);
 }
 
 TEST_F(Service, ManyRangesAreNoProblem) {

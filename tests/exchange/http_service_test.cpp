@@ -179,7 +179,7 @@ TEST_F(Service, NamesEveryAddressOfThisMachineAndATokenOfItsOwn) {
   EXPECT_THAT(open->urls, testing::Contains(StartsWith("http://127.0.0.1:")));
   const std::string& url = open->urls.front();
   EXPECT_EQ(url.size() - url.rfind('=') - 1, 32u);
-  EXPECT_THAT(serve_scan({"[::]:0", "word"}, other_lines, nullptr)->urls,
+  EXPECT_THAT(serve_scan({"[::]:0", "longword"}, other_lines, nullptr)->urls,
               testing::Each(StartsWith("http://[")));
 }
 
@@ -248,6 +248,7 @@ TEST_F(Service, RefusesInOneLineWhatCannotBe) {
     EXPECT_THAT(refusal_of(address), HasSubstr("a port is a number from 1 to 65535")) << address;
   EXPECT_THAT(refusal_of("203.0.113.7:0"), HasSubstr("is no address of this machine"));
   EXPECT_EQ(refusal_of("localhost:0", "a-B_9"), "accepted");
+  EXPECT_THAT(refusal_of("0.0.0.0:0", "short"), HasSubstr("--token: others can guess it"));
   for (const char* token : {"a b", "a&b", "\u00e4"})
     EXPECT_THAT(refusal_of("localhost:0", token), HasSubstr("should have letters")) << token;
   EXPECT_THAT(request("GET /changes?since=-1"), StartsWith("HTTP/1.1 200"));

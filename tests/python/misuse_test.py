@@ -1,6 +1,8 @@
 """Every mistake is one exception with one line; the interpreter lives on."""
 import os
 import pathlib
+import subprocess
+import sys
 import tempfile
 import unittest
 
@@ -110,6 +112,38 @@ class Misuse(unittest.TestCase):
         self.refused(TypeError, "", slam.process, self.images[20], "now")
         self.refused(TypeError, "", gelslam.Slam, None)
         slam.process(self.images[20], 1.5)
+
+    def test_what_no_constructor_has_made_has_no_attributes(self):
+        for name, kind in vars(gelslam).items():
+            if not isinstance(kind, type) or not kind.__module__.startswith("gelslam") or issubclass(kind, Exception):
+                continue
+            for attribute in [each for each in dir(kind) if not each.startswith("_")]:
+                self.refused(TypeError, "was not made by its constructor", getattr, kind.__new__(kind), attribute)
+
+    def test_a_pickle_of_anything_else(self):
+        for whole in (self.sensor(self.images[20]), gelslam.Slam(self.sensor).finish().mesh):
+            state = whole.__getstate__()
+            for wrong in [(), (1,), tuple(reversed(state)), (None,) * len(state), ("x",) * len(state), state[:-1]]:
+                self.refused(gelslam.Error, "no pickled", type(whole).__new__(type(whole)).__setstate__, wrong)
+
+    def test_a_thread_that_works_while_the_interpreter_ends(self):
+        script = f"""
+import threading, time, sys
+sys.path[:0] = {sys.path!r}
+import gelslam, simulated
+threading.Thread(target=gelslam.reconstruct, args=(simulated.SCAN, simulated.MODEL), kwargs={{"progress": %s}}, daemon=True).start()
+time.sleep(%s)
+"""
+        for progress in ("False", "lambda *told: None"):
+            for wait_s in (0.05, 0.3, 0.6):
+                done = subprocess.run([sys.executable, "-c", script % (progress, wait_s)], capture_output=True, text=True)
+                self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+    def test_times_of_a_recorder(self):
+        with tempfile.TemporaryDirectory() as folder, gelslam.Recorder(pathlib.Path(folder) / "log.mkv") as log:
+            for wrong in (float("nan"), float("inf"), -float("inf")):
+                self.refused(gelslam.Error, "time_s is not a finite number", log.write, self.images[0], wrong)
+            self.refused(gelslam.Error, "time_s is negative; count the seconds from the first", log.write, self.images[0], -1)
 
     def test_a_forged_pickle(self):
         function, arguments, *rest = self.sensor(self.images[20]).__reduce_ex__(2)

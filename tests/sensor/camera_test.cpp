@@ -113,6 +113,43 @@ TEST_F(Camera, FramesComeAsTheDriverSentThem) {
   EXPECT_EQ(camera->warning(), "");
 }
 
+/// Frames arrive every 0.04 s, 30 ms after their capture. One stamp, the first too, is wrong by anything:
+/// then only its own frame is less exact, and of a count that cannot be nothing is believed.
+TEST_F(Camera, AWrongStampMovesNoLaterTimes) {
+  for (const double off_s : {10.0, -10.0, 1e6, 0.9, -0.1})
+    for (const std::size_t wrong : {0u, 5u}) {
+      for (std::uint32_t i = 0; i < 20; ++i) {
+        send(100 + i + (i == 8 ? 1u << 30 : 0) + (i > 14 ? 2 : 0), 5000 + 0.04 * i);
+        mini.frames.back().arrives_s = 0.03 + 0.04 * i;
+      }
+      mini.frames[wrong].time_s += off_s;
+      const auto camera = open();
+      const std::int64_t first_us = camera->next()->unix_us;
+      for (int i = 1; i < 20; ++i) {
+        const RawFrame frame = *camera->next();
+        // What is within a second is not seen: it may have been so. The wrong one itself came 30 ms later.
+        const bool may_be = wrong == 0 ? std::abs(off_s) < 1 : off_s > 0 && off_s < 1;
+        const double tolerance_s = may_be ? 0.9 : i == 5 ? 0.03 : 1e-5;
+        EXPECT_NEAR(frame.time_s, 0.04 * i, 1e-6 + tolerance_s) << off_s << " " << wrong << " " << i;
+        EXPECT_NEAR(static_cast<double>(frame.unix_us - first_us), 1e6 * frame.time_s, 2);
+      }
+      EXPECT_EQ(camera->lost_frames(), 2);
+    }
+}
+
+/// A program that does not come to fetch them for 3 s finds four frames in the driver's queue.
+TEST_F(Camera, FramesThatWaitHaveTheTimeOfTheirCapture) {
+  for (std::uint32_t i = 0; i < 20; ++i) {
+    const bool after = i > 9;
+    send(after ? i + 71 : i, after ? 5002.84 + 0.04 * i : 5000 + 0.04 * i);
+    mini.frames.back().arrives_s = i > 5 && !after ? 3.2 : mini.frames.back().time_s - 4999.97;
+  }
+  const auto camera = open();
+  for (std::uint32_t i = 0; i < 20; ++i)
+    EXPECT_NEAR(camera->next()->time_s, i > 9 ? 2.84 + 0.04 * i : 0.04 * i, 1e-5) << i;
+  EXPECT_EQ(camera->lost_frames(), 71);
+}
+
 /// A camera that goes after two frames, and comes back when it was looked for `looks` times.
 class AwayCamera : public Camera {
  protected:
@@ -145,6 +182,8 @@ class AwayCamera : public Camera {
     mini.frames.clear();
     send(0, 5003.04);
     send(1, 5003.08);
+    mini.frames[0].arrives_s = 3.04;
+    mini.frames[1].arrives_s = 3.08;
     for (auto& [id, control] : mini.controls) control.value = at_power_on[id];
   }
 

@@ -137,6 +137,7 @@ int FakeCamera::dequeue(v4l2_buffer& buffer) {
   const FakeFrame frame = frames.front();
   if (frame.code != 0) return frame.code;
   frames.pop_front();
+  now_s = frame.arrives_s;
   buffer.index = *queued_.begin();
   queued_.erase(queued_.begin());
   std::copy(frame.bytes.begin(), frame.bytes.end(), memory_[buffer.index].begin());
@@ -259,6 +260,11 @@ detail::VideoSystem fake_system(const std::vector<FakeCamera*>& cameras) {
     return -1;
   };
   system.poll = [at](pollfd* fds, nfds_t, int timeout_ms) { return at(fds->fd)->poll(timeout_ms); };
+  system.now = [cameras, began = std::chrono::steady_clock::now()] {
+    const std::optional<double> now_s = cameras.front()->now_s;
+    return now_s ? began + std::chrono::microseconds(std::llround(1e6 * *now_s))
+                 : std::chrono::steady_clock::now();
+  };
   system.unix_offset_us = [cameras] { return cameras.front()->unix_offset_us; };
   system.nodes = [cameras] {
     std::vector<std::string> paths;

@@ -6,6 +6,7 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -21,6 +22,7 @@ struct FakeFrame {
   double time_s = 0;
   std::uint32_t flags = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
   int code = 0;
+  std::optional<double> arrives_s = {};  ///< on the clock of `time_s`; none: when it is taken
 };
 
 struct FakeMode {
@@ -58,6 +60,7 @@ class FakeCamera {
   bool streaming = false;
   std::int64_t unix_offset_us =
       1'700'000'000'000'000;     ///< what the system's clock is ahead of the monotonic one
+  std::optional<double> now_s;   ///< none: that of this machine
   std::function<void()> polled;  ///< called when a program begins to wait for a frame
 
   int open();

@@ -222,7 +222,7 @@ TEST_F(Fuse, MeshAndConfigurationAreReplacedAsAWhole) {
   fs::remove_all(request.run / "mesh.ply");
   for (const auto& read : {std::function<void()>([&] { load_session(request.run); }),
                            std::function<void()>([&] { check_is_run(request.run); })})
-    EXPECT_THAT(message_of(read), HasSubstr("its last save is not complete; fuse the run to complete it"));
+    EXPECT_THAT(message_of(read), HasSubstr("the scan was not finished; fuse the run to make its map"));
   EXPECT_TRUE(fuse().map_was_made);
   EXPECT_EQ(load_session(request.run).warning, "");
   EXPECT_EQ(read_config(request.run / "config.yaml").slam.fusion.voxel_size_mm, 0.16);

@@ -97,22 +97,67 @@ TEST(GrowingRun, ASessionThatCannotBeWrittenAgainStays) {
   std::string message;
   {
     const FileSizeLimit limit(session.size() - 1);
-    message = message_of([&] { run.save({Config{}, map, {}, {}}, false); });
+    message = message_of([&] { run.save({Config{}, map, {}, {}}, "it is gone"); });
   }
-  EXPECT_THAT(message, HasSubstr((folder / "session.db: cannot be written").string()));
+  EXPECT_THAT(message, testing::AllOf(HasSubstr((folder / "session.db: cannot be written").string()),
+                                      HasSubstr("; it is gone")));
   EXPECT_TRUE(read_bytes(folder / "session.db") == session);
   fs::create_directory(folder / "saving.tmp");
   write_bytes(folder / "saving.tmp/hand.avi", "pictures");
   EXPECT_THAT(message_of([&] {
-                run.save({Config{}, map, {}, {}}, false);
+                run.save({Config{}, map, {}, {}}, "it is gone");
               }),
               HasSubstr("saving.tmp/hand.avi: is not of this program"));
   EXPECT_EQ(read_bytes(folder / "saving.tmp/hand.avi"), "pictures");
   fs::remove(folder / "saving.tmp/hand.avi");
-  run.save({Config{}, map, {}, {}}, false);
+  run.save({Config{}, map, {}, {}}, "it is gone");
   EXPECT_EQ(read_scan(folder.path(), {}).frames.size(), 201u);
   EXPECT_EQ(load_session(folder.path()).warning, "");
   EXPECT_FALSE(fs::exists(folder / "saving.tmp"));
+}
+
+/// The session's file is removed, or its disk is full for a while, as a scan goes on.
+TEST(GrowingRun, WritesTheSessionAsSoonAsItCan) {
+  SlamMap map = map_with_a_false_loop();
+  map.parts = {ScanPart{}};
+  for (const bool removed : {false, true}) {
+    const TemporaryFolder folder;
+    write_run(folder.path(), {Config{}, map, {}, {}});
+    const auto run = resume(folder.path());
+    SessionQueue measured{1};
+    std::vector<std::string> said;
+    std::string problem;
+    const auto add = [&](int frames) {
+      for (int i = 0; i < frames; ++i)
+        measured.push_beyond_limit(
+            [&, i](Store& store) { store.add({.frame = 100 + i, .time_s = 4 + 0.04 * i}); });
+    };
+    add(60);
+    std::optional<FileSizeLimit> full;
+    measured.push_beyond_limit(
+        [&](Store&) { removed ? void(fs::remove(folder / "session.db")) : void(full.emplace(10'000)); });
+    for (int id = 4; id < 40; ++id)
+      measured.push_beyond_limit([&, id](Store& store) {
+        auto keyframe = std::make_shared<Keyframe>(*map.keyframes[0]);
+        keyframe->id = id;
+        store.add(NewKeyframe{keyframe, {}});
+      });
+    measured.push_beyond_limit([&](Store&) { full.reset(); });
+    measured.close();
+    problem = run.write_session(measured, [&](const std::string& what) { said.push_back(what); });
+    ASSERT_FALSE(said.empty());
+    if (removed) {
+      EXPECT_THAT(problem, HasSubstr("session.db: was removed; it is written again at the end"));
+      run.save({Config{}, map, {}, {}}, problem);
+      EXPECT_EQ(read_scan(folder.path(), {}).keyframes.size(), 4u);
+    } else {
+      EXPECT_THAT(said.front(), HasSubstr("session.db: cannot be written"));
+      EXPECT_EQ(problem, "");
+      const ScanRecord record = read_scan(folder.path(), {});
+      EXPECT_EQ(record.frames.size(), 64u);
+      EXPECT_EQ(record.keyframes.size(), 40u);
+    }
+  }
 }
 
 /// Somebody moves the folder away during the scan, and another run comes to its place.
@@ -130,7 +175,7 @@ TEST(GrowingRun, WritesIntoNoOtherRun) {
   const std::string session = read_bytes(folder / "RUN/session.db"),
                     report = read_bytes(folder / "RUN/report.json");
   EXPECT_THAT(message_of([&] {
-                run.save({Config{}, map, {}, {}}, true);
+                run.save({Config{}, map, {}, {}}, "");
               }),
               HasSubstr("RUN: was moved or removed during the scan; fuse it where it is now"));
   EXPECT_EQ(read_bytes(folder / "RUN/report.json"), report);

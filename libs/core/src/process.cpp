@@ -13,18 +13,19 @@ namespace {
 
 // A signal handler can reach nothing but a global; lock-free, so that it may be set there and read by any
 // thread.
-std::atomic<int> request_count{0};
-std::atomic<int> requests_that_ask{1};
+std::atomic<int> request_count{0};  // of the program
+std::atomic<int> request_limit{0};  // that ask; 0: there is no watch
+std::atomic<int> request_start{0};  // those before the outermost watch
 std::atomic<int> first_signal{0};
 std::atomic<bool> ends_regularly{false};
 static_assert(std::atomic<int>::is_always_lock_free);
 
 extern "C" void on_interrupt(int signal) {
   // A shell passes on the hang-up that the terminal has sent already: one closed terminal asks once.
-  if (signal == SIGHUP && request_count.load() > 0) return;
+  if (signal == SIGHUP && request_count.load() > request_start.load()) return;
   int none = 0;
   if (!ends_regularly.load()) first_signal.compare_exchange_strong(none, signal);
-  if (request_count.fetch_add(1) + 1 < requests_that_ask.load()) return;
+  if (request_count.fetch_add(1) + 1 < request_limit.load()) return;
   // The next one of either kind is not asked any more.
   std::signal(SIGINT, SIG_DFL);
   std::signal(SIGTERM, SIG_DFL);
@@ -48,11 +49,16 @@ void lower_thread_priority() {
   if (errno == 0) ::setpriority(PRIO_PROCESS, 0, std::min(now + kSteps, kLowest));
 }
 
-InterruptWatch::InterruptWatch(int asks, Ends ends) : previous_ends_regularly_(ends_regularly.load()) {
-  request_count.store(0);
-  first_signal.store(0);
+InterruptWatch::InterruptWatch(int asks, Ends ends)
+    : first_request_(request_count.load()),
+      previous_ends_regularly_(ends_regularly.load()),
+      previous_limit_(request_limit.load()) {
+  if (previous_limit_ == 0) {
+    first_signal.store(0);
+    request_start.store(first_request_);
+  }
   ends_regularly.store(ends == Ends::regularly);
-  requests_that_ask.store(asks);
+  request_limit.store(first_request_ + asks);
   struct sigaction action {};
   action.sa_handler = ends == Ends::at_once ? SIG_DFL : on_interrupt;
   action.sa_flags = SA_RESTART;
@@ -66,12 +72,13 @@ InterruptWatch::InterruptWatch(int asks, Ends ends) : previous_ends_regularly_(e
 
 InterruptWatch::~InterruptWatch() {
   ends_regularly.store(previous_ends_regularly_);
+  request_limit.store(previous_limit_);
   sigaction(SIGINT, &previous_interrupt_, nullptr);
   sigaction(SIGTERM, &previous_terminate_, nullptr);
   sigaction(SIGHUP, &previous_hangup_, nullptr);
 }
 
-int InterruptWatch::requests() const { return request_count.load(); }
+int InterruptWatch::requests() const { return request_count.load() - first_request_; }
 
 int InterruptWatch::ended_early_by() { return first_signal.load(); }
 

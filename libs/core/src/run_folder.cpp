@@ -62,7 +62,7 @@ void check_may_write(const fs::path& folder, const RunFolderOptions& options) {
   if (code) throw Error(folder.string() + ": cannot be listed: " + code.message());
   if (empty) return;
   if (!options.overwrite)
-    throw Error(folder.string() + ": exists already; name another folder or overwrite it");
+    throw Error(folder.string() + ": exists already; name another folder, or replace it by --overwrite");
   if (!fs::exists(folder / options.marker_file, code))
     throw Error(folder.string() + ": will not be overwritten, for it holds no " + options.marker_file +
                 " and so was not made by this command");
@@ -97,6 +97,15 @@ void rename_or_throw(const fs::path& from, const fs::path& to) {
     throw Error(to.string() + ": cannot be written: " + errno_text());
 }
 
+/// Two folders change places.
+void exchange(const fs::path& one, const fs::path& other) {
+  if (::renameat2(AT_FDCWD, one.c_str(), AT_FDCWD, other.c_str(), RENAME_EXCHANGE) == 0) return;
+  const fs::path aside = sibling(other, ".gelslam-old");  // a file system without it, such as NFS
+  rename_or_throw(other, aside);
+  rename_or_throw(one, other);
+  rename_or_throw(aside, one);
+}
+
 }  // namespace
 
 std::vector<std::string> saved_entries() {
@@ -109,8 +118,8 @@ std::vector<std::string> run_entries() {
   std::vector<std::string> names = saved_entries();
   names.insert(names.end(), {"session.db-wal", "session.db-shm", "screenshot_*.png"});
   for (const std::string& name : names)
-    for (const char* folder : {"", "saving.tmp/", "saved.tmp/"})
-      entries.insert(entries.end(), {folder + name, fmt::format("{}.tmp-[0-9]*-[0-9]*-{}", folder, name)});
+    for (const fs::path folder : {"", kSaving})
+      entries.insert(entries.end(), {folder / name, folder / (".tmp-[0-9]*-[0-9]*-" + name)});
   return entries;
 }
 
@@ -132,8 +141,9 @@ std::string left_behind(const fs::path& folder) {
   const fs::path temporary = temporary_of(absolute_folder(folder));
   std::error_code code;
   if (!fs::is_directory(temporary, code) || FolderLock::is_taken(temporary)) return "";
-  return temporary.string() + " was left by a command that was killed: remove it, or write to " +
-         folder.string() + " again";
+  return temporary.string() +
+         " was left by a command that did not end: rename it to keep what it holds; the " +
+         "next command that writes " + folder.string() + " removes it";
 }
 
 RunFolder::RunFolder(const fs::path& folder, const RunFolderOptions& options)
@@ -174,26 +184,25 @@ FolderLock RunFolder::commit() {
   try {
     put_in_place();
   } catch (const Error& error) {
-    if (temporary_.empty()) throw;
-    fs::path kept = sibling(final_, ".kept-" + std::to_string(::getpid()));  // the next run leaves it
-    if (std::rename(temporary_.c_str(), kept.c_str()) != 0) kept = temporary_;
-    temporary_.clear();
-    throw Error(std::string(error.what()) + "; what was to be there is in " + kept.string());
+    const std::string kept = std::exchange(temporary_, {}).string();
+    throw Error(std::string(error.what()) + "; what was to be there is in " + kept);
   }
   return std::move(lock_);
+}
+
+bool RunFolder::replaces() const {
+  std::error_code code;
+  return final_lock_.holds() && !fs::is_empty(final_, code);
 }
 
 void RunFolder::put_in_place() {
   check_may_write(final_, options_);
   lock_final();  // of one that has appeared meanwhile
-  std::error_code code;
-  const fs::path old = sibling(final_, ".old-" + std::to_string(::getpid()));
-  if (fs::exists(final_, code)) rename_or_throw(final_, old);
-  rename_or_throw(temporary_, final_);
-  temporary_.clear();
-  fs::remove_all(old, code);
-  final_lock_ = FolderLock();
+  replaces() ? exchange(temporary_, final_) : rename_or_throw(temporary_, final_);
   sync_folder(final_.parent_path());
+  std::error_code code;
+  fs::remove_all(std::exchange(temporary_, {}), code);  // what was replaced
+  final_lock_ = FolderLock();
 }
 
 void check_run_files(const fs::path& folder) {
@@ -216,24 +225,24 @@ void refuse_unfinished(const fs::path& folder) {
               ": the scan was not finished; fuse the run to make its map and mesh, or continue the scan");
 }
 
-void check_save(const fs::path& folder, const char* name) {
+void check_save(const fs::path& folder) {
   std::error_code code;
-  for (fs::directory_iterator entry(folder / name, code), end; !code && entry != end; entry.increment(code))
-    if (entry->is_directory() || !is_one_of(name / entry->path().filename(), run_entries()))
+  for (fs::directory_iterator entry(folder / kSaving, code), end; !code && entry != end;
+       entry.increment(code))
+    if (entry->is_directory() || !is_one_of(kSaving / entry->path().filename(), run_entries()))
       throw Error(entry->path().string() + ": is not of this program, which would remove it; move it away");
 }
 
-bool has_incomplete_save(const fs::path& folder) {
-  std::error_code code;
-  return fs::exists(fs::symlink_status(folder / "saved.tmp", code));
+bool is_unfinished(const fs::path& folder) {
+  const std::optional<RunReport> report = find_report(folder);
+  return report && report->saved == false;
 }
 
 void check_is_run(const fs::path& folder, RunNeeds needs) {
   std::error_code code;
   if (!fs::is_directory(folder, code)) throw Error(folder.string() + ": no such run folder");
   check_run_files(folder);
-  if (needs == RunNeeds::map && has_incomplete_save(folder))
-    throw Error(folder.string() + ": " + kIncompleteSave);
+  if (needs == RunNeeds::map && is_unfinished(folder)) refuse_unfinished(folder);
   const auto holds = [&](const char* entry) { return fs::exists(folder / entry, code); };
   if (holds("mesh.ply") || holds("trajectory.tum")) return;
   if (!holds("session.db"))

@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <random>
+#include <set>
 #include <utility>
 
 #include "gelslam/core/error.hpp"
@@ -143,8 +144,10 @@ Covered covered_by(const PosedSurface& patch) {
 std::string orientation_doubt(const Mesh& mesh) {
   constexpr double kMostTurned = 0.1;  // a few are scratches of a good mesh
   std::vector<std::pair<int, int>> edges;
+  std::set<std::set<int>> seen;  // files may have triangles twice
   for (const Eigen::Vector3i& t : mesh.triangles)
-    for (int k = 0; k < 3; ++k) edges.emplace_back(t[k], t[(k + 1) % 3]);
+    for (int k = 0; k < 3 && (k > 0 || seen.insert({t[0], t[1], t[2]}).second); ++k)
+      edges.emplace_back(t[k], t[(k + 1) % 3]);
   std::ranges::sort(edges);
   double turned = 0;
   for (std::size_t k = 1; k < edges.size(); ++k) turned += edges[k] == edges[k - 1];

@@ -1,12 +1,17 @@
 #include <assimp/material.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
+#include <fmt/format.h>
 
 #include <array>
 #include <assimp/Exporter.hpp>
 #include <assimp/Importer.hpp>
 #include <cmath>
+#include <cstring>
+#include <iterator>
 #include <map>
+#include <sstream>
+#include <vector>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
@@ -61,15 +66,36 @@ std::string plain_stl(const std::filesystem::path& path) {
   return bytes;
 }
 
+/// As Assimp takes an OBJ: without a byte order mark, lines whole, and no colors behind a vertex, which some
+/// programs give an opacity, too.
+std::string plain_obj(const std::filesystem::path& path) {
+  std::string text = read_file(path), plain;
+  if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);
+  for (const char* end : {"\\\r\n", "\\\n"})
+    for (std::size_t at = 0; (at = text.find(end, at)) != std::string::npos;)
+      text.replace(at, std::strlen(end), " ");
+  std::istringstream lines(std::move(text));
+  for (std::string line; std::getline(lines, line); plain += '\n') {
+    std::istringstream words(line);
+    std::vector<std::string> numbers{std::istream_iterator<std::string>(words), {}};
+    if (numbers.size() > 7 && numbers.front() == "v")
+      plain += fmt::format("v {} {} {}", numbers[1], numbers[2], numbers[3]);
+    else
+      plain += line;
+  }
+  return plain;
+}
+
 }  // namespace
 
 Mesh read_with_assimp(const std::filesystem::path& path, const std::string& extension, double mm_per_unit) {
   Assimp::Importer importer;
   const bool is_stl = extension == ".stl";
-  const std::string stl = is_stl ? plain_stl(path) : "";
-  const aiScene* scene =
-      is_stl ? importer.ReadFileFromMemory(stl.data(), stl.size(), aiProcess_Triangulate, "stl")
-             : importer.ReadFile(path.string(), aiProcess_Triangulate);
+  const std::string bytes = is_stl                ? plain_stl(path)
+                            : extension == ".obj" ? plain_obj(path)
+                                                  : read_file(path);
+  const aiScene* scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_Triangulate,
+                                                     extension.substr(1).c_str());
   if (scene == nullptr) throw Error("it is damaged, or not a mesh of the kind its name says");
   bool with_normals = !is_stl;
   for (unsigned i = 0; i < scene->mNumMeshes; ++i)

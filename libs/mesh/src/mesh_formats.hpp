@@ -17,9 +17,9 @@ Eigen::Vector3f vertex_mm(const Eigen::Vector3d& vertex, double mm_per_unit);
 bool is_text_stl(std::string_view bytes);
 
 /// Reads any PLY (ASCII, little or big endian) whose `vertex` element has x y z and whose `face` element has
-/// a list vertex_indices (or vertex_index); nx ny nz and confidence are taken when present, other properties
-/// are skipped. Polygons become fans. Coordinates are multiplied by `mm_per_unit`. Every count is checked
-/// against the file's size before memory is taken for it. Throws Error.
+/// a list vertex_indices (or vertex_index), or `tristrips`; nx ny nz and confidence are taken when present,
+/// other properties are skipped. Assimp makes triangles of polygons. Coordinates are multiplied by
+/// `mm_per_unit`. Every count is checked against the file's size before memory is taken for it. Throws Error.
 Mesh read_ply(const std::filesystem::path& path, double mm_per_unit);
 
 inline Eigen::Vector3f in_file_unit(const Eigen::Vector3f& v_mm, LengthUnit file_unit) {
@@ -27,8 +27,8 @@ inline Eigen::Vector3f in_file_unit(const Eigen::Vector3f& v_mm, LengthUnit file
 }
 
 #ifdef GELSLAM_WITH_ASSIMP
-/// OBJ and STL in all their dialects; `extension` is ".obj" or ".stl". Throws Error when Assimp cannot read
-/// the file.
+/// OBJ and STL in all their dialects, and polygons of a PLY; `extension` is ".obj", ".stl" or ".ply". Throws
+/// Error when Assimp cannot read the file.
 Mesh read_with_assimp(const std::filesystem::path& path, const std::string& extension, double mm_per_unit);
 
 /// The bytes of an OBJ, STL (binary; normals of its triangles) or GLB (as write_mesh() says), by

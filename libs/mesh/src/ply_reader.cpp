@@ -37,7 +37,6 @@ std::string read_file_bytes(const std::filesystem::path& path) {
 constexpr std::size_t kMaxHeaderBytes = 64 * 1024;
 constexpr std::size_t kMaxElements = 16;
 constexpr std::size_t kMaxProperties = 64;
-constexpr std::size_t kMaxPolygonCorners = 1024;
 
 template <typename T>
 double take(const char* at, bool reversed) {
@@ -244,27 +243,48 @@ int to_index(double value) {
   return static_cast<int>(value);
 }
 
-void read_polygon(const Property& property, Cursor& cursor, Mesh& mesh) {
+/// Returns false for one that is no triangle.
+bool read_face(const Property& property, Cursor& cursor, Mesh& mesh) {
   const std::size_t corners = cursor.count(*property.count_type);
-  if (corners < 3 || corners > kMaxPolygonCorners) throw Error("a face of it is no polygon");
-  const int first = to_index(cursor.scalar(*property.type));
-  int previous = to_index(cursor.scalar(*property.type));
-  for (std::size_t c = 2; c < corners; ++c) {
-    const int corner = to_index(cursor.scalar(*property.type));
-    mesh.triangles.emplace_back(first, previous, corner);
-    previous = corner;
+  if (corners < 3) throw Error("a face of it is no polygon");
+  std::array<int, 3> face{};
+  for (std::size_t c = 0; c < corners; ++c)
+    face[std::min<std::size_t>(c, 2)] = to_index(cursor.scalar(*property.type));
+  mesh.triangles.emplace_back(face[0], face[1], face[2]);
+  return corners == 3;
+}
+
+/// A triangle for every vertex from the third on; -1 begins another strip.
+void read_strip(const Property& property, Cursor& cursor, Mesh& mesh) {
+  std::vector<int> strip;
+  for (std::size_t left = cursor.count(*property.count_type); left > 0; --left) {
+    const double value = cursor.scalar(*property.type);
+    if (value == -1) {
+      strip.clear();
+      continue;
+    }
+    strip.push_back(to_index(value));
+    const std::size_t n = strip.size();
+    const bool turned = n % 2 == 0;
+    if (n > 2)
+      mesh.triangles.emplace_back(strip[turned ? n - 2 : n - 3], strip[turned ? n - 3 : n - 2], strip[n - 1]);
   }
 }
 
-void read_faces(const Element& element, Cursor& cursor, Mesh& mesh) {
+/// Returns false where some are no triangles.
+bool read_faces(const Element& element, Cursor& cursor, Mesh& mesh) {
+  bool triangles = true;
   mesh.triangles.reserve(static_cast<std::size_t>(element.count));
   for (std::uint64_t i = 0; i < element.count; ++i) {
     for (const Property& p : element.properties)
-      if (p.count_type && (p.name == "vertex_indices" || p.name == "vertex_index"))
-        read_polygon(p, cursor, mesh);
-      else
+      if (!p.count_type || (p.name != "vertex_indices" && p.name != "vertex_index"))
         skip(p, cursor);
+      else if (element.name == "tristrips")
+        read_strip(p, cursor, mesh);
+      else
+        triangles = read_face(p, cursor, mesh) && triangles;
   }
+  return triangles;
 }
 
 }  // namespace
@@ -274,19 +294,20 @@ Mesh read_ply(const std::filesystem::path& path, double mm_per_unit) {
   const Header header = parse_header(bytes);
   Cursor cursor(std::string_view(bytes).substr(header.size_bytes), header.format);
   Mesh mesh;
+  bool triangles = true;
   for (const Element& element : header.elements) {
     check_count(element, cursor);
     if (element.name == "vertex") {
       if (!mesh.vertices_mm.empty()) throw Error("it has two lists of vertices");
       read_vertices(element, mm_per_unit, cursor, mesh);
-    } else if (element.name == "face") {
-      read_faces(element, cursor, mesh);
+    } else if (element.name == "face" || element.name == "tristrips") {
+      triangles = read_faces(element, cursor, mesh) && triangles;
     } else {
       for (std::uint64_t i = 0; i < element.count; ++i)
         for (const Property& p : element.properties) skip(p, cursor);
     }
   }
-  return mesh;
+  return triangles ? mesh : read_with_assimp(path, ".ply", mm_per_unit);
 }
 
 }  // namespace gelslam::mesh::detail

@@ -64,19 +64,14 @@ class GelslamBridge(Node):
 
     def follow(self):
         """Publish one stream."""
-        self.bridge, self.surface_waits, images = Bridge(self.frames), False, None
-        while images != self._wants_images():  # somebody came, or the last has gone
-            images = self._wants_images()
-
-            def goes_on():
-                return rclpy.ok() and images == self._wants_images()
-            for line in lines(self.target, goes_on, images):
-                if line is None:
-                    rclpy.spin_once(self, timeout_sec=0.0)  # answers services
-                    self._publish_surface()
-                    continue
-                for item in self.bridge.handle(line):
-                    self.publish[type(item)](item)
+        self.bridge, self.surface_waits = Bridge(self.frames), False
+        for line in lines(self.target, rclpy.ok, self._wants_images):
+            if line is None:
+                rclpy.spin_once(self, timeout_sec=0.0)  # answers services
+                self._publish_surface()
+                continue
+            for item in self.bridge.handle(line):
+                self.publish[type(item)](item)
 
     def _wants_images(self):
         return self.images.get_subscription_count() > 0

@@ -209,51 +209,68 @@ def ask(target, what):
             return False, str(error)
 
 
-def _open(url, images):
-    connection = http.client.HTTPConnection(url.hostname, url.port, timeout=5 * WAIT_S)
-    try:
-        connection.request('GET', '/poses?surface=1&images=%d&%s' % (images, url.query))
-        connected = connection.sock
-        reply = connection.getresponse()
-        if reply.status != http.client.OK:
-            raise ValueError(reply.read().decode().strip())
-    except Exception:
-        connection.close()
-        raise
-    connected.settimeout(None)
-    return connected, reply
+class _Reader(threading.Thread):
+    """Put lines of a stream of its own into a queue, and None at its end; or only its pictures."""
+
+    def __init__(self, url, arrived, pictures=False):
+        super().__init__(daemon=True)
+        self.arrived, self.pictures, self.ends = arrived, pictures, False
+        connection = http.client.HTTPConnection(url.hostname, url.port, timeout=5 * WAIT_S)
+        try:
+            wish = 'images' if pictures else 'surface'
+            connection.request('GET', '/poses?%s=1&%s' % (wish, url.query))
+            self.connected = connection.sock
+            self.reply = connection.getresponse()
+            if self.reply.status != http.client.OK:
+                raise ValueError(self.reply.read().decode().strip())
+        except Exception:
+            connection.close()
+            raise
+        self.connected.settimeout(None)
+        self.start()
+
+    def run(self):
+        with contextlib.suppress(OSError, ValueError, http.client.HTTPException):  # it is gone
+            for line in self.reply:
+                if not self.pictures or line.startswith(b'{"type":"image"'):
+                    self._put(line.rstrip(b'\n'))
+        if not self.pictures:
+            self._put(None)
+
+    def _put(self, line):
+        while not self.ends:
+            with contextlib.suppress(queue.Full):
+                return self.arrived.put(line, timeout=WAIT_S)
+
+    def close(self):
+        self.ends = True
+        with contextlib.suppress(OSError), self.connected:
+            self.connected.shutdown(socket.SHUT_RDWR)
 
 
-def _read(reply, arrived):
-    try:
-        for line in reply:
-            arrived.put(line.rstrip(b'\n'))
-    except (OSError, ValueError, http.client.HTTPException):
-        pass  # the program is gone
-    arrived.put(None)
-
-
-def lines(target, goes_on, images=True):
+def lines(target, goes_on, pictures=lambda: True):
     """
     Yield the lines of one stream until it ends or goes_on() is false.
 
     Waits for the scan to start. Yields None between what arrives, and at least every WAIT_S.
-    `images`: also the sensor's pictures.
+    Whether pictures are wanted may change at any time.
     """
-    url = check_target(target)
-    while goes_on():
+    url, arrived = check_target(target), queue.Queue(maxsize=MOST_WAITING)
+    readers = []  # of all but pictures, and of these
+    failures = (OSError, http.client.HTTPException)
+    while goes_on() and not readers:
         try:
-            connected, reply = _open(url, images)
-            break
-        except (OSError, http.client.HTTPException):
+            readers.append(_Reader(url, arrived))
+        except failures:
             yield None
             time.sleep(WAIT_S)
-    else:
-        return
-    arrived = queue.Queue(maxsize=MOST_WAITING)
-    threading.Thread(target=_read, args=(reply, arrived), daemon=True).start()
     try:
         while goes_on():
+            if pictures() and len(readers) == 1:
+                with contextlib.suppress(ValueError, *failures):
+                    readers.append(_Reader(url, arrived, pictures=True))
+            elif not pictures() and len(readers) == 2:
+                readers.pop().close()
             try:
                 line = arrived.get(timeout=WAIT_S)
             except queue.Empty:
@@ -264,5 +281,5 @@ def lines(target, goes_on, images=True):
             yield line
             yield None
     finally:
-        with contextlib.suppress(OSError), connected:
-            connected.shutdown(socket.SHUT_RDWR)
+        for reader in readers:
+            reader.close()

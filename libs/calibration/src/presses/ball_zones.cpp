@@ -71,8 +71,6 @@ constexpr std::size_t kMinCompared = 5;  // labels, to tell how they were drawn
 constexpr double kCloseCenters = 0.12;   // of the radius: a label and what is found mean the same
 constexpr double kBesideRadii = 0.6;     // of the radius: a label that misses its contact
 
-// Contacts are found with a ball this many times as large, whose slopes limit no width.
-constexpr double kFlatterBall = 4.0;
 // Of a ball's diameter: wider than this are at most a tenth of its contacts, or the gel would lie on it more
 // than 53 degrees from its deepest point. 17 sizes with right diameters: 0.30 to 0.72; with half of them 0.84
 // to 1.45, but for balls of 12 and 15 mm that sank in by 0.5 mm.

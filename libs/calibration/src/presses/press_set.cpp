@@ -65,12 +65,17 @@ std::vector<CalibrationPress> read_catalog(const fs::path& path) {
   std::set<std::string> names;
   std::string line;
   std::getline(stream, line);
+  const bool has_semicolons = line.find(';') != std::string::npos;  // of a table program, with decimal commas
   if (diameter_in(line))
     throw Error(quoted(path) + " has no header: its first line must be experiment_reldir,diameter(mm)");
   for (int number = 2; std::getline(stream, line); ++number) {
     if (trimmed(line, kBlanks).empty()) continue;
     const std::string where = quoted(path) + " line " + std::to_string(number);
     if (line.size() > kMaxLine) throw Error(where + " is too long");
+    if (has_semicolons) {
+      std::ranges::replace(line, ',', '.');
+      std::ranges::replace(line, ';', ',');
+    }
     presses.push_back(parse_line(line, where));
     if (!names.insert(presses.back().name).second)
       throw Error(where + ": press '" + presses.back().name + "' is there twice");

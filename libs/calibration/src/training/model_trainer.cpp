@@ -31,7 +31,8 @@ class TrainingRandom {
   std::size_t below(std::size_t n) { return static_cast<std::size_t>(uniform() * static_cast<double>(n)); }
   double uniform() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
   double normal() {
-    return std::sqrt(-2.0 * std::log(1.0 - uniform())) * std::cos(2.0 * std::numbers::pi * uniform());
+    const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));  // first: operands have no order
+    return radius * std::cos(2.0 * std::numbers::pi * uniform());
   }
 
  private:

@@ -309,7 +309,14 @@ function show_way(...now) {
 
 // What is said beside the view.
 function show_warnings(warnings) {
-  by("warnings").replaceChildren(...warnings.map(text => Object.assign(document.createElement("div"), {className: "card amber", textContent: text})));
+  const cards = warnings.map(text => Object.assign(document.createElement("div"), {className: "card amber", textContent: text}));
+  if (cards.length > 1) {
+    const more = document.createElement("details"), open = by("warnings").querySelector("details")?.open;
+    more.append(Object.assign(document.createElement("summary"), {textContent: `${cards.length - 1} more`}), ...cards.splice(1));
+    more.open = Boolean(open);
+    cards.push(more);
+  }
+  by("warnings").replaceChildren(...cards);
 }
 function show_figures(figures) {
   by("figures").replaceChildren(...figures.map(([name, value, tone]) => {

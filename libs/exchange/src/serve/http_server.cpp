@@ -2,47 +2,180 @@
 
 #include <fmt/format.h>
 #include <httplib.h>
+#include <poll.h>
+#include <sys/resource.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
-#include <future>
+#include <list>
+#include <mutex>
 #include <random>
 #include <system_error>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/file_descriptor.hpp"
 
 namespace gelslam::exchange::detail {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::size_t kMostClients = 160;
+constexpr rlim_t kMostClients = 64;
 constexpr std::size_t kMostRequests = 10'000;  // of one connection
+constexpr std::size_t kMostBytes = 16 * 1024;  // of one request
 constexpr std::size_t kBytesAtOnce = 65'536;
-constexpr std::chrono::seconds kTimeToTake{5}, kTimeOfAnswer{30}, kTimeToEnd{5};
+constexpr std::chrono::seconds kTimeToTake{5}, kTimeOfAnswer{30}, kTimeToEnd{3}, kTimeToAskAgain{1};
 
 std::string random_token() {
   std::random_device random;
   return fmt::format("{:08x}{:08x}{:08x}{:08x}", random(), random(), random(), random());
 }
 
-/// Threads that can be had for clients, half of what the system still grants: httplib's pool would end the
-/// program where it gets too few.
-std::size_t possible_clients() {
-  std::vector<std::jthread> tried;
-  std::promise<void> end;
-  const std::shared_future<void> ended = end.get_future().share();
-  const std::shared_ptr<void> at_end(nullptr, [&](void*) { end.set_value(); });
-  try {
-    while (tried.size() < 2 * kMostClients) tried.emplace_back([ended] { ended.wait(); });
-  } catch (const std::system_error&) {
-    if (tried.size() < 2) throw;
-  }
-  return tried.size() / 2;
+/// Descriptors that clients may take: the rest is for files.
+std::ptrdiff_t most_clients() {
+  rlimit files{};
+  ::getrlimit(RLIMIT_NOFILE, &files);
+  return static_cast<std::ptrdiff_t>(std::clamp<rlim_t>(files.rlim_cur / 4, 1, kMostClients));
 }
+
+bool wait_for(int socket, short what, Clock::time_point until) {
+  pollfd waiting{socket, what, 0};
+  const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - Clock::now()).count();
+  return ::poll(&waiting, 1, static_cast<int>(std::max<std::int64_t>(left, 0))) > 0;
+}
+
+/// One request and its answer. httplib's own stream waits for the next byte of a request, as often as one
+/// comes, and httplib keeps a line of any length.
+class RequestStream final : public httplib::Stream {
+ public:
+  explicit RequestStream(int client) : socket_(client) {}
+
+  bool is_readable() const override { return wait_for(socket_, POLLIN, until_); }
+  bool is_writable() const override {
+    char byte = 0;
+    return wait_for(socket_, POLLOUT, Clock::now() + kTimeToTake) &&
+           ::recv(socket_, &byte, 1, MSG_PEEK | MSG_DONTWAIT) != 0;
+  }
+  ssize_t read(char* bytes, std::size_t size) override {
+    size = std::min(size, bytes_left_);
+    const ssize_t count = size > 0 && is_readable() ? ::recv(socket_, bytes, size, MSG_DONTWAIT) : -1;
+    if (count > 0) bytes_left_ -= static_cast<std::size_t>(count);
+    return count;
+  }
+  ssize_t write(const char* bytes, std::size_t size) override {
+    return is_writable() ? ::send(socket_, bytes, size, MSG_DONTWAIT | MSG_NOSIGNAL) : -1;
+  }
+  void get_remote_ip_and_port(std::string&, int&) const override {}
+  void get_local_ip_and_port(std::string&, int&) const override {}
+  socket_t socket() const override { return socket_; }
+
+ private:
+  const int socket_;
+  const Clock::time_point until_ = Clock::now() + kTimeToTake;
+  std::size_t bytes_left_ = kMostBytes;
+};
+
+/// A connection, with a thread of its own.
+struct Client {
+  static constexpr Clock::time_point kIsAnswered = Clock::time_point::max();
+
+  explicit Client(int connection) : socket(connection) {}
+  void hang_up() {
+    is_over = true;
+    ::shutdown(socket.get(), SHUT_RDWR);
+  }
+
+  FileDescriptor socket;
+  std::atomic<Clock::time_point> asks_since{Clock::now()};
+  std::atomic<bool> is_over{false}, is_gone{false};
+  std::jthread thread;
+};
+
+/// httplib's, but that a client who does not ask keeps nobody out.
+class Server : public httplib::Server {
+ public:
+  explicit Server(std::atomic<std::int64_t>& dropped) : dropped_(dropped) {
+    new_task_queue = [] { return new AtOnce; };
+  }
+
+  /// httplib lets five connections wait, and Linux the others a second and more.
+  void let_many_wait() { ::listen(svr_sock_, SOMAXCONN); }
+  bool answers() const {
+    const std::lock_guard lock(mutex_);
+    return std::ranges::any_of(
+        clients_, [](const auto& client) { return client->asks_since.load() == Client::kIsAnswered; });
+  }
+  /// After the end of listening.
+  void hang_up() {
+    {
+      const std::lock_guard lock(mutex_);
+      for (const auto& client : clients_) client->hang_up();
+    }
+    clients_.clear();
+  }
+
+ private:
+  struct AtOnce : httplib::TaskQueue {
+    void enqueue(std::function<void()> work) override { work(); }
+    void shutdown() override {}
+  };
+
+  /// Who has not asked for the longest time makes room.
+  bool process_and_close_socket(socket_t socket) override {
+    auto client = std::make_unique<Client>(socket);
+    const std::lock_guard lock(mutex_);
+    std::erase_if(clients_, [](const auto& left) { return left->is_gone.load(); });
+    if (std::ranges::count_if(clients_, [](const auto& one) { return !one->is_over; }) >= most_) {
+      ++dropped_;
+      const auto& idle = *std::ranges::min_element(clients_, {}, [](const auto& one) {
+        return one->is_over ? Client::kIsAnswered : one->asks_since.load();
+      });
+      if (idle->asks_since.load() == Client::kIsAnswered || std::ssize(clients_) > 2 * most_) return false;
+      idle->hang_up();
+    }
+    try {
+      client->thread = std::jthread([this, one = client.get()] { serve(*one); });
+    } catch (const std::system_error&) {  // no thread is to be had
+      return ++dropped_, false;
+    }
+    clients_.push_back(std::move(client));
+    return true;
+  }
+
+  void serve(Client& client) {
+    bool is_closed = false;
+    for (std::size_t left = kMostRequests; left > 0 && !is_closed; --left) {
+      RequestStream stream(client.socket.get());
+      client.asks_since = Clock::now();
+      if (left < kMostRequests && !wait_for(client.socket.get(), POLLIN, Clock::now() + kTimeToAskAgain))
+        break;
+      if (!answer(stream, left == 1, is_closed, [&](auto&) { client.asks_since = Client::kIsAnswered; }))
+        break;
+    }
+    const std::lock_guard lock(mutex_);
+    client.socket = FileDescriptor();
+    client.asks_since = Clock::now();
+    client.is_over = client.is_gone = true;
+  }
+
+  /// Newer versions want the addresses, too.
+  template <typename Stream>
+  bool answer(Stream& stream, bool is_last, bool& is_closed,
+              const std::function<void(httplib::Request&)>& asked) {
+    if constexpr (requires { this->process_request(stream, is_last, is_closed, asked); })
+      return this->process_request(stream, is_last, is_closed, asked);
+    else
+      return this->process_request(stream, "", 0, "", 0, is_last, is_closed, asked);
+  }
+
+  const std::ptrdiff_t most_ = most_clients();
+  std::atomic<std::int64_t>& dropped_;
+  mutable std::mutex mutex_;
+  std::list<std::unique_ptr<Client>> clients_;
+};
 
 /// Takes as long wherever the texts differ.
 bool is_equal(const std::string& a, const std::string& b) {
@@ -61,10 +194,6 @@ class TokenServer final : public HttpServer {
     set_up();
     listen_at(host, wanted_port);
     thread_ = std::thread([this] {
-      sigset_t broken_pipe;  // of clients that have left
-      sigemptyset(&broken_pipe);
-      sigaddset(&broken_pipe, SIGPIPE);
-      pthread_sigmask(SIG_BLOCK, &broken_pipe, nullptr);
       server_.listen_after_bind();
       ended_ = true;
     });
@@ -77,18 +206,16 @@ class TokenServer final : public HttpServer {
     };
     wait_while([this] { return !server_.is_running() && !ended_; });
     end_ = Clock::now() + kTimeToEnd;
-    wait_while([this] { return answers_ > 0 && Clock::now() < end_.load(); });
+    wait_while([this] { return server_.answers() && Clock::now() < end_.load(); });
     server_.stop();
     thread_.join();
+    server_.hang_up();
   }
 
  private:
   void set_up() {
-    server_.new_task_queue = [clients = possible_clients()] { return new httplib::ThreadPool(clients); };
     server_.set_tcp_nodelay(true);
-    server_.set_read_timeout(kTimeToTake);
-    server_.set_write_timeout(kTimeToTake);
-    server_.set_keep_alive_timeout(1);  // the end waits for it
+    server_.set_keep_alive_timeout(kTimeToAskAgain.count());
     server_.set_keep_alive_max_count(kMostRequests);
     server_.set_socket_options([](socket_t socket) {  // httplib's own let two programs listen at one port
       const int yes = 1;
@@ -101,10 +228,8 @@ class TokenServer final : public HttpServer {
                                  {"X-Content-Type-Options", "nosniff"}});
     // Before httplib reads a body: it would wait for that of a POST that says nothing of one.
     server_.set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
-      ++answers_;
-      const std::shared_ptr<void> counted(nullptr, [this](void*) { --answers_; });
       const_cast<httplib::Request&>(request).ranges.clear();  // httplib sends parts as if they were the whole
-      send(reply_to(request), counted, response);
+      send(reply_to(request), response);
       return httplib::Server::HandlerResponse::Handled;
     });
     server_.set_error_handler([this](const httplib::Request&, httplib::Response& response) {
@@ -115,7 +240,7 @@ class TokenServer final : public HttpServer {
   void listen_at(const std::string& host, int wanted_port) {
     errno = 0;
     port = wanted_port != 0 ? wanted_port : server_.bind_to_any_port(host);
-    if (wanted_port != 0 ? server_.bind_to_port(host, port) : port > 0) return;
+    if (wanted_port != 0 ? server_.bind_to_port(host, port) : port > 0) return server_.let_many_wait();
     const std::string name = "port " + std::to_string(wanted_port);
     if (errno == EADDRINUSE) throw Error(name + " is in use by another program; choose another one");
     if (errno == EACCES) throw Error(name + " needs rights of root; choose one from 1024");
@@ -138,23 +263,22 @@ class TokenServer final : public HttpServer {
     return handler->second({request.params.begin(), request.params.end()});
   }
 
-  /// `counted` lives as long as the answer.
-  void send(HttpReply reply, const std::shared_ptr<void>& counted, httplib::Response& response) {
+  void send(HttpReply reply, httplib::Response& response) {
     response.status = reply.status;
     if (is_ending()) return response.set_content(reply.body, reply.type);  // no provider is asked any more
     if (reply.pieces) {
-      response.set_chunked_content_provider(reply.type, [this, counted, pieces = std::move(reply.pieces)](
-                                                            std::size_t, httplib::DataSink& sink) {
-        const std::optional<std::string> piece = pieces();
-        if (!piece || is_ending()) return sink.done(), true;
-        return piece->empty() ? sink.is_writable() : write(*piece, sink, Clock::now() + kTimeToTake);
-      });
+      response.set_chunked_content_provider(
+          reply.type, [this, pieces = std::move(reply.pieces)](std::size_t, httplib::DataSink& sink) {
+            const std::optional<std::string> piece = pieces();
+            if (!piece || is_ending()) return sink.done(), true;
+            return piece->empty() ? sink.is_writable() : write(*piece, sink, Clock::now() + kTimeToTake);
+          });
       return;
     }
     // Not set_content(): it copies, and compresses.
     const auto body = std::make_shared<const std::string>(std::move(reply.body));
     response.set_content_provider(body->size(), reply.type,
-                                  [this, counted, body, until = Clock::now() + kTimeOfAnswer](
+                                  [this, body, until = Clock::now() + kTimeOfAnswer](
                                       std::size_t offset, std::size_t length, httplib::DataSink& sink) {
                                     return write(std::string_view(*body).substr(offset, length), sink, until);
                                   });
@@ -176,9 +300,8 @@ class TokenServer final : public HttpServer {
   bool is_ending() const { return end_.load() != Clock::time_point::max(); }
 
   const std::map<std::string, HttpHandler> handlers_;
-  httplib::Server server_;
   std::atomic<Clock::time_point> end_{Clock::time_point::max()};
-  std::atomic<int> answers_{0};  // that are being sent
+  Server server_{dropped};
   std::atomic<bool> ended_{false};
   std::thread thread_;
 };

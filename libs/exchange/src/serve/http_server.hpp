@@ -23,12 +23,13 @@ struct HttpReply {
 
 using HttpHandler = std::function<HttpReply(const HttpQuery&)>;
 
-/// HTTP (cpp-httplib) for 160 clients at a time, each on a thread; further ones wait. Who sends or takes
-/// nothing for 5 s is dropped, and who does not take an answer within 30 s, a piece within 5 s. Refused are
-/// requests without the token, with a body, and those of other sites' pages.
+/// HTTP (cpp-httplib) for 64 clients at a time, each on a thread; for another one the one goes that has not
+/// asked for the longest time. Who does not ask within 5 s, in 16 kB, is dropped, who takes nothing for 5 s,
+/// and who does not take an answer within 30 s, a piece within 5 s. Refused are requests without the token,
+/// with a body, and those of other sites' pages.
 class HttpServer {
  public:
-  /// Waits for answers that are being sent, for about 5 s at most.
+  /// Waits for answers that are being sent, for 3 s at most.
   virtual ~HttpServer() = default;
 
   int port = 0;

@@ -78,10 +78,15 @@ std::vector<std::string> shown_hosts(const std::string& host) {
   return {host};
 }
 
-void check_token(const std::string& token) {
+void check_token(const std::string& token, const std::string& host) {
+  constexpr std::size_t kLeastLetters = 8;  // 47 bits
+  const bool is_local = host.starts_with("127.") || host == "::1" || host == "localhost";
   const auto fits = [](unsigned char c) { return std::isalnum(c) != 0 || c == '-' || c == '_'; };
   if (!std::all_of(token.begin(), token.end(), fits))
     throw Error("--token " + token + ": should have letters of English, digits, - and _ only");
+  if (!is_local && !token.empty() && token.size() < kLeastLetters)
+    throw Error("--token: others can guess it; give at least " + std::to_string(kLeastLetters) +
+                " letters, or none for a random one");
 }
 
 HttpReply refuse(int status, const std::string& why) { return {.status = status, .body = why + "\n"}; }
@@ -277,8 +282,9 @@ class ScanService final : public HttpService {
 }  // namespace
 
 std::unique_ptr<HttpService> serve_scan(const ServeOptions& options, LineFeed& lines, const MeshFeed* mesh) {
-  check_token(options.token);
-  return std::make_unique<ScanService>(options, parse_address(options.address), lines, mesh);
+  const Address address = parse_address(options.address);
+  check_token(options.token, address.host);
+  return std::make_unique<ScanService>(options, address, lines, mesh);
 }
 
 }  // namespace gelslam

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <optional>
 #include <thread>
+#include <tuple>
 
 #include "cameras/v4l2_camera.hpp"
 #include "gelslam/core/text.hpp"
@@ -22,6 +23,7 @@ using Clock = std::chrono::steady_clock;
 constexpr int kWaitSliceMs = 100;  // how soon stop() is heard
 constexpr auto kRetryPause = std::chrono::milliseconds(50), kReturnPause = std::chrono::milliseconds(200);
 constexpr auto kOldest = std::chrono::seconds(1);  // a frame that arrives later has a wrong time
+constexpr double kFasterThanNamed = 1.1;           // what a camera may be, of its rate
 constexpr std::int64_t kClockStepUs = 100'000;     // what is less may be a clock that is drawn near
 
 constexpr std::uint32_t kBuffersAsked = 4;  // enough for a delay of 160 ms at 25 Hz
@@ -94,7 +96,7 @@ class CaptureStream {
       std::this_thread::sleep_for(kPauseWhenNotReady);
       return Capture::nothing_yet;
     }
-    frame.arrived = Clock::now();
+    frame.arrived = node_.system().now();
     if (buffer.index >= buffers_.size()) throw node_.failure("get a frame", EIO);
     const auto& memory = buffers_[buffer.index];
     const bool usable = (buffer.flags & V4L2_BUF_FLAG_ERROR) == 0 && buffer.bytesused > 0 &&
@@ -335,7 +337,11 @@ class V4l2Camera final : public CameraSource {
   RawFrame deliver() {
     close_row_gaps();
     const std::uint32_t step = sequence_step();
-    const bool plausible = step >= 1 && step < 1u << 31;  // else the driver counts from anew, or not at all
+    const double time_s = time_of_frame();
+    // Else the driver counts from anew, or not at all, or more than can have been.
+    const bool plausible =
+        step >= 1 && static_cast<double>(delivered_ + lost_ + step) <=
+                         1 + 2 * kBuffersAsked + kFasterThanNamed * format_.rate_hz * time_s;
     if (plausible) lost_ += step - 1;
     sequence_ += delivered_ == 0 ? captured_.sequence : (plausible ? step : 1);
     last_sequence_ = captured_.sequence;
@@ -353,11 +359,12 @@ class V4l2Camera final : public CameraSource {
     frame.arrived = captured_.arrived;
     frame.age = captured_.arrived - captured_.captured.value_or(captured_.arrived);
     if (frame.age < frame.age.zero() || frame.age > kOldest) frame.age = frame.age.zero();
-    frame.time_s = time_of_frame();
+    frame.time_s = time_s;
     follow_clock(frame.arrived - frame.age);
     frame.unix_us = unix_us_of(start_unix_us_, frame.time_s);
     frame.index = delivered_++;
     frame.sequence = sequence_;
+    last_arrival_ = frame.arrived;
     return frame;
   }
 
@@ -371,17 +378,18 @@ class V4l2Camera final : public CameraSource {
     last_offset_us_ = offset_us;
   }
 
-  /// By the driver's clock as long as it goes forward, else by when the frame arrived.
+  /// By the driver's clock, as far as its stamps go forward and not ahead of what arrives; else by when the
+  /// frame arrived. Whatever a stamp says, later times do not depend on it.
   double time_of_frame() {
-    double step_s = 0;
-    if (delivered_ > 0) {
-      step_s = std::chrono::duration<double>(captured_.arrived - last_arrival_).count();
-      if (captured_.captured && last_capture_ && *captured_.captured > *last_capture_)
-        step_s = std::chrono::duration<double>(*captured_.captured - *last_capture_).count();
-    }
-    last_arrival_ = captured_.arrived;
-    last_capture_ = captured_.captured;
-    return time_s_ += step_s;
+    const auto& [stamp, arrived] = std::tie(captured_.captured, captured_.arrived);
+    Clock::time_point time = stamp ? *stamp + stamp_offset_ : arrived;
+    const bool doubtful = delivered_ == 0 || time <= last_time_ || time > arrived + kOldest;
+    if (doubtful) time = arrived;
+    if (doubtful && stamps_doubtful_ && stamp) stamp_offset_ = time - *stamp;  // the clock, not one stamp
+    stamps_doubtful_ = doubtful;
+    if (delivered_ == 0) first_time_ = last_time_ = time;
+    last_time_ = std::max(time, last_time_);
+    return std::chrono::duration<double>(last_time_ - first_time_).count();
   }
 
   CameraOptions options_;
@@ -401,9 +409,9 @@ class V4l2Camera final : public CameraSource {
   CapturedFrame captured_;
   std::int64_t delivered_ = 0, sequence_ = 0;
   std::uint32_t last_sequence_ = 0;
-  Clock::time_point last_arrival_;
-  std::optional<Clock::time_point> last_capture_;
-  double time_s_ = 0;
+  Clock::time_point last_arrival_, first_time_, last_time_;
+  Clock::duration stamp_offset_{};  // of the driver's clock, which may be another one or be set
+  bool stamps_doubtful_ = true;
   std::int64_t start_unix_us_ = 0, last_offset_us_ = 0;
   std::atomic<std::int64_t> clock_step_us_ = 0;
   std::atomic<std::int64_t> lost_ = 0;

@@ -3,6 +3,7 @@
 #include <poll.h>
 #include <sys/types.h>
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -25,6 +26,7 @@ struct VideoSystem {
   std::function<void*(std::size_t length, int fd, off_t offset)> map;  ///< MAP_FAILED when it fails
   std::function<int(void* address, std::size_t length)> unmap;
   std::function<int(pollfd* fds, nfds_t count, int timeout_ms)> poll;
+  std::function<std::chrono::steady_clock::time_point()> now;  ///< by which frames arrive
 
   std::function<std::int64_t()> unix_offset_us;     ///< Unix time less the monotonic clock's, now
   std::function<std::vector<std::string>()> nodes;  ///< all /dev/video*, in the order of their numbers

@@ -111,6 +111,7 @@ const VideoSystem& linux_video_system() {
       },
       [](void* address, std::size_t length) { return ::munmap(address, length); },
       [](pollfd* fds, nfds_t count, int timeout_ms) { return ::poll(fds, count, timeout_ms); },
+      std::chrono::steady_clock::now,
       [] { return unix_us_now() - microseconds_of(std::chrono::steady_clock::now().time_since_epoch()); },
       video_nodes,
       group_of,

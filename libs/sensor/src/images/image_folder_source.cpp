@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <functional>
 #include <map>
+#include <numeric>
 #include <optional>
+#include <regex>
 #include <set>
 #include <utility>
 
@@ -20,52 +23,158 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// When the pictures of a folder were taken.
-struct FolderTimes {
-  std::vector<std::int64_t> unix_us = {};  ///< from their names; empty: these are no times
-  std::vector<std::int64_t> numbers;       ///< of the frames, from 0, with gaps where names leave some out
-  double rate_hz;
+/// The pictures of a folder in their order, and when they were taken.
+struct Series {
+  std::vector<fs::path> images;
+  std::string order = {};                ///< what that was taken from, for people
+  std::vector<std::int64_t> times_us{};  ///< from their names; empty: these are no times
+  bool is_unix = false;                  ///< since 1970
+  std::vector<std::int64_t> numbers{};   ///< of the frames, from 0, with gaps where names leave some out
+  double rate_hz = 0;
   std::string doubt = {};  ///< for people
 
   double time_s(std::size_t i) const {
-    return unix_us.empty() ? static_cast<double>(numbers[i]) / rate_hz
-                           : 1e-6 * static_cast<double>(unix_us[i] - unix_us.front());
+    return times_us.empty() ? static_cast<double>(numbers[i]) / rate_hz
+                            : 1e-6 * static_cast<double>(times_us[i] - times_us.front());
   }
-  std::string words() const {
-    const std::int64_t missing = numbers.back() + 1 - std::ssize(numbers);
-    return (unix_us.empty() ? "" : ", times of their names") +
-           (missing > 0 ? ", " + counted(missing, "number") + " left out" : std::string());
+  std::string missing() const {
+    const std::int64_t count = numbers.back() + 1 - std::ssize(numbers);
+    return count > 0 ? ", " + counted(count, "number") + " left out" : "";
   }
 };
 
-/// The digits that a name ends with, and those behind a point: "cam0-1403636579.763" has "1403636579", "763".
-/// So has "1403636579_763" where the names are of `seconds_nanoseconds`.
-std::pair<std::string, std::string> number_in(const fs::path& image, bool seconds_nanoseconds = false) {
-  const std::string stem = image.stem().string();
-  const auto digits_before = [&](std::size_t end) {
-    std::size_t begin = end;
-    while (begin > 0 && stem[begin - 1] >= '0' && stem[begin - 1] <= '9') --begin;
-    return stem.substr(begin, end - begin);
-  };
-  const std::string last = digits_before(stem.size());
-  const std::size_t point = stem.size() - last.size();
-  if (point == 0 || (stem[point - 1] != '.' && !(seconds_nanoseconds && stem[point - 1] == '_')))
-    return {last, ""};
-  const std::string whole = digits_before(point - 1);
-  return whole.empty() ? std::pair(last, std::string()) : std::pair(whole, last);
+/// A picture, and what its name says of its place.
+struct Place {
+  fs::path image;
+  std::int64_t value = 0;   ///< us of a time
+  std::string digits = {};  ///< behind a point; all of a hexadecimal number
+};
+using Places = std::vector<Place>;
+
+/// A way to name pictures. What it does not take of a name is the same in a series, but for digits.
+struct Naming {
+  enum class Kind { number, hexadecimal, time, unix_time };
+  std::string words;
+  Kind kind;
+  std::regex
+      form;  ///< of a name without its ending; its first part is what is not taken, its last the digits
+  std::int64_t (*value)(const std::smatch& parts);  ///< below 0: none
+  bool (*fits)(const Places& places);  ///< what must hold for most pictures of a folder, together
+
+  bool is_time() const { return kind == Kind::time || kind == Kind::unix_time; }
+};
+
+constexpr std::int64_t kSecondUs = 1'000'000;
+
+std::int64_t number(const std::string& digits, int base = 10) {
+  return digits.empty() ? 0 : std::stoll(digits, nullptr, base);
 }
 
-/// Of a name that is a time since 1970 as datasets write it: seconds (10 digits, perhaps with more behind a
-/// point, or with a number of nanoseconds), milliseconds (13), microseconds (16) or nanoseconds (19).
-std::optional<std::int64_t> unix_us_of_name(const fs::path& image, bool seconds_nanoseconds) {
-  auto [whole, behind] = number_in(image, seconds_nanoseconds);
-  if (whole.size() != 10 &&
-      (!behind.empty() || (whole.size() != 13 && whole.size() != 16 && whole.size() != 19)))
-    return std::nullopt;
-  if (seconds_nanoseconds && behind.size() < 9) behind.insert(0, 9 - behind.size(), '0');
-  const std::int64_t unix_us = std::stoll((whole + behind + "000000").substr(0, 16));
-  constexpr std::int64_t kFirstUs = 1'000'000'000'000'000;  // 2001
-  return unix_us >= kFirstUs && unix_us < kMaxUnixUs ? std::optional(unix_us) : std::nullopt;
+/// The first six of the digits behind a point.
+std::int64_t fraction_us(const std::string& digits) { return number((digits + "000000").substr(0, 6)); }
+
+/// -1 for times that no log of our days has.
+std::int64_t of_this_century(std::int64_t unix_us) {
+  constexpr std::int64_t kFirstUs = 1'000'000'000 * kSecondUs;  // 2001
+  return unix_us >= kFirstUs && unix_us < kMaxUnixUs ? unix_us : -1;
+}
+
+std::int64_t date_us(const std::smatch& parts) {
+  using namespace std::chrono;
+  const auto part = [&](std::size_t i) { return static_cast<int>(number(parts[i])); };
+  const year_month_day date = year(part(2)) / part(3) / part(4);
+  if (!date.ok() || part(2) < 1970 || part(5) > 23 || part(6) > 59 || part(7) > 59) return -1;
+  const auto time = sys_days(date) + hours(part(5)) + minutes(part(6)) + seconds(part(7));
+  return duration_cast<std::chrono::microseconds>(time.time_since_epoch()).count() + fraction_us(parts[8]);
+}
+
+/// Seconds as programs print them: all with as many digits behind the point, or without zeros at the end.
+bool are_decimals(const Places& places) {
+  const auto has_point = [](const Place& place) { return !place.digits.empty(); };
+  const auto ends_in_zero = [](const Place& p) { return p.digits.size() > 1 && p.digits.ends_with('0'); };
+  const auto as_many = [&](const Place& p) { return p.digits.size() == places.front().digits.size(); };
+  return 2 * std::ranges::count_if(places, has_point) > std::ssize(places) &&
+         (std::ranges::all_of(places, as_many) || std::ranges::none_of(places, ends_in_zero));
+}
+
+const std::vector<Naming>& namings() {
+  using Kind = Naming::Kind;
+  const auto always = [](const Places&) { return true; };
+  static const std::vector<Naming> known{
+      {"the seconds and nanoseconds since 1970", Kind::unix_time,
+       std::regex(R"((|.*?[^0-9])([0-9]{10})[._]([0-9]{1,9}))"),
+       [](const std::smatch& parts) {
+         return of_this_century(number(parts[2]) * kSecondUs + number(parts[3]) / 1000);
+       },
+       [](const Places& places) {
+         return std::ranges::any_of(places, [](const Place& place) { return place.digits.size() == 9; });
+       }},
+      {"the seconds since 1970", Kind::unix_time, std::regex(R"((|.*?[^0-9])([0-9]{10})(?:\.([0-9]+))?)"),
+       [](const std::smatch& parts) {
+         return of_this_century(number(parts[2]) * kSecondUs + fraction_us(parts[3]));
+       },
+       always},
+      {"the milli-, micro- or nanoseconds since 1970", Kind::unix_time,
+       std::regex(R"((|.*?[^0-9])([0-9]{13}|[0-9]{16}|[0-9]{19}))"),
+       [](const std::smatch& parts) {
+         return of_this_century(number((parts[2].str() + "000").substr(0, 16)));
+       },
+       always},
+      {"the date and time", Kind::time,  // of a clock that may be anywhere
+       std::regex(R"((|.*?[^0-9])([0-9]{4})[-_.]?([0-9]{2})[-_.]?([0-9]{2})[-_ T]?([0-9]{2})[-_:.]?)"
+                  R"(([0-9]{2})[-_:.]?([0-9]{2})(?:[-_.,]?([0-9]{3}|[0-9]{6}|[0-9]{9}))?Z?)"),
+       date_us, always},
+      {"the seconds", Kind::time, std::regex(R"((|.*?[^0-9])([0-9]{1,9})(?:\.([0-9]+))?)"),
+       [](const std::smatch& parts) { return number(parts[2]) * kSecondUs + fraction_us(parts[3]); },
+       are_decimals},
+      {"the hexadecimal numbers", Kind::hexadecimal, std::regex(R"((|.*?[^0-9A-Fa-f])([0-9A-Fa-f]{1,15}))"),
+       [](const std::smatch& parts) { return number(parts[2], 16); },
+       [](const Places& places) {
+         return std::ranges::all_of(
+             places, [&](const Place& place) { return place.digits.size() == places.front().digits.size(); });
+       }},
+      {"the numbers", Kind::number, std::regex(R"((.*?)([0-9]{0,9}))"),
+       [](const std::smatch& parts) { return number(parts[2]); }, always}};
+  return known;
+}
+
+std::string without_digits(std::string text) {
+  std::erase_if(text, [](char c) { return c >= '0' && c <= '9'; });
+  return text;
+}
+
+/// By what is not taken of their names.
+std::map<std::string, Places> places_by(const Naming& naming, const std::vector<fs::path>& images) {
+  std::map<std::string, Places> places;
+  std::smatch parts;
+  for (const fs::path& image : images) {
+    const std::string stem = image.stem().string();
+    if (!std::regex_match(stem, parts, naming.form)) continue;
+    if (const std::int64_t value = naming.value(parts); value >= 0)
+      places[without_digits(parts[1])].push_back({image, value, parts[parts.size() - 1]});
+  }
+  return places;
+}
+
+/// The pictures of most names, and how these are to be read.
+std::pair<const Naming*, Places> most_of(const std::vector<fs::path>& images) {
+  const auto largest = [&](const Naming& naming) {
+    const auto places = places_by(naming, images);
+    const auto most =
+        std::ranges::max_element(places, {}, [](const auto& series) { return series.second.size(); });
+    return most == places.end() ? Places() : most->second;
+  };
+  const Naming* plain = &namings().back();
+  const Places plain_places = largest(*plain);
+  for (const Naming& naming : namings()) {
+    const std::size_t least =
+        naming.kind == Naming::Kind::hexadecimal ? plain_places.size() + 1 : images.size() / 2 + 1;
+    Places places = largest(naming);
+    if (places.size() < std::max<std::size_t>(least, 2) || !naming.fits(places)) continue;
+    std::ranges::stable_sort(places, {}, [&](const Place& p) { return &naming == plain ? 0 : p.value; });
+    return {&naming, places};
+  }
+  return {plain, {}};
 }
 
 std::vector<std::int64_t> steps_of(const std::vector<std::int64_t>& values) {
@@ -80,21 +189,16 @@ bool increases(const std::vector<std::int64_t>& values) {
 
 /// Frame numbers from 0 by the numbers in names, where most of these differ by the same step and the others
 /// by several: a recorder that left some out. Else all in a row.
-std::vector<std::int64_t> frame_numbers(const std::vector<fs::path>& images) {
-  std::vector<std::int64_t> in_a_row, named;
-  for (const fs::path& image : images) {
-    in_a_row.push_back(std::ssize(in_a_row));
-    const std::string digits = number_in(image).first;
-    if (!digits.empty() && digits.size() < 10) named.push_back(std::stoll(digits));
-  }
-  if (named.size() != images.size() || named.size() < 3 || !increases(named)) return in_a_row;
+std::vector<std::int64_t> frame_numbers(const std::vector<std::int64_t>& named) {
+  std::vector<std::int64_t> numbers(named.size());
+  std::iota(numbers.begin(), numbers.end(), 0);
+  if (named.size() < 3 || !increases(named)) return numbers;
   const std::vector<std::int64_t> steps = steps_of(named);
   const std::int64_t step = *std::ranges::min_element(steps);
   const bool usual = 2 * std::ranges::count(steps, step) > std::ssize(steps);
-  if (!usual || std::ranges::any_of(steps, [&](std::int64_t s) { return s % step != 0; })) return in_a_row;
-  const std::int64_t first = named.front();
-  for (std::int64_t& number : named) number = (number - first) / step;
-  return named;
+  if (!usual || std::ranges::any_of(steps, [&](std::int64_t s) { return s % step != 0; })) return numbers;
+  std::ranges::transform(named, numbers.begin(), [&](std::int64_t n) { return (n - named.front()) / step; });
+  return numbers;
 }
 
 /// Where a clock was set back, pictures of two times mix: two steps together make the usual one. Else "".
@@ -112,93 +216,110 @@ std::string doubt_of(const std::vector<std::int64_t>& unix_us, std::int64_t usua
   return "";
 }
 
-/// Brings the images into the order of their names' times, if they have some.
-FolderTimes times_of(std::vector<fs::path>& images, double profile_rate_hz) {
-  FolderTimes times{.numbers = frame_numbers(images), .rate_hz = profile_rate_hz};
-  const bool seconds_nanoseconds = std::ranges::any_of(
-      images, [](const fs::path& image) { return number_in(image, true).second.size() == 9; });
-  std::map<std::int64_t, fs::path> timed;
-  std::string second;  // name of the same time, or without one
+/// Throws Error where the names are those of several logs, or of one log in two formats: left_1.png and
+/// right_1.png, 1.png and 1.jpg. Returns what is to be said of single pictures of other names, which are left
+/// out; of the names of `images`, `most` are of one series.
+std::string others_than(const Places& most, const fs::path& folder, const std::vector<fs::path>& images) {
+  std::set<std::string> stems;
+  std::set<fs::path> of_most;
+  for (const Place& place : most) of_most.insert(place.image);
+  std::map<std::string, std::vector<std::string>> series;
+  std::vector<std::string> others;
   for (const fs::path& image : images) {
-    const auto time = unix_us_of_name(image, seconds_nanoseconds);
-    if (!time || !timed.emplace(*time, image).second) second = image.string();
+    const std::string stem = image.stem().string(), name = image.filename().string();
+    if (!stems.insert(stem).second)
+      throw Error(folder.string() + ": holds " + name + " in another format, too; keep one of them");
+    if (of_most.contains(image)) continue;
+    series[without_digits(stem)].push_back(name);
+    others.push_back(name);
   }
-  if (2 * timed.size() <= images.size() || timed.size() < 2) return times;
-  if (!second.empty()) {
-    times.doubt = second + fmt::format(": its name gives no time of its own; times are counted at {:g} Hz",
-                                       profile_rate_hz);
-    return times;
+  if (others.empty()) return "";
+  constexpr std::size_t kMostSensors = 4;  // more series are names of another kind
+  const auto several = [](const auto& names) { return names.second.size() > 1; };
+  const std::size_t count = series.size() + (most.empty() ? 0 : 1);
+  if (count > 1 && count <= kMostSensors && std::ranges::all_of(series, several))
+    throw Error(
+        fmt::format("{}: holds several series of pictures ({}, {}); give each a folder of its own",
+                    folder.string(), series.begin()->second.front(),
+                    most.empty() ? series.rbegin()->second.front() : most.front().image.filename().string()));
+  if (most.empty()) return "";
+  return fmt::format("{}: {} not named like {} and left out: {}", folder.string(),
+                     others.size() == 1 ? "a picture is" : fmt::format("{} pictures are", others.size()),
+                     most.front().image.filename().string(), others.front());
+}
+
+/// In the order of their names, of which the largest part is named alike.
+Series series_of(const fs::path& folder, std::vector<fs::path> images, double profile_rate_hz) {
+  const auto& [naming, places] = most_of(images);
+  Series series;
+  series.doubt = others_than(places, folder, images);
+  series.rate_hz = profile_rate_hz;
+  if (places.empty()) {
+    series.images = std::move(images);
+    series.order = "in the order of their names";
+    series.numbers.resize(series.images.size());
+    std::iota(series.numbers.begin(), series.numbers.end(), 0);
+    return series;
   }
-  images.clear();
-  for (auto& [time_us, image] : timed) {
-    times.unix_us.push_back(time_us);
-    images.push_back(std::move(image));
+  std::vector<std::int64_t> values;
+  for (const Place& place : places) {
+    series.images.push_back(place.image);
+    values.push_back(place.value);
   }
-  const std::int64_t usual_us = quantile(steps_of(times.unix_us), 0.5);
-  times.rate_hz = 1e6 / static_cast<double>(usual_us);
-  times.doubt = doubt_of(times.unix_us, usual_us, images);
-  return times;
+  series.order = "in the order of " + naming->words + " in their names";
+  series.numbers = frame_numbers(naming->is_time() ? std::vector<std::int64_t>(values.size()) : values);
+  if (!naming->is_time()) return series;
+  if (const auto twice = std::ranges::adjacent_find(values); twice != values.end()) {
+    append_sentence(series.doubt,
+                    fmt::format("{}: its name gives no time of its own; times are counted at {:g} Hz",
+                                series.images[static_cast<std::size_t>(twice - values.begin())].string(),
+                                profile_rate_hz));
+    return series;
+  }
+  series.times_us = std::move(values);
+  series.is_unix = naming->kind == Naming::Kind::unix_time;
+  const std::int64_t usual_us = quantile(steps_of(series.times_us), 0.5);
+  series.rate_hz = 1e6 / static_cast<double>(usual_us);
+  append_sentence(series.doubt, doubt_of(series.times_us, usual_us, series.images));
+  return series;
 }
 
 class ImageFolderSource final : public RawFrameSource {
  public:
-  ImageFolderSource(fs::path folder, std::vector<fs::path> images, double rate_hz)
-      : folder_(std::move(folder)), images_(std::move(images)), times_(times_of(images_, rate_hz)) {}
+  ImageFolderSource(fs::path folder, Series series)
+      : folder_(std::move(folder)), series_(std::move(series)) {}
 
   std::optional<RawFrame> next() override {
-    if (stopped_ || index_ == images_.size()) return std::nullopt;
-    RawFrame frame = read_image_file(images_[index_]);
+    if (stopped_ || index_ == series_.images.size()) return std::nullopt;
+    RawFrame frame = read_image_file(series_.images[index_]);
     frame.index = static_cast<std::int64_t>(index_);
-    frame.sequence = times_.numbers[index_];
-    frame.time_s = times_.time_s(index_);
-    if (!times_.unix_us.empty()) frame.unix_us = times_.unix_us[index_];
+    frame.sequence = series_.numbers[index_];
+    frame.time_s = series_.time_s(index_);
+    if (series_.is_unix) frame.unix_us = series_.times_us[index_];
     ++index_;
     frame.arrived = std::chrono::steady_clock::now();
     return frame;
   }
 
   void stop() override { stopped_ = true; }
-  double rate_hz() const override { return times_.rate_hz; }
-  std::optional<std::int64_t> frame_count() const override {
-    return static_cast<std::int64_t>(images_.size());
-  }
+  double rate_hz() const override { return series_.rate_hz; }
+  std::optional<std::int64_t> frame_count() const override { return std::ssize(series_.images); }
   std::string description() const override {
-    return fmt::format("folder {} of {} images, {:g} Hz{}", folder_.string(), images_.size(), times_.rate_hz,
-                       times_.words());
+    return fmt::format("folder {} of {} images {}, {:g} Hz{}{}", folder_.string(), series_.images.size(),
+                       series_.order, series_.rate_hz, series_.times_us.empty() ? "" : " by these times",
+                       series_.missing());
   }
-  std::string warning() const override { return times_.doubt; }
+  std::string warning() const override { return series_.doubt; }
   std::int64_t lost_frames() const override {
-    return index_ == 0 ? 0 : times_.numbers[index_ - 1] + 1 - static_cast<std::int64_t>(index_);
+    return index_ == 0 ? 0 : series_.numbers[index_ - 1] + 1 - static_cast<std::int64_t>(index_);
   }
 
  private:
   fs::path folder_;
-  std::vector<fs::path> images_;
-  FolderTimes times_;
+  Series series_;
   std::size_t index_ = 0;
   std::atomic<bool> stopped_ = false;
 };
-
-/// Throws Error where the names are those of several logs, or of one log in two formats: left_1.png and
-/// right_1.png, 1.png and 1.jpg.
-void refuse_mixture(const fs::path& folder, const std::vector<fs::path>& images) {
-  std::set<std::string> stems;
-  std::map<std::string, std::vector<std::string>> series;  // by the name without its digits
-  for (const fs::path& image : images) {
-    const std::string name = image.filename().string();
-    std::string stem = image.stem().string();
-    if (!stems.insert(stem).second)
-      throw Error(folder.string() + ": holds " + name + " in another format, too; keep one of them");
-    std::erase_if(stem, [](char c) { return c >= '0' && c <= '9'; });
-    series[stem].push_back(name);
-  }
-  constexpr std::size_t kMostSensors = 4;  // more series are names of another kind
-  if (series.size() < 2 || series.size() > kMostSensors) return;
-  const auto few = [](const auto& names) { return names.second.size() < 2; };
-  if (std::ranges::any_of(series, few)) return;
-  throw Error(folder.string() + ": holds several series of pictures (" + series.begin()->second.front() +
-              ", " + series.rbegin()->second.front() + "); give each a folder of its own");
-}
 
 }  // namespace
 
@@ -215,9 +336,11 @@ std::vector<fs::path> list_images(const fs::path& folder) {
     const fs::path& path = entry->path();
     std::error_code not_a_file;
     const bool hidden = path.filename().string().starts_with(".");
-    if (!hidden && path.stem() != "background" && has_image_ending(path) &&
-        entry->is_regular_file(not_a_file))
-      images.push_back(path);
+    if (hidden || path.stem() == "background" || !has_image_ending(path)) continue;
+    if (entry->is_symlink(not_a_file) && !entry->exists(not_a_file))
+      throw Error(path.string() +
+                  ": is a link to a file that is not there; fetch it (git annex get, dvc pull)");
+    if (entry->is_regular_file(not_a_file)) images.push_back(path);
   }
   if (code) throw Error(folder.string() + ": cannot be listed: " + code.message());
   std::sort(images.begin(), images.end(), [](const fs::path& a, const fs::path& b) {
@@ -228,8 +351,8 @@ std::vector<fs::path> list_images(const fs::path& folder) {
 
 std::unique_ptr<RawFrameSource> open_image_folder(const fs::path& folder, std::vector<fs::path> images,
                                                   const SensorProfile& profile) {
-  refuse_mixture(folder, images);
-  return std::make_unique<ImageFolderSource>(folder, std::move(images), profile.frame_rate_hz);
+  return std::make_unique<ImageFolderSource>(folder,
+                                             series_of(folder, std::move(images), profile.frame_rate_hz));
 }
 
 }  // namespace gelslam::detail

@@ -144,9 +144,9 @@ void LiveSlam::make_threads() {
   }));
   threads_.push_back(thread([this] {
     lower_thread_priority();
-    if (run_) session_doubt_ = run_->write_session(measured);
-    measured.close();            // nobody reads it
-    board.warn(session_doubt_);  // a full disk ends the session, not the scan
+    const auto say = [this](const std::string& problem) { board.warn_about("the session", problem); };
+    if (run_) session_doubt_ = run_->write_session(measured, say);
+    measured.close();  // nobody reads it
     written_.count_down();
   }));
   threads_.push_back(thread([this] {
@@ -256,7 +256,11 @@ Run LiveSlam::save(SlamMap map, bool partial, ProgressSink& progress) {
     report_ = finished.report;
   }
   board.set_state("saving");
-  if (run_) run_->save(finished, session_doubt_.empty());
+  if (run_) {
+    run_->save(finished, session_doubt_);
+    const std::lock_guard lock(mutex_);
+    run_->put_in_place();
+  }
   return finished;
 }
 
@@ -283,8 +287,8 @@ LiveStatus LiveSlam::status() const {
     status.advice = std::move(absence);
     status.track = TrackStatus::lost;
   }
-  if (run_) status.run_folder = run_->folder.string();
   const std::lock_guard lock(mutex_);
+  if (run_) status.run_folder = run_->folder.string();
   status.failure = failure_in_words_;
   status.saved_drift_mm = report_.uncertainty.drift_mm.amount;
   status.saved_drift_deg = report_.uncertainty.drift_deg.amount;

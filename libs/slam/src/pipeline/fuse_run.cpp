@@ -104,7 +104,7 @@ FuseSummary fuse_run(const FuseRequest& request, ProgressSink& progress,
   if (request.keep_all) config.slam.fusion.min_piece_mm2 = 0;
   Target target(request);
   const std::optional<Session> session = find_session(request.run);
-  if (!session || !session->warning.empty() || has_incomplete_save(request.run))
+  if (!session || !session->warning.empty() || is_unfinished(request.run))
     return finish_killed(request, config, target, progress, stop_requested);
   if (session->patches.empty()) throw Error(request.run.string() + ": holds no keyframe to fuse");
   RunReport::MeshSize size;

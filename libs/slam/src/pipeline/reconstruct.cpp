@@ -79,7 +79,8 @@ Run reconstruct(const ReconstructRequest& request, ProgressSink& progress,
   std::future<std::string> session_doubt;
   if (is_kept) {
     folder = begin_run(wanted, config, so_far.next_frame());
-    session_doubt = std::async(std::launch::async, [&] { return folder->write_session(measured); });
+    session_doubt =
+        std::async(std::launch::async, [&] { return folder->write_session(measured, [](const auto&) {}); });
   }
   const QueueCloser end{measured};
   GelSlam slam(config.slam, so_far, is_kept ? &measured : nullptr);
@@ -94,7 +95,10 @@ Run reconstruct(const ReconstructRequest& request, ProgressSink& progress,
   RunReport report = report_of(stream, log);
   report.partial = stopped || stop_requested();
   Run run = finish_scan(config, std::move(map), std::move(report), timer, start, &progress);
-  if (is_kept) folder->save(run, session_doubt.get().empty());
+  if (is_kept) {
+    folder->save(run, session_doubt.get());
+    folder->put_in_place();
+  }
   return run;
 }
 

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/file_descriptor.hpp"
 
 namespace gelslam::slam::detail {
 namespace {
@@ -55,7 +56,10 @@ bool is_at_rest(const fs::path& file) {
 /// What the file itself says, whatever a write-ahead log does: its user version.
 std::int64_t mark_in(const fs::path& file) {
   std::array<unsigned char, 4> bytes{};
-  std::ifstream(file, std::ios::binary).seekg(60).read(reinterpret_cast<char*>(bytes.data()), bytes.size());
+  if (!std::ifstream(file, std::ios::binary)
+           .seekg(60)
+           .read(reinterpret_cast<char*>(bytes.data()), bytes.size()))
+    refuse("cannot be read: " + errno_text());  // as without a descriptor that is free
   return bytes[0] << 24 | bytes[1] << 16 | bytes[2] << 8 | bytes[3];
 }
 

@@ -303,9 +303,9 @@ std::optional<Session> find_session(const fs::path& run) {
 }
 
 Session load_session(const fs::path& run) {
-  if (has_incomplete_save(run)) throw Error(run.string() + ": " + kIncompleteSave);
-  if (std::optional<Session> session = find_session(run)) return *std::move(session);
-  refuse_unfinished(run);
+  std::optional<Session> session = is_unfinished(run) ? std::nullopt : find_session(run);
+  if (!session) refuse_unfinished(run);
+  return *std::move(session);
 }
 
 }  // namespace gelslam

@@ -1,5 +1,6 @@
 #include "run_folder/run_writer.hpp"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -68,7 +69,7 @@ void replace_session(const fs::path& from, const fs::path& run) {
 
 /// Of a message that names a file on its way: with the name that the file was to have.
 std::string in_run(std::string message) {
-  const std::string on_the_way = "saving.tmp/";
+  const std::string on_the_way = std::string(kSaving) + "/";
   const std::size_t at = message.find(on_the_way);
   return at == std::string::npos ? message : message.erase(at, on_the_way.size());
 }
@@ -97,9 +98,8 @@ void write_results(const fs::path& folder, const Run& run) {
 
 void replace_results(const fs::path& run, const std::function<void(const fs::path&)>& write,
                      const SlamMap* map) {
-  const fs::path saving = run / "saving.tmp", saved = run / "saved.tmp";
-  const bool was_incomplete = has_incomplete_save(run);
-  for (const char* name : {"saving.tmp", "saved.tmp"}) check_save(run, name);
+  const fs::path saving = run / kSaving;
+  check_save(run);
   std::error_code code;
   fs::remove_all(saving, code);
   if (!code) fs::create_directory(saving, code);
@@ -110,27 +110,34 @@ void replace_results(const fs::path& run, const std::function<void(const fs::pat
     fs::remove_all(saving, code);
     throw Error(in_run(error.what()));
   }
-  fs::remove_all(saved, code);  // of a save that was killed
-  move_file(saving, saved);
-  if (fs::exists(saved / "session.db", code))
-    replace_session(saved / "session.db", run);
+  const auto write_report = [&](const std::optional<RunReport>& report) {
+    if (report) write_file_atomically(run / "report.json", report_json(*report));
+  };
+  const std::optional<RunReport> before = find_report(run);
+  std::optional<RunReport> unfinished = before;  // until the new report comes, the last of a save's files
+  if (unfinished) unfinished->saved = false;
+  write_report(unfinished);
+  if (fs::exists(saving / "session.db", code))
+    replace_session(saving / "session.db", run);
   else if (map)
     try {
       Store(run).set_map(*map);
     } catch (const Error&) {  // all of it or nothing
-      if (!was_incomplete) fs::remove_all(saved, code);
+      fs::remove_all(saving, code);
+      write_report(before);
       throw;
     }
   for (const std::string& file : saved_entries())
-    if (fs::exists(saved / file, code)) move_file(saved / file, run / file);
+    if (fs::exists(saving / file, code)) move_file(saving / file, run / file);
   sync_folder(run);
-  fs::remove_all(saved, code);
+  fs::remove_all(saving, code);
 }
 
 void slam::detail::check_run(const NewRun& wanted) { check_run_folder(wanted.folder, options_for(wanted)); }
 
 GrowingRun slam::detail::begin_run(const NewRun& wanted, const Config& config, std::int64_t first_frame) {
-  RunFolder run(wanted.folder, options_for(wanted));
+  auto folder = std::make_shared<RunFolder>(wanted.folder, options_for(wanted));
+  RunFolder& run = *folder;
   const fs::path path = run.final_path(), log = path / "log.mkv";
   ScanPart part = part_of(config, wanted.records ? log : wanted.input);
   part.first_frame = first_frame;
@@ -141,7 +148,9 @@ GrowingRun slam::detail::begin_run(const NewRun& wanted, const Config& config, s
   nothing_saved.partial = true;
   nothing_saved.saved = false;
   write_file_atomically(run.path() / "report.json", report_json(nothing_saved));
-  return {path, log, std::move(part), continues, std::make_shared<const FolderLock>(run.commit())};
+  if (run.replaces() && !wanted.records)
+    return {run.path(), log, std::move(part), continues, nullptr, folder};
+  return {path, log, std::move(part), continues, std::make_shared<const FolderLock>(run.commit()), nullptr};
 }
 
 GrowingRun slam::detail::resume_run(const fs::path& folder, const ContinuedScan& scan, const fs::path& input,
@@ -155,30 +164,54 @@ GrowingRun slam::detail::resume_run(const fs::path& folder, const ContinuedScan&
   for (int part = 2; fs::exists(log, code); ++part) log = path / ("log-" + std::to_string(part) + ".mkv");
   ScanPart part = part_of(config, records ? log : input);
   part.first_frame = scan.record.next_frame();
-  return {path, std::move(log), std::move(part), true, scan.lock};
+  return {path, std::move(log), std::move(part), true, scan.lock, nullptr};
 }
 
-std::string GrowingRun::write_session(SessionQueue& measured) const {
-  const QueueCloser end{measured};
+std::string GrowingRun::write_session(SessionQueue& measured,
+                                      const std::function<void(const std::string&)>& say) const {
+  const fs::path path = folder / "session.db";
+  const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  std::string problem;
   try {
     Store store(folder);
-    if (continues) store.add(part);
-    while (const auto work = measured.pop()) (*work)(store);
-    store.flush();
-    return "";
-  } catch (const std::exception& error) {  // whatever it is, the scan goes on
-    return error.what();
+    const auto attempt = [&](const std::function<void(Store&)>& work) {
+      try {
+        work(store);
+        problem = leads_to(path, file) ? "" : path.string() + ": was removed; it is written again at the end";
+      } catch (const std::exception& error) {  // whatever it is, the scan goes on
+        problem = error.what();
+      }
+      if (!problem.empty()) say(problem);
+    };
+    if (continues) attempt([&](Store& session) { session.add(part); });
+    while (const auto work = measured.pop()) attempt(*work);
+    attempt(&Store::flush);
+  } catch (const Error& error) {
+    say(problem = error.what());
+  }
+  return problem;
+}
+
+void GrowingRun::save(const Run& run, const std::string& session_problem) const {
+  if (lock && !lock->is_of(folder))
+    throw Error(folder.string() + ": was moved or removed during the scan; fuse it where it is now");
+  if (replacement && run.report.partial) throw Error("stopped early; the run that is there stays as it was");
+  const auto write = [&](const fs::path& saving) {
+    write_results(saving, run);
+    if (!session_problem.empty()) write_store(saving, run.map);
+  };
+  try {
+    replace_results(folder, write, &run.map);
+  } catch (const Error& error) {
+    if (session_problem.empty()) throw;
+    throw Error(std::string(error.what()) + "; " + session_problem);
   }
 }
 
-void GrowingRun::save(const Run& run, bool session_is_whole) const {
-  if (!lock->is_of(folder))
-    throw Error(folder.string() + ": was moved or removed during the scan; fuse it where it is now");
-  const auto write = [&](const fs::path& saving) {
-    write_results(saving, run);
-    if (!session_is_whole) write_store(saving, run.map);
-  };
-  replace_results(folder, write, &run.map);
+void GrowingRun::put_in_place() {
+  if (!replacement) return;
+  lock = std::make_shared<const FolderLock>(replacement->commit());
+  folder = std::exchange(replacement, nullptr)->final_path();
 }
 
 }  // namespace gelslam

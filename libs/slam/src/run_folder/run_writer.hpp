@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "gelslam/core/run_folder.hpp"
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/gel_slam.hpp"
 #include "gelslam/slam/reconstruct.hpp"
@@ -19,7 +20,7 @@ void write_results(const std::filesystem::path& folder, const Run& run);
 
 /// Replaces files of a run, which is locked, by those that `write` puts into a folder: results, and the
 /// session where that could not be written to. Then the run's session has `map`; null: the one that it had.
-/// Throws Error when the disk refuses. What that or a kill leaves half done is seen: has_incomplete_save().
+/// Throws Error when the disk refuses. What that or a kill leaves half done is seen: is_unfinished().
 void replace_results(const std::filesystem::path& run,
                      const std::function<void(const std::filesystem::path&)>& write, const SlamMap* map);
 
@@ -34,21 +35,25 @@ struct NewRun {
 };
 
 /// The run folder of a scan that is still going on: it is there from the start, for what grows (session,
-/// log), and its other files are replaced whole at its end.
+/// log), and its other files are replaced whole at its end. In the place of a finished run, which is
+/// overwritten, it comes when it is whole; unless it holds a recording, which cannot be made again.
 struct GrowingRun {
-  std::filesystem::path folder;
-  std::filesystem::path log;  ///< log.mkv; of a part that continues a scan log-2.mkv, log-3.mkv, ...
-  ScanPart part;              ///< what is scanned now
-  bool continues = false;     ///< the session does not have `part` yet
+  std::filesystem::path folder;  ///< where it is now
+  std::filesystem::path log;     ///< log.mkv; of a part that continues a scan log-2.mkv, log-3.mkv, ...
+  ScanPart part;                 ///< what is scanned now
+  bool continues = false;        ///< the session does not have `part` yet
   std::shared_ptr<const FolderLock> lock;
+  std::shared_ptr<RunFolder> replacement;  ///< of the old run, until put_in_place(); null: there is none
 
-  /// Writes what comes into the session until the queue is closed. Returns why it could not, then closes it;
-  /// or "".
-  std::string write_session(SessionQueue& measured) const;
+  /// Writes what comes into the session until the queue is closed, as soon as the disk takes it. Gives `say`
+  /// what is wrong with it. Returns why it is not whole; or "".
+  std::string write_session(SessionQueue& measured, const std::function<void(const std::string&)>& say) const;
 
-  /// Throws Error when the disk is full, or the folder may not be written or was moved; what was saved before
-  /// is then still there. `session_is_whole`: the session holds what was measured, else it is written.
-  void save(const Run& run, bool session_is_whole) const;
+  /// Throws Error when the disk is full, the folder may not be written or was moved, or a part would replace
+  /// a run; what was saved before is then still there. `session_problem`: why the session is not whole, so
+  /// that it is written; or "".
+  void save(const Run& run, const std::string& session_problem) const;
+  void put_in_place();  ///< after save(). Throws Error as RunFolder::commit()
 };
 
 /// Throws Error where begin_run() would. Makes nothing.

@@ -120,45 +120,46 @@ std::uint32_t number_of(const std::string& log) {
 Store::Store(const fs::path& run) : database_(std::make_unique<Database>(session_file(run), Access::write)) {}
 Store::~Store() = default;
 
-/// All of it or nothing, with the frames that wait.
-template <typename Work>
-void Store::write(const Work& work) {
-  const std::vector<FrameRecord> frames = std::exchange(waiting_, {});
+void Store::write(Work work) {
+  waiting_.push_back(std::move(work));
+  if (refused_ == 0 || waiting_.size() >= refused_ + kFramesAtOnce) flush();
+}
+
+void Store::flush() {
+  refused_ = waiting_.size();
   database_->transact([&](SQLite::Database& database) {
-    insert(database, frames);
-    work(database);
+    for (const Work& work : waiting_) work(database);
   });
+  waiting_.clear();
+  refused_ = 0;
 }
 
 void Store::add(const ScanPart& part) {
-  write([&](SQLite::Database& database) { insert(database, part); });
+  write([part](SQLite::Database& database) { insert(database, part); });
 }
 
 void Store::add(const FrameRecord& frame) {
-  waiting_.push_back(frame);
-  if (waiting_.size() >= kFramesAtOnce) flush();
+  waiting_.push_back([frame](SQLite::Database& database) { insert(database, std::vector{frame}); });
+  if (waiting_.size() >= refused_ + kFramesAtOnce) flush();
 }
 
 void Store::add(const NewKeyframe& added) {
-  write([&](SQLite::Database& database) {
+  write([added](SQLite::Database& database) {
     insert(database, *added.keyframe);
     if (added.edge) insert(database, std::vector{*added.edge});
   });
 }
 
 void Store::add_loops(int keyframe, const std::vector<PoseGraphEdge>& loops) {
-  write([&](SQLite::Database& database) {
+  write([keyframe, loops](SQLite::Database& database) {
     insert(database, loops);
     insert_searched(database, keyframe);
   });
 }
 
-void Store::flush() {
-  write([](SQLite::Database&) {});
-}
-
 void Store::set_map(const SlamMap& map) {
-  write([&](SQLite::Database& database) { insert(database, map); });
+  waiting_.push_back([&map](SQLite::Database& database) { insert(database, map); });
+  flush();
 }
 
 void begin_store(const fs::path& run, const ScanPart& part) {

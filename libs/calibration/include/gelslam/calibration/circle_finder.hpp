@@ -26,6 +26,9 @@ struct FoundCircle {
 FoundCircle find_circle(const cv::Mat3b& bgr, const cv::Mat3b& background, const CameraModel& camera,
                         double diameter_mm);
 
+/// Contacts are found with a ball this many times as large, whose slopes limit no width.
+inline constexpr double kFlatterBall = 4.0;
+
 /// Length of the camera's raw pixels at some place over those of the rest grid: less than 1 where the lens
 /// magnifies.
 double rest_px_per_raw_px(const CameraModel& camera, const Eigen::Vector2d& raw_px);

@@ -15,7 +15,7 @@ void lower_thread_priority();
 /// While an instance lives, the first `asks` signals Ctrl-C (SIGINT) or SIGTERM do not end the program:
 /// requested() turns true, and long work stops at the next frame and keeps its results. The next signal (by
 /// default the second) ends the program at once. A closed terminal (SIGHUP) counts as a request, too, once.
-/// Only one instance may exist at a time; the constructor forgets earlier requests.
+/// An instance within another one counts its own requests, and the outer one these, too.
 class InterruptWatch {
  public:
   /// regularly: only a signal ends the work, as with a camera. at_once: even the first one ends the program,
@@ -28,11 +28,15 @@ class InterruptWatch {
 
   bool requested() const { return requests() > 0; }
   int requests() const;
-  /// The first signal that ended work early since the latest instance was made, also after its end; 0: none.
+  /// The first signal that ended work early since the latest outermost instance was made, also after its
+  /// end; 0: none.
   static int ended_early_by();
 
  private:
-  const bool previous_ends_regularly_;  // a camera is opened within the work with it
+  const int first_request_;
+  // Of the instance around it: a camera is opened within the work with it.
+  const bool previous_ends_regularly_;
+  const int previous_limit_;
   struct sigaction previous_interrupt_ {};
   struct sigaction previous_terminate_ {};
   struct sigaction previous_hangup_ {};

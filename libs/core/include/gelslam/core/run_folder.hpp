@@ -34,14 +34,13 @@ struct RunFolderOptions {
 /// to it. Makes nothing.
 void check_run_folder(const std::filesystem::path& folder, const RunFolderOptions& options);
 
-/// "RUN.gelslam-tmp was left by a command that was killed: ..."; "" where there is none.
+/// "RUN.gelslam-tmp was left by a command that did not end: ..."; "" where there is none.
 std::string left_behind(const std::filesystem::path& folder);
 
 /// An output folder that appears whole or not at all: everything is written to path() (RUN.gelslam-tmp beside
-/// RUN), and commit() renames it to RUN. Both folders are locked meanwhile: nobody else writes to RUN.
-/// Destroyed without commit() it leaves nothing behind but parents of RUN. After kill -9 the temporary folder
-/// stays until the next run to RUN removes it. A run stopped by Ctrl-C commits what it has, marked partial in
-/// report.json.
+/// RUN), and commit() puts it in the place of RUN. Both folders are locked meanwhile: nobody else writes to
+/// RUN. Destroyed without commit() it leaves nothing behind but parents of RUN. After kill -9 the temporary
+/// folder stays until the next run to RUN removes it.
 class RunFolder {
  public:
   /// Fails at once, before any work: throws Error when the folder exists, is not empty and may not be
@@ -53,9 +52,11 @@ class RunFolder {
 
   const std::filesystem::path& path() const { return temporary_; }  ///< where to write, until commit()
   const std::filesystem::path& final_path() const { return final_; }
-  /// Throws Error when something that may not be replaced has appeared meanwhile (another run into the same
-  /// folder) or the disk refuses; what was written is then kept in `RUN.kept-<pid>`, which the error names.
-  /// Returns the lock of RUN, for those who go on writing there.
+  bool replaces() const;  ///< RUN is there, and not empty
+  /// RUN and what it replaces change places at once, so that at any time one of them is there, whole. Throws
+  /// Error when something that may not be replaced has appeared meanwhile (another run into the same folder)
+  /// or the disk refuses; what was written then stays in RUN.gelslam-tmp, which the error names. Returns the
+  /// lock of RUN, for those who go on writing there.
   FolderLock commit();
 
  private:
@@ -71,12 +72,12 @@ class RunFolder {
 /// Throws Error for a run without a map: who is still writing it, or that its scan was not finished.
 [[noreturn]] void refuse_unfinished(const std::filesystem::path& folder);
 
-/// Throws Error when FOLDER/NAME, in which a save is made, holds something that no save has put there.
-void check_save(const std::filesystem::path& folder, const char* name);
+/// In a run folder: where a save is made. Throws Error when it holds something that no save has put there.
+inline constexpr const char* kSaving = "saving.tmp";
+void check_save(const std::filesystem::path& folder);
 
-/// Files of a save lie in FOLDER/saved.tmp until all of them are in their places.
-bool has_incomplete_save(const std::filesystem::path& folder);
-inline constexpr const char* kIncompleteSave = "its last save is not complete; fuse the run to complete it";
+/// By the report: nothing was saved yet, or a save was killed while its files came to their places.
+bool is_unfinished(const std::filesystem::path& folder);
 
 enum class RunNeeds { map, record };  ///< record: the measurements are enough
 

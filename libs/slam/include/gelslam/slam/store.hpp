@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -9,6 +10,10 @@
 #include "gelslam/fusion/fusion.hpp"
 #include "gelslam/slam/map_snapshot.hpp"
 #include "gelslam/slam/slam_map.hpp"
+
+namespace SQLite {
+class Database;
+}
 
 namespace gelslam {
 
@@ -19,7 +24,8 @@ class Database;
 /// session.db of a run folder (docs/file-formats.md): what a scan has measured, and its map. It grows with
 /// every keyframe. After kill -9 or a power loss everything is there that was written up to the last keyframe
 /// or the last 25 frames. Not thread-safe; several may have one folder open. Its functions throw Error when
-/// the disk is full or the folder may not be written.
+/// the disk is full or the folder may not be written; what was added is kept, and comes with the next that
+/// can be written.
 class Store {
  public:
   /// Goes on with the one that is there. Throws Error as read_scan().
@@ -31,16 +37,17 @@ class Store {
   void add(const NewKeyframe& added);
   /// The loops of a keyframe; to be called for every one that was searched, also if none were found.
   void add_loops(int keyframe, const std::vector<PoseGraphEdge>& loops);
-  void flush();  ///< writes frames that wait; then all is on the disk
+  void flush();  ///< writes what waits; then all is on the disk
 
   void set_map(const SlamMap& map);  ///< replaces it
 
  private:
-  template <typename Work>
-  void write(const Work& work);
+  using Work = std::function<void(SQLite::Database&)>;
+  void write(Work work);
 
   std::unique_ptr<slam::detail::Database> database_;
-  std::vector<FrameRecord> waiting_;  ///< to be written
+  std::vector<Work> waiting_;  ///< to be written, all of it or nothing
+  std::size_t refused_ = 0;    ///< how many of them the disk has refused
 };
 
 /// Makes the session of a new scan, to go on with.
