@@ -65,9 +65,12 @@ TEST(Tracker, AnEdgeThatIsShakenIsFoundAgainWhereItRests) {
     const TrackedFrame frame =
         tracker.track(i, 0.04 * i, touch(extruded_edge(), motion(0, 0, 0, 0, at_mm, 0.4), everywhere()));
     lost += frame.status == TrackStatus::lost;
-    if (frame.status == TrackStatus::tracked)
+    if (frame.status == TrackStatus::tracked) {
       EXPECT_NEAR(frame.trial_T_frame.translation().y(), at_mm, kStepMm * (i + 1)) << i;
-    if (i == 6) EXPECT_EQ(frame.trial, 0);
+    }
+    if (i == 6) {
+      EXPECT_EQ(frame.trial, 0);
+    }
   }
   EXPECT_LE(lost, 1);
 }

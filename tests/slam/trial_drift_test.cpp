@@ -35,7 +35,7 @@ class RollingTracker {
   TrackedFrame begin(int trial) {
     current_ = keyframe(next_id_++, frame_, trial, model_sigma_);
     estimate_ = Pose::Identity();
-    return tracked({{current_}});
+    return tracked(std::vector<NewKeyframe>(1, NewKeyframe{current_, std::nullopt}));
   }
 
   TrackedFrame next() {

@@ -35,6 +35,12 @@ cv::Mat1f ring(double inner_mm, double center_u) {
   });
 }
 
+cv::Mat1b deeper_than_half(const cv::Mat1f& height_mm) {
+  cv::Mat1b mask;
+  cv::compare(height_mm, -0.5 * kDepthMm, mask, cv::CMP_LT);
+  return mask;
+}
+
 cv::Mat1b contact_of(const cv::Mat1f& height_mm, double pitch_mm = kPitchMm,
                      const HeightQuality& quality = {}) {
   cv::Mat1f gx, gy;
@@ -42,7 +48,7 @@ cv::Mat1b contact_of(const cv::Mat1f& height_mm, double pitch_mm = kPitchMm,
   cv::Sobel(height_mm, gy, CV_32F, 0, 1, 1, 0.5 / pitch_mm, 0, cv::BORDER_REPLICATE);
   cv::Mat1b contact;
   ContactDetector(kSensor, pitch_mm)
-      .detect(height_mm, divergence(gx, gy), height_mm < -0.2, quality, contact);
+      .detect(height_mm, divergence(gx, gy), deeper_than_half(height_mm), quality, contact);
   return contact;
 }
 
@@ -112,8 +118,10 @@ TEST(ContactMask, WhatIsNoDeeperThanTheErrorOfHeightsIsNoContact) {
 
 TEST(ContactMask, WithoutBareGelWhatHasChangedIsContact) {
   const cv::Mat1b contact = contact_of(ring(2.5, 159.5), kPitchMm, {.bare_gel_is_seen = false});
-  const cv::Mat1b changed = ring(2.5, 159.5) < -0.2;
-  EXPECT_LT(cv::countNonZero(contact != changed), 0.01 * cv::countNonZero(changed));
+  const cv::Mat1b changed = deeper_than_half(ring(2.5, 159.5));
+  cv::Mat1b differs;
+  cv::compare(contact, changed, differs, cv::CMP_NE);
+  EXPECT_LT(cv::countNonZero(differs), 0.01 * cv::countNonZero(changed));
 }
 
 }  // namespace

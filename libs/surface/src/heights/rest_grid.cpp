@@ -98,16 +98,6 @@ cv::Mat1f RestGrid::resample(const cv::Mat1f& raw) const { return taken(raw, to_
 
 cv::Mat1b RestGrid::resample(const cv::Mat1b& raw) const { return taken(raw, to_rest_); }
 
-cv::Mat3f RestGrid::resample_blocks(const cv::Mat3f& raw) const {
-  if (blocks_to_rest_.first.empty()) return raw;
-  std::vector<cv::Mat> channels;
-  cv::split(raw, channels);
-  for (cv::Mat& channel : channels) channel = taken(cv::Mat1f(channel), blocks_to_rest_);
-  cv::Mat3f rest;
-  cv::merge(channels, rest);
-  return rest;
-}
-
 cv::Mat1b RestGrid::resample_mask(const cv::Mat1b& raw_blocks) const {
   return mask_of(raw_blocks, blocks_to_rest_);
 }

@@ -17,8 +17,6 @@ class RestGrid {
   /// Linear between pixels.
   cv::Mat1f resample(const cv::Mat1f& raw) const;
   cv::Mat1b resample(const cv::Mat1b& raw) const;
-  /// The same for means of blocks (block_grid()).
-  cv::Mat3f resample_blocks(const cv::Mat3f& raw) const;
   /// Masks of blocks: set where half of what falls on a block is, so that they keep their size. (Masks that
   /// grow leave less bare gel to level by.)
   cv::Mat1b resample_mask(const cv::Mat1b& raw_blocks) const;
