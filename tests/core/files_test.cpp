@@ -137,7 +137,7 @@ TEST_F(RunFolders, AppearsWholeOrNotAtAll) {
 
 TEST_F(RunFolders, OverwritesOnlyWhatIsARunAndOnlyWhenAsked) {
   put("mesh.ply", "1");
-  EXPECT_THAT(refusal(), HasSubstr("RUN: exists already; name another folder, or replace it by --overwrite"));
+  EXPECT_THAT(refusal(), HasSubstr("RUN: exists already; name another folder or overwrite it"));
   EXPECT_THAT(refusal({.overwrite = true}), HasSubstr("holds no report.json"));
   put("report.json", "old");
   EXPECT_THAT(refusal({.overwrite = true, .inputs = {folder / "RUN2", place / "log/gelsight.avi"}}),

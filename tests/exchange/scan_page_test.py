@@ -200,10 +200,10 @@ class Pages(unittest.TestCase):
         self.look_at_colors()
 
     def test_a_phone_with_a_token(self):
-        address = self.scan("0.0.0.0:0", "--token", "phone")
-        self.assertRegex(address, r"^http://[0-9.]+:[0-9]+/\?token=phone$")
+        address = self.scan("0.0.0.0:0", "--token", "phonephone")
+        self.assertRegex(address, r"^http://[0-9.]+:[0-9]+/\?token=phonephone$")
         with self.assertRaisesRegex(OSError, "403"):
-            urlopen(address.replace("phone", "phon"))
+            urlopen(address.replace("phonephone", "phonephon"))
         self.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
                                      {"width": 390, "height": 844, "deviceScaleFactor": 2, "mobile": True})
         self.browser.get(address)

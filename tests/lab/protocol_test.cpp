@@ -97,15 +97,17 @@ TEST(Keyframes, AfterALossTrackingGoesOnFromTheLastEstimate) {
   const auto place = [](int i) {  // a jump that nothing bridges after frame 3
     return (i < 4 ? Pose::Identity() : motion(0, 0, 0, 40, 30)) * place_of_frame(i);
   };
-  for (int i = 0; i < 6; ++i) run.add({i, 0.04 * i, surface_at(place(i)), place(0).inverse() * place(i)});
+  // A new trial begins with the first frame after TrackerOptions::patience_s, 0.2 s after frame 3.
+  for (int i = 0; i < 12; ++i) run.add({i, 0.04 * i, surface_at(place(i)), place(0).inverse() * place(i)});
   const auto& estimates = run.estimates();
-  ASSERT_EQ(estimates.size(), 6U);
+  ASSERT_EQ(estimates.size(), 12U);
   EXPECT_TRUE(estimates[3].tracked);
   EXPECT_FALSE(estimates[4].tracked);
   EXPECT_TRUE(estimates[4].first_T_frame.isApprox(estimates[3].first_T_frame));
-  EXPECT_TRUE(estimates[5].tracked);
-  const Pose step = estimates[4].first_T_frame.inverse() * estimates[5].first_T_frame;
-  EXPECT_LT(gap(step, place(4).inverse() * place(5)).mm, 0.02);
+  EXPECT_TRUE(estimates[10].tracked);
+  EXPECT_TRUE(estimates[11].tracked);
+  const Pose step = estimates[10].first_T_frame.inverse() * estimates[11].first_T_frame;
+  EXPECT_LT(gap(step, place(10).inverse() * place(11)).mm, 0.02);
 }
 
 }  // namespace

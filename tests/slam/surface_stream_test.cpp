@@ -118,7 +118,7 @@ TEST_F(StreamOfALog, ALogShorterThanItsBackgroundIsRefused) {
 TEST_F(StreamOfALog, ContactInTheBackgroundIsRefusedUnlessForced) {
   record(12, true);
   EXPECT_THAT(error(), HasSubstr("should show the bare gel"));
-  EXPECT_THAT(error(), HasSubstr("continue with --force"));
+  EXPECT_THAT(error(), HasSubstr("continue with force"));
   input.force = true;
   EXPECT_THAT(open().background_doubts(), Contains(HasSubstr("the background shows contact")));
 }

@@ -37,6 +37,8 @@ cv::Mat1b in_blocks(const cv::Mat1b& pixels) {
   return blocks;
 }
 
+constexpr double kBorrowedModel = 3.6;  // Surface::model_sigma
+
 /// Heights integrated from slopes and laid on the bare gel, in pixels.
 struct Leveled {
   cv::Mat1f height;
@@ -49,7 +51,6 @@ Leveled leveled(const Reading& reading, BareGelLeveler& leveler) {
   return {poisson.pixels(squares), seen};
 }
 Leveled leveled(const Reading& reading) {
-  constexpr double kBorrowedModel = 4;  // Surface::model_sigma
   BareGelLeveler leveler(kSensor, {}, 1, kBorrowedModel);
   return leveled(reading, leveler);
 }
@@ -85,7 +86,7 @@ TEST(BareGel, ErrorsAreSpreadWhereSlopesAreLeastCertain) {
   const Reading reading = read(truth, [](int u) { return u > 250 ? 0.8 : 1.0; });
   const cv::Mat1b confidence = confidence_map(default_uncertainty(kSensor, kPitchMm), kSensor);
   const auto deepest_mm = [&](const cv::Mat1b& known) {
-    BareGelLeveler leveler(kSensor, known);
+    BareGelLeveler leveler(kSensor, known, 1, kBorrowedModel);
     return kPitchMm * leveled(reading, leveler).height(120, 250);
   };
   EXPECT_LT(std::abs(deepest_mm(confidence) + 1.0), 0.5 * std::abs(deepest_mm(cv::Mat1b()) + 1.0));
@@ -145,7 +146,7 @@ TEST(BareGel, StaysBareOrPressedWhileHeightsHardlyChange) {
     return leveled(read(truth, [](int) { return 1.0; }), leveler).height(120, 160);
   };
   // The limit is 4 pixels: 0.4 times the depth of the rim, as cells show it.
-  BareGelLeveler bare(kSensor), pressed(kSensor);
+  BareGelLeveler bare(kSensor, {}, 1, kBorrowedModel), pressed(kSensor, {}, 1, kBorrowedModel);
   EXPECT_NEAR(fields_height(bare, 3.2), 0, 0.1);
   EXPECT_NEAR(fields_height(bare, 4.7), 0, 0.1);
   EXPECT_NEAR(fields_height(pressed, 8), -8, 0.1);
@@ -158,7 +159,7 @@ double left_of_tilt(cv::Size size) {
   cv::Mat1f height = pixel_map<float>({(size.width + 1) / 2, (size.height + 1) / 2},  // of squares
                                       [](int u, int v) { return 0.005 * (u - v); });
   const cv::Mat1b unchanged(size, static_cast<unsigned char>(0));
-  BareGelLeveler(size).level(height, in_blocks(unchanged), PoissonSolver(size));
+  BareGelLeveler(size, {}, 1, kBorrowedModel).level(height, in_blocks(unchanged), PoissonSolver(size));
   return cv::norm(height(cv::Rect(4, 4, height.cols - 8, height.rows - 8)), cv::NORM_INF);
 }
 

@@ -57,7 +57,7 @@ double radius_mm(const cv::Mat1b& contact, double pitch_mm) {
 }
 
 // A ball in a membrane: the contact ends where the cap and the free gel have the same slope. Its radius is
-// known, for any depth and pixel pitch; what blurs the curvature widens it by at most 0.1 mm.
+// known, for any depth and pixel pitch; what blurs the curvature widens it by at most 0.2 mm.
 TEST(ContactMask, EndsWhereTheGelLeavesABall) {
   for (const double pitch_mm : {0.0423, kPitchMm, 0.0845})
     for (const double ball_mm : {3.0, 5.0, 8.0})
@@ -69,19 +69,23 @@ TEST(ContactMask, EndsWhereTheGelLeavesABall) {
           return r_mm < edge_mm ? edge_depth_mm + (edge_mm * edge_mm - r_mm * r_mm) / (2 * ball_mm)
                                 : edge_depth_mm * outside(r_mm) / outside(edge_mm);
         });
-        EXPECT_NEAR(radius_mm(contact_of(height_mm, pitch_mm), pitch_mm), edge_mm, 0.1)
+        EXPECT_NEAR(radius_mm(contact_of(height_mm, pitch_mm), pitch_mm), edge_mm, 0.2)
             << "pitch " << pitch_mm << ", ball " << ball_mm;
       }
 }
 
-TEST(ContactMask, DoesNotDependOnTheGelBesideIt) {
+// All pressure at the edge of a flat face is concentrated on a line, which blur widens by 0.2 to 0.4 mm;
+// without the curvature, the gel beside it would be contact for 1 mm and more.
+TEST(ContactMask, HardlyDependsOnTheGelBesideAFlatFace) {
   const auto flat_face = [](double relaxation_mm) {
     return round_gel(159.5, kPitchMm, [=](double r_mm) {
-      return kDepthMm * (r_mm < 2 ? 1 : std::exp((2 - r_mm) / relaxation_mm));
+      return kDepthMm * (r_mm < 2 ? 1
+                                  : std::cyl_bessel_k(0, r_mm / relaxation_mm) /
+                                        std::cyl_bessel_k(0, 2 / relaxation_mm));
     });
   };
   for (const double relaxation_mm : {0.35, 0.7, 0.9})
-    EXPECT_NEAR(radius_mm(contact_of(flat_face(relaxation_mm)), kPitchMm), 2, 0.12) << relaxation_mm;
+    EXPECT_NEAR(radius_mm(contact_of(flat_face(relaxation_mm)), kPitchMm), 2, 0.4) << relaxation_mm;
 }
 
 // Up to 3.3 mm² are filled: a radius of 1.03 mm, of which closing and blur take up to 0.5 mm.
@@ -108,12 +112,12 @@ TEST(ContactMask, WhatIsNoDeeperThanTheErrorOfHeightsIsNoContact) {
       const double r_mm = kPitchMm * std::hypot(u - at_u, v - 119.5);
       return depth_mm * std::max(0.0, 1 - r_mm * r_mm / 4);
     };
-    return -cap(80, 1.0) - cap(240, 0.05);
+    return -cap(80, 1.0) - cap(240, 0.1);
   });
   const cv::Rect faint(190, 70, 100, 100);
   EXPECT_GT(cv::countNonZero(contact_of(height_mm)(faint)), 1000);
   EXPECT_EQ(cv::countNonZero(contact_of(height_mm, kPitchMm, {.model_sigma = 4})(faint)), 0);
-  EXPECT_EQ(cv::countNonZero(contact_of(height_mm, kPitchMm, {.bare_scatter_mm = 0.02F})(faint)), 0);
+  EXPECT_EQ(cv::countNonZero(contact_of(height_mm, kPitchMm, {.bare_scatter_mm = 0.03F})(faint)), 0);
 }
 
 TEST(ContactMask, WithoutBareGelWhatHasChangedIsContact) {

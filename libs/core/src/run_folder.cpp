@@ -62,7 +62,7 @@ void check_may_write(const fs::path& folder, const RunFolderOptions& options) {
   if (code) throw Error(folder.string() + ": cannot be listed: " + code.message());
   if (empty) return;
   if (!options.overwrite)
-    throw Error(folder.string() + ": exists already; name another folder, or replace it by --overwrite");
+    throw Error(folder.string() + ": exists already; name another folder or overwrite it");
   if (!fs::exists(folder / options.marker_file, code))
     throw Error(folder.string() + ": will not be overwritten, for it holds no " + options.marker_file +
                 " and so was not made by this command");

@@ -5,7 +5,7 @@ const kOutline = [0.32, 0.83, 0.57], kSensor = [1, 0.59, 0.16];
 const kMostFailures = 300;  // a second each
 const kPause_ms = 150, kPictureEvery_ms = 300, kTrailLength = 3000;
 
-let version = 0, newest = 0, state = {}, failures = 0, has_view = false, keeps_files = false, trail = [];
+let version = 0, newest = 0, state = {}, failures = 0, has_view = false, trail = [];
 const rate = {since: performance.now(), bytes: 0, pictures: 0};
 
 function say(text, tone) {
@@ -73,15 +73,7 @@ function show_lost(text) {
   by("headline").textContent = ended ? "Finished" : text;
   by("advice").textContent = ended ? (state.phase === "finished" ? state.advice + " " : "") + "The program has ended."
     : "gelslam has ended, or cannot be reached. Trying again.";
-  for (const id of ["stop", "new", ...(keeps_files ? [] : ["files"])]) by(id).hidden = true;
-}
-/** So that they can be saved when the program has gone. */
-async function keep_files() {
-  for (const id of ["ply", "glb"]) {
-    const reply = await fetch(address("mesh." + id));
-    if (reply.ok) by(id).href = URL.createObjectURL(await reply.blob());
-    keeps_files = reply.ok;
-  }
+  for (const id of ["stop", "new", "files"]) by(id).hidden = true;
 }
 
 // The camera's picture, with the border of the contact.
@@ -144,7 +136,6 @@ async function look() {
   }
   show_words();
   look_at_picture();
-  if (state.phase === "finished" && phase !== "finished" && state.surface) await keep_files();
 }
 async function watch() {
   for (;;) {
@@ -155,7 +146,7 @@ async function watch() {
       if (++failures > 2 || !(error instanceof TypeError)) show_lost(error instanceof TypeError || error.name === "TimeoutError" ? "Connection lost" : error.message);
     }
     show_rate();
-    if (failures > 0 && state.phase === "finished") return;
+    if (failures > 2 && state.phase === "finished") return;
     if (failures > kMostFailures) return by("advice").textContent = "gelslam has ended, or cannot be reached. Reload the page to try again.";
     const pause_ms = failures > 0 ? 1000 : document.hidden || version < newest ? 0 : kPause_ms;
     if (pause_ms > 0) await new Promise(go_on => setTimeout(go_on, pause_ms));

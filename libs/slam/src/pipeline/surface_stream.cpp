@@ -231,10 +231,9 @@ SurfaceStream::SurfaceStream(std::unique_ptr<FrameSource> source, const LogInput
     if (!ask)
       throw Error("the log's first " + std::to_string(background_items_.size()) +
                   " frames should show the bare gel, but " + refusal.reason +
-                  (refusal.turned
-                       ? " (force continues anyway)"
-                       : " (record again without touching, name bare frames by "
-                         "--background-frames or a picture by --background, or continue with --force)"));
+                  (refusal.turned ? " (force continues anyway)"
+                                  : " (record again without touching, name background frames or "
+                                    "a background picture, or continue with force)"));
     if (!std::exchange(asked, true)) ask(refusal.request());
   }
 }

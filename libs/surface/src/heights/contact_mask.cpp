@@ -18,14 +18,17 @@ constexpr double kPressedShare = 0.5;
 constexpr double kSmoothedMm = 0.15;
 // Specks that are thinner than twice this are noise.
 constexpr double kSpeckMm = 0.13;
-// Gel between two faces that are closer than twice this lies at 0.9 of their depth: the object may fill it.
-constexpr double kBridgedMm = 0.5 * kRimLengthMm;
+// Gel between two faces that are closer than twice this stays within 3 % of their depth: it is bridged.
+constexpr double kBridgedMm = 0.25 * kRimLengthMm;
 // Between two faces at a distance of 2.6 L the gel returns half way to rest.
 constexpr double kMaxHoleMm2 = 2.6 * kRimLengthMm * 2.6 * kRimLengthMm;
 constexpr double kMinDepthMm = 0.015;  // what the network's own noise integrates to
+// A frame whose deepest place is less deep shows no touch: a lamp that flickers by a tenth integrates to
+// that.
+constexpr double kFaintestTouchMm = 0.05;
 constexpr double kScattersAboveGel = 4;
 // Heights err by this share of the deepest place, if slopes err as those of a sensor's own model do.
-constexpr double kErrorOfDepth = 0.02;
+constexpr double kErrorOfDepth = 0.05;
 
 }  // namespace
 
@@ -64,7 +67,9 @@ void ContactDetector::find_pressed(const cv::Mat1f& height_mm, const cv::Mat1f& 
   const double error_mm = std::max({quality.slope_noise * kMinDepthMm,
                                     kScattersAboveGel * static_cast<double>(quality.bare_scatter_mm),
                                     kErrorOfDepth * quality.model_sigma * deepest_mm});
-  cv::compare(height_mm, -error_mm, below_, cv::CMP_LT);
+  const bool is_touched = deepest_mm > quality.slope_noise * kFaintestTouchMm;
+  cv::compare(height_mm, is_touched ? -error_mm : -std::numeric_limits<double>::infinity(), below_,
+              cv::CMP_LT);
   cv::addWeighted(height_mm, kPressedShare - 1, curvature_per_px, kRimLengthMm * kRimLengthMm / pitch_mm_, 0,
                   pressure_);
   cv::GaussianBlur(pressure_, pressure_, {}, kSmoothedMm / pitch_mm_);
