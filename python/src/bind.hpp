@@ -58,7 +58,8 @@ class WithGil {
 inline const py::custom_type_setup kMadeWhole([](PyHeapTypeObject* type) {
   type->ht_type.tp_getattro = [](PyObject* self, PyObject* name) -> PyObject* {
     const auto* instance = reinterpret_cast<const py::detail::instance*>(self);
-    const bool is_made = !instance->simple_layout || instance->simple_holder_constructed;
+    // A part of another object is not owned, and has no holder.
+    const bool is_made = !instance->simple_layout || instance->simple_holder_constructed || !instance->owned;
     if (!is_made && PyUnicode_Check(name) && !std::string_view(PyUnicode_AsUTF8(name)).starts_with("__")) {
       PyErr_Format(PyExc_TypeError, "a gelslam.%s was not made by its constructor", Py_TYPE(self)->tp_name);
       return nullptr;

@@ -84,7 +84,7 @@ class Maps(unittest.TestCase):
         read = gelslam.Map(self.folder / "map")
         self.assertEqual(len(read), 20)
         np.testing.assert_allclose(read.poses, made.poses, atol=1e-9)
-        with self.assertRaisesRegex(gelslam.Error, "--overwrite"):
+        with self.assertRaisesRegex(gelslam.Error, "overwrite it"):
             made.save(self.folder / "saved")
         with self.assertRaisesRegex(gelslam.Error, "copy that folder"):
             read.save(self.folder / "again")

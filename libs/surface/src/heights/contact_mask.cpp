@@ -67,9 +67,7 @@ void ContactDetector::find_pressed(const cv::Mat1f& height_mm, const cv::Mat1f& 
   const double error_mm = std::max({quality.slope_noise * kMinDepthMm,
                                     kScattersAboveGel * static_cast<double>(quality.bare_scatter_mm),
                                     kErrorOfDepth * quality.model_sigma * deepest_mm});
-  const bool is_touched = deepest_mm > quality.slope_noise * kFaintestTouchMm;
-  cv::compare(height_mm, is_touched ? -error_mm : -std::numeric_limits<double>::infinity(), below_,
-              cv::CMP_LT);
+  cv::compare(height_mm, -error_mm, below_, cv::CMP_LT);
   cv::addWeighted(height_mm, kPressedShare - 1, curvature_per_px, kRimLengthMm * kRimLengthMm / pitch_mm_, 0,
                   pressure_);
   cv::GaussianBlur(pressure_, pressure_, {}, kSmoothedMm / pitch_mm_);
