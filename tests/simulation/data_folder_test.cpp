@@ -44,7 +44,9 @@ TEST(Simulator, ScansTheSameObjectTwiceByItsMesh) {
   };
   EXPECT_NEAR(at_the_middle(again), at_the_middle(simulator()), 0.005);
   EXPECT_GT(std::abs(at_the_middle(other) - at_the_middle(simulator())), 0.01);
-  EXPECT_FALSE(again.frame(20).start_T_sensor->isApprox(*simulator().frame(20).start_T_sensor, 1e-3));
+  const auto moved = again.frame(18).start_T_sensor, first = simulator().frame(18).start_T_sensor;
+  ASSERT_TRUE(moved && first);
+  EXPECT_FALSE(moved->isApprox(*first, 1e-3));
 }
 
 /// A data folder with what the options say, gone with the test.
