@@ -149,9 +149,8 @@ void Tracker::accept(TrackedFrame& result, const Attempt& attempt, const Surface
     switch_keyframe(result, touch, registrar_(surface));
     result.keyframe = keyframe_;
     result.keyframe_T_frame = Pose::Identity();
-  } else if (is_located(registration)) {
-    if (const auto left = turning_points_.pass(touch))
-      result.new_keyframes.push_back(make_keyframe(*left, true));
+  } else if (const auto left = turning_points_.pass(touch)) {
+    result.new_keyframes.push_back(make_keyframe(*left, true));
   }
 }
 

@@ -12,27 +12,31 @@ namespace {
 /// At most, for pixels that were filled in from around. It closes the hole where no other touch shows the
 /// place, also in the live window: less kMinPixelWeight it is above the viewer's kSmoothBorder.
 constexpr float kUnreadWeight = 0.3f;
+constexpr double kRimFadeMm = 0.1;     // l of mask_weight()
+constexpr double kBorderFadeMm = 1.5;  // a tenth of a Mini's narrow side
 
-/// sqrt(W), W = (tanh(d/l - 3) + 1)/2, l = H/60, d the distance to the mask's border in pixels: near it lies
-/// the gel's membrane rim and not the object (Huang et al., T-RO 2026). The root, because our mask ends
-/// before most of the membrane rim begins: W itself throws away good views, and the mean gets noisier.
-/// The mask's corners and steps, which come from the squares that shaped it, are rounded before.
-cv::Mat1f mask_weight(const cv::Mat1b& contact) {
-  const float length = static_cast<float>(contact.rows) / 60.0f;
+/// sqrt(W), W = (tanh(d/l - 3) + 1)/2, d the distance to the contact's border: near it lies the gel's rim and
+/// not the object (Huang et al., T-RO 2026; there l = H/60 pixels, for a mask that is found by another rule).
+/// The border is found within about 0.1 mm, and within 3 l = 0.3 mm of the true one the error of slopes falls
+/// to what it is inside. The root, because W itself throws away good views, and the mean gets noisier. The
+/// mask's corners and steps, which come from the squares that shaped it, are rounded before.
+cv::Mat1f mask_weight(const cv::Mat1b& contact, double pixel_pitch_mm) {
+  const double length_px = kRimFadeMm / pixel_pitch_mm;
   cv::Mat1b smooth;
-  cv::GaussianBlur(contact, smooth, cv::Size(), static_cast<double>(length), 0, cv::BORDER_REPLICATE);
+  cv::GaussianBlur(contact, smooth, cv::Size(), length_px, 0, cv::BORDER_REPLICATE);
   cv::Mat1f distance;
   cv::distanceTransform(smooth > 127, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  const float length = static_cast<float>(length_px);
   for (float& d : distance) d = d > 0 ? std::sqrt(0.5f * (std::tanh(d / length - 3.0f) + 1.0f)) : 0.0f;
   return distance;
 }
 
-/// The image's border cuts a patch off without a membrane rim: fading it out there keeps it from making a
+/// The image's border cuts a patch off without a rim of the gel: fading it out there keeps it from making a
 /// step in the mean.
-float image_border_weight(int u, int v, const cv::Size& size) {
+float image_border_weight(int u, int v, const cv::Size& size, double pixel_pitch_mm) {
   const auto rise = [&](int at, int length) {
     const int to_border = std::min(at, length - 1 - at);
-    const float x = std::min(1.0f, static_cast<float>(to_border) * 10.0f / static_cast<float>(size.height));
+    const float x = std::min(1.0f, static_cast<float>(to_border * pixel_pitch_mm / kBorderFadeMm));
     return x * x * (3.0f - 2.0f * x);
   };
   return rise(u, size.width) * rise(v, size.height);
@@ -71,7 +75,7 @@ std::optional<Patch> Patch::prepare(const PosedSurface& posed, double gradient_s
   patch.keyframe_ = posed.id;
   patch.width_ = box.width;
   patch.height_ = box.height;
-  const cv::Mat1f weight = mask_weight(s.contact);
+  const cv::Mat1f weight = mask_weight(s.contact, s.pixel_pitch_mm);
   const float inverse_scale = static_cast<float>(1.0 / gradient_scale);
   std::vector<Pixel> pixels(static_cast<std::size_t>(box.area()));
   for (int v = 0; v < box.height; ++v) {
@@ -83,8 +87,8 @@ std::optional<Patch> Patch::prepare(const PosedSurface& posed, double gradient_s
       const float height_mm = s.height_mm(at) * inverse_scale;
       if (!tilted.allFinite() || !std::isfinite(height_mm)) continue;  // weight 0: it shows nothing
       // A steep slope's height is uncertain by 1/nz: its information falls with nz squared.
-      const float known =
-          weight(at) * tilted.z() * tilted.z() * image_border_weight(at.x, at.y, s.contact.size());
+      const float known = weight(at) * tilted.z() * tilted.z() *
+                          image_border_weight(at.x, at.y, s.contact.size(), s.pixel_pitch_mm);
       pixels[static_cast<std::size_t>(v * box.width + u)] = {
           height_mm, std::min(known, is_read(s, at) ? 1.0f : kUnreadWeight), tilted.x(), tilted.y()};
     }

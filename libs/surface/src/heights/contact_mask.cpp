@@ -18,9 +18,8 @@ constexpr double kPressedShare = 0.5;
 constexpr double kSmoothedMm = 0.15;
 // Specks that are thinner than twice this are noise.
 constexpr double kSpeckMm = 0.13;
-// Gel between two crests that are closer than twice this stays within a tenth of their depth: it is bridged.
-// (With half of it, a screw's thread is strips too narrow for the mesh.)
-constexpr double kBridgedMm = 0.5 * kRimLengthMm;
+// Gel between two crests that are closer than twice this stays within 2 % of their depth: it is bridged.
+constexpr double kBridgedMm = 0.25 * kRimLengthMm;
 // Between two faces at a distance of 2.6 L the gel returns half way to rest.
 constexpr double kMaxHoleMm2 = 2.6 * kRimLengthMm * 2.6 * kRimLengthMm;
 constexpr double kMinDepthMm = 0.015;  // what the network's own noise integrates to
@@ -49,16 +48,19 @@ ContactDetector::ContactDetector(cv::Size size, double pixel_pitch_mm)
 }
 
 void ContactDetector::detect(const cv::Mat1f& height_mm, const cv::Mat1f& curvature_per_px,
-                             const cv::Mat1b& changed, const HeightQuality& quality, cv::Mat1b& contact) {
+                             const cv::Mat1b& changed, const HeightQuality& quality, cv::Mat1b& contact,
+                             cv::Mat1b& bridged) {
   if (quality.bare_gel_is_seen) {
     find_pressed(height_mm, curvature_per_px, quality, contact);
   } else {
     below_ = cv::Mat1b(changed.size(), static_cast<unsigned char>(255));
     changed.copyTo(contact);
   }
+  contact.copyTo(pressed_);
   close_gaps(below_, contact);
   fill_small_holes(below_, contact);
   cv::morphologyEx(contact, contact, cv::MORPH_OPEN, speck_);
+  cv::subtract(contact, pressed_, bridged);
 }
 
 void ContactDetector::find_pressed(const cv::Mat1f& height_mm, const cv::Mat1f& curvature_per_px,

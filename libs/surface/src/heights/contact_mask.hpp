@@ -26,18 +26,18 @@ struct HeightQuality {
 /// with d the depth below the gel at rest, c the curvature (the Laplacian of the height) and L the length
 /// over which the gel returns to rest beside an object. Beside the object p is 0; under a flat face p equals
 /// d, and under a convex one it is larger. A pixel is in contact where p exceeds half of d, and d its own
-/// error. Where no bare gel is seen, d is unknown: what
-/// has changed its color is contact. Small holes are
-/// filled: gel that is enclosed by contact and does not return to rest is bridged, and what it hides cannot
-/// be touched.
+/// error. Where no bare gel is seen, d is unknown: what has changed its color is contact. Gel between two
+/// crests that are close, and gel that contact encloses, does not return to rest: it is bridged. It belongs to
+/// the contact and closes the mesh, but its shape is the gel's own and does not move with the object.
 class ContactDetector {
  public:
   ContactDetector(cv::Size size, double pixel_pitch_mm);
 
   /// `height_mm`: relative to the gel at rest, negative in contact; `curvature_per_px`: divergence() of the
-  /// slopes; `changed`: where the picture differs from the background. Fills `contact` (HxW, 0 or 255).
+  /// slopes; `changed`: where the picture differs from the background. Fills `contact` and what of it is
+  /// `bridged` (HxW, 0 or 255).
   void detect(const cv::Mat1f& height_mm, const cv::Mat1f& curvature_per_px, const cv::Mat1b& changed,
-              const HeightQuality& quality, cv::Mat1b& contact);
+              const HeightQuality& quality, cv::Mat1b& contact, cv::Mat1b& bridged);
 
  private:
   void find_pressed(const cv::Mat1f& height_mm, const cv::Mat1f& curvature_per_px,
@@ -48,7 +48,7 @@ class ContactDetector {
   double pitch_mm_;
   cv::Mat speck_, gap_;
   cv::Mat1f pressure_, blocks_;
-  cv::Mat1b below_, holes_;
+  cv::Mat1b below_, pressed_, holes_;
   cv::Mat1i labels_;
   std::vector<int> area_px_;  // of each hole
 };
