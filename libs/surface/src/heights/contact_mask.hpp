@@ -27,8 +27,8 @@ struct HeightQuality {
 /// over which the gel returns to rest beside an object. Beside the object p is 0; under a flat face p equals
 /// d, and under a convex one it is larger. A pixel is in contact where p exceeds half of d, and d its own
 /// error. Where no bare gel is seen, d is unknown: what has changed its color is contact. Gel between two
-/// crests that are close, and gel that contact encloses, does not return to rest: it is bridged. It belongs to
-/// the contact and closes the mesh, but its shape is the gel's own and does not move with the object.
+/// crests that are close, and gel that contact encloses, does not return to rest: it is bridged. It belongs
+/// to the contact and closes the mesh, but its shape is the gel's own and does not move with the object.
 class ContactDetector {
  public:
   ContactDetector(cv::Size size, double pixel_pitch_mm);
