@@ -42,13 +42,14 @@ cv::Mat1b deeper_than_half(const cv::Mat1f& height_mm) {
 }
 
 cv::Mat1b contact_of(const cv::Mat1f& height_mm, double pitch_mm = kPitchMm,
-                     const HeightQuality& quality = {}) {
+                     const HeightQuality& quality = {}, cv::Mat1b* bridged = nullptr) {
   cv::Mat1f gx, gy;
   cv::Sobel(height_mm, gx, CV_32F, 1, 0, 1, 0.5 / pitch_mm, 0, cv::BORDER_REPLICATE);
   cv::Sobel(height_mm, gy, CV_32F, 0, 1, 1, 0.5 / pitch_mm, 0, cv::BORDER_REPLICATE);
-  cv::Mat1b contact;
+  cv::Mat1b contact, filled;
   ContactDetector(kSensor, pitch_mm)
-      .detect(height_mm, divergence(gx, gy), deeper_than_half(height_mm), quality, contact);
+      .detect(height_mm, divergence(gx, gy), deeper_than_half(height_mm), quality, contact,
+              bridged ? *bridged : filled);
   return contact;
 }
 
@@ -91,10 +92,13 @@ TEST(ContactMask, HardlyDependsOnTheGelBesideAFlatFace) {
 // Up to 3.3 mm² are filled: a radius of 1.03 mm, of which closing and blur take up to 0.5 mm.
 TEST(ContactMask, SmallHolesOfARingAreFilledLargeOnesStay) {
   for (const double inner_mm : {0.5, 0.8, 1.9, 2.5}) {
-    const cv::Mat1b contact = contact_of(ring(inner_mm, 159.5));
+    cv::Mat1b bridged;
+    const cv::Mat1b contact = contact_of(ring(inner_mm, 159.5), kPitchMm, {}, &bridged);
     const int on_ring = 160 + static_cast<int>((inner_mm + 0.4) / kPitchMm);
     EXPECT_TRUE(contact(120, on_ring)) << inner_mm;
     EXPECT_EQ(contact(120, 160) != 0, inner_mm < 1) << inner_mm;
+    EXPECT_EQ(bridged(120, 160) != 0, inner_mm < 1) << inner_mm;  // and not read
+    EXPECT_FALSE(bridged(120, on_ring)) << inner_mm;
     EXPECT_FALSE(contact(120, 160 + static_cast<int>((inner_mm + 1.3) / kPitchMm))) << inner_mm;
   }
 }
