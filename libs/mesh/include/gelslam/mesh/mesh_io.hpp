@@ -18,6 +18,9 @@ const char* short_name(LengthUnit unit);  ///< "m", "mm"
 /// Per vertex red, green, blue (sRGB); empty: none.
 using VertexColors = std::vector<std::array<std::uint8_t, 3>>;
 
+/// Whether read_mesh() takes a file of this name: PLY, OBJ or STL.
+bool is_mesh_name(const std::filesystem::path& path);
+
 /// The unit a file of that kind is expected in: millimeters for OBJ and STL (slicers and CAD programs read
 /// them so), meters for PLY (the public datasets' unit) and glTF (its specification). What export and the
 /// window write by default, and how files of other programs are read.
