@@ -23,6 +23,7 @@
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
 #include "gelslam/slam/store.hpp"
+#include "gelslam/slam/surface_stream.hpp"
 #include "gelslam/surface/gradient_model.hpp"
 #include "terminal_progress.hpp"
 
@@ -139,6 +140,14 @@ void add_session(InfoReport& report, const fs::path& run) {
   });
 }
 
+/// What reconstruct refuses: most often a log that does not begin with the bare gel.
+void check_beginning(InfoReport& report, const LogInput& input) {
+  attempt(report, [&] {
+    StageTimer timer;
+    SurfaceStream(input, resolve_config(input), timer);
+  });
+}
+
 InfoReport inspect_surface(const fs::path& folder) {
   InfoReport report{folder, "the surface of one touch (gelslam surface)"};
   attempt(report, [&] {
@@ -219,8 +228,10 @@ InfoReport inspect_log(const fs::path& log, int track, ProgressSink& progress) {
   if (track > 0) profile.video_track = track;
   const auto add = [&] { add_log(report, log, profile, progress); };
   is_data ? attempt(report, add) : add();
-  if (!profile.calibration_model_path.empty())
+  if (!profile.calibration_model_path.empty()) {
     attempt(report, [&] { add_model(report, profile.calibration_model_path); });
+    check_beginning(report, {.log = log, .config = config, .track = track});
+  }
   if (is_folder && fs::exists(truth, code))
     attempt(report, [&] {
       read_npy(truth);
@@ -236,6 +247,7 @@ InfoReport inspect_recorded_log(const fs::path& file, int track, ProgressSink& p
   if (!read_log_attachments(file).model.empty()) attempt(report, [&] { add_model(report, file); });
   if (track > 0) profile.video_track = track;
   add_log(report, file, profile, progress);
+  if (!profile.calibration_model_path.empty()) check_beginning(report, {.log = file, .track = track});
   return report;
 }
 
@@ -304,7 +316,7 @@ std::string info_text(const InfoReport& report) {
   };
   for (const auto& [key, words] : report.facts) line(key, one_line(words));
   for (const std::string& warning : report.warnings) line("warning", amber(one_line(warning), STDOUT_FILENO));
-  for (const std::string& problem : report.problems) line("problem", one_line(problem));
+  for (const std::string& problem : report.problems) line("problem", terminal_line(problem));
   if (!report.commands.empty()) line("use", fmt::format("gelslam {}", fmt::join(report.commands, ", ")));
   return text;
 }

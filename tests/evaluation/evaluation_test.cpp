@@ -258,10 +258,9 @@ TEST(Evaluate, ATrajectoryInAnotherNotationIsAskedAbout) {
                 return line.str();
               }),
               HasSubstr("are they qw qx qy qz?"));
-  EXPECT_THAT(message_of([&] {
-                doubt([&](int i) { return i == 20 ? tum_line(time_s(i), true_pose(i)) : ""; });
-              }),
-              HasSubstr("there is nothing to measure"));
+  EXPECT_THAT(
+      message_of([&] { doubt([&](int i) { return i == 20 ? tum_line(time_s(i), true_pose(i)) : ""; }); }),
+      HasSubstr("there is nothing to measure"));
 }
 
 TEST(Evaluate, TruthOfAnotherLengthIsNoticed) {
