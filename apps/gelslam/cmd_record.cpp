@@ -187,7 +187,8 @@ void record_all(const RecordArguments& arguments, const Config& config, RawFrame
   }
 }
 
-int run_record(const RecordArguments& arguments) {
+int run_record(RecordArguments& arguments) {
+  use_simulated_model(arguments.device, arguments.model);
   const fs::path log =
       arguments.output.empty() ? fs::path(name_by_time() + ".mkv") : fs::path(arguments.output);
   std::error_code code;

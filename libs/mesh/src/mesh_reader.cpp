@@ -72,7 +72,8 @@ const char* short_name(LengthUnit unit) { return unit == LengthUnit::meter ? "m"
 
 LengthUnit usual_unit(const std::filesystem::path& path) {
   const std::string extension = lower_extension(path);
-  return extension == ".obj" || extension == ".stl" ? LengthUnit::millimeter : LengthUnit::meter;
+  const bool in_mm = extension == ".obj" || extension == ".stl" || extension == ".xyz";
+  return in_mm ? LengthUnit::millimeter : LengthUnit::meter;
 }
 
 std::optional<LengthUnit> noted_unit(const std::filesystem::path& path) {
