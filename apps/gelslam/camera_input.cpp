@@ -72,14 +72,10 @@ class AfterBackground final : public RawFrameSource {
 };
 
 std::filesystem::path cache_folder() {
-  const auto variable = [](const char* name) -> std::filesystem::path {
-    const char* value = std::getenv(name);
-    return value != nullptr ? value : "";
-  };
-  const std::filesystem::path cache = variable("XDG_CACHE_HOME");
-  if (cache.is_absolute()) return cache / "gelslam";
-  const std::filesystem::path home = variable("HOME");
-  return home.empty() ? std::filesystem::temp_directory_path() / "gelslam" : home / ".cache/gelslam";
+  for (const auto& [variable, below] : {std::pair("XDG_CACHE_HOME", "gelslam"), {"HOME", ".cache/gelslam"}})
+    if (const char* folder = std::getenv(variable); folder != nullptr && *folder == '/')
+      return std::filesystem::path(folder) / below;
+  return std::filesystem::temp_directory_path() / "gelslam";
 }
 
 }  // namespace

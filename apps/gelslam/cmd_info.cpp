@@ -214,40 +214,33 @@ InfoReport inspect_presses(const fs::path& folder) {
   return report;
 }
 
-/// A data folder, a folder of images, or a video.
+/// A recorded log, a data folder, a folder of images, or a video.
 InfoReport inspect_log(const fs::path& log, int track, ProgressSink& progress) {
   std::error_code code;
   const bool is_folder = fs::is_directory(log, code);
   const fs::path folder = is_folder ? log : log.parent_path(), config = folder / "config.yaml",
                  truth = truth_file(folder);
+  const bool is_recorded = !is_folder && is_matroska(log);
   const bool is_data = is_folder && (fs::exists(config, code) || fs::exists(folder / "gelsight.avi", code));
-  InfoReport report{log, is_data ? "a data folder" : is_folder ? "a folder of images" : "a log"};
+  InfoReport report{log, is_recorded ? "a recorded log"
+                         : is_data   ? "a data folder"
+                         : is_folder ? "a folder of images"
+                                     : "a log"};
   SensorProfile profile;
-  if (fs::exists(config, code))
-    attempt(report, [&] { profile = add_config(report, find_config({.log = log, .config = config})); });
+  if (is_recorded || fs::exists(config, code))
+    attempt(report, [&] { profile = add_config(report, find_config({.log = log})); });
   if (track > 0) profile.video_track = track;
   const auto add = [&] { add_log(report, log, profile, progress); };
   is_data ? attempt(report, add) : add();
   if (!profile.calibration_model_path.empty()) {
     attempt(report, [&] { add_model(report, profile.calibration_model_path); });
-    check_beginning(report, {.log = log, .config = config, .track = track});
+    check_beginning(report, {.log = log, .track = track});
   }
   if (is_folder && fs::exists(truth, code))
     attempt(report, [&] {
       read_npy(truth);
       name_users(report, {"evaluate"});
     });
-  return report;
-}
-
-InfoReport inspect_recorded_log(const fs::path& file, int track, ProgressSink& progress) {
-  InfoReport report{file, "a recorded log"};
-  SensorProfile profile;
-  attempt(report, [&] { profile = add_config(report, find_config({.log = file})); });
-  if (!read_log_attachments(file).model.empty()) attempt(report, [&] { add_model(report, file); });
-  if (track > 0) profile.video_track = track;
-  add_log(report, file, profile, progress);
-  if (!profile.calibration_model_path.empty()) check_beginning(report, {.log = file, .track = track});
   return report;
 }
 
@@ -286,8 +279,7 @@ InfoReport inspect_file(const fs::path& file, int track, ProgressSink& progress)
     throw Error(file.string() +
                 ": written for other programs, or part of a folder; give the run or folder that it is of");
   } else {
-    return is_matroska(file) ? inspect_recorded_log(file, track, progress)
-                             : inspect_log(file, track, progress);
+    return inspect_log(file, track, progress);
   }
   return report;
 }
