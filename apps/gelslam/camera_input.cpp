@@ -85,14 +85,14 @@ std::unique_ptr<RawFrameSource> after_background(BackgroundFrames background,
   return std::make_unique<AfterBackground>(std::move(background), std::move(camera));
 }
 
-CameraInput open_camera_input(const Config& config, const std::string& device, double away_s) {
+CameraInput open_camera_input(const Config& config, const std::string& device, double reconnect_timeout_s) {
   if (device == kSimulatedCamera) {
     CameraInput input{simulated_camera(), attachments_of(config)};
     input.attachments->sensor = input.frames->description();
     return input;
   }
   CameraOptions options = options_of(config, device);
-  options.away_s = away_s;
+  options.reconnect_timeout_s = reconnect_timeout_s;
   const InterruptWatch interrupt;
   options.gives_up = [&] { return interrupt.requested(); };
   std::unique_ptr<CameraSource> camera = open_camera(options);

@@ -23,11 +23,14 @@ struct CameraInput {
   std::optional<LogAttachments> attachments{};
 };
 
-inline constexpr double kAwayS = 60;  ///< how long recordings and scans wait for a camera that was lost
+inline constexpr double kReconnectTimeoutS =
+    60;  ///< how long recordings and scans wait for a camera that was lost
 
-/// The camera that the configuration names, or `device` if that is not empty; kSimulatedCamera, too. `away_s`: CameraOptions. Throws
-/// Error like open_camera(), and when Ctrl-C was pressed meanwhile.
-CameraInput open_camera_input(const Config& config, const std::string& device, double away_s = 0);
+/// The camera that the configuration names, or `device` if that is not empty; kSimulatedCamera, too.
+/// `reconnect_timeout_s`: CameraOptions. Throws Error like open_camera(), and when Ctrl-C was pressed
+/// meanwhile.
+CameraInput open_camera_input(const Config& config, const std::string& device,
+                              double reconnect_timeout_s = 0);
 
 /// Where `device` is the simulated camera and no model is named: names its own, a file in the user's cache
 /// folder. Throws Error.

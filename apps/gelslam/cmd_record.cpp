@@ -198,8 +198,9 @@ int run_record(RecordArguments& arguments) {
                                      .config = arguments.config,
                                      .model = arguments.model,
                                      .track = arguments.track});
-  const CameraInput source = arguments.from.empty() ? open_camera_input(config, arguments.device, kAwayS)
-                                                    : open_log(arguments, config);
+  const CameraInput source = arguments.from.empty()
+                                 ? open_camera_input(config, arguments.device, kReconnectTimeoutS)
+                                 : open_log(arguments, config);
   LogRecorderOptions options;
   if (!arguments.from.empty())
     options.max_waiting_bytes = 32u << 20;  // a whole log need not pile up in memory

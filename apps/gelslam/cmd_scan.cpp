@@ -21,7 +21,7 @@ int run_scan(ScanArguments& arguments) {
   use_simulated_model(arguments.device, live.log.model);
   const Config config = live.config("");
   return run_live(live.options(config), live, [&] {
-    CameraInput camera = open_camera_input(config, arguments.device, kAwayS);
+    CameraInput camera = open_camera_input(config, arguments.device, kReconnectTimeoutS);
     if (arguments.no_log) camera.attachments.reset();
     return camera;
   });
