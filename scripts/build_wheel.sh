@@ -18,6 +18,11 @@ parse "--build= --check" 0 1 "$@"
 [[ -z $build ]] || build=$(realpath -e "$build") compress='gzip -1'
 out=$(realpath -m "${arguments[0]:-$root/packages}")
 
+python3=/usr/bin/python3
+which=$(command -v python3 || true)
+[[ $(realpath "${which:-$python3}") == "$(realpath $python3)" ]] ||
+  say "the wheel is for $($python3 --version) ($python3), not for $which"
+
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
@@ -35,6 +40,13 @@ source_of() {
   find "$PWD" -mindepth 1 -maxdepth 1 -type d
 }
 
+# Shows the lines that come in the place of each other, on a terminal.
+progress() {
+  local line
+  while read -r line; do [[ ! -t 1 ]] || printf '\r\033[K%.70s' "$1: $line"; done
+  [[ ! -t 1 ]] || printf '\r\033[K'
+}
+
 # Without what is GPL, and what no log of a sensor needs.
 build_ceres() {
   local source
@@ -43,7 +55,7 @@ build_ceres() {
     -DCMAKE_POSITION_INDEPENDENT_CODE=ON -DSUITESPARSE=OFF -DCXSPARSE=OFF -DLAPACK=OFF -DEIGENMETIS=OFF -DMINIGLOG=ON \
     -DMINIGLOG_MAX_LOG_LEVEL=-1 -DGFLAGS=OFF -DCUDA=OFF -DUSE_CUDA=OFF -DSCHUR_SPECIALIZATIONS=OFF -DBUILD_TESTING=OFF -DBUILD_EXAMPLES=OFF \
     -DBUILD_BENCHMARKS=OFF -DPROVIDE_UNINSTALL_TARGET=OFF -DEXPORT_BUILD_DIR=OFF >/dev/null
-  cmake --build "$work/ceres" --parallel "$(nproc)" >/dev/null
+  cmake --build "$work/ceres" --parallel "$(nproc)" | progress ceres
   cmake --install "$work/ceres" >/dev/null
   install -Dm644 "$source/debian/copyright" "$parts/licenses/ceres-solver"
 }
@@ -57,7 +69,7 @@ build_ffmpeg() {
     --disable-everything --disable-avdevice --disable-avfilter --disable-swresample --disable-postproc --enable-zlib --enable-shared \
     --disable-static --enable-protocol=file --enable-muxer=avi --enable-decoder="$decoders" --enable-demuxer="$demuxers" \
     --enable-parser=mjpeg,png,h264,hevc,vp8,vp9,mpegvideo,mpeg4video,h263,vc1,gif &&
-    make -j "$(nproc)" && make install) >"$work/ffmpeg.log" 2>&1 || { tail "$work/ffmpeg.log" >&2; exit 1; }
+    make -j "$(nproc)" && make install) 2>&1 | tee "$work/ffmpeg.log" | progress ffmpeg || { tail "$work/ffmpeg.log" >&2; exit 1; }
   install -Dm644 "$source/debian/copyright" "$parts/licenses/ffmpeg"
 }
 
@@ -67,12 +79,12 @@ if [[ -z $build ]]; then
   "$root/scripts/setup.sh" --wheel
   for part in ceres ffmpeg; do
     [[ -f $parts/licenses/$part || -f $parts/licenses/$part-solver ]] && continue
-    say "compiling $part"
+    say "compiling $part, which is kept in $parts"
     mkdir "$work/$part-source"
     (cd "$work/$part-source" && "build_$part")
   done
   PKG_CONFIG_PATH=$parts/lib/pkgconfig cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH="$parts" \
-    -DGELSLAM_BUILD_PYTHON=ON -DCMAKE_DISABLE_FIND_PACKAGE_Open3D=ON >/dev/null
+    -DGELSLAM_BUILD_PYTHON=ON -DPython_EXECUTABLE=$python3 -DCMAKE_DISABLE_FIND_PACKAGE_Open3D=ON >/dev/null
   cmake --build "$build" --parallel "$(nproc)" --target gelslam_app gelslam_python
 fi
 cached() { sed -n "s/^$1:[A-Z]*=//p" "$build/CMakeCache.txt"; }
@@ -179,6 +191,7 @@ printf '[console_scripts]\ngelslam = gelslam.__main__:main\n' >"$info/entry_poin
 /usr/bin/python3 -m wheel pack --dest-dir "$out" "$work/wheel" >/dev/null
 wheel=$(echo "$out/gelslam-$version-cp$minor"-*.whl)
 say "$wheel"
+say "for $("$python" --version): $python -m venv --system-site-packages gel && gel/bin/pip install $wheel && . gel/bin/activate"
 
 $check || exit 0
 say "using them in a fresh root"

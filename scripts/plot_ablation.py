@@ -47,7 +47,7 @@ def draw_silent(plot, rows, mechanisms):
     plot.hlines(lines, counts["silent_with"], counts["silent_without"], color="silver", linewidth=1.5, zorder=1)
     plot.plot(counts["silent_with"], lines, "o", color=PALETTE[0], markersize=5)
     plot.plot(counts["silent_without"], lines, "x", color=PALETTE[1], markersize=6, markeredgewidth=1.6)
-    plot.set(xlim=(-0.06 * most, 1.06 * most), xlabel="silent frames (live)")
+    plot.set(xlim=(-0.06 * most, 1.06 * most), xlabel="undetected errors (live)")
     plot.xaxis.get_major_locator().set_params(integer=True)
 
 
@@ -65,7 +65,7 @@ def draw(rows, path):
     plots[0][0].set_yticks(range(len(mechanisms)), mechanisms)
     plots[0][0].set_ylim(len(mechanisms) - 0.4, -0.6)
     handles = [*(mark(s, shade, markersize=4) for s, shade in zip(sets, PALETTE * len(sets))), mark("geometric mean", "black", "D"),
-               mark("silent with it", PALETTE[0]), mark("silent without it", PALETTE[1], "x")]
+               mark("undetected with it", PALETTE[0]), mark("undetected without it", PALETTE[1], "x")]
     columns = min(len(handles), 6)
     figure.legend(handles=handles, loc="lower center", ncol=columns)
     save(figure, path, (0, (0.1 + 0.2 * math.ceil(len(handles) / columns)) / figure.get_figheight(), 1, 1))

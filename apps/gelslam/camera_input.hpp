@@ -23,17 +23,18 @@ struct CameraInput {
   std::optional<LogAttachments> attachments{};
 };
 
-inline constexpr double kAwayS = 60;  ///< how long recordings and scans wait for a camera that was lost
+inline constexpr double kReconnectTimeoutS =
+    60;  ///< how long recordings and scans wait for a camera that was lost
 
-/// The camera that the configuration names, or `device` if that is not empty. `away_s`: CameraOptions. Throws
-/// Error like open_camera(), and when Ctrl-C was pressed meanwhile.
-CameraInput open_camera_input(const Config& config, const std::string& device, double away_s = 0);
+/// The camera that the configuration names, or `device` if that is not empty; kSimulatedCamera, too.
+/// `reconnect_timeout_s`: CameraOptions. Throws Error like open_camera(), and when Ctrl-C was pressed
+/// meanwhile.
+CameraInput open_camera_input(const Config& config, const std::string& device,
+                              double reconnect_timeout_s = 0);
 
-/// A sensor and a hand to try the program with: a pebble, rolled all over. Frames at 25 Hz, drawn when they
-/// are asked for.
-CameraInput open_simulated_camera(const Config& config);
-/// Its gradient model, as a file in the user's cache folder. Throws Error.
-std::filesystem::path simulated_camera_model();
+/// Where `device` is the simulated camera and no model is named: names its own, a file in the user's cache
+/// folder. Throws Error.
+void use_simulated_model(const std::string& device, std::string& model);
 
 /// A camera whose first frames are those that were the background of the scan before: the scan has the same
 /// background, and its log can be replayed alone.

@@ -1,4 +1,5 @@
 #include <iostream>
+#include <map>
 #include <memory>
 #include <optional>
 
@@ -58,9 +59,13 @@ int label_presses(const CollectArguments& arguments, PressWindowOptions window) 
   if (arguments.collect.headless) {
     labels.accept_rest();
     labels.save();
+    std::map<std::string, std::vector<std::string>> unclear;  // each reason once
     for (const PressLabel& label : labels.labels())
       if (label.state == LabelState::open)
-        print_line("not clear: " + labels.set().presses[label.press].name + ": " + label.doubt);
+        unclear[label.doubt].push_back(labels.set().presses[label.press].name);
+    for (const auto& [why, names] : unclear)
+      print_line("not clear: " + names.front() +
+                 (names.size() > 1 ? " and " + counted(std::ssize(names) - 1, "other") : "") + ": " + why);
   } else {
     const InterruptWatch interrupt;
     window.asks_to_end = [&] { return interrupt.requested(); };

@@ -17,9 +17,7 @@ struct EvaluateArguments {
   bool json = false, quiet = false;
 };
 
-bool compares_meshes(const EvaluateArguments& arguments) {
-  return std::filesystem::is_regular_file(arguments.truth) && arguments.truth.extension() != ".tum";
-}
+bool compares_meshes(const EvaluateArguments& arguments) { return is_mesh_name(arguments.truth); }
 
 /// A mesh beside a mesh, or a run beside the data folder of its log or a trajectory.
 Evaluation judge(const EvaluateArguments& arguments, ProgressSink& progress) {
@@ -52,8 +50,8 @@ void add_evaluate_command(CLI::App& app, int& exit_code) {
   command
       ->add_option("--truth", arguments.truth,
                    "Data folder with true_start_T_currs.npy (and gt_mesh.ply, touched.npy); or the sensor's "
-                   "trajectory "
-                   "by another system, as motion capture (.tum); of a mesh its true shape, in the same frame")
+                   "trajectory by another system, as motion capture (TUM); of a mesh its true shape, in the "
+                   "same frame")
       ->required();
   command->add_flag("--json", arguments.json, "Print JSON instead of a table");
   add_quiet_flag(*command, arguments.quiet);

@@ -56,6 +56,7 @@ void check_output(const ExportArguments& a) {
   static const std::map<std::string, std::set<std::string>> takes = {{".ply", {"--units", "--color"}},
                                                                      {".obj", {"--units"}},
                                                                      {".stl", {"--units"}},
+                                                                     {".xyz", {"--units"}},
                                                                      {".glb", {"--color"}},
                                                                      {".mcap", {"--color", "--any-log"}},
                                                                      {".html", {"--color"}},
@@ -64,7 +65,7 @@ void check_output(const ExportArguments& a) {
   const auto found = takes.find(ending);
   if (found == takes.end())
     throw Error("cannot export to " + quoted(a.output) +
-                ": the name has to end in .ply, .obj, .stl, .glb, .html, .mcap or .tum");
+                ": the name has to end in .ply, .obj, .stl, .xyz, .glb, .html, .mcap or .tum");
   for (const std::string& option : chosen_options(a))
     if (!found->second.contains(option) && !(ending != ".tum" && mesh.contains(option)))
       throw Error(fmt::format("{} has no meaning for {} files", option, ending));
@@ -203,10 +204,10 @@ int export_run(const ExportArguments& a) {
 void add_options(CLI::App& command, ExportArguments& a) {
   command.add_option("SOURCE", a.source, "Run folder, or a mesh file (PLY, OBJ, STL)")->required();
   command
-      .add_option(
-          "-o,--output", a.output,
-          "File to write; its ending is its format: ply, obj, stl or glb (the surface), html (a page to "
-          "turn it around), mcap (the run for Foxglove), tum (the trajectory)")
+      .add_option("-o,--output", a.output,
+                  "File to write; its ending is its format: ply, obj, stl or glb (the surface), xyz (its "
+                  "points), html (a page to "
+                  "turn it around), mcap (the run for Foxglove), tum (the trajectory)")
       ->required();
   command
       .add_option(
@@ -230,7 +231,7 @@ void add_options(CLI::App& command, ExportArguments& a) {
       ->check(number_between(1e-5, 100.0));
   command
       .add_option("--unit,--units", a.units,
-                  "Unit of the PLY, OBJ or STL written (default: mm for OBJ and STL, m for PLY)")
+                  "Unit of the PLY, OBJ, STL or XYZ written (default: m for PLY, mm for the others)")
       ->check(CLI::IsMember({"m", "mm"}));
   command.add_flag("--any-log", a.any_log,
                    "Pictures (mcap) also of logs that are not in the folder that holds the run");

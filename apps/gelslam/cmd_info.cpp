@@ -23,6 +23,7 @@
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
 #include "gelslam/slam/store.hpp"
+#include "gelslam/slam/surface_stream.hpp"
 #include "gelslam/surface/gradient_model.hpp"
 #include "terminal_progress.hpp"
 
@@ -139,6 +140,14 @@ void add_session(InfoReport& report, const fs::path& run) {
   });
 }
 
+/// What reconstruct refuses: most often a log that does not begin with the bare gel.
+void check_beginning(InfoReport& report, const LogInput& input) {
+  attempt(report, [&] {
+    StageTimer timer;
+    SurfaceStream(input, resolve_config(input), timer);
+  });
+}
+
 InfoReport inspect_surface(const fs::path& folder) {
   InfoReport report{folder, "the surface of one touch (gelslam surface)"};
   attempt(report, [&] {
@@ -205,37 +214,33 @@ InfoReport inspect_presses(const fs::path& folder) {
   return report;
 }
 
-/// A data folder, a folder of images, or a video.
+/// A recorded log, a data folder, a folder of images, or a video.
 InfoReport inspect_log(const fs::path& log, int track, ProgressSink& progress) {
   std::error_code code;
   const bool is_folder = fs::is_directory(log, code);
   const fs::path folder = is_folder ? log : log.parent_path(), config = folder / "config.yaml",
                  truth = truth_file(folder);
+  const bool is_recorded = !is_folder && is_matroska(log);
   const bool is_data = is_folder && (fs::exists(config, code) || fs::exists(folder / "gelsight.avi", code));
-  InfoReport report{log, is_data ? "a data folder" : is_folder ? "a folder of images" : "a log"};
+  InfoReport report{log, is_recorded ? "a recorded log"
+                         : is_data   ? "a data folder"
+                         : is_folder ? "a folder of images"
+                                     : "a log"};
   SensorProfile profile;
-  if (fs::exists(config, code))
-    attempt(report, [&] { profile = add_config(report, find_config({.log = log, .config = config})); });
+  if (is_recorded || fs::exists(config, code))
+    attempt(report, [&] { profile = add_config(report, find_config({.log = log})); });
   if (track > 0) profile.video_track = track;
   const auto add = [&] { add_log(report, log, profile, progress); };
   is_data ? attempt(report, add) : add();
-  if (!profile.calibration_model_path.empty())
+  if (!profile.calibration_model_path.empty()) {
     attempt(report, [&] { add_model(report, profile.calibration_model_path); });
+    check_beginning(report, {.log = log, .track = track});
+  }
   if (is_folder && fs::exists(truth, code))
     attempt(report, [&] {
       read_npy(truth);
       name_users(report, {"evaluate"});
     });
-  return report;
-}
-
-InfoReport inspect_recorded_log(const fs::path& file, int track, ProgressSink& progress) {
-  InfoReport report{file, "a recorded log"};
-  SensorProfile profile;
-  attempt(report, [&] { profile = add_config(report, find_config({.log = file})); });
-  if (!read_log_attachments(file).model.empty()) attempt(report, [&] { add_model(report, file); });
-  if (track > 0) profile.video_track = track;
-  add_log(report, file, profile, progress);
   return report;
 }
 
@@ -274,8 +279,7 @@ InfoReport inspect_file(const fs::path& file, int track, ProgressSink& progress)
     throw Error(file.string() +
                 ": written for other programs, or part of a folder; give the run or folder that it is of");
   } else {
-    return is_matroska(file) ? inspect_recorded_log(file, track, progress)
-                             : inspect_log(file, track, progress);
+    return inspect_log(file, track, progress);
   }
   return report;
 }
@@ -304,7 +308,7 @@ std::string info_text(const InfoReport& report) {
   };
   for (const auto& [key, words] : report.facts) line(key, one_line(words));
   for (const std::string& warning : report.warnings) line("warning", amber(one_line(warning), STDOUT_FILENO));
-  for (const std::string& problem : report.problems) line("problem", one_line(problem));
+  for (const std::string& problem : report.problems) line("problem", terminal_line(problem));
   if (!report.commands.empty()) line("use", fmt::format("gelslam {}", fmt::join(report.commands, ", ")));
   return text;
 }

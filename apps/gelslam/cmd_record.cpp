@@ -187,7 +187,8 @@ void record_all(const RecordArguments& arguments, const Config& config, RawFrame
   }
 }
 
-int run_record(const RecordArguments& arguments) {
+int run_record(RecordArguments& arguments) {
+  use_simulated_model(arguments.device, arguments.model);
   const fs::path log =
       arguments.output.empty() ? fs::path(name_by_time() + ".mkv") : fs::path(arguments.output);
   std::error_code code;
@@ -197,8 +198,9 @@ int run_record(const RecordArguments& arguments) {
                                      .config = arguments.config,
                                      .model = arguments.model,
                                      .track = arguments.track});
-  const CameraInput source = arguments.from.empty() ? open_camera_input(config, arguments.device, kAwayS)
-                                                    : open_log(arguments, config);
+  const CameraInput source = arguments.from.empty()
+                                 ? open_camera_input(config, arguments.device, kReconnectTimeoutS)
+                                 : open_log(arguments, config);
   LogRecorderOptions options;
   if (!arguments.from.empty())
     options.max_waiting_bytes = 32u << 20;  // a whole log need not pile up in memory

@@ -18,12 +18,10 @@ int run_scan(ScanArguments& arguments) {
   if (!arguments.log.empty()) return run_live_log(arguments.log, arguments.live, arguments.every_frame);
   LiveArguments& live = arguments.live;
   if (live.run_folder.empty() && live.continued.empty()) live.run_folder = name_by_time();
-  const bool is_simulated = arguments.device == "simulated";
-  if (is_simulated && live.log.model.empty()) live.log.model = simulated_camera_model().string();
+  use_simulated_model(arguments.device, live.log.model);
   const Config config = live.config("");
   return run_live(live.options(config), live, [&] {
-    CameraInput camera =
-        is_simulated ? open_simulated_camera(config) : open_camera_input(config, arguments.device, kAwayS);
+    CameraInput camera = open_camera_input(config, arguments.device, kReconnectTimeoutS);
     if (arguments.no_log) camera.attachments.reset();
     return camera;
   });

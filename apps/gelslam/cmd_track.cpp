@@ -260,8 +260,9 @@ void compute_in_window(const std::function<void()>& compute, const std::function
   });
 }
 
-int run(const TrackArguments& arguments) {
+int run(TrackArguments& arguments) {
   check(arguments);
+  use_simulated_model(arguments.camera, arguments.settings.model);
   LogInput input = arguments.settings.input(arguments.log);
   if (arguments.is_camera) input = with_settings_of_run(std::move(input), arguments.map);
   const Config config = resolve_config(input);
@@ -314,7 +315,7 @@ void add_track_command(CLI::App& app, int& exit_code) {
       command
           ->add_option("--camera", arguments->camera,
                        "A camera instead of LOG: a path, a number or part of its name (default: the "
-                       "configuration's)")
+                       "configuration's), or \"simulated\"")
           ->expected(0, 1);
   command->add_option(
       "--map", arguments->map,

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstring>
 #include <iostream>
 
 #include "gelslam/core/error.hpp"
@@ -107,7 +108,20 @@ std::optional<std::pair<int, int>> two_numbers(const std::string& text, char bet
   return is_whole && std::min(numbers.first, numbers.second) >= 0 ? std::optional(numbers) : std::nullopt;
 }
 
-void print_line(const std::string& words) { std::cerr << one_line(words) << std::endl; }
+std::string terminal_line(std::string words) {
+  for (const auto& [wish, option] :
+       {std::pair("overwrite it", "give --overwrite"),
+        {"continue with force", "give --force"},
+        {"(force continues", "(--force continues"},
+        {"name background frames", "name --background-frames"},
+        {"name a background picture", "name a picture of the bare gel by --background"},
+        {"or a background picture", "or a --background picture"}})
+    if (const std::size_t at = words.find(wish); at != std::string::npos)
+      words.replace(at, std::strlen(wish), option);
+  return one_line(words);
+}
+
+void print_line(const std::string& words) { std::cerr << terminal_line(words) << std::endl; }
 
 void say_mesh_unit(const std::filesystem::path& file) {
   if (!std::filesystem::is_regular_file(file)) return;

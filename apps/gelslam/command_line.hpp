@@ -24,7 +24,11 @@ struct LogOptions {
   LogInput input(const std::string& log) const;
 };
 
-/// Prints one line on stderr, whatever the words hold: for all that comes from files.
+/// One line for the terminal, whatever the words hold. What libraries call "overwrite it" or "continue with
+/// force" is named by the option that does it.
+std::string terminal_line(std::string words);
+
+/// Prints terminal_line() on stderr: for all that comes from files.
 void print_line(const std::string& words);
 
 /// --track, of a video with several.

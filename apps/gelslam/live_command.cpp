@@ -21,6 +21,7 @@
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/pose_stream.hpp"
 #include "gelslam/viewer/window.hpp"
+#include "gelslam/viewer/window_host.hpp"
 #include "reports.hpp"
 #include "terminal_progress.hpp"
 
@@ -233,17 +234,19 @@ struct LiveEnd {
   BackgroundFrames background;
 };
 
-/// Runs work in a thread that began before drawing lowered its priority: threads inherit it.
+/// Runs work in a thread that began before drawing lowered its priority: threads inherit it. A window that is
+/// there (or null) takes its events meanwhile.
 class UsualPriority {
  public:
   ~UsualPriority() { work_.close(); }
 
   template <typename Work>
-  auto run(Work work) {
+  auto run(Work work, viewer::WindowHost* window) {
     std::packaged_task<decltype(work())()> task(std::move(work));
     auto result = task.get_future();
     work_.push([&task] { task(); });
-    result.wait();
+    while (result.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready)
+      if (window != nullptr) window->wait(0);
     return result.get();
   }
 
@@ -255,18 +258,20 @@ class UsualPriority {
 };
 
 LiveEnd run_to_its_end(std::unique_ptr<RawFrameSource> source, LiveOptions options,
-                       const LiveArguments& arguments, WindowOptions window, HttpService* service,
+                       const LiveArguments& arguments, WindowOptions& window, HttpService* service,
                        UsualPriority& usual_priority, const InterruptWatch& interrupt) {
   LiveEnd end;
   std::atomic<bool> shown{arguments.headless};
   options.begins = [&shown] { return shown.load(); };
-  const auto session = usual_priority.run([&] { return begin_live_scan(std::move(source), options); });
+  const auto session =
+      usual_priority.run([&] { return begin_live_scan(std::move(source), options); }, window.host.get());
   window.when_shown = [&] { shown = true; };
   const std::jthread stops = pass_on_stops(*session, interrupt, arguments.seconds);
   std::atomic<bool> wants_new_scan{false};
   std::shared_ptr<void> watch;
   if (service) watch = service->watch(watched(*session, options.log.empty(), wants_new_scan));
   if (!arguments.headless) {
+    if (!window.host) window.host = std::make_shared<viewer::WindowHost>(window);  // stays for the next scan
     window.asks_to_end = [&] { return interrupt.requested() || wants_new_scan; };
     end.wants_new_scan = run_live_window(*session, window);
     session->stop();
@@ -304,7 +309,7 @@ int run_live(LiveOptions options, const LiveArguments& arguments, const std::fun
                                  usual_priority, interrupt);
     exit_code = std::max(exit_code, end.exit_code);
     if (!end.wants_new_scan) break;
-    input = open();
+    input = usual_priority.run(open, window.host.get());
     if (interrupt.requested()) break;  // before the next scan has a folder
     input.frames = after_background(std::move(end.background), std::move(input.frames));
     window.picture_folder = options.run_folder = next_folder;

@@ -35,7 +35,7 @@ std::string touched_line(const RunReport::Touched& touched) {
 std::string warning_words(const std::vector<std::string>& warnings) {
   std::string text;
   for (const std::string& sentence : warnings)
-    text += amber("warning: " + one_line(sentence), STDERR_FILENO) + "\n";
+    text += amber("warning: " + terminal_line(sentence), STDERR_FILENO) + "\n";
   return text;
 }
 

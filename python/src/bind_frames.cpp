@@ -14,6 +14,9 @@
 #ifdef GELSLAM_BUILD_CAMERAS
 #include "gelslam/sensor/camera.hpp"
 #endif
+#ifdef GELSLAM_BUILD_SIMULATION
+#include "gelslam/simulation/simulated_camera.hpp"
+#endif
 
 namespace gelslam::python {
 namespace {
@@ -227,6 +230,13 @@ class Camera {
     LogInput input;
     input.config = config.value_or("");
     const SensorProfile profile = find_config(input).sensor;
+    decoder_.emplace(profile);
+#ifdef GELSLAM_BUILD_SIMULATION
+    if (device == kSimulatedCamera) {
+      camera_ = simulated_camera();
+      return;
+    }
+#endif
     CameraOptions options = camera_options(profile);
     options.device = device;
     options.gives_up = [] {
@@ -234,13 +244,12 @@ class Camera {
       return false;
     };
     camera_ = open_camera(options);
-    decoder_.emplace(profile);
   }
   ~Camera() { close(); }
 
   /// The next picture that is whole.
   std::optional<TactileImage> next() {
-    const std::shared_ptr<CameraSource> camera = opened();
+    const std::shared_ptr<RawFrameSource> camera = opened();
     const std::lock_guard lock(reading_);
     while (const std::optional<RawFrame> frame = camera->next()) {
       if (std::optional<TactileImage> image = decoder_->decode(*frame)) return image;
@@ -254,7 +263,7 @@ class Camera {
     return *std::move(image);
   }
   void close() {
-    std::shared_ptr<CameraSource> camera;
+    std::shared_ptr<RawFrameSource> camera;
     {
       const std::lock_guard lock(opening_);
       camera.swap(camera_);
@@ -270,7 +279,7 @@ class Camera {
   }
 
  private:
-  std::shared_ptr<CameraSource> opened() const {
+  std::shared_ptr<RawFrameSource> opened() const {
     const std::lock_guard lock(opening_);
     if (!camera_) throw Error("the camera is closed");
     return camera_;
@@ -278,7 +287,7 @@ class Camera {
 
   mutable std::mutex opening_;
   std::mutex reading_;
-  std::shared_ptr<CameraSource> camera_;
+  std::shared_ptr<RawFrameSource> camera_;
   std::optional<FrameDecoder> decoder_;
 };
 
@@ -287,7 +296,7 @@ void add_camera(py::module_& module) {
   py::class_<Camera>(module, "Camera", kMadeWhole,
                      R"(A sensor's camera; iterating gives (image, time_s), as of a Log.
 
-device: "auto", "/dev/video2", "2", or part of the camera's name. Exposure, gain and focus are held. Close it, or use
+device: "auto", "/dev/video2", "2", part of the camera's name, or "simulated" to try programs without one. Exposure, gain and focus are held. Close it, or use
 `with`. A reader that is too slow misses frames.)")
       .def(py::init<const std::string&, const OptionalPath&>(), py::arg("device") = "auto", py::kw_only(),
            py::arg("config") = py::none(), Release())

@@ -245,6 +245,8 @@ void add_run(py::module_& module) {
   py::class_<PythonRun>(module, "Run", kMadeWhole, R"(A reconstruction: surface, trajectory and figures.
 
 The map's frame is that of the sensor at its first full contact: x right, y down, z out of the gel.)")
+      .def(py::init(&read_run), py::arg("path"), py::call_guard<WithoutGil>(),
+           "Reads the folder of a finished run.")
       .def_readonly("mesh", &PythonRun::mesh, "The surface, a Mesh.")
       .def_property_readonly(
           "trajectory", [](const PythonRun& self) { return poses_of(self.trajectory); },
@@ -389,8 +391,7 @@ run: its folder; of a scan that was not finished, the map is made first. A list 
 show the same places, with the first one's configuration; what did not join is given as a warning. output: a run folder
 to write; default, for one run: its own mesh is replaced. voxel_size_mm: edge of the mesh's cells. truncation_mm: sheets of one side closer than this
 become one; at least two voxels. Default: the run's. progress: as of reconstruct().)");
-  module.def("read_run", &read_run, py::arg("path"), py::call_guard<WithoutGil>(),
-             "Reads the folder of a finished run. Returns a Run.");
+  module.def("read_run", &read_run, py::arg("path"), py::call_guard<WithoutGil>(), "Run(path).");
 }
 
 }  // namespace gelslam::python

@@ -171,6 +171,11 @@ TouchedSurface surface_of_height(const Floats& height_mm, const Flags& contact, 
                                  double slope_sigma_rad) {
   const auto height = mat_of<cv::Mat1f>(height_mm, 1, "height_mm");
   const auto touched = mat_of<cv::Mat1b>(contact, 1, "contact");
+  constexpr double kThickestGelMm =
+      10;  // in meters 0.01: less than any camera sees of a touch in millimeters
+  if (const double deepest = cv::norm(height, cv::NORM_INF, touched);
+      deepest > 0 && deepest < 1e-3 * kThickestGelMm)
+    warn("height_mm is at most " + short_number(deepest) + " mm in contact: is it in meters?");
   const WithoutGil release;
   cv::Mat1f gx, gy;
   const auto per_mm = static_cast<float>(0.5 / pixel_pitch_mm);

@@ -115,6 +115,13 @@ TEST(BallZones, RefuseRadiiForDiameters) {
   }
 }
 
+/// As a calibration folder.
+PressSet read_back(const PressSet& set) {
+  const TemporaryFolder folder;
+  write_folder(folder / "set", set);
+  return read_press_set(folder / "set");
+}
+
 // A light that grows on one side and fades on the other leaves the mean color as it was.
 TEST(BallZones, RefusePressesInALightThatDiffersOverTheGel) {
   PressSet set = forty_presses().set;
@@ -125,7 +132,7 @@ TEST(BallZones, RefusePressesInALightThatDiffersOverTheGel) {
       for (int c = 0; c < 3; ++c)
         set.background(v, u)[c] = cv::saturate_cast<std::uint8_t>(gain * set.background(v, u)[c]);
     }
-  const BallZones zones = find_ball_zones(set, kPitchMm, true);
+  const BallZones zones = find_ball_zones(read_back(set), kPitchMm, true);
   EXPECT_TRUE(zones.zones.empty());
   ASSERT_EQ(zones.rejected.size(), set.presses.size());
   EXPECT_THAT(zones.rejected.front().reason, HasSubstr("another light"));
@@ -154,6 +161,7 @@ TEST(BallZones, LeaveOutPressesInAnotherLight) {
   PressSet set = forty_labelled();
   for (std::size_t k = 5; k < set.presses.size(); k += 3)
     set.presses[k].bgr = cv::Mat3b(set.presses[k].bgr - cv::Scalar(30, 0, 0));
+  set = read_back(set);
   const BallZones zones = find_ball_zones(set, kPitchMm, false);
   ASSERT_EQ(zones.rejected.size(), 12U);
   for (std::size_t k = 0; k < 12; ++k) {

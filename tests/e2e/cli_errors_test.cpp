@@ -125,7 +125,8 @@ TEST(Cli, NoOutputReplacesWhatIsThereUnasked) {
     write_bytes(folder / file, "precious");
   const std::string run = folder.path().string(), json = run + "/a.json", png = run + "/a.png";
   for (const char* what : {"scan", "presses"})
-    expect_mistake(gelslam({"simulate", what, "-o", run}), "exists already");
+    expect_mistake(gelslam({"simulate", what, "-o", run}),
+                   "exists already; name another folder or give --overwrite");
   const auto trained = [&](std::vector<std::string> more) {
     more.insert(more.begin(), {"calibrate", "train", "no presses", "-o"});
     return gelslam(more);

@@ -143,6 +143,16 @@ TEST(Evaluate, HostileGeometryIsOneLineAndNoLongWait) {
   expect_mistake(evaluate("truth.stl", "crowd.ply"), "thousands of its triangles");
 }
 
+TEST(Evaluate, ATrajectoryIsOneWhateverItsEnding) {
+  const TemporaryFolder folder;
+  for (const char* name : {"run.tum", "truth.txt"})
+    write_bytes(folder / name, "1 0 0 0 0 0 0 1\n1.04 0.001 0 0 0 0 0 1\n");
+  const ProgramResult result =
+      gelslam({"evaluate", (folder / "run.tum").string(), "--truth", (folder / "truth.txt").string()});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, testing::MatchesRegex("Trajectory, .*\n  ATE \\(RMSE\\) +0\\.0000 mm.*"));
+}
+
 TEST(Info, DamagedSingleFilesAreMistakes) {
   const TemporaryFolder folder;
   for (const char* name : {"a.pth", "a.yaml", "a.npy", "a.ply", "a.obj", "a.stl", "a.mkv"}) {

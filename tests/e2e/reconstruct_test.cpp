@@ -9,6 +9,7 @@
 
 #include <array>
 #include <nlohmann/json.hpp>
+#include <opencv2/videoio.hpp>
 
 #include "gelslam/core/trajectory.hpp"
 #include "simulated_scan.hpp"
@@ -110,6 +111,25 @@ TEST(Info, SaysWhatADataFolderIsGoodFor) {
   EXPECT_EQ(json::parse(gelslam({"info", scan().run().string(), "--json"}).out).at("path"),
             scan().run().string());
   EXPECT_TRUE(object.at("problems").empty());
+}
+
+/// Of frames that all show the touch.
+TEST(Info, ALogThatReconstructWouldRefuseHasAProblem) {
+  const TemporaryFolder folder;
+  for (const char* name : {"config.yaml", "model.json", "optics.yaml"})
+    fs::copy(scan().log() / name, folder / name);
+  cv::VideoCapture all((scan().log() / "gelsight.avi").string());
+  cv::VideoWriter touched((folder / "gelsight.avi").string(), cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 25,
+                          {320, 240});
+  cv::Mat picture;
+  for (int i = 0; all.read(picture); ++i)
+    if (i >= 2 * kBackgroundFrames) touched.write(picture);
+  touched.release();
+  const ProgramResult info = gelslam({"info", folder.path().string()});
+  EXPECT_EQ(info.exit_code, 1);
+  EXPECT_THAT(info.out,
+              testing::ContainsRegex("problem +the log's first 10 frames should show the bare gel, .* "
+                                     "--background-frames .*, or give --force"));
 }
 
 TEST(Reconstruct, WarnsOfATruncatedLogAlsoWhenQuiet) {

@@ -29,6 +29,17 @@ void write_source(const fs::path& path, int frames) {
   }
 }
 
+TEST(Record, TheSimulatedCameraWithItsModel) {
+  const TemporaryFolder folder;
+  const std::string log = (folder / "log.mkv").string();
+  const ProgramResult result =
+      gelslam({"record", "--camera", "simulated", "--seconds", "1", "-o", log, "-q"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const ProgramResult info = gelslam({"info", log});
+  EXPECT_THAT(info.out, testing::HasSubstr("network of 2370 weights"));
+  EXPECT_EQ(info.exit_code, 0) << info.out;
+}
+
 TEST(Record, CopiesALogByteByByte) {
   const TemporaryFolder folder;
   write_source(folder / "a.mkv", 60);

@@ -3,9 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <iomanip>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <span>
+#include <sstream>
 
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/npy.hpp"
@@ -226,6 +229,38 @@ TEST(Evaluate, ATrajectoryByAnotherSystemIsMatchedByTime) {
   write_bytes(scene.data / "truth.tum", tum_line(1e9, Pose::Identity()));
   EXPECT_THAT(message_of([&] { compare(scene.run.path(), scene.data / "truth.tum"); }),
               HasSubstr("are both in Unix time, or from one start?"));
+}
+
+/// The same truth in millimeters, with its quaternions in another order, and with one pose only.
+TEST(Evaluate, ATrajectoryInAnotherNotationIsAskedAbout) {
+  Scene scene;
+  scene.write_run(0);
+  const auto doubt = [&](const std::function<std::string(int)>& line) {
+    std::string lines;
+    for (int i = 0; i < kFrames; ++i) lines += line(i);
+    write_bytes(scene.data / "truth.tum", lines);
+    return evaluate(compare(scene.run.path(), scene.data / "truth.tum"), std::nullopt).doubt();
+  };
+  const auto time_s = [](int i) { return (i + kBackground) / 25.0; };
+  EXPECT_EQ(doubt([&](int i) { return tum_line(time_s(i), true_pose(i)); }), "");
+  EXPECT_THAT(doubt([&](int i) {
+                Pose in_mm = true_pose(i);
+                in_mm.translation() *= 1000;
+                return tum_line(time_s(i), in_mm);
+              }),
+              HasSubstr("1000 times as long as the run's: are the true positions in millimeters?"));
+  EXPECT_THAT(doubt([&](int i) {
+                const Eigen::Quaterniond q(true_pose(i).linear());
+                const Eigen::Vector3d at_m = 1e-3 * true_pose(i).translation();
+                std::ostringstream line;
+                line << std::setprecision(12) << time_s(i) << " " << at_m.transpose() << " " << q.w() << " "
+                     << q.vec().transpose() << "\n";
+                return line.str();
+              }),
+              HasSubstr("are they qw qx qy qz?"));
+  EXPECT_THAT(
+      message_of([&] { doubt([&](int i) { return i == 20 ? tum_line(time_s(i), true_pose(i)) : ""; }); }),
+      HasSubstr("there is nothing to measure"));
 }
 
 TEST(Evaluate, TruthOfAnotherLengthIsNoticed) {

@@ -195,8 +195,13 @@ class Pages(unittest.TestCase):
         report = json.loads((WORK / "served-2/report.json").read_text())
         self.assertEqual(self.value(TRIANGLES), report["mesh"]["triangles"], "the final mesh stays")
         self.assertIn("Size: ", self.text("size"))
-        for name in ("stop", "new", "files"):
+        for name in ("stop", "new"):
             self.assertFalse(self.browser.find_element(By.ID, name).is_displayed(), name + " leads nowhere")
+        self.assertTrue(self.browser.find_element(By.ID, "files").is_displayed(), "can still be saved")
+        for name, first in (("ply", "ply\n"), ("glb", "glTF")):
+            self.assertEqual(self.browser.execute_async_script(
+                f"fetch(by('{name}').href).then(reply => reply.text()).then(text => arguments[0](text.slice(0, 4)))"),
+                first, name)
         self.look_at_colors()
 
     def test_a_phone_with_a_token(self):

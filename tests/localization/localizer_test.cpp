@@ -191,7 +191,7 @@ TEST(SurfaceMap, LooksAlikeWhereItIsSymmetric) {
   const MapFit fit =
       map.fit(NormalFlowReference(feel(texture, truth, kSmall), {}), {truth}, PlacePrior::known);
   ASSERT_TRUE(fit.ok());
-  const std::vector<Pose> places = map.look_alikes(fit);
+  const std::vector<Pose> places = map.similar_places(fit);
   for (const Pose& expected : {truth, other})
     EXPECT_TRUE(std::any_of(places.begin(), places.end(), [&](const Pose& found) {
       return pose_distance_mm(found, expected, Eigen::Vector3d::Zero()) < 0.2;

@@ -41,6 +41,20 @@ Mesh tetrahedron() {
   return mesh;
 }
 
+TEST_F(MeshIo, PointsAreLinesOfNumbers) {
+  write_mesh(file("m.xyz"), tetrahedron(), LengthUnit::meter);
+  std::istringstream numbers(read_bytes(file("m.xyz")));
+  for (std::size_t i = 0; i < 4; ++i) {
+    Eigen::Vector3f point_m, normal;
+    for (float* number : {&point_m.x(), &point_m.y(), &point_m.z(), &normal.x(), &normal.y(), &normal.z()})
+      numbers >> *number;
+    EXPECT_TRUE((1000 * point_m).isApprox(tetrahedron().vertices_mm[i], 1e-6F)) << i;
+    EXPECT_TRUE(normal.isApprox(tetrahedron().normals[i], 1e-5F)) << i;
+  }
+  EXPECT_TRUE(numbers && numbers.get() == '\n' && numbers.get() == EOF);
+  EXPECT_THROW(write_mesh(file("c.xyz"), tetrahedron(), LengthUnit::meter, VertexColors(4)), Error);
+}
+
 class MeshIoFormats : public MeshIo,
                       public ::testing::WithParamInterface<std::tuple<const char*, LengthUnit>> {};
 
@@ -119,7 +133,8 @@ TEST_F(MeshIo, FilesWithoutANoteAreInTheirUsualUnit) {
 }
 
 TEST_F(MeshIo, ProgramsThatReadStlAndObjExpectMillimeters) {
-  for (const char* name : {"a.stl", "a.OBJ"}) EXPECT_EQ(usual_unit(name), LengthUnit::millimeter) << name;
+  for (const char* name : {"a.stl", "a.OBJ", "a.xyz"})
+    EXPECT_EQ(usual_unit(name), LengthUnit::millimeter) << name;
   EXPECT_EQ(usual_unit("a.PLY"), LengthUnit::meter);
   EXPECT_STREQ(short_name(usual_unit("a.stl")), "mm");
 }

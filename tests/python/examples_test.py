@@ -9,6 +9,7 @@ import sys
 import tempfile
 import threading
 import unittest
+import unittest.mock
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -60,6 +61,35 @@ class Examples(unittest.TestCase):
         out = self.example("live.py", "--model", simulated.MODEL, "--log", simulated.SCAN, "-o", "run")
         self.assertGreater(out.count("trial 0"), 30)
         self.assertTrue((self.folder / "run/report.json").exists())
+
+    def test_viewers(self):
+        """With what stands in for their modules: what is logged under which name, and how much of it."""
+        (self.folder / "stub.py").write_text("""
+class Thing:
+    def __init__(self, *words, **named):
+        self.words, self.named = words, named
+def size(thing):
+    return sum(map(size, (*thing.words, *thing.named.values()))) if isinstance(thing, Thing) else (
+        sum(map(size, thing)) if isinstance(thing, list) else getattr(thing, "size", 1))
+def log(name, thing):
+    print(name, size(thing))
+def __getattr__(name):
+    if name.startswith("__"):
+        raise AttributeError(name)
+    return Thing
+""")
+        (self.folder / "rerun.py").write_text("from stub import __getattr__, log\n")
+        (self.folder / "foxglove").mkdir()
+        (self.folder / "foxglove/__init__.py").write_text("from stub import __getattr__, log\n")
+        (self.folder / "foxglove/schemas.py").write_text("from stub import __getattr__\n")
+        with unittest.mock.patch.dict(os.environ, {"PYTHONPATH": f"{self.folder}:{os.environ['PYTHONPATH']}"}):
+            for name, surface, path in [("rerun_live.py", "map/surface", "map/path"), ("foxglove_live.py", "/surface", "/path")]:
+                logged = [line.split() for line in self.example(name, simulated.MODEL, simulated.SCAN).splitlines()]
+                for topic in (surface, path):
+                    sizes = [int(size) for topic_of_line, size in logged if topic_of_line == topic]
+                    self.assertGreater(len(sizes), 2, name)
+                    self.assertGreater(sizes[-1], sizes[0], f"{name}: {topic} grows")
+                self.assertEqual(sum("picture" in topic for topic, _ in logged), 50)
 
     def test_compare_registrations(self):
         out = self.example("compare_registrations.py", simulated.SCAN, 20, 22, 24, "--model", simulated.MODEL)

@@ -1,4 +1,5 @@
 """Every mistake is one exception with one line; the interpreter lives on."""
+import itertools
 import os
 import pathlib
 import subprocess
@@ -100,6 +101,8 @@ class Misuse(unittest.TestCase):
         holes[3, 4] = np.nan
         self.refused(gelslam.Error, "not finite", of_height, holes, contact, 0.1)
         self.refused(gelslam.Error, "negative heights", of_height, flat[..., 2], np.ones((60, 80), bool), 0.1)
+        with self.assertWarnsRegex(UserWarning, "is it in meters?"):
+            of_height(np.full((60, 80), -0.0005), np.ones((60, 80), bool), 0.1)
         self.refused(TypeError, "from_height(): incompatible", of_height, "deep", contact, 0.1)
         self.refused(gelslam.Error, "no model", gelslam.Slam(gelslam.Sensor.of_surfaces(320, 240, 0.0634)).process,
                      self.images[20], 1.0)
@@ -178,13 +181,17 @@ time.sleep(%s)
             run.save(folder / "run")
             self.refused(gelslam.Error, "run", run.save, folder / "run")
             run.save(folder / "run", overwrite=True)
-            self.refused(gelslam.Error, ".ply", run.mesh.save, folder / "mesh.xyz")
+            self.refused(gelslam.Error, ".ply", run.mesh.save, folder / "mesh.abc")
             self.refused(gelslam.Error, "none", gelslam.calibrate, folder / "none", folder / "model.json")
             self.refused(gelslam.Error, "steps", gelslam.calibrate, folder, folder / "model.json", steps=0)
 
     @unittest.skipUnless(hasattr(gelslam, "Camera"), "built without cameras")
     def test_cameras(self):
         self.refused(gelslam.Error, "video987", gelslam.Camera, "/dev/video987")
+        with gelslam.Camera("simulated") as camera:
+            times = [time_s for _, time_s in itertools.islice(camera, 5)]
+            self.assertEqual(camera.read()[0].shape, (240, 320, 3))
+        np.testing.assert_allclose(np.diff(times), 0.04)
 
 
 if __name__ == "__main__":

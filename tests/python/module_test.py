@@ -52,7 +52,7 @@ class Module(unittest.TestCase):
         x, y, z, w = tum[:, 4:].T
         np.testing.assert_allclose(self.run_.trajectory[:, 0, 1], 2 * (x * y - z * w), atol=1e-9)
         np.testing.assert_allclose(self.run_.trajectory[:, 2, 0], 2 * (x * z - y * w), atol=1e-9)
-        saved = gelslam.read_run(self.folder / "module")
+        saved = gelslam.Run(self.folder / "module")
         for name in ["vertices", "normals", "triangles"]:
             np.testing.assert_allclose(getattr(saved.mesh, name), getattr(self.run_.mesh, name), atol=1e-7)
         self.assertEqual(saved.report["frames"], self.run_.report["frames"])

@@ -154,7 +154,7 @@ TEST_F(Camera, FramesThatWaitHaveTheTimeOfTheirCapture) {
 class AwayCamera : public Camera {
  protected:
   AwayCamera() {
-    options.away_s = 30;
+    options.reconnect_timeout_s = 30;
     send(5, 5000);
     send(6, 5000.04);
     mini.frames.push_back({.code = ENODEV});
@@ -231,7 +231,7 @@ TEST_F(AwayCamera, IsDescribedFromAnyThreadAsItWasOpened) {
 }
 
 TEST_F(AwayCamera, AnotherOneIsNotTaken) {
-  options.away_s = 0.3;
+  options.reconnect_timeout_s = 0.3;
   const auto camera = open_and_read_two();
   mini.card = "GelSight Mini R0B 1111";
   EXPECT_EQ(message_of([&] { camera->next(); }),

@@ -121,7 +121,7 @@ void scan_until_away(LiveOptions options, const std::function<void()>& tell) {
   of_camera.device = camera.path;
   of_camera.width_px = 320;
   of_camera.height_px = 240;
-  of_camera.away_s = 60;
+  of_camera.reconnect_timeout_s = 60;
   options.record = LogAttachments{};
   begin_live_scan(open_camera(of_camera, system), options)->wait();
 }

@@ -215,6 +215,27 @@ TEST(Report, SaysWhatIsNotInTheMesh) {
                            "2 of 7 touched frames are lost; move more slowly, and press a little deeper"));
 }
 
+/// As a press ends, and as a hand moves too fast.
+TEST(Report, BlamesTheSpeedOfLostFramesOnlyWhereItWasHigher) {
+  for (const double last_mm : {0.5, 3.0}) {
+    SlamMap map = map_with_a_false_loop();
+    map.frames.clear();
+    for (const double at_mm : {0.0, 1.0, 2.0, 2.0 + last_mm}) {
+      FrameRecord frame{.frame = std::ssize(map.frames), .status = TrackStatus::tracked, .keyframe = 0};
+      frame.time_s = 0.04 * static_cast<double>(frame.frame);
+      frame.keyframe_T_frame.translation().x() = at_mm;
+      map.frames.push_back(frame);
+    }
+    map.frames.push_back({.frame = 4, .time_s = 0.16, .status = TrackStatus::lost});
+    EXPECT_THAT(
+        finished(map).report.reservations,
+        testing::Contains(last_mm < 1 ? "1 of 5 touched frames are lost; press a little deeper"
+                                      : "1 of 5 touched frames are lost, after motions of 75 mm/s and "
+                                        "0 degrees/s; 25 mm/s and 0 degrees/s were followed (medians); "
+                                        "move more slowly, and press a little deeper"));
+  }
+}
+
 TEST(Report, SaysWhatToDoWhereMuchOfWhatWasTouchedIsNotInTheMesh) {
   const RunReport whole = finished(map_with_a_false_loop()).report;
   EXPECT_GT(whole.touched.in_mesh_cm2, 0.9 * whole.touched.area_cm2);
@@ -234,16 +255,16 @@ TEST(Report, SaysWhatToDoWhereMuchOfWhatWasTouchedIsNotInTheMesh) {
 TEST(Report, SaysHowFarPosesMayBeOff) {
   const TemporaryFolder folder;
   SlamMap map = map_with_a_false_loop();
-  map.uncertainty.drift_mm = {12.5, 3, 0.12};
+  map.uncertainty.drift_mm = {2.5, 3, 0.12};
   map.uncertainty.not_observable = {{.motion = "rz", .first_frame = 1, .first_time_s = 0.04, .frames = 3}};
   write_run(folder.path(), finished(map));
   const RunReport report = *find_report(folder.path());
-  EXPECT_EQ(report.uncertainty.drift_mm.amount, 12.5);
+  EXPECT_EQ(report.uncertainty.drift_mm.amount, 2.5);
   EXPECT_EQ(report.uncertainty.drift_mm.frame, 3);
   EXPECT_EQ(report.uncertainty.not_observable.at(0).motion, "rz");
   EXPECT_EQ(report.uncertainty.not_observable.at(0).first_frame, 1);
   EXPECT_THAT(report.reservations,
-              testing::ElementsAre("poses may be off by 12 mm: return to where you began, and press on "
+              testing::ElementsAre("poses may be off by 2.5 mm: return to where you began, and press on "
                                    "texture"));
   const RunReport whole = finished(map_with_a_false_loop()).report;
   EXPECT_TRUE(whole.complete());

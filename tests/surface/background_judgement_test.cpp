@@ -139,8 +139,9 @@ TEST(JudgeBackground, APitchThatDisagreesWithThePrintedDotsIsSaid) {
     return short_ones(judge_background(gel, device, nullptr, pitch_mm));
   };
   EXPECT_THAT(judge_at(1.05 * right_mm), ElementsAre(HasSubstr("63 markers")));
-  EXPECT_THAT(judge_at(1.4 * right_mm), Contains(AllOf(HasSubstr(fmt::format("ppmm is {:.4f}", right_mm)),
-                                                       HasSubstr("1.40 times too large"))));
+  EXPECT_THAT(judge_at(1.4 * right_mm),
+              Contains(AllOf(HasSubstr(fmt::format("ppmm is {:.4f}: set it in the configuration", right_mm)),
+                             HasSubstr("1.40 times too large"))));
   EXPECT_THAT(judge_at(0.8 * right_mm), Contains(HasSubstr("1.25 times too small")));
   EXPECT_THAT(judge_at(1.4 * right_mm, "DIGIT"), ElementsAre(HasSubstr("63 markers")))
       << "its dots are not known";

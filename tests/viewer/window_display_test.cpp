@@ -56,6 +56,31 @@ TEST(WindowOnADisplay, TakesWhatGlfwReports) {
   EXPECT_GT(deviation[1], 5) << "not blank";
 }
 
+/// As N does: what was pressed meanwhile reaches the second scan.
+TEST(WindowOnADisplay, TheNextScanBeginsInTheSameWindow) {
+  if (std::getenv("DISPLAY") == nullptr) GTEST_SKIP() << "no display; run under xvfb-run";
+  const TemporaryFolder folder;
+  WindowOptions options = small_window(folder);
+  options.host = std::make_shared<WindowHost>(options);
+  const std::weak_ptr<WindowHost> host = options.host;
+  GLFWwindow* const glfw = options.host->glfw_window();
+  {
+    FakeSession first(2);
+    first.advance(4);
+    LiveWindow(first, options).turn(0.1);
+  }
+  options.host->push({InputEvent::Kind::key, GLFW_KEY_SPACE, true});
+  FakeSession second(2);
+  {
+    LiveWindow window(second, options);
+    EXPECT_EQ(window.host().glfw_window(), glfw);
+    EXPECT_EQ(window.picture(0.1).size(), cv::Size(640, 420));
+  }
+  EXPECT_THAT(second.calls, ElementsAre("pause"));
+  options.host.reset();
+  EXPECT_TRUE(host.expired()) << "it closes after the last scan";
+}
+
 TEST(WindowOnADisplay, AMapIsShownUntilSomebodyEndsIt) {
   if (std::getenv("DISPLAY") == nullptr) GTEST_SKIP() << "no display; run under xvfb-run";
   const TemporaryFolder folder;

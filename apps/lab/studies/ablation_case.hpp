@@ -33,7 +33,7 @@ struct AblationCase {
   Config config;  ///< of resolve_config(input)
 };
 
-/// One row per variant, with the same keys. Errors and silent frames are null where the log has no truth.
+/// One row per variant, with the same keys. Errors, undetected ones too, are null where the log has no truth.
 /// Throws Error.
 Json measure_case(const AblationCase& measured, const std::vector<Variant>& variants);
 

@@ -41,7 +41,8 @@ bool parse_numbers(const std::string& line, std::array<double, 8>& numbers) {
 StampedPose to_stamped_pose(const std::array<double, 8>& n, const std::string& where) {
   const Eigen::Vector3d translation_m(n[1], n[2], n[3]);
   const Eigen::Quaterniond rotation(n[7], n[4], n[5], n[6]);
-  if (translation_m.norm() > kMaxTranslationM) throw Error(where + ": a position more than 1 km away");
+  if (translation_m.norm() > kMaxTranslationM)
+    throw Error(where + ": a position more than 1 km away; TUM files are in meters");
   if (std::abs(rotation.norm() - 1.0) > 0.01)
     throw Error(where + ": the quaternion (columns 5 to 8, qx qy qz qw) is not of unit length");
   StampedPose pose;

@@ -140,6 +140,37 @@ Comparison compare_with_trajectory(const std::filesystem::path& run, const std::
   return comparison;
 }
 
+/// Asks about the notation of the true poses where the run's motions agree with another one: how far and
+/// about which axes the sensor moved from pose to pose depends on no frame of reference.
+std::string doubt_of_motions(const Comparison& comparison) {
+  const auto reordered = [](const Pose& pose) {  // as if qx qy qz qw had been qw qx qy qz
+    const Eigen::Quaterniond q(pose.linear());
+    return Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w());
+  };
+  double run_mm = 0, true_mm = 0, error_rad = 0, reordered_error_rad = 0;
+  for (std::size_t i = 1; i < comparison.estimate.size(); ++i) {
+    const IndexedPose &from = comparison.estimate[i - 1], &to = comparison.estimate[i];
+    const auto &true_from = comparison.truth.start_T_currs[static_cast<std::size_t>(from.index)],
+               &true_to = comparison.truth.start_T_currs[static_cast<std::size_t>(to.index)];
+    if (!true_from || !true_to) continue;
+    const Pose moved = from.map_T_sensor.inverse() * to.map_T_sensor,
+               truly_moved = true_from->inverse() * *true_to;
+    const Eigen::Quaterniond turned(moved.linear());
+    run_mm += moved.translation().norm();
+    true_mm += truly_moved.translation().norm();
+    error_rad += turned.angularDistance(Eigen::Quaterniond(truly_moved.linear()));
+    reordered_error_rad += turned.angularDistance(reordered(*true_from).inverse() * reordered(*true_to));
+  }
+  const double ratio = true_mm / run_mm;
+  if (ratio > std::sqrt(1000) && std::isfinite(ratio))  // nearer to 1000 than to 1
+    return "the true motions are " + std::to_string(std::lround(ratio)) +
+           " times as long as the run's: are the true positions in millimeters? They have to be in meters";
+  if (2 * reordered_error_rad < error_rad)
+    return "the run turns as the truth would with another order of its quaternions: are they qw qx qy qz? "
+           "They have to be qx qy qz qw";
+  return "";
+}
+
 }  // namespace
 
 Comparison compare(const std::filesystem::path& run, const std::filesystem::path& data_folder) {
@@ -183,11 +214,13 @@ Evaluation evaluate(const Comparison& comparison, const std::optional<PlacedMesh
     evaluation.trials = report->trials;
     evaluation.components = report->components;
   }
+  if (truth.start_s) evaluation.trajectory_doubt = doubt_of_motions(comparison);
   if (meshes) evaluation.mesh = evaluate_meshes(*meshes, truth.touched_mm, progress);
   return evaluation;
 }
 
 std::string Evaluation::doubt() const {
+  if (!trajectory_doubt.empty()) return trajectory_doubt;
   // Distances to another object's surface may be small, too. The ratio of these angles is 0.1 to 0.67 for the
   // own surface, 0.78 to 1.1 for those of others (seven runs, seven objects); smooth ones do not tell.
   constexpr double kMostRatio = 0.72, kSmoothDeg = 5;

@@ -18,15 +18,15 @@ std::string trajectory_table(const Evaluation& evaluation) {
                 *evaluation.reference_s)
           : fmt::format("Trajectory, relative to frame {}\n", *evaluation.reference_frame);
   text += fmt::format(
+      "  ATE (RMSE)              {:.4f} mm, {:.4f} mm after alignment\n"
       "  mean absolute error     x {:.4f}  y {:.4f}  z {:.4f} mm\n"
       "                          rx {:.3f}  ry {:.3f}  rz {:.3f} deg\n"
       "  geometric mean of six   {:.4f} mm (1 deg = {:.3f} mm)\n"
-      "  ATE                     {:.4f} mm, {:.4f} mm after alignment\n"
       "  RPE over 1 frame        {:.4f} mm  {:.4f} deg ({} pairs)\n"
       "  RPE over 1 s            {:.4f} mm  {:.4f} deg ({} pairs)\n"
       "  at the last frame       {:.4f} mm  {:.3f} deg\n",
-      t.mae_mm.x(), t.mae_mm.y(), t.mae_mm.z(), t.mae_deg.x(), t.mae_deg.y(), t.mae_deg.z(),
-      t.geometric_mean_mm, kMillimetersPerDegree, t.ate_mm, t.ate_aligned_mm, t.over_one_frame.translation_mm,
+      t.ate_mm, t.ate_aligned_mm, t.mae_mm.x(), t.mae_mm.y(), t.mae_mm.z(), t.mae_deg.x(), t.mae_deg.y(),
+      t.mae_deg.z(), t.geometric_mean_mm, kMillimetersPerDegree, t.over_one_frame.translation_mm,
       t.over_one_frame.rotation_deg, t.over_one_frame.pairs, t.over_one_second.translation_mm,
       t.over_one_second.rotation_deg, t.over_one_second.pairs, t.final_mm, t.final_deg);
   if (evaluation.reference_s)

@@ -117,6 +117,10 @@ TrajectoryMetrics evaluate_trajectory(const std::vector<IndexedPose>& estimate,
                                       const std::vector<std::optional<Pose>>& start_T_currs,
                                       int reference_index, double fps) {
   const std::vector<PosePair> pairs = pairs_relative_to(estimate, start_T_currs, reference_index);
+  if (pairs.size() < 2)
+    throw Error(
+        "only one frame has both an estimated and a true pose, to which errors would be relative: there is "
+        "nothing to measure");
   TrajectoryMetrics metrics;
   for (const auto& truth : start_T_currs) metrics.touched_frames += truth.has_value() ? 1 : 0;
   metrics.compared_frames = static_cast<int>(pairs.size());

@@ -75,7 +75,7 @@ LocalizedFrame Localizer::process(std::int64_t frame, double time_s, SurfacePtr 
   }
   weigh(touch);
   if (!looked_elsewhere_ && is_certain()) {
-    add_look_alikes(touch);
+    add_similar_places(touch);
     weigh(touch);
   }
   remove_refuted(touch);
@@ -204,13 +204,13 @@ void Localizer::add_symmetric(const Touch& touch, const Matrix6d& covariance, Pl
 /// Place recognition may miss a place that looks the same, because it compares a touch with only a few
 /// keyframes. The map's own keyframe tells where else to look, as exactly as the best place is known. Where
 /// it is not even recognized at its own place, the map repeats itself, and no place is certain.
-void Localizer::add_look_alikes(const Touch& touch) {
+void Localizer::add_similar_places(const Touch& touch) {
   const auto best = std::max_element(hypotheses_.begin(), hypotheses_.end(),
                                      [](const auto& a, const auto& b) { return a.total() < b.total(); });
   if (!best->fit.ok() || best->fit.keyframe == looked_from_) return;
   looked_from_ = best->fit.keyframe;
   const auto [here, covariance] = best->map_T_sensor;
-  for (const Pose& map_T_sensor : map_->look_alikes(best->fit)) {
+  for (const Pose& map_T_sensor : map_->similar_places(best->fit)) {
     looked_elsewhere_ |= pose_distance_mm(here, map_T_sensor, touch.center_mm) < kMinPeriodMm;
     add(touch, {map_T_sensor, covariance}, PlacePrior::known);
   }

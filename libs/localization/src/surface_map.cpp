@@ -91,7 +91,7 @@ std::vector<Pose> SurfaceMap::recognize(const Keyframe& touch) const {
   return poses;
 }
 
-std::vector<Pose> SurfaceMap::look_alikes(const MapFit& fit) const {
+std::vector<Pose> SurfaceMap::similar_places(const MapFit& fit) const {
   const MapPlace& place = impl_->place(fit.keyframe);
   const Pose keyframe_T_sensor = place.map_T_keyframe.inverse() * fit.map_T_sensor.pose;
   std::vector<Pose> poses = recognize(*place.keyframe);

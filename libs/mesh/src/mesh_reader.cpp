@@ -63,11 +63,17 @@ std::string lower_extension(const std::filesystem::path& path) {
 
 }  // namespace
 
+bool is_mesh_name(const std::filesystem::path& path) {
+  const std::string extension = lower_extension(path);
+  return extension == ".ply" || extension == ".obj" || extension == ".stl";
+}
+
 const char* short_name(LengthUnit unit) { return unit == LengthUnit::meter ? "m" : "mm"; }
 
 LengthUnit usual_unit(const std::filesystem::path& path) {
   const std::string extension = lower_extension(path);
-  return extension == ".obj" || extension == ".stl" ? LengthUnit::millimeter : LengthUnit::meter;
+  const bool in_mm = extension == ".obj" || extension == ".stl" || extension == ".xyz";
+  return in_mm ? LengthUnit::millimeter : LengthUnit::meter;
 }
 
 std::optional<LengthUnit> noted_unit(const std::filesystem::path& path) {
@@ -102,7 +108,7 @@ std::uintmax_t bytes_behind_mesh(const std::filesystem::path& path) {
 
 Mesh read_mesh(const std::filesystem::path& path, std::optional<double> mm_per_unit) {
   const std::string extension = lower_extension(path);
-  if (extension != ".ply" && extension != ".obj" && extension != ".stl")
+  if (!is_mesh_name(path))
     throw Error("cannot read mesh '" + path.string() +
                 "': the name has to end in .ply, .obj or .stl (GLB is written only)");
   refuse_lfs_pointer(path);

@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <bit>
 #include <cstdint>
 #include <string>
@@ -59,6 +61,20 @@ std::string encode_ply(const Mesh& mesh, LengthUnit file_unit, const VertexColor
   return out;
 }
 
+/// A line for each vertex: x y z nx ny nz.
+std::string encode_points(const Mesh& mesh, LengthUnit file_unit) {
+  std::string out;
+  for (std::size_t i = 0; i < mesh.vertices_mm.size(); ++i) {
+    const Eigen::Vector3f p = mesh::detail::in_file_unit(mesh.vertices_mm[i], file_unit);
+    out += fmt::format("{:.7g} {:.7g} {:.7g}", p.x(), p.y(), p.z());
+    if (!mesh.normals.empty())
+      out +=
+          fmt::format(" {:.5f} {:.5f} {:.5f}", mesh.normals[i].x(), mesh.normals[i].y(), mesh.normals[i].z());
+    out += '\n';
+  }
+  return out;
+}
+
 }  // namespace
 
 /// Notes the unit in an OBJ as a comment, in an STL as its header of 80 bytes.
@@ -66,13 +82,14 @@ std::string encode_mesh(const Mesh& mesh, const std::string& extension, LengthUn
                         const VertexColors& colors) {
   check_consistent(mesh, colors);
   if (extension == ".ply") return encode_ply(mesh, file_unit, colors);
+  if (extension == ".xyz" && colors.empty()) return encode_points(mesh, file_unit);
   if (extension == ".glb") {
     if (file_unit != LengthUnit::meter) throw Error("glTF files are in meters");
     return mesh::detail::encode_with_assimp(mesh, extension, file_unit, colors);
   }
+  if (!colors.empty()) throw Error("only PLY and GLB hold colors");
   if (extension != ".obj" && extension != ".stl")
-    throw Error("the name has to end in .ply, .obj, .stl or .glb");
-  if (!colors.empty()) throw Error("OBJ and STL hold no colors; PLY and GLB do");
+    throw Error("the name has to end in .ply, .obj, .stl, .xyz or .glb");
   std::string bytes = mesh::detail::encode_with_assimp(mesh, extension, file_unit, colors);
   std::string note = unit_note(file_unit);
   if (extension == ".obj") return "# " + note + "\n" + bytes;

@@ -27,11 +27,6 @@ const std::array<ShapeEntry, 8> kShapes = {{
     {"sphere", "polished ball of 16 mm (shows no rotation)", makers::make_sphere},
 }};
 
-bool is_mesh_name(const std::string& name) {
-  const std::string extension = lower_case(std::filesystem::path(name).extension().string());
-  return extension == ".ply" || extension == ".obj" || extension == ".stl";
-}
-
 ShapePtr make_from_file(const ShapeSpec& spec) {
   Mesh mesh = read_mesh(spec.name);
   if (const std::string doubt = size_doubt(mesh); !doubt.empty()) throw Error(spec.name + " " + doubt);

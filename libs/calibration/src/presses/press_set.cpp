@@ -14,6 +14,7 @@
 #include "gelslam/core/zip_archive.hpp"
 #include "gelslam/sensor/image_input.hpp"
 #include "gelslam/surface/background.hpp"
+#include "gelslam/surface/background_drift.hpp"
 
 namespace gelslam {
 namespace {
@@ -136,6 +137,8 @@ void read_press(const PressSet& set, CalibrationPress& press) {
   try {
     press.bgr = read_press_picture(folder / "gelsight.png", set.background.size());
     if (fs::exists(label)) press.label = read_label(label);
+    if (!has_same_light(press.bgr, set.background))
+      throw Error("its untouched gel does not look like background.png: another light, gel, sensor or crop");
   } catch (const Error& error) {
     press.problem = error.what();
   }

@@ -67,13 +67,24 @@ function show_words() {
   by("files").hidden = by("color").parentElement.hidden = !state.surface;
   by("empty").textContent = gl && parts.size === 0 && state.surface ? "The surface appears here with the first touch." : "";
 }
+/** Where the surface can be saved from: in the end from here, for the program ends with the scan. */
+async function link_files(is_over) {
+  for (const id of ["ply", "glb"]) {
+    if (by(id).href.startsWith("blob:")) URL.revokeObjectURL(by(id).href);
+    by(id).href = address("mesh." + id);
+    if (!is_over || !state.surface) continue;
+    const reply = await fetch(by(id).href, {cache: "no-store"});
+    if (reply.ok) by(id).href = URL.createObjectURL(await reply.blob());
+  }
+}
 function show_lost(text) {
   ended = state.phase === "finished" || state.phase === "finishing";
   if (!ended) by("banner").className = "card red";
   by("headline").textContent = ended ? "Finished" : text;
   by("advice").textContent = ended ? (state.phase === "finished" ? state.advice + " " : "") + "The program has ended."
     : "gelslam has ended, or cannot be reached. Trying again.";
-  for (const id of ["stop", "new", "files"]) by(id).hidden = true;
+  for (const id of ["stop", "new"]) by(id).hidden = true;
+  by("files").hidden = !by("glb").href.startsWith("blob:");
 }
 
 // The camera's picture, with the border of the contact.
@@ -136,6 +147,7 @@ async function look() {
   }
   show_words();
   look_at_picture();
+  if ((state.phase === "finished") !== (phase === "finished")) await link_files(state.phase === "finished");
 }
 async function watch() {
   for (;;) {
@@ -175,7 +187,7 @@ by("stop").onclick = () => state.scan
   : ask("Stop tracking?", "The program ends.", "Stop", "stop");
 by("new").onclick = () => ask("Start a new scan?", "This one is finished and saved first.", "Save and start", "new");
 by("more").textContent = " Green: what is touched now. Orange: the sensor. Stop makes the final mesh, and the page keeps it.";
-for (const id of ["ply", "glb"]) by(id).href = address("mesh." + id);
+link_files(false);
 by("headline").textContent = "Connecting";
 if (gl) {
   show_all();

@@ -219,7 +219,7 @@ class V4l2Camera final : public CameraSource {
         if (!open_) open_again();
         return next_of_open();
       } catch (const Error& error) {
-        if (options_.away_s <= 0 || delivered_ == 0) throw;
+        if (options_.reconnect_timeout_s <= 0 || delivered_ == 0) throw;
         wait_for_return(error);
       }
     }
@@ -231,7 +231,8 @@ class V4l2Camera final : public CameraSource {
   std::int64_t lost_frames() const override { return lost_; }
   const std::vector<CameraSetting>& settings() const override { return settings_; }
   std::string absence() const override {
-    return is_away_ && !stopped_ ? fmt::format("connect it again within {:g} s", options_.away_s) : "";
+    return is_away_ && !stopped_ ? fmt::format("connect it again within {:g} s", options_.reconnect_timeout_s)
+                                 : "";
   }
 
   std::string description() const override {
@@ -278,9 +279,9 @@ class V4l2Camera final : public CameraSource {
       why_away_ = error.what();
       others_ = nodes_named(identity_.name, system_);
     }
-    if (seconds_since(last_arrival_) > options_.away_s) {
+    if (seconds_since(last_arrival_) > options_.reconnect_timeout_s) {
       stopped_ = true;
-      throw Error(fmt::format("{} (waited {:g} s for it)", why_away_, options_.away_s));
+      throw Error(fmt::format("{} (waited {:g} s for it)", why_away_, options_.reconnect_timeout_s));
     }
     std::this_thread::sleep_for(kReturnPause);
   }

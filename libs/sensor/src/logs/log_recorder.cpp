@@ -1,11 +1,11 @@
 #include "gelslam/sensor/log_recorder.hpp"
 
 #include <condition_variable>
-#include <deque>
 #include <filesystem>
 #include <mutex>
 #include <thread>
 
+#include "gelslam/core/bounded_queue.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "images/sources.hpp"
@@ -23,41 +23,34 @@ struct LogRecorder::Impl {
 
   /// One frame may always wait, however large.
   bool has_room(const RawFrame& frame) const {
-    return queue.empty() || status.waiting_bytes + frame.bytes.size() <= options.max_waiting_bytes;
+    return queue.size() == 0 || status.waiting_bytes + frame.bytes.size() <= options.max_waiting_bytes;
   }
 
   void push(std::shared_ptr<const RawFrame> frame, bool may_wait) {
-    {
-      std::unique_lock lock(mutex);
-      if (may_wait) room.wait(lock, [&] { return ending || status.stopped || has_room(*frame); });
-      if (ending || status.stopped) return;
-      if (!has_room(*frame)) {
-        ++status.left_out;
-        return;
-      }
-      status.waiting_bytes += frame->bytes.size();
-      queue.push_back(std::move(frame));
-    }
-    work.notify_one();
+    std::unique_lock lock(mutex);
+    if (may_wait) room.wait(lock, [&] { return status.stopped || has_room(*frame); });
+    if (status.stopped) return;
+    const std::size_t bytes = frame->bytes.size();
+    if (!has_room(*frame))
+      ++status.left_out;
+    else if (queue.push_beyond_limit(std::move(frame)))
+      status.waiting_bytes += bytes;
   }
 
   void finish() {
-    {
-      const std::lock_guard lock(mutex);
-      if (ending) return;
-      ending = true;
-    }
-    work.notify_one();
-    room.notify_all();
-    thread.join();
+    std::call_once(finished, [this] {
+      queue.close();
+      thread.join();
+    });
   }
 
   void run() {
-    while (const std::shared_ptr<const RawFrame> frame = take()) {
-      const std::string failure = write(*frame);
+    while (const auto frame = queue.pop()) {
+      if (status.stopped) continue;  // only this thread sets it
+      const std::string failure = write(**frame);
       {
         const std::lock_guard lock(mutex);
-        status.waiting_bytes -= frame->bytes.size();
+        status.waiting_bytes -= (*frame)->bytes.size();
         status.written = writer->frames();
         status.bytes = writer->bytes();
         if (!failure.empty()) give_up(failure);
@@ -68,16 +61,6 @@ struct LogRecorder::Impl {
     const std::lock_guard lock(mutex);
     status.bytes = writer->bytes();
     if (!writer->failure().empty()) give_up(writer->failure());
-  }
-
-  /// Null at the end.
-  std::shared_ptr<const RawFrame> take() {
-    std::unique_lock lock(mutex);
-    work.wait(lock, [this] { return ending || !queue.empty(); });
-    if (queue.empty()) return nullptr;
-    std::shared_ptr<const RawFrame> frame = std::move(queue.front());
-    queue.pop_front();
-    return frame;
   }
 
   /// "" or why nothing more can be recorded.
@@ -121,7 +104,6 @@ struct LogRecorder::Impl {
     status.stopped = true;
     status.warning = failure;
     status.waiting_bytes = 0;
-    queue.clear();
   }
 
   LogRecorderStatus current() const {
@@ -139,10 +121,10 @@ struct LogRecorder::Impl {
   LogRecorderOptions options;
   std::optional<FrameDecoder> decoder;  // if frames are resized
   mutable std::mutex mutex;
-  std::condition_variable work, room;
-  std::deque<std::shared_ptr<const RawFrame>> queue;
+  std::condition_variable room;
+  BoundedQueue<std::shared_ptr<const RawFrame>> queue{SIZE_MAX};  // bounded by bytes, in push()
   LogRecorderStatus status;
-  bool ending = false;
+  std::once_flag finished;
   std::thread thread;
 };
 

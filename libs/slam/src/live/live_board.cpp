@@ -199,8 +199,8 @@ LiveStatus LiveBoard::status() const {
   for (const Warning& warning : warnings_) status.warnings.push_back(warning.sentence);
   if (50 * status.dropped > status.frames)
     status.warnings.push_back(counted(status.dropped, "frame") +
-                              " dropped: this computer is too slow for the camera; gelslam reconstruct takes "
-                              "every frame of the recorded log");
+                              " dropped: this computer is too slow for the camera; reconstruct the recorded "
+                              "log: that takes every frame of it");
   if (status.phase == LivePhase::scanning) describe_touch(status);
   status.rate_hz = meter_.rate_hz(source_end_.value_or(LiveClock::now()));
   status.latency_ms = meter_.latency_ms(0.5);

@@ -67,7 +67,10 @@ struct Speeds {
   }
 };
 
-/// "46 of 60 touched frames are lost; they came after motions of ...", where more than 2 % are; else "".
+/// "46 of 60 touched frames are lost, after motions of ...; move more slowly ...", where more than 2 % are;
+/// else
+/// "". No speed is blamed where frames were lost after slower motions than were followed: as touches begin
+/// and end.
 std::string lost_frames(const SlamMap& map, const RunReport::Frames& count) {
   if (50 * count.lost <= count.tracked + count.lost) return "";
   Speeds followed, before_loss;
@@ -78,13 +81,15 @@ std::string lost_frames(const SlamMap& map, const RunReport::Frames& count) {
     (is_last ? before_loss : followed).add(from, to);
   }
   std::string text = fmt::format("{} of {} touched frames are lost", count.lost, count.tracked + count.lost);
-  if (!followed.mm_per_s.empty() && !before_loss.mm_per_s.empty())
-    text += fmt::format(
-        ", after motions of {:.0f} mm/s and {:.0f} degrees/s; {:.0f} mm/s and {:.0f} "
-        "degrees/s were followed (medians)",
-        median(before_loss.mm_per_s), median(before_loss.deg_per_s), median(followed.mm_per_s),
-        median(followed.deg_per_s));
-  append_sentence(text, "move more slowly, and press a little deeper");
+  if (followed.mm_per_s.empty() || before_loss.mm_per_s.empty())
+    return text + "; move more slowly, and press a little deeper";
+  const double mm_per_s = median(followed.mm_per_s), deg_per_s = median(followed.deg_per_s),
+               lost_mm_per_s = median(before_loss.mm_per_s), lost_deg_per_s = median(before_loss.deg_per_s);
+  if (lost_mm_per_s <= mm_per_s && lost_deg_per_s <= deg_per_s) return text + "; press a little deeper";
+  text += fmt::format(
+      ", after motions of {:.0f} mm/s and {:.0f} degrees/s; {:.0f} mm/s and {:.0f} degrees/s were followed "
+      "(medians); move more slowly, and press a little deeper",
+      lost_mm_per_s, lost_deg_per_s, mm_per_s, deg_per_s);
   return text;
 }
 
@@ -109,7 +114,10 @@ std::string why_no_mesh(const RunReport::Frames& frames) {
 
 /// What a user has to know beside the result.
 std::vector<std::string> reservations(const SlamMap& map, const RunReport& report) {
-  std::vector<std::string> sentences = describe(report.uncertainty);
+  double farthest_mm = 0;
+  for (const StampedPose& pose : map.trajectory())
+    farthest_mm = std::max(farthest_mm, pose.map_T_sensor.translation().norm());
+  std::vector<std::string> sentences = describe(report.uncertainty, farthest_mm);
   if (std::string lost = lost_frames(map, report.frames); !lost.empty())
     sentences.insert(sentences.begin(), std::move(lost));
   if (std::string little = little_in_mesh(report.touched); !little.empty() && report.mesh.triangles > 0)

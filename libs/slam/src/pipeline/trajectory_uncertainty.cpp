@@ -84,17 +84,19 @@ RunReport::Uncertainty trajectory_uncertainty(const std::vector<FrameRecord>& fr
   return result;
 }
 
-std::vector<std::string> describe(const RunReport::Uncertainty& uncertainty) {
+std::vector<std::string> describe(const RunReport::Uncertainty& uncertainty, double farthest_mm) {
   const double mm = uncertainty.drift_mm.amount, deg = uncertainty.drift_deg.amount;
   std::string amounts;
   if (mm > kLargeDriftMm) amounts = fmt::format("{:.2g} mm", mm);
   if (deg > kLargeDriftDeg) amounts += fmt::format("{}{:.0f} degrees", amounts.empty() ? "" : " and ", deg);
   if (!amounts.empty()) {
     const bool senseless = deg > kSenselessDeg && mm > kSenselessMm;
+    const bool has_left = farthest_mm > std::max(mm, kLargeDriftMm);
     return {"poses may be off by " + amounts +
-            (senseless ? ": is the picture mirrored, or the model another sensor's?"
-                       : ": return to where you began") +
-            (senseless || uncertainty.not_observable.empty() ? "" : ", and press on texture")};
+            (senseless   ? ": is the picture mirrored, or the model another sensor's?"
+             : !has_left ? ": press on texture"
+             : uncertainty.not_observable.empty() ? ": return to where you began"
+                                                  : ": return to where you began, and press on texture")};
   }
   if (uncertainty.not_observable.empty()) return {};
   std::array<bool, kMotions.size()> observable;

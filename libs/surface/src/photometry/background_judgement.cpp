@@ -177,11 +177,11 @@ std::vector<std::string> judge_background(const cv::Mat3b& picture, const std::s
   if (markers && pixel_pitch_mm > 0 && is_gelsight_mini(device_name))
     if (const double times = markers->spacing_px * pixel_pitch_mm / kDotSpacingMm;
         std::abs(times - 1) > kPitchTolerance)
-      doubts.push_back(
-          fmt::format("by the markers, {:.1f} mm apart on a GelSight Mini's gel, ppmm is {:.4f}, not {:.4f}: "
-                      "lengths are {:.2f} times too {}",
-                      kDotSpacingMm, pixel_pitch_mm / times, pixel_pitch_mm, std::max(times, 1 / times),
-                      times > 1 ? "large" : "small"));
+      doubts.push_back(fmt::format(
+          "by the markers, {:.1f} mm apart, ppmm is {:.4f}: set it in the configuration; with {:.4f} "
+          "lengths are {:.2f} times too {}",
+          kDotSpacingMm, pixel_pitch_mm / times, pixel_pitch_mm, std::max(times, 1 / times),
+          times > 1 ? "large" : "small"));
   const double stains = markers ? 0.0 : stained_share(mean);
   if (stains > kSpoiltShare) {
     doubts.push_back(

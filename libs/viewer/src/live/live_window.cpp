@@ -45,7 +45,7 @@ bool LiveWindow::advance(double now_s, double dt_s) {
     controls_.set_follows(false);  // there is no touch any more; all of the surface is to be seen
     show_all();
   }
-  bool changed = take_news();
+  bool changed = poll_updates();
   changed |= move_camera(dt_s) || follow_touch(dt_s);
   return changed;
 }

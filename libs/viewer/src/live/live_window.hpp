@@ -7,7 +7,7 @@
 #include "gelslam/slam/status_text.hpp"
 #include "gelslam/viewer/controls.hpp"
 #include "gelslam/viewer/window.hpp"
-#include "live/loose_piece.hpp"
+#include "live/unjoined_preview.hpp"
 #include "ui/scene_loop.hpp"
 
 namespace gelslam::viewer::detail {
@@ -97,7 +97,7 @@ class LiveWindow : public SceneLoop {
     Pose keyframe_T_frame;
   };
 
-  bool take_news();  ///< true when something has come that is to be drawn
+  bool poll_updates();  ///< true when something has come that is to be drawn
   void take_touch(const std::shared_ptr<const LiveTouch>& touch);
   void place_touch();
   void rebuild_trajectory();
@@ -112,7 +112,7 @@ class LiveWindow : public SceneLoop {
   std::uint64_t mesh_version_ = 0;
   std::shared_ptr<const LiveTouch> newest_, touch_;  ///< as it came; on the map
   std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
-  LoosePiece piece_;
+  UnjoinedPreview piece_;
   std::optional<Pose> map_T_touch_;  ///< also in the piece
   bool trajectory_is_old_ = false;
   std::vector<Sample> samples_;

@@ -26,9 +26,9 @@ void WindowLoop::run() {
     const double took_s = clock_s() - start_s - begin_s;
     if (drew || draw_next_) {
       // Without a graphics card a picture takes long; then at least half of the time belongs to the others.
-      host_.wait(std::max(kFrameS - took_s, options_.yields ? std::min(took_s, 0.1) : 0.001));
+      host_->wait(std::max(kFrameS - took_s, options_.yields ? std::min(took_s, 0.1) : 0.001));
     } else {
-      host_.wait(options_.poll_s);
+      host_->wait(options_.poll_s);
     }
   }
   if (!options_.snapshot.empty()) write_png(options_.snapshot, picture(1e9));
@@ -49,9 +49,9 @@ bool WindowLoop::turn(double now_s, bool draw_anyway, cv::Mat3b* picture) {
 }
 
 void WindowLoop::draw(double now_s, cv::Mat3b* picture) {
-  host_.begin_frame(std::max(1e-3, now_s - drawn_s_));
+  host_->begin_frame(std::max(1e-3, now_s - drawn_s_));
   {
-    Ui ui(host_.ui_scale());
+    Ui ui(host_->ui_scale());
     draw_frame(ui, now_s);
     draw_messages(ui, view_, controls());
     draw_dialogs(ui, controls(), now_s);
@@ -59,16 +59,16 @@ void WindowLoop::draw(double now_s, cv::Mat3b* picture) {
     texts_ = ui.take_texts();
     panels_ = ui.take_panels();
   }
-  host_.end_frame();
+  host_->end_frame();
   if (controls().take_screenshot()) save_screenshot(now_s);
-  if (picture != nullptr) *picture = host_.read();
-  host_.present();
+  if (picture != nullptr) *picture = host_->read();
+  host_->present();
 }
 
 void WindowLoop::save_screenshot(double now_s) {
   const std::filesystem::path path = free_name(options_.picture_folder, options_.picture_stem);
   try {
-    write_png(path, host_.read());
+    write_png(path, host_->read());
     controls().say("Picture: " + path.string(), now_s);
   } catch (const Error& error) {
     controls().complain(error.what(), now_s);
@@ -88,7 +88,7 @@ bool WindowLoop::on_panel() const {
 }
 
 void WindowLoop::handle_input(double now_s) {
-  const std::vector<InputEvent> events = host_.take_input();
+  const std::vector<InputEvent> events = host_->take_input();
   input_seen_ = !events.empty();
   for (const InputEvent& event : events) {
     using enum InputEvent::Kind;

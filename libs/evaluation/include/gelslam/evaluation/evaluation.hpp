@@ -33,8 +33,9 @@ struct Evaluation {
   std::optional<int> trials;
   std::optional<int> components;
   std::optional<MeshEvaluation> mesh;
+  std::string trajectory_doubt;  ///< why the true poses may be in another unit or notation, or ""
 
-  /// Why the truth may be that of another object, or "".
+  /// That, or why the truth may be that of another object, or "".
   std::string doubt() const;
 };
 

@@ -77,7 +77,7 @@ class Localizer {
   std::vector<Pose> recognized(const Touch& touch) const;
   void add(const Touch& touch, const UncertainPose& map_T_sensor, PlacePrior prior);
   void add_symmetric(const Touch& touch, const Matrix6d& covariance, PlacePrior prior);
-  void add_look_alikes(const Touch& touch);
+  void add_similar_places(const Touch& touch);
   bool is_known(const Touch& touch, const Pose& map_T_sensor) const;
   bool fits_as_well_as_best(const MapFit& fit, const Touch& touch) const;
   double log_odds(const MapFit& fit, const Touch& touch) const;
@@ -94,7 +94,7 @@ class Localizer {
   std::vector<Hypothesis> hypotheses_;
   std::vector<Touch> touches_;     ///< of the trial; the last one is the current one, by its largest frame
   bool looked_elsewhere_ = false;  ///< in this trial, all places that look like the best were added
-  int looked_from_ = -1;           ///< the map's keyframe at which add_look_alikes() looked last
+  int looked_from_ = -1;           ///< the map's keyframe at which add_similar_places() looked last
   int searched_contact_px_ = 0;    ///< contact of the current touch when it was last searched for
   std::vector<Pose> last_places_;  ///< hypotheses of the trial before
 };

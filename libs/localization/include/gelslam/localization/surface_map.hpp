@@ -38,7 +38,7 @@ class SurfaceMap {
 
   /// Every map_T_sensor at which the map looks as it does at the pose of `fit`, which must be ok(): the
   /// places that its keyframe, which shows the surface better than a touch may, is recognized at.
-  std::vector<Pose> look_alikes(const MapFit& fit) const;
+  std::vector<Pose> similar_places(const MapFit& fit) const;
 
   /// Registers the touch to the keyframe of the map that shows most of it at `map_T_sensor`.
   MapFit fit(const NormalFlowReference& touch, const UncertainPose& map_T_sensor, PlacePrior prior) const;

@@ -18,6 +18,9 @@ const char* short_name(LengthUnit unit);  ///< "m", "mm"
 /// Per vertex red, green, blue (sRGB); empty: none.
 using VertexColors = std::vector<std::array<std::uint8_t, 3>>;
 
+/// Whether read_mesh() takes a file of this name: PLY, OBJ or STL.
+bool is_mesh_name(const std::filesystem::path& path);
+
 /// The unit a file of that kind is expected in: millimeters for OBJ and STL (slicers and CAD programs read
 /// them so), meters for PLY (the public datasets' unit) and glTF (its specification). What export and the
 /// window write by default, and how files of other programs are read.
@@ -42,7 +45,7 @@ std::uintmax_t bytes_behind_mesh(const std::filesystem::path& path);
 Mesh read_mesh(const std::filesystem::path& path, std::optional<double> mm_per_unit = std::nullopt);
 
 /// Writes PLY (binary, with normals, confidence and colors as far as there are any) or, through Assimp, OBJ,
-/// STL (binary) or GLB, by extension, to a temporary name that is renamed when whole. The unit is noted in
+/// STL (binary) or GLB, or XYZ (text: points with normals, no triangles), by extension, to a temporary name that is renamed when whole. The unit is noted in
 /// the file. Byte-identical for identical meshes. Readers of OBJ and GLB find every vertex, but may find them
 /// in another order. GLB is glTF 2.0: meters, colors linear (as glTF has them); the node turns the mesh by
 /// 180 degrees about x: what the sensor touched then faces the viewer (glTF's +z), the top of the picture up.

@@ -31,7 +31,7 @@ struct CameraOptions {
   double settle_s = 1;
   double patience_s = 1;  ///< how long opening a busy or unready camera is tried again
   /// How long a camera that was lost while it streamed is waited for; next() then goes on with it.
-  double away_s = 0;
+  double reconnect_timeout_s = 0;
   /// Asked about ten times a second while the camera is being opened; true: give up. Empty: never.
   std::function<bool()> gives_up;
 };
@@ -59,9 +59,9 @@ class CameraSource : public RawFrameSource {
 /// focus where the driver allows it (an exposure that follows the touch ruins a photometric sensor), and
 /// starts to stream. Throws Error, with a sentence for each: no camera, metadata node, busy (by whom), no
 /// permission (which group), gone, another format than asked (and which there are), no bandwidth, given up.
-/// warning() tells of what is not fatal. With `away_s` a camera that is lost (cable, hub, power) is looked
-/// for by its name, which has the serial number, and opened as it was; times, index and sequence go on.
-/// `system` must outlive the camera.
+/// warning() tells of what is not fatal. With `reconnect_timeout_s` a camera that is lost (cable, hub, power)
+/// is looked for by its name, which has the serial number, and opened as it was; times, index and sequence go
+/// on. `system` must outlive the camera.
 std::unique_ptr<CameraSource> open_camera(const CameraOptions& options,
                                           const detail::VideoSystem& system = detail::linux_video_system());
 

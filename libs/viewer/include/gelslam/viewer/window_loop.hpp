@@ -12,7 +12,8 @@ namespace gelslam::viewer {
 /// to the window's Controls. Throws Error where there is no display.
 class WindowLoop {
  public:
-  explicit WindowLoop(const WindowLoopOptions& options) : options_(options), host_(options) {}
+  explicit WindowLoop(const WindowLoopOptions& options)
+      : options_(options), host_(options.host ? options.host : std::make_shared<WindowHost>(options)) {}
   virtual ~WindowLoop() = default;
 
   /// Until the person closes it, or it closes by itself.
@@ -24,7 +25,7 @@ class WindowLoop {
   cv::Mat3b picture(double now_s);
   bool wants_to_close();
 
-  WindowHost& host() { return host_; }
+  WindowHost& host() { return *host_; }
   const std::vector<DrawnText>& texts() const { return texts_; }
   /// Where the view lies that the panels leave free.
   const Box& view() const { return view_; }
@@ -54,7 +55,7 @@ class WindowLoop {
   bool on_panel() const;
 
   WindowLoopOptions options_;
-  WindowHost host_;
+  std::shared_ptr<WindowHost> host_;
   Box view_;
   Eigen::Vector2f pointer_px_ = Eigen::Vector2f::Zero();
   double drawn_s_ = -1e9;

@@ -2,9 +2,12 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 
 namespace gelslam::viewer {
+
+class WindowHost;
 
 /// What all windows have in common.
 struct WindowLoopOptions {
@@ -17,9 +20,10 @@ struct WindowLoopOptions {
   std::filesystem::path snapshot{};
   /// Whether somebody wants the end from elsewhere (Ctrl-C, log-out). Empty: never.
   std::function<bool()> asks_to_end{};
-  double poll_s = 0.1;    ///< how often an idle window looks for news
-  double redraw_s = 1e9;  ///< an idle window is drawn again after this time
-  bool yields = false;    ///< other threads need the processor: sleeps as long as a frame took
+  std::shared_ptr<WindowHost> host{};  ///< the window that shows it, where it is there already
+  double poll_s = 0.1;                 ///< how often an idle window looks for news
+  double redraw_s = 1e9;               ///< an idle window is drawn again after this time
+  bool yields = false;                 ///< other threads need the processor: sleeps as long as a frame took
 };
 
 /// Throws Error, with what to do instead, where no window could be opened. Shows nothing.

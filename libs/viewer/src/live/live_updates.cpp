@@ -37,7 +37,7 @@ cv::Mat1b enlarged(const cv::Mat1b& mask, const cv::Size& size) {
 
 }  // namespace
 
-bool LiveWindow::take_news() {
+bool LiveWindow::poll_updates() {
   bool news = false;
   if (const auto mesh = session_.mesh()) {
     const MeshFeed::Changes changes = mesh->since(mesh_version_, SIZE_MAX);

@@ -1,4 +1,4 @@
-#include "live/loose_piece.hpp"
+#include "live/unjoined_preview.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,9 +10,9 @@ namespace {
 Pose at(double x, double y, double z) { return Pose(Eigen::Translation3d(x, y, z)); }
 
 /// Two keyframes of the map, two of a trial that is not joined to it, 1 mm apart.
-class LoosePieceTest : public testing::Test {
+class UnjoinedPreviewTest : public testing::Test {
  protected:
-  LoosePieceTest() {
+  UnjoinedPreviewTest() {
     map_.shown_component = 0;
     for (int id = 0; id < 4; ++id) {
       MapSnapshot::Node node;
@@ -37,11 +37,11 @@ class LoosePieceTest : public testing::Test {
 
   MapSnapshot map_;
   std::shared_ptr<const LiveTouch> touch_;
-  LoosePiece piece_;
+  UnjoinedPreview piece_;
   const Eigen::AlignedBox3f box_{Eigen::Vector3f(-5, -5, -1), Eigen::Vector3f(5, 5, 1)};
 };
 
-TEST_F(LoosePieceTest, GrowsBesideTheMap) {
+TEST_F(UnjoinedPreviewTest, GrowsBesideTheMap) {
   EXPECT_TRUE(follow());
   ASSERT_TRUE(piece_.is_apart());
   piece_.place_beside(box_, OrbitCamera());
@@ -61,7 +61,7 @@ TEST_F(LoosePieceTest, GrowsBesideTheMap) {
   EXPECT_EQ(2 * piece_.mesh().vertices.size(), 3 * vertices) << "three keyframes instead of two";
 }
 
-TEST_F(LoosePieceTest, GoesWhenItIsTakenBack) {
+TEST_F(UnjoinedPreviewTest, GoesWhenItIsTakenBack) {
   follow();
   piece_.place_beside(box_, OrbitCamera());
   map_.nodes.resize(2);

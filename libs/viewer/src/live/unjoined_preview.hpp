@@ -12,7 +12,7 @@ namespace gelslam::viewer::detail {
 
 /// What is touched while it is not joined to the shown map: it grows beside the map until a loop joins it. In
 /// the frame of its first keyframe that was seen apart.
-class LoosePiece {
+class UnjoinedPreview {
  public:
   /// Of a new map or touch; true when the shape has changed.
   bool follow(const MapSnapshot& map, const std::shared_ptr<const LiveTouch>& touch);

@@ -1,4 +1,4 @@
-#include "live/loose_piece.hpp"
+#include "live/unjoined_preview.hpp"
 
 namespace gelslam::viewer::detail {
 namespace {
@@ -13,7 +13,7 @@ Eigen::AlignedBox3f box_of(const TouchMesh& mesh) {
 
 }  // namespace
 
-bool LoosePiece::follow(const MapSnapshot& map, const std::shared_ptr<const LiveTouch>& touch) {
+bool UnjoinedPreview::follow(const MapSnapshot& map, const std::shared_ptr<const LiveTouch>& touch) {
   const bool touching = touch && touch->keyframe >= 0 && touch->surface;
   const MapSnapshot::Node* node = touching ? map.find(touch->keyframe) : nullptr;
   anchor_T_touch_.reset();
@@ -38,7 +38,7 @@ bool LoosePiece::follow(const MapSnapshot& map, const std::shared_ptr<const Live
 }
 
 /// Takes the keyframes of its component; true when there are others, or they lie elsewhere.
-bool LoosePiece::grow(const MapSnapshot& map, const MapSnapshot::Node& anchor) {
+bool UnjoinedPreview::grow(const MapSnapshot& map, const MapSnapshot::Node& anchor) {
   const Pose anchor_T_component = anchor.component_T_keyframe.inverse();
   std::map<int, Pose> poses;
   bool changed = false;
@@ -66,7 +66,7 @@ bool LoosePiece::grow(const MapSnapshot& map, const MapSnapshot::Node& anchor) {
   return true;
 }
 
-void LoosePiece::place_beside(const Eigen::AlignedBox3f& map_box_mm, const OrbitCamera& camera) {
+void UnjoinedPreview::place_beside(const Eigen::AlignedBox3f& map_box_mm, const OrbitCamera& camera) {
   const Eigen::Matrix3f axes = camera.map_R_camera();
   const Eigen::AlignedBox3f own = box_of(mesh_);
   // As the sensor sees it: its x to the right, its y down, its z away from the viewer.
@@ -83,12 +83,12 @@ void LoosePiece::place_beside(const Eigen::AlignedBox3f& map_box_mm, const Orbit
   map_T_anchor_ = pose;
 }
 
-std::optional<Pose> LoosePiece::map_T_touch() const {
+std::optional<Pose> UnjoinedPreview::map_T_touch() const {
   if (!map_T_anchor_ || !anchor_T_touch_) return std::nullopt;
   return *map_T_anchor_ * *anchor_T_touch_;
 }
 
-Eigen::AlignedBox3f LoosePiece::box_mm() const {
+Eigen::AlignedBox3f UnjoinedPreview::box_mm() const {
   Eigen::AlignedBox3f own = box_of(mesh_);
   if (!map_T_anchor_ || own.isEmpty()) return {};
   if (anchor_T_touch_) {  // with the sensor's outline
