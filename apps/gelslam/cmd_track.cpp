@@ -174,7 +174,7 @@ struct PoseSummary {
       const auto& why = std::ranges::max_element(why_without, {}, [](const auto& w) { return w.second; });
       return fmt::format("never {}: {} ({} of {})", what, why->first, why->second, counted(frames, "frame"));
     }
-    const Eigen::Vector3d at = first.map_T_frame.value_or(Pose::Identity()).translation();
+    const Eigen::Vector3d at = first.place->map_T_frame.pose.translation();
     const std::string place = fmt::format(" at ({:.1f}, {:.1f}, {:.1f}) mm", at.x(), at.y(), at.z());
     return fmt::format("{} in {} of {}, first in frame {} ({:.2f} s){}", what, posed,
                        counted(frames, "frame"), first.frame, first.time_s, in_map ? place : "");

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/slam/trial_drift.hpp"
+#include "gelslam/slam/trajectory_uncertainty.hpp"
 
 namespace gelslam::python {
 namespace {

@@ -91,10 +91,10 @@ py::array_t<double> covariance_of_place(const PlaceHypothesis& place) {
   return scaled_array_of(place.map_T_sensor.covariance, kMetersPerMm);
 }
 py::array_t<double> sigma_mm_of_place(const PlaceHypothesis& place) {
-  return sigma_mm_of(sigma_of(translation_first(place.map_T_sensor.covariance)));
+  return sigma_mm_of(sigma_of(place.map_T_sensor.covariance));
 }
 py::array_t<double> sigma_rad_of_place(const PlaceHypothesis& place) {
-  return sigma_rad_of(sigma_of(translation_first(place.map_T_sensor.covariance)));
+  return sigma_rad_of(sigma_of(place.map_T_sensor.covariance));
 }
 
 template <auto part>
@@ -109,7 +109,7 @@ class MapLocalizer {
   MapLocalizer(std::shared_ptr<Sensor> sensor, const PythonMap& map, ProgressSink& progress)
       : sensor_(std::move(sensor)),
         localizer_(surfaces_of(*sensor_, map, progress), sensor_->config().slam),
-        drift_(sensor_->config().slam.gradient_scale.sigma) {}
+        trial_map_(sensor_->config().slam.gradient_scale) {}
 
   PythonPlacedFrame process(const SurfacePtr& surface, double time_s) {
     const std::lock_guard lock(mutex_);
@@ -118,8 +118,8 @@ class MapLocalizer {
     times_.check(time_s);
     LocalizedFrame found = localizer_.process(frames_++, time_s, surface);
     const std::string status(status_name(found));
-    return {with_covariance(std::move(found.tracked), drift_), found.status, status, std::move(found.reason),
-            std::move(found.hypotheses)};
+    return {with_covariance(std::move(found.tracked), trial_map_), found.status, status,
+            std::move(found.reason), std::move(found.hypotheses)};
   }
   PythonPlacedFrame process(const cv::Mat3b& bgr, double time_s) {
     return process(sensor_->estimate(bgr, "image").maps, time_s);
@@ -135,7 +135,7 @@ class MapLocalizer {
   const std::shared_ptr<Sensor> sensor_;
   std::mutex mutex_;
   Localizer localizer_;
-  TrialDrift drift_;
+  TrialMap trial_map_;
   std::int64_t frames_ = 0;
   FrameTimes times_;
 };

@@ -47,8 +47,8 @@ TEST_F(DamagedStore, IsNamedInOneLine) {
 TEST_F(DamagedStore, OfAnotherVersionOrWithOtherTablesIsRefused) {
   const std::string good = read_bytes(file);
   for (const auto& [change, why] : std::vector<std::pair<std::string, std::string>>{
-           {"PRAGMA user_version=6", "written by a newer version of the program (session version 6"},
-           {"PRAGMA user_version=4", "written by an older version of the program (session version 4"},
+           {"PRAGMA user_version=7", "written by a newer version of the program (session version 7"},
+           {"PRAGMA user_version=5", "written by an older version of the program (session version 5"},
            {"PRAGMA application_id=5", "not a session"},
            {"DROP TABLE searched", "not a session"},
            {"CREATE TABLE more(a)", "not a session"},

@@ -94,9 +94,8 @@ double largest_error_mm(const SlamMap& map) {
 
 /// From the first frame to another one.
 Pose first_T_frame(const SlamMap& map, std::size_t frame) {
-  const auto pose = [&](const FrameRecord& f) -> Pose {
-    return map.anchor_T_keyframe(f.keyframe) * f.keyframe_T_frame;
-  };
+  const MapSnapshot placed = snapshot_of(map);
+  const auto pose = [&](const FrameRecord& f) { return placed.pose_of(f)->map_T_frame.pose; };
   return pose(map.frames[0]).inverse() * pose(map.frames[frame]);
 }
 

@@ -89,6 +89,8 @@ TEST(Store, HoldsTheWholeRecord) {
     EXPECT_EQ(after.frames[i].keyframe, before.frames[i].keyframe);
     EXPECT_EQ(after.frames[i].observable, before.frames[i].observable);
     EXPECT_EQ(after.frames[i].keyframe_T_frame.matrix(), before.frames[i].keyframe_T_frame.matrix());
+    EXPECT_EQ(after.frames[i].covariance, before.frames[i].covariance);
+    EXPECT_EQ(after.frames[i].shared_center_mm, before.frames[i].shared_center_mm);
   }
 }
 

@@ -17,12 +17,18 @@ class Trajectory : public testing::Test {
                          Pose::Identity(), observable});
   }
 
-  /// Keyframe 0 is the anchor; the others are known to these standard deviations.
+  /// Keyframe 0 is the anchor; keyframe 1 is known to these standard deviations.
   RunReport::Uncertainty uncertainty(double sigma_mm = 0, double sigma_rad = 0) const {
+    MapSnapshot map;
+    map.nodes = {{.keyframe = 0},
+                 {.keyframe = 1, .covariance = covariance(sigma_mm, sigma_rad)},
+                 {.keyframe = 2, .placed = false, .covariance = covariance(50, 1)}};
+    return trajectory_uncertainty(records, map);
+  }
+  static Matrix6d covariance(double sigma_mm, double sigma_rad) {
     Vector6d sigma;
     sigma << sigma_rad, 0, 0, 0, sigma_mm, 0;
-    const Matrix6d known = sigma.cwiseAbs2().asDiagonal();
-    return trajectory_uncertainty(records, {true, true, false}, {{0, Matrix6d::Zero()}, {1, known}});
+    return sigma.cwiseAbs2().asDiagonal();
   }
 
   std::vector<FrameRecord> records;
@@ -49,6 +55,21 @@ TEST_F(Trajectory, SaysTheLargestDriftAndWhereItIs) {
   EXPECT_THAT(describe(found),
               testing::ElementsAre("poses may be off by 2 mm and 23 degrees: return to where you began"));
   EXPECT_EQ(uncertainty(0, 7).drift_deg.amount, 180);
+}
+
+// A scan with one keyframe: what its frames do not know of their motion from it is all the drift there is.
+TEST_F(Trajectory, AFrameAddsItsOwnErrorToItsKeyframes) {
+  track(30, kAll);
+  EXPECT_EQ(uncertainty().drift_mm.amount, 0);
+  records[7].covariance = covariance(0.3, 0.2);
+  EXPECT_NEAR(uncertainty().drift_mm.amount, 0.6, 0.01);
+  EXPECT_EQ(uncertainty().drift_mm.frame, 7);
+  EXPECT_NEAR(uncertainty().drift_deg.amount, 0.4 * kDegreesPerRadian, 1e-9);
+  track(1, kAll, 1);
+  records.back().covariance = covariance(0.3, 0.2);
+  EXPECT_NEAR(uncertainty(0.4, 0.1).drift_mm.amount, 1.0, 0.01);
+  track(1, kAll, 2);
+  EXPECT_NEAR(uncertainty(0.4, 0.1).drift_mm.amount, 1.0, 0.01) << "it is not in the map";
 }
 
 TEST_F(Trajectory, SaysWhatWasNotObservableOnceItHasLasted) {

@@ -8,7 +8,7 @@
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/core/text.hpp"
-#include "gelslam/slam/trial_drift.hpp"
+#include "gelslam/slam/trajectory_uncertainty.hpp"
 
 namespace gelslam::slam::detail {
 namespace {
@@ -132,7 +132,6 @@ void LiveBoard::set_touch(LiveTouch touch, const std::string& why_lost, LiveCloc
   const std::lock_guard lock(mutex_);
   if (!touch_ || touch_->trial != newest->trial) why_lost_ = why_lost;
   touch_ = std::move(newest);
-  look_up_sigma();
   meter_.posed(now, 1000.0 * seconds(now - captured));
 }
 
@@ -141,7 +140,6 @@ void LiveBoard::set_map(std::shared_ptr<const MapSnapshot> newest) {
   const std::lock_guard lock(mutex_);
   map_ = std::move(newest);
   shown_trials_ = std::move(trials);
-  look_up_sigma();
   status_.keyframes = static_cast<int>(map_->nodes.size());
   status_.loops = static_cast<int>(std::count_if(
       map_->edges.begin(), map_->edges.end(), [](const auto& edge) { return edge.kind == EdgeKind::loop; }));
@@ -166,12 +164,6 @@ bool LiveBoard::joined() const {
   return touch_->trial >= 0 && (shown_trials_.empty() || shown_trials_.contains(touch_->trial));
 }
 
-/// What the map does not say yet stays as it was.
-void LiveBoard::look_up_sigma() {
-  const MapSnapshot::Node* node = touch_ ? map_->find(touch_->keyframe) : nullptr;
-  if (node != nullptr && node->sigma_mm >= 0) sigma_mm_ = node->sigma_mm;
-}
-
 void LiveBoard::describe_touch(LiveStatus& status) const {
   status.track = TrackStatus::no_contact;
   status.state = "no contact";
@@ -180,7 +172,7 @@ void LiveBoard::describe_touch(LiveStatus& status) const {
     status.track = TrackStatus::tracked;
     status.state = "tracking";
     status.reason = touch_->doubt;
-    const double drift_mm = 2 * sigma_mm_;
+    const double drift_mm = touch_->place ? 2 * touch_->place->map_T_frame.worst_sigma_mm() : 0;
     if (drift_mm <= kLargeDriftMm) return;
     append_sentence(status.reason, fmt::format("may be off by {:.1f} mm", drift_mm));
     status.advice = "return to the start";

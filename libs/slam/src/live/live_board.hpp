@@ -71,7 +71,6 @@ class LiveBoard {
   };
 
   bool has_contact() const;
-  void look_up_sigma();
   bool joined() const;
   void describe_touch(LiveStatus& status) const;
 
@@ -83,7 +82,6 @@ class LiveBoard {
   LiveMeter meter_;
   std::shared_ptr<const LiveTouch> touch_;
   std::string why_lost_;
-  double sigma_mm_ = 0;  // of the place of what is touched, as far as the map knows
   std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
   std::set<int> shown_trials_;
 };

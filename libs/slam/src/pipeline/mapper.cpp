@@ -11,7 +11,6 @@
 #include "gelslam/core/median.hpp"
 #include "gelslam/slam/refinement.hpp"
 #include "gelslam/slam/trajectory_uncertainty.hpp"
-#include "gelslam/slam/trial_drift.hpp"
 
 namespace gelslam {
 
@@ -41,29 +40,29 @@ int first_continuing(const ScanRecord& scan) {
 }
 
 /// The keyframes whose places relative to each other are known (tells_place()), by id. Of several such groups
-/// the one that had most `frames` before keyframe `continuing` came; the oldest of equals.
-std::vector<bool> placed_keyframes(const std::vector<PoseGraphEdge>& edges, const PoseGraphSolution& solution,
+/// the one that had most `frames` before keyframe `continuing` came; the oldest of equals. `map`: of `edges`.
+std::vector<bool> placed_keyframes(const std::vector<PoseGraphEdge>& edges, const MapSnapshot& map,
                                    const std::vector<int>& frames, int continuing) {
   UnionFind groups(static_cast<int>(frames.size()));
   const auto join = [&](bool continues) {
     for (std::size_t i = 0; i < edges.size(); ++i) {
       const int from = edges[i].from, to = edges[i].to;
-      if ((std::max(from, to) >= continuing) == continues && !solution.edge_outlier[i] &&
+      if ((std::max(from, to) >= continuing) == continues && !map.edges[i].outlier &&
           groups.root(from) != groups.root(to) && tells_place(edges[i]))
         groups.join(from, to);
     }
   };
   join(false);
   std::map<int, int> per_group;
-  for (const auto& [id, component] : solution.component_of_node)
-    if (id < continuing) per_group[groups.root(id)] += frames[index(id)];
+  for (const auto& node : map.nodes)
+    if (node.keyframe < continuing) per_group[groups.root(node.keyframe)] += frames[index(node.keyframe)];
   join(true);
   std::vector<bool> placed(frames.size(), false);
   if (per_group.empty()) return placed;
   const auto largest = std::max_element(per_group.begin(), per_group.end(),
                                         [](const auto& a, const auto& b) { return a.second < b.second; });
-  for (const auto& [id, component] : solution.component_of_node)
-    placed[index(id)] = groups.root(id) == groups.root(largest->first);
+  for (const auto& node : map.nodes)
+    placed[index(node.keyframe)] = groups.root(node.keyframe) == groups.root(largest->first);
   return placed;
 }
 
@@ -98,13 +97,6 @@ PoseGraphSolution solve_poses(const std::map<int, Pose>& initial, const std::vec
              : solve_pose_graph(initial, edges, options.pose_graph);
 }
 
-/// 1 where it was not estimated.
-GradientScale gradient_scale_of(const PoseGraphSolution& solution) {
-  const Eigen::VectorXd& factors = solution.shared_unknowns;
-  if (factors.size() == 0) return {};
-  return {1.0 / (1.0 - factors[0]), 1.0 / (1.0 - factors[3])};
-}
-
 /// Leaves out what contradicts the other edges, and solves for all poses.
 void solve_map(SlamMap& map, const std::map<int, Pose>& initial, double scale_sigma,
                const SlamOptions& options) {
@@ -134,7 +126,7 @@ int choose_map_and_anchor(SlamMap& map) {
   for (const auto& [id, component] : map.solution.component_of_node) components.insert(component);
   map.components = static_cast<int>(components.size());
   const int continuing = first_continuing(map);
-  map.in_map = placed_keyframes(map.solved_edges, map.solution,
+  map.in_map = placed_keyframes(map.solved_edges, snapshot_of(map, map.solved_edges, map.solution, {}),
                                 tracked_frames(map.frames, map.keyframes.size()), continuing);
   const int anchor = choose_anchor(map.keyframes, map.in_map, continuing);
   map.anchor_frame = map.keyframes[index(anchor)]->frame;
@@ -152,7 +144,8 @@ std::vector<PoseGraphEdge> Mapper::add_keyframe(const NewKeyframe& added, bool s
   const int id = keyframe->id;
   measured_.keyframes.resize(static_cast<std::size_t>(id) + 1);
   measured_.keyframes.back() = keyframe;
-  chain(id, added.edge);
+  if (added.edge) measured_.edges.push_back(*added.edge);
+  chain(added);
   measured_.searched.resize(measured_.keyframes.size());
   if (!search_loops || keyframe->is_patch) return {};
   measured_.searched.back() = true;
@@ -162,18 +155,9 @@ std::vector<PoseGraphEdge> Mapper::add_keyframe(const NewKeyframe& added, bool s
 }
 
 /// The live map has the keyframe where its link puts it, until loops move it.
-void Mapper::chain(int id, const std::optional<PoseGraphEdge>& edge) {
-  live_.component_T_node[id] = Pose::Identity();
-  live_.component_of_node[id] = id;
-  ++version_;
-  if (!edge) return;
-  measured_.edges.push_back(*edge);
-  live_edges_.push_back(*edge);
-  live_.edge_residual.push_back(0);
-  live_.edge_outlier.push_back(false);
-  live_.component_T_node[id] =
-      live_.component_T_node.at(edge->from) * scale_corrected(*edge, live_.shared_unknowns);
-  live_.component_of_node[id] = live_.component_of_node.at(edge->from);
+void Mapper::chain(const NewKeyframe& added) {
+  if (added.edge) live_edges_.push_back(*added.edge);
+  live_.add(added, options_.gradient_scale);
 }
 
 std::vector<PoseGraphEdge> Mapper::search_loops(const Keyframe& keyframe) {
@@ -201,8 +185,14 @@ std::map<int, std::vector<PoseGraphEdge>> Mapper::restore(const ScanRecord& reco
   // As if all had been found in one go.
   std::stable_sort(measured_.edges.begin(), measured_.edges.end(),
                    [](const auto& a, const auto& b) { return a.to < b.to; });
-  live_.component_T_node = chained_links();
-  for (const auto& [id, pose] : live_.component_T_node) live_.component_of_node[id] = id;
+  std::map<int, PoseGraphEdge> links;
+  for (const PoseGraphEdge& edge : measured_.edges)
+    if (edge.kind == EdgeKind::odometry) links.emplace(edge.to, edge);
+  for (const auto& keyframe : measured_.keyframes) {
+    if (!keyframe) continue;
+    const auto link = links.find(keyframe->id);
+    chain({keyframe, link == links.end() ? std::nullopt : std::optional(link->second)});
+  }
   return found;
 }
 
@@ -219,42 +209,27 @@ std::map<int, Pose> Mapper::chained_links() const {
 void Mapper::optimize() {
   const double scale_sigma = gradient_scale_sigma(measured_.keyframes, options_.gradient_scale);
   live_edges_ = chosen(measured_.edges, consistent_edges(measured_.edges, scale_sigma));
-  live_ = solve_poses(live_.component_T_node, live_edges_, scale_sigma, options_);
+  std::map<int, Pose> initial;
+  for (const MapSnapshot::Node& node : live_.nodes) initial.emplace(node.keyframe, node.component_T_keyframe);
+  const PoseGraphSolution solution = solve_poses(initial, live_edges_, scale_sigma, options_);
+  const std::uint64_t version = live_.version + 1;
+  live_ = snapshot_of(measured_, live_edges_, solution, covariances(live_edges_, solution, -1));
+  live_.version = version;
   new_loops_ = 0;
-  ++version_;
 }
 
-std::map<int, Matrix6d> Mapper::covariances(const std::vector<PoseGraphEdge>& edges,
-                                            const PoseGraphSolution& solution, int gauge) const {
+PoseCovariances Mapper::covariances(const std::vector<PoseGraphEdge>& edges,
+                                    const PoseGraphSolution& solution, int anchor) const {
   const double scale_sigma = options_.gradient_scale.estimate
                                  ? gradient_scale_sigma(measured_.keyframes, options_.gradient_scale)
                                  : 0.0;
-  return pose_covariances(edges, solution, gauge, options_.pose_graph, scale_sigma);
-}
-
-/// By id, in the live map.
-std::vector<bool> Mapper::placed() const {
-  return placed_keyframes(live_edges_, live_, std::vector<int>(measured_.keyframes.size(), 1),
-                          first_continuing(measured_));
-}
-
-void Mapper::assess() {
-  sigma_mm_.clear();
-  if (live_.component_of_node.empty()) return;
-  const std::vector<bool> in_map = placed();
-  const auto first = static_cast<int>(std::find(in_map.begin(), in_map.end(), true) - in_map.begin());
-  const int gauge = live_.component_of_node.at(first);
-  for (const auto& [id, covariance] : covariances(live_edges_, live_, gauge))
-    sigma_mm_[id] = worst_sigma(covariance.bottomRightCorner<3, 3>());
+  return pose_covariances(edges, solution, anchor, options_.pose_graph, scale_sigma);
 }
 
 MapSnapshot Mapper::snapshot() const {
-  MapSnapshot snapshot = snapshot_of(measured_, live_edges_, live_, placed());
-  snapshot.version = version_;
-  snapshot.gradient_scale = gradient_scale_of(live_);
-  for (MapSnapshot::Node& node : snapshot.nodes)
-    if (const auto sigma = sigma_mm_.find(node.keyframe); sigma != sigma_mm_.end())
-      node.sigma_mm = sigma->second;
+  MapSnapshot snapshot = live_;
+  show(snapshot, placed_keyframes(live_edges_, live_, std::vector<int>(measured_.keyframes.size(), 1),
+                                  first_continuing(measured_)));
   return snapshot;
 }
 
@@ -286,10 +261,10 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
   if (refine && options_.refinement.max_pairs_per_keyframe > 0)
     add_overlap_edges(map, scale_sigma, options_, stop_requested, closing);
   closing.end();
-  map.gradient_scale = gradient_scale_of(map.solution);
+  map.gradient_scale = gradient_scale_of(map.solution.shared_unknowns);
   const int anchor = choose_map_and_anchor(map);
-  map.uncertainty =
-      trajectory_uncertainty(map.frames, map.in_map, covariances(map.solved_edges, map.solution, anchor));
+  map.covariances = covariances(map.solved_edges, map.solution, anchor);
+  map.uncertainty = trajectory_uncertainty(map.frames, snapshot_of(map));
   return map;
 }
 

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "gelslam/core/text.hpp"
-#include "gelslam/slam/trial_drift.hpp"
 
 namespace gelslam {
 namespace {
@@ -68,14 +67,14 @@ class HiddenFrames {
 }  // namespace
 
 RunReport::Uncertainty trajectory_uncertainty(const std::vector<FrameRecord>& frames,
-                                              const std::vector<bool>& in_map,
-                                              const std::map<int, Matrix6d>& anchor_T_keyframe) {
+                                              const MapSnapshot& map) {
   RunReport::Uncertainty result;
   HiddenFrames hidden;
   for (const FrameRecord& frame : frames) {
-    if (frame.keyframe < 0 || !in_map[static_cast<std::size_t>(frame.keyframe)]) continue;
+    const MapSnapshot::Node* node = map.find(frame.keyframe);
+    if (node == nullptr || !node->placed) continue;
     hidden.pass(frame);
-    const Matrix6d& covariance = anchor_T_keyframe.at(frame.keyframe);
+    const Matrix6d covariance = map.pose_of(frame)->map_T_frame.covariance;
     keep_worse(result.drift_mm, 2 * worst_sigma(covariance.bottomRightCorner<3, 3>()), frame);
     keep_worse(result.drift_deg,
                std::min(180.0, 2 * kDegreesPerRadian * worst_sigma(covariance.topLeftCorner<3, 3>())), frame);
@@ -110,5 +109,48 @@ std::vector<std::string> describe(const RunReport::Uncertainty& uncertainty) {
   return {fmt::format("{} in {}, from {:.1f} s on: press on texture", describe_observability(observable),
                       counted(frames, "frame"), first_time_s)};
 }
+
+Matrix6d translation_first(const Matrix6d& rotation_first) {
+  Matrix6d covariance;
+  covariance << rotation_first.bottomRightCorner<3, 3>(), rotation_first.bottomLeftCorner<3, 3>(),
+      rotation_first.topRightCorner<3, 3>(), rotation_first.topLeftCorner<3, 3>();
+  return covariance;
+}
+
+Vector6d sigma_of(const Matrix6d& rotation_first) {
+  return translation_first(rotation_first).diagonal().cwiseMax(0.0).cwiseSqrt();
+}
+
+std::string describe_drift(const Vector6d& sigma) {
+  constexpr double kTwoSigma = 2.0;  // message
+  constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
+  std::string where;
+  const auto add = [&](const std::string& amount, const char* preposition, std::size_t axis) {
+    where += fmt::format("{}{} {} {}", where.empty() ? "" : ", ", amount, preposition, kAxes[axis]);
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (const double mm = kTwoSigma * sigma[static_cast<int>(axis)]; mm > kLargeDriftMm)
+      add(fmt::format("{:.1f} mm", mm), "along", axis);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (const double deg = kTwoSigma * kDegreesPerRadian * sigma[static_cast<int>(axis) + 3];
+        deg > kLargeDriftDeg)
+      add(fmt::format("{:.0f} degrees", deg), "about", axis);
+  return where.empty() ? "" : "may be off by " + where;
+}
+
+void HiddenMotions::pass(int trial, const std::array<bool, 6>& observable) {
+  if (trial != trial_) {
+    trial_ = trial;
+    observable_.fill(true);
+    differing_.fill(0);
+  }
+  for (std::size_t axis = 0; axis < observable.size(); ++axis) {
+    if (observable[axis] != observable_[axis] && ++differing_[axis] > kLastingFrames)
+      observable_[axis] = observable[axis];
+    if (observable[axis] == observable_[axis]) differing_[axis] = 0;
+  }
+}
+
+std::string HiddenMotions::words() const { return trial_ < 0 ? "" : describe_observability(observable_); }
 
 }  // namespace gelslam

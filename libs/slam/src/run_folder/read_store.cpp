@@ -187,10 +187,9 @@ void read_frames(SQLite::Database& database, ScanRecord& record) {
   const std::int64_t frames = database.execAndGet("SELECT count(*) FROM frames");
   if (frames > kMaxFrames) refuse("holds more frames than a day of scanning makes");
   record.frames.reserve(static_cast<std::size_t>(frames));
-  Rows rows(
-      database,
-      "SELECT frame, time_s, status, trial, keyframe, keyframe_T_frame, observable, unix_us FROM frames "
-      "ORDER BY 1");
+  Rows rows(database,
+            "SELECT frame, time_s, status, trial, keyframe, keyframe_T_frame, covariance, shared_center_mm, "
+            "observable, unix_us FROM frames ORDER BY 1");
   while (rows.next()) {
     FrameRecord frame;
     frame.frame = rows.integer(0, 0, kMaxFrame);
@@ -200,11 +199,13 @@ void read_frames(SQLite::Database& database, ScanRecord& record) {
     if (!rows.is_null(4)) {
       frame.keyframe = id_in(rows, 4);
       frame.keyframe_T_frame = pose_in(rows, 5);
+      frame.covariance = matrix_in(rows, 6);
+      frame.shared_center_mm = Eigen::Vector3d(rows.numbers<3>(7, kMaxDistanceMm).data());
       if (frame.trial < 0) refuse("a frame with a keyframe has no trial");
     }
-    const int observable = rows.integer(6, 0, 127);  // the seventh bit is an older program's
+    const int observable = rows.integer(8, 0, 127);  // the seventh bit is an older program's
     for (std::size_t i = 0; i < 6; ++i) frame.observable[i] = (observable >> i & 1) != 0;
-    if (!rows.is_null(7)) frame.unix_us = rows.integer(7, 1, kMaxUnixUs);
+    if (!rows.is_null(9)) frame.unix_us = rows.integer(9, 1, kMaxUnixUs);
     if (!record.has_keyframe(frame.keyframe)) frame.keyframe = -1;  // a kill came before it
     record.frames.push_back(frame);
   }

@@ -62,12 +62,16 @@ int bits_of(const FrameRecord& frame) {
 }
 
 void insert(SQLite::Database& database, const std::vector<FrameRecord>& frames) {
-  SQLite::Statement insert(database, "INSERT INTO frames VALUES(?,?,?,?,?,?,?,?)");
+  SQLite::Statement insert(database, "INSERT INTO frames VALUES(?,?,?,?,?,?,?,?,?,?)");
   for (const FrameRecord& frame : frames) {
     const Numbers<12> pose = numbers(frame.keyframe_T_frame);
+    const Numbers<21> covariance = numbers(frame.covariance);
+    const Numbers<3> center = numbers(frame.shared_center_mm);
     const auto keyframe = unless_negative(frame.keyframe);
     run(insert, frame.frame, frame.time_s, std::string(name(frame.status)), unless_negative(frame.trial),
-        keyframe, keyframe ? std::optional(blob_of(pose)) : std::nullopt, bits_of(frame),
+        keyframe, keyframe ? std::optional(blob_of(pose)) : std::nullopt,
+        keyframe ? std::optional(blob_of(covariance)) : std::nullopt,
+        keyframe ? std::optional(blob_of(center)) : std::nullopt, bits_of(frame),
         frame.unix_us == 0 ? std::nullopt : std::optional(frame.unix_us));
   }
 }

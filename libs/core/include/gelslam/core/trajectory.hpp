@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,6 +24,7 @@ inline double stamp_s(std::int64_t unix_us, double time_s) {
 struct StampedPose {
   double time_s = 0.0;  ///< stamp_s()
   Pose map_T_sensor = Pose::Identity();
+  std::optional<Matrix6d> covariance{};  ///< of the pose's right perturbation; not in the file
 };
 
 /// Reads a TUM trajectory: lines of `time_s x y z qx qy qz qw`, meters, blank lines and lines with `#`

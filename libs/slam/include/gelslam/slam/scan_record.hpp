@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "gelslam/backend/pose_graph.hpp"
+#include "gelslam/backend/uncertain_motion.hpp"
 #include "gelslam/frontend/tracker.hpp"
 
 namespace gelslam {
@@ -29,6 +29,11 @@ struct FrameRecord {
   /// RegistrationResult::observable of a tracked frame; true where none was asked.
   std::array<bool, 6> observable = {true, true, true, true, true, true};
   std::int64_t unix_us = 0;  ///< when it was captured, by the system's clock; 0: not known
+  // Of the registration to the keyframe, as those of an edge; 0 where the frame is that keyframe.
+  Matrix6d covariance = Matrix6d::Zero();
+  Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
+
+  UncertainMotion keyframe_T_frame_measured() const;
 };
 
 FrameRecord record_of(const TrackedFrame& tracked);
