@@ -13,7 +13,7 @@ using Json = nlohmann::ordered_json;
 
 Json hypothesis_json(const PlaceHypothesis& hypothesis) {
   Json json = {{"probability", hypothesis.probability},
-               {"pose", row_major_meters(hypothesis.map_T_sensor.pose)}};
+               {"map_pose", row_major_meters(hypothesis.map_T_sensor.pose)}};
   add_sigma(json, MapPlace{hypothesis.map_T_sensor});
   return json;
 }
@@ -26,8 +26,6 @@ Json map_json(const LocalizedFrame& frame, const Surface* surface) {
   Json json = frame_json(report);
   json["status"] = status_name(frame);
   if (frame.tracked.status != TrackStatus::background) json["reason"] = frame.reason;
-  json["pose"] =
-      localized ? Json(row_major_meters(frame.hypotheses.front().map_T_sensor.pose)) : Json(nullptr);
   json["in_map"] = localized;
   json["hypotheses"] = Json::array();
   for (const PlaceHypothesis& hypothesis : frame.hypotheses)
