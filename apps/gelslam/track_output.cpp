@@ -42,7 +42,6 @@ PoseOutput trial_output(const SlamOptions& options) {
     const TactileImage& image = item.image;
     const TrackedFrame frame = tracker->track(image.index, image.time_s, item.surface, image.unix_us);
     PoseLine line;
-    line.has_pose = frame.status == TrackStatus::tracked;
     const std::optional<MapPlace> place = map->add(frame);
     line.touch = {record_of(frame), image.bgr, item.surface, "", place};
     if (frame.status == TrackStatus::lost) {
@@ -66,9 +65,8 @@ PoseOutput map_output(std::shared_ptr<const SurfaceMap> map, const SlamOptions& 
       if (!frame.hypotheses.empty()) touches->placed = touch;
     }
     PoseLine line;
-    line.has_pose = frame.status == PlaceStatus::localized;
     line.touch = {record_of(frame.tracked), image.bgr, item.surface};
-    if (line.has_pose) {
+    if (frame.status == PlaceStatus::localized) {
       line.touch.place = MapPlace{frame.hypotheses.front().map_T_sensor};
       line.tum = tum_line(stamp_s(image.unix_us, image.time_s), line.touch.place->map_T_frame.pose);
       line.state = "localized";

@@ -35,7 +35,8 @@ TEST(Replay, WithEveryFrameTheRunIsThatOfReconstruct) {
   EXPECT_THAT(live.err, HasSubstr("tracking\n"));
   EXPECT_THAT(live.err, HasSubstr("0 dropped"));
   expect_complete(folder / "live");
-  for (const char* file : {"mesh.ply", "trajectory.tum", "keyframes.tum", "pose_graph.g2o"})
+  for (const char* file :
+       {"mesh.ply", "trajectory.tum", "covariances.npy", "keyframes.tum", "pose_graph.g2o"})
     EXPECT_TRUE(read_bytes(folder / "live" / file) == read_bytes(scan().run() / file)) << file;
   EXPECT_TRUE(saved_session(folder / "live") == saved_session(scan().run()));
 }
@@ -81,7 +82,8 @@ TEST(Replay, AtTheLogsPaceTheRunIsThatOfReconstruct) {
                         offline = run({"reconstruct"}, "_offline");
     if (live.err.find(" 0 dropped") == std::string::npos) continue;  // a machine that is too slow
     EXPECT_EQ(live.exit_code, offline.exit_code) << live.err;
-    for (const char* file : {"mesh.ply", "trajectory.tum", "keyframes.tum", "pose_graph.g2o"})
+    for (const char* file :
+         {"mesh.ply", "trajectory.tum", "covariances.npy", "keyframes.tum", "pose_graph.g2o"})
       EXPECT_TRUE(read_bytes(folder / (log.name + "_live") / file) ==
                   read_bytes(folder / (log.name + "_offline") / file))
           << log.name << " " << file;

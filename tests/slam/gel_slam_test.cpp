@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "gelslam/core/error.hpp"
 #include "gelslam/slam/reconstruct.hpp"
 #include "strokes.hpp"
 
@@ -38,7 +39,7 @@ TEST(GelSlam, TwoTrialsAtOnePlaceBecomeOneComponent) {
   EXPECT_EQ(map.components, 1);
   EXPECT_GE(map.loops, 1);
   EXPECT_THAT(map.in_map, Each(true));
-  EXPECT_EQ(posed_surfaces(map).size(), map.keyframes.size());
+  EXPECT_EQ(posed_surfaces(snapshot_of(map)).size(), map.keyframes.size());
   expect_true_poses(scan, map);
 }
 
@@ -53,7 +54,7 @@ TEST(GelSlam, TwoPlacesStayTwoComponentsAndTheLargerIsTheMap) {
   EXPECT_EQ(map.loops, 0);
   EXPECT_GE(map.anchor_frame, 4);  // of the second trial, which has more frames
   for (const FrameRecord& frame : map.frames) EXPECT_EQ(map.has_pose(frame), frame.frame >= 4);
-  for (const PosedSurface& patch : posed_surfaces(map)) {
+  for (const PosedSurface& patch : posed_surfaces(snapshot_of(map))) {
     EXPECT_EQ(map.keyframes[static_cast<std::size_t>(patch.id)]->trial, 1);
     EXPECT_TRUE(patch.surface == map.keyframes[static_cast<std::size_t>(patch.id)]->surface);
   }
@@ -159,7 +160,7 @@ TEST(GelSlam, FramesFollowTheGradientScaleThatTheMapHasFound) {
   slam.end_trial(timer);
   const SlamMap map = slam.finish();
   EXPECT_EQ(map.components, 1);
-  EXPECT_NEAR(map.gradient_scale.x, kScale, 0.02);
+  EXPECT_NEAR(map.gradient_scale().x, kScale, 0.02);
   const MapSnapshot placed = snapshot_of(map);
   double squares = 0, products = 0, farthest_deg = 0;
   for (const FrameRecord& frame : map.frames) {
@@ -187,6 +188,14 @@ TEST(GelSlam, FramesFollowTheGradientScaleThatTheMapHasFound) {
                   1e-3);
   }
   EXPECT_GT(patches, 0);
+}
+
+// What is longer could be written, and would not be read again.
+TEST(GelSlam, AScanEndsWhereASessionIsFull) {
+  GelSlam slam{SlamOptions{}};
+  StageTimer timer;
+  EXPECT_EQ(slam.process(kMaxScanFrames - 1, 0, nullptr, timer).status, TrackStatus::background);
+  EXPECT_THROW(slam.process(kMaxScanFrames, 0.04, nullptr, timer), Error);
 }
 
 }  // namespace

@@ -85,7 +85,7 @@ SlamMap map_of(const std::vector<cv::Mat3b>& pictures, const cv::Mat3b& backgrou
 /// Largest distance of the mesh from the object.
 double largest_error_mm(const SlamMap& map) {
   const auto frame = static_cast<double>(map.anchor_frame);
-  const Mesh mesh = fuse(posed_surfaces(map), FusionOptions{});
+  const Mesh mesh = fuse(posed_surfaces(snapshot_of(map)), FusionOptions{});
   double largest = 0;
   for (const Eigen::Vector3f& p : mesh.vertices_mm)
     largest = std::max(largest, std::abs(p.z() - object_mm(frame, p.x(), p.y())));

@@ -50,7 +50,7 @@ TEST_F(Trajectory, SaysTheLargestDriftAndWhereItIs) {
   track(30, kAll, 1);
   const RunReport::Uncertainty found = uncertainty(1.0, 0.2);
   EXPECT_NEAR(found.drift_mm.amount, 2.0, 1e-9);
-  EXPECT_EQ(found.drift_mm.frame, 30);
+  EXPECT_GE(found.drift_mm.frame, 30);
   EXPECT_NEAR(found.drift_deg.amount, 0.4 * kDegreesPerRadian, 1e-9);
   EXPECT_THAT(describe(found),
               testing::ElementsAre("poses may be off by 2 mm and 23 degrees: return to where you began"));
@@ -59,16 +59,23 @@ TEST_F(Trajectory, SaysTheLargestDriftAndWhereItIs) {
 
 // A scan with one keyframe: what its frames do not know of their motion from it is all the drift there is.
 TEST_F(Trajectory, AFrameAddsItsOwnErrorToItsKeyframes) {
-  track(30, kAll);
+  track(40, kAll);
   EXPECT_EQ(uncertainty().drift_mm.amount, 0);
-  records[7].covariance = covariance(0.3, 0.2);
+  const auto disturb_last = [&](int frames) {
+    for (auto k = std::ssize(records) - frames; k < std::ssize(records); ++k)
+      records[static_cast<std::size_t>(k)].covariance = covariance(0.3, 0.2);
+  };
+  disturb_last(2);
+  EXPECT_EQ(uncertainty().drift_mm.amount, 0) << "for a moment";
+  disturb_last(10);
   EXPECT_NEAR(uncertainty().drift_mm.amount, 0.6, 0.01);
-  EXPECT_EQ(uncertainty().drift_mm.frame, 7);
+  EXPECT_GE(uncertainty().drift_mm.frame, 30);
   EXPECT_NEAR(uncertainty().drift_deg.amount, 0.4 * kDegreesPerRadian, 1e-9);
-  track(1, kAll, 1);
-  records.back().covariance = covariance(0.3, 0.2);
+  track(40, kAll, 1);
+  disturb_last(10);
   EXPECT_NEAR(uncertainty(0.4, 0.1).drift_mm.amount, 1.0, 0.01);
-  track(1, kAll, 2);
+  track(40, kAll, 2);
+  disturb_last(40);
   EXPECT_NEAR(uncertainty(0.4, 0.1).drift_mm.amount, 1.0, 0.01) << "it is not in the map";
 }
 

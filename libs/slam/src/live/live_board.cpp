@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/process.hpp"
@@ -16,14 +17,6 @@ namespace {
 constexpr std::chrono::seconds kMeterWindow{3};
 
 double seconds(LiveClock::duration duration) { return std::chrono::duration<double>(duration).count(); }
-
-/// Trials with a keyframe in the shown component.
-std::set<int> shown_trials(const MapSnapshot& map) {
-  std::set<int> trials;
-  for (const MapSnapshot::Node& node : map.nodes)
-    if (node.component == map.shown_component) trials.insert(node.trial);
-  return trials;
-}
 
 }  // namespace
 
@@ -136,10 +129,8 @@ void LiveBoard::set_touch(LiveTouch touch, const std::string& why_lost, LiveCloc
 }
 
 void LiveBoard::set_map(std::shared_ptr<const MapSnapshot> newest) {
-  std::set<int> trials = shown_trials(*newest);
   const std::lock_guard lock(mutex_);
   map_ = std::move(newest);
-  shown_trials_ = std::move(trials);
   status_.keyframes = static_cast<int>(map_->nodes.size());
   status_.loops = static_cast<int>(std::count_if(
       map_->edges.begin(), map_->edges.end(), [](const auto& edge) { return edge.kind == EdgeKind::loop; }));
@@ -161,7 +152,7 @@ bool LiveBoard::has_contact() const {
 /// What is touched now belongs to the shown map. A trial that the mapper has not seen yet counts as joined as
 /// long as there is nothing it could be joined to.
 bool LiveBoard::joined() const {
-  return touch_->trial >= 0 && (shown_trials_.empty() || shown_trials_.contains(touch_->trial));
+  return touch_->place && (map_->shown_component < 0 || touch_->place->component == map_->shown_component);
 }
 
 void LiveBoard::describe_touch(LiveStatus& status) const {
@@ -172,7 +163,7 @@ void LiveBoard::describe_touch(LiveStatus& status) const {
     status.track = TrackStatus::tracked;
     status.state = "tracking";
     status.reason = touch_->doubt;
-    const double drift_mm = touch_->place ? 2 * touch_->place->map_T_frame.worst_sigma_mm() : 0;
+    const double drift_mm = 2 * touch_->place->map_T_frame.worst_sigma_mm();
     if (drift_mm <= kLargeDriftMm) return;
     append_sentence(status.reason, fmt::format("may be off by {:.1f} mm", drift_mm));
     status.advice = "return to the start";

@@ -4,7 +4,6 @@
 #include <deque>
 #include <mutex>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -83,7 +82,6 @@ class LiveBoard {
   std::shared_ptr<const LiveTouch> touch_;
   std::string why_lost_;
   std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
-  std::set<int> shown_trials_;
 };
 
 /// Puts on the board what is done while finishing, and how far it is.

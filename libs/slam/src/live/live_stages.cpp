@@ -93,14 +93,13 @@ void TrackingStage::handle(const SurfacedFrame& frame) {
   const FrameRecord record = record_of(tracked);
   newer_.insert(newer_.end(), tracked.new_keyframes.begin(), tracked.new_keyframes.end());
   std::erase_if(newer_, [&](const NewKeyframe& added) { return map->find(added.keyframe->id) != nullptr; });
-  const std::optional<MapPlace> place =
-      tracked.status == TrackStatus::tracked ? map->pose_of(record, newer_) : std::nullopt;
+  const std::optional<MapPlace> place = map->pose_of(record, newer_);
   if (context_.options.stream)
     context_.options.stream->write({tracked, frame.surface.get(), place, 0, image.bgr}, *map);
   if (frame.surface)
     context_.timer.add("capture to pose",
                        std::chrono::duration<double, std::milli>(LiveClock::now() - frame.captured).count());
-  if (tracked.status == TrackStatus::tracked) hidden_.pass(tracked.trial, tracked.registration.observable);
+  if (tracked.status == TrackStatus::tracked) hidden_.pass(record);
   LiveTouch touch{record, image.bgr, frame.surface, hidden_.words(), place};
   const std::string why_lost = tracked.status == TrackStatus::lost
                                    ? std::string(describe(tracked.registration.status))
@@ -145,7 +144,7 @@ void FusionStage::run() {
   }
 }
 
-/// A patch that cannot be fused is reported; fusion goes on without it.
+/// A patch that cannot be fused is reported; fusion goes on without it, at once.
 bool FusionStage::work() {
   const auto scope = context_.timer.measure("fusion");
   try {
@@ -154,7 +153,7 @@ bool FusionStage::work() {
     return work_left;
   } catch (const Error& error) {
     context_.board.warn(error.what());
-    return false;
+    return true;
   }
 }
 

@@ -1,6 +1,7 @@
 #include "gelslam/slam/mapper.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 #include <set>
 #include <utility>
@@ -88,6 +89,13 @@ std::vector<PoseGraphEdge> chosen(const std::vector<PoseGraphEdge>& edges, const
   return kept;
 }
 
+/// Where a solve of all poses starts.
+std::map<int, Pose> poses_of(const MapSnapshot& map) {
+  std::map<int, Pose> poses;
+  for (const MapSnapshot::Node& node : map.nodes) poses.emplace(node.keyframe, node.component_T_keyframe);
+  return poses;
+}
+
 /// Solves for all poses, and for the gradient scale if asked to.
 PoseGraphSolution solve_poses(const std::map<int, Pose>& initial, const std::vector<PoseGraphEdge>& edges,
                               double scale_sigma, const SlamOptions& options) {
@@ -144,20 +152,15 @@ std::vector<PoseGraphEdge> Mapper::add_keyframe(const NewKeyframe& added, bool s
   const int id = keyframe->id;
   measured_.keyframes.resize(static_cast<std::size_t>(id) + 1);
   measured_.keyframes.back() = keyframe;
-  if (added.edge) measured_.edges.push_back(*added.edge);
-  chain(added);
+  if (added.edge)
+    for (auto* edges : {&measured_.edges, &live_edges_}) edges->push_back(*added.edge);
+  live_.add(added, options_.gradient_scale);
   measured_.searched.resize(measured_.keyframes.size());
   if (!search_loops || keyframe->is_patch) return {};
   measured_.searched.back() = true;
   std::vector<PoseGraphEdge> loops = this->search_loops(*keyframe);
   measured_.edges.insert(measured_.edges.end(), loops.begin(), loops.end());
   return loops;
-}
-
-/// The live map has the keyframe where its link puts it, until loops move it.
-void Mapper::chain(const NewKeyframe& added) {
-  if (added.edge) live_edges_.push_back(*added.edge);
-  live_.add(added, options_.gradient_scale);
 }
 
 std::vector<PoseGraphEdge> Mapper::search_loops(const Keyframe& keyframe) {
@@ -168,8 +171,7 @@ std::vector<PoseGraphEdge> Mapper::search_loops(const Keyframe& keyframe) {
 }
 
 std::map<int, std::vector<PoseGraphEdge>> Mapper::restore(const ScanRecord& record) {
-  measured_ = record;
-  measured_.frames.clear();
+  measured_ = {record.parts, record.keyframes, record.edges, record.searched};
   new_loops_ = static_cast<int>(record.edges.size());
   for (const auto& keyframe : record.keyframes)
     if (keyframe && record.searched[index(keyframe->id)]) restored_.push_back(*keyframe);
@@ -185,33 +187,31 @@ std::map<int, std::vector<PoseGraphEdge>> Mapper::restore(const ScanRecord& reco
   // As if all had been found in one go.
   std::stable_sort(measured_.edges.begin(), measured_.edges.end(),
                    [](const auto& a, const auto& b) { return a.to < b.to; });
-  std::map<int, PoseGraphEdge> links;
-  for (const PoseGraphEdge& edge : measured_.edges)
-    if (edge.kind == EdgeKind::odometry) links.emplace(edge.to, edge);
-  for (const auto& keyframe : measured_.keyframes) {
-    if (!keyframe) continue;
-    const auto link = links.find(keyframe->id);
-    chain({keyframe, link == links.end() ? std::nullopt : std::optional(link->second)});
-  }
+  live_ = chained();
+  std::ranges::copy_if(measured_.edges, std::back_inserter(live_edges_),
+                       [](const PoseGraphEdge& edge) { return edge.kind == EdgeKind::odometry; });
   return found;
 }
 
-/// Where a solve of all poses starts: every keyframe where its links put it.
-std::map<int, Pose> Mapper::chained_links() const {
-  std::map<int, Pose> poses;
-  for (const auto& keyframe : measured_.keyframes)
-    if (keyframe) poses[keyframe->id] = Pose::Identity();
+/// Every keyframe where its links put it.
+MapSnapshot Mapper::chained() const {
+  std::map<int, PoseGraphEdge> links;
   for (const PoseGraphEdge& edge : measured_.edges)
-    if (edge.kind == EdgeKind::odometry) poses.at(edge.to) = poses.at(edge.from) * edge.from_T_to;
-  return poses;
+    if (edge.kind == EdgeKind::odometry) links.emplace(edge.to, edge);
+  MapSnapshot map;
+  for (const auto& keyframe : measured_.keyframes) {
+    if (!keyframe) continue;
+    const auto link = links.find(keyframe->id);
+    map.add({keyframe, link == links.end() ? std::nullopt : std::optional(link->second)},
+            options_.gradient_scale);
+  }
+  return map;
 }
 
 void Mapper::optimize() {
   const double scale_sigma = gradient_scale_sigma(measured_.keyframes, options_.gradient_scale);
   live_edges_ = chosen(measured_.edges, consistent_edges(measured_.edges, scale_sigma));
-  std::map<int, Pose> initial;
-  for (const MapSnapshot::Node& node : live_.nodes) initial.emplace(node.keyframe, node.component_T_keyframe);
-  const PoseGraphSolution solution = solve_poses(initial, live_edges_, scale_sigma, options_);
+  const PoseGraphSolution solution = solve_poses(poses_of(live_), live_edges_, scale_sigma, options_);
   const std::uint64_t version = live_.version + 1;
   live_ = snapshot_of(measured_, live_edges_, solution, covariances(live_edges_, solution, -1));
   live_.version = version;
@@ -251,7 +251,7 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
                        const std::function<bool()>& stop_requested, ProgressSink* progress) const {
   ParallelProgress closing(progress, "closing loops", kOverlapRounds * measured_.keyframes.size());
   SlamMap map = measured_map(frames);
-  const std::map<int, Pose> initial = chained_links();
+  const std::map<int, Pose> initial = poses_of(chained());
   if (initial.empty()) {
     closing.end();
     return map;
@@ -261,7 +261,6 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
   if (refine && options_.refinement.max_pairs_per_keyframe > 0)
     add_overlap_edges(map, scale_sigma, options_, stop_requested, closing);
   closing.end();
-  map.gradient_scale = gradient_scale_of(map.solution.shared_unknowns);
   const int anchor = choose_map_and_anchor(map);
   map.covariances = covariances(map.solved_edges, map.solution, anchor);
   map.uncertainty = trajectory_uncertainty(map.frames, snapshot_of(map));

@@ -112,19 +112,17 @@ Matrix6d with_second_order(Matrix6d covariance) {
 
 std::optional<MapPlace> MapSnapshot::pose_of(const FrameRecord& frame,
                                              std::span<const NewKeyframe> newer) const {
-  const auto located =
-      frame.keyframe < 0 ? std::nullopt : locate(frame.keyframe, frame.keyframe_T_frame_measured(), newer);
+  const auto located = locate(frame.keyframe, frame.keyframe_T_frame_measured(), newer);
   if (!located) return std::nullopt;
-  const UncertainMotion& place = located->map_T_frame;
+  const auto& [place, component] = *located;
   return MapPlace{
       {normalized(place.from_T_to.pose), with_second_order(place.total_covariance(scale_covariance))},
-      located->component};
+      component};
 }
 
 std::optional<MapPlace> TrialMap::add(const TrackedFrame& frame) {
   for (const NewKeyframe& added : frame.new_keyframes) {
     if (!added.edge) map_ = {};
-    if (added.edge && map_.find(added.edge->from) == nullptr) continue;
     map_.add(added, options_);
     map_.nodes.back().surface = {};  // nobody asks for it
   }
@@ -140,13 +138,11 @@ std::vector<PosedSurface> posed_surfaces(const MapSnapshot& map) {
 }
 
 MapSnapshot snapshot_of(const ScanRecord& scan, const std::vector<PoseGraphEdge>& edges,
-                        const PoseGraphSolution& solution, const PoseCovariances& covariances) {
+                        const PoseGraphSolution& solution, PoseCovariances covariances) {
   MapSnapshot snapshot;
   for (const auto& [id, component] : solution.component_of_node) {
     const Keyframe& keyframe = *scan.keyframes[index(id)];
-    const auto known = covariances.component_T_node.find(id);
-    const UncertainMotion motion =
-        known == covariances.component_T_node.end() ? UncertainMotion() : known->second;
+    const UncertainMotion& motion = covariances.component_T_node[id];
     snapshot.nodes.push_back({.keyframe = id,
                               .frame = keyframe.frame,
                               .trial = keyframe.trial,
@@ -175,7 +171,6 @@ void show(MapSnapshot& map, const std::vector<bool>& placed) {
 
 MapSnapshot snapshot_of(const SlamMap& map) {
   MapSnapshot snapshot = snapshot_of(map, map.solved_edges, map.solution, map.covariances);
-  snapshot.gradient_scale = map.gradient_scale;
   show(snapshot, map.in_map);
   for (MapSnapshot::Node& node : snapshot.nodes)
     if (node.component == snapshot.shown_component)
@@ -194,7 +189,5 @@ std::vector<StampedPose> SlamMap::trajectory() const {
     }
   return poses;
 }
-
-std::vector<PosedSurface> posed_surfaces(const SlamMap& map) { return posed_surfaces(snapshot_of(map)); }
 
 }  // namespace gelslam

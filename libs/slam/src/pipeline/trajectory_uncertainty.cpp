@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <utility>
 
 #include "gelslam/core/text.hpp"
+#include "gelslam/core/uncertain_pose.hpp"
 
 namespace gelslam {
 namespace {
@@ -16,71 +18,30 @@ constexpr double kSenselessMm = 10.0, kSenselessDeg = 90.0;  // message
 
 constexpr std::array<const char*, 6> kMotions = {"x", "y", "z", "rx", "ry", "rz"};  // layout
 
-void keep_worse(RunReport::Drift& worst, double amount, const FrameRecord& frame) {
-  if (worst.frame < 0 || amount > worst.amount) worst = {amount, frame.frame, frame.time_s};
+/// What one pose in twenty exceeds: a touch that is faint for a moment, or begins, is no drift.
+RunReport::Drift large_drift(std::vector<RunReport::Drift> poses) {
+  if (poses.empty()) return {};
+  const auto at = std::prev(poses.end(), 1 + std::ssize(poses) / 20);
+  std::ranges::nth_element(poses, at, {}, &RunReport::Drift::amount);
+  return *at;
 }
-
-/// Counts the frames of stretches in which a motion was not observable, once these have lasted.
-class HiddenFrames {
- public:
-  void pass(const FrameRecord& frame) {
-    if (std::exchange(trial_, frame.trial) != frame.trial) waiting_ = {};
-    motions_.pass(frame.trial, frame.observable);
-    for (std::size_t motion = 0; motion < kMotions.size(); ++motion) {
-      Hidden& waiting = waiting_[motion];
-      if (frame.observable[motion]) {
-        waiting = {};
-        continue;
-      }
-      if (waiting.frames++ == 0) {
-        waiting.first_frame = frame.frame;
-        waiting.first_time_s = frame.time_s;
-      }
-      if (motions_.observable()[motion]) continue;
-      Hidden& counted = counted_[motion];
-      if (counted.frames == 0)
-        counted = waiting;
-      else
-        counted.frames += waiting.frames;
-      waiting = {};
-    }
-  }
-
-  std::vector<RunReport::Hidden> all() const {
-    std::vector<Hidden> found;
-    for (std::size_t motion = 0; motion < kMotions.size(); ++motion) {
-      if (counted_[motion].frames == 0) continue;
-      found.push_back(counted_[motion]);
-      found.back().motion = kMotions[motion];
-    }
-    return found;
-  }
-
- private:
-  using Hidden = RunReport::Hidden;
-
-  int trial_ = -1;
-  HiddenMotions motions_;
-  std::array<Hidden, kMotions.size()> waiting_, counted_;
-};
 
 }  // namespace
 
 RunReport::Uncertainty trajectory_uncertainty(const std::vector<FrameRecord>& frames,
                                               const MapSnapshot& map) {
-  RunReport::Uncertainty result;
-  HiddenFrames hidden;
+  HiddenMotions hidden;
+  std::vector<RunReport::Drift> mm, deg;
   for (const FrameRecord& frame : frames) {
     const MapSnapshot::Node* node = map.find(frame.keyframe);
     if (node == nullptr || !node->placed) continue;
     hidden.pass(frame);
     const Matrix6d covariance = map.pose_of(frame)->map_T_frame.covariance;
-    keep_worse(result.drift_mm, 2 * worst_sigma(covariance.bottomRightCorner<3, 3>()), frame);
-    keep_worse(result.drift_deg,
-               std::min(180.0, 2 * kDegreesPerRadian * worst_sigma(covariance.topLeftCorner<3, 3>())), frame);
+    mm.push_back({2 * worst_sigma(covariance.bottomRightCorner<3, 3>()), frame.frame, frame.time_s});
+    const double two_sigmas_deg = 2 * kDegreesPerRadian * worst_sigma(covariance.topLeftCorner<3, 3>());
+    deg.push_back({std::min(180.0, two_sigmas_deg), frame.frame, frame.time_s});
   }
-  result.not_observable = hidden.all();
-  return result;
+  return {large_drift(std::move(mm)), large_drift(std::move(deg)), hidden.all()};
 }
 
 std::vector<std::string> describe(const RunReport::Uncertainty& uncertainty) {
@@ -96,8 +57,7 @@ std::vector<std::string> describe(const RunReport::Uncertainty& uncertainty) {
             (senseless || uncertainty.not_observable.empty() ? "" : ", and press on texture")};
   }
   if (uncertainty.not_observable.empty()) return {};
-  std::array<bool, kMotions.size()> observable;
-  observable.fill(true);
+  std::array<bool, 6> observable = {true, true, true, true, true, true};
   std::int64_t frames = 0;
   double first_time_s = uncertainty.not_observable.front().first_time_s;
   for (const RunReport::Hidden& hidden : uncertainty.not_observable) {
@@ -108,13 +68,6 @@ std::vector<std::string> describe(const RunReport::Uncertainty& uncertainty) {
   }
   return {fmt::format("{} in {}, from {:.1f} s on: press on texture", describe_observability(observable),
                       counted(frames, "frame"), first_time_s)};
-}
-
-Matrix6d translation_first(const Matrix6d& rotation_first) {
-  Matrix6d covariance;
-  covariance << rotation_first.bottomRightCorner<3, 3>(), rotation_first.bottomLeftCorner<3, 3>(),
-      rotation_first.topRightCorner<3, 3>(), rotation_first.topLeftCorner<3, 3>();
-  return covariance;
 }
 
 Vector6d sigma_of(const Matrix6d& rotation_first) {
@@ -138,19 +91,41 @@ std::string describe_drift(const Vector6d& sigma) {
   return where.empty() ? "" : "may be off by " + where;
 }
 
-void HiddenMotions::pass(int trial, const std::array<bool, 6>& observable) {
-  if (trial != trial_) {
-    trial_ = trial;
-    observable_.fill(true);
-    differing_.fill(0);
-  }
-  for (std::size_t axis = 0; axis < observable.size(); ++axis) {
-    if (observable[axis] != observable_[axis] && ++differing_[axis] > kLastingFrames)
-      observable_[axis] = observable[axis];
-    if (observable[axis] == observable_[axis]) differing_[axis] = 0;
+void HiddenMotions::pass(const FrameRecord& frame) {
+  if (std::exchange(trial_, frame.trial) != frame.trial)
+    for (Motion& motion : motions_) motion = {.counted = motion.counted};
+  for (std::size_t axis = 0; axis < motions_.size(); ++axis) {
+    auto& [is_shown, differing, waiting, counted] = motions_[axis];
+    const bool observable = frame.observable[axis];
+    differing = observable == is_shown ? 0 : differing + 1;
+    if (differing > kLastingFrames) {
+      is_shown = observable;
+      differing = 0;
+    }
+    if (observable) {
+      waiting = {};
+      continue;
+    }
+    if (waiting.frames++ == 0) waiting = {kMotions[axis], frame.frame, frame.time_s, 1};
+    if (is_shown) continue;
+    const std::int64_t frames = counted.frames + waiting.frames;
+    if (counted.frames == 0) counted = waiting;
+    counted.frames = frames;
+    waiting = {};
   }
 }
 
-std::string HiddenMotions::words() const { return trial_ < 0 ? "" : describe_observability(observable_); }
+std::string HiddenMotions::words() const {
+  std::array<bool, 6> observable{};
+  for (std::size_t axis = 0; axis < motions_.size(); ++axis) observable[axis] = motions_[axis].is_shown;
+  return describe_observability(observable);
+}
+
+std::vector<RunReport::Hidden> HiddenMotions::all() const {
+  std::vector<RunReport::Hidden> found;
+  for (const Motion& motion : motions_)
+    if (motion.counted.frames > 0) found.push_back(motion.counted);
+  return found;
+}
 
 }  // namespace gelslam

@@ -24,9 +24,7 @@ using Access = Database::Access;
 
 // What a session may name. Beyond it, files are forged or damaged: programs that number on, add poses or make
 // lists by these numbers rely on it.
-constexpr int kMaxKeyframeId = 1'000'000;
-constexpr int kMaxTrial = 1'000'000;
-constexpr std::int64_t kMaxFrames = 24 * 3600 * 30;  // a day's: 0.5 GB
+constexpr int kMaxKeyframeId = kMaxScanFrames - 1, kMaxTrial = kMaxKeyframeId;  // each has a frame of its own
 constexpr std::int64_t kMaxFrame = 1'000'000'000'000;
 constexpr double kMaxDistanceMm = 1e6;    // as in trajectories
 constexpr double kMaxInformation = 1e12;  // sigmas of a millionth of a radian and of a millimeter
@@ -185,7 +183,7 @@ void read_edges(SQLite::Database& database, ScanRecord& record) {
 
 void read_frames(SQLite::Database& database, ScanRecord& record) {
   const std::int64_t frames = database.execAndGet("SELECT count(*) FROM frames");
-  if (frames > kMaxFrames) refuse("holds more frames than a day of scanning makes");
+  if (frames > kMaxScanFrames) refuse("holds more frames than a day of scanning makes");
   record.frames.reserve(static_cast<std::size_t>(frames));
   Rows rows(database,
             "SELECT frame, time_s, status, trial, keyframe, keyframe_T_frame, covariance, shared_center_mm, "
@@ -237,8 +235,9 @@ std::vector<int> read_patches(SQLite::Database& database, const std::map<int, Po
     if (rows.is_null(1)) continue;
     ids.push_back(id_in(rows, 0));
     if (const auto place = map_T_keyframe.find(ids.back()); place != map_T_keyframe.end())
-      session.patches.push_back(
-          {place->first, place->second, StoredSurface(surface_in(rows, 1, place->first))});
+      session.nodes.push_back({.keyframe = place->first,
+                               .component_T_keyframe = place->second,
+                               .surface = StoredSurface(surface_in(rows, 1, place->first))});
   }
   return ids;
 }
@@ -285,8 +284,8 @@ std::optional<Session> find_session(const fs::path& run) {
         Rows map(database, "SELECT rowid, gradient_scale, last_frame FROM map");
         if (!map.next()) return std::nullopt;
         Session session;
-        session.gradient_scale = map.number(1, 10);
-        if (!(session.gradient_scale > 0.1)) refuse("impossible gradient scale");
+        session.gradient_scale.x = session.gradient_scale.y = map.number(1, 10);
+        if (!(session.gradient_scale.x > 0.1)) refuse("impossible gradient scale");
         std::vector<int> placed;
         const std::map<int, Pose> map_T_keyframe = read_poses(database, placed);
         const std::int64_t last_frame = database.execAndGet("SELECT coalesce(max(frame), -1) FROM frames");

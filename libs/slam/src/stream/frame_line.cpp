@@ -33,15 +33,9 @@ std::string reason(const TrackedFrame& frame, const std::optional<MapPlace>& pla
 
 Json three_numbers(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-/// x y z in meters, first.
-Json si_covariance(const Matrix6d& rotation_first) {
-  const Matrix6d covariance = translation_first(rotation_first);
-  Vector6d unit;
-  unit << 1e-3, 1e-3, 1e-3, 1, 1, 1;
-  Json numbers = Json::array();
-  for (int r = 0; r < 6; ++r)
-    for (int c = 0; c < 6; ++c) numbers.push_back(unit[r] * unit[c] * covariance(r, c));
-  return numbers;
+Json si_covariance(const Matrix6d& covariance) {
+  const Matrix6d numbers = translation_first(covariance, 1e-3);  // symmetric: its rows are its columns
+  return std::vector<double>(numbers.data(), numbers.data() + numbers.size());
 }
 
 Json contact_of(const Surface* surface) {

@@ -7,6 +7,7 @@ namespace gelslam {
 void PoseStream::write(FrameReport report, const MapSnapshot& map) {
   const TrackedFrame& frame = report.tracked;
   report.scan = scan_;
+  if (frame.status != TrackStatus::tracked) report.place.reset();
   if (!feed_.has_readers()) return;
   StreamedFrame lines{ndjson_line(report), "",    frame.frame,   frame.time_s,
                       frame.unix_us,       scan_, report.picture};

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "gelslam/backend/uncertain_motion.hpp"
@@ -56,10 +57,7 @@ struct MapSnapshot {
   std::optional<MapPlace> pose_of(const FrameRecord& frame, std::span<const NewKeyframe> newer = {}) const;
 
  private:
-  struct Located {
-    UncertainMotion map_T_frame;
-    int component = 0;
-  };
+  using Located = std::pair<UncertainMotion, int>;  // in a component
   std::optional<Located> locate(int keyframe, const UncertainMotion& keyframe_T_frame,
                                 std::span<const NewKeyframe> newer) const;
 };

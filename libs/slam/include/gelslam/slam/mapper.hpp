@@ -45,9 +45,8 @@ class Mapper {
                  const std::function<bool()>& stop_requested, ProgressSink* progress = nullptr) const;
 
  private:
-  void chain(const NewKeyframe& added);
   std::vector<PoseGraphEdge> search_loops(const Keyframe& keyframe);
-  std::map<int, Pose> chained_links() const;
+  MapSnapshot chained() const;
   PoseCovariances covariances(const std::vector<PoseGraphEdge>& edges, const PoseGraphSolution& solution,
                               int anchor) const;
   SlamMap measured_map(const std::vector<FrameRecord>& frames) const;

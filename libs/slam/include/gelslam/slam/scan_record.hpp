@@ -15,6 +15,10 @@ namespace gelslam {
 /// What a record can hold, in either direction: later times are milliseconds.
 inline constexpr double kMaxTimeS = 1e12;
 
+/// How long a scan can be: a day at 30 Hz, whose records take 1.3 GB. GelSlam ends there, and a session that
+/// has more is not read.
+inline constexpr int kMaxScanFrames = 24 * 3600 * 30;
+
 /// Times go on from part to part: a new one begins this long after the last frame.
 inline constexpr double kBetweenPartsS = 1.0;  // layout
 

@@ -22,7 +22,6 @@ struct SlamMap : ScanRecord {
   std::vector<PoseGraphEdge> solved_edges;  ///< consistent ones of `edges`, and those found at the end
   PoseGraphSolution solution;               ///< of solved_edges
   PoseCovariances covariances;              ///< of the solution, relative to the anchor
-  GradientScale gradient_scale;             ///< of the surfaces, as estimated
   std::vector<bool> in_map;  ///< by keyframe id: of those whose places are known, the group that was
                              ///< largest when the first part ended
   int trials = 0;
@@ -32,6 +31,7 @@ struct SlamMap : ScanRecord {
 
   Pose component_T_anchor = Pose::Identity();
 
+  GradientScale gradient_scale() const { return gradient_scale_of(solution.shared_unknowns); }
   Pose anchor_T_keyframe(int id) const {
     return component_T_anchor.inverse() * solution.component_T_node.at(id);
   }
@@ -44,17 +44,15 @@ struct SlamMap : ScanRecord {
   }
 };
 
-/// A solution of `edges`, of which nothing is placed.
+/// A solution of `edges`, of which nothing is placed. Without covariances every pose is exact.
 MapSnapshot snapshot_of(const ScanRecord& scan, const std::vector<PoseGraphEdge>& edges,
-                        const PoseGraphSolution& solution, const PoseCovariances& covariances);
+                        const PoseGraphSolution& solution, PoseCovariances covariances);
 /// `placed`, by keyframe id: what is shown of it.
 void show(MapSnapshot& map, const std::vector<bool>& placed);
 /// The map as a window draws it; poses of the shown component are in the anchor's frame.
 MapSnapshot snapshot_of(const SlamMap& map);
 
-/// The patches of the map at their places, in the anchor's frame.
-std::vector<PosedSurface> posed_surfaces(const SlamMap& map);
-/// Those that are placed in a snapshot, in its frame.
+/// The patches that are placed, in the frame of the map.
 std::vector<PosedSurface> posed_surfaces(const MapSnapshot& map);
 
 }  // namespace gelslam

@@ -19,8 +19,6 @@ RunReport::Uncertainty trajectory_uncertainty(const std::vector<FrameRecord>& fr
 /// press on texture". At most one sentence.
 std::vector<std::string> describe(const RunReport::Uncertainty& uncertainty);
 
-/// A covariance of a pose's right perturbation (rx ry rz tx ty tz) with the translation first.
-Matrix6d translation_first(const Matrix6d& rotation_first);
 /// One standard deviation of each, the translation first.
 Vector6d sigma_of(const Matrix6d& rotation_first);
 
@@ -30,24 +28,27 @@ inline constexpr double kLargeDriftMm = 1.0, kLargeDriftDeg = 5.0;  // message
 /// "may be off by 1.6 mm along x, 6 degrees about y": where the drift is large; else "". Translation first.
 std::string describe_drift(const Vector6d& sigma);
 
-/// Motions that are not observable, for display: a change counts once it has lasted. Counted in frames, so
-/// that a log says the same at any rate.
+/// Motions that are not observable: a change counts once it has lasted. Counted in frames, so that a log says
+/// the same at any rate.
 class HiddenMotions {
  public:
-  /// Takes the observability of a tracked frame.
-  void pass(int trial, const std::array<bool, 6>& observable);
+  void pass(const FrameRecord& frame);  ///< that has a keyframe
 
   /// describe_observability() of what has lasted; "" at the start of a trial.
   std::string words() const;
-  /// The state that has lasted.
-  const std::array<bool, 6>& observable() const { return observable_; }
+  /// Stretches that have lasted, by motion.
+  std::vector<RunReport::Hidden> all() const;
 
  private:
   static constexpr int kLastingFrames = 12;  // message: half a second at 25 Hz
+  struct Motion {
+    bool is_shown = true;
+    int differing = 0;  ///< frames since one agreed with it
+    RunReport::Hidden waiting{}, counted{};
+  };
 
   int trial_ = -1;
-  std::array<bool, 6> observable_{};  ///< as reported
-  std::array<int, 6> differing_{};    ///< frames since one agreed with it
+  std::array<Motion, 6> motions_;
 };
 
 }  // namespace gelslam
