@@ -167,6 +167,7 @@ void FakeSession::release() {
   touch->surface = surface;
   touch->status = TrackStatus::no_contact;
   touch->keyframe = -1;
+  touch->place.reset();
   ++touch->frame;
   touch_ = std::move(touch);
   say(LivePhase::scanning, "no contact", TrackStatus::no_contact);
