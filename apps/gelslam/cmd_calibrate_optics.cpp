@@ -42,11 +42,12 @@ std::vector<SeenFrame> seen_frames(const LogInput& input, const Config& config, 
   }
   progress.end();
   const SlamMap map = slam.finish(/*refine=*/true, &progress);
+  const MapSnapshot poses = snapshot_of(map);
   std::vector<SeenFrame> frames;
   for (const FrameRecord& frame : map.frames)
     if (const auto surface = kept.items().find(frame.frame);
-        surface != kept.items().end() && map.has_pose(frame) && frame.status == TrackStatus::tracked)
-      frames.push_back({surface->second, map.anchor_T_keyframe(frame.keyframe) * frame.keyframe_T_frame});
+        surface != kept.items().end() && map.has_pose(frame))
+      frames.push_back({surface->second, poses.pose_of(frame)->map_T_frame.pose});
   return frames;
 }
 

@@ -135,7 +135,7 @@ void add_session(InfoReport& report, const fs::path& run) {
     if (!session) refuse_unfinished(run);
     if (!session->warning.empty()) report.problems.push_back(session->warning);
     if (fs::exists(run / "report.json")) read_scan(run, {});
-    report.facts.emplace_back("session", counted(std::ssize(session->patches), "keyframe") + " in the map");
+    report.facts.emplace_back("session", counted(std::ssize(session->nodes), "keyframe") + " in the map");
     name_users(report, kTakeSessions);
   });
 }
@@ -168,7 +168,7 @@ InfoReport inspect_map(const fs::path& folder) {
   InfoReport report{folder, "a map of a mesh (gelslam map)"};
   attempt(report, [&] {
     add_mesh(report, folder / "mesh.ply", read_mesh(folder / "mesh.ply"));
-    report.facts.emplace_back("touches", std::to_string(read_map(folder).patches.size()));
+    report.facts.emplace_back("touches", std::to_string(read_map(folder).nodes.size()));
     name_users(report, {"track --map", "view", "export"});
   });
   return report;

@@ -88,7 +88,7 @@ class FrameStopper {
 Session read_map_for(const Config& config, const std::string& map) {
   Session session = read_map(map);
   if (!session.warning.empty()) warn(session.warning);
-  check_pixel_pitch(session, config.sensor.pixel_pitch_mm, map);
+  check_pixel_pitch(posed_surfaces(session), config.sensor.pixel_pitch_mm, map);
   return session;
 }
 
@@ -164,8 +164,8 @@ struct PoseSummary {
 
   void add(const PoseLine& line) {
     ++frames;
-    if (line.has_pose && posed++ == 0) first = line.touch;
-    if (!line.has_pose && !line.state.empty()) ++why_without[line.state + ": " + line.reason];
+    if (line.touch.place && posed++ == 0) first = line.touch;
+    if (!line.touch.place && !line.state.empty()) ++why_without[line.state + ": " + line.reason];
   }
   std::string words(bool in_map) const {
     const char* what = in_map ? "localized" : "tracked";
@@ -174,7 +174,7 @@ struct PoseSummary {
       const auto& why = std::ranges::max_element(why_without, {}, [](const auto& w) { return w.second; });
       return fmt::format("never {}: {} ({} of {})", what, why->first, why->second, counted(frames, "frame"));
     }
-    const Eigen::Vector3d at = first.map_T_frame.value_or(Pose::Identity()).translation();
+    const Eigen::Vector3d at = first.place->map_T_frame.pose.translation();
     const std::string place = fmt::format(" at ({:.1f}, {:.1f}, {:.1f}) mm", at.x(), at.y(), at.z());
     return fmt::format("{} in {} of {}, first in frame {} ({:.2f} s){}", what, posed,
                        counted(frames, "frame"), first.frame, first.time_s, in_map ? place : "");
@@ -227,11 +227,11 @@ SurfaceStream open_stream(const TrackArguments& arguments, const LogInput& input
 /// The mesh in a map's folder; where there is none, the fused surfaces of `session`. Throws Error.
 ShownMap read_shown_map(const std::string& folder, const Session& session, ProgressSink& progress) {
   const std::filesystem::path mesh = std::filesystem::path(folder) / "mesh.ply";
-  ShownMap map{folder, {}, session.gradient_scale};
+  ShownMap map{folder, {}, session.gradient_scale.mean()};
   if (std::filesystem::exists(mesh))
     map.mesh = read_mesh(mesh);
   else
-    map.mesh = fuse(session.patches, {}, session.gradient_scale, &progress);
+    map.mesh = fuse(posed_surfaces(session), {}, map.gradient_scale, &progress);
   return map;
 }
 
@@ -282,7 +282,7 @@ int run(TrackArguments& arguments) {
   const auto compute = [&] {
     std::shared_ptr<const SurfaceMap> surfaces;
     if (!arguments.map.empty())
-      surfaces = std::make_shared<const SurfaceMap>(map.patches, config.slam, progress.get());
+      surfaces = std::make_shared<const SurfaceMap>(posed_surfaces(map), config.slam, progress.get());
     StageTimer timer;
     SurfaceStream stream = open_stream(arguments, input, config, stopper, timer);
     const PoseOutput output =

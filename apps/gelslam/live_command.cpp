@@ -163,7 +163,7 @@ LiveOptions LiveArguments::options(const Config& config) const {
   if (!continued.empty()) options.continued = continue_in_place(continued, config);
   stream.check();
   if (!stream.target.empty() || !stream.serve.address.empty())
-    options.stream = std::make_shared<PoseStream>(config.slam.gradient_scale.sigma);
+    options.stream = std::make_shared<PoseStream>();
   if (!headless || !snapshot.empty() || !stream.serve.address.empty())
     options.mesh_feed = std::make_shared<MeshFeed>();
   return options;

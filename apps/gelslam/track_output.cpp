@@ -5,7 +5,6 @@
 
 #include "gelslam/core/trajectory.hpp"
 #include "gelslam/slam/pose_stream.hpp"
-#include "gelslam/slam/trial_drift.hpp"
 
 namespace gelslam {
 namespace {
@@ -14,8 +13,8 @@ using Json = nlohmann::ordered_json;
 
 Json hypothesis_json(const PlaceHypothesis& hypothesis) {
   Json json = {{"probability", hypothesis.probability},
-               {"pose", row_major_meters(hypothesis.map_T_sensor.pose)}};
-  add_sigma(json, translation_first(hypothesis.map_T_sensor.covariance));
+               {"map_pose", row_major_meters(hypothesis.map_T_sensor.pose)}};
+  add_sigma(json, MapPlace{hypothesis.map_T_sensor});
   return json;
 }
 
@@ -23,12 +22,10 @@ Json hypothesis_json(const PlaceHypothesis& hypothesis) {
 Json map_json(const LocalizedFrame& frame, const Surface* surface) {
   const bool localized = frame.status == PlaceStatus::localized;
   FrameReport report{frame.tracked, surface};
-  if (localized) report.covariance = translation_first(frame.hypotheses.front().map_T_sensor.covariance);
+  if (localized) report.place = MapPlace{frame.hypotheses.front().map_T_sensor};
   Json json = frame_json(report);
   json["status"] = status_name(frame);
   if (frame.tracked.status != TrackStatus::background) json["reason"] = frame.reason;
-  json["pose"] =
-      localized ? Json(row_major_meters(frame.hypotheses.front().map_T_sensor.pose)) : Json(nullptr);
   json["in_map"] = localized;
   json["hypotheses"] = Json::array();
   for (const PlaceHypothesis& hypothesis : frame.hypotheses)
@@ -40,20 +37,18 @@ Json map_json(const LocalizedFrame& frame, const Surface* surface) {
 
 PoseOutput trial_output(const SlamOptions& options) {
   const auto tracker = std::make_shared<Tracker>(options.tracker, options.registration, options.verification);
-  const auto drift = std::make_shared<TrialDrift>(options.gradient_scale.sigma);
+  const auto map = std::make_shared<TrialMap>(options.gradient_scale);
   return [=](const SurfaceStream::Item& item) {
     const TactileImage& image = item.image;
     const TrackedFrame frame = tracker->track(image.index, image.time_s, item.surface, image.unix_us);
     PoseLine line;
-    line.has_pose = frame.status == TrackStatus::tracked;
-    line.touch = {record_of(frame), image.bgr, item.surface, frame.trial_T_frame};
+    const std::optional<MapPlace> place = map->add(frame);
+    line.touch = {record_of(frame), image.bgr, item.surface, "", place};
     if (frame.status == TrackStatus::lost) {
       line.state = "lost";
       line.reason = describe(frame.registration.status);
     }
-    FrameReport report{frame, item.surface.get()};
-    report.covariance = drift->add(frame);
-    line.ndjson = ndjson_line(report);
+    line.ndjson = ndjson_line({frame, item.surface.get(), place});
     return line;
   };
 }
@@ -70,11 +65,10 @@ PoseOutput map_output(std::shared_ptr<const SurfaceMap> map, const SlamOptions& 
       if (!frame.hypotheses.empty()) touches->placed = touch;
     }
     PoseLine line;
-    line.has_pose = frame.status == PlaceStatus::localized;
     line.touch = {record_of(frame.tracked), image.bgr, item.surface};
-    if (line.has_pose) {
-      line.touch.map_T_frame = frame.hypotheses.front().map_T_sensor.pose;
-      line.tum = tum_line(stamp_s(image.unix_us, image.time_s), *line.touch.map_T_frame);
+    if (frame.status == PlaceStatus::localized) {
+      line.touch.place = MapPlace{frame.hypotheses.front().map_T_sensor};
+      line.tum = tum_line(stamp_s(image.unix_us, image.time_s), line.touch.place->map_T_frame.pose);
       line.state = "localized";
     } else if (line.touch.status == TrackStatus::tracked || line.touch.status == TrackStatus::lost) {
       line.touch.status = TrackStatus::lost;

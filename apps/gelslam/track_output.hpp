@@ -14,7 +14,6 @@ namespace gelslam {
 /// A frame's lines, `tum` "" where it has no pose in a map, and what is to be shown of it.
 struct PoseLine {
   std::string ndjson, tum;
-  bool has_pose = false;
   LiveTouch touch;
   std::string state, reason;  ///< of LiveStatus
 };

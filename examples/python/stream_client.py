@@ -27,7 +27,7 @@ def main(address):
     for line in lines(address):
         frame = json.loads(line)
         if frame["type"] == "frame" and frame["status"] == "tracked":
-            x, y, z = (1000 * frame["pose"][k] for k in (3, 7, 11))
+            x, y, z = (1000 * frame["map_pose"][k] for k in (3, 7, 11))
             print("%8.2f s  trial %d  x %6.2f  y %6.2f  z %6.2f mm" % (frame["time_s"], frame["trial"], x, y, z), flush=True)
 
 

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/slam/trial_drift.hpp"
+#include "gelslam/core/uncertain_pose.hpp"
 
 namespace gelslam::python {
 namespace {
@@ -108,13 +108,8 @@ py::array_t<double> times_of(const std::vector<StampedPose>& trajectory) {
 }
 
 py::array_t<double> scaled_array_of(const Matrix6d& rotation_first, double per_mm) {
-  const Matrix6d matrix = translation_first(rotation_first);
-  py::array_t<double> array({6, 6});
-  auto numbers = array.mutable_unchecked<2>();
-  for (int r = 0; r < 6; ++r)
-    for (int c = 0; c < 6; ++c)
-      numbers(r, c) = matrix(r, c) * (r < 3 ? per_mm : 1.0) * (c < 3 ? per_mm : 1.0);
-  return array;
+  const Matrix6d matrix = translation_first(rotation_first, per_mm);  // symmetric: its rows are its columns
+  return py::array_t<double>({6, 6}, matrix.data());
 }
 
 }  // namespace gelslam::python

@@ -10,6 +10,7 @@
 #include "gelslam/localization/localizer.hpp"
 #include "gelslam/localization/maps.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
+#include "gelslam/slam/trajectory_uncertainty.hpp"
 #include "sensor.hpp"
 
 namespace gelslam::python {
@@ -20,25 +21,19 @@ namespace fs = std::filesystem;
 /// A map that was read, or made of a mesh.
 struct PythonMap {
   fs::path source;  ///< folder, or mesh file
-  Session session;
+  std::vector<PosedSurface> patches;
   std::optional<MeshMap> made;  ///< of `mesh`
   Mesh mesh{};
 };
 
-/// With the GIL.
-void warn_of_map(const PythonMap& map) {
-  if (!map.session.warning.empty()) warn(map.session.warning);
-  if (map.made && !map.made->warning.empty()) warn(map.made->warning);
-}
-
 PythonMap open_map(const fs::path& path) {
-  PythonMap map{path, {}, {}};
+  Session session;
   {
     const WithoutGil release;
-    map.session = read_map(path);
+    session = read_map(path);
   }
-  warn_of_map(map);
-  return map;
+  if (!session.warning.empty()) warn(session.warning);
+  return {path, posed_surfaces(session), {}};
 }
 
 #ifdef GELSLAM_BUILD_SIMULATION
@@ -53,9 +48,9 @@ PythonMap map_of_mesh(const fs::path& path, const std::string& unit, const Optio
     const CameraModel camera = configured_camera(find_config(input));
     map.mesh = read_mesh(path, named_unit_mm(path, unit));
     map.made = make_mesh_map(map.mesh, {camera, indentation_mm, touches}, sink);
-    map.session.patches = map.made->patches;
+    map.patches = map.made->patches;
   }
-  warn_of_map(map);
+  if (!map.made->warning.empty()) warn(map.made->warning);
   return map;
 }
 #endif
@@ -70,7 +65,7 @@ void save_map_of_mesh(const PythonMap& self, const fs::path& path, bool overwrit
 
 py::array_t<double> poses_of_map(const PythonMap& self) {
   std::vector<StampedPose> poses;
-  for (const PosedSurface& patch : self.session.patches)
+  for (const PosedSurface& patch : self.patches)
     poses.push_back({static_cast<double>(patch.id), patch.map_T_keyframe});
   return poses_of(poses);
 }
@@ -91,10 +86,10 @@ py::array_t<double> covariance_of_place(const PlaceHypothesis& place) {
   return scaled_array_of(place.map_T_sensor.covariance, kMetersPerMm);
 }
 py::array_t<double> sigma_mm_of_place(const PlaceHypothesis& place) {
-  return sigma_mm_of(sigma_of(translation_first(place.map_T_sensor.covariance)));
+  return sigma_mm_of(sigma_of(place.map_T_sensor.covariance));
 }
 py::array_t<double> sigma_rad_of_place(const PlaceHypothesis& place) {
-  return sigma_rad_of(sigma_of(translation_first(place.map_T_sensor.covariance)));
+  return sigma_rad_of(sigma_of(place.map_T_sensor.covariance));
 }
 
 template <auto part>
@@ -109,7 +104,7 @@ class MapLocalizer {
   MapLocalizer(std::shared_ptr<Sensor> sensor, const PythonMap& map, ProgressSink& progress)
       : sensor_(std::move(sensor)),
         localizer_(surfaces_of(*sensor_, map, progress), sensor_->config().slam),
-        drift_(sensor_->config().slam.gradient_scale.sigma) {}
+        trial_map_(sensor_->config().slam.gradient_scale) {}
 
   PythonPlacedFrame process(const SurfacePtr& surface, double time_s) {
     const std::lock_guard lock(mutex_);
@@ -118,8 +113,8 @@ class MapLocalizer {
     times_.check(time_s);
     LocalizedFrame found = localizer_.process(frames_++, time_s, surface);
     const std::string status(status_name(found));
-    return {with_covariance(std::move(found.tracked), drift_), found.status, status, std::move(found.reason),
-            std::move(found.hypotheses)};
+    return {with_covariance(std::move(found.tracked), trial_map_), found.status, status,
+            std::move(found.reason), std::move(found.hypotheses)};
   }
   PythonPlacedFrame process(const cv::Mat3b& bgr, double time_s) {
     return process(sensor_->estimate(bgr, "image").maps, time_s);
@@ -128,14 +123,14 @@ class MapLocalizer {
  private:
   static std::shared_ptr<const SurfaceMap> surfaces_of(const Sensor& sensor, const PythonMap& map,
                                                        ProgressSink& progress) {
-    check_pixel_pitch(map.session, sensor.config().surface.pixel_pitch_mm, map.source.string());
-    return std::make_shared<const SurfaceMap>(map.session.patches, sensor.config().slam, &progress);
+    check_pixel_pitch(map.patches, sensor.config().surface.pixel_pitch_mm, map.source.string());
+    return std::make_shared<const SurfaceMap>(map.patches, sensor.config().slam, &progress);
   }
 
   const std::shared_ptr<Sensor> sensor_;
   std::mutex mutex_;
   Localizer localizer_;
-  TrialDrift drift_;
+  TrialMap trial_map_;
   std::int64_t frames_ = 0;
   FrameTimes times_;
 };
@@ -154,13 +149,13 @@ void add_map(py::module_& module) {
 path: a run folder, or a folder that `gelslam map` or save() made. The map's frame is the run's, or
 the mesh's.)");
   map.def(py::init(&open_map), py::arg("path"))
-      .def("__len__", [](const PythonMap& self) { return self.session.patches.size(); })
+      .def("__len__", [](const PythonMap& self) { return self.patches.size(); })
       .def_property_readonly("poses", &poses_of_map,
                              "Nx4x4 float64: map_T_sensor of its surfaces, translation in meters.")
       .def("save", &save_map_of_mesh, py::arg("path"), py::kw_only(), py::arg("overwrite") = false,
            "Writes the folder that `gelslam map` writes; of a map that from_mesh() made.")
       .def("__repr__", [](const PythonMap& self) {
-        return "<gelslam.Map of " + std::to_string(self.session.patches.size()) + " surfaces>";
+        return "<gelslam.Map of " + std::to_string(self.patches.size()) + " surfaces>";
       });
 #ifdef GELSLAM_BUILD_SIMULATION
   map.def_static(

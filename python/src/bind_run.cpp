@@ -8,12 +8,11 @@
 #include <variant>
 
 #include "bind.hpp"
-#include "gelslam/backend/pose_covariance.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/run_folder.hpp"
+#include "gelslam/core/uncertain_pose.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/slam/merge_scans.hpp"
-#include "gelslam/slam/refinement.hpp"
 #include "gelslam/slam/store.hpp"
 #include "gelslam/surface/slopes.hpp"
 #include "run.hpp"
@@ -158,36 +157,19 @@ std::shared_ptr<const ScanRecord> scan_of(const PythonRun& self) {
   return std::make_shared<const ScanRecord>(read_scan(self.folder, {}));
 }
 
-std::map<int, Matrix6d> covariances_of(const Run& run) {
-  const SlamMap& map = run.map;
-  const SlamOptions& options = run.config.slam;
-  const auto anchor = std::find_if(map.keyframes.begin(), map.keyframes.end(), [&](const auto& keyframe) {
-    return keyframe && keyframe->frame == map.anchor_frame &&
-           map.in_map[static_cast<std::size_t>(keyframe->id)];
-  });
-  if (anchor == map.keyframes.end()) return {};
-  const double scale_sigma =
-      options.gradient_scale.estimate ? gradient_scale_sigma(map.keyframes, options.gradient_scale) : 0.0;
-  return pose_covariances(map.solved_edges, map.solution, (*anchor)->id, options.pose_graph, scale_sigma);
-}
-
 std::vector<PythonKeyframe> keyframes_of(const PythonRun& self) {
   const WithoutGil release;
   const std::shared_ptr<const ScanRecord> scan = scan_of(self);
-  const std::vector<PosedSurface> patches =
-      self.run ? posed_surfaces(self.run->map) : load_session(self.folder).patches;
-  const std::map<int, Matrix6d> covariances =
-      self.run ? covariances_of(*self.run) : std::map<int, Matrix6d>();
+  const MapSnapshot map = self.run ? snapshot_of(self.run->map) : load_session(self.folder);
+  const std::vector<PosedSurface> patches = posed_surfaces(map);
   const std::vector<double> stamps = scan->stamps_s();
   std::map<std::int64_t, double> time_of;
   for (std::size_t i = 0; i < stamps.size(); ++i) time_of[scan->frames[i].frame] = stamps[i];
   std::vector<PythonKeyframe> keyframes;
   for (const PosedSurface& patch : patches) {
     const std::int64_t frame = scan->keyframes.at(static_cast<std::size_t>(patch.id))->frame;
-    const auto covariance = covariances.find(patch.id);
-    keyframes.push_back({frame, time_of.at(frame), patch.map_T_keyframe,
-                         covariance == covariances.end() ? std::nullopt : std::optional(covariance->second),
-                         patch.surface});
+    keyframes.push_back({frame, time_of.at(frame), patch.map_T_keyframe, std::nullopt, patch.surface});
+    if (self.run) keyframes.back().covariance = map.pose_of({.keyframe = patch.id})->map_T_frame.covariance;
   }
   return keyframes;
 }
@@ -207,6 +189,17 @@ py::array_t<std::int64_t> frames_of(const PythonRun& self) {
     }
   }
   return py::array_t<std::int64_t>(static_cast<py::ssize_t>(frames.size()), frames.data());
+}
+
+std::optional<py::array_t<double>> covariances_of(const PythonRun& self) {
+  const auto known = [](const StampedPose& pose) { return pose.covariance.has_value(); };
+  if (!std::ranges::all_of(self.trajectory, known)) return std::nullopt;
+  py::array_t<double> array(
+      {static_cast<py::ssize_t>(self.trajectory.size()), py::ssize_t{6}, py::ssize_t{6}});
+  double* numbers = array.mutable_data();
+  for (const StampedPose& pose : self.trajectory)
+    numbers = std::ranges::copy(translation_first(*pose.covariance, kMetersPerMm).reshaped(), numbers).out;
+  return array;
 }
 
 TouchedSurface surface_of(const PythonKeyframe& self) {
@@ -251,6 +244,11 @@ The map's frame is that of the sensor at its first full contact: x right, y down
       .def_property_readonly(
           "trajectory", [](const PythonRun& self) { return poses_of(self.trajectory); },
           "Nx4x4 float64: map_T_sensor of every frame in the map, translation in meters.")
+      .def_property_readonly(
+          "covariances", &covariances_of,
+          "Nx6x6 float64: of `noise` in true = trajectory * exp(noise), relative to the map's frame: x, y, "
+          "z, "
+          "rx, ry, rz,\nalong the sensor's axes; meters and radians. None of a folder that has none.")
       .def_property_readonly(
           "times", [](const PythonRun& self) { return times_of(self.trajectory); },
           "N float64: when they were taken: Unix time (s) where the log knows it, else seconds since its "

@@ -10,7 +10,7 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/gel_slam.hpp"
-#include "gelslam/slam/trial_drift.hpp"
+#include "gelslam/slam/trajectory_uncertainty.hpp"
 #include "run.hpp"
 #include "sensor.hpp"
 
@@ -44,7 +44,7 @@ class Slam {
                    "surface");
     times_.check(first_time_s_ + time_s);
     return with_covariance(slam_.process(frames_++, first_time_s_ + time_s, std::move(surface), timer_),
-                           drift_);
+                           trial_map_);
   }
 
   MetricMesh mesh(ProgressSink& progress) const {
@@ -71,7 +71,7 @@ class Slam {
   Slam(std::shared_ptr<Sensor> sensor, const ScanRecord& scan)
       : sensor_(std::move(sensor)),
         slam_(sensor_->config().slam, scan),
-        drift_(sensor_->config().slam.gradient_scale.sigma),
+        trial_map_(sensor_->config().slam.gradient_scale),
         first_time_s_(scan.next_time_s()),
         frames_(scan.next_frame()) {
     if (!scan.frames.empty()) times_.begin_after(scan.frames.back().time_s);
@@ -81,7 +81,7 @@ class Slam {
   mutable std::mutex mutex_;
   mutable StageTimer timer_;
   GelSlam slam_;
-  TrialDrift drift_;
+  TrialMap trial_map_;
   const double first_time_s_;
   std::int64_t frames_;
   FrameTimes times_;
@@ -108,7 +108,7 @@ std::optional<py::array_t<double>> sigma_part(const PythonFrame& self) {
 
 std::optional<py::array_t<double>> frame_covariance(const PythonFrame& self) {
   if (!self.covariance) return std::nullopt;
-  return scaled_array_of(translation_first(*self.covariance), kMetersPerMm);  // exchanges both again
+  return scaled_array_of(*self.covariance, kMetersPerMm);
 }
 
 void add_frame(py::module_& module) {
@@ -172,8 +172,9 @@ A trial is an unbroken stretch of tracking. Its frame is that of the sensor in i
 
 }  // namespace
 
-PythonFrame with_covariance(TrackedFrame tracked, TrialDrift& drift) {
-  PythonFrame frame{{}, drift.add(tracked), {}};
+PythonFrame with_covariance(TrackedFrame tracked, TrialMap& map) {
+  PythonFrame frame;
+  if (const auto place = map.add(tracked)) frame.covariance = place->map_T_frame.covariance;
   for (const NewKeyframe& added : tracked.new_keyframes) frame.keyframes.push_back(added.keyframe->frame);
   tracked.new_keyframes.clear();  // they belong to the map, and take memory
   tracked.keyframe.reset();

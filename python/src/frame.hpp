@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "gelslam/frontend/tracker.hpp"
-#include "gelslam/slam/trial_drift.hpp"
+#include "gelslam/slam/map_snapshot.hpp"
 
 namespace gelslam::python {
 
@@ -16,11 +16,11 @@ namespace py = pybind11;
 /// What is known of a frame right after it was tracked.
 struct PythonFrame {
   TrackedFrame tracked;                 ///< without keyframes
-  std::optional<Matrix6d> covariance;   ///< of the pose (TrialDrift)
+  std::optional<Matrix6d> covariance;   ///< of the pose in its trial (TrialMap)
   std::vector<std::int64_t> keyframes;  ///< frames that became one
 };
 
-PythonFrame with_covariance(TrackedFrame tracked, TrialDrift& drift);
+PythonFrame with_covariance(TrackedFrame tracked, TrialMap& map);
 
 /// One standard deviation along and about x, y, z, for Python.
 py::array_t<double> sigma_mm_of(const Vector6d& sigma);

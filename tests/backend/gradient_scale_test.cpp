@@ -94,11 +94,12 @@ TEST(PoseGraphGradientScale, AKnownScaleCorrectsTheEdges) {
   const Graph graph = roll_of_400_degrees({1.05, 1.02}, false);
   const Eigen::Vector4d known(1.0 - 1.0 / 1.05, 0, 0, 1.0 - 1.0 / 1.02);
   std::vector<PoseGraphEdge> edges = graph.edges;
-  for (PoseGraphEdge& edge : edges) edge.from_T_to = scale_corrected(edge, known);
+  for (PoseGraphEdge& edge : edges) edge.from_T_to = uncertain_motion(edge).corrected(known).from_T_to.pose;
   const PoseGraphSolution solution = solve_pose_graph(graph.chained(), edges, {});
   EXPECT_LT(worst_error(solution.component_T_node, graph.truth).deg, 0.05);
   EXPECT_GT(worst_error(graph.chained(), graph.truth).deg, 5.0);
-  EXPECT_TRUE(scale_corrected(graph.edges.front(), {}).isApprox(graph.edges.front().from_T_to));
+  EXPECT_EQ(uncertain_motion(graph.edges.front()).corrected({}).from_T_to.pose.matrix(),
+            graph.edges.front().from_T_to.matrix());
 }
 
 TEST(PoseGraphGradientScale, FramesAreLaidOnEachOtherWhereTheyTouch) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <set>
 
 #include "gelslam/backend/pose_graph.hpp"
 #include "gelslam/core/error.hpp"
@@ -90,6 +91,43 @@ TEST(LoopConsistency, TheLargestAgreeingSetJoinsTwoTrials) {
   graph.join(9, 22, EdgeKind::loop);
   graph.join(24, 11, EdgeKind::loop);  // pointing the other way
   EXPECT_EQ(flags(graph), (std::vector<bool>{false, false, true, true, true}));
+}
+
+// Forty loops join two trials, every other one of them falsely and each to a place of its own. Which of them
+// are compared does not depend on their order: here, even ones could be all true or all false.
+TEST(LoopConsistency, OfManyLoopsTheSameAreComparedInAnyOrder) {
+  Graph graph = trials(2, 40, 4, 5);
+  const std::size_t odometry = graph.edges.size();
+  for (int i = 0; i < 40; ++i)
+    graph.join_noisily(i, 40 + i, EdgeKind::loop,
+                       i % 2 == 0 ? away(0, 0, 0, 3.0 + i, 0, 0) : away(0, 0, 0, 0, 0, 0));
+  const auto kept = [&] {
+    std::set<int> from;
+    const std::vector<bool> all = consistent_edges(graph.edges, kScaleSigma);
+    for (std::size_t i = odometry; i < all.size(); ++i)
+      if (all[i]) from.insert(graph.edges[i].from);
+    return from;
+  };
+  const auto by_truth = [](bool true_first) {
+    return [true_first](const PoseGraphEdge& a, const PoseGraphEdge& b) {
+      return std::pair((a.from % 2 == 1) != true_first, a.from) <
+             std::pair((b.from % 2 == 1) != true_first, b.from);
+    };
+  };
+  const std::set<int> in_order = kept();
+  // True and false ones in turn, and the other way round: of every second one, all are true, or none is.
+  for (const bool true_first : {true, false}) {
+    std::sort(graph.edges.begin() + static_cast<std::ptrdiff_t>(odometry), graph.edges.end(),
+              by_truth(true_first));
+    std::vector<PoseGraphEdge> woven(graph.edges.begin(),
+                                     graph.edges.begin() + static_cast<std::ptrdiff_t>(odometry));
+    for (std::size_t i = 0; i < 20; ++i) {
+      woven.push_back(graph.edges[odometry + i]);
+      woven.push_back(graph.edges[odometry + 20 + i]);
+    }
+    graph.edges = woven;
+    EXPECT_EQ(kept(), in_order) << true_first;
+  }
 }
 
 TEST(LoopConsistency, ADrawJoinsNothing) {

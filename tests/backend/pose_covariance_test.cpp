@@ -20,8 +20,11 @@ UncertainMotion inverse(const UncertainMotion& motion) {
 }
 
 std::map<int, Matrix6d> covariances(const Graph& graph, int gauge, double scale_sigma) {
-  return pose_covariances(graph.edges, solve_pose_graph(graph.truth, graph.edges, {}), gauge, {},
-                          scale_sigma);
+  const PoseCovariances known =
+      pose_covariances(graph.edges, solve_pose_graph(graph.truth, graph.edges, {}), gauge, {}, scale_sigma);
+  std::map<int, Matrix6d> covariances;
+  for (const auto& [id, node] : known.component_T_node) covariances[id] = node.total_covariance(known.scale);
+  return covariances;
 }
 
 double relative_gap(const Matrix6d& a, const Matrix6d& b) { return (a - b).norm() / b.norm(); }
@@ -34,11 +37,12 @@ TEST(PoseCovariance, OfAChainIsThatOfItsComposedEdges) {
     const auto from_end = covariances(graph, 11, scale_sigma);
     EXPECT_EQ(from_start.at(0).norm(), 0.0);
     UncertainMotion motion;
+    const ScaleCovariance scale = prior_scale_covariance(scale_sigma);
     for (const PoseGraphEdge& edge : graph.edges) {
       motion = compose(motion, uncertain_motion(edge));
-      EXPECT_LT(relative_gap(from_start.at(edge.to), motion.total_covariance(scale_sigma)), 1e-3);
+      EXPECT_LT(relative_gap(from_start.at(edge.to), motion.total_covariance(scale)), 1e-3);
     }
-    EXPECT_LT(relative_gap(from_end.at(0), inverse(motion).total_covariance(scale_sigma)), 1e-3);
+    EXPECT_LT(relative_gap(from_end.at(0), inverse(motion).total_covariance(scale)), 1e-3);
   }
 }
 
@@ -78,8 +82,37 @@ TEST(PoseCovariance, OtherComponentsAndOutliersSayNothing) {
   far[4] = 5.0;
   graph.join(0, 2, EdgeKind::loop, far);
   const auto found = covariances(graph, 0, 0.0);
-  EXPECT_FALSE(found.contains(7));
+  EXPECT_EQ(found.at(7).norm(), 0.0) << "it is the other's gauge";
   EXPECT_LT(relative_gap(found.at(2), covariances(trials(1, 3, 5), 0, 0.0).at(2)), 1e-3);
+}
+
+// Poses and scale together, by the inverse of all of it. What follows a node composes with it by its noise
+// for a known scale and by how it follows the scale.
+TEST(PoseCovariance, FollowsTheScaleAsTheDenseInverseSays) {
+  Graph graph = roll_of_400_degrees({1.0, 1.0}, true);
+  graph.join(3, 93, EdgeKind::loop);
+  constexpr double kSigma = 0.1;
+  constexpr int kPoses = 6 * 101;
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(kPoses + 4, kPoses + 4);
+  information.bottomRightCorner(4, 4) = prior_scale_covariance(kSigma).inverse();
+  for (const PoseGraphEdge& edge : graph.edges) {
+    Eigen::MatrixXd derivative = Eigen::MatrixXd::Zero(6, kPoses + 4);
+    derivative.middleCols(6 * edge.to, 6).setIdentity();
+    derivative.middleCols(6 * edge.from, 6) = -adjoint(edge.from_T_to.inverse());
+    derivative.rightCols(4) = -motion_by_gradient_scale(edge);
+    information += derivative.transpose() * edge.information * derivative;
+  }
+  const Eigen::MatrixXd dense = information.bottomRightCorner(kPoses - 2, kPoses - 2).inverse();
+  const PoseCovariances known =
+      pose_covariances(graph.edges, solve_pose_graph(graph.truth, graph.edges, {}), 0, {}, kSigma);
+  EXPECT_LT((known.scale - dense.bottomRightCorner(4, 4)).norm(), 1e-3 * known.scale.norm());
+  for (const int id : {1, 40, 90, 100}) {
+    const UncertainMotion& node = known.component_T_node.at(id);
+    const Matrix6d of_node = dense.block(6 * (id - 1), 6 * (id - 1), 6, 6);
+    EXPECT_LT(relative_gap(node.total_covariance(known.scale), of_node), 1e-3) << id;
+    const Eigen::MatrixXd with_scale = dense.block(6 * (id - 1), kPoses - 6, 6, 4);
+    EXPECT_LT((node.by_scale * known.scale - with_scale).norm(), 1e-3 * with_scale.norm()) << id;
+  }
 }
 
 // A tree with branches and edges in both directions, where the one path between two nodes is all there is.

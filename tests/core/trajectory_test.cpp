@@ -5,6 +5,10 @@
 
 #include <sstream>
 
+#include "../support/temporary_folder.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/npy.hpp"
+
 namespace gelslam {
 namespace {
 
@@ -41,6 +45,27 @@ TEST(TumLine, IsOneLineInTheFormatsOrderWithTwelveDigitsAndAPositiveW) {
     EXPECT_NEAR(q.norm(), 1, 1e-11);
     EXPECT_LT((q.toRotationMatrix() - pose.linear()).norm(), 1e-11);
   }
+}
+
+TEST(Trajectory, KeepsItsCovariancesInMetersBesideIt) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "covariances.npy";
+  std::vector<StampedPose> written(3);
+  for (std::size_t i = 0; i < written.size(); ++i) {
+    Matrix6d root = Matrix6d::Identity();
+    root(0, 3) = root(4, 2) = 0.3 + 0.1 * static_cast<double>(i);
+    written[i].covariance = root * root.transpose();
+  }
+  write_covariances(file, written);
+  const std::vector<double> numbers = read_npy(file).to_doubles();
+  EXPECT_NEAR(numbers[0], 1e-6 * (*written[0].covariance)(3, 3), 1e-18) << "x in square meters";
+  EXPECT_NEAR(numbers[3], 1e-3 * (*written[0].covariance)(3, 0), 1e-15) << "x with rx";
+  EXPECT_NEAR(numbers[21], (*written[0].covariance)(0, 0), 1e-15) << "rx";
+  std::vector<StampedPose> read(3), shorter(2);
+  read_covariances(file, read);
+  for (std::size_t i = 0; i < read.size(); ++i)
+    EXPECT_TRUE(read[i].covariance->isApprox(*written[i].covariance, 1e-12));
+  EXPECT_THROW(read_covariances(file, shorter), Error);
 }
 
 }  // namespace

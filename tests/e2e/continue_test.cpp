@@ -101,7 +101,7 @@ TEST(ContinuedRun, IsThatOfOneScanLiveAndOffline) {
 
   ASSERT_EQ(gelslam(replay_all({"--continue", first, "-q"})).exit_code, 0);
   EXPECT_TRUE(read_bytes(first + "/config.yaml") == config);
-  for (const char* file : {"mesh.ply", "trajectory.tum", "pose_graph.g2o"})
+  for (const char* file : {"mesh.ply", "trajectory.tum", "covariances.npy", "pose_graph.g2o"})
     EXPECT_TRUE(read_bytes(first + "/" + file) == read_bytes(folder / "both" / file)) << file;
   EXPECT_TRUE(saved_session(first) == saved_session(folder / "both"));
 }

@@ -56,12 +56,12 @@ TEST(TrackInAMap, TheScanIsFoundInItsOwnMap) {
   for (const std::string& line : lines_of(ndjson.out)) {
     const json frame = json::parse(line);
     EXPECT_EQ(frame.at("in_map").get<bool>(), frame.at("status") == "localized");
-    EXPECT_EQ(frame.at("pose").is_null(), !frame.at("in_map").get<bool>());
+    EXPECT_EQ(frame.at("map_pose").is_null(), !frame.at("in_map").get<bool>());
     EXPECT_EQ(frame.at("hypotheses").empty(),
               frame.at("status") != "localized" && frame.at("status") != "ambiguous");
     if (!frame.at("in_map").get<bool>()) continue;
     ++in_map;
-    const auto pose = frame.at("pose").get<std::vector<double>>();
+    const auto pose = frame.at("map_pose").get<std::vector<double>>();
     const long time_ms = std::lround(1000 * frame.at("time_s").get<double>());
     ASSERT_TRUE(truth.contains(time_ms) && poses.contains(time_ms));
     EXPECT_LT(distance_mm(pose, truth.at(time_ms)), 0.15) << frame.at("frame");

@@ -228,12 +228,12 @@ TEST(Track, StreamsEveryFrame) {
       EXPECT_EQ(frame.at("status"), "background");
     }
     if (frame.at("status") != "tracked") {
-      EXPECT_TRUE(frame.at("pose").is_null() && frame.at("trial").is_null());
+      EXPECT_TRUE(frame.at("map_pose").is_null() && frame.at("trial").is_null());
       EXPECT_TRUE(frame.at("sigma_mm").is_null() && frame.at("sigma_deg").is_null());
       continue;
     }
     EXPECT_EQ(frame.at("trial"), 0);
-    const auto pose = frame.at("pose").get<std::vector<double>>();
+    const auto pose = frame.at("map_pose").get<std::vector<double>>();
     ASSERT_EQ(pose.size(), 16u);
     EXPECT_EQ(std::vector<double>(pose.begin() + 12, pose.end()), (std::vector<double>{0, 0, 0, 1}));
 

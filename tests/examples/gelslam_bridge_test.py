@@ -55,7 +55,7 @@ def frame(pose, **more):
     for axis in range(6):
         covariance[7 * axis] = axis + 1.0
     return json.dumps(numbers({"type": "frame", "scan": 0, "status": "tracked", "trial": 2, "time_s": 1.5, "time_unix_s": 100.25,
-                               "pose": pose, "map_pose": None, "component": None, "covariance": covariance, **more}))
+                               "trial_pose": pose, "map_pose": pose, "component": 0, "covariance": covariance, **more}))
 
 
 def keyframe(number, points, scan=0):
@@ -64,7 +64,7 @@ def keyframe(number, points, scan=0):
 
 def map_of(poses, scan=0, shown=0):
     return json.dumps({"type": "map", "scan": scan, "shown_component": shown, "keyframes": [
-        {"keyframe": number, "component": component, "pose": pose.ravel().tolist()} for number, component, pose in poses]})
+        {"keyframe": number, "component": component, "map_pose": pose.ravel().tolist()} for number, component, pose in poses]})
 
 
 def points(cloud):
@@ -112,8 +112,8 @@ class Lines(unittest.TestCase):
         machine = stream.Bridge()
         found = list(machine.handle(frame(pose, map_pose=map_pose, component=0)))
         published, = [item for item in found if isinstance(item, PoseItem)]
-        self.assertEqual((published.stamp_s, published.frame), (100.25, "trial"))
-        self.assert_pose(published.pose, pose)
+        self.assertEqual((published.stamp_s, published.frame), (100.25, "map"))
+        self.assert_pose(published.pose, map_pose)
         names, place = way({i.child: (i.parent, i.pose) for i in found if isinstance(i, TransformItem)},
                            "sensor")
         self.assertEqual(names, ["sensor", "trial", "map"])
@@ -133,13 +133,16 @@ class Lines(unittest.TestCase):
         last, begin, later, joined = (any_pose(chance) for _ in range(4))
         machine = stream.Bridge()
         list(machine.handle(frame(any_pose(chance), trial=0, map_pose=last, component=0)))
-        found = list(machine.handle(frame(begin, trial=1)))
+        # A component of its own has a frame of its own, which is not the map's.
+        found = list(machine.handle(frame(begin, trial=1, component=7)))
         self.assertEqual(len([item for item in found if isinstance(item, Warn)]), 1)
+        published, = [item for item in found if isinstance(item, PoseItem)]
+        self.assertEqual(published.frame, "trial")
+        self.assert_pose(published.pose, begin)
         names, place = way({i.child: (i.parent, i.pose) for i in found if isinstance(i, TransformItem)},
                            "sensor")
         self.assertEqual(names[-1], "map")
         self.assert_pose(place, last)
-        # A component of its own has a frame of its own, which is not the map's.
         found = tree(machine, frame(later, trial=1, map_pose=any_pose(chance), component=7))
         self.assert_pose(way(found, "sensor")[1],
                          last @ np.linalg.inv(begin) @ later)
@@ -155,7 +158,7 @@ class Lines(unittest.TestCase):
 
     def test_a_pose_in_a_known_map_is_one_of_the_map(self):
         place, machine = turn(1, 0.5, (1, 0, 2)), stream.Bridge()
-        line = frame(place, status="localized", trial=None, in_map=True)
+        line = frame(any_pose(random.Random(6)), status="localized", map_pose=place, in_map=True)
         published, = items(machine, PoseItem, line)
         self.assertEqual(published.frame, "map")
         self.assert_pose(way(tree(machine, line), "sensor")[1], place)
@@ -323,7 +326,7 @@ class Nodes(Served):
                             frame(pose, map_pose=pose, component=0, time_unix_s=12.9999999999))
         published, = ros.sent("gelslam/pose")
         self.assertEqual((published.header.frame_id, published.header.stamp.sec, published.header.stamp.nanosec),
-                         ("trial", 13, 0))
+                         ("map", 13, 0))
         self.assertEqual((published.pose.pose.position.y, len(published.pose.covariance)), (2, 36))
         self.assertAlmostEqual(published.pose.pose.orientation.z, math.sqrt(0.5))
         self.assertEqual([(t.header.frame_id, t.child_frame_id) for t in ros.sent("/tf")],

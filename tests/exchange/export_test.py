@@ -188,7 +188,9 @@ class Export(unittest.TestCase):
         mcap = readers.Mcap(export("run.mcap", "--any-log")[0])
         for key in ("/sensor", "/tf"):
             self.assertEqual([t for t, _ in mcap.of(key)], [round(p[0] * 1e9) for p in self.trajectory])
-        for (_, message), pose in zip(mcap.of("/sensor"), self.trajectory):
+        covariances = np.load(RUN / "covariances.npy")
+        for (_, message), pose, covariance in zip(mcap.of("/sensor"), self.trajectory, covariances):
+            np.testing.assert_allclose(message["covariance"], covariance.ravel(), rtol=1e-12)
             position, q = message["pose"]["position"], message["pose"]["orientation"]
             again = matrix((0, position["x"], position["y"], position["z"], q["x"], q["y"], q["z"], q["w"]))
             np.testing.assert_allclose(again, matrix(pose), atol=1e-8)

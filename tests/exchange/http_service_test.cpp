@@ -78,10 +78,9 @@ TEST_F(Service, ShowsTheSensorWhereItWasLocalized) {
   map = nullptr;
   touch = tracked;
   EXPECT_EQ(state().at("touch").at("sensor").size(), 0) << "without contact, or lost";
-  tracked->status = TrackStatus::tracked;
-  tracked->trial_T_frame.translation().x() = 100;
+  tracked->place = MapPlace{{Pose(Eigen::Translation3d(100, 0, 0))}};
   const double x = state().at("touch").at("sensor").at(0);
-  tracked->map_T_frame = Pose(Eigen::Translation3d(7, 0, 0));
+  tracked->place = MapPlace{{Pose(Eigen::Translation3d(7, 0, 0))}};
   EXPECT_NEAR(state().at("touch").at("sensor").at(0), x - 93, 1e-9);
 }
 

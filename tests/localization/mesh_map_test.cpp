@@ -117,7 +117,7 @@ TEST(MeshMap, AFolderOfItIsReadBack) {
   MeshMap map = pebble_map();
   map.patches.resize(3);
   write_map(folder.path(), map, pebble(), "pebble.stl");
-  const std::vector<PosedSurface> back = read_map(folder.path()).patches;
+  const std::vector<PosedSurface> back = posed_surfaces(read_map(folder.path()));
   ASSERT_EQ(back.size(), 3u);
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_TRUE(back[i].map_T_keyframe.isApprox(map.patches[i].map_T_keyframe, 1e-12));

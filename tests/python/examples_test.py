@@ -125,7 +125,7 @@ def __getattr__(name):
             port = server.getsockname()[1]
             client = self.start_client(port)
             client.stdout.close()
-            frame = {"type": "frame", "status": "tracked", "time_s": 1.5, "trial": 2, "pose": 16 * [0]}
+            frame = {"type": "frame", "status": "tracked", "time_s": 1.5, "trial": 2, "map_pose": 16 * [0]}
             self.serve(server, [frame])
             self.assertEqual((client.stderr.read(), client.wait()), ("", 0))
             client.stderr.close()
@@ -137,7 +137,7 @@ def __getattr__(name):
     def test_stream_client(self):
         pose = [1, 0, 0, 0.001, 0, 1, 0, -0.002, 0, 0, 1, 0.0035, 0, 0, 0, 1]
         lines = [{"type": "dropped", "lines": 3}, {"type": "frame", "status": "lost"},
-                 {"type": "frame", "status": "tracked", "time_s": 1.5, "trial": 2, "pose": pose}]
+                 {"type": "frame", "status": "tracked", "time_s": 1.5, "trial": 2, "map_pose": pose}]
         with socket.create_server(("127.0.0.1", 0)) as server:
             threading.Thread(target=self.serve, args=(server, lines)).start()
             out = self.example("stream_client.py", f"http://127.0.0.1:{server.getsockname()[1]}/?token=7")

@@ -50,13 +50,13 @@ class Maps(unittest.TestCase):
             seen[frame.status] = frame
             self.assertEqual(len(frame.places), len(line["hypotheses"]))
             for place, other in zip(frame.places, line["hypotheses"]):
-                np.testing.assert_allclose(place.map_T_sensor.ravel(), other["pose"], atol=1e-6)
+                np.testing.assert_allclose(place.map_T_sensor.ravel(), other["map_pose"], atol=1e-6)
                 np.testing.assert_allclose(place.sigma_mm, other["sigma_mm"], rtol=1e-3)
                 self.assertAlmostEqual(place.probability, other["probability"], delta=1e-3)
             if frame.status != "localized":
                 self.assertIsNone(frame.map_T_sensor)
                 continue
-            np.testing.assert_allclose(frame.map_T_sensor.ravel(), line["pose"], atol=1e-6)
+            np.testing.assert_allclose(frame.map_T_sensor.ravel(), line["map_pose"], atol=1e-6)
             np.testing.assert_allclose(frame.covariance.ravel(), line["covariance"], rtol=1e-3, atol=1e-15)
             np.testing.assert_allclose(frame.sigma_rad, np.sqrt(np.diag(frame.covariance))[3:], rtol=1e-9)
             np.testing.assert_allclose(frame.sigma_mm, 1e3 * np.sqrt(np.diag(frame.covariance))[:3], rtol=1e-9)

@@ -85,6 +85,13 @@ class Module(unittest.TestCase):
         read = gelslam.read_run(self.folder / "module")
         np.testing.assert_array_equal(read.frames, self.run_.frames)
         self.assertEqual((self.run_.folder, read.folder), (None, self.folder / "module"))
+        noise = self.run_.covariances
+        self.assertEqual(noise.shape, (len(truth), 6, 6))
+        np.testing.assert_allclose(read.covariances, noise, rtol=1e-12, atol=0)
+        np.testing.assert_array_equal(np.load(self.folder / "module/covariances.npy"), noise)
+        self.assertTrue((np.linalg.eigvalsh(noise) > -1e-15).all())
+        error = (np.linalg.inv(found) @ exact)[:, :3, 3]
+        self.assertTrue((np.abs(error) < 5 * np.sqrt(np.diagonal(noise, axis1=1, axis2=2)[:, :3] + noise[0].diagonal()[:3])).all())
         made, saved = self.run_.keyframes, read.keyframes
         tum = np.loadtxt(self.folder / "module/keyframes.tum")
         self.assertEqual(len(made), len(tum))

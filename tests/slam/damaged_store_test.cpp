@@ -47,8 +47,8 @@ TEST_F(DamagedStore, IsNamedInOneLine) {
 TEST_F(DamagedStore, OfAnotherVersionOrWithOtherTablesIsRefused) {
   const std::string good = read_bytes(file);
   for (const auto& [change, why] : std::vector<std::pair<std::string, std::string>>{
-           {"PRAGMA user_version=6", "written by a newer version of the program (session version 6"},
-           {"PRAGMA user_version=4", "written by an older version of the program (session version 4"},
+           {"PRAGMA user_version=7", "written by a newer version of the program (session version 7"},
+           {"PRAGMA user_version=5", "written by an older version of the program (session version 5"},
            {"PRAGMA application_id=5", "not a session"},
            {"DROP TABLE searched", "not a session"},
            {"CREATE TABLE more(a)", "not a session"},
@@ -67,7 +67,7 @@ TEST_F(DamagedStore, OfAnotherVersionOrWithOtherTablesIsRefused) {
 TEST_F(DamagedStore, AfterItsOwnerHasAnalyzedAndVacuumedItIsRead) {
   sql(file, "ANALYZE; VACUUM");
   EXPECT_EQ(read_scan(folder.path(), {}).frames.size(), 60u);
-  EXPECT_FALSE(load_session(folder.path()).patches.empty());
+  EXPECT_FALSE(load_session(folder.path()).nodes.empty());
   Store(folder.path()).add(ScanPart{60, "one", 0, ""});
   EXPECT_EQ(read_scan(folder.path(), {}).parts.size(), 2u);
 }
@@ -114,7 +114,7 @@ TEST_F(DamagedStore, NumbersThatNoScanHasAreRefused) {
            "UPDATE frames SET keyframe_T_frame=CAST(zeroblob(96) || x'AE65F4BA' AS BLOB) WHERE frame=59",
            "UPDATE frames SET observable=128",
            "DELETE FROM frames WHERE frame=15",
-           "UPDATE keyframes SET id=1000001 WHERE id=2",
+           "UPDATE keyframes SET id=2592000 WHERE id=2",
            "UPDATE keyframes SET id=-1 WHERE id=0",
            "UPDATE keyframes SET frame=-1 WHERE id=0",
            "UPDATE keyframes SET trial=2147483647 WHERE id=0",

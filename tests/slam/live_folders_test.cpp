@@ -60,7 +60,7 @@ TEST_F(Live, TheNextScanHasTheSameBackgroundAndALogThatStandsAlone) {
 TEST_F(Live, AStreamShowsTheKeyframesOfTheScanThatGoesOn) {
   const int before = start().wait().keyframes;
   continue_run();
-  options.stream = std::make_shared<PoseStream>(0.05);
+  options.stream = std::make_shared<PoseStream>();
   std::future<std::string> heard;
   source->before(30, [&] {
     auto reader = options.stream->feed().open({.surface = true});

@@ -50,9 +50,8 @@ TrackedFrame tracked(std::int64_t frame, const std::shared_ptr<const Keyframe>& 
 }
 
 MapSnapshot::Node node(const std::shared_ptr<const Keyframe>& keyframe, int component,
-                       const Pose& component_T_keyframe, const Pose& trial_T_keyframe) {
-  return {keyframe->id, keyframe->frame, keyframe->trial, component, component_T_keyframe,
-          {},           trial_T_keyframe};
+                       const Pose& component_T_keyframe) {
+  return {keyframe->id, keyframe->frame, keyframe->trial, component, component_T_keyframe};
 }
 
 TEST(NdjsonLine, StatesPoseCovarianceAndContactInTheirUnits) {
@@ -64,8 +63,11 @@ TEST(NdjsonLine, StatesPoseCovarianceAndContactInTheirUnits) {
   for (double& number : root.reshaped()) number = 0.01 * std::normal_distribution<double>()(random);
   const Matrix6d covariance = root * root.transpose();
   frame.unix_us = 1764268461123457;
-  const MapPlace place{any_pose(random), 1};
-  const std::string line = ndjson_line({frame, surface.get(), covariance, place, 4});
+  Matrix6d rotation_first;
+  rotation_first << covariance.bottomRightCorner<3, 3>(), covariance.bottomLeftCorner<3, 3>(),
+      covariance.topRightCorner<3, 3>(), covariance.topLeftCorner<3, 3>();
+  const MapPlace place{{any_pose(random), rotation_first}, 1};
+  const std::string line = ndjson_line({frame, surface.get(), place, 4});
   ASSERT_EQ(line.find('\n'), line.size() - 1);
   const json object = json::parse(line);
   EXPECT_EQ(object.at("type"), "frame");
@@ -74,8 +76,8 @@ TEST(NdjsonLine, StatesPoseCovarianceAndContactInTheirUnits) {
   EXPECT_EQ(object.at("component"), 1);
   EXPECT_THAT(line, testing::HasSubstr("\"time_unix_s\":1764268461.123457,"));
   EXPECT_EQ(object.at("observable"), json({1, 1, 0, 1, 1, 1}));
-  for (const auto& [key, pose] :
-       {std::pair<const char*, Pose>{"pose", frame.trial_T_frame}, {"map_pose", place.map_T_frame}})
+  for (const auto& [key, pose] : {std::pair<const char*, Pose>{"trial_pose", frame.trial_T_frame},
+                                  {"map_pose", place.map_T_frame.pose}})
     for (int r = 0; r < 3; ++r) {
       for (int c = 0; c < 3; ++c) EXPECT_EQ(object.at(key).at(4 * r + c), pose.linear()(r, c));
       EXPECT_NEAR(object.at(key).at(4 * r + 3).get<double>(), 1e-3 * pose.translation()[r], 1e-15);
@@ -100,7 +102,7 @@ TEST(NdjsonLine, SaysNullOfWhatIsNotKnown) {
   frame.status = TrackStatus::background;
   json object = json::parse(ndjson_line({frame}));
   for (const char* key :
-       {"time_unix_s", "trial", "keyframe", "pose", "map_pose", "component", "covariance", "contact"})
+       {"time_unix_s", "trial", "keyframe", "trial_pose", "map_pose", "component", "covariance", "contact"})
     EXPECT_TRUE(object.at(key).is_null()) << key;
   frame.status = TrackStatus::no_contact;
   const SurfacePtr bare = pressed(0, 0, 0, 0);
@@ -109,31 +111,50 @@ TEST(NdjsonLine, SaysNullOfWhatIsNotKnown) {
   EXPECT_TRUE(object.at("contact").at("center_mm").is_null());
 }
 
-// A frame's keyframe may be so new that the map does not hold it yet: an older one of its trial tells.
-TEST(MapPlace, FollowsTheMapThroughTheNewestKeyframeThatItHolds) {
+// A frame's keyframe may be so new that the map does not hold it yet: links lead from one that it has.
+TEST(MapPlace, FollowsTheMapThroughTheLinksOfNewerKeyframes) {
   std::mt19937 random(2);
-  const Pose map_T_trial = any_pose(random), trial_T_old = any_pose(random), trial_T_new = any_pose(random);
-  const auto old_keyframe = keyframe(4, 1), new_keyframe = keyframe(5, 1);
+  const Pose map_T_old = any_pose(random), step = any_pose(random);
+  const auto old_keyframe = keyframe(4, 1), new_keyframe = keyframe(5, 1), newest = keyframe(6, 1);
+  const PoseGraphEdge first{4, 5, any_pose(random)}, second{5, 6, any_pose(random)};
+  const std::vector<NewKeyframe> newer = {{new_keyframe, first}, {keyframe(7, 2)}, {newest, second}};
   MapSnapshot map;
-  const Pose step = any_pose(random);
-  EXPECT_FALSE(place_of(tracked(1, old_keyframe, trial_T_old, step), map));
-  map.nodes = {node(keyframe(0, 0), 0, Pose::Identity(), Pose::Identity()),
-               node(old_keyframe, 2, map_T_trial * trial_T_old, trial_T_old)};
-  const TrackedFrame frame = tracked(2, new_keyframe, trial_T_new, step);
-  const auto place = place_of(frame, map);
+  const FrameRecord frame = record_of(tracked(2, newest, {}, step));
+  EXPECT_FALSE(map.pose_of(frame, newer));
+  map.nodes = {node(keyframe(0, 0), 0, Pose::Identity()), node(old_keyframe, 2, map_T_old)};
+  const auto place = map.pose_of(frame, newer);
   ASSERT_TRUE(place);
   EXPECT_EQ(place->component, 2);
-  EXPECT_TRUE(place->map_T_frame.isApprox(map_T_trial * frame.trial_T_frame, 1e-9));
+  EXPECT_TRUE(place->map_T_frame.pose.isApprox(map_T_old * first.from_T_to * second.from_T_to * step, 1e-9));
+  EXPECT_FALSE(map.pose_of(frame));
 
   const Pose corrected = any_pose(random);  // a loop has moved the new keyframe
-  map.nodes.push_back(node(new_keyframe, 0, corrected, trial_T_new));
-  EXPECT_TRUE(place_of(frame, map)->map_T_frame.isApprox(corrected * step, 1e-9));
+  map.nodes.push_back(node(new_keyframe, 0, corrected));
+  EXPECT_TRUE(
+      map.pose_of(frame, newer)->map_T_frame.pose.isApprox(corrected * second.from_T_to * step, 1e-9));
 
   // Another trial is elsewhere, whatever the map says of the one before.
-  EXPECT_FALSE(place_of(tracked(3, keyframe(6, 2), Pose::Identity(), step), map));
-  TrackedFrame lost;
-  lost.status = TrackStatus::lost;
-  EXPECT_FALSE(place_of(lost, map));
+  const auto other = map.pose_of(record_of(tracked(3, keyframe(7, 2), {}, step)), newer);
+  EXPECT_EQ(other->component, 7);
+  EXPECT_TRUE(other->map_T_frame.pose.isApprox(step, 1e-9));
+  EXPECT_FALSE(map.pose_of(record_of(TrackedFrame()), newer));
+}
+
+// What links add to a keyframe is what the same keyframes have once they are in the map.
+TEST(MapPlace, IsKnownAsWellWhetherTheMapHasTheKeyframesOrTheirLinksDo) {
+  std::mt19937 random(3);
+  MapSnapshot map;
+  map.add({keyframe(0, 0)}, {});
+  map.scale_factors = Eigen::Vector4d(0.08, 0.01, -0.01, 0.05);
+  const std::vector<NewKeyframe> newer = {{keyframe(1, 0), PoseGraphEdge{0, 1, any_pose(random)}},
+                                          {keyframe(2, 0), PoseGraphEdge{1, 2, any_pose(random)}}};
+  const FrameRecord frame = record_of(tracked(30, newer.back().keyframe, {}, any_pose(random)));
+  const MapPlace by_links = *map.pose_of(frame, newer);
+  for (const NewKeyframe& added : newer) map.add(added, {});
+  const MapPlace in_map = *map.pose_of(frame);
+  EXPECT_TRUE(by_links.map_T_frame.pose.isApprox(in_map.map_T_frame.pose, 1e-9));
+  EXPECT_TRUE(by_links.map_T_frame.covariance.isApprox(in_map.map_T_frame.covariance, 1e-9));
+  EXPECT_GT(in_map.map_T_frame.worst_sigma_mm(), 1);
 }
 
 }  // namespace

@@ -85,7 +85,7 @@ SlamMap map_of(const std::vector<cv::Mat3b>& pictures, const cv::Mat3b& backgrou
 /// Largest distance of the mesh from the object.
 double largest_error_mm(const SlamMap& map) {
   const auto frame = static_cast<double>(map.anchor_frame);
-  const Mesh mesh = fuse(posed_surfaces(map), FusionOptions{});
+  const Mesh mesh = fuse(posed_surfaces(snapshot_of(map)), FusionOptions{});
   double largest = 0;
   for (const Eigen::Vector3f& p : mesh.vertices_mm)
     largest = std::max(largest, std::abs(p.z() - object_mm(frame, p.x(), p.y())));
@@ -94,9 +94,8 @@ double largest_error_mm(const SlamMap& map) {
 
 /// From the first frame to another one.
 Pose first_T_frame(const SlamMap& map, std::size_t frame) {
-  const auto pose = [&](const FrameRecord& f) -> Pose {
-    return map.anchor_T_keyframe(f.keyframe) * f.keyframe_T_frame;
-  };
+  const MapSnapshot placed = snapshot_of(map);
+  const auto pose = [&](const FrameRecord& f) { return placed.pose_of(f)->map_T_frame.pose; };
   return pose(map.frames[0]).inverse() * pose(map.frames[frame]);
 }
 

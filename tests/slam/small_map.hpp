@@ -44,6 +44,9 @@ inline SlamMap small_map() {
     map.frames.push_back({i, i / 25.0, touches ? TrackStatus::tracked : TrackStatus::background,
                           touches ? i / 30 : -1, touches ? i / 20 : -1,
                           touches ? motion(0.1 * i, 0, 0, 0, 0, 0.01) : Pose(Pose::Identity())});
+    if (!touches) continue;
+    map.frames.back().covariance = information / (1.0 + i);
+    map.frames.back().shared_center_mm = {0.1 * i, 1.0 / 3, -0.4};
   }
   return map;
 }

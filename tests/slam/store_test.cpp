@@ -89,6 +89,8 @@ TEST(Store, HoldsTheWholeRecord) {
     EXPECT_EQ(after.frames[i].keyframe, before.frames[i].keyframe);
     EXPECT_EQ(after.frames[i].observable, before.frames[i].observable);
     EXPECT_EQ(after.frames[i].keyframe_T_frame.matrix(), before.frames[i].keyframe_T_frame.matrix());
+    EXPECT_EQ(after.frames[i].covariance, before.frames[i].covariance);
+    EXPECT_EQ(after.frames[i].shared_center_mm, before.frames[i].shared_center_mm);
   }
 }
 
@@ -115,10 +117,10 @@ TEST(Store, HoldsTheMap) {
   const SlamMap map = small_map();
   write_store(folder.path(), map);
   const Session session = load_session(folder.path());
-  ASSERT_EQ(session.patches.size(), 2u);
+  ASSERT_EQ(session.nodes.size(), 2u);
   EXPECT_EQ(session.warning, "");
-  EXPECT_DOUBLE_EQ(session.gradient_scale, 1.0);
-  for (const PosedSurface& patch : session.patches) {
+  EXPECT_DOUBLE_EQ(session.gradient_scale.mean(), 1.0);
+  for (const PosedSurface& patch : posed_surfaces(session)) {
     EXPECT_TRUE(patch.id == 0 || patch.id == 2);
     EXPECT_EQ(patch.map_T_keyframe.matrix(), map.anchor_T_keyframe(patch.id).matrix());
     const SurfacePtr after = patch.surface.get(),

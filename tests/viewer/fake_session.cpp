@@ -107,8 +107,7 @@ void FakeSession::publish_map(int place) {
   map->shown_component = 0;
   for (int i = 0; i <= place; ++i) {
     const FakePlace& at = places_[static_cast<std::size_t>(i)];
-    map->nodes.push_back(
-        {i, std::int64_t{i} * frames_per_place_, 0, 0, at.map_T_sensor, at.surface, at.map_T_sensor});
+    map->nodes.push_back({i, std::int64_t{i} * frames_per_place_, 0, 0, at.map_T_sensor, at.surface});
     if (i > 0) map->edges.push_back({i - 1, i, EdgeKind::odometry, false});
     if (i > 2) map->edges.push_back({i - 3, i, EdgeKind::loop, i == 5});
   }
@@ -130,7 +129,7 @@ void FakeSession::advance(int frames) {
     touch->status = TrackStatus::tracked;
     touch->keyframe = place;
     touch->trial = 0;
-    touch->trial_T_frame = at.map_T_sensor;
+    touch->place = MapPlace{{at.map_T_sensor}};
     touch_ = std::move(touch);
     if (place >= status_.keyframes && !mapper_is_busy) {
       uncover(place);
@@ -168,6 +167,7 @@ void FakeSession::release() {
   touch->surface = surface;
   touch->status = TrackStatus::no_contact;
   touch->keyframe = -1;
+  touch->place.reset();
   ++touch->frame;
   touch_ = std::move(touch);
   say(LivePhase::scanning, "no contact", TrackStatus::no_contact);

@@ -104,7 +104,7 @@ TEST_F(SceneColors, ACertainPlaceIsClayAndADoubtfulOneIsTinted) {
     MapSnapshot::Node node;
     node.keyframe = id;
     node.component = 0;
-    node.sigma_mm = id == 0 ? 0 : 1;
+    node.covariance(3, 3) = id == 0 ? 0 : 1;
     map.nodes.push_back(node);
   }
   MeshBlock ball = block(1, sphere(5, 96));

@@ -33,7 +33,7 @@ class UnjoinedPreviewTest : public testing::Test {
     touch->keyframe_T_frame = at(0, 0.5, 0);
     touch_ = touch;
   }
-  bool follow() { return piece_.follow(map_, touch_); }
+  bool follow() { return piece_.follow(map_, touch_.get(), touch_ ? map_.pose_of(*touch_) : std::nullopt); }
 
   MapSnapshot map_;
   std::shared_ptr<const LiveTouch> touch_;
@@ -50,8 +50,8 @@ TEST_F(UnjoinedPreviewTest, GrowsBesideTheMap) {
   EXPECT_GT(piece_.box_mm().min().x(), 5) << "to its right as the camera sees it";
   const auto touch = piece_.map_T_touch();
   ASSERT_TRUE(touch);
-  EXPECT_TRUE((piece_.map_T_piece()->inverse() * *touch).isApprox(at(0, 0.5, 0), 1e-9))
-      << "anchor is keyframe 3";
+  EXPECT_TRUE((piece_.map_T_piece()->inverse() * *touch).isApprox(at(1, 0.5, 0), 1e-9))
+      << "anchor is keyframe 2";
   EXPECT_FALSE(follow()) << "nothing new";
   const std::size_t vertices = piece_.mesh().vertices.size();
   map_.nodes.push_back(map_.nodes.back());

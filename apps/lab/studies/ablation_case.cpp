@@ -14,7 +14,7 @@
 #include "gelslam/slam/gel_slam.hpp"
 #include "gelslam/slam/reconstruct.hpp"
 #include "gelslam/slam/surface_stream.hpp"
-#include "gelslam/slam/trial_drift.hpp"
+#include "gelslam/slam/trajectory_uncertainty.hpp"
 #include "judgement.hpp"
 
 namespace gelslam::lab {
@@ -28,10 +28,10 @@ using OptionalPose = std::optional<Pose>;
 /// deviations.
 class LiveTracking {
  public:
-  explicit LiveTracking(const SlamOptions& options) : drift_(options.gradient_scale.sigma) {}
+  explicit LiveTracking(const SlamOptions& options) : map_(options.gradient_scale) {}
 
   void judge(const TrackedFrame& tracked, const OptionalPose& start_T_frame) {
-    const std::optional<Matrix6d> covariance = drift_.add(tracked);
+    const std::optional<MapPlace> place = map_.add(tracked);
     if (tracked.status != TrackStatus::tracked) return;
     ++tracked_;
     if (!start_T_frame) return;
@@ -41,7 +41,8 @@ class LiveTracking {
     }
     const Pose truth = first_.start_T_frame.inverse() * *start_T_frame;
     const Pose estimate = first_.trial_T_frame.inverse() * tracked.trial_T_frame;
-    judge(estimate.inverse() * truth, sigma_of(*covariance), tracked.registration.observable);
+    judge(estimate.inverse() * truth, sigma_of(place->map_T_frame.covariance),
+          tracked.registration.observable);
   }
 
   int tracked() const { return tracked_; }
@@ -73,7 +74,7 @@ class LiveTracking {
     if (axes > 0) errors_over_sigma_.push_back(std::sqrt(squares / axes));
   }
 
-  TrialDrift drift_;
+  TrialMap map_;
   int trial_ = -1, tracked_ = 0, silent_ = 0;
   First first_;
   std::vector<double> errors_over_sigma_;

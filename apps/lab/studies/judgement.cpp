@@ -34,11 +34,12 @@ Tally judge_result(const RegistrationProblem& problem, const RegistrationResult&
 }
 
 std::vector<IndexedPose> poses_of(const SlamMap& map, int background_frames) {
+  const MapSnapshot placed = snapshot_of(map);
   std::vector<IndexedPose> poses;
   for (const FrameRecord& frame : map.frames)
     if (map.has_pose(frame) && frame.frame >= background_frames)
-      poses.push_back({static_cast<int>(frame.frame) - background_frames,
-                       map.anchor_T_keyframe(frame.keyframe) * frame.keyframe_T_frame});
+      poses.push_back(
+          {static_cast<int>(frame.frame) - background_frames, placed.pose_of(frame)->map_T_frame.pose});
   return poses;
 }
 

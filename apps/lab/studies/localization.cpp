@@ -97,7 +97,7 @@ StudyMap map_of_run(const Object& object, Sensor& sensor) {
                  sensor.read(*object.shape, poses[k]), timer);
   const SlamMap map = slam.finish();
   if (map.anchor_frame < 0) throw Error("the object was never touched");
-  return {"run", std::make_shared<const SurfaceMap>(posed_surfaces(map), SlamOptions{}),
+  return {"run", std::make_shared<const SurfaceMap>(posed_surfaces(snapshot_of(map)), SlamOptions{}),
           poses[static_cast<std::size_t>(map.anchor_frame)]};
 }
 

@@ -16,8 +16,8 @@ namespace {
 
 using namespace backend::detail;
 
-// Of the loops between two pieces, this many are compared with each other: enough to see which place most
-// agree on.
+// Of the loops between two pieces, this many are compared with each other, evenly chosen along the scan:
+// enough to see which place most agree on.
 constexpr int kMaxCompared = 24;  // speed
 
 using LoopSet = std::bitset<kMaxCompared>;
@@ -114,7 +114,10 @@ class Consistency {
     return !found.empty();
   }
 
-  static std::vector<std::size_t> thinned(const std::vector<std::size_t>& loops) {
+  std::vector<std::size_t> thinned(std::vector<std::size_t> loops) const {
+    std::stable_sort(loops.begin(), loops.end(), [&](std::size_t a, std::size_t b) {
+      return std::pair(edges_[a].to, edges_[a].from) < std::pair(edges_[b].to, edges_[b].from);
+    });
     std::vector<std::size_t> result;
     const std::size_t step = (loops.size() + kMaxCompared - 1) / kMaxCompared;
     for (std::size_t i = 0; i < loops.size(); i += step) result.push_back(loops[i]);

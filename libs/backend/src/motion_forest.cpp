@@ -13,7 +13,7 @@ double mismatch(const UncertainMotion& a, const UncertainMotion& b, double gradi
   const Vector6d error = se3_log(a.from_T_to.pose.inverse() * b.from_T_to.pose);
   const UncertainMotion difference{{Pose::Identity(), a.from_T_to.covariance + b.from_T_to.covariance},
                                    b.by_scale - a.by_scale};
-  const Matrix6d covariance = difference.total_covariance(gradient_scale_sigma);
+  const Matrix6d covariance = difference.total_covariance(prior_scale_covariance(gradient_scale_sigma));
   return std::sqrt(std::max(error.dot(covariance.ldlt().solve(error)), 0.0));  // NaN stays NaN
 }
 

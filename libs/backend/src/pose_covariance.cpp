@@ -1,11 +1,12 @@
 #include "gelslam/backend/pose_covariance.hpp"
 
+#include <Eigen/LU>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <utility>
 
-#include "gelslam/backend/uncertain_motion.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/index.hpp"
 #include "whitened_graph.hpp"
 
 namespace gelslam {
@@ -13,80 +14,122 @@ namespace {
 
 using namespace backend::detail;
 using Sparse = Eigen::SparseMatrix<double>;
-using Rows6 = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+using ByScale = Eigen::Matrix<double, Eigen::Dynamic, kScaleTerms>;
 
-/// The information matrix of all unknowns, of which the lower half is filled.
-class InformationMatrix {
- public:
-  explicit InformationMatrix(int size) : size_(size) {}
-
-  /// Residuals of unit variance depend on the unknowns from `first` on by `derivative`.
-  void add(const std::vector<std::pair<int, Rows6>>& derivatives) {
-    for (const auto& [row, by_row] : derivatives)
-      for (const auto& [column, by_column] : derivatives)
-        add_block(row, column, by_row.transpose() * by_column);
+/// The lower half of Z = (L L')^-1 where L has entries; these follow from each other, column by column from
+/// the last. Z L = L'^-1 is upper triangular, so below the diagonal column j of Z is -Z_II l: I are the rows
+/// of L's entries there, and l these entries over the diagonal. All entries of Z_II are where L has some,
+/// too.
+Sparse selected_inverse(const Sparse& lower) {
+  Sparse inverse = lower;
+  const int *column = lower.outerIndexPtr(), *row = lower.innerIndexPtr();
+  double* value = inverse.valuePtr();
+  Eigen::VectorXd l = Eigen::VectorXd::Zero(lower.rows()), z = l;
+  for (auto j = lower.cols() - 1; j >= 0; --j) {
+    const int first = column[j], end = column[j + 1];  // the first is the diagonal
+    const double diagonal = value[first];
+    for (int p = first + 1; p < end; ++p) {
+      l[row[p]] = value[p] / diagonal;
+      z[row[p]] = 0;
+    }
+    for (int p = first + 1; p < end; ++p) {
+      const int i = row[p];
+      z[i] -= value[column[i]] * l[i];
+      for (int q = column[i] + 1; q < column[i + 1]; ++q) {
+        z[row[q]] -= value[q] * l[i];
+        z[i] -= value[q] * l[row[q]];
+      }
+    }
+    value[first] = 1.0 / (diagonal * diagonal);
+    for (int p = first + 1; p < end; ++p) {
+      value[p] = z[row[p]];
+      value[first] -= value[p] * std::exchange(l[row[p]], 0.0);
+    }
   }
+  return inverse;
+}
 
-  void add_block(int row, int column, const Eigen::MatrixXd& block) {
-    for (int r = 0; r < block.rows(); ++r)
-      for (int c = 0; c < block.cols(); ++c)
-        if (row + r >= column + c) entries_.emplace_back(row + r, column + c, block(r, c));
+/// The information of all poses but the gauges, and what it shares with that of the scale.
+struct Information {
+  std::map<int, int> row_of;  // by node; -1: a gauge
+  std::vector<Eigen::Triplet<double>> entries;
+  ByScale with_scale;
+  ScaleCovariance of_scale = ScaleCovariance::Zero();
+
+  void add(int row, int column, const Matrix6d& block) {
+    for (int r = 0; r < 6; ++r)
+      for (int c = 0; c < 6; ++c)
+        if (row + r >= column + c) entries.emplace_back(row + r, column + c, block(r, c));
   }
-
-  Sparse matrix() const {
-    Sparse matrix(size_, size_);
-    matrix.setFromTriplets(entries_.begin(), entries_.end());
-    return matrix;
-  }
-
- private:
-  int size_;
-  std::vector<Eigen::Triplet<double>> entries_;
 };
 
-}  // namespace
-
-std::map<int, Matrix6d> pose_covariances(const std::vector<PoseGraphEdge>& edges,
-                                         const PoseGraphSolution& solution, int gauge,
-                                         const PoseGraphOptions& options, double gradient_scale_sigma) {
-  if (solution.edge_residual.size() != edges.size() || solution.edge_outlier.size() != edges.size())
-    throw Error("pose graph: the solution is of other edges");
-  const int component = solution.component_of_node.at(gauge);
-  std::map<int, int> row_of;
-  for (const auto& [id, of_node] : solution.component_of_node)
-    if (of_node == component && id != gauge) row_of.emplace(id, 6 * static_cast<int>(row_of.size()));
-  const SharedUnknowns scale =
-      gradient_scale_sigma > 0 ? gradient_scale_unknowns(edges, gradient_scale_sigma) : SharedUnknowns{};
-  const int scale_row = 6 * static_cast<int>(row_of.size());
-  InformationMatrix information(scale_row + static_cast<int>(scale.information.rows()));
+Information information_of(const std::vector<PoseGraphEdge>& edges, const PoseGraphSolution& solution,
+                           int anchor, const PoseGraphOptions& options) {
+  Information all;
+  int rows = 0;
+  const auto anchored = solution.component_of_node.find(anchor);
+  for (const auto& [id, component] : solution.component_of_node) {
+    const bool has_anchor = anchored != solution.component_of_node.end() && anchored->second == component;
+    const bool is_gauge = id == (has_anchor ? anchor : component);
+    all.row_of[id] = is_gauge ? -1 : std::exchange(rows, rows + 6);
+  }
+  all.with_scale = ByScale::Zero(rows, kScaleTerms);
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const PoseGraphEdge& edge = edges[i];
-    if (solution.edge_outlier[i] || solution.component_of_node.at(edge.from) != component) continue;
+    if (solution.edge_outlier[i]) continue;
     Matrix6d whitening = whitening_matrix(edge.information);
     if (edge.kind == EdgeKind::loop)
       whitening *= std::sqrt(robust_weight(solution.edge_residual[i], options.loop_loss_scale));
     const Pose to_T_from =
         solution.component_T_node.at(edge.to).inverse() * solution.component_T_node.at(edge.from);
-    std::vector<std::pair<int, Rows6>> derivatives;
-    if (edge.to != gauge) derivatives.emplace_back(row_of.at(edge.to), whitening);
-    if (edge.from != gauge) derivatives.emplace_back(row_of.at(edge.from), -whitening * adjoint(to_T_from));
-    if (gradient_scale_sigma > 0) derivatives.emplace_back(scale_row, -whitening * scale.edge_by_unknown[i]);
-    information.add(derivatives);
+    const MotionByScale by_scale = -whitening * motion_by_gradient_scale(edge);
+    const std::pair<int, Matrix6d> by_node[] = {{all.row_of.at(edge.to), whitening},
+                                                {all.row_of.at(edge.from), -whitening * adjoint(to_T_from)}};
+    for (const auto& [row, by_row] : by_node) {
+      if (row < 0) continue;
+      for (const auto& [column, by_column] : by_node)
+        if (column >= 0) all.add(row, column, by_row.transpose() * by_column);
+      all.with_scale.middleRows<6>(row) += by_row.transpose() * by_scale;
+    }
+    all.of_scale += by_scale.transpose() * by_scale;
   }
-  if (gradient_scale_sigma > 0) information.add_block(scale_row, scale_row, scale.information);
+  return all;
+}
 
-  std::map<int, Matrix6d> covariances;
-  covariances[gauge] = Matrix6d::Zero();
-  if (row_of.empty()) return covariances;
-  const Eigen::SimplicialLDLT<Sparse> factor(information.matrix());
+}  // namespace
+
+PoseCovariances pose_covariances(const std::vector<PoseGraphEdge>& edges, const PoseGraphSolution& solution,
+                                 int anchor, const PoseGraphOptions& options, double gradient_scale_sigma) {
+  if (solution.edge_residual.size() != edges.size() || solution.edge_outlier.size() != edges.size())
+    throw Error("pose graph: the solution is of other edges");
+  const Information all = information_of(edges, solution, anchor, options);
+  PoseCovariances result;
+  for (const auto& [id, pose] : solution.component_T_node) result.component_T_node[id].from_T_to.pose = pose;
+  const auto rows = static_cast<int>(all.with_scale.rows());
+  Sparse information(rows, rows);
+  information.setFromTriplets(all.entries.begin(), all.entries.end());
+  const Eigen::SimplicialLLT<Sparse> factor(information);
   if (factor.info() != Eigen::Success) throw Error("pose graph: its edges do not determine its poses");
-  Eigen::MatrixXd columns(factor.rows(), 6);
-  for (const auto& [id, row] : row_of) {
-    columns.setZero();
-    columns.middleRows<6>(row).setIdentity();
-    covariances[id] = symmetric(factor.solve(columns).middleRows<6>(row));
+  const Sparse inverse = rows > 0 ? selected_inverse(factor.matrixL()) : information;
+  const auto& place = factor.permutationP().indices();  // of an unknown in the factor
+  ByScale by_scale = ByScale::Zero(rows, kScaleTerms);
+  if (gradient_scale_sigma > 0) {
+    if (rows > 0) by_scale = -factor.solve(all.with_scale);
+    result.scale = (ScaleCovariance(prior_scale_covariance(gradient_scale_sigma).inverse()) + all.of_scale +
+                    all.with_scale.transpose() * by_scale)
+                       .inverse();
   }
-  return covariances;
+  for (const auto& [id, row] : all.row_of) {
+    if (row < 0) continue;
+    UncertainMotion& node = result.component_T_node.at(id);
+    for (int r = 0; r < 6; ++r)
+      for (int c = 0; c < 6; ++c) {
+        const auto [column, below] = std::minmax(place[row + r], place[row + c]);
+        node.from_T_to.covariance(r, c) = inverse.coeff(below, column);
+      }
+    node.by_scale = by_scale.middleRows<6>(row);
+  }
+  return result;
 }
 
 }  // namespace gelslam

@@ -15,14 +15,10 @@ namespace gelslam {
 
 using namespace backend::detail;
 
-namespace {
-
-/// Prior standard deviations of the factors, where that of the gradient scale is `sigma`.
-Eigen::Vector4d scale_sigmas(double sigma) {
-  return sigma * Eigen::Vector4d(1, kCrossAxisShare, kCrossAxisShare, 1);
+ScaleCovariance prior_scale_covariance(double sigma) {
+  const Eigen::Vector4d sigmas = sigma * Eigen::Vector4d(1, kCrossAxisShare, kCrossAxisShare, 1);
+  return sigmas.cwiseAbs2().asDiagonal();
 }
-
-}  // namespace
 
 MotionByScale motion_by_gradient_scale(const PoseGraphEdge& edge) {
   constexpr double kUpsideDown = 1e-6;  // numerics: there the split into tilt and twist is not defined
@@ -54,13 +50,8 @@ SharedUnknowns gradient_scale_unknowns(const std::vector<PoseGraphEdge>& edges, 
   SharedUnknowns shared;
   shared.edge_by_unknown.reserve(edges.size());
   for (const PoseGraphEdge& edge : edges) shared.edge_by_unknown.push_back(motion_by_gradient_scale(edge));
-  shared.information = scale_sigmas(sigma).cwiseAbs2().cwiseInverse().asDiagonal();
+  shared.information = prior_scale_covariance(sigma).diagonal().cwiseInverse().asDiagonal();
   return shared;
-}
-
-Pose scale_corrected(const PoseGraphEdge& edge, const Eigen::VectorXd& factors) {
-  if (factors.size() == 0) return edge.from_T_to;
-  return edge.from_T_to * se3_exp(motion_by_gradient_scale(edge) * factors);
 }
 
 PoseGraphSolution solve_with_gradient_scale(const std::map<int, Pose>& initial,
@@ -80,9 +71,14 @@ PoseGraphSolution solve_with_gradient_scale(const std::map<int, Pose>& initial,
   return scaled.final_cost < (1 - kMinExplained) * first.final_cost ? scaled : first;
 }
 
-Matrix6d UncertainMotion::total_covariance(double gradient_scale_sigma) const {
-  const MotionByScale sigma = by_scale * scale_sigmas(gradient_scale_sigma).asDiagonal();
-  return from_T_to.covariance + sigma * sigma.transpose();
+Matrix6d UncertainMotion::total_covariance(const ScaleCovariance& scale) const {
+  return from_T_to.covariance + by_scale * scale * by_scale.transpose();
+}
+
+UncertainMotion UncertainMotion::corrected(const Eigen::VectorXd& factors) const {
+  UncertainMotion result = *this;
+  if (factors.size() > 0) result.from_T_to.pose = from_T_to.pose * se3_exp(by_scale * factors);
+  return result;
 }
 
 UncertainMotion uncertain_motion(const PoseGraphEdge& edge) {
@@ -112,11 +108,11 @@ std::function<std::optional<UncertainPose>(int from, int to)> motions_between(
     motions.push_back(uncertain_motion(edges[i]));
     if (!outlier[i]) chosen.push_back(i);
   }
-  return [gradient_scale_sigma, forest = MotionForest(edges, motions, chosen)](
-             int from, int to) -> std::optional<UncertainPose> {
+  return [scale = prior_scale_covariance(gradient_scale_sigma),
+          forest = MotionForest(edges, motions, chosen)](int from, int to) -> std::optional<UncertainPose> {
     if (const int tree = forest.tree(from); tree < 0 || tree != forest.tree(to)) return std::nullopt;
     const UncertainMotion path = forest.path(from, to);
-    return UncertainPose{path.from_T_to.pose, path.total_covariance(gradient_scale_sigma)};
+    return UncertainPose{path.from_T_to.pose, path.total_covariance(scale)};
   };
 }
 

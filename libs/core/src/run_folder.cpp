@@ -109,8 +109,8 @@ void exchange(const fs::path& one, const fs::path& other) {
 }  // namespace
 
 std::vector<std::string> saved_entries() {
-  return {"mesh.ply",    "trajectory.tum",    "keyframes.tum", "pose_graph.g2o",
-          "config.yaml", "loop_outliers.g2o", "report.json",   "session.db"};
+  return {"mesh.ply",    "trajectory.tum",    "covariances.npy", "keyframes.tum", "pose_graph.g2o",
+          "config.yaml", "loop_outliers.g2o", "report.json",     "session.db"};
 }
 
 std::vector<std::string> run_entries() {
@@ -260,7 +260,9 @@ RunFiles read_run_files(const fs::path& folder) {
   const auto poses = [&](const char* name) {
     return fs::exists(folder / name) ? read_tum(folder / name) : std::vector<StampedPose>();
   };
-  return {folder, find_report(folder), poses("trajectory.tum"), poses("keyframes.tum")};
+  RunFiles files{folder, find_report(folder), poses("trajectory.tum"), poses("keyframes.tum")};
+  if (fs::exists(folder / "covariances.npy")) read_covariances(folder / "covariances.npy", files.trajectory);
+  return files;
 }
 
 }  // namespace gelslam

@@ -8,6 +8,8 @@
 #include <fstream>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/npy.hpp"
+#include "gelslam/core/uncertain_pose.hpp"
 
 namespace gelslam {
 namespace {
@@ -103,6 +105,28 @@ std::string tum_text(const std::vector<StampedPose>& trajectory) {
   std::string text;
   for (const StampedPose& pose : trajectory) text += tum_line(pose.time_s, pose.map_T_sensor);
   return text;
+}
+
+void write_covariances(const std::filesystem::path& npy, const std::vector<StampedPose>& trajectory) {
+  std::vector<double> numbers;
+  for (const StampedPose& pose : trajectory) {
+    const Matrix6d covariance = translation_first(pose.covariance.value(), 1e-3);
+    numbers.insert(numbers.end(), covariance.data(), covariance.data() + covariance.size());
+  }
+  write_npy(npy, {trajectory.size(), 6, 6}, numbers);
+}
+
+void read_covariances(const std::filesystem::path& npy, std::vector<StampedPose>& trajectory) {
+  const NpyArray array = read_npy(npy);
+  if (array.shape != std::vector<std::size_t>{trajectory.size(), 6, 6})
+    throw Error(npy.string() + ": is of another trajectory");
+  const std::vector<double> numbers = array.to_doubles();
+  for (std::size_t i = 0; i < trajectory.size(); ++i) {
+    Matrix6d covariance = translation_first(Matrix6d(numbers.data() + 36 * i));
+    covariance.bottomRows<3>() *= 1e3;
+    covariance.rightCols<3>() *= 1e3;
+    trajectory[i].covariance = covariance;
+  }
 }
 
 }  // namespace gelslam

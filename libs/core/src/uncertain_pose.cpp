@@ -26,4 +26,12 @@ Matrix6d information_of_inverse(const Matrix6d& information, const Pose& pose) {
   return from_start.transpose() * information * from_start;
 }
 
+Matrix6d translation_first(const Matrix6d& rotation_first, double per_mm) {
+  Matrix6d matrix;
+  matrix << per_mm * per_mm * rotation_first.bottomRightCorner<3, 3>(),
+      per_mm * rotation_first.bottomLeftCorner<3, 3>(), per_mm * rotation_first.topRightCorner<3, 3>(),
+      rotation_first.topLeftCorner<3, 3>();
+  return matrix;
+}
+
 }  // namespace gelslam

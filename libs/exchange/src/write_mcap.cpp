@@ -7,6 +7,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/core/uncertain_pose.hpp"
 #include "gelslam/exchange/run_export.hpp"
 #include "gelslam/image/codecs.hpp"
 #include "gelslam/sensor/frame_source.hpp"
@@ -69,7 +70,10 @@ Json message_schema(const std::string& name) {
     return object_schema(name.c_str(), properties);
   }
   properties["frame_id"] = simple_schema("string");
-  if (name == "foxglove.PoseInFrame") properties["pose"] = pose_schema();
+  if (name == "foxglove.PoseInFrame") {
+    properties["pose"] = pose_schema();
+    properties["covariance"] = array_schema(simple_schema("number"));  // ours
+  }
   if (name == "foxglove.PosesInFrame") properties["poses"] = array_schema(pose_schema());
   if (name == "foxglove.CompressedImage") {
     properties["data"] = {{"type", "string"}, {"contentEncoding", "base64"}};
@@ -249,8 +253,15 @@ class RunRecorder {
     file_.write(channels_.at(topic), nanoseconds(time_s), message.dump());
   }
   void write_pose(const char* topic, const StampedPose& p) {
+    Json covariance = Json::array();
+    if (p.covariance)
+      for (const double number : translation_first(*p.covariance, 1e-3).reshaped())
+        covariance.push_back(number);
     write(topic, p.time_s,
-          {{"timestamp", stamp(p.time_s)}, {"frame_id", "map"}, {"pose", pose_message(p.map_T_sensor)}});
+          {{"timestamp", stamp(p.time_s)},
+           {"frame_id", "map"},
+           {"pose", pose_message(p.map_T_sensor)},
+           {"covariance", std::move(covariance)}});
   }
 
   McapFile file_;

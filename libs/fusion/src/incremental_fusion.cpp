@@ -33,12 +33,6 @@ void check(const FusionOptions& o) {
     throw Error("the minimal weight has to be positive");
 }
 
-void check(const IncrementalOptions& o) {
-  if (!(o.max_displacement_mm >= 0) || !(o.max_scale_change >= 0))
-    throw Error("the live mesh's limits on changes must not be negative");
-  if (o.warm_blocks < 1) throw Error("the live mesh needs at least one warm block");
-}
-
 /// Drops islands: connected pieces (by shared vertices) whose area is below `min_area_mm2`, and those that a
 /// single keyframe shows where the largest piece is shown by several; and vertices that no triangle uses.
 /// `keyframe`: of each vertex. Order is kept.
@@ -163,7 +157,6 @@ class IncrementalFusion::Impl {
 
 IncrementalFusion::IncrementalFusion(const FusionOptions& fusion, const IncrementalOptions& options) {
   check(fusion);
-  check(options);
   impl_ = std::make_unique<Impl>(fusion, options);
 }
 IncrementalFusion::~IncrementalFusion() = default;

@@ -38,8 +38,8 @@ Session read_map(const std::filesystem::path& folder) {
   throw Error(folder.string() + ": no map; give a run folder, or a folder made by gelslam map");
 }
 
-void check_pixel_pitch(const Session& map, double pixel_pitch_mm, const std::string& name) {
-  for (const PosedSurface& patch : map.patches)
+void check_pixel_pitch(const std::vector<PosedSurface>& map, double pixel_pitch_mm, const std::string& name) {
+  for (const PosedSurface& patch : map)
     if (const double pitch_mm = patch.surface.facts().pixel_pitch_mm; pitch_mm != pixel_pitch_mm)
       throw Error(name + ": has pixels of " + short_number(pitch_mm) + " mm, not of " +
                   short_number(pixel_pitch_mm) + " mm as the sensor");

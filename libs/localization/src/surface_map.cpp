@@ -18,18 +18,18 @@ namespace localization::detail {
 constexpr int kMaxCompared = 8;  // keyframes near a pose whose overlap is computed
 
 /// A keyframe of the map.
-struct MapPlace {
+struct MapKeyframe {
   std::shared_ptr<const Keyframe> keyframe;
   Pose map_T_keyframe = Pose::Identity();
   ContactExtent extent;
 };
 
 struct Overlap {
-  const MapPlace* place = nullptr;
+  const MapKeyframe* place = nullptr;
   double share = 0;  // of the touch
 };
 
-MapPlace make_place(const PosedSurface& patch, const NormalFlowOptions& registration) {
+MapKeyframe make_place(const PosedSurface& patch, const NormalFlowOptions& registration) {
   auto keyframe = std::make_shared<Keyframe>();
   keyframe->id = patch.id;
   keyframe->surface = patch.surface;
@@ -45,12 +45,12 @@ using namespace localization::detail;
 struct SurfaceMap::Impl {
   SlamOptions options;
   LoopCloser recognition;
-  std::vector<MapPlace> places;
+  std::vector<MapKeyframe> places;
 
   explicit Impl(const SlamOptions& slam)
       : options(slam), recognition(slam.loop_closure, slam.registration, slam.verification) {}
 
-  const MapPlace& place(int keyframe_id) const;
+  const MapKeyframe& place(int keyframe_id) const;
   Overlap most_overlapping(const Surface& touch, const Pose& map_T_sensor) const;
 };
 
@@ -69,7 +69,7 @@ SurfaceMap::SurfaceMap(const std::vector<PosedSurface>& patches, const SlamOptio
     reading.step();
   });
   std::vector<Keyframe> keyframes;
-  for (const MapPlace& place : impl->places) keyframes.push_back(*place.keyframe);
+  for (const MapKeyframe& place : impl->places) keyframes.push_back(*place.keyframe);
   impl->recognition.keep(keyframes);
   reading.end();
   impl_ = std::move(impl);
@@ -79,9 +79,9 @@ SurfaceMap::~SurfaceMap() = default;
 
 int SurfaceMap::keyframe_count() const { return static_cast<int>(impl_->places.size()); }
 
-const MapPlace& SurfaceMap::Impl::place(int keyframe_id) const {
+const MapKeyframe& SurfaceMap::Impl::place(int keyframe_id) const {
   return *std::lower_bound(places.begin(), places.end(), keyframe_id,
-                           [](const MapPlace& p, int id) { return p.keyframe->id < id; });
+                           [](const MapKeyframe& p, int id) { return p.keyframe->id < id; });
 }
 
 std::vector<Pose> SurfaceMap::recognize(const Keyframe& touch) const {
@@ -92,7 +92,7 @@ std::vector<Pose> SurfaceMap::recognize(const Keyframe& touch) const {
 }
 
 std::vector<Pose> SurfaceMap::similar_places(const MapFit& fit) const {
-  const MapPlace& place = impl_->place(fit.keyframe);
+  const MapKeyframe& place = impl_->place(fit.keyframe);
   const Pose keyframe_T_sensor = place.map_T_keyframe.inverse() * fit.map_T_sensor.pose;
   std::vector<Pose> poses = recognize(*place.keyframe);
   for (Pose& pose : poses) pose = normalized(pose * keyframe_T_sensor);
@@ -103,8 +103,8 @@ std::vector<Pose> SurfaceMap::similar_places(const MapFit& fit) const {
 Overlap SurfaceMap::Impl::most_overlapping(const Surface& touch, const Pose& map_T_sensor) const {
   const std::vector<Eigen::Vector3d> points = coarse_contact_points_mm(touch);
   const ContactExtent here = extent_of(points);
-  std::vector<std::pair<double, const MapPlace*>> near;
-  for (const MapPlace& place : places) {
+  std::vector<std::pair<double, const MapKeyframe*>> near;
+  for (const MapKeyframe& place : places) {
     const Pose keyframe_T_sensor = place.map_T_keyframe.inverse() * map_T_sensor;
     if (may_overlap(place.extent, here, keyframe_T_sensor))
       near.emplace_back((keyframe_T_sensor * here.center_mm - place.extent.center_mm).norm(), &place);

@@ -128,17 +128,15 @@ class Bridge:
         yield self._status(frame)
         if frame['status'] not in ('tracked', 'localized'):
             return
-        pose, header = matrix(frame['pose']), self.frames.trial
-        if frame['status'] == 'localized':  # the pose is in the map
-            self.map_T_trial, header = np.eye(4), self.frames.map
-        else:
-            yield from self._place(frame, pose)
-        self.map_T_sensor = self.map_T_trial @ pose
-        covariance = fixed_axes(frame['covariance'], pose)
+        trial_pose, map_pose = matrix(frame['trial_pose']), matrix(frame['map_pose'])
+        yield from self._place(frame, trial_pose, map_pose)
+        self.map_T_sensor = self.map_T_trial @ trial_pose
         stamp = self._stamp_s(frame)
-        yield PoseItem(stamp, header, pose, covariance)
+        in_map = frame['component'] == self.home  # else it is known in its trial only
+        header, pose = (self.frames.map, map_pose) if in_map else (self.frames.trial, trial_pose)
+        yield PoseItem(stamp, header, pose, fixed_axes(frame['covariance'], pose))
         yield self._transform(stamp, self.frames.map, self.frames.trial, self.map_T_trial)
-        yield self._transform(stamp, self.frames.trial, self.frames.sensor, pose)
+        yield self._transform(stamp, self.frames.trial, self.frames.sensor, trial_pose)
 
     def _status(self, frame):
         text = ': '.join(word for word in (frame['status'], frame.get('reason')) if word)
@@ -147,19 +145,17 @@ class Bridge:
         return StatusItem(self._stamp_s(frame), self.frames.sensor, text,
                           1e-6 * contact['area_mm2'], center)
 
-    def _place(self, frame, pose):
+    def _place(self, frame, trial_pose, map_pose):
         """Set map_T_trial. Other components of the map than `home` have frames of their own."""
         begins, self.trial = frame['trial'] != self.trial, frame['trial']
-        map_pose = frame['map_pose']
-        if map_pose is not None and self.home is None:
+        if self.home is None:
             self.home = frame['component']
-        if map_pose is not None and frame['component'] == self.home:
-            self.map_T_trial = matrix(map_pose) @ np.linalg.inv(pose)
+        if frame['component'] == self.home:
+            self.map_T_trial = map_pose @ np.linalg.inv(trial_pose)
         elif begins:
-            self.map_T_trial = self.map_T_sensor @ np.linalg.inv(pose)
-            if self.home is not None:
-                yield Warn('trial %d is not in the map yet: it is shown where the sensor was '
-                           'last' % self.trial)
+            self.map_T_trial = self.map_T_sensor @ np.linalg.inv(trial_pose)
+            yield Warn('trial %d is not in the map yet: it is shown where the sensor was '
+                       'last' % self.trial)
 
     def _transform(self, stamp, parent, child, pose):
         if self.frames.root == 'sensor':
@@ -180,7 +176,7 @@ class Bridge:
         for keyframe in self.map['keyframes']:
             points = self.points.get(keyframe['keyframe'])
             if keyframe['component'] == self.map['shown_component'] and points is not None:
-                place = matrix(keyframe['pose'])
+                place = matrix(keyframe['map_pose'])
                 parts.append(points @ place[:3, :3].T + place[:3, 3])
         return np.concatenate(parts).astype(np.float32)
 

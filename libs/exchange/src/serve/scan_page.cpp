@@ -81,13 +81,8 @@ Json touch_json(const LiveTouch& touch, const MapSnapshot* map) {
   if (!touch.surface || touch.surface->contact_pixels == 0) return nullptr;
   const Surface& surface = *touch.surface;
   std::optional<Pose> map_T_touch;
-  if (map == nullptr) {
-    map_T_touch = touch.map_T_frame;
-    if (!map_T_touch && touch.status == TrackStatus::tracked) map_T_touch = touch.trial_T_frame;
-  } else if (const auto place = place_of(touch, touch.trial_T_frame, *map);
-             place && place->component == map->shown_component) {
-    map_T_touch = place->map_T_frame;
-  }
+  if (touch.place && (map == nullptr || touch.place->component == map->shown_component))
+    map_T_touch = touch.place->map_T_frame.pose;
   const double scale = map != nullptr ? map->gradient_scale.mean() : 1;
   const CameraModel camera = surface.camera();
   const cv::Size size = surface.contact.size();

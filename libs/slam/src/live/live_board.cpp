@@ -4,11 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/core/text.hpp"
-#include "gelslam/slam/trial_drift.hpp"
+#include "gelslam/slam/trajectory_uncertainty.hpp"
 
 namespace gelslam::slam::detail {
 namespace {
@@ -16,14 +17,6 @@ namespace {
 constexpr std::chrono::seconds kMeterWindow{3};
 
 double seconds(LiveClock::duration duration) { return std::chrono::duration<double>(duration).count(); }
-
-/// Trials with a keyframe in the shown component.
-std::set<int> shown_trials(const MapSnapshot& map) {
-  std::set<int> trials;
-  for (const MapSnapshot::Node& node : map.nodes)
-    if (node.component == map.shown_component) trials.insert(node.trial);
-  return trials;
-}
 
 }  // namespace
 
@@ -132,16 +125,12 @@ void LiveBoard::set_touch(LiveTouch touch, const std::string& why_lost, LiveCloc
   const std::lock_guard lock(mutex_);
   if (!touch_ || touch_->trial != newest->trial) why_lost_ = why_lost;
   touch_ = std::move(newest);
-  look_up_sigma();
   meter_.posed(now, 1000.0 * seconds(now - captured));
 }
 
 void LiveBoard::set_map(std::shared_ptr<const MapSnapshot> newest) {
-  std::set<int> trials = shown_trials(*newest);
   const std::lock_guard lock(mutex_);
   map_ = std::move(newest);
-  shown_trials_ = std::move(trials);
-  look_up_sigma();
   status_.keyframes = static_cast<int>(map_->nodes.size());
   status_.loops = static_cast<int>(std::count_if(
       map_->edges.begin(), map_->edges.end(), [](const auto& edge) { return edge.kind == EdgeKind::loop; }));
@@ -163,13 +152,7 @@ bool LiveBoard::has_contact() const {
 /// What is touched now belongs to the shown map. A trial that the mapper has not seen yet counts as joined as
 /// long as there is nothing it could be joined to.
 bool LiveBoard::joined() const {
-  return touch_->trial >= 0 && (shown_trials_.empty() || shown_trials_.contains(touch_->trial));
-}
-
-/// What the map does not say yet stays as it was.
-void LiveBoard::look_up_sigma() {
-  const MapSnapshot::Node* node = touch_ ? map_->find(touch_->keyframe) : nullptr;
-  if (node != nullptr && node->sigma_mm >= 0) sigma_mm_ = node->sigma_mm;
+  return touch_->place && (map_->shown_component < 0 || touch_->place->component == map_->shown_component);
 }
 
 void LiveBoard::describe_touch(LiveStatus& status) const {
@@ -180,7 +163,7 @@ void LiveBoard::describe_touch(LiveStatus& status) const {
     status.track = TrackStatus::tracked;
     status.state = "tracking";
     status.reason = touch_->doubt;
-    const double drift_mm = 2 * sigma_mm_;
+    const double drift_mm = 2 * touch_->place->map_T_frame.worst_sigma_mm();
     if (drift_mm <= kLargeDriftMm) return;
     append_sentence(status.reason, fmt::format("may be off by {:.1f} mm", drift_mm));
     status.advice = "return to the start";

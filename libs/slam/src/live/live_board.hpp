@@ -4,7 +4,6 @@
 #include <deque>
 #include <mutex>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -71,7 +70,6 @@ class LiveBoard {
   };
 
   bool has_contact() const;
-  void look_up_sigma();
   bool joined() const;
   void describe_touch(LiveStatus& status) const;
 
@@ -83,9 +81,7 @@ class LiveBoard {
   LiveMeter meter_;
   std::shared_ptr<const LiveTouch> touch_;
   std::string why_lost_;
-  double sigma_mm_ = 0;  // of the place of what is touched, as far as the map knows
   std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
-  std::set<int> shown_trials_;
 };
 
 /// Puts on the board what is done while finishing, and how far it is.

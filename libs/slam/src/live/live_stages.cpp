@@ -89,12 +89,18 @@ void TrackingStage::handle(const SurfacedFrame& frame) {
   const TrackedFrame tracked =
       context_.slam->track(so_far.next_frame() + image.index, so_far.next_time_s() + image.time_s,
                            frame.surface, context_.timer, image.unix_us);
-  stream(tracked, frame);
+  const std::shared_ptr<const MapSnapshot> map = context_.board.map();
+  const FrameRecord record = record_of(tracked);
+  newer_.insert(newer_.end(), tracked.new_keyframes.begin(), tracked.new_keyframes.end());
+  std::erase_if(newer_, [&](const NewKeyframe& added) { return map->find(added.keyframe->id) != nullptr; });
+  const std::optional<MapPlace> place = map->pose_of(record, newer_);
+  if (context_.options.stream)
+    context_.options.stream->write({tracked, frame.surface.get(), place, 0, image.bgr}, *map);
   if (frame.surface)
     context_.timer.add("capture to pose",
                        std::chrono::duration<double, std::milli>(LiveClock::now() - frame.captured).count());
-  if (tracked.status == TrackStatus::tracked) hidden_.pass(tracked.trial, tracked.registration.observable);
-  LiveTouch touch{record_of(tracked), image.bgr, frame.surface, tracked.trial_T_frame, hidden_.words()};
+  if (tracked.status == TrackStatus::tracked) hidden_.pass(record);
+  LiveTouch touch{record, image.bgr, frame.surface, hidden_.words(), place};
   const std::string why_lost = tracked.status == TrackStatus::lost
                                    ? std::string(describe(tracked.registration.status))
                                    : std::string();
@@ -105,13 +111,6 @@ void TrackingStage::handle(const SurfacedFrame& frame) {
 /// To the mapper.
 void TrackingStage::hand_on(const std::vector<NewKeyframe>& keyframes) {
   for (const NewKeyframe& added : keyframes) context_.keyframes.push_beyond_limit(added);
-}
-
-void TrackingStage::stream(const TrackedFrame& tracked, const SurfacedFrame& frame) {
-  if (!context_.options.stream) return;
-  FrameReport report{tracked, frame.surface.get()};
-  report.picture = frame.image.bgr;
-  context_.options.stream->write(std::move(report), *context_.board.map());
 }
 
 void FusionStage::set_map(std::shared_ptr<const MapSnapshot> map) {
@@ -145,7 +144,7 @@ void FusionStage::run() {
   }
 }
 
-/// A patch that cannot be fused is reported; fusion goes on without it.
+/// A patch that cannot be fused is reported; fusion goes on without it, at once.
 bool FusionStage::work() {
   const auto scope = context_.timer.measure("fusion");
   try {
@@ -154,7 +153,7 @@ bool FusionStage::work() {
     return work_left;
   } catch (const Error& error) {
     context_.board.warn(error.what());
-    return false;
+    return true;
   }
 }
 
@@ -189,7 +188,6 @@ void MappingStage::run() {
     }
     if (context_.keyframes.size() == 0 && optimize_if_due()) changed = true;
     if (!changed) continue;
-    if (context_.keyframes.size() == 0) assess_if_due();
     publish();
   }
 }
@@ -204,18 +202,6 @@ void MappingStage::publish() {
 /// Without a keyframe.
 LiveClock::time_point MappingStage::next_work() {
   return mapper().has_new_loops() ? next_optimization_ : LiveClock::now() + std::chrono::hours(1);
-}
-
-/// For at most a twentieth of the time.
-void MappingStage::assess_if_due() {
-  const LiveClock::time_point start = LiveClock::now();
-  if (start < next_assessment_) return;
-  {
-    const auto scope = context_.timer.measure("uncertainty");
-    mapper().assess();
-  }
-  const LiveClock::time_point end = LiveClock::now();
-  next_assessment_ = end + std::max<LiveClock::duration>(std::chrono::milliseconds(500), 19 * (end - start));
 }
 
 /// A full solve moves the whole map, and the mesh has to follow: only after new loops, and for at most a

@@ -16,7 +16,7 @@
 #include "gelslam/slam/gel_slam.hpp"
 #include "gelslam/slam/live_slam.hpp"
 #include "gelslam/slam/surface_stream.hpp"
-#include "gelslam/slam/trial_drift.hpp"
+#include "gelslam/slam/trajectory_uncertainty.hpp"
 #include "live/live_board.hpp"
 
 // Each stage runs on a thread of its own until its queue is closed and empty.
@@ -89,10 +89,10 @@ class TrackingStage {
   void handle(const SurfacedFrame& frame);
   void handle(BreakTrial) { hand_on(context_.slam->end_tracking()); }
   void hand_on(const std::vector<NewKeyframe>& keyframes);
-  void stream(const TrackedFrame& tracked, const SurfacedFrame& frame);
 
   LiveContext& context_;
   HiddenMotions hidden_;
+  std::vector<NewKeyframe> newer_;  // that the newest map does not have yet
 };
 
 /// Updates the displayed mesh to the newest map in short steps and skips maps that arrive faster.
@@ -133,11 +133,10 @@ class MappingStage {
   void publish();
   LiveClock::time_point next_work();
   bool optimize_if_due();
-  void assess_if_due();
 
   LiveContext& context_;
   FusionStage& fusion_;
-  LiveClock::time_point next_optimization_ = LiveClock::now(), next_assessment_ = next_optimization_;
+  LiveClock::time_point next_optimization_ = LiveClock::now();
 };
 
 }  // namespace gelslam::slam::detail

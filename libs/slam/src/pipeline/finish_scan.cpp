@@ -148,7 +148,7 @@ void count(const Run& run, RunReport& report) {
   report.loops = map.loops;
   const std::vector<bool>& outlier = map.solution.edge_outlier;
   report.loop_outliers = static_cast<int>(std::count(outlier.begin(), outlier.end(), true));
-  report.gradient_scale = {map.gradient_scale.x, map.gradient_scale.y};
+  report.gradient_scale = {map.gradient_scale().x, map.gradient_scale().y};
   report.mesh.vertices = run.mesh.vertices_mm.size();
   report.mesh.triangles = run.mesh.triangles.size();
   report.reservations = reservations(map, report);
@@ -158,7 +158,7 @@ void count(const Run& run, RunReport& report) {
 
 Mesh fuse_map(const SlamMap& map, const FusionOptions& options, ProgressSink* progress,
               std::int64_t* islands) {
-  return fuse(posed_surfaces(map), options, map.gradient_scale.mean(), progress, islands);
+  return fuse(posed_surfaces(snapshot_of(map)), options, map.gradient_scale().mean(), progress, islands);
 }
 
 Run finish_scan(const Config& config, SlamMap map, RunReport report, StageTimer& timer,

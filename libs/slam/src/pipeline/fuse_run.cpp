@@ -39,19 +39,10 @@ void write_fused(const fs::path& folder, const Config& config, const Mesh& mesh,
   if (report) write_file_atomically(folder / "report.json", report_json(*report));
 }
 
-/// How much of the map is in the mesh; what lies outside the map is not.
-double in_mesh_cm2(const Session& session, const Mesh& mesh, const FusionOptions& options) {
-  MapSnapshot map;
-  map.gradient_scale = {session.gradient_scale, session.gradient_scale};
-  for (const PosedSurface& patch : session.patches)
-    map.nodes.push_back(
-        {.keyframe = patch.id, .component_T_keyframe = patch.map_T_keyframe, .surface = patch.surface});
-  return touched_surface(map, mesh, options).in_mesh_cm2;
-}
-
 /// All of a run but its logs, which are large, and what does not belong to a run.
 void copy_run(const fs::path& from, const fs::path& to) {
-  for (const char* entry : {"trajectory.tum", "keyframes.tum", "pose_graph.g2o", "loop_outliers.g2o"}) {
+  for (const char* entry :
+       {"trajectory.tum", "covariances.npy", "keyframes.tum", "pose_graph.g2o", "loop_outliers.g2o"}) {
     std::error_code code;
     if (!fs::exists(from / entry, code)) continue;
     fs::copy(from / entry, to / entry, code);
@@ -106,16 +97,16 @@ FuseSummary fuse_run(const FuseRequest& request, ProgressSink& progress,
   const std::optional<Session> session = find_session(request.run);
   if (!session || !session->warning.empty() || is_unfinished(request.run))
     return finish_killed(request, config, target, progress, stop_requested);
-  if (session->patches.empty()) throw Error(request.run.string() + ": holds no keyframe to fuse");
+  if (session->nodes.empty()) throw Error(request.run.string() + ": holds no keyframe to fuse");
   RunReport::MeshSize size;
-  const Mesh mesh =
-      fuse(session->patches, config.slam.fusion, session->gradient_scale, &progress, &size.islands_left_out);
+  const Mesh mesh = fuse(posed_surfaces(*session), config.slam.fusion, session->gradient_scale.mean(),
+                         &progress, &size.islands_left_out);
   size.vertices = mesh.vertices_mm.size();
   size.triangles = mesh.triangles.size();
   std::optional<RunReport> report = find_report(request.run);
   if (report) {
     report->mesh = size;
-    report->touched.in_mesh_cm2 = in_mesh_cm2(*session, mesh, config.slam.fusion);
+    report->touched.in_mesh_cm2 = touched_surface(*session, mesh, config.slam.fusion).in_mesh_cm2;
   }
   if (stop_requested()) throw Error("stopped; nothing was changed");
   const auto write = [&](const fs::path& folder) { write_fused(folder, config, mesh, report); };
@@ -126,7 +117,7 @@ FuseSummary fuse_run(const FuseRequest& request, ProgressSink& progress,
   } else {
     replace_results(request.run, write, nullptr);
   }
-  return {session->patches.size(), size, report.value_or(RunReport()).touched, false};
+  return {session->nodes.size(), size, report.value_or(RunReport()).touched, false};
 }
 
 }  // namespace gelslam

@@ -1,5 +1,6 @@
 #include "gelslam/slam/gel_slam.hpp"
 
+#include "gelslam/core/error.hpp"
 #include "gelslam/slam/store.hpp"
 
 namespace gelslam {
@@ -26,6 +27,8 @@ void GelSlam::end_trial(StageTimer& timer) {
 
 TrackedFrame GelSlam::track(std::int64_t frame, double time_s, SurfacePtr surface, StageTimer& timer,
                             std::int64_t unix_us) {
+  if (frame >= kMaxScanFrames)
+    throw Error("the scan is as long as a session can be; what comes now needs a scan of its own");
   TrackedFrame tracked;
   {
     std::optional<StageTimer::Scope> scope;

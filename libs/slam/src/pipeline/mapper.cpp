@@ -1,6 +1,7 @@
 #include "gelslam/slam/mapper.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 #include <set>
 #include <utility>
@@ -11,7 +12,6 @@
 #include "gelslam/core/median.hpp"
 #include "gelslam/slam/refinement.hpp"
 #include "gelslam/slam/trajectory_uncertainty.hpp"
-#include "gelslam/slam/trial_drift.hpp"
 
 namespace gelslam {
 
@@ -41,29 +41,29 @@ int first_continuing(const ScanRecord& scan) {
 }
 
 /// The keyframes whose places relative to each other are known (tells_place()), by id. Of several such groups
-/// the one that had most `frames` before keyframe `continuing` came; the oldest of equals.
-std::vector<bool> placed_keyframes(const std::vector<PoseGraphEdge>& edges, const PoseGraphSolution& solution,
+/// the one that had most `frames` before keyframe `continuing` came; the oldest of equals. `map`: of `edges`.
+std::vector<bool> placed_keyframes(const std::vector<PoseGraphEdge>& edges, const MapSnapshot& map,
                                    const std::vector<int>& frames, int continuing) {
   UnionFind groups(static_cast<int>(frames.size()));
   const auto join = [&](bool continues) {
     for (std::size_t i = 0; i < edges.size(); ++i) {
       const int from = edges[i].from, to = edges[i].to;
-      if ((std::max(from, to) >= continuing) == continues && !solution.edge_outlier[i] &&
+      if ((std::max(from, to) >= continuing) == continues && !map.edges[i].outlier &&
           groups.root(from) != groups.root(to) && tells_place(edges[i]))
         groups.join(from, to);
     }
   };
   join(false);
   std::map<int, int> per_group;
-  for (const auto& [id, component] : solution.component_of_node)
-    if (id < continuing) per_group[groups.root(id)] += frames[index(id)];
+  for (const auto& node : map.nodes)
+    if (node.keyframe < continuing) per_group[groups.root(node.keyframe)] += frames[index(node.keyframe)];
   join(true);
   std::vector<bool> placed(frames.size(), false);
   if (per_group.empty()) return placed;
   const auto largest = std::max_element(per_group.begin(), per_group.end(),
                                         [](const auto& a, const auto& b) { return a.second < b.second; });
-  for (const auto& [id, component] : solution.component_of_node)
-    placed[index(id)] = groups.root(id) == groups.root(largest->first);
+  for (const auto& node : map.nodes)
+    placed[index(node.keyframe)] = groups.root(node.keyframe) == groups.root(largest->first);
   return placed;
 }
 
@@ -89,6 +89,13 @@ std::vector<PoseGraphEdge> chosen(const std::vector<PoseGraphEdge>& edges, const
   return kept;
 }
 
+/// Where a solve of all poses starts.
+std::map<int, Pose> poses_of(const MapSnapshot& map) {
+  std::map<int, Pose> poses;
+  for (const MapSnapshot::Node& node : map.nodes) poses.emplace(node.keyframe, node.component_T_keyframe);
+  return poses;
+}
+
 /// Solves for all poses, and for the gradient scale if asked to.
 PoseGraphSolution solve_poses(const std::map<int, Pose>& initial, const std::vector<PoseGraphEdge>& edges,
                               double scale_sigma, const SlamOptions& options) {
@@ -96,13 +103,6 @@ PoseGraphSolution solve_poses(const std::map<int, Pose>& initial, const std::vec
   return options.gradient_scale.estimate
              ? solve_with_gradient_scale(initial, edges, options.pose_graph, scale_sigma)
              : solve_pose_graph(initial, edges, options.pose_graph);
-}
-
-/// 1 where it was not estimated.
-GradientScale gradient_scale_of(const PoseGraphSolution& solution) {
-  const Eigen::VectorXd& factors = solution.shared_unknowns;
-  if (factors.size() == 0) return {};
-  return {1.0 / (1.0 - factors[0]), 1.0 / (1.0 - factors[3])};
 }
 
 /// Leaves out what contradicts the other edges, and solves for all poses.
@@ -134,7 +134,7 @@ int choose_map_and_anchor(SlamMap& map) {
   for (const auto& [id, component] : map.solution.component_of_node) components.insert(component);
   map.components = static_cast<int>(components.size());
   const int continuing = first_continuing(map);
-  map.in_map = placed_keyframes(map.solved_edges, map.solution,
+  map.in_map = placed_keyframes(map.solved_edges, snapshot_of(map, map.solved_edges, map.solution, {}),
                                 tracked_frames(map.frames, map.keyframes.size()), continuing);
   const int anchor = choose_anchor(map.keyframes, map.in_map, continuing);
   map.anchor_frame = map.keyframes[index(anchor)]->frame;
@@ -152,28 +152,15 @@ std::vector<PoseGraphEdge> Mapper::add_keyframe(const NewKeyframe& added, bool s
   const int id = keyframe->id;
   measured_.keyframes.resize(static_cast<std::size_t>(id) + 1);
   measured_.keyframes.back() = keyframe;
-  chain(id, added.edge);
+  if (added.edge)
+    for (auto* edges : {&measured_.edges, &live_edges_}) edges->push_back(*added.edge);
+  live_.add(added, options_.gradient_scale);
   measured_.searched.resize(measured_.keyframes.size());
   if (!search_loops || keyframe->is_patch) return {};
   measured_.searched.back() = true;
   std::vector<PoseGraphEdge> loops = this->search_loops(*keyframe);
   measured_.edges.insert(measured_.edges.end(), loops.begin(), loops.end());
   return loops;
-}
-
-/// The live map has the keyframe where its link puts it, until loops move it.
-void Mapper::chain(int id, const std::optional<PoseGraphEdge>& edge) {
-  live_.component_T_node[id] = Pose::Identity();
-  live_.component_of_node[id] = id;
-  ++version_;
-  if (!edge) return;
-  measured_.edges.push_back(*edge);
-  live_edges_.push_back(*edge);
-  live_.edge_residual.push_back(0);
-  live_.edge_outlier.push_back(false);
-  live_.component_T_node[id] =
-      live_.component_T_node.at(edge->from) * scale_corrected(*edge, live_.shared_unknowns);
-  live_.component_of_node[id] = live_.component_of_node.at(edge->from);
 }
 
 std::vector<PoseGraphEdge> Mapper::search_loops(const Keyframe& keyframe) {
@@ -184,8 +171,7 @@ std::vector<PoseGraphEdge> Mapper::search_loops(const Keyframe& keyframe) {
 }
 
 std::map<int, std::vector<PoseGraphEdge>> Mapper::restore(const ScanRecord& record) {
-  measured_ = record;
-  measured_.frames.clear();
+  measured_ = {record.parts, record.keyframes, record.edges, record.searched};
   new_loops_ = static_cast<int>(record.edges.size());
   for (const auto& keyframe : record.keyframes)
     if (keyframe && record.searched[index(keyframe->id)]) restored_.push_back(*keyframe);
@@ -201,60 +187,49 @@ std::map<int, std::vector<PoseGraphEdge>> Mapper::restore(const ScanRecord& reco
   // As if all had been found in one go.
   std::stable_sort(measured_.edges.begin(), measured_.edges.end(),
                    [](const auto& a, const auto& b) { return a.to < b.to; });
-  live_.component_T_node = chained_links();
-  for (const auto& [id, pose] : live_.component_T_node) live_.component_of_node[id] = id;
+  live_ = chained();
+  std::ranges::copy_if(measured_.edges, std::back_inserter(live_edges_),
+                       [](const PoseGraphEdge& edge) { return edge.kind == EdgeKind::odometry; });
   return found;
 }
 
-/// Where a solve of all poses starts: every keyframe where its links put it.
-std::map<int, Pose> Mapper::chained_links() const {
-  std::map<int, Pose> poses;
-  for (const auto& keyframe : measured_.keyframes)
-    if (keyframe) poses[keyframe->id] = Pose::Identity();
+/// Every keyframe where its links put it.
+MapSnapshot Mapper::chained() const {
+  std::map<int, PoseGraphEdge> links;
   for (const PoseGraphEdge& edge : measured_.edges)
-    if (edge.kind == EdgeKind::odometry) poses.at(edge.to) = poses.at(edge.from) * edge.from_T_to;
-  return poses;
+    if (edge.kind == EdgeKind::odometry) links.emplace(edge.to, edge);
+  MapSnapshot map;
+  for (const auto& keyframe : measured_.keyframes) {
+    if (!keyframe) continue;
+    const auto link = links.find(keyframe->id);
+    map.add({keyframe, link == links.end() ? std::nullopt : std::optional(link->second)},
+            options_.gradient_scale);
+  }
+  return map;
 }
 
 void Mapper::optimize() {
   const double scale_sigma = gradient_scale_sigma(measured_.keyframes, options_.gradient_scale);
   live_edges_ = chosen(measured_.edges, consistent_edges(measured_.edges, scale_sigma));
-  live_ = solve_poses(live_.component_T_node, live_edges_, scale_sigma, options_);
+  const PoseGraphSolution solution = solve_poses(poses_of(live_), live_edges_, scale_sigma, options_);
+  const std::uint64_t version = live_.version + 1;
+  live_ = snapshot_of(measured_, live_edges_, solution, covariances(live_edges_, solution, -1));
+  live_.version = version;
   new_loops_ = 0;
-  ++version_;
 }
 
-std::map<int, Matrix6d> Mapper::covariances(const std::vector<PoseGraphEdge>& edges,
-                                            const PoseGraphSolution& solution, int gauge) const {
+PoseCovariances Mapper::covariances(const std::vector<PoseGraphEdge>& edges,
+                                    const PoseGraphSolution& solution, int anchor) const {
   const double scale_sigma = options_.gradient_scale.estimate
                                  ? gradient_scale_sigma(measured_.keyframes, options_.gradient_scale)
                                  : 0.0;
-  return pose_covariances(edges, solution, gauge, options_.pose_graph, scale_sigma);
-}
-
-/// By id, in the live map.
-std::vector<bool> Mapper::placed() const {
-  return placed_keyframes(live_edges_, live_, std::vector<int>(measured_.keyframes.size(), 1),
-                          first_continuing(measured_));
-}
-
-void Mapper::assess() {
-  sigma_mm_.clear();
-  if (live_.component_of_node.empty()) return;
-  const std::vector<bool> in_map = placed();
-  const auto first = static_cast<int>(std::find(in_map.begin(), in_map.end(), true) - in_map.begin());
-  const int gauge = live_.component_of_node.at(first);
-  for (const auto& [id, covariance] : covariances(live_edges_, live_, gauge))
-    sigma_mm_[id] = worst_sigma(covariance.bottomRightCorner<3, 3>());
+  return pose_covariances(edges, solution, anchor, options_.pose_graph, scale_sigma);
 }
 
 MapSnapshot Mapper::snapshot() const {
-  MapSnapshot snapshot = snapshot_of(measured_, live_edges_, live_, placed());
-  snapshot.version = version_;
-  snapshot.gradient_scale = gradient_scale_of(live_);
-  for (MapSnapshot::Node& node : snapshot.nodes)
-    if (const auto sigma = sigma_mm_.find(node.keyframe); sigma != sigma_mm_.end())
-      node.sigma_mm = sigma->second;
+  MapSnapshot snapshot = live_;
+  show(snapshot, placed_keyframes(live_edges_, live_, std::vector<int>(measured_.keyframes.size(), 1),
+                                  first_continuing(measured_)));
   return snapshot;
 }
 
@@ -276,7 +251,7 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
                        const std::function<bool()>& stop_requested, ProgressSink* progress) const {
   ParallelProgress closing(progress, "closing loops", kOverlapRounds * measured_.keyframes.size());
   SlamMap map = measured_map(frames);
-  const std::map<int, Pose> initial = chained_links();
+  const std::map<int, Pose> initial = poses_of(chained());
   if (initial.empty()) {
     closing.end();
     return map;
@@ -286,10 +261,9 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
   if (refine && options_.refinement.max_pairs_per_keyframe > 0)
     add_overlap_edges(map, scale_sigma, options_, stop_requested, closing);
   closing.end();
-  map.gradient_scale = gradient_scale_of(map.solution);
   const int anchor = choose_map_and_anchor(map);
-  map.uncertainty =
-      trajectory_uncertainty(map.frames, map.in_map, covariances(map.solved_edges, map.solution, anchor));
+  map.covariances = covariances(map.solved_edges, map.solution, anchor);
+  map.uncertainty = trajectory_uncertainty(map.frames, snapshot_of(map));
   return map;
 }
 

@@ -1,6 +1,5 @@
 #include "gelslam/slam/merge_scans.hpp"
 
-#include <algorithm>
 #include <chrono>
 #include <memory>
 #include <utility>
@@ -51,35 +50,30 @@ void append(ScanRecord& all, const ScanRecord& next) {
   }
 }
 
-std::vector<Keyframe> present(const ScanRecord& record, int from) {
-  std::vector<Keyframe> keyframes;
-  for (std::size_t id = index(from); id < record.keyframes.size(); ++id)
-    if (record.searched[id]) keyframes.push_back(*record.keyframes[id]);
-  return keyframes;
-}
-
 /// One record of all, with the loops between them.
 ScanRecord joined(const std::vector<ScanRecord>& records, const SlamOptions& options, ProgressSink& progress,
                   const std::function<bool()>& stop_requested) {
   LoopCloser closer(options.loop_closure, options.registration, options.verification);
   ScanRecord all;
   for (const ScanRecord& record : records) {
-    const int known = all.last_keyframe() + 1;
+    const std::size_t known = all.keyframes.size();
     append(all, record);
-    const std::vector<Keyframe> added = present(all, known);
+    std::vector<Keyframe> added;
+    for (std::size_t id = known; id < all.keyframes.size(); ++id)
+      if (all.searched[id]) added.push_back(*all.keyframes[id]);
     if (known > 0) {
-      std::vector<std::vector<PoseGraphEdge>> loops(added.size());
       std::int64_t done = 0;
       progress.begin("looking for common places", static_cast<std::int64_t>(added.size()));
-      for (std::size_t i = 0; i < added.size() && !stop_requested(); ++i) {
-        loops[i] = closer.recognize(added[i]);
+      for (const Keyframe& keyframe : added) {
+        // A session has no way to tell of common places that were not looked for.
+        if (stop_requested()) throw Error("stopped; nothing was written");
+        std::vector<PoseGraphEdge> loops = closer.recognize(keyframe);
+        if (loops.size() > index(options.loop_closure.max_constraints))
+          loops.resize(index(options.loop_closure.max_constraints));
+        all.edges.insert(all.edges.end(), loops.begin(), loops.end());
         progress.update(++done);
       }
       progress.end();
-      for (const auto& of_keyframe : loops)
-        for (std::size_t i = 0; i < std::min(of_keyframe.size(), index(options.loop_closure.max_constraints));
-             ++i)
-          all.edges.push_back(of_keyframe[i]);
     }
     closer.keep(added);
   }

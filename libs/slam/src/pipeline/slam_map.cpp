@@ -16,9 +16,19 @@ FrameRecord record_of(const TrackedFrame& tracked) {
                      tracked.trial,
                      tracked.keyframe ? tracked.keyframe->id : -1,
                      tracked.keyframe_T_frame};
-  if (tracked.status == TrackStatus::tracked) record.observable = tracked.registration.observable;
   record.unix_us = tracked.unix_us;
+  if (tracked.status != TrackStatus::tracked) return record;
+  record.observable = tracked.registration.observable;
+  if (tracked.keyframe->frame == tracked.frame) return record;
+  const PoseGraphEdge edge = odometry_edge(record.keyframe, -1, tracked.registration);
+  record.covariance = symmetric(uncertain_motion(edge).from_T_to.covariance);
+  record.shared_center_mm = edge.shared_center_mm;
   return record;
+}
+
+UncertainMotion FrameRecord::keyframe_T_frame_measured() const {
+  return {{keyframe_T_frame, covariance},
+          motion_by_gradient_scale({.from_T_to = keyframe_T_frame, .shared_center_mm = shared_center_mm})};
 }
 
 std::optional<std::int64_t> ScanRecord::start_unix_us() const {
@@ -43,10 +53,81 @@ const MapSnapshot::Node* MapSnapshot::find(int keyframe) const {
   return node != nodes.end() && node->keyframe == keyframe ? &*node : nullptr;
 }
 
-const MapSnapshot::Node* MapSnapshot::newest_of(int trial) const {
-  const auto node =
-      std::find_if(nodes.rbegin(), nodes.rend(), [trial](const Node& n) { return n.trial == trial; });
-  return node != nodes.rend() ? &*node : nullptr;
+GradientScale gradient_scale_of(const Eigen::VectorXd& factors) {
+  if (factors.size() == 0) return {};
+  return {1.0 / (1.0 - factors[0]), 1.0 / (1.0 - factors[3])};
+}
+
+std::optional<MapSnapshot::Located> MapSnapshot::locate(int keyframe, const UncertainMotion& keyframe_T_frame,
+                                                        std::span<const NewKeyframe> newer) const {
+  UncertainMotion map_T_frame = keyframe_T_frame.corrected(scale_factors);
+  for (auto added = newer.rbegin();; ++added) {
+    if (const Node* node = find(keyframe))
+      return Located{compose({{node->component_T_keyframe, node->covariance}, node->by_scale}, map_T_frame),
+                     node->component};
+    while (added != newer.rend() && added->keyframe->id != keyframe) ++added;
+    if (added == newer.rend()) return std::nullopt;
+    if (!added->edge) return Located{map_T_frame, keyframe};
+    map_T_frame = compose(uncertain_motion(*added->edge).corrected(scale_factors), map_T_frame);
+    keyframe = added->edge->from;
+  }
+}
+
+void MapSnapshot::add(const NewKeyframe& added, const GradientScaleOptions& options) {
+  const Keyframe& keyframe = *added.keyframe;
+  if (nodes.empty() && options.estimate)
+    scale_covariance = prior_scale_covariance(options.sigma * keyframe.surface.facts().model_sigma);
+  const auto [motion, component] = locate(keyframe.id, {}, {&added, 1}).value();
+  nodes.push_back({.keyframe = keyframe.id,
+                   .frame = keyframe.frame,
+                   .trial = keyframe.trial,
+                   .component = component,
+                   .component_T_keyframe = normalized(motion.from_T_to.pose),
+                   .surface = keyframe.surface,
+                   .covariance = motion.from_T_to.covariance,
+                   .by_scale = motion.by_scale});
+  if (added.edge) edges.push_back({added.edge->from, added.edge->to, added.edge->kind, false});
+  ++version;
+}
+
+namespace {
+
+/// With what large turns do to the translation: the frame lies off by V(w) p of its perturbation (w, p), to
+/// second order p + w x p / 2. A ball that was rolled without its turning being seen is off along z as well,
+/// although to first order z was read. The moments are those of a normal distribution.
+Matrix6d with_second_order(Matrix6d covariance) {
+  const Matrix6d first = covariance;
+  const auto moment = [&first](int a, int b, int c, int d) {
+    return first(a, b) * first(c, d) + first(a, c) * first(b, d) + first(a, d) * first(b, c);
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    const int w1 = (axis + 1) % 3, w2 = (axis + 2) % 3, p1 = 3 + w1, p2 = 3 + w2;
+    covariance(3 + axis, 3 + axis) +=
+        0.25 * (moment(w1, w1, p2, p2) + moment(w2, w2, p1, p1) - 2 * moment(w1, w2, p1, p2));
+  }
+  return covariance;
+}
+
+}  // namespace
+
+std::optional<MapPlace> MapSnapshot::pose_of(const FrameRecord& frame,
+                                             std::span<const NewKeyframe> newer) const {
+  const auto located = locate(frame.keyframe, frame.keyframe_T_frame_measured(), newer);
+  if (!located) return std::nullopt;
+  const auto& [place, component] = *located;
+  return MapPlace{
+      {normalized(place.from_T_to.pose), with_second_order(place.total_covariance(scale_covariance))},
+      component};
+}
+
+std::optional<MapPlace> TrialMap::add(const TrackedFrame& frame) {
+  for (const NewKeyframe& added : frame.new_keyframes) {
+    if (!added.edge) map_ = {};
+    map_.add(added, options_);
+    map_.nodes.back().surface = {};  // nobody asks for it
+  }
+  if (frame.status != TrackStatus::tracked) return std::nullopt;
+  return map_.pose_of(record_of(frame));
 }
 
 std::vector<PosedSurface> posed_surfaces(const MapSnapshot& map) {
@@ -57,28 +138,40 @@ std::vector<PosedSurface> posed_surfaces(const MapSnapshot& map) {
 }
 
 MapSnapshot snapshot_of(const ScanRecord& scan, const std::vector<PoseGraphEdge>& edges,
-                        const PoseGraphSolution& solution, const std::vector<bool>& placed) {
+                        const PoseGraphSolution& solution, PoseCovariances covariances) {
   MapSnapshot snapshot;
   for (const auto& [id, component] : solution.component_of_node) {
     const Keyframe& keyframe = *scan.keyframes[index(id)];
+    const UncertainMotion& motion = covariances.component_T_node[id];
     snapshot.nodes.push_back({.keyframe = id,
                               .frame = keyframe.frame,
                               .trial = keyframe.trial,
                               .component = component,
                               .component_T_keyframe = solution.component_T_node.at(id),
                               .surface = keyframe.surface,
-                              .trial_T_keyframe = keyframe.trial_T_keyframe,
-                              .placed = placed[index(id)]});
-    if (placed[index(id)]) snapshot.shown_component = component;
+                              .placed = false,
+                              .covariance = motion.from_T_to.covariance,
+                              .by_scale = motion.by_scale});
   }
   for (std::size_t i = 0; i < solution.edge_outlier.size(); ++i)
     snapshot.edges.push_back({edges[i].from, edges[i].to, edges[i].kind, solution.edge_outlier[i]});
+  snapshot.gradient_scale = gradient_scale_of(solution.shared_unknowns);
+  snapshot.scale_factors = solution.shared_unknowns;
+  snapshot.scale_covariance = covariances.scale;
   return snapshot;
 }
 
+void show(MapSnapshot& map, const std::vector<bool>& placed) {
+  map.shown_component = -1;
+  for (MapSnapshot::Node& node : map.nodes) {
+    node.placed = placed[index(node.keyframe)];
+    if (node.placed) map.shown_component = node.component;
+  }
+}
+
 MapSnapshot snapshot_of(const SlamMap& map) {
-  MapSnapshot snapshot = snapshot_of(map, map.solved_edges, map.solution, map.in_map);
-  snapshot.gradient_scale = map.gradient_scale;
+  MapSnapshot snapshot = snapshot_of(map, map.solved_edges, map.solution, map.covariances);
+  show(snapshot, map.in_map);
   for (MapSnapshot::Node& node : snapshot.nodes)
     if (node.component == snapshot.shown_component)
       node.component_T_keyframe = map.anchor_T_keyframe(node.keyframe);
@@ -86,14 +179,15 @@ MapSnapshot snapshot_of(const SlamMap& map) {
 }
 
 std::vector<StampedPose> SlamMap::trajectory() const {
+  const MapSnapshot map = snapshot_of(*this);
   const std::vector<double> stamps = stamps_s();
   std::vector<StampedPose> poses;
   for (std::size_t i = 0; i < frames.size(); ++i)
-    if (const FrameRecord& f = frames[i]; has_pose(f))
-      poses.push_back({stamps[i], anchor_T_keyframe(f.keyframe) * f.keyframe_T_frame});
+    if (has_pose(frames[i])) {
+      const UncertainPose place = map.pose_of(frames[i])->map_T_frame;
+      poses.push_back({stamps[i], place.pose, place.covariance});
+    }
   return poses;
 }
-
-std::vector<PosedSurface> posed_surfaces(const SlamMap& map) { return posed_surfaces(snapshot_of(map)); }
 
 }  // namespace gelslam

@@ -4,10 +4,11 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <utility>
 
 #include "gelslam/core/text.hpp"
-#include "gelslam/slam/trial_drift.hpp"
+#include "gelslam/core/uncertain_pose.hpp"
 
 namespace gelslam {
 namespace {
@@ -17,71 +18,30 @@ constexpr double kSenselessMm = 10.0, kSenselessDeg = 90.0;  // message
 
 constexpr std::array<const char*, 6> kMotions = {"x", "y", "z", "rx", "ry", "rz"};  // layout
 
-void keep_worse(RunReport::Drift& worst, double amount, const FrameRecord& frame) {
-  if (worst.frame < 0 || amount > worst.amount) worst = {amount, frame.frame, frame.time_s};
+/// What one pose in twenty exceeds: a touch that is faint for a moment, or begins, is no drift.
+RunReport::Drift large_drift(std::vector<RunReport::Drift> poses) {
+  if (poses.empty()) return {};
+  const auto at = std::prev(poses.end(), 1 + std::ssize(poses) / 20);
+  std::ranges::nth_element(poses, at, {}, &RunReport::Drift::amount);
+  return *at;
 }
-
-/// Counts the frames of stretches in which a motion was not observable, once these have lasted.
-class HiddenFrames {
- public:
-  void pass(const FrameRecord& frame) {
-    if (std::exchange(trial_, frame.trial) != frame.trial) waiting_ = {};
-    motions_.pass(frame.trial, frame.observable);
-    for (std::size_t motion = 0; motion < kMotions.size(); ++motion) {
-      Hidden& waiting = waiting_[motion];
-      if (frame.observable[motion]) {
-        waiting = {};
-        continue;
-      }
-      if (waiting.frames++ == 0) {
-        waiting.first_frame = frame.frame;
-        waiting.first_time_s = frame.time_s;
-      }
-      if (motions_.observable()[motion]) continue;
-      Hidden& counted = counted_[motion];
-      if (counted.frames == 0)
-        counted = waiting;
-      else
-        counted.frames += waiting.frames;
-      waiting = {};
-    }
-  }
-
-  std::vector<RunReport::Hidden> all() const {
-    std::vector<Hidden> found;
-    for (std::size_t motion = 0; motion < kMotions.size(); ++motion) {
-      if (counted_[motion].frames == 0) continue;
-      found.push_back(counted_[motion]);
-      found.back().motion = kMotions[motion];
-    }
-    return found;
-  }
-
- private:
-  using Hidden = RunReport::Hidden;
-
-  int trial_ = -1;
-  HiddenMotions motions_;
-  std::array<Hidden, kMotions.size()> waiting_, counted_;
-};
 
 }  // namespace
 
 RunReport::Uncertainty trajectory_uncertainty(const std::vector<FrameRecord>& frames,
-                                              const std::vector<bool>& in_map,
-                                              const std::map<int, Matrix6d>& anchor_T_keyframe) {
-  RunReport::Uncertainty result;
-  HiddenFrames hidden;
+                                              const MapSnapshot& map) {
+  HiddenMotions hidden;
+  std::vector<RunReport::Drift> mm, deg;
   for (const FrameRecord& frame : frames) {
-    if (frame.keyframe < 0 || !in_map[static_cast<std::size_t>(frame.keyframe)]) continue;
+    const MapSnapshot::Node* node = map.find(frame.keyframe);
+    if (node == nullptr || !node->placed) continue;
     hidden.pass(frame);
-    const Matrix6d& covariance = anchor_T_keyframe.at(frame.keyframe);
-    keep_worse(result.drift_mm, 2 * worst_sigma(covariance.bottomRightCorner<3, 3>()), frame);
-    keep_worse(result.drift_deg,
-               std::min(180.0, 2 * kDegreesPerRadian * worst_sigma(covariance.topLeftCorner<3, 3>())), frame);
+    const Matrix6d covariance = map.pose_of(frame)->map_T_frame.covariance;
+    mm.push_back({2 * worst_sigma(covariance.bottomRightCorner<3, 3>()), frame.frame, frame.time_s});
+    const double two_sigmas_deg = 2 * kDegreesPerRadian * worst_sigma(covariance.topLeftCorner<3, 3>());
+    deg.push_back({std::min(180.0, two_sigmas_deg), frame.frame, frame.time_s});
   }
-  result.not_observable = hidden.all();
-  return result;
+  return {large_drift(std::move(mm)), large_drift(std::move(deg)), hidden.all()};
 }
 
 std::vector<std::string> describe(const RunReport::Uncertainty& uncertainty, double farthest_mm) {
@@ -99,8 +59,7 @@ std::vector<std::string> describe(const RunReport::Uncertainty& uncertainty, dou
                                                   : ": return to where you began, and press on texture")};
   }
   if (uncertainty.not_observable.empty()) return {};
-  std::array<bool, kMotions.size()> observable;
-  observable.fill(true);
+  std::array<bool, 6> observable = {true, true, true, true, true, true};
   std::int64_t frames = 0;
   double first_time_s = uncertainty.not_observable.front().first_time_s;
   for (const RunReport::Hidden& hidden : uncertainty.not_observable) {
@@ -111,6 +70,64 @@ std::vector<std::string> describe(const RunReport::Uncertainty& uncertainty, dou
   }
   return {fmt::format("{} in {}, from {:.1f} s on: press on texture", describe_observability(observable),
                       counted(frames, "frame"), first_time_s)};
+}
+
+Vector6d sigma_of(const Matrix6d& rotation_first) {
+  return translation_first(rotation_first).diagonal().cwiseMax(0.0).cwiseSqrt();
+}
+
+std::string describe_drift(const Vector6d& sigma) {
+  constexpr double kTwoSigma = 2.0;  // message
+  constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
+  std::string where;
+  const auto add = [&](const std::string& amount, const char* preposition, std::size_t axis) {
+    where += fmt::format("{}{} {} {}", where.empty() ? "" : ", ", amount, preposition, kAxes[axis]);
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (const double mm = kTwoSigma * sigma[static_cast<int>(axis)]; mm > kLargeDriftMm)
+      add(fmt::format("{:.1f} mm", mm), "along", axis);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (const double deg = kTwoSigma * kDegreesPerRadian * sigma[static_cast<int>(axis) + 3];
+        deg > kLargeDriftDeg)
+      add(fmt::format("{:.0f} degrees", deg), "about", axis);
+  return where.empty() ? "" : "may be off by " + where;
+}
+
+void HiddenMotions::pass(const FrameRecord& frame) {
+  if (std::exchange(trial_, frame.trial) != frame.trial)
+    for (Motion& motion : motions_) motion = {.counted = motion.counted};
+  for (std::size_t axis = 0; axis < motions_.size(); ++axis) {
+    auto& [is_shown, differing, waiting, counted] = motions_[axis];
+    const bool observable = frame.observable[axis];
+    differing = observable == is_shown ? 0 : differing + 1;
+    if (differing > kLastingFrames) {
+      is_shown = observable;
+      differing = 0;
+    }
+    if (observable) {
+      waiting = {};
+      continue;
+    }
+    if (waiting.frames++ == 0) waiting = {kMotions[axis], frame.frame, frame.time_s, 1};
+    if (is_shown) continue;
+    const std::int64_t frames = counted.frames + waiting.frames;
+    if (counted.frames == 0) counted = waiting;
+    counted.frames = frames;
+    waiting = {};
+  }
+}
+
+std::string HiddenMotions::words() const {
+  std::array<bool, 6> observable{};
+  for (std::size_t axis = 0; axis < motions_.size(); ++axis) observable[axis] = motions_[axis].is_shown;
+  return describe_observability(observable);
+}
+
+std::vector<RunReport::Hidden> HiddenMotions::all() const {
+  std::vector<RunReport::Hidden> found;
+  for (const Motion& motion : motions_)
+    if (motion.counted.frames > 0) found.push_back(motion.counted);
+  return found;
 }
 
 }  // namespace gelslam

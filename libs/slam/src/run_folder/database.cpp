@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kApplicationId = 0x47534C4D;  // layout: GSLM
-constexpr int kVersion = 5;                 // layout
+constexpr int kVersion = 6;                 // layout
 constexpr int kVersions = 256;              // layout: beyond it is the scan's own number
 constexpr int kLargestValueBytes = 1 << 28, kBusyMs = 10'000;
 
@@ -28,7 +28,7 @@ constexpr std::array kTables = {
     "TEXT)",
     "CREATE TABLE frames(frame INTEGER PRIMARY KEY, time_s REAL, status TEXT, trial INTEGER, keyframe "
     "INTEGER, "
-    "keyframe_T_frame BLOB, observable INTEGER, unix_us INTEGER)",
+    "keyframe_T_frame BLOB, covariance BLOB, shared_center_mm BLOB, observable INTEGER, unix_us INTEGER)",
     "CREATE TABLE keyframes(id INTEGER PRIMARY KEY, frame INTEGER, trial INTEGER, surface BLOB)",
     "CREATE TABLE edges(id INTEGER PRIMARY KEY, from_keyframe INTEGER, to_keyframe INTEGER, kind TEXT, "
     "from_T_to BLOB, information BLOB, shared_center_mm BLOB, tentative INTEGER)",

@@ -24,9 +24,7 @@ using Access = Database::Access;
 
 // What a session may name. Beyond it, files are forged or damaged: programs that number on, add poses or make
 // lists by these numbers rely on it.
-constexpr int kMaxKeyframeId = 1'000'000;
-constexpr int kMaxTrial = 1'000'000;
-constexpr std::int64_t kMaxFrames = 24 * 3600 * 30;  // a day's: 0.5 GB
+constexpr int kMaxKeyframeId = kMaxScanFrames - 1, kMaxTrial = kMaxKeyframeId;  // each has a frame of its own
 constexpr std::int64_t kMaxFrame = 1'000'000'000'000;
 constexpr double kMaxDistanceMm = 1e6;    // as in trajectories
 constexpr double kMaxInformation = 1e12;  // sigmas of a millionth of a radian and of a millimeter
@@ -185,12 +183,11 @@ void read_edges(SQLite::Database& database, ScanRecord& record) {
 
 void read_frames(SQLite::Database& database, ScanRecord& record) {
   const std::int64_t frames = database.execAndGet("SELECT count(*) FROM frames");
-  if (frames > kMaxFrames) refuse("holds more frames than a day of scanning makes");
+  if (frames > kMaxScanFrames) refuse("holds more frames than a day of scanning makes");
   record.frames.reserve(static_cast<std::size_t>(frames));
-  Rows rows(
-      database,
-      "SELECT frame, time_s, status, trial, keyframe, keyframe_T_frame, observable, unix_us FROM frames "
-      "ORDER BY 1");
+  Rows rows(database,
+            "SELECT frame, time_s, status, trial, keyframe, keyframe_T_frame, covariance, shared_center_mm, "
+            "observable, unix_us FROM frames ORDER BY 1");
   while (rows.next()) {
     FrameRecord frame;
     frame.frame = rows.integer(0, 0, kMaxFrame);
@@ -200,11 +197,13 @@ void read_frames(SQLite::Database& database, ScanRecord& record) {
     if (!rows.is_null(4)) {
       frame.keyframe = id_in(rows, 4);
       frame.keyframe_T_frame = pose_in(rows, 5);
+      frame.covariance = matrix_in(rows, 6);
+      frame.shared_center_mm = Eigen::Vector3d(rows.numbers<3>(7, kMaxDistanceMm).data());
       if (frame.trial < 0) refuse("a frame with a keyframe has no trial");
     }
-    const int observable = rows.integer(6, 0, 127);  // the seventh bit is an older program's
+    const int observable = rows.integer(8, 0, 127);  // the seventh bit is an older program's
     for (std::size_t i = 0; i < 6; ++i) frame.observable[i] = (observable >> i & 1) != 0;
-    if (!rows.is_null(7)) frame.unix_us = rows.integer(7, 1, kMaxUnixUs);
+    if (!rows.is_null(9)) frame.unix_us = rows.integer(9, 1, kMaxUnixUs);
     if (!record.has_keyframe(frame.keyframe)) frame.keyframe = -1;  // a kill came before it
     record.frames.push_back(frame);
   }
@@ -236,8 +235,9 @@ std::vector<int> read_patches(SQLite::Database& database, const std::map<int, Po
     if (rows.is_null(1)) continue;
     ids.push_back(id_in(rows, 0));
     if (const auto place = map_T_keyframe.find(ids.back()); place != map_T_keyframe.end())
-      session.patches.push_back(
-          {place->first, place->second, StoredSurface(surface_in(rows, 1, place->first))});
+      session.nodes.push_back({.keyframe = place->first,
+                               .component_T_keyframe = place->second,
+                               .surface = StoredSurface(surface_in(rows, 1, place->first))});
   }
   return ids;
 }
@@ -284,8 +284,8 @@ std::optional<Session> find_session(const fs::path& run) {
         Rows map(database, "SELECT rowid, gradient_scale, last_frame FROM map");
         if (!map.next()) return std::nullopt;
         Session session;
-        session.gradient_scale = map.number(1, 10);
-        if (!(session.gradient_scale > 0.1)) refuse("impossible gradient scale");
+        session.gradient_scale.x = session.gradient_scale.y = map.number(1, 10);
+        if (!(session.gradient_scale.x > 0.1)) refuse("impossible gradient scale");
         std::vector<int> placed;
         const std::map<int, Pose> map_T_keyframe = read_poses(database, placed);
         const std::int64_t last_frame = database.execAndGet("SELECT coalesce(max(frame), -1) FROM frames");

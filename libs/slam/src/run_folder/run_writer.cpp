@@ -24,22 +24,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
+std::map<int, Pose> map_poses(const SlamMap& map) {
+  std::map<int, Pose> poses;
+  for (const PosedSurface& patch : posed_surfaces(snapshot_of(map)))
+    poses.emplace(patch.id, patch.map_T_keyframe);
+  return poses;
+}
+
 std::string keyframe_trajectory(const SlamMap& map) {
   const std::vector<double> stamps_s = map.stamps_s();
   std::map<std::int64_t, double> time_s;
   for (std::size_t i = 0; i < stamps_s.size(); ++i) time_s[map.frames[i].frame] = stamps_s[i];
   std::string text;
-  for (std::size_t id = 0; id < map.keyframes.size(); ++id)
-    if (map.in_map[id])
-      text += tum_line(time_s.at(map.keyframes[id]->frame), map.anchor_T_keyframe(static_cast<int>(id)));
+  for (const auto& [id, pose] : map_poses(map))
+    text += tum_line(time_s.at(map.keyframes[static_cast<std::size_t>(id)]->frame), pose);
   return text;
-}
-
-std::map<int, Pose> map_poses(const SlamMap& map) {
-  std::map<int, Pose> poses;
-  for (std::size_t id = 0; id < map.keyframes.size(); ++id)
-    if (map.in_map[id]) poses[static_cast<int>(id)] = map.anchor_T_keyframe(static_cast<int>(id));
-  return poses;
 }
 
 /// The outliers (loops that the rest contradicts), or all other edges.
@@ -88,7 +87,9 @@ void write_run(const fs::path& folder, const Run& run) {
 void write_results(const fs::path& folder, const Run& run) {
   const SlamMap& map = run.map;
   write_mesh(folder / "mesh.ply", run.mesh);
-  write_file_atomically(folder / "trajectory.tum", tum_text(map.trajectory()));
+  const std::vector<StampedPose> trajectory = map.trajectory();
+  write_file_atomically(folder / "trajectory.tum", tum_text(trajectory));
+  write_covariances(folder / "covariances.npy", trajectory);
   write_file_atomically(folder / "keyframes.tum", keyframe_trajectory(map));
   write_g2o(folder / "pose_graph.g2o", map_poses(map), map_edges(map, false));
   write_g2o_edges(folder / "loop_outliers.g2o", map_edges(map, true));

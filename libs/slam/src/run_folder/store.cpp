@@ -62,12 +62,16 @@ int bits_of(const FrameRecord& frame) {
 }
 
 void insert(SQLite::Database& database, const std::vector<FrameRecord>& frames) {
-  SQLite::Statement insert(database, "INSERT INTO frames VALUES(?,?,?,?,?,?,?,?)");
+  SQLite::Statement insert(database, "INSERT INTO frames VALUES(?,?,?,?,?,?,?,?,?,?)");
   for (const FrameRecord& frame : frames) {
     const Numbers<12> pose = numbers(frame.keyframe_T_frame);
+    const Numbers<21> covariance = numbers(frame.covariance);
+    const Numbers<3> center = numbers(frame.shared_center_mm);
     const auto keyframe = unless_negative(frame.keyframe);
     run(insert, frame.frame, frame.time_s, std::string(name(frame.status)), unless_negative(frame.trial),
-        keyframe, keyframe ? std::optional(blob_of(pose)) : std::nullopt, bits_of(frame),
+        keyframe, keyframe ? std::optional(blob_of(pose)) : std::nullopt,
+        keyframe ? std::optional(blob_of(covariance)) : std::nullopt,
+        keyframe ? std::optional(blob_of(center)) : std::nullopt, bits_of(frame),
         frame.unix_us == 0 ? std::nullopt : std::optional(frame.unix_us));
   }
 }
@@ -95,19 +99,16 @@ void insert_searched(SQLite::Database& database, int keyframe) {
 void insert(SQLite::Database& database, const SlamMap& map) {
   for (const char* table : {"DELETE FROM map", "DELETE FROM poses", "DELETE FROM map_edges"})
     database.exec(table);
-  run(database, "INSERT INTO map VALUES(?,?)", map.gradient_scale.mean(), map.next_frame() - 1);
+  run(database, "INSERT INTO map VALUES(?,?)", map.gradient_scale().mean(), map.next_frame() - 1);
   SQLite::Statement pose(database, "INSERT INTO poses VALUES(?,?,?,?)");
-  for (const auto& [id, component] : map.solution.component_of_node) {
-    const bool in_map = map.in_map[static_cast<std::size_t>(id)];
-    const Numbers<12> values =
-        numbers(in_map ? map.anchor_T_keyframe(id) : map.solution.component_T_node.at(id));
-    run(pose, id, component, int{in_map}, blob_of(values));
+  const MapSnapshot snapshot = snapshot_of(map);
+  for (const MapSnapshot::Node& node : snapshot.nodes) {
+    const Numbers<12> values = numbers(node.component_T_keyframe);
+    run(pose, node.keyframe, node.component, int{node.placed}, blob_of(values));
   }
   SQLite::Statement edge(database, "INSERT INTO map_edges VALUES(NULL,?,?,?,?)");
-  for (std::size_t i = 0; i < map.solved_edges.size(); ++i) {
-    const PoseGraphEdge& solved = map.solved_edges[i];
-    run(edge, solved.from, solved.to, word(solved.kind), int{map.solution.edge_outlier[i]});
-  }
+  for (const MapSnapshot::Edge& solved : snapshot.edges)
+    run(edge, solved.from, solved.to, word(solved.kind), int{solved.outlier});
 }
 
 /// A scan's own. One log makes one file.

@@ -5,15 +5,14 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/core/trajectory.hpp"
 #include "gelslam/slam/pose_stream.hpp"
-#include "gelslam/slam/trial_drift.hpp"
+#include "gelslam/slam/trajectory_uncertainty.hpp"
 
 namespace gelslam {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// What is uncertain about a tracked frame: the degenerate directions, and how far the trial may have
-/// drifted.
+/// What is uncertain about a tracked frame: the degenerate directions, and how far its pose may be off.
 std::string reservations(const TrackedFrame& frame, const Vector6d& sigma) {
   const std::array<bool, 6>& observable = frame.registration.observable;
   Vector6d of_observable = sigma;
@@ -24,24 +23,19 @@ std::string reservations(const TrackedFrame& frame, const Vector6d& sigma) {
   return text;
 }
 
-std::string reason(const TrackedFrame& frame, const std::optional<Matrix6d>& covariance) {
+std::string reason(const TrackedFrame& frame, const std::optional<MapPlace>& place) {
   if (frame.status == TrackStatus::background)
     return "the bare gel; contact is detected by comparing with it";
   if (frame.status == TrackStatus::no_contact) return "nothing touches the sensor";
   if (frame.status == TrackStatus::lost) return std::string(describe(frame.registration.status));
-  return covariance ? reservations(frame, sigma_of(*covariance)) : "";
+  return place ? reservations(frame, sigma_of(place->map_T_frame.covariance)) : "";
 }
 
 Json three_numbers(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-/// x y z in meters.
 Json si_covariance(const Matrix6d& covariance) {
-  Vector6d unit;
-  unit << 1e-3, 1e-3, 1e-3, 1, 1, 1;
-  Json numbers = Json::array();
-  for (int r = 0; r < 6; ++r)
-    for (int c = 0; c < 6; ++c) numbers.push_back(unit[r] * unit[c] * covariance(r, c));
-  return numbers;
+  const Matrix6d numbers = translation_first(covariance, 1e-3);  // symmetric: its rows are its columns
+  return std::vector<double>(numbers.data(), numbers.data() + numbers.size());
 }
 
 Json contact_of(const Surface* surface) {
@@ -69,11 +63,11 @@ std::array<double, 16> row_major_meters(const Pose& pose_mm) {
   return numbers;
 }
 
-void add_sigma(Json& json, const std::optional<Matrix6d>& covariance) {
+void add_sigma(Json& json, const std::optional<MapPlace>& place) {
   json["sigma_mm"] = nullptr;
   json["sigma_deg"] = nullptr;
-  if (!covariance) return;
-  const Vector6d sigma = sigma_of(*covariance);
+  if (!place) return;
+  const Vector6d sigma = sigma_of(place->map_T_frame.covariance);
   json["sigma_mm"] = three_numbers(sigma.head<3>());
   json["sigma_deg"] = three_numbers(kDegreesPerRadian * sigma.tail<3>());
 }
@@ -83,27 +77,28 @@ Json unix_s(std::int64_t unix_us) { return or_null(unix_us != 0, stamp_s(unix_us
 Json frame_json(const FrameReport& report) {
   const TrackedFrame& frame = report.tracked;
   const bool tracked = frame.status == TrackStatus::tracked;
-  Json json = {{"type", "frame"},
-               {"frame", frame.frame},
-               {"time_s", frame.time_s},
-               {"time_unix_s", unix_s(frame.unix_us)},
-               {"scan", report.scan},
-               {"status", name(frame.status)},
-               {"reason", reason(frame, report.covariance)},
-               {"trial", or_null(tracked, frame.trial)},
-               {"keyframe", tracked ? Json(frame.keyframe->id) : Json(nullptr)},
-               {"new_keyframes", Json::array()},
-               {"pose", or_null(tracked, row_major_meters(frame.trial_T_frame))},
-               {"map_pose", report.place ? Json(row_major_meters(report.place->map_T_frame)) : Json(nullptr)},
-               {"component", report.place ? Json(report.place->component) : Json(nullptr)},
-               {"covariance", report.covariance ? si_covariance(*report.covariance) : Json(nullptr)},
-               {"observable", Json::array()},
-               {"contact", contact_of(report.surface)},
-               {"scr", frame.registration.scr},
-               {"ccs", frame.registration.ccs}};
+  Json json = {
+      {"type", "frame"},
+      {"frame", frame.frame},
+      {"time_s", frame.time_s},
+      {"time_unix_s", unix_s(frame.unix_us)},
+      {"scan", report.scan},
+      {"status", name(frame.status)},
+      {"reason", reason(frame, report.place)},
+      {"trial", or_null(tracked, frame.trial)},
+      {"keyframe", tracked ? Json(frame.keyframe->id) : Json(nullptr)},
+      {"new_keyframes", Json::array()},
+      {"trial_pose", or_null(tracked, row_major_meters(frame.trial_T_frame))},
+      {"map_pose", report.place ? Json(row_major_meters(report.place->map_T_frame.pose)) : Json(nullptr)},
+      {"component", report.place ? Json(report.place->component) : Json(nullptr)},
+      {"covariance", report.place ? si_covariance(report.place->map_T_frame.covariance) : Json(nullptr)},
+      {"observable", Json::array()},
+      {"contact", contact_of(report.surface)},
+      {"scr", frame.registration.scr},
+      {"ccs", frame.registration.ccs}};
   for (const NewKeyframe& added : frame.new_keyframes) json["new_keyframes"].push_back(added.keyframe->id);
   for (const bool axis : frame.registration.observable) json["observable"].push_back(tracked && axis ? 1 : 0);
-  add_sigma(json, report.covariance);
+  add_sigma(json, report.place);
   return json;
 }
 

@@ -49,7 +49,7 @@ std::string map_line(const MapSnapshot& map, int scan) {
   for (const MapSnapshot::Node& node : map.nodes)
     keyframes.push_back({{"keyframe", node.keyframe},
                          {"component", node.component},
-                         {"pose", row_major_meters(node.component_T_keyframe)}});
+                         {"map_pose", row_major_meters(node.component_T_keyframe)}});
   const Json line = {{"type", "map"},
                      {"scan", scan},
                      {"version", map.version},

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
 #include <limits>
 #include <system_error>
 
@@ -156,8 +155,8 @@ void ViewWindow::show_time() {
   const auto next = std::ranges::upper_bound(all_s, time_s);
   if (next == all_s.begin() || time_s >= history()->end_s()) return first_scene_.set_touch({});
   const Session& session = history()->session;
-  const PosedSurface& patch = session.patches[static_cast<std::size_t>(next - all_s.begin()) - 1];
-  first_scene_.set_touch({patch.surface.get(), session.gradient_scale, {{patch.map_T_keyframe}}});
+  const MapSnapshot::Node& node = session.nodes[static_cast<std::size_t>(next - all_s.begin()) - 1];
+  first_scene_.set_touch({node.surface.get(), session.gradient_scale.mean(), {{node.component_T_keyframe}}});
 }
 
 /// From outside, in front of most of the surface, its long side lying; all of it in view.
@@ -298,10 +297,10 @@ RunHistory read_history(RunFiles files) {
   for (StampedPose& pose : history.trajectory) pose.time_s -= files.start_s();
   for (const StampedPose& keyframe : files.keyframes)
     history.keyframes_s.push_back(keyframe.time_s - files.start_s());
-  if (history.keyframes_s.size() != history.session.patches.size())
+  if (history.keyframes_s.size() != history.session.nodes.size())
     throw Error(files.folder.string() + ": keyframes.tum lists " +
                 std::to_string(history.keyframes_s.size()) + " keyframes, session.db " +
-                std::to_string(history.session.patches.size()) + "; the folder holds files of two runs");
+                std::to_string(history.session.nodes.size()) + "; the folder holds files of two runs");
   return history;
 }
 
@@ -335,17 +334,11 @@ double RunHistory::end_s() const {
 }
 
 MapSnapshot RunHistory::map_at(double time_s) const {
-  MapSnapshot map;
+  MapSnapshot map = session;
   map.shown_component = 0;
-  for (std::size_t i = 0; i < keyframes_s.size() && keyframes_s[i] <= time_s; ++i) {
-    const PosedSurface& patch = session.patches[i];
-    map.nodes.push_back({.keyframe = patch.id,
-                         .component = map.shown_component,
-                         .component_T_keyframe = patch.map_T_keyframe,
-                         .surface = patch.surface});
-  }
-  std::copy_if(session.edges.begin(), session.edges.end(), std::back_inserter(map.edges),
-               [&](const MapSnapshot::Edge& e) { return map.find(e.from) && map.find(e.to); });
+  const auto later = std::ranges::upper_bound(keyframes_s, time_s);
+  map.nodes.resize(static_cast<std::size_t>(later - keyframes_s.begin()));
+  std::erase_if(map.edges, [&](const MapSnapshot::Edge& e) { return !map.find(e.from) || !map.find(e.to); });
   return map;
 }
 

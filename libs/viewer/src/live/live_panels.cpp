@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "gelslam/core/text.hpp"
-#include "gelslam/slam/trial_drift.hpp"
+#include "gelslam/slam/trajectory_uncertainty.hpp"
 #include "live/live_window.hpp"
 
 namespace gelslam::viewer::detail {

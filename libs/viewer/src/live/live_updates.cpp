@@ -6,19 +6,6 @@
 namespace gelslam::viewer::detail {
 namespace {
 
-/// Refers to a keyframe that the map has: until the touch's own comes, to the newest of its trial. The mapper
-/// may be busy for long.
-std::shared_ptr<const LiveTouch> on_map(const std::shared_ptr<const LiveTouch>& touch,
-                                        const MapSnapshot& map) {
-  if (!touch || touch->keyframe < 0 || map.find(touch->keyframe) != nullptr) return touch;
-  const MapSnapshot::Node* newest = map.newest_of(touch->trial);
-  if (newest == nullptr) return touch;
-  auto placed = std::make_shared<LiveTouch>(*touch);
-  placed->keyframe = newest->keyframe;
-  placed->keyframe_T_frame = newest->trial_T_keyframe.inverse() * touch->trial_T_frame;
-  return placed;
-}
-
 const cv::Scalar kOutline(theme::kGreen >> 16U & 0xFFU, theme::kGreen >> 8U & 0xFFU, theme::kGreen & 0xFFU);
 
 cv::Size scaled_size(const cv::Size& from) {
@@ -45,7 +32,7 @@ bool LiveWindow::poll_updates() {
     scene_.update(changes);
     news = changes.cleared || !changes.blocks.empty();
   }
-  if (const auto touch = session_.touch(); touch != newest_) {
+  if (const auto touch = session_.touch(); touch != touch_) {
     take_touch(touch);
     news = true;
   }
@@ -57,9 +44,10 @@ bool LiveWindow::poll_updates() {
     news = true;
   }
   if (!news) return false;
-  touch_ = on_map(newest_, *map_);
+  touch_place_ = touch_ ? map_->pose_of(*touch_) : std::nullopt;
+  if (touch_ && !touch_place_) touch_place_ = touch_->place;  // the mapper may be busy for long
   // What is not joined to the map grows beside it.
-  if (piece_.follow(*map_, touch_)) scene_.set_piece(piece_.mesh());
+  if (piece_.follow(*map_, touch_.get(), touch_place_)) scene_.set_piece(piece_.mesh());
   if (piece_.is_apart() && !piece_.is_shown()) piece_.place_beside(scene_.bounds_mm(), camera_);
   scene_.place_piece(piece_.map_T_piece());
   place_touch();
@@ -67,9 +55,9 @@ bool LiveWindow::poll_updates() {
 }
 
 void LiveWindow::take_touch(const std::shared_ptr<const LiveTouch>& touch) {
-  newest_ = touch;
+  touch_ = touch;
   if (!touch) return;
-  if (touch->keyframe >= 0) samples_.push_back({touch->keyframe, touch->keyframe_T_frame});
+  if (touch->keyframe >= 0) samples_.push_back(*touch);
   frame_.tactile.set(tactile_picture(touch->image, touch->surface.get()));
   if (touch->surface) frame_.normals.set(normal_picture(*touch->surface));
 }
@@ -77,11 +65,9 @@ void LiveWindow::take_touch(const std::shared_ptr<const LiveTouch>& touch) {
 void LiveWindow::place_touch() {
   map_T_touch_.reset();
   TouchPatch patch;
-  if (touch_ && touch_->keyframe >= 0 && touch_->surface) {
-    const MapSnapshot::Node* node = map_->find(touch_->keyframe);
+  if (touch_place_ && touch_->surface) {
     map_T_touch_ = piece_.map_T_touch();
-    if (node != nullptr && node->component == map_->shown_component)
-      map_T_touch_ = node->component_T_keyframe * touch_->keyframe_T_frame;
+    if (touch_place_->component == map_->shown_component) map_T_touch_ = touch_place_->map_T_frame.pose;
     if (map_T_touch_) patch = {touch_->surface, map_->gradient_scale.mean(), {{*map_T_touch_}}};
   }
   scene_.set_touch(std::move(patch));
@@ -90,12 +76,12 @@ void LiveWindow::place_touch() {
 void LiveWindow::rebuild_trajectory() {
   std::vector<std::vector<Pose>> pieces;
   int trial = -1;
-  for (const Sample& sample : samples_) {
-    const MapSnapshot::Node* node = map_->find(sample.keyframe);
-    if (node == nullptr || node->component != map_->shown_component) continue;
-    if (pieces.empty() || node->trial != trial) pieces.emplace_back();
-    trial = node->trial;
-    pieces.back().push_back(node->component_T_keyframe * sample.keyframe_T_frame);
+  for (const FrameRecord& sample : samples_) {
+    const auto place = map_->pose_of(sample);
+    if (!place || place->component != map_->shown_component) continue;
+    if (pieces.empty() || sample.trial != trial) pieces.emplace_back();
+    trial = sample.trial;
+    pieces.back().push_back(place->map_T_frame.pose);
   }
   scene_.set_trajectory(pieces);
   trajectory_is_old_ = false;

@@ -92,11 +92,6 @@ class LiveWindow : public SceneLoop {
   OrbitCamera whole_view(const Viewport& viewport) const override;
   const Scene& scene(std::size_t /*part*/) const override { return scene_; }
 
-  struct Sample {  // of the sensor's trajectory
-    int keyframe;
-    Pose keyframe_T_frame;
-  };
-
   bool poll_updates();  ///< true when something has come that is to be drawn
   void take_touch(const std::shared_ptr<const LiveTouch>& touch);
   void place_touch();
@@ -110,12 +105,13 @@ class LiveWindow : public SceneLoop {
   LiveFrame frame_;
   Scene scene_;
   std::uint64_t mesh_version_ = 0;
-  std::shared_ptr<const LiveTouch> newest_, touch_;  ///< as it came; on the map
+  std::shared_ptr<const LiveTouch> touch_;
+  std::optional<MapPlace> touch_place_;
   std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
   UnjoinedPreview piece_;
   std::optional<Pose> map_T_touch_;  ///< also in the piece
   bool trajectory_is_old_ = false;
-  std::vector<Sample> samples_;
+  std::vector<FrameRecord> samples_;  ///< of the sensor's trajectory
   double figures_s_ = -1e9;
   Box side_;
   float covered_px_ = 0, banner_px_ = 0;  ///< on the view's left; at its top

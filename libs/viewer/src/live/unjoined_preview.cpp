@@ -13,27 +13,28 @@ Eigen::AlignedBox3f box_of(const TouchMesh& mesh) {
 
 }  // namespace
 
-bool UnjoinedPreview::follow(const MapSnapshot& map, const std::shared_ptr<const LiveTouch>& touch) {
-  const bool touching = touch && touch->keyframe >= 0 && touch->surface;
-  const MapSnapshot::Node* node = touching ? map.find(touch->keyframe) : nullptr;
+bool UnjoinedPreview::follow(const MapSnapshot& map, const LiveTouch* touch,
+                             const std::optional<MapPlace>& place) {
+  const bool touching = place && touch->surface;
   anchor_T_touch_.reset();
   if (is_apart()) {
     const MapSnapshot::Node* anchor = map.find(anchor_);
     // The map shows it now, or it was taken back.
     if (anchor == nullptr || anchor->component == map.shown_component) *this = {};
   }
-  const bool apart = node != nullptr && node->component != map.shown_component;
+  const MapSnapshot::Node* first = touching ? map.find(place->component) : nullptr;
+  const bool apart = first != nullptr && place->component != map.shown_component;
   // Lost again before it was joined: the newest counts.
-  const bool begins = apart && (!is_apart() || map.find(anchor_)->component != node->component);
+  const bool begins = apart && (!is_apart() || map.find(anchor_)->component != place->component);
   if (begins) {
     *this = {};
-    anchor_ = touch->keyframe;
+    anchor_ = first->keyframe;
   }
   if (!is_apart()) return false;
   const bool changed = grow(map, *map.find(anchor_)) || begins;
   if (touching) half_width_mm_ = 0.5 * touch->surface->contact.cols * touch->surface->pixel_pitch_mm;
-  const auto keyframe = touching ? anchor_T_keyframe_.find(touch->keyframe) : anchor_T_keyframe_.end();
-  if (keyframe != anchor_T_keyframe_.end()) anchor_T_touch_ = keyframe->second * touch->keyframe_T_frame;
+  if (const MapSnapshot::Node* anchor = map.find(anchor_); touching && anchor->component == place->component)
+    anchor_T_touch_ = anchor->component_T_keyframe.inverse() * place->map_T_frame.pose;
   return changed;
 }
 

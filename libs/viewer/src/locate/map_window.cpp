@@ -6,7 +6,7 @@
 
 #include "gelslam/core/se3.hpp"
 #include "gelslam/core/text.hpp"
-#include "gelslam/slam/trial_drift.hpp"
+#include "gelslam/slam/trajectory_uncertainty.hpp"
 #include "scene/scene_geometry.hpp"
 
 namespace gelslam::viewer::detail {
@@ -29,8 +29,8 @@ std::vector<ActionRow> map_rows() {
 /// "0.020 mm, 0.11°": one standard deviation along the least certain axes.
 std::string sigma_words(const PlaceHypothesis& place) {
   const Vector6d sigma = sigma_of(place.map_T_sensor.covariance);
-  return fmt::format("{:.3f} mm, {:.2f}°", sigma.tail<3>().maxCoeff(),
-                     sigma.head<3>().maxCoeff() * kDegreesPerRadian);
+  return fmt::format("{:.3f} mm, {:.2f}°", sigma.head<3>().maxCoeff(),
+                     sigma.tail<3>().maxCoeff() * kDegreesPerRadian);
 }
 
 std::string percent(double share) { return fmt::format("{:.0f} %", 100 * share); }

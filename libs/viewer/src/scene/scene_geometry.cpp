@@ -95,10 +95,9 @@ float round_limit_mm(const std::vector<float>& distance_mm) {
 cv::Mat4b doubt_by_keyframe(const MapSnapshot& map, double from_mm, double to_mm) {
   const int last = map.nodes.empty() ? 0 : map.nodes.back().keyframe;
   cv::Mat4b doubt(1 + last / kDoubtColumns, kDoubtColumns, cv::Vec4b(0, 0, 0, 255));
-  double sigma_mm = 0;  // of a keyframe that is not known yet: that of the one before
   for (const MapSnapshot::Node& node : map.nodes) {
     if (node.component != map.shown_component) continue;
-    if (node.sigma_mm >= 0) sigma_mm = node.sigma_mm;
+    const double sigma_mm = map.pose_of({.keyframe = node.keyframe})->map_T_frame.worst_sigma_mm();
     doubt(node.keyframe / kDoubtColumns, node.keyframe % kDoubtColumns)[0] =
         cv::saturate_cast<uchar>(255 * (2 * sigma_mm - from_mm) / (to_mm - from_mm));
   }

@@ -27,9 +27,6 @@ MotionByScale motion_by_gradient_scale(const PoseGraphEdge& edge);
 /// `sigma`.
 SharedUnknowns gradient_scale_unknowns(const std::vector<PoseGraphEdge>& edges, double sigma);
 
-/// The motion that the edge would measure with slopes corrected by the factors; as measured for no factors.
-Pose scale_corrected(const PoseGraphEdge& edge, const Eigen::VectorXd& factors);
-
 /// Solves for the poses and, where it explains a good part of what loops contradict, for the gradient scale;
 /// else for the poses alone, without shared unknowns. The derivatives of an edge by the scale are taken at
 /// the motion that all edges agree on without it. At the measured motion, noise would be in the residual and
@@ -39,16 +36,21 @@ PoseGraphSolution solve_with_gradient_scale(const std::map<int, Pose>& initial_m
                                             const std::vector<PoseGraphEdge>& edges,
                                             const PoseGraphOptions& options, double sigma);
 
-/// A measured motion and its uncertainty: its noise, and the gradient scale, a cause common to all
-/// measurements.
+/// Covariance of the factors.
+using ScaleCovariance = Eigen::Matrix<double, kScaleTerms, kScaleTerms>;
+/// Before anything was measured, where the prior standard deviation of the gradient scale is `sigma`.
+ScaleCovariance prior_scale_covariance(double sigma);
+
+/// A motion and its uncertainty: its noise, and the gradient scale, a cause common to all measurements.
 struct UncertainMotion {
   UncertainPose from_T_to;
-  /// How the measurement changes when the gradient scale is corrected (motion_by_gradient_scale()). The
-  /// correction is common to all measurements.
+  /// How the motion changes, as a right perturbation, when the gradient scale is corrected.
   MotionByScale by_scale = MotionByScale::Zero();
 
-  /// Noise and gradient scale together; the scale is known to `gradient_scale_sigma`.
-  Matrix6d total_covariance(double gradient_scale_sigma) const;
+  /// Noise and gradient scale together.
+  Matrix6d total_covariance(const ScaleCovariance& scale) const;
+  /// The motion with slopes corrected by the factors; as it is for no factors.
+  UncertainMotion corrected(const Eigen::VectorXd& factors) const;
 };
 
 /// The motion that an edge measures. Along directions without information, overlapping frames are known to a

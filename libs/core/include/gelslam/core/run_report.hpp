@@ -27,7 +27,7 @@ struct RunReport {
     std::int64_t not_in_mesh = 0;  ///< tracked, but in another piece, or at a place that is not known
     std::int64_t left_out = 0;     ///< damaged or dropped
   };
-  /// Of the pose in the map that is known worst, in its worst direction.
+  /// Of poses in the map, in their worst direction: one in twenty is known worse.
   struct Drift {
     double amount = 0;  ///< two standard deviations, mm or degrees (at most 180)
     std::int64_t frame = -1;

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,6 +24,7 @@ inline double stamp_s(std::int64_t unix_us, double time_s) {
 struct StampedPose {
   double time_s = 0.0;  ///< stamp_s()
   Pose map_T_sensor = Pose::Identity();
+  std::optional<Matrix6d> covariance{};  ///< of the pose's right perturbation; not in a TUM file
 };
 
 /// Reads a TUM trajectory: lines of `time_s x y z qx qy qz qw`, meters, blank lines and lines with `#`
@@ -37,6 +39,12 @@ std::string tum_line(double time_s, const Pose& pose_mm);
 
 /// Cut where nothing was tracked for more than a quarter of a second.
 std::vector<std::vector<Pose>> unbroken_pieces(std::span<const StampedPose> trajectory);
+
+/// The covariances of a trajectory that has them: N x 6 x 6, in its order; x y z rx ry rz, meters and
+/// radians, along the axes of the sensor.
+void write_covariances(const std::filesystem::path& npy, const std::vector<StampedPose>& trajectory);
+/// Adds them to a trajectory. Throws Error where the file is of another one, or damaged.
+void read_covariances(const std::filesystem::path& npy, std::vector<StampedPose>& trajectory);
 
 /// The text of a file.
 std::string tum_text(const std::vector<StampedPose>& trajectory);

@@ -27,6 +27,9 @@ UncertainPose compose(const UncertainPose& a_T_b, const UncertainPose& b_T_c);
 /// keep only one half.
 inline Matrix6d symmetric(const Matrix6d& matrix) { return 0.5 * (matrix + matrix.transpose()); }
 
+/// A covariance or its inverse as files and streams have it: x y z rx ry rz, and millimeters as another unit.
+Matrix6d translation_first(const Matrix6d& rotation_first, double per_mm = 1);
+
 /// UncertainPose::inverse() of an inverse covariance, which may be singular.
 Matrix6d information_of_inverse(const Matrix6d& information, const Pose& pose);
 

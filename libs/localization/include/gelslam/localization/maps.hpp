@@ -42,7 +42,7 @@ Session read_map(const std::filesystem::path& folder);
 
 /// Throws Error unless a map's surfaces have this pixel pitch: those of another one would never be found.
 /// `name` stands for the map in messages.
-void check_pixel_pitch(const Session& map, double pixel_pitch_mm, const std::string& name);
+void check_pixel_pitch(const std::vector<PosedSurface>& map, double pixel_pitch_mm, const std::string& name);
 
 /// Writes a map of touches as a folder that read_map() and the viewer understand: session.db, mesh.ply (its
 /// mesh), keyframes.tum and trajectory.tum (the touches, one per second) and map.json, which says that it is

@@ -59,11 +59,10 @@ struct LiveStatus {
 
 /// The newest frame that went through the tracker.
 struct LiveTouch : FrameRecord {
-  cv::Mat3b image{};     ///< at the profile's resolution
-  SurfacePtr surface{};  ///< null while the background is measured
-  Pose trial_T_frame = Pose::Identity();
-  std::string doubt{};                ///< what has not been observable for a while, in words; or ""
-  std::optional<Pose> map_T_frame{};  ///< of a localized frame: it has no MapSnapshot
+  cv::Mat3b image{};                ///< at the profile's resolution
+  SurfacePtr surface{};             ///< null while the background is measured
+  std::string doubt{};              ///< what has not been observable for a while, in words; or ""
+  std::optional<MapPlace> place{};  ///< as soon as it was tracked or localized
 };
 
 /// As they came from the camera.

@@ -32,11 +32,9 @@ class Mapper {
 
   /// True when loops were found since the last optimize(): solving for all poses may improve the map.
   bool has_new_loops() const { return new_loops_ > 0; }
-  /// Solves for all poses and for the gradient scale: tenths of a second in a large map.
+  /// Solves for all poses and for the gradient scale, and finds how well they are known: tenths of a second
+  /// in a large map.
   void optimize();
-  /// Finds how well the places of the shown component are known after the last optimize(), for snapshot():
-  /// milliseconds to tenths of a second.
-  void assess();
   /// The map after the last optimize(), and later keyframes where their links put them.
   MapSnapshot snapshot() const;
 
@@ -47,12 +45,10 @@ class Mapper {
                  const std::function<bool()>& stop_requested, ProgressSink* progress = nullptr) const;
 
  private:
-  void chain(int id, const std::optional<PoseGraphEdge>& edge);
   std::vector<PoseGraphEdge> search_loops(const Keyframe& keyframe);
-  std::map<int, Pose> chained_links() const;
-  std::vector<bool> placed() const;
-  std::map<int, Matrix6d> covariances(const std::vector<PoseGraphEdge>& edges,
-                                      const PoseGraphSolution& solution, int gauge) const;
+  MapSnapshot chained() const;
+  PoseCovariances covariances(const std::vector<PoseGraphEdge>& edges, const PoseGraphSolution& solution,
+                              int anchor) const;
   SlamMap measured_map(const std::vector<FrameRecord>& frames) const;
 
   SlamOptions options_;
@@ -60,10 +56,8 @@ class Mapper {
   std::vector<Keyframe> restored_;         // not in loop_closer_ yet: it is slow, and not always needed
   ScanRecord measured_;                    // without frames
   std::vector<PoseGraphEdge> live_edges_;  // of measured_.edges, those that shape live_
-  PoseGraphSolution live_;
-  std::map<int, double> sigma_mm_;  // of assess(), by keyframe
-  int new_loops_ = 0;               // since optimize()
-  std::uint64_t version_ = 0;
+  MapSnapshot live_;                       // of them; nothing is placed
+  int new_loops_ = 0;                      // since optimize()
 };
 
 }  // namespace gelslam

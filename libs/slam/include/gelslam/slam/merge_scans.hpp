@@ -18,7 +18,8 @@ struct MergeRequest {
 
 /// Joins scans of one object by the places that they have in common, as if they were one scan, and writes a
 /// run folder. Throws Error when a run holds no session, another run into the folder is refused, or as
-/// check_same_sensor(). Returns what it wrote.
+/// check_same_sensor(), and where it is stopped before all common places were looked for. Returns what it
+/// wrote.
 Run merge_scans(const MergeRequest& request, ProgressSink& progress,
                 const std::function<bool()>& stop_requested);
 

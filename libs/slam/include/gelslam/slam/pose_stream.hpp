@@ -10,24 +10,15 @@
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/slam/line_feed.hpp"
 #include "gelslam/slam/map_snapshot.hpp"
-#include "gelslam/slam/scan_record.hpp"
-#include "gelslam/slam/trial_drift.hpp"
 #include "gelslam/surface/surface.hpp"
 
 namespace gelslam {
 
-/// Where a frame lies in the map of all trials.
-struct MapPlace {
-  Pose map_T_frame = Pose::Identity();
-  int component = 0;
-};
-
 /// What is sent of one frame to other programs.
 struct FrameReport {
   const TrackedFrame& tracked;
-  const Surface* surface = nullptr;      ///< null for a frame of the background
-  std::optional<Matrix6d> covariance{};  ///< TrialDrift
-  std::optional<MapPlace> place{};
+  const Surface* surface = nullptr;  ///< null for a frame of the background
+  std::optional<MapPlace> place{};   ///< none where it was not tracked
   int scan = 0;
   cv::Mat3b picture{};  ///< what the sensor saw; shared, not copied
 };
@@ -42,21 +33,11 @@ nlohmann::ordered_json unix_s(std::int64_t unix_us);
 /// 16 numbers, row by row, meters.
 std::array<double, 16> row_major_meters(const Pose& pose_mm);
 /// Fields `sigma_mm` and `sigma_deg`; null when it is not known.
-void add_sigma(nlohmann::ordered_json& json, const std::optional<Matrix6d>& covariance);
-
-/// Where a frame lies in the map: at its keyframe, or at the newest one of its trial that the map holds.
-/// Nothing where there is none.
-std::optional<MapPlace> place_of(const FrameRecord& frame, const Pose& trial_T_frame, const MapSnapshot& map);
-/// The same of a frame that was tracked.
-std::optional<MapPlace> place_of(const TrackedFrame& frame, const MapSnapshot& map);
+void add_sigma(nlohmann::ordered_json& json, const std::optional<MapPlace>& place);
 
 /// Poses of a live scan for other programs, as soon as they are known.
 class PoseStream {
  public:
-  /// As of TrialDrift.
-  explicit PoseStream(double gradient_scale_sigma)
-      : gradient_scale_sigma_(gradient_scale_sigma), drift_(gradient_scale_sigma) {}
-
   /// The tracking thread: every frame, in order. Does not wait.
   void write(FrameReport report, const MapSnapshot& map);
   /// Frames that follow belong to another scan.
@@ -67,9 +48,7 @@ class PoseStream {
   LineFeed& feed() { return feed_; }
 
  private:
-  const double gradient_scale_sigma_;
   LineFeed feed_;
-  TrialDrift drift_;
   int scan_ = 0;
 };
 

@@ -7,13 +7,17 @@
 #include <string>
 #include <vector>
 
-#include "gelslam/backend/pose_graph.hpp"
+#include "gelslam/backend/uncertain_motion.hpp"
 #include "gelslam/frontend/tracker.hpp"
 
 namespace gelslam {
 
 /// What a record can hold, in either direction: later times are milliseconds.
 inline constexpr double kMaxTimeS = 1e12;
+
+/// How long a scan can be: a day at 30 Hz, whose records take 1.3 GB. GelSlam ends there, and a session that
+/// has more is not read.
+inline constexpr int kMaxScanFrames = 24 * 3600 * 30;
 
 /// Times go on from part to part: a new one begins this long after the last frame.
 inline constexpr double kBetweenPartsS = 1.0;  // layout
@@ -29,6 +33,11 @@ struct FrameRecord {
   /// RegistrationResult::observable of a tracked frame; true where none was asked.
   std::array<bool, 6> observable = {true, true, true, true, true, true};
   std::int64_t unix_us = 0;  ///< when it was captured, by the system's clock; 0: not known
+  // Of the registration to the keyframe, as those of an edge; 0 where the frame is that keyframe.
+  Matrix6d covariance = Matrix6d::Zero();
+  Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
+
+  UncertainMotion keyframe_T_frame_measured() const;
 };
 
 FrameRecord record_of(const TrackedFrame& tracked);

@@ -3,11 +3,12 @@
 #include <cstdint>
 #include <vector>
 
-#include "gelslam/backend/pose_graph.hpp"
+#include "gelslam/backend/pose_covariance.hpp"
 #include "gelslam/core/run_report.hpp"
 #include "gelslam/core/trajectory.hpp"
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/fusion/fusion.hpp"
+#include "gelslam/slam/map_snapshot.hpp"
 #include "gelslam/slam/scan_record.hpp"
 #include "gelslam/surface/surface.hpp"
 
@@ -20,7 +21,7 @@ struct SlamMap : ScanRecord {
   std::int64_t anchor_frame = -1;           ///< index in the log; -1 when nothing ever touched
   std::vector<PoseGraphEdge> solved_edges;  ///< consistent ones of `edges`, and those found at the end
   PoseGraphSolution solution;               ///< of solved_edges
-  GradientScale gradient_scale;             ///< of the surfaces, as estimated
+  PoseCovariances covariances;              ///< of the solution, relative to the anchor
   std::vector<bool> in_map;  ///< by keyframe id: of those whose places are known, the group that was
                              ///< largest when the first part ended
   int trials = 0;
@@ -30,10 +31,11 @@ struct SlamMap : ScanRecord {
 
   Pose component_T_anchor = Pose::Identity();
 
+  GradientScale gradient_scale() const { return gradient_scale_of(solution.shared_unknowns); }
   Pose anchor_T_keyframe(int id) const {
     return component_T_anchor.inverse() * solution.component_T_node.at(id);
   }
-  /// Poses of all frames that have one, in the map's frame.
+  /// Poses of all frames that have one, in the map's frame, with their covariances.
   std::vector<StampedPose> trajectory() const;
   /// Tracked, in the map. A lost frame that begins a trial has a keyframe, but is not tracked.
   bool has_pose(const FrameRecord& f) const {
@@ -42,16 +44,15 @@ struct SlamMap : ScanRecord {
   }
 };
 
-struct MapSnapshot;
-/// A solution of `edges`; `placed`, by keyframe id: what is shown of it.
+/// A solution of `edges`, of which nothing is placed. Without covariances every pose is exact.
 MapSnapshot snapshot_of(const ScanRecord& scan, const std::vector<PoseGraphEdge>& edges,
-                        const PoseGraphSolution& solution, const std::vector<bool>& placed);
+                        const PoseGraphSolution& solution, PoseCovariances covariances);
+/// `placed`, by keyframe id: what is shown of it.
+void show(MapSnapshot& map, const std::vector<bool>& placed);
 /// The map as a window draws it; poses of the shown component are in the anchor's frame.
 MapSnapshot snapshot_of(const SlamMap& map);
 
-/// The patches of the map at their places, in the anchor's frame.
-std::vector<PosedSurface> posed_surfaces(const SlamMap& map);
-/// Those that are placed in a snapshot, in its frame.
+/// The patches that are placed, in the frame of the map.
 std::vector<PosedSurface> posed_surfaces(const MapSnapshot& map);
 
 }  // namespace gelslam

@@ -64,11 +64,8 @@ bool has_session(const std::filesystem::path& folder);
 /// or of another version.
 ScanRecord read_scan(const std::filesystem::path& run, const NormalFlowOptions& registration);
 
-/// What is needed to fuse a map again, to relocalize in it or to draw it.
-struct Session {
-  double gradient_scale = 1.0;           ///< that is still in the surfaces
-  std::vector<PosedSurface> patches;     ///< keyframes of the map, in the anchor's frame, by id
-  std::vector<MapSnapshot::Edge> edges;  ///< of all keyframes, also outside the map
+/// The map that was saved: its keyframes in the anchor's frame, and edges also of others.
+struct Session : MapSnapshot {
   std::string warning;  ///< that the scan went on after this map was saved, for the user; or ""
 };
 

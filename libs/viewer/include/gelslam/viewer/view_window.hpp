@@ -17,7 +17,7 @@ namespace gelslam {
 /// frame, mm.
 struct RunHistory {
   Session session;
-  std::vector<double> keyframes_s;      ///< of session.patches, ascending
+  std::vector<double> keyframes_s;      ///< of session.nodes, ascending
   std::vector<StampedPose> trajectory;  ///< ascending in time
 
   double start_s() const;

@@ -1,4 +1,4 @@
-#include "gelslam/slam/trial_drift.hpp"
+// How well a frame is known in the map of a tracker alone.
 
 #include <gtest/gtest.h>
 
@@ -6,6 +6,9 @@
 #include <cmath>
 #include <random>
 #include <vector>
+
+#include "gelslam/slam/map_snapshot.hpp"
+#include "gelslam/slam/trajectory_uncertainty.hpp"
 
 namespace gelslam {
 namespace {
@@ -87,17 +90,17 @@ Pose roll_step() { return se3_exp((Vector6d() << 0.02, 0.12, 0.01, 1.2, -0.1, 0.
 
 // Many trials of 25 disturbed steps each end as far from the truth as was said: errors over their sigma have
 // the mean square 1 (400 draws: standard error 0.07).
-TEST(TrialDrift, SaysHowFarDisturbedRollsEndFromTheTruth) {
+TEST(TrialMap, SaysHowFarDisturbedRollsEndFromTheTruth) {
   constexpr int kDraws = 400, kSteps = 25;
   Pose truth = Pose::Identity();
   for (int k = 0; k < kSteps; ++k) truth = truth * roll_step();
   Vector6d mean_square = Vector6d::Zero();
   for (unsigned draw = 0; draw < kDraws; ++draw) {
     RollingTracker tracker(roll_step(), draw);
-    TrialDrift drift(0.0);
-    drift.add(tracker.begin(0));
+    TrialMap map({.sigma = 0});
+    map.add(tracker.begin(0));
     Vector6d sigma;
-    for (int k = 0; k < kSteps; ++k) sigma = sigma_of(*drift.add(tracker.next()));
+    for (int k = 0; k < kSteps; ++k) sigma = sigma_of(map.add(tracker.next())->map_T_frame.covariance);
     const Vector6d error = se3_log(tracker.estimate().inverse() * truth);  // rad first
     const Vector6d ordered = (Vector6d() << error.tail<3>(), error.head<3>()).finished();
     mean_square += ordered.cwiseQuotient(sigma).cwiseAbs2() / kDraws;
@@ -110,14 +113,14 @@ TEST(TrialDrift, SaysHowFarDisturbedRollsEndFromTheTruth) {
 // x of which 3 % are read as slopes along y turn the sensor about its own x by 0.03 rad for each radian
 // rolled; seen from the end of the roll, these turns add up to 0.03 sin(3) about x and 0.03 (1 - cos(3))
 // about z.
-TEST(TrialDrift, AGradientScaleAddsUpAlongARoll) {
+TEST(TrialMap, AGradientScaleAddsUpAlongARoll) {
   const Pose step = se3_exp((Vector6d() << 0, 0.12, 0, 0, 0, 0).finished());
   for (const double model_sigma : {1.0, 0.5}) {
     RollingTracker tracker(step, 1, model_sigma);
-    TrialDrift drift(0.1);
-    drift.add(tracker.begin(0));
+    TrialMap map({.sigma = 0.1});
+    map.add(tracker.begin(0));
     Vector6d sigma;
-    for (int k = 0; k < 25; ++k) sigma = sigma_of(*drift.add(tracker.next()));
+    for (int k = 0; k < 25; ++k) sigma = sigma_of(map.add(tracker.next())->map_T_frame.covariance);
     const double noise = 5 * kSigmaRad, gain = 0.1 * model_sigma * 25 * 0.12;
     EXPECT_NEAR(sigma[4], std::hypot(noise, gain), 0.02 * gain);
     const double mixed = 0.03 * model_sigma;
@@ -126,26 +129,26 @@ TEST(TrialDrift, AGradientScaleAddsUpAlongARoll) {
   }
 }
 
-TEST(TrialDrift, AFrameAddsItsOwnErrorToItsKeyframes) {
+TEST(TrialMap, AFrameAddsItsOwnErrorToItsKeyframes) {
   RollingTracker tracker(Pose::Identity(), 1);
-  TrialDrift drift(0.0);
-  EXPECT_EQ(drift.add(tracker.begin(0))->norm(), 0.0);  // the trial's own frame
-  drift.add(tracker.next());
-  EXPECT_NEAR(sigma_of(*drift.add(tracker.beside(Pose::Identity())))[0], std::sqrt(2.0) * kSigmaMm,
-              1e-3 * kSigmaMm);
-  EXPECT_NEAR(sigma_of(*drift.add(tracker.beside(Pose::Identity())))[0], std::sqrt(2.0) * kSigmaMm,
-              1e-3 * kSigmaMm);
+  TrialMap map({.sigma = 0});
+  EXPECT_EQ(map.add(tracker.begin(0))->map_T_frame.covariance.norm(), 0.0);  // the trial's own frame
+  map.add(tracker.next());
+  EXPECT_NEAR(sigma_of(map.add(tracker.beside(Pose::Identity()))->map_T_frame.covariance)[0],
+              std::sqrt(2.0) * kSigmaMm, 1e-3 * kSigmaMm);
+  EXPECT_NEAR(sigma_of(map.add(tracker.beside(Pose::Identity()))->map_T_frame.covariance)[0],
+              std::sqrt(2.0) * kSigmaMm, 1e-3 * kSigmaMm);
   // 10 mm beside the keyframe its tilt is a lever, and so is that of the registration, which is about the
   // keyframe.
   const Pose far = Pose(Eigen::Translation3d(10, 0, 0));
-  EXPECT_NEAR(sigma_of(*drift.add(tracker.beside(far)))[2],
+  EXPECT_NEAR(sigma_of(map.add(tracker.beside(far))->map_T_frame.covariance)[2],
               std::sqrt(2.0) * std::hypot(kSigmaMm, 10 * kSigmaRad), 1e-3);
 }
 
 // A polished ball of 8 mm radius may have rolled by half a radian unseen: then it slid by as much, and lies
 // off along z by about 8 mm * 0.5² / 2, although z is read to 0.01 mm. Against 20 000 draws of the
 // perturbation; what is left out is of third order (0.5³ / 6 of 4 mm).
-TEST(TrialDrift, TurnsThatAreNotShownMoveTheFrameAlongAllAxes) {
+TEST(TrialMap, TurnsThatAreNotShownMoveTheFrameAlongAllAxes) {
   constexpr double kRadius = 8, kTurn = 0.5;
   Matrix6d by_cause = Matrix6d::Identity() * 0.01;
   by_cause.diagonal().head<2>().setConstant(kTurn);
@@ -153,11 +156,11 @@ TEST(TrialDrift, TurnsThatAreNotShownMoveTheFrameAlongAllAxes) {
   by_cause(3, 1) = kRadius * kTurn;
   RollingTracker tracker(Pose::Identity(), 1);
   TrackedFrame frame = tracker.begin(0);
-  TrialDrift drift(0.0);
-  drift.add(frame);
+  TrialMap map({.sigma = 0});
+  map.add(frame);
   frame = tracker.beside(Pose::Identity());
   frame.registration.information = (by_cause * by_cause.transpose()).inverse();
-  const Vector6d sigma = sigma_of(*drift.add(frame));
+  const Vector6d sigma = sigma_of(map.add(frame)->map_T_frame.covariance);
 
   std::mt19937 generator(1);
   std::normal_distribution<double> normal;
@@ -172,15 +175,15 @@ TEST(TrialDrift, TurnsThatAreNotShownMoveTheFrameAlongAllAxes) {
   EXPECT_GT(sigma[2], 1.0);
 }
 
-TEST(TrialDrift, ANewTrialBeginsAnewAndALostFrameHasNone) {
+TEST(TrialMap, ANewTrialBeginsAnewAndALostFrameHasNone) {
   RollingTracker tracker(roll_step(), 3);
-  TrialDrift drift(0.1);
-  drift.add(tracker.begin(0));
-  for (int k = 0; k < 10; ++k) drift.add(tracker.next());
+  TrialMap map({.sigma = 0.1});
+  map.add(tracker.begin(0));
+  for (int k = 0; k < 10; ++k) map.add(tracker.next());
   TrackedFrame lost;
   lost.status = TrackStatus::lost;
-  EXPECT_FALSE(drift.add(lost));
-  EXPECT_EQ(drift.add(tracker.begin(1))->norm(), 0.0);
+  EXPECT_FALSE(map.add(lost));
+  EXPECT_EQ(map.add(tracker.begin(1))->map_T_frame.covariance.norm(), 0.0);
 }
 
 }  // namespace
