@@ -112,7 +112,7 @@ def judged(frames, truth):
         index = frame["frame"] - BACKGROUND_FRAMES
         if frame["status"] != "tracked" or not 0 <= index < len(truth) or np.isnan(truth[index, 0, 0]):
             continue
-        pose = np.reshape(frame["trial_pose"], (4, 4))
+        pose = np.reshape(frame["pose"], (4, 4))
         true_first, estimated_first = first.setdefault(frame["trial"], (truth[index], pose))
         gap = np.linalg.inv(np.linalg.inv(estimated_first) @ pose) @ np.linalg.inv(true_first) @ truth[index]
         noise = np.concatenate((gap[:3, 3], Rotation.from_matrix(gap[:3, :3]).as_rotvec()))

@@ -38,7 +38,7 @@ def frames_of(words):
     found = {}
     for line in map(json.loads, done.stdout.splitlines()):
         if line.get("type", "frame") == "frame" and line["status"] == "tracked":
-            pose = np.reshape(line["trial_pose"], (4, 4)).astype(float)
+            pose = np.reshape(line["pose"], (4, 4)).astype(float)
             pose[:3, 3] *= 1e3
             found[line["frame"] - BACKGROUND_FRAMES] = line["trial"], pose
     return found

@@ -122,7 +122,7 @@ TEST(Replay, StreamsThePosesOfTrack) {
   EXPECT_EQ(images, static_cast<std::ptrdiff_t>(streamed.size()));
   for (std::size_t k = 0; k < streamed.size(); ++k)
     for (const char* key :
-         {"frame", "time_s", "time_unix_s", "status", "trial", "trial_pose", "observable", "contact"})
+         {"frame", "time_s", "time_unix_s", "status", "trial", "pose", "observable", "contact"})
       EXPECT_EQ(streamed[k].at(key), tracked[k].at(key)) << key << " of frame " << k;
 }
 
@@ -136,7 +136,7 @@ TEST(Replay, StreamsThePlacesOfFramesInTheMap) {
     ++placed;
     for (const std::size_t shift : {3, 7, 11})
       EXPECT_NEAR(frame.at("map_pose").at(shift).get<double>(),
-                  frame.at("trial_pose").at(shift).get<double>(), 2e-4);
+                  frame.at("pose").at(shift).get<double>(), 2e-4);
   }
   EXPECT_GT(placed, 0);
 }

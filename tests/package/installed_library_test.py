@@ -45,7 +45,7 @@ class InstalledLibrary(unittest.TestCase):
         lines = np.loadtxt(self.example("track_video", LOG / "scan", MODEL).splitlines())
         self.assertGreater(len(lines), 30)
         frames = map(json.loads, run(PROGRAM, "track", LOG / "scan", "--model", MODEL).splitlines())
-        tracked = [(frame["time_s"], *frame["trial_pose"][3:12:4]) for frame in frames if frame["trial_pose"]]
+        tracked = [(frame["time_s"], *frame["pose"][3:12:4]) for frame in frames if frame["pose"]]
         np.testing.assert_allclose(lines[:, :4], tracked, atol=1e-11)
 
     def test_reconstructs_as_the_program_does(self):

@@ -76,7 +76,7 @@ TEST(NdjsonLine, StatesPoseCovarianceAndContactInTheirUnits) {
   EXPECT_EQ(object.at("component"), 1);
   EXPECT_THAT(line, testing::HasSubstr("\"time_unix_s\":1764268461.123457,"));
   EXPECT_EQ(object.at("observable"), json({1, 1, 0, 1, 1, 1}));
-  for (const auto& [key, pose] : {std::pair<const char*, Pose>{"trial_pose", frame.trial_T_frame},
+  for (const auto& [key, pose] : {std::pair<const char*, Pose>{"pose", frame.trial_T_frame},
                                   {"map_pose", place.map_T_frame.pose}})
     for (int r = 0; r < 3; ++r) {
       for (int c = 0; c < 3; ++c) EXPECT_EQ(object.at(key).at(4 * r + c), pose.linear()(r, c));
@@ -102,7 +102,7 @@ TEST(NdjsonLine, SaysNullOfWhatIsNotKnown) {
   frame.status = TrackStatus::background;
   json object = json::parse(ndjson_line({frame}));
   for (const char* key :
-       {"time_unix_s", "trial", "keyframe", "trial_pose", "map_pose", "component", "covariance", "contact"})
+       {"time_unix_s", "trial", "keyframe", "pose", "map_pose", "component", "covariance", "contact"})
     EXPECT_TRUE(object.at(key).is_null()) << key;
   frame.status = TrackStatus::no_contact;
   const SurfacePtr bare = pressed(0, 0, 0, 0);

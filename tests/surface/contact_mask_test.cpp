@@ -92,14 +92,31 @@ TEST(ContactMask, HardlyDependsOnTheGelBesideAFlatFace) {
 // Up to 3.3 mm² are filled: a radius of 1.03 mm, of which closing and blur take up to 0.5 mm.
 TEST(ContactMask, SmallHolesOfARingAreFilledLargeOnesStay) {
   for (const double inner_mm : {0.5, 0.8, 1.9, 2.5}) {
-    cv::Mat1b bridged;
-    const cv::Mat1b contact = contact_of(ring(inner_mm, 159.5), kPitchMm, {}, &bridged);
+    const cv::Mat1b contact = contact_of(ring(inner_mm, 159.5));
     const int on_ring = 160 + static_cast<int>((inner_mm + 0.4) / kPitchMm);
     EXPECT_TRUE(contact(120, on_ring)) << inner_mm;
     EXPECT_EQ(contact(120, 160) != 0, inner_mm < 1) << inner_mm;
-    EXPECT_EQ(bridged(120, 160) != 0, inner_mm < 1) << inner_mm;  // and not read
-    EXPECT_FALSE(bridged(120, on_ring)) << inner_mm;
     EXPECT_FALSE(contact(120, 160 + static_cast<int>((inner_mm + 1.3) / kPitchMm))) << inner_mm;
+  }
+}
+
+// Two pressed bars: the gel between them is part of the contact where they are close, but not the object's.
+TEST(ContactMask, GelBetweenCloseCrestsIsBridged) {
+  for (const double gap_mm : {0.5, 1.5}) {
+    const cv::Mat1f height_mm = pixel_map<float>(kSensor, [&](int u, int v) {
+      const double x_mm = kPitchMm * std::abs(u - 159.5) - gap_mm / 2, y_mm = kPitchMm * std::abs(v - 119.5);
+      const double hanging =
+                       std::cosh((x_mm + gap_mm / 2) / kRelaxationMm) / std::cosh(gap_mm / 2 / kRelaxationMm),
+                   beside = std::exp(-std::max(0.0, x_mm - 0.8) / kRelaxationMm);
+      return -kDepthMm * (x_mm < 0 ? hanging : beside) * std::exp(-std::max(0.0, y_mm - 4) / kRelaxationMm);
+    });
+    cv::Mat1b bridged;
+    const cv::Mat1b contact = contact_of(height_mm, kPitchMm, {}, &bridged);
+    const int on_bar = 160 + static_cast<int>((gap_mm / 2 + 0.4) / kPitchMm);
+    EXPECT_TRUE(contact(120, on_bar)) << gap_mm;
+    EXPECT_FALSE(bridged(120, on_bar)) << gap_mm;
+    EXPECT_EQ(contact(120, 160) != 0, gap_mm < 1) << gap_mm;
+    EXPECT_EQ(bridged(120, 160) != 0, gap_mm < 1) << gap_mm;
   }
 }
 

@@ -36,8 +36,8 @@ class Field {
   float truncation_mm() const { return truncation_mm_; }
   /// Best single weight at which the mesh ends.
   float end_weight() const { return end_weight_; }
-  /// Best single weight below which one side of a point does not count as touched: reached most of a
-  /// voxel beyond the mesh's end, l ln((0.06 + 0.05) / (0.06 / 6 + 0.05)) = 0.06 mm (mask_weight()).
+  /// Best single weight below which one side of a point does not count as touched: reached about two voxels
+  /// beyond the mesh's end, l ln((0.06 + 0.05) / (0.06 / 6 + 0.05)) = 0.15 mm (mask_weight()).
   float touched_weight() const { return end_weight_ / 6; }
   /// Of the largest weight of what is observed at a point, a logarithm that rises evenly toward the middle of
   /// a patch.

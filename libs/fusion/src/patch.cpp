@@ -12,18 +12,19 @@ namespace {
 /// At most, for pixels that were filled in from around. It closes the hole where no other touch shows the
 /// place, also in the live window: less kMinPixelWeight it is above the viewer's kSmoothBorder.
 constexpr float kUnreadWeight = 0.3f;
-constexpr double kRimFadeMm = 0.1;     // l of mask_weight()
+constexpr double kRimFadeMm = 0.25;    // l of mask_weight()
+constexpr double kRoundedMm = 0.08;    // a voxel; more erodes what is thin
 constexpr double kBorderFadeMm = 1.5;  // a tenth of a Mini's narrow side
 
 /// sqrt(W), W = (tanh(d/l - 3) + 1)/2, d the distance to the contact's border: near it lies the gel's rim and
-/// not the object (Huang et al., T-RO 2026; there l = H/60 pixels, for a mask that is found by another rule).
-/// The border is found within about 0.1 mm, and within 3 l = 0.3 mm of the true one the error of slopes falls
-/// to what it is inside. The root, because W itself throws away good views, and the mean gets noisier. The
-/// mask's corners and steps, which come from the squares that shaped it, are rounded before.
+/// not the object (Huang et al., T-RO 2026). The root, because our mask ends before most of the rim begins: W
+/// itself throws away good views, and the mean gets noisier. The mesh ends at d = 0.2 mm: it takes two voxels
+/// beyond its end to end smoothly. The mask's corners and steps, which come from the squares that shaped it,
+/// are rounded before.
 cv::Mat1f mask_weight(const cv::Mat1b& contact, double pixel_pitch_mm) {
   const double length_px = kRimFadeMm / pixel_pitch_mm;
   cv::Mat1b smooth;
-  cv::GaussianBlur(contact, smooth, cv::Size(), length_px, 0, cv::BORDER_REPLICATE);
+  cv::GaussianBlur(contact, smooth, cv::Size(), kRoundedMm / pixel_pitch_mm, 0, cv::BORDER_REPLICATE);
   cv::Mat1f distance;
   cv::distanceTransform(smooth > 127, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
   const float length = static_cast<float>(length_px);

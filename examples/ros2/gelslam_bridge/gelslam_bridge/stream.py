@@ -128,7 +128,7 @@ class Bridge:
         yield self._status(frame)
         if frame['status'] not in ('tracked', 'localized'):
             return
-        trial_pose, map_pose = matrix(frame['trial_pose']), matrix(frame['map_pose'])
+        trial_pose, map_pose = matrix(frame['pose']), matrix(frame['map_pose'])
         yield from self._place(frame, trial_pose, map_pose)
         self.map_T_sensor = self.map_T_trial @ trial_pose
         stamp = self._stamp_s(frame)

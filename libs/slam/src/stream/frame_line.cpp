@@ -88,7 +88,7 @@ Json frame_json(const FrameReport& report) {
       {"trial", or_null(tracked, frame.trial)},
       {"keyframe", tracked ? Json(frame.keyframe->id) : Json(nullptr)},
       {"new_keyframes", Json::array()},
-      {"trial_pose", or_null(tracked, row_major_meters(frame.trial_T_frame))},
+      {"pose", or_null(tracked, row_major_meters(frame.trial_T_frame))},
       {"map_pose", report.place ? Json(row_major_meters(report.place->map_T_frame.pose)) : Json(nullptr)},
       {"component", report.place ? Json(report.place->component) : Json(nullptr)},
       {"covariance", report.place ? si_covariance(report.place->map_T_frame.covariance) : Json(nullptr)},

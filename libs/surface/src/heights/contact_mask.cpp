@@ -18,8 +18,9 @@ constexpr double kPressedShare = 0.5;
 constexpr double kSmoothedMm = 0.15;
 // Specks that are thinner than twice this are noise.
 constexpr double kSpeckMm = 0.13;
-// Gel between two crests that are closer than twice this stays within 2 % of their depth: it is bridged.
-constexpr double kBridgedMm = 0.25 * kRimLengthMm;
+// Gel between two crests that are closer than twice this stays within a tenth of their depth: it is bridged.
+// (With half of it, a screw's thread is strips too narrow for the mesh.)
+constexpr double kBridgedMm = 0.5 * kRimLengthMm;
 // Between two faces at a distance of 2.6 L the gel returns half way to rest.
 constexpr double kMaxHoleMm2 = 2.6 * kRimLengthMm * 2.6 * kRimLengthMm;
 constexpr double kMinDepthMm = 0.015;  // what the network's own noise integrates to
@@ -58,9 +59,10 @@ void ContactDetector::detect(const cv::Mat1f& height_mm, const cv::Mat1f& curvat
   }
   contact.copyTo(pressed_);
   close_gaps(below_, contact);
+  cv::subtract(contact, pressed_, bridged);
   fill_small_holes(below_, contact);
   cv::morphologyEx(contact, contact, cv::MORPH_OPEN, speck_);
-  cv::subtract(contact, pressed_, bridged);
+  cv::bitwise_and(bridged, contact, bridged);
 }
 
 void ContactDetector::find_pressed(const cv::Mat1f& height_mm, const cv::Mat1f& curvature_per_px,

@@ -26,9 +26,10 @@ struct HeightQuality {
 /// with d the depth below the gel at rest, c the curvature (the Laplacian of the height) and L the length
 /// over which the gel returns to rest beside an object. Beside the object p is 0; under a flat face p equals
 /// d, and under a convex one it is larger. A pixel is in contact where p exceeds half of d, and d its own
-/// error. Where no bare gel is seen, d is unknown: what has changed its color is contact. Gel between two
-/// crests that are close, and gel that contact encloses, does not return to rest: it is bridged. It belongs
-/// to the contact and closes the mesh, but its shape is the gel's own and does not move with the object.
+/// error. Where no bare gel is seen, d is unknown: what has changed its color is contact. Small holes are
+/// filled, for what contact encloses is touched. Gel between two crests that are close does not return to
+/// rest: it is bridged. It belongs to the contact and closes the mesh, but its shape is the gel's own and
+/// does not move with the object.
 class ContactDetector {
  public:
   ContactDetector(cv::Size size, double pixel_pitch_mm);
