@@ -102,7 +102,7 @@ TEST(ContactMask, SmallHolesOfARingAreFilledLargeOnesStay) {
 
 // Two pressed bars: the gel between them is part of the contact where they are close, but not the object's.
 TEST(ContactMask, GelBetweenCloseCrestsIsBridged) {
-  for (const double gap_mm : {0.5, 1.5}) {
+  for (const double gap_mm : {0.6, 1.5}) {
     const cv::Mat1f height_mm = pixel_map<float>(kSensor, [&](int u, int v) {
       const double x_mm = kPitchMm * std::abs(u - 159.5) - gap_mm / 2, y_mm = kPitchMm * std::abs(v - 119.5);
       const double hanging =
