@@ -45,12 +45,13 @@ std::uintmax_t bytes_behind_mesh(const std::filesystem::path& path);
 Mesh read_mesh(const std::filesystem::path& path, std::optional<double> mm_per_unit = std::nullopt);
 
 /// Writes PLY (binary, with normals, confidence and colors as far as there are any) or, through Assimp, OBJ,
-/// STL (binary) or GLB, or XYZ (text: points with normals, no triangles), by extension, to a temporary name that is renamed when whole. The unit is noted in
-/// the file. Byte-identical for identical meshes. Readers of OBJ and GLB find every vertex, but may find them
-/// in another order. GLB is glTF 2.0: meters, colors linear (as glTF has them); the node turns the mesh by
-/// 180 degrees about x: what the sensor touched then faces the viewer (glTF's +z), the top of the picture up.
-/// Throws Error when the disk is full, the name unknown, colors are given for OBJ or STL, GLB is asked for in
-/// millimeters, or this build is without Assimp and the file no PLY.
+/// STL (binary) or GLB, or XYZ (text: points with normals, no triangles), by extension, to a temporary name
+/// that is renamed when whole. The unit is noted in the file. Byte-identical for identical meshes. Readers of
+/// OBJ and GLB find every vertex, but may find them in another order. GLB is glTF 2.0: meters, colors linear
+/// (as glTF has them); the node turns the mesh by 180 degrees about x: what the sensor touched then faces the
+/// viewer (glTF's +z), the top of the picture up. Throws Error when the disk is full, the name unknown,
+/// colors are given for OBJ or STL, GLB is asked for in millimeters, or this build is without Assimp and the
+/// file no PLY.
 void write_mesh(const std::filesystem::path& path, const Mesh& mesh, LengthUnit file_unit = LengthUnit::meter,
                 const VertexColors& colors = {});
 
