@@ -135,8 +135,8 @@ TEST(Replay, StreamsThePlacesOfFramesInTheMap) {
     if (frame.at("map_pose").is_null()) continue;
     ++placed;
     for (const std::size_t shift : {3, 7, 11})
-      EXPECT_NEAR(frame.at("map_pose").at(shift).get<double>(),
-                  frame.at("pose").at(shift).get<double>(), 2e-4);
+      EXPECT_NEAR(frame.at("map_pose").at(shift).get<double>(), frame.at("pose").at(shift).get<double>(),
+                  2e-4);
   }
   EXPECT_GT(placed, 0);
 }

@@ -76,8 +76,8 @@ TEST(NdjsonLine, StatesPoseCovarianceAndContactInTheirUnits) {
   EXPECT_EQ(object.at("component"), 1);
   EXPECT_THAT(line, testing::HasSubstr("\"time_unix_s\":1764268461.123457,"));
   EXPECT_EQ(object.at("observable"), json({1, 1, 0, 1, 1, 1}));
-  for (const auto& [key, pose] : {std::pair<const char*, Pose>{"pose", frame.trial_T_frame},
-                                  {"map_pose", place.map_T_frame.pose}})
+  for (const auto& [key, pose] :
+       {std::pair<const char*, Pose>{"pose", frame.trial_T_frame}, {"map_pose", place.map_T_frame.pose}})
     for (int r = 0; r < 3; ++r) {
       for (int c = 0; c < 3; ++c) EXPECT_EQ(object.at(key).at(4 * r + c), pose.linear()(r, c));
       EXPECT_NEAR(object.at(key).at(4 * r + 3).get<double>(), 1e-3 * pose.translation()[r], 1e-15);

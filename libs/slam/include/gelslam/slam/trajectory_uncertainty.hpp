@@ -15,8 +15,9 @@ namespace gelslam {
 RunReport::Uncertainty trajectory_uncertainty(const std::vector<FrameRecord>& frames, const MapSnapshot& map);
 
 /// "poses may be off by 1.6 mm and 6 degrees: return to where you began" where the drift is large
-/// (kLargeDriftMm) and the sensor was farther from the map's origin (`farthest_mm`) than that, else what was not observable: "twisting is not observable in 10 frames, from 0.4 s on:
-/// press on texture". At most one sentence.
+/// (kLargeDriftMm) and the sensor was farther from the map's origin (`farthest_mm`) than that, else what was
+/// not observable: "twisting is not observable in 10 frames, from 0.4 s on: press on texture". At most one
+/// sentence.
 std::vector<std::string> describe(const RunReport::Uncertainty& uncertainty, double farthest_mm);
 
 /// One standard deviation of each, the translation first.
