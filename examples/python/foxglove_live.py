@@ -5,6 +5,10 @@ Usage: foxglove_live.py MODEL [LOG]: without LOG of the camera. Of a run that is
 import itertools
 import sys
 
+if len(sys.argv) < 2 or sys.argv[1] == "--help":
+    print(__doc__)
+    sys.exit()
+
 import foxglove
 import gelslam
 from foxglove.schemas import Color, LinePrimitive, Point3, RawImage, SceneEntity, SceneUpdate, TriangleListPrimitive

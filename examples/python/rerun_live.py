@@ -5,6 +5,10 @@ Usage: rerun_live.py MODEL [LOG]: without LOG of the camera. rr.save("scan.rrd")
 import itertools
 import sys
 
+if len(sys.argv) < 2 or sys.argv[1] == "--help":
+    print(__doc__)
+    sys.exit()
+
 import gelslam
 import rerun as rr
 
