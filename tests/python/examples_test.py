@@ -64,7 +64,7 @@ class Examples(unittest.TestCase):
 
     def test_viewers(self):
         """With what stands in for their modules: what is logged under which name, and how much of it."""
-        (self.folder / "stub.py").write_text("""
+        (self.folder / "stand_in.py").write_text("""
 class Thing:
     def __init__(self, *words, **named):
         self.words, self.named = words, named
@@ -78,10 +78,10 @@ def __getattr__(name):
         raise AttributeError(name)
     return Thing
 """)
-        (self.folder / "rerun.py").write_text("from stub import __getattr__, log\n")
+        (self.folder / "rerun.py").write_text("from stand_in import __getattr__, log\n")
         (self.folder / "foxglove").mkdir()
-        (self.folder / "foxglove/__init__.py").write_text("from stub import __getattr__, log\n")
-        (self.folder / "foxglove/schemas.py").write_text("from stub import __getattr__\n")
+        (self.folder / "foxglove/__init__.py").write_text("from stand_in import __getattr__, log\n")
+        (self.folder / "foxglove/schemas.py").write_text("from stand_in import __getattr__\n")
         with unittest.mock.patch.dict(os.environ, {"PYTHONPATH": f"{self.folder}:{os.environ['PYTHONPATH']}"}):
             for name, surface, path in [("rerun_live.py", "map/surface", "map/path"), ("foxglove_live.py", "/surface", "/path")]:
                 logged = [line.split() for line in self.example(name, simulated.MODEL, simulated.SCAN).splitlines()]

@@ -127,7 +127,7 @@ struct SurfaceEstimator::Impl {
 
   cv::Mat1b contact_of(const cv::Mat1f& relief_mm, const cv::Mat1f& bend) {
     cv::Mat1b contact, changed_px(size);
-    spread_blocks(changed, changed_px);
+    if (!bare_gel_seen) spread_blocks(changed, changed_px);
     contact_detector.detect(relief_mm, bend, changed_px,
                             {slope_noise, model_sigma, scatter_mm, bare_gel_seen}, contact, bridged);
     rest_grid.remove_beyond(contact);
@@ -139,7 +139,6 @@ struct SurfaceEstimator::Impl {
     constexpr double kDeepest = 0.25;  // bound: of the narrow side; no gel is thicker (a test picture)
     const double mean_mm = cv::mean(relief_mm, contact)[0];
     if (mean_mm < -kDeepest * std::min(size.width, size.height) * options.pixel_pitch_mm) contact = 0;
-    bridged &= contact;
     return contact;
   }
 
@@ -174,7 +173,7 @@ struct SurfaceEstimator::Impl {
   cv::Mat1b changed;  // blocks of the rest grid
   cv::Mat1b changed_blocks, touched_blocks, everywhere;
   cv::Mat contact_margin = cv::getStructuringElement(cv::MORPH_RECT, cv::Size(7, 7));
-  cv::Mat1b bridged;  // contact whose slopes are the gel's own
+  cv::Mat1b bridged;  // where slopes are the gel's own
   cv::Mat1f gx, gy;
   float scatter_mm = 0.0F;
   bool bare_gel_seen = false;
@@ -215,7 +214,7 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
   surface->slope_noise = static_cast<float>(self.slope_noise);
   surface->confidence = cv::Mat1b::zeros(self.size);
   self.confidence.copyTo(surface->confidence, surface->contact);
-  surface->confidence.setTo(1, self.bridged);
+  surface->confidence.setTo(1, self.bridged & surface->contact);
   cv::Mat1b unread;
   if (const cv::Mat1b& covered = self.pixels.covered(); !covered.empty()) {
     // Curvature and the change of normals are differences of neighbors.

@@ -67,10 +67,9 @@ struct Speeds {
   }
 };
 
-/// "46 of 60 touched frames are lost, after motions of ...; move more slowly ...", where more than 2 % are;
-/// else
-/// "". No speed is blamed where frames were lost after slower motions than were followed: as touches begin
-/// and end.
+/// "46 of 60 touched frames are lost, after motions of ...; move more slowly ...", where more than 2 % are.
+/// Else empty. No speed is blamed where frames were lost after slower motions than were followed, as where
+/// touches begin and end.
 std::string lost_frames(const SlamMap& map, const RunReport::Frames& count) {
   if (50 * count.lost <= count.tracked + count.lost) return "";
   Speeds followed, before_loss;

@@ -24,9 +24,6 @@ constexpr double kBridgedMm = 0.5 * kRimLengthMm;
 // Between two faces at a distance of 2.6 L the gel returns half way to rest.
 constexpr double kMaxHoleMm2 = 2.6 * kRimLengthMm * 2.6 * kRimLengthMm;
 constexpr double kMinDepthMm = 0.015;  // what the network's own noise integrates to
-// A frame whose deepest place is less deep shows no touch: a lamp that flickers by a tenth integrates to
-// that.
-constexpr double kFaintestTouchMm = 0.05;
 constexpr double kScattersAboveGel = 4;
 // Heights err by this share of the deepest place, if slopes err as those of a sensor's own model do.
 constexpr double kErrorOfDepth = 0.05;
@@ -62,7 +59,6 @@ void ContactDetector::detect(const cv::Mat1f& height_mm, const cv::Mat1f& curvat
   cv::subtract(contact, pressed_, bridged);
   fill_small_holes(below_, contact);
   cv::morphologyEx(contact, contact, cv::MORPH_OPEN, speck_);
-  cv::bitwise_and(bridged, contact, bridged);
 }
 
 void ContactDetector::find_pressed(const cv::Mat1f& height_mm, const cv::Mat1f& curvature_per_px,

@@ -35,8 +35,8 @@ class ContactDetector {
   ContactDetector(cv::Size size, double pixel_pitch_mm);
 
   /// `height_mm`: relative to the gel at rest, negative in contact; `curvature_per_px`: divergence() of the
-  /// slopes; `changed`: where the picture differs from the background. Fills `contact` and what of it is
-  /// `bridged` (HxW, 0 or 255).
+  /// slopes; `changed`: where the picture differs from the background, read where no bare gel is seen. Fills
+  /// `contact` and `bridged`, where gaps between crests were closed (HxW, 0 or 255).
   void detect(const cv::Mat1f& height_mm, const cv::Mat1f& curvature_per_px, const cv::Mat1b& changed,
               const HeightQuality& quality, cv::Mat1b& contact, cv::Mat1b& bridged);
 
