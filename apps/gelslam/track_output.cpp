@@ -14,15 +14,15 @@ using Json = nlohmann::ordered_json;
 Json hypothesis_json(const PlaceHypothesis& hypothesis) {
   Json json = {{"probability", hypothesis.probability},
                {"map_pose", row_major_meters(hypothesis.map_T_sensor.pose)}};
-  add_sigma(json, MapPlace{hypothesis.map_T_sensor});
+  add_sigma(json, hypothesis.map_T_sensor.covariance);
   return json;
 }
 
 /// As frame_json(), with what localization knows.
-Json map_json(const LocalizedFrame& frame, const Surface* surface) {
+Json map_json(const LocalizedFrame& frame, const Surface* surface, const std::optional<MapPlace>& in_trial) {
   const bool localized = frame.status == PlaceStatus::localized;
-  FrameReport report{frame.tracked, surface};
-  if (localized) report.place = MapPlace{frame.hypotheses.front().map_T_sensor};
+  FrameReport report{frame.tracked, surface, in_trial};
+  if (localized) report.in_map = MapPlace{frame.hypotheses.front().map_T_sensor};
   Json json = frame_json(report);
   json["status"] = status_name(frame);
   if (frame.tracked.status != TrackStatus::background) json["reason"] = frame.reason;
@@ -48,7 +48,7 @@ PoseOutput trial_output(const SlamOptions& options) {
       line.state = "lost";
       line.reason = describe(frame.registration.status);
     }
-    line.ndjson = ndjson_line({frame, item.surface.get(), place});
+    line.ndjson = ndjson_line({frame, item.surface.get(), place, place});
     return line;
   };
 }
@@ -56,6 +56,7 @@ PoseOutput trial_output(const SlamOptions& options) {
 PoseOutput map_output(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options,
                       LocatedTouches* touches) {
   const auto localizer = std::make_shared<Localizer>(std::move(map), options);
+  const auto trial_map = std::make_shared<TrialMap>(options.gradient_scale);
   return [=](const SurfaceStream::Item& item) {
     const TactileImage& image = item.image;
     const LocalizedFrame frame = localizer->process(image.index, image.time_s, item.surface, image.unix_us);
@@ -75,7 +76,7 @@ PoseOutput map_output(std::shared_ptr<const SurfaceMap> map, const SlamOptions& 
       line.state = "not in the map";
       line.reason = frame.reason;
     }
-    line.ndjson = map_json(frame, item.surface.get()).dump() + "\n";
+    line.ndjson = map_json(frame, item.surface.get(), trial_map->add(frame.tracked)).dump() + "\n";
     return line;
   };
 }

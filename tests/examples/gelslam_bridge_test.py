@@ -55,7 +55,7 @@ def frame(pose, **more):
     for axis in range(6):
         covariance[7 * axis] = axis + 1.0
     return json.dumps(numbers({"type": "frame", "scan": 0, "status": "tracked", "trial": 2, "time_s": 1.5, "time_unix_s": 100.25,
-                               "pose": pose, "map_pose": pose, "component": 0, "covariance": covariance, **more}))
+                               "pose": pose, "map_pose": pose, "component": 0, "covariance": covariance, "map_covariance": covariance, **more}))
 
 
 def keyframe(number, points, scan=0):

@@ -66,8 +66,9 @@ TEST(NdjsonLine, StatesPoseCovarianceAndContactInTheirUnits) {
   Matrix6d rotation_first;
   rotation_first << covariance.bottomRightCorner<3, 3>(), covariance.bottomLeftCorner<3, 3>(),
       covariance.topRightCorner<3, 3>(), covariance.topLeftCorner<3, 3>();
-  const MapPlace place{{any_pose(random), rotation_first}, 1};
-  const std::string line = ndjson_line({frame, surface.get(), place, 4});
+  const MapPlace in_trial{{frame.trial_T_frame, rotation_first}, 0};
+  const MapPlace place{{any_pose(random), 4 * rotation_first}, 1};
+  const std::string line = ndjson_line({frame, surface.get(), in_trial, place, 4});
   ASSERT_EQ(line.find('\n'), line.size() - 1);
   const json object = json::parse(line);
   EXPECT_EQ(object.at("type"), "frame");
@@ -86,6 +87,7 @@ TEST(NdjsonLine, StatesPoseCovarianceAndContactInTheirUnits) {
     for (int c = 0; c < 6; ++c) {
       const double unit = (r < 3 ? 1e-3 : 1.0) * (c < 3 ? 1e-3 : 1.0);
       EXPECT_NEAR(object.at("covariance").at(6 * r + c).get<double>(), unit * covariance(r, c), 1e-15);
+      EXPECT_NEAR(object.at("map_covariance").at(6 * r + c).get<double>(), 4 * unit * covariance(r, c), 1e-15);
     }
     const double sigma = r < 3 ? object.at("sigma_mm").at(r).get<double>()
                                : object.at("sigma_deg").at(r - 3).get<double>() * std::acos(-1.0) / 180.0;
@@ -102,7 +104,8 @@ TEST(NdjsonLine, SaysNullOfWhatIsNotKnown) {
   frame.status = TrackStatus::background;
   json object = json::parse(ndjson_line({frame}));
   for (const char* key :
-       {"time_unix_s", "trial", "keyframe", "pose", "map_pose", "component", "covariance", "contact"})
+       {"time_unix_s", "trial", "keyframe", "pose", "covariance", "map_pose", "map_covariance", "component",
+        "contact"})
     EXPECT_TRUE(object.at(key).is_null()) << key;
   frame.status = TrackStatus::no_contact;
   const SurfacePtr bare = pressed(0, 0, 0, 0);

@@ -134,7 +134,8 @@ class Bridge:
         stamp = self._stamp_s(frame)
         in_map = frame['component'] == self.home  # else it is known in its trial only
         header, pose = (self.frames.map, map_pose) if in_map else (self.frames.trial, trial_pose)
-        yield PoseItem(stamp, header, pose, fixed_axes(frame['covariance'], pose))
+        covariance = frame['map_covariance' if in_map else 'covariance']
+        yield PoseItem(stamp, header, pose, fixed_axes(covariance, pose))
         yield self._transform(stamp, self.frames.map, self.frames.trial, self.map_T_trial)
         yield self._transform(stamp, self.frames.trial, self.frames.sensor, trial_pose)
 

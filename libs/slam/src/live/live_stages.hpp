@@ -81,7 +81,8 @@ class SurfaceStage {
 /// waits.
 class TrackingStage {
  public:
-  explicit TrackingStage(LiveContext& context) : context_(context) {}
+  explicit TrackingStage(LiveContext& context)
+      : context_(context), trial_map_(context.options.config.slam.gradient_scale) {}
 
   void run();
 
@@ -91,6 +92,7 @@ class TrackingStage {
   void hand_on(const std::vector<NewKeyframe>& keyframes);
 
   LiveContext& context_;
+  TrialMap trial_map_;
   HiddenMotions hidden_;
   std::vector<NewKeyframe> newer_;  // that the newest map does not have yet
 };

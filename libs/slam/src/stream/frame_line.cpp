@@ -23,18 +23,23 @@ std::string reservations(const TrackedFrame& frame, const Vector6d& sigma) {
   return text;
 }
 
-std::string reason(const TrackedFrame& frame, const std::optional<MapPlace>& place) {
+std::string reason(const TrackedFrame& frame, const std::optional<Matrix6d>& covariance) {
   if (frame.status == TrackStatus::background)
     return "the bare gel; contact is detected by comparing with it";
   if (frame.status == TrackStatus::no_contact) return "nothing touches the sensor";
   if (frame.status == TrackStatus::lost) return std::string(describe(frame.registration.status));
-  return place ? reservations(frame, sigma_of(place->map_T_frame.covariance)) : "";
+  return covariance ? reservations(frame, sigma_of(*covariance)) : "";
 }
 
 Json three_numbers(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-Json si_covariance(const Matrix6d& covariance) {
-  const Matrix6d numbers = translation_first(covariance, 1e-3);  // symmetric: its rows are its columns
+std::optional<Matrix6d> covariance_of(const std::optional<MapPlace>& place) {
+  return place ? std::optional(place->map_T_frame.covariance) : std::nullopt;
+}
+
+Json si_covariance(const std::optional<Matrix6d>& covariance) {
+  if (!covariance) return nullptr;
+  const Matrix6d numbers = translation_first(*covariance, 1e-3);  // symmetric: its rows are its columns
   return std::vector<double>(numbers.data(), numbers.data() + numbers.size());
 }
 
@@ -63,11 +68,11 @@ std::array<double, 16> row_major_meters(const Pose& pose_mm) {
   return numbers;
 }
 
-void add_sigma(Json& json, const std::optional<MapPlace>& place) {
+void add_sigma(Json& json, const std::optional<Matrix6d>& covariance) {
   json["sigma_mm"] = nullptr;
   json["sigma_deg"] = nullptr;
-  if (!place) return;
-  const Vector6d sigma = sigma_of(place->map_T_frame.covariance);
+  if (!covariance) return;
+  const Vector6d sigma = sigma_of(*covariance);
   json["sigma_mm"] = three_numbers(sigma.head<3>());
   json["sigma_deg"] = three_numbers(kDegreesPerRadian * sigma.tail<3>());
 }
@@ -77,6 +82,7 @@ Json unix_s(std::int64_t unix_us) { return or_null(unix_us != 0, stamp_s(unix_us
 Json frame_json(const FrameReport& report) {
   const TrackedFrame& frame = report.tracked;
   const bool tracked = frame.status == TrackStatus::tracked;
+  const std::optional<Matrix6d> covariance = covariance_of(report.in_trial);
   Json json = {
       {"type", "frame"},
       {"frame", frame.frame},
@@ -84,21 +90,22 @@ Json frame_json(const FrameReport& report) {
       {"time_unix_s", unix_s(frame.unix_us)},
       {"scan", report.scan},
       {"status", name(frame.status)},
-      {"reason", reason(frame, report.place)},
+      {"reason", reason(frame, covariance)},
       {"trial", or_null(tracked, frame.trial)},
       {"keyframe", tracked ? Json(frame.keyframe->id) : Json(nullptr)},
       {"new_keyframes", Json::array()},
       {"pose", or_null(tracked, row_major_meters(frame.trial_T_frame))},
-      {"map_pose", report.place ? Json(row_major_meters(report.place->map_T_frame.pose)) : Json(nullptr)},
-      {"component", report.place ? Json(report.place->component) : Json(nullptr)},
-      {"covariance", report.place ? si_covariance(report.place->map_T_frame.covariance) : Json(nullptr)},
+      {"covariance", si_covariance(covariance)},
+      {"map_pose", report.in_map ? Json(row_major_meters(report.in_map->map_T_frame.pose)) : Json(nullptr)},
+      {"map_covariance", si_covariance(covariance_of(report.in_map))},
+      {"component", report.in_map ? Json(report.in_map->component) : Json(nullptr)},
       {"observable", Json::array()},
       {"contact", contact_of(report.surface)},
       {"scr", frame.registration.scr},
       {"ccs", frame.registration.ccs}};
   for (const NewKeyframe& added : frame.new_keyframes) json["new_keyframes"].push_back(added.keyframe->id);
   for (const bool axis : frame.registration.observable) json["observable"].push_back(tracked && axis ? 1 : 0);
-  add_sigma(json, report.place);
+  add_sigma(json, covariance);
   return json;
 }
 

@@ -18,7 +18,8 @@ namespace gelslam {
 struct FrameReport {
   const TrackedFrame& tracked;
   const Surface* surface = nullptr;  ///< null for a frame of the background
-  std::optional<MapPlace> place{};   ///< none where it was not tracked
+  std::optional<MapPlace> in_trial{};  ///< none where it was not tracked
+  std::optional<MapPlace> in_map{};    ///< none where it was not tracked or is not in the map
   int scan = 0;
   cv::Mat3b picture{};  ///< what the sensor saw; shared, not copied
 };
@@ -32,8 +33,8 @@ std::string ndjson_line(const FrameReport& report);
 nlohmann::ordered_json unix_s(std::int64_t unix_us);
 /// 16 numbers, row by row, meters.
 std::array<double, 16> row_major_meters(const Pose& pose_mm);
-/// Fields `sigma_mm` and `sigma_deg`; null when it is not known.
-void add_sigma(nlohmann::ordered_json& json, const std::optional<MapPlace>& place);
+/// Fields `sigma_mm` and `sigma_deg`; null where there is no covariance.
+void add_sigma(nlohmann::ordered_json& json, const std::optional<Matrix6d>& covariance);
 
 /// Poses of a live scan for other programs, as soon as they are known.
 class PoseStream {
