@@ -376,5 +376,29 @@ TEST(Fusion, TheBorderOfATouchIsSmooth) {
   EXPECT_LT(topology(mesh).boundary_mm, 1.04 * std::sqrt(4 * M_PI * area_mm2(mesh)));
 }
 
+// Within 0.1 mm: kBeyondMm is 0.05 mm less than what fading takes, and a voxel has 0.06 mm.
+TEST(Fusion, TheMeshEndsWhereTheContactEnds) {
+  const Pose pose = press(kBall, {0, 0, 1}, 0.7, 0.3);
+  const SurfacePtr surface = measured(kBall, pose);
+  double farthest_mm = 0;
+  for (const Eigen::Vector3f& p : fuse({{0, pose, surface}}, {}).vertices_mm)
+    farthest_mm = std::max(farthest_mm, (pose.inverse() * p.cast<double>()).head<2>().norm());
+  EXPECT_NEAR(farthest_mm, kPitchMm * std::sqrt(surface->contact_pixels / M_PI), 0.1);
+}
+
+TEST(Fusion, GapsBetweenCloseCrestsAreClosed) {
+  for (const double gap_mm : {0.6, 1.2}) {
+    auto bars = std::make_shared<Surface>();
+    bars->height_mm = cv::Mat1f(120, 160, -0.3F);
+    bars->normals = cv::Mat3f(120, 160, cv::Vec3f(0, 0, 1));
+    bars->contact = cv::Mat1b(120, 160, uchar{255});
+    const int gap_px = static_cast<int>(std::lround(gap_mm / bars->pixel_pitch_mm));
+    bars->contact.colRange(80 - gap_px / 2, 80 - gap_px / 2 + gap_px) = 0;
+    bars->contact_pixels = cv::countNonZero(bars->contact);
+    const Mesh mesh = fuse({{0, Pose::Identity(), SurfacePtr(bars)}}, {});
+    EXPECT_EQ(topology(mesh).pieces, gap_mm < 1 ? 1 : 2) << gap_mm;
+  }
+}
+
 }  // namespace
 }  // namespace gelslam

@@ -1,5 +1,6 @@
 #include "synthetic_touch.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
@@ -37,13 +38,33 @@ Pose press(const Field& field, const Eigen::Vector3d& side, double depth_mm, dou
 
 SurfacePtr measured(const Field& field, const Pose& object_T_sensor) {
   const auto surface = touch(field, object_T_sensor, everywhere());
-  const cv::Mat1b true_contact = surface->contact.clone();
-  cv::dilate(true_contact, surface->contact, cv::getStructuringElement(cv::MORPH_ELLIPSE, {5, 5}));
-  surface->height_mm.setTo(0, true_contact == 0);
-  surface->normals.setTo(cv::Scalar(0, 0, 1), true_contact == 0);
-  cv::Mat1f hanging;
-  cv::GaussianBlur(surface->height_mm, hanging, {0, 0}, 6.0);
-  hanging.copyTo(surface->height_mm, true_contact == 0);
+  const cv::Mat1b below = surface->contact.clone();
+  const double length_px = 0.7 / kPitchMm, stiffness = 4 + 1 / (length_px * length_px);
+  cv::Mat1f& height = surface->height_mm;
+  const cv::Mat1f object = height.clone();
+  height.setTo(0, below == 0);
+  const auto in = [](int i, int length) { return std::clamp(i, 0, length - 1); };
+  constexpr double kOverrelaxed = 1.85;
+  for (int sweep = 0; sweep < 60; ++sweep)
+    for (int v = 0; v < height.rows; ++v)
+      for (int u = 0; u < height.cols; ++u) {
+        const double hanging = (height(in(v - 1, height.rows), u) + height(in(v + 1, height.rows), u) +
+                                height(v, in(u - 1, height.cols)) + height(v, in(u + 1, height.cols))) /
+                               stiffness;
+        const double next = height(v, u) + kOverrelaxed * (hanging - height(v, u));
+        height(v, u) = static_cast<float>(below(v, u) ? std::min<double>(next, object(v, u)) : next);
+      }
+  for (int v = 0; v < height.rows; ++v)
+    for (int u = 0; u < height.cols; ++u) {
+      if (below(v, u) && height(v, u) > object(v, u) - 1e-4F) continue;
+      surface->contact(v, u) = 0;
+      const auto slope = [&](float after, float before) {
+        return (before - after) / static_cast<float>(2 * kPitchMm);
+      };
+      const cv::Vec3f normal(slope(height(v, in(u + 1, height.cols)), height(v, in(u - 1, height.cols))),
+                             slope(height(in(v + 1, height.rows), u), height(in(v - 1, height.rows), u)), 1);
+      surface->normals(v, u) = normal / cv::norm(normal);
+    }
   surface->contact_pixels = cv::countNonZero(surface->contact);
   return surface;
 }

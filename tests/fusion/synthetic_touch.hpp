@@ -29,8 +29,8 @@ inline constexpr Errors kUsualErrors{0.006, 0.08, 0.03, 0.01};  // 0.35 degrees,
 Pose press(const Field& field, const Eigen::Vector3d& side, double depth_mm, double twist_rad,
            const Eigen::Vector2d& offset_mm = Eigen::Vector2d::Zero());
 
-/// What a gel measures there: as touch(), and around the contact, over 2 pixels that the mask takes for
-/// contact, gel that hangs from its border.
+/// What a gel measures there: a membrane on an elastic foundation, which returns to rest over 0.7 mm, pressed
+/// down by the object. The contact is where it lies on the object.
 SurfacePtr measured(const Field& field, const Pose& object_T_sensor);
 
 inline constexpr double kRadiusMm = 6.0;

@@ -13,23 +13,34 @@ namespace {
 /// place, also in the live window: less kMinPixelWeight it is above the viewer's kSmoothBorder.
 constexpr float kUnreadWeight = 0.3f;
 constexpr double kRimFadeMm = 0.25;    // l of mask_weight()
-constexpr double kRoundedMm = 0.08;    // a voxel; more erodes what is thin
+constexpr double kBeyondMm = 0.15;     // e of mask_weight()
+constexpr double kBridgedMm = 0.35;    // half of the length over which the gel returns to rest
 constexpr double kBorderFadeMm = 1.5;  // a tenth of a Mini's narrow side
 
-/// sqrt(W), W = (tanh(d/l - 3) + 1)/2, d the distance to the contact's border: near it lies the gel's rim and
-/// not the object (Huang et al., T-RO 2026). The root, because our mask ends before most of the rim begins: W
-/// itself throws away good views, and the mean gets noisier. The mesh ends at d = 0.2 mm: it takes two voxels
-/// beyond its end to end smoothly. The mask's corners and steps, which come from the squares that shaped it,
-/// are rounded before.
+/// From each pixel to the border of the mask, positive inside.
+cv::Mat signed_distance_mm(const cv::Mat& mask, double pixel_pitch_mm) {
+  cv::Mat inside, outside;
+  cv::distanceTransform(mask, inside, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  cv::distanceTransform(mask == 0, outside, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  return pixel_pitch_mm * (cv::max(inside - 0.5, 0) - cv::max(outside - 0.5, 0));
+}
+
+/// sqrt(W), W = (tanh((d + e)/l - 3) + 1)/2, d the distance to the contact's border: near it lies the gel's
+/// rim and not the object (Huang et al., T-RO 2026, with e = 0). The root, because our contact ends before
+/// most of the rim begins: W itself throws away good views, and the mean gets noisier. The mesh would end
+/// 0.2 mm within what has weight, for it takes two voxels beyond its end to end smoothly; e brings its end
+/// to the contact's border, but for a voxel. Gel between two crests that are closer than twice kBridgedMm
+/// stays within a tenth of their depth and belongs to the surface.
 cv::Mat1f mask_weight(const cv::Mat1b& contact, double pixel_pitch_mm) {
-  const double length_px = kRimFadeMm / pixel_pitch_mm;
-  cv::Mat1b smooth;
-  cv::GaussianBlur(contact, smooth, cv::Size(), kRoundedMm / pixel_pitch_mm, 0, cv::BORDER_REPLICATE);
-  cv::Mat1f distance;
-  cv::distanceTransform(smooth > 127, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
-  const float length = static_cast<float>(length_px);
-  for (float& d : distance) d = d > 0 ? std::sqrt(0.5f * (std::tanh(d / length - 3.0f) + 1.0f)) : 0.0f;
-  return distance;
+  cv::Mat1f distance_mm = signed_distance_mm(contact, pixel_pitch_mm);
+  const cv::Mat closed_mm = signed_distance_mm(distance_mm > -kBridgedMm, pixel_pitch_mm) - kBridgedMm;
+  cv::max(distance_mm, closed_mm, distance_mm);
+  for (float& d : distance_mm) {
+    const double covered_mm = static_cast<double>(d) + kBeyondMm;
+    d = covered_mm > 0 ? static_cast<float>(std::sqrt(0.5 * (std::tanh(covered_mm / kRimFadeMm - 3) + 1)))
+                       : 0;
+  }
+  return distance_mm;
 }
 
 /// The image's border cuts a patch off without a rim of the gel: fading it out there keeps it from making a
@@ -66,10 +77,11 @@ std::optional<Patch> Patch::prepare(const PosedSurface& posed, double gradient_s
   const SurfacePtr unpacked = posed.surface.get();
   const Surface& s = *unpacked;
   if (s.contact.empty() || cv::countNonZero(s.contact) == 0) return std::nullopt;
-  // One pixel of margin keeps the look-up of four neighbors inside.
+  // One pixel more than has weight keeps the look-up of four neighbors inside.
+  const int margin = 1 + static_cast<int>(std::ceil(kBeyondMm / s.pixel_pitch_mm));
   cv::Rect box = cv::boundingRect(s.contact);
-  box =
-      cv::Rect(box.x - 1, box.y - 1, box.width + 2, box.height + 2) & cv::Rect(cv::Point(), s.contact.size());
+  box = (box - cv::Point(margin, margin) + cv::Size(2 * margin, 2 * margin)) &
+        cv::Rect(cv::Point(), s.contact.size());
   if (box.width < 2 || box.height < 2) return std::nullopt;
 
   Patch patch;

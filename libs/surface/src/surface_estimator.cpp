@@ -129,7 +129,7 @@ struct SurfaceEstimator::Impl {
     cv::Mat1b contact, changed_px(size);
     if (!bare_gel_seen) spread_blocks(changed, changed_px);
     contact_detector.detect(relief_mm, bend, changed_px,
-                            {slope_noise, model_sigma, scatter_mm, bare_gel_seen}, contact, bridged);
+                            {slope_noise, model_sigma, scatter_mm, bare_gel_seen}, contact);
     rest_grid.remove_beyond(contact);
     // Light that is not followed altogether leaves less color than any touch: 2 degrees of slope.
     constexpr float kLeastLevels = 4;
@@ -173,7 +173,6 @@ struct SurfaceEstimator::Impl {
   cv::Mat1b changed;  // blocks of the rest grid
   cv::Mat1b changed_blocks, touched_blocks, everywhere;
   cv::Mat contact_margin = cv::getStructuringElement(cv::MORPH_RECT, cv::Size(7, 7));
-  cv::Mat1b bridged;  // where slopes are the gel's own
   cv::Mat1f gx, gy;
   float scatter_mm = 0.0F;
   bool bare_gel_seen = false;
@@ -214,7 +213,6 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
   surface->slope_noise = static_cast<float>(self.slope_noise);
   surface->confidence = cv::Mat1b::zeros(self.size);
   self.confidence.copyTo(surface->confidence, surface->contact);
-  surface->confidence.setTo(1, self.bridged & surface->contact);
   cv::Mat1b unread;
   if (const cv::Mat1b& covered = self.pixels.covered(); !covered.empty()) {
     // Curvature and the change of normals are differences of neighbors.

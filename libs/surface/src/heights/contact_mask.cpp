@@ -18,9 +18,6 @@ constexpr double kPressedShare = 0.5;
 constexpr double kSmoothedMm = 0.15;
 // Specks that are thinner than twice this are noise.
 constexpr double kSpeckMm = 0.13;
-// Gel between two crests that are closer than twice this stays within a tenth of their depth: it is bridged.
-// (With half of it, a screw's thread is strips too narrow for the mesh.)
-constexpr double kBridgedMm = 0.5 * kRimLengthMm;
 // Between two faces at a distance of 2.6 L the gel returns half way to rest.
 constexpr double kMaxHoleMm2 = 2.6 * kRimLengthMm * 2.6 * kRimLengthMm;
 constexpr double kMinDepthMm = 0.015;  // what the network's own noise integrates to
@@ -37,26 +34,18 @@ cv::Rect grown(const cv::Rect& box, int margin, cv::Size image) {
 
 ContactDetector::ContactDetector(cv::Size size, double pixel_pitch_mm)
     : pitch_mm_(pixel_pitch_mm), pressure_(size) {
-  const auto square = [this](double half_mm) {
-    const int side_px = 2 * static_cast<int>(std::lround(half_mm / pitch_mm_)) + 1;
-    return cv::getStructuringElement(cv::MORPH_RECT, {side_px, side_px});
-  };
-  speck_ = square(kSpeckMm);
-  gap_ = square(kBridgedMm);
+  const int side_px = 2 * static_cast<int>(std::lround(kSpeckMm / pitch_mm_)) + 1;
+  speck_ = cv::getStructuringElement(cv::MORPH_RECT, {side_px, side_px});
 }
 
 void ContactDetector::detect(const cv::Mat1f& height_mm, const cv::Mat1f& curvature_per_px,
-                             const cv::Mat1b& changed, const HeightQuality& quality, cv::Mat1b& contact,
-                             cv::Mat1b& bridged) {
+                             const cv::Mat1b& changed, const HeightQuality& quality, cv::Mat1b& contact) {
   if (quality.bare_gel_is_seen) {
     find_pressed(height_mm, curvature_per_px, quality, contact);
   } else {
     below_ = cv::Mat1b(changed.size(), static_cast<unsigned char>(255));
     changed.copyTo(contact);
   }
-  contact.copyTo(pressed_);
-  close_gaps(below_, contact);
-  cv::subtract(contact, pressed_, bridged);
   fill_small_holes(below_, contact);
   cv::morphologyEx(contact, contact, cv::MORPH_OPEN, speck_);
 }
@@ -76,15 +65,7 @@ void ContactDetector::find_pressed(const cv::Mat1f& height_mm, const cv::Mat1f& 
   cv::bitwise_and(contact, below_, contact);
 }
 
-/// `below`: where the gel is not at rest. Beyond the picture's border there is no contact: a plain closing
-/// would continue the outline straight to it, in steps that no object has.
-void ContactDetector::close_gaps(const cv::Mat1b& below, cv::Mat1b& contact) {
-  cv::dilate(contact, holes_, gap_);
-  cv::erode(holes_, holes_, gap_, cv::Point(-1, -1), 1, cv::BORDER_CONSTANT, cv::Scalar(0));
-  cv::bitwise_or(contact, holes_, contact, below);
-}
-
-/// `below`: as above. A hole that reaches the picture's border is open.
+/// `below`: where the gel is not at rest. A hole that reaches the picture's border is open.
 void ContactDetector::fill_small_holes(const cv::Mat1b& below, cv::Mat1b& contact) {
   cv::bitwise_not(contact, holes_);
   const int count = cv::connectedComponents(holes_, labels_, 4, CV_32S);

@@ -27,29 +27,26 @@ struct HeightQuality {
 /// over which the gel returns to rest beside an object. Beside the object p is 0; under a flat face p equals
 /// d, and under a convex one it is larger. A pixel is in contact where p exceeds half of d, and d its own
 /// error. Where no bare gel is seen, d is unknown: what has changed its color is contact. Small holes are
-/// filled, for what contact encloses is touched. Gel between two crests that are close does not return to
-/// rest: it is bridged. It belongs to the contact and closes the mesh, but its shape is the gel's own and
-/// does not move with the object.
+/// filled, for what contact encloses is touched.
 class ContactDetector {
  public:
   ContactDetector(cv::Size size, double pixel_pitch_mm);
 
   /// `height_mm`: relative to the gel at rest, negative in contact; `curvature_per_px`: divergence() of the
   /// slopes; `changed`: where the picture differs from the background, read where no bare gel is seen. Fills
-  /// `contact` and `bridged`, where gaps between crests were closed (HxW, 0 or 255).
+  /// `contact` (HxW, 0 or 255).
   void detect(const cv::Mat1f& height_mm, const cv::Mat1f& curvature_per_px, const cv::Mat1b& changed,
-              const HeightQuality& quality, cv::Mat1b& contact, cv::Mat1b& bridged);
+              const HeightQuality& quality, cv::Mat1b& contact);
 
  private:
   void find_pressed(const cv::Mat1f& height_mm, const cv::Mat1f& curvature_per_px,
                     const HeightQuality& quality, cv::Mat1b& contact);
-  void close_gaps(const cv::Mat1b& below, cv::Mat1b& contact);
   void fill_small_holes(const cv::Mat1b& below, cv::Mat1b& contact);
 
   double pitch_mm_;
-  cv::Mat speck_, gap_;
+  cv::Mat speck_;
   cv::Mat1f pressure_, blocks_;
-  cv::Mat1b below_, pressed_, holes_;
+  cv::Mat1b below_, holes_;
   cv::Mat1i labels_;
   std::vector<int> area_px_;  // of each hole
 };
