@@ -20,7 +20,7 @@ struct TrackerOptions {
   /// small, and a roll leaves the keyframe behind long before tracking breaks.
   double keyframe_min_shared = 0.55;
   /// A frame at which the motion turns back is kept as a patch if it alone shows this share of its contact.
-  double keyframe_min_unseen = 0.05;
+  double keyframe_min_unseen = 0.03;
   /// When registration fails from where the sensor is expected, look for the one place where the two textures
   /// agree. If there are several, the frame is lost.
   bool relocalize = true;
