@@ -22,7 +22,7 @@ struct ViewArguments {
   std::filesystem::path source, compare, truth, snapshot;
   std::string size = "1280x800", color, shading = "clay";
   std::optional<double> time_s;
-  bool trajectory = false, graph = false, overwrite = false, quiet = false;
+  bool trajectory = false, graph = false, missing = false, overwrite = false, quiet = false;
 };
 
 /// Width and height: "1280x800". Throws Error.
@@ -45,6 +45,7 @@ SceneStyle style_of(const ViewArguments& arguments) {
   if (!arguments.color.empty()) style.color = colors.at(arguments.color);
   style.trajectory = arguments.trajectory;
   style.keyframes = style.edges = arguments.graph;
+  style.not_in_mesh = arguments.missing;
   return style;
 }
 
@@ -62,7 +63,8 @@ void check(const ViewArguments& arguments, const ViewContent& content, const Sce
     throw Error("--color distance needs a second surface: give --compare or --truth");
   }
   if (content.history) return;
-  if (arguments.time_s) throw Error("--time needs a run folder with its session");
+  if (arguments.time_s || arguments.missing)
+    throw Error("--time and --missing need a run folder with its session");
 }
 
 int run_view(const ViewArguments& arguments) {
@@ -119,6 +121,7 @@ void add_view_command(CLI::App& app, int& exit_code) {
   command->add_option("--time", a.time_s, "Show touch, keyframes and trajectory of this second of the log");
   command->add_flag("--trajectory", a.trajectory, "Show the sensor's trajectory");
   command->add_flag("--graph", a.graph, "Show keyframes and the edges between them");
+  command->add_flag("--missing", a.missing, "Show, in blue, what was touched and is not in the mesh");
   add_overwrite_flag(*command, a.overwrite);
   add_quiet_flag(*command, a.quiet);
   command->footer("Example: gelslam view RUN\nExample: gelslam view RUN --truth DATA --snapshot view.png");

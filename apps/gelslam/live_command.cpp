@@ -270,18 +270,27 @@ LiveEnd run_to_its_end(std::unique_ptr<RawFrameSource> source, LiveOptions optio
   std::atomic<bool> wants_new_scan{false};
   std::shared_ptr<void> watch;
   if (service) watch = service->watch(watched(*session, options.log.empty(), wants_new_scan));
+  const auto finish = [&] {
+    const std::vector<std::string> warned = wait_in_terminal(*session, arguments.quiet);
+    const RunReport report = session->wait();
+    std::cerr << report_text(report, session->status(), warned, arguments.quiet);
+    return report.good() && !report.partial ? kExitDone : kExitNotGood;
+  };
   if (!arguments.headless) {
     if (!window.host) window.host = std::make_shared<viewer::WindowHost>(window);  // stays for the next scan
     window.asks_to_end = [&] { return interrupt.requested() || wants_new_scan; };
+    viewer::before_display_loss_ends_it([&] {
+      warn("the display is gone: the scan ends, and is saved");
+      session->stop();
+      std::_Exit(finish());
+    });
     end.wants_new_scan = run_live_window(*session, window);
+    viewer::before_display_loss_ends_it({});
     session->stop();
   }
-  const std::vector<std::string> warned = wait_in_terminal(*session, arguments.quiet);
-  const RunReport report = session->wait();
+  end.exit_code = finish();
   if (arguments.headless && !arguments.snapshot.empty())
     write_live_snapshot(*session, arguments.snapshot, window);
-  std::cerr << report_text(report, session->status(), warned, arguments.quiet);
-  end.exit_code = report.good() && !report.partial ? kExitDone : kExitNotGood;
   end.background = session->background_frames();
   end.wants_new_scan = (end.wants_new_scan || wants_new_scan) && !interrupt.requested();
   return end;

@@ -210,6 +210,33 @@ TEST(Replay, DoesNotReplaceTheRunThatHoldsItsLog) {
             0);
 }
 
+TEST(Replay, WhenItsDisplayDiesTheScanIsSaved) {
+  if (!fs::exists("/usr/bin/Xvfb")) GTEST_SKIP() << "no Xvfb";
+  const TemporaryFolder folder;
+  write_long_log(folder / "log", 1500);
+  const std::string number = std::to_string(1000 + ::getpid() % 30000), socket = "/tmp/.X11-unix/X" + number,
+                    run = (folder / "run").string();
+  const pid_t display = start_program("/usr/bin/Xvfb", {":" + number, "-nolisten", "tcp"}, "/dev/null",
+                                      (folder / "xvfb").string());
+  while (!fs::exists(socket)) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  ::setenv("DISPLAY", (":" + number).c_str(), 1);
+  const pid_t scan_process = start_program(
+      GELSLAM_PROGRAM, {"scan", (folder / "log").string(), "--model", scan().model().string(), "-o", run}, "",
+      (folder / "err").string());
+  ::unsetenv("DISPLAY");
+  while (!fs::exists(run + "/session.db")) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  std::this_thread::sleep_for(std::chrono::seconds(3));
+  ::kill(display, SIGKILL);
+  exit_code_of(display);
+  EXPECT_GE(exit_code_of(scan_process), 0) << "no signal ended it";
+  EXPECT_THAT(read_bytes(folder / "err"), HasSubstr("the display is gone"));
+  const json report = json::parse(read_bytes(run + "/report.json"));
+  EXPECT_EQ(report.at("partial"), true);
+  EXPECT_GT(report.at("frames").at("total"), 0);
+  fs::remove(socket);
+  fs::remove("/tmp/.X" + number + "-lock");
+}
+
 TEST(Replay, WithoutADisplayNothingBegins) {
   const TemporaryFolder folder;
   ::unsetenv("DISPLAY");

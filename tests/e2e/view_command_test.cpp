@@ -27,8 +27,8 @@ class ViewCommand : public testing::Test {
 };
 
 TEST_F(ViewCommand, WritesAPictureOfTheSizeAskedFor) {
-  const ProgramResult result =
-      view({run_, "--compare", run_, "--time", "1.5", "--graph", "--size", "320x200", "--snapshot", png_});
+  const ProgramResult result = view({run_, "--compare", run_, "--time", "1.5", "--graph", "--missing",
+                                     "--size", "320x200", "--snapshot", png_});
   if (result.err.find("cannot draw") != std::string::npos) GTEST_SKIP() << result.err;
   EXPECT_EQ(result.exit_code, 0) << result.err;
   const cv::Mat picture = cv::imread(png_);
@@ -44,7 +44,8 @@ TEST_F(ViewCommand, MistakesAreOneLine) {
   expect_mistake({run_, "--size", "9x", "--snapshot", png_}, "--size 9x");
   expect_mistake({run_, "--size", "100000x10", "--snapshot", png_}, "16 to 8192");
   expect_mistake({run_, "--color", "distance", "--snapshot", png_}, "--compare or --truth");
-  expect_mistake({run_ + "/mesh.ply", "--time", "1", "--snapshot", png_}, "--time needs a run folder");
+  expect_mistake({run_ + "/mesh.ply", "--time", "1", "--snapshot", png_},
+                 "--time and --missing need a run folder");
   expect_mistake({run_, "--truth", run_, "--snapshot", png_}, "true_start_T_currs");
   expect_mistake({run_, "--snapshot", png_ + ".jpg"}, "ends in .png");
 }

@@ -57,9 +57,7 @@ Mesh plane_until(double tilt_deg, double end_mm) {
   return mesh;
 }
 
-RunReport::Touched touched(const MapSnapshot& map, const Mesh& mesh) {
-  return touched_surface(map, mesh, {});
-}
+RunReport::Touched touched(const MapSnapshot& map, const Mesh& mesh) { return touched_surface(map, mesh, 0); }
 
 TEST(TouchedSurface, HasTheAreaOfATiltedPlaneHoweverOftenItIsShown) {
   for (const double tilt_deg : {0.0, 20.0, 40.0}) {
@@ -108,6 +106,29 @@ TEST(TouchedSurface, SaysHowMuchOfItIsInTheMesh) {
   EXPECT_EQ(part.area_cm2, whole.area_cm2);
   EXPECT_NEAR(part.in_mesh_cm2, 0.01 * (end_mm - from_mm) / std::cos(20 * kDegree) * kHeightPx * kPitchMm,
               0.05 * whole.area_cm2);
+}
+
+TEST(TouchedSurface, ShowsWhereWhatIsNotInTheMeshLies) {
+  const MapSnapshot map = side_by_side(tilted(20), 20, {2});
+  std::vector<TouchedSquare> squares;
+  const auto seen = touched_surface(map, plane_until(20, 2), 0, &squares);
+  double area_cm2 = 0, from_mm = 1e9;
+  for (const TouchedSquare& square : squares) {
+    for (const Eigen::Vector3f& corner : square) {
+      EXPECT_NEAR(corner.z(), std::tan(20 * kDegree) * corner.x() - kDepthMm, 1e-3) << "on the plane";
+      from_mm = std::min<double>(from_mm, corner.x());
+    }
+    const Eigen::Vector3f normal = (square[2] - square[0]).cross(square[1] - square[0]);
+    EXPECT_LT(normal.z(), 0) << "seen from outside, against the sensor's z";
+    area_cm2 += 0.01 * normal.norm();
+  }
+  EXPECT_NEAR(area_cm2, seen.area_cm2 - seen.in_mesh_cm2, 1e-5);
+  EXPECT_NEAR(from_mm, 2, 0.5);
+  squares.clear();
+  MapSnapshot elsewhere = map;
+  elsewhere.nodes[0].placed = false;
+  touched_surface(elsewhere, {}, 0, &squares);
+  EXPECT_TRUE(squares.empty()) << "its place is not known";
 }
 
 TEST(TouchedSurface, OfAPieceThatIsNotJoinedNothingIsInTheMesh) {

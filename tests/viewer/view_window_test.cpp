@@ -61,6 +61,24 @@ TEST_F(ViewWindowPicture, PressingTheSliderSetsTheTimeAndTheTouchFollows) {
   EXPECT_GT(orange(loop.picture(1.5)), 1000);
 }
 
+TEST_F(ViewWindowPicture, WhatIsNotInTheMeshIsTintedBlueOnDemand) {
+  const ViewContent run = load_view(folder / "RUN");
+  ViewContent half = run;
+  std::vector<Eigen::Vector3i> triangles = run.mesh.triangles;
+  std::erase_if(triangles,
+                [&](const auto& t) { return run.mesh.vertices_mm[static_cast<std::size_t>(t[0])].x() > 3; });
+  half.mesh = submesh(run.mesh, triangles);
+  const auto blue_after = [](ViewWindow& loop, int keys) {
+    for (; keys > 0; --keys) loop.controls().press_key(GLFW_KEY_M, 1);
+    const cv::Mat3b picture = loop.picture(1), view = picture.rowRange(60, picture.rows - 140);
+    return std::count_if(view.begin(), view.end(), [](const cv::Vec3b& c) { return c[0] > c[2] + 40; });
+  };
+  ViewWindow loop(half, std::nullopt, options);
+  EXPECT_LT(blue_after(loop, 0), 10);
+  EXPECT_GT(blue_after(loop, 1), 1000);
+  EXPECT_LT(blue_after(loop, 1), 10);
+}
+
 TEST_F(ViewWindowPicture, ASnapshotHasMarksButNoButtons) {
   options.width_px = 640;
   options.height_px = 480;

@@ -166,7 +166,7 @@ Run finish_scan(const Config& config, SlamMap map, RunReport report, StageTimer&
   {
     const auto scope = timer.measure("finish/fusion");
     run.mesh = fuse_map(run.map, config.slam.fusion, progress, &run.report.mesh.islands_left_out);
-    run.report.touched = touched_surface(snapshot_of(run.map), run.mesh, config.slam.fusion);
+    run.report.touched = touched_surface(snapshot_of(run.map), run.mesh, config.slam.fusion.threads);
   }
   count(run, run.report);
   for (const StageStatistics& stage : timer.statistics()) run.report.stages[stage.stage] = stage;

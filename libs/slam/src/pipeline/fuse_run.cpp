@@ -106,7 +106,7 @@ FuseSummary fuse_run(const FuseRequest& request, ProgressSink& progress,
   std::optional<RunReport> report = find_report(request.run);
   if (report) {
     report->mesh = size;
-    report->touched.in_mesh_cm2 = touched_surface(*session, mesh, config.slam.fusion).in_mesh_cm2;
+    report->touched.in_mesh_cm2 = touched_surface(*session, mesh, config.slam.fusion.threads).in_mesh_cm2;
   }
   if (stop_requested()) throw Error("stopped; nothing was changed");
   const auto write = [&](const fs::path& folder) { write_fused(folder, config, mesh, report); };

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <utility>
 
@@ -11,10 +12,10 @@
 namespace gelslam {
 namespace {
 
-/// The points of a contact, and the area that each stands for: a square of the picture.
+/// The points of a contact, and the sides of what each stands for: a square of the picture.
 struct TouchedPatch {
   std::vector<Eigen::Vector3d> points_mm;
-  std::vector<double> areas_mm2;
+  std::vector<std::array<Eigen::Vector3d, 2>> sides_mm;
   double half_square_mm;
   ContactExtent extent;
   ContactRelief relief;
@@ -27,20 +28,26 @@ TouchedPatch patch_of(const Surface& surface, double gradient_scale) {
   };
   constexpr int kHalf = kContactPointStepPx / 2;
   // From the first pixel of a square to its last is one less than its side.
-  constexpr double kSquares =
-      kContactPointStepPx * kContactPointStepPx / ((kContactPointStepPx - 1.0) * (kContactPointStepPx - 1.0));
+  constexpr double kWhole = kContactPointStepPx / (kContactPointStepPx - 1.0);
   std::vector<Eigen::Vector3d> points_mm;
-  std::vector<double> areas_mm2;
+  std::vector<std::array<Eigen::Vector3d, 2>> sides_mm;
   for (int v = kHalf; v + kHalf <= surface.contact.rows; v += kContactPointStepPx)
     for (int u = kHalf; u + kHalf <= surface.contact.cols; u += kContactPointStepPx) {
       if (!surface.contact(v, u)) continue;
       points_mm.push_back(point_mm(u, v));
-      const Eigen::Vector3d along_u = point_mm(u + kHalf - 1, v) - point_mm(u - kHalf, v),
-                            along_v = point_mm(u, v + kHalf - 1) - point_mm(u, v - kHalf);
-      areas_mm2.push_back(kSquares * along_u.cross(along_v).norm());
+      sides_mm.push_back({kWhole * (point_mm(u + kHalf - 1, v) - point_mm(u - kHalf, v)),
+                          kWhole * (point_mm(u, v + kHalf - 1) - point_mm(u, v - kHalf))});
     }
-  return {points_mm, std::move(areas_mm2), kHalf * surface.pixel_pitch_mm, extent_of(points_mm),
+  return {points_mm, std::move(sides_mm), kHalf * surface.pixel_pitch_mm, extent_of(points_mm),
           ContactRelief(surface, /*cell_px=*/4)};
+}
+
+TouchedSquare square_at(const Pose& pose, const Eigen::Vector3d& point_mm,
+                        const std::array<Eigen::Vector3d, 2>& sides_mm) {
+  const auto corner = [&](double u, double v) -> Eigen::Vector3f {
+    return (pose * (point_mm + u * sides_mm[0] + v * sides_mm[1])).cast<float>();
+  };
+  return {corner(-0.5, -0.5), corner(0.5, -0.5), corner(-0.5, 0.5), corner(0.5, 0.5)};
 }
 
 /// Another contact that may show points of one.
@@ -52,19 +59,22 @@ struct Beside {
 
 }  // namespace
 
-RunReport::Touched touched_surface(const MapSnapshot& map, const Mesh& mesh, const FusionOptions& options) {
+RunReport::Touched touched_surface(const MapSnapshot& map, const Mesh& mesh, int threads,
+                                   std::vector<TouchedSquare>* not_in_mesh) {
   const std::vector<MapSnapshot::Node>& nodes = map.nodes;
+  if (nodes.empty()) return {};
   std::vector<std::optional<TouchedPatch>> patches(nodes.size());
-  parallel_for(nodes.size(), options.threads, [&](std::size_t i) {
+  parallel_for(nodes.size(), threads, [&](std::size_t i) {
     patches[i] = patch_of(*nodes[i].surface.get(), map.gradient_scale.mean());
   });
-  double reach_mm = options.voxel_size_mm;  // a place of the mesh is nearer to a vertex
+  double reach_mm = typical_edge_mm(mesh);  // a place of the mesh is nearer to a vertex
   for (const auto& patch : patches) reach_mm = std::max(reach_mm, patch->half_square_mm);
   std::vector<Eigen::Vector3d> vertices_mm;
   for (const Eigen::Vector3f& vertex : mesh.vertices_mm) vertices_mm.push_back(vertex.cast<double>());
   const PointGrid vertices(std::move(vertices_mm), reach_mm);
   std::vector<RunReport::Touched> touched(nodes.size());
-  parallel_for(nodes.size(), options.threads, [&](std::size_t i) {
+  std::vector<std::vector<TouchedSquare>> left_out(nodes.size());
+  parallel_for(nodes.size(), threads, [&](std::size_t i) {
     const TouchedPatch& patch = *patches[i];
     std::vector<Beside> beside;
     for (std::size_t k = 0; k < nodes.size(); ++k) {
@@ -85,10 +95,12 @@ RunReport::Touched touched_surface(const MapSnapshot& map, const Mesh& mesh, con
       if (joined)
         vertices.visit(nodes[i].component_T_keyframe * point_mm, reach_mm,
                        [&](std::size_t) { meshed = true; });
-      const double area_cm2 = 0.01 * patch.areas_mm2[k] / shown;
+      const double area_cm2 = 0.01 * patch.sides_mm[k][0].cross(patch.sides_mm[k][1]).norm() / shown;
       touched[i].area_cm2 += area_cm2;
       if (meshed) touched[i].in_mesh_cm2 += area_cm2;
       if (!joined) touched[i].not_joined_cm2 += area_cm2;
+      if (joined && !meshed && not_in_mesh != nullptr)
+        left_out[i].push_back(square_at(nodes[i].component_T_keyframe, point_mm, patch.sides_mm[k]));
     }
   });
   RunReport::Touched sum;
@@ -97,6 +109,9 @@ RunReport::Touched touched_surface(const MapSnapshot& map, const Mesh& mesh, con
     sum.in_mesh_cm2 += of_keyframe.in_mesh_cm2;
     sum.not_joined_cm2 += of_keyframe.not_joined_cm2;
   }
+  if (not_in_mesh != nullptr)
+    for (const auto& squares : left_out)
+      not_in_mesh->insert(not_in_mesh->end(), squares.begin(), squares.end());
   return sum;
 }
 

@@ -31,7 +31,8 @@ std::vector<ActionRow> view_rows(bool has_time) {
             {step_back, {GLFW_KEY_LEFT}, "Left", "", 0, 0, "One keyframe back"},
             {step_on, {GLFW_KEY_RIGHT}, "Right", "", 0, 0, "One keyframe on"},
             common_row(trajectory),
-            common_row(pose_graph)};
+            common_row(pose_graph),
+            common_row(not_in_mesh)};
   for (const Action action : {curvature, next_color, show_all, screenshot, panels, help})
     rows.push_back(common_row(action));
   rows.push_back({close, {GLFW_KEY_Q, GLFW_KEY_ESCAPE}, "Q", "Close", 5, 0, "Close"});
@@ -221,6 +222,8 @@ void ViewWindow::draw_frame(Ui& ui, double now_s) {
 void ViewWindow::draw_scenes() {
   const std::vector<Viewport> shown = parts(viewport());
   SceneStyle style = controls_.style();
+  if (history() != nullptr)
+    show_not_in_mesh(first_scene_, history()->session, [this] { return first_.mesh; });
   first_scene_.draw(camera_, shown[0], style);
   if (!second_) return;
   if (const auto legend = first_scene_.legend(style)) style.range = {legend->min, legend->max};

@@ -1,5 +1,6 @@
 #include "gl/gl_context.hpp"
 
+#include <dlfcn.h>
 #include <epoxy/gl.h>
 // after epoxy, which replaces the system's GL header
 #include <GLFW/glfw3.h>
@@ -214,5 +215,20 @@ cv::Mat3b RenderTarget::read() {
 }  // namespace detail
 
 void require_display() { detail::GlContext::window({.visible = false}); }
+
+void before_display_loss_ends_it(std::function<void()> work) {
+  static std::function<void()> wanted;
+  wanted = std::move(work);
+  void* xlib = dlopen("libX11.so.6", RTLD_LAZY | RTLD_NOLOAD);  // as GLFW has it
+  using SetHandler = void (*)(int (*)(void*));
+  const auto set_handler =
+      xlib != nullptr ? reinterpret_cast<SetHandler>(dlsym(xlib, "XSetIOErrorHandler")) : nullptr;
+  if (set_handler != nullptr)
+    set_handler([](void*) {
+      if (wanted) wanted();
+      std::_Exit(1);  // exit(), as Xlib's own does, takes away what other threads use
+      return 0;
+    });
+}
 
 }  // namespace gelslam::viewer

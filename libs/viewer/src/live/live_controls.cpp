@@ -12,7 +12,8 @@ std::vector<ActionRow> live_rows() {
       common_row(screenshot),
       common_row(follow),
   };
-  for (const Action action : {show_all, trajectory, pose_graph, next_color, curvature, panels, help})
+  for (const Action action :
+       {show_all, trajectory, pose_graph, not_in_mesh, next_color, curvature, panels, help})
     rows.push_back(common_row(action));
   rows.push_back({diagnostics, {GLFW_KEY_I}, "I", "", 0, 0, "Diagnostics"});
   return rows;
@@ -48,6 +49,7 @@ ButtonLook LiveControls::button(const ActionRow& row) const {
   ButtonLook look = SceneControls::button(row);
   if (row.action == Action::pause && phase == LivePhase::paused) look.label = "Go on";
   if (row.action == Action::pause || row.action == Action::follow) look.shown = !over;
+  if (row.action == Action::not_in_mesh) look.shown = phase == LivePhase::finished;
   if (row.action == Action::new_scan) look.shown = phase != LivePhase::finishing && !next_run_folder_.empty();
   if (row.action == Action::close) {
     look.ink = theme::kRed;

@@ -101,6 +101,8 @@ void LiveWindow::draw_frame(Ui& ui, double now_s) {
     style.touch = style.sensor = false;
     if (style.color == SceneColor::certainty) style.color = SceneColor::plain;
   }
+  if (const auto mesh = session_.mesh(); mesh && frame_.status.phase == LivePhase::finished)
+    show_not_in_mesh(scene_, *map_, [&mesh] { return mesh->whole(); });
   style.smooth_border = true;
   if (style.trajectory && trajectory_is_old_) rebuild_trajectory();
   scene_.draw(camera_, viewport(), style);

@@ -51,6 +51,18 @@ TouchMesh make_touch_mesh(const Surface& s, double gradient_scale) {
   return mesh;
 }
 
+TouchMesh make_touch_mesh(const std::vector<TouchedSquare>& squares) {
+  TouchMesh mesh;
+  for (const TouchedSquare& square : squares) {
+    const auto first = static_cast<int>(mesh.vertices.size());
+    const Eigen::Vector3f normal = (square[2] - square[0]).cross(square[1] - square[0]).normalized();
+    for (const Eigen::Vector3f& corner : square) mesh.vertices.push_back({corner, normal, 1});
+    mesh.triangles.emplace_back(first, first + 2, first + 3);
+    mesh.triangles.emplace_back(first, first + 3, first + 1);
+  }
+  return mesh;
+}
+
 std::vector<SceneLine> sensor_outlines(const TouchPatch& touch) {
   std::vector<SceneLine> lines;
   for (const auto& [map_T_sensor, opacity] : touch.places) {

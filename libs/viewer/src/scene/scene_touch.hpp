@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "gelslam/core/se3.hpp"
+#include "gelslam/slam/reconstruct.hpp"
 #include "gelslam/surface/surface.hpp"
 #include "scene/scene_lines.hpp"
 
@@ -33,6 +34,8 @@ struct TouchMesh {
 
 /// Every second pixel of a large contact, all of a small one. Pixels that are not finite are left out.
 TouchMesh make_touch_mesh(const Surface& surface, double gradient_scale);
+
+TouchMesh make_touch_mesh(const std::vector<TouchedSquare>& squares);
 
 /// The sensor's field of view at each place.
 std::vector<SceneLine> sensor_outlines(const TouchPatch& touch);

@@ -23,6 +23,7 @@ ActionRow common_row(Action action) {
       {show_all, {GLFW_KEY_R}, "R", "Show all", 2, 6, "Show all"},
       {trajectory, {GLFW_KEY_T}, "T", "Trajectory", 2, 8, "Trajectory"},
       {pose_graph, {GLFW_KEY_G}, "G", "Graph", 2, 8, "Pose graph"},
+      {not_in_mesh, {GLFW_KEY_M}, "M", "Missing", 2, 8, "What was touched and is not in the mesh"},
       {screenshot, {GLFW_KEY_P}, "P", "Picture", 1, 6, "Picture of this window (PNG)"},
       {panels, {GLFW_KEY_TAB}, "Tab", "", 0, 0, "Hide or show the panels"},
       {help, {GLFW_KEY_H, GLFW_KEY_F1}, "H", "Help", 4, 2, "This help"},
@@ -77,6 +78,7 @@ void SceneControls::act(Action action, double now_s) {
   if (action == Action::curvature)
     style_.shading = style_.shading == SceneShading::clay ? SceneShading::curvature : SceneShading::clay;
   if (action == Action::trajectory) style_.trajectory = !style_.trajectory;
+  if (action == Action::not_in_mesh) style_.not_in_mesh = !style_.not_in_mesh;
   if (action == Action::pose_graph) style_.edges = style_.keyframes = !style_.edges;
   if (action == Action::next_color) {
     const auto now = std::find(colors_.begin(), colors_.end(), style_.color);
@@ -100,6 +102,8 @@ ButtonLook SceneControls::button(const ActionRow& row) const {
         return style_.trajectory;
       case Action::pose_graph:
         return style_.edges;
+      case Action::not_in_mesh:
+        return style_.not_in_mesh;
       case Action::next_color:
         return style_.color != colors_.front();
       case Action::follow:

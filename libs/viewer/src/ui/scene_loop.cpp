@@ -81,6 +81,16 @@ bool SceneLoop::move_camera(double dt_s) {
   return true;
 }
 
+void SceneLoop::show_not_in_mesh(Scene& scene, const MapSnapshot& map, const std::function<Mesh()>& mesh) {
+  const bool shown = controls().style().not_in_mesh;
+  if (shown && !std::exchange(knows_not_in_mesh_, true)) {
+    std::vector<TouchedSquare> squares;
+    touched_surface(map, mesh(), 0, &squares);
+    scene.set_piece(make_touch_mesh(squares));
+  }
+  scene.place_piece(shown ? std::optional(Pose::Identity()) : std::nullopt);
+}
+
 bool SceneLoop::glide(const OrbitCamera& goal, double dt_s) {
   if (nearly_there(camera_, goal)) return false;
   camera_.glide_to(goal, dt_s);

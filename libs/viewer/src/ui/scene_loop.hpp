@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -30,6 +31,8 @@ class SceneLoop : public WindowLoop {
   Box box_of(const Viewport& part) const;
   /// Where a point is drawn; nothing behind the camera.
   std::optional<Eigen::Vector2f> on_screen(const Viewport& part, const Eigen::Vector3f& p_mm) const;
+  /// Tints what was touched and is not in the mesh, or not: as the style says. It is found when first shown.
+  void show_not_in_mesh(Scene& scene, const MapSnapshot& map, const std::function<Mesh()>& mesh);
   void draw_marks(Ui& ui, const std::optional<ColorLegend>& legend) const;
 
   OrbitCamera camera_;
@@ -53,6 +56,7 @@ class SceneLoop : public WindowLoop {
   std::optional<int> drag_button_;
   Eigen::Vector2f last_px_ = Eigen::Vector2f::Zero(), pressed_px_ = Eigen::Vector2f::Zero();
   double pressed_s_ = -1e9;
+  bool knows_not_in_mesh_ = false;
 };
 
 }  // namespace gelslam::viewer::detail

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <filesystem>
 #include <functional>
+#include <vector>
 
 #include "gelslam/core/progress.hpp"
 #include "gelslam/core/run_report.hpp"
@@ -49,8 +51,14 @@ Run finish_scan(const Config& config, const ScanRecord& record, const std::strin
 Mesh fuse_map(const SlamMap& map, const FusionOptions& options, ProgressSink* progress = nullptr,
               std::int64_t* islands = nullptr);
 
-/// How much of what keyframes show is in the mesh of fuse_map().
-RunReport::Touched touched_surface(const MapSnapshot& map, const Mesh& mesh, const FusionOptions& options);
+/// A small part of what a keyframe shows, map frame, mm: its corners as a picture of the gel has them, upper
+/// left, upper right, lower left, lower right.
+using TouchedSquare = std::array<Eigen::Vector3f, 4>;
+
+/// How much of what keyframes show is in the mesh of fuse_map(). `not_in_mesh` (may be null) receives what is
+/// not, as far as its place in the map is known; where keyframes show it more than once, so often.
+RunReport::Touched touched_surface(const MapSnapshot& map, const Mesh& mesh, int threads,
+                                   std::vector<TouchedSquare>* not_in_mesh = nullptr);
 
 /// Writes a run folder (docs/file-formats.md), whole or not at all. Throws Error when the folder exists and
 /// is not to be replaced, or holds what is not ours, or the disk is full.

@@ -24,6 +24,7 @@ enum class Action {
   next_color,  // of a scene
   trajectory,
   pose_graph,
+  not_in_mesh,
   show_all,  //
   pause,
   new_scan,

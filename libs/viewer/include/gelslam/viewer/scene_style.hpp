@@ -28,6 +28,7 @@ struct SceneStyle {
   Eigen::Vector3f plain_rgb{0.58F, 0.50F, 0.43F};  ///< linear; clay
   bool touch = true, sensor = true, trajectory = false;
   bool keyframes = false, edges = false;
+  bool not_in_mesh = false;  ///< what was touched and is not in the mesh
   bool smooth_border =
       false;  ///< the mesh ends where confidence falls below a limit, not at its last triangle
   /// Values at the ends of the color map; empty: what the mesh holds.

@@ -29,4 +29,8 @@ struct WindowLoopOptions {
 /// Throws Error, with what to do instead, where no window could be opened. Shows nothing.
 void require_display();
 
+/// Where windows are X's, whose library ends the program when the server is gone: `work`, in the thread of
+/// the window, comes before that. Empty: nothing does.
+void before_display_loss_ends_it(std::function<void()> work);
+
 }  // namespace gelslam::viewer
