@@ -1,7 +1,6 @@
 #include "loop_layers.hpp"
 
 #include <algorithm>
-#include <bitset>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -20,32 +19,10 @@ using namespace backend::detail;
 // enough to see which place most agree on.
 constexpr int kMaxCompared = 24;  // speed
 
-using LoopSet = std::bitset<kMaxCompared>;
-using Agreements = std::vector<LoopSet>;  // of each loop with all of them, itself included
-
-/// The largest of `candidates` that all agree with each other; of equal ones, that with the earliest loops.
-/// (Branch and bound after Carraghan & Pardalos 1990.)
-LoopSet largest_clique(const Agreements& agreed, LoopSet candidates, std::size_t more_than = 0) {
-  LoopSet best;
-  for (std::size_t i = 0; i < agreed.size(); ++i) {
-    if (candidates.count() <= more_than) break;
-    if (!candidates[i]) continue;
-    candidates.reset(i);
-    const LoopSet rest =
-        largest_clique(agreed, candidates & agreed[i], std::max<std::size_t>(more_than, 1) - 1);
-    if (rest.count() + 1 <= more_than) continue;
-    best = rest;
-    best.set(i);
-    more_than = best.count();
-  }
-  return best;
-}
-
-/// The largest set of loops between two pieces that agree.
+/// The loop between two pieces that most of the others agree with, and how many these are, with itself.
 struct Agreement {
-  std::size_t seed = 0;  // the edge of it that most others agree with
-  int loops = 0, rival_loops = 0;
-  bool enough = false;
+  std::size_t seed = 0;
+  std::ptrdiff_t loops = 0;
 };
 
 class Consistency {
@@ -98,8 +75,8 @@ class Consistency {
     }
     std::vector<Agreement> found;
     for (auto& [pieces, loops] : between) {
-      const Agreement agreement = largest_agreement(forest, thinned(loops));
-      if (agreement.enough && agreement.loops > agreement.rival_loops) found.push_back(agreement);
+      const Agreement most = most_agreed(forest, thinned(loops));
+      if (most.loops > 1 || !edges_[most.seed].tentative) found.push_back(most);
     }
     std::stable_sort(found.begin(), found.end(),
                      [](const Agreement& a, const Agreement& b) { return a.loops > b.loops; });
@@ -124,36 +101,14 @@ class Consistency {
     return result;
   }
 
-  /// The largest set of loops that all agree with each other, and how many agree on another place: with one
-  /// that contradicts most of the set.
-  Agreement largest_agreement(const MotionForest& forest, const std::vector<std::size_t>& loops) const {
-    const std::size_t n = loops.size();
-    LoopSet all;
-    for (std::size_t i = 0; i < n; ++i) all.set(i);
-    Agreements agreed(n, all);
-    for (std::size_t i = 0; i < n; ++i)
-      for (std::size_t j = 0; j < i; ++j) agreed[i][j] = agreed[j][i] = agree(forest, loops[i], loops[j]);
-    const LoopSet best = largest_clique(agreed, all);
-    std::size_t seed = 0, rival_loops = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      if (best[i] && (!best[seed] || agreed[i].count() > agreed[seed].count())) seed = i;
-      if (2 * (agreed[i] & best).count() < best.count())
-        rival_loops = std::max(rival_loops, largest_clique(agreed, agreed[i]).count());
+  Agreement most_agreed(const MotionForest& forest, const std::vector<std::size_t>& loops) const {
+    Agreement most;
+    for (const std::size_t a : loops) {
+      const auto agreeing =
+          std::ranges::count_if(loops, [&](std::size_t b) { return a == b || agree(forest, a, b); });
+      if (agreeing > most.loops) most = {a, agreeing};
     }
-    return {loops[seed], static_cast<int>(best.count()), static_cast<int>(rival_loops), enough(loops, best)};
-  }
-
-  bool enough(const std::vector<std::size_t>& loops, const LoopSet& chosen) const {
-    for (std::size_t i = 0; i < loops.size(); ++i) {
-      if (!chosen[i]) continue;
-      const PoseGraphEdge& a = edges_[loops[i]];
-      if (!a.tentative) return true;
-      for (std::size_t j = 0; j < i; ++j) {
-        const PoseGraphEdge& b = edges_[loops[j]];
-        if (chosen[j] && a.from != b.from && a.to != b.to && a.from != b.to && a.to != b.from) return true;
-      }
-    }
-    return false;
+    return most;
   }
 
   /// Whether the path between a loop's ends says the same.
@@ -174,78 +129,6 @@ std::vector<bool> consistent_edges(const std::vector<PoseGraphEdge>& edges, doub
   if (!(gradient_scale_sigma >= 0))
     throw Error("loop consistency: gradient_scale_sigma must not be negative");
   return Consistency(edges, gradient_scale_sigma).run();
-}
-
-namespace {
-
-/// The motion of the piece that holds one end of `link` (`to`, or else `from`) which makes the link hold
-/// exactly.
-Pose motion_onto(const WhitenedEdge& link, bool moves_to, const std::vector<NodeState>& nodes) {
-  Pose from_T_to = Pose::Identity();
-  from_T_to.linear() = link.rotation.toRotationMatrix();
-  from_T_to.translation() = link.translation_mm;
-  const Pose map_T_from = to_pose(nodes[index(link.from)]), map_T_to = to_pose(nodes[index(link.to)]);
-  return moves_to ? map_T_from * from_T_to * map_T_to.inverse()
-                  : map_T_to * from_T_to.inverse() * map_T_from.inverse();
-}
-
-/// Moves the nodes of a piece, ascending, onto one of its links to other pieces, if more of them hold there
-/// than where it is.
-void move_to_best_place(const std::vector<const WhitenedEdge*>& links, const std::vector<int>& piece,
-                        std::vector<NodeState>& nodes) {
-  const auto moves = [&](int node) { return std::binary_search(piece.begin(), piece.end(), node); };
-  const auto links_that_hold = [&](const Pose& motion) {
-    const auto moved = [&](int node) {
-      return moves(node) ? to_state(motion * to_pose(nodes[index(node)])) : nodes[index(node)];
-    };
-    return std::count_if(links.begin(), links.end(), [&](const WhitenedEdge* link) {
-      return residual_norm(*link, moved(link->from), moved(link->to)) <= kMaxMismatch;
-    });
-  };
-  Pose best = Pose::Identity();
-  auto most = links_that_hold(best);
-  const std::size_t step = (links.size() + kMaxCompared - 1) / kMaxCompared;
-  for (std::size_t i = 0; i < links.size(); i += step) {
-    const Pose motion = motion_onto(*links[i], moves(links[i]->to), nodes);
-    const auto holding = links_that_hold(motion);
-    if (holding > most) most = holding, best = motion;
-  }
-  for (const int node : piece) nodes[index(node)] = to_state(best * to_pose(nodes[index(node)]));
-}
-
-}  // namespace
-
-void backend::detail::place_pieces(const std::vector<WhitenedEdge>& edges, std::vector<NodeState>& nodes) {
-  UnionFind pieces(static_cast<int>(nodes.size())), components = pieces;
-  for (const WhitenedEdge& edge : edges) {
-    components.join(edge.from, edge.to);
-    if (edge.kind == EdgeKind::odometry) pieces.join(edge.from, edge.to);
-  }
-  std::vector<std::vector<const WhitenedEdge*>> links(nodes.size());  // that leave a piece, by its root
-  for (const WhitenedEdge& edge : edges)
-    for (const int node : {edge.from, edge.to})
-      if (pieces.root(edge.from) != pieces.root(edge.to)) links[index(pieces.root(node))].push_back(&edge);
-  std::vector<std::vector<int>> members(nodes.size());  // of a piece, by its root
-  std::vector<bool> placed(nodes.size(), false);
-  std::vector<int> reached;
-  for (int node = 0; node < static_cast<int>(nodes.size()); ++node) {
-    members[index(pieces.root(node))].push_back(node);
-    if (components.root(node) != node) continue;
-    reached.push_back(pieces.root(node));
-    placed[index(pieces.root(node))] = true;
-  }
-  for (std::size_t next = 0; next < reached.size(); ++next)
-    for (const WhitenedEdge* link : links[index(reached[next])]) {
-      const int piece = pieces.root(placed[index(pieces.root(link->to))] ? link->from : link->to);
-      if (placed[index(piece)]) continue;
-      std::vector<const WhitenedEdge*> to_placed;
-      for (const WhitenedEdge* other : links[index(piece)])
-        if (placed[index(pieces.root(other->from))] || placed[index(pieces.root(other->to))])
-          to_placed.push_back(other);
-      move_to_best_place(to_placed, members[index(piece)], nodes);
-      placed[index(piece)] = true;
-      reached.push_back(piece);
-    }
 }
 
 double robust_cost(double residual, double scale) {

@@ -262,7 +262,6 @@ PoseGraphSolution solve(const Graph& graph, const PoseGraphOptions& options) {
   Estimate estimate;
   estimate.nodes = graph.nodes;
   estimate.unknowns = Eigen::VectorXd::Zero(graph.prior_whitening.rows());
-  place_pieces(graph.edges, estimate.nodes);
   evaluate(graph, options, estimate);
   const double initial_cost = estimate.cost;
   if (graph.edges.empty()) {

@@ -41,17 +41,16 @@ struct PoseGraphSolution {
   std::vector<double> edge_residual;     ///< whitened residual norm per edge, in the order edges were given
   std::vector<bool> edge_outlier;  ///< loops that the rest of the graph contradicts; never true for odometry
   double initial_cost = 0,
-         final_cost = 0;  ///< robust cost, before and after (after the pieces were put in place)
+         final_cost = 0;  ///< robust cost, before and after
   int iterations = 0;
   bool converged = false;
 };
 
 /// SE(3) pose graph on Ceres. Components not joined by edges are separate components, each with its own
-/// gauge. Initial poses need only be right within a piece of odometry: pieces that loops join are first put
-/// in place by one of them. Shared unknowns are estimated with the poses, starting
-/// from 0. Deterministic. Throws Error on edges that name unknown nodes, join a node to itself or
-/// carry non-finite numbers, on information that is not symmetric or not positive semi-definite, and on
-/// shared unknowns whose sizes do not fit or whose information is not positive definite. Source: own.
+/// gauge. Initial poses need only be right within a piece of odometry. Shared unknowns are estimated with the
+/// poses, starting from 0. Deterministic. Throws Error on edges that name unknown nodes, join a node to
+/// itself or carry non-finite numbers, on information that is not symmetric or not positive semi-definite,
+/// and on shared unknowns whose sizes do not fit or whose information is not positive definite. Source: own.
 PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node,
                                    const std::vector<PoseGraphEdge>& edges, const PoseGraphOptions& options,
                                    const SharedUnknowns& shared = {});
@@ -60,10 +59,9 @@ PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node
 /// odometry between its ends: both close a cycle, whose error is judged by its covariance (after pairwise
 /// consistency; Mangelson et al., ICRA 2018). What a gradient scale of
 /// 1 +- `gradient_scale_sigma`, common to all edges, explains is no contradiction. Trials, which odometry
-/// does not join, are joined by the largest set of loops that agree with each other, if it outnumbers every
-/// other and is evidence enough: one loop that is not `tentative`, or two that share no keyframe. Until then
-/// their loops wait, with the flag false. Depends on the edges' order only to break ties. Throws Error for a
-/// negative sigma; what an edge holds is checked by solve_pose_graph().
+/// does not join, are joined by the loop that most others agree with, if it is not `tentative` or another one
+/// agrees. Until then their loops wait, with the flag false. Depends on the edges' order only to break ties.
+/// Throws Error for a negative sigma; what an edge holds is checked by solve_pose_graph().
 std::vector<bool> consistent_edges(const std::vector<PoseGraphEdge>& edges, double gradient_scale_sigma);
 
 }  // namespace gelslam
