@@ -277,13 +277,13 @@ LiveEnd run_to_its_end(std::unique_ptr<RawFrameSource> source, LiveOptions optio
     return report.good() && !report.partial ? kExitDone : kExitNotGood;
   };
   if (!arguments.headless) {
-    if (!window.host) window.host = std::make_shared<viewer::WindowHost>(window);  // stays for the next scan
     window.asks_to_end = [&] { return interrupt.requested() || wants_new_scan; };
     viewer::before_display_loss_ends_it([&] {
       warn("the display is gone: the scan ends, and is saved");
       session->stop();
       std::_Exit(finish());
     });
+    if (!window.host) window.host = std::make_shared<viewer::WindowHost>(window);  // stays for the next scan
     end.wants_new_scan = run_live_window(*session, window);
     viewer::before_display_loss_ends_it({});
     session->stop();
