@@ -172,38 +172,6 @@ TEST(JudgeBackground, Markers) {
   EXPECT_FALSE(find_marker_dots(cv::Mat3b(8, 8, cv::Vec3b(0, 0, 0))));
 }
 
-/// Large dots whose ink colors the gel around it, as light that falls on a bump from three sides does, ever
-/// less over `halo_px`.
-cv::Mat3b with_haloed_markers(const cv::Mat3b& gel, double halo_px) {
-  constexpr int kAcross = 5, kDown = 4, kRadiusPx = 9;
-  return pixel_map<cv::Vec3b>(gel.size(), [&](int u, int v) {
-    const double pitch_u = gel.cols / kAcross, pitch_v = gel.rows / kDown,
-                 du = std::fmod(u, pitch_u) - pitch_u / 2, dv = std::fmod(v, pitch_v) - pitch_v / 2,
-                 from_center = std::hypot(du, dv), beyond_px = from_center - kRadiusPx;
-    cv::Vec3d color = gel(v, u);
-    if (beyond_px <= 0) return cv::Vec3d(0.4 * color);
-    const double halo = 0.3 * std::exp(-beyond_px / halo_px);
-    for (int c = 0; c < 3; ++c) {
-      const double lamp = 2 * CV_PI * c / 3;
-      color[c] *= 1 + halo * (du * std::cos(lamp) + dv * std::sin(lamp)) / from_center;
-    }
-    return color;
-  });
-}
-
-TEST(JudgeBackground, TheHaloOfMarkersIsFilledInAsFarAsItReaches) {
-  const cv::Mat3b gel = bare_gel();
-  const auto worst = [&](double halo_px) {
-    return cv::norm(MarkerFiller(with_haloed_markers(gel, halo_px)).background(), gel, cv::NORM_INF);
-  };
-  EXPECT_EQ(find_marker_dots(with_haloed_markers(gel, 0.01))->halo_px, 3) << "what a lens spreads";
-  EXPECT_LE(worst(0.01), 4) << "without a halo";
-  EXPECT_LE(worst(3), 4) << "30 % of the color beside the ink, 11 % three pixels further";
-  const auto markers = find_marker_dots(with_haloed_markers(gel, 20));
-  EXPECT_GT(markers->halo_px, 10);
-  EXPECT_TRUE(markers->are_readable()) << "enough gel is left";
-}
-
 TEST(JudgeBackground, NoPictureIsAMistake) {
   EXPECT_THROW(judge(cv::Mat3b()), Error);
   EXPECT_THROW(judge(cv::Mat3b(20, 320)), Error);

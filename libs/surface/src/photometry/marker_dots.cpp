@@ -75,40 +75,6 @@ double spread_of(const std::vector<double>& values, double middle) {
   return median(distances) / middle;
 }
 
-/// How far colors are from those of the gel around, outside of the mask: mean of the channels, gray levels.
-cv::Mat1f off_color(const cv::Mat3b& background, const cv::Mat1b& mask) {
-  const double reach = kSurroundingsPx * background.cols / 320.0;
-  cv::Mat color, around, weight(background.size(), CV_32FC3, cv::Scalar::all(1));
-  weight.setTo(0, mask);
-  background.convertTo(color, CV_32F);
-  cv::GaussianBlur(color.mul(weight), around, cv::Size(), reach, reach, cv::BORDER_REPLICATE);
-  cv::GaussianBlur(weight, weight, cv::Size(), reach, reach, cv::BORDER_REPLICATE);
-  cv::absdiff(color, around / weight, color);
-  cv::Mat1f off;
-  cv::transform(color, off, cv::Matx13f::all(1.0F / 3));
-  return off;
-}
-
-/// Ink that is thick or does not lie flat colors the gel around it. Its halo ends where colors are off by no
-/// more than a gray level, to which pictures round, beyond what they are between the dots; or where the gel
-/// would not be readable any more.
-void find_halo(const cv::Mat3b& background, const cv::Mat1b& dark, MarkerDots& markers) {
-  const auto share = [](const cv::Mat1b& mask) {
-    return cv::countNonZero(mask) / static_cast<double>(mask.total());
-  };
-  markers.halo_px = surface::detail::kSpreadPx;
-  cv::Mat1b wider;
-  surface::detail::widen_spots(dark, markers.halo_px, markers.mask);
-  for (const cv::Mat1f off = off_color(background, markers.mask);; ++markers.halo_px) {
-    markers.covered_share = share(markers.mask);
-    surface::detail::widen_spots(dark, markers.halo_px + 1, wider);
-    if (share(wider) > kMaxCovered ||
-        cv::mean(off, wider - markers.mask)[0] < cv::mean(off, wider == 0)[0] + 1)
-      return;
-    cv::swap(markers.mask, wider);
-  }
-}
-
 }  // namespace
 
 std::string MarkerDots::sentence() const {
@@ -139,7 +105,9 @@ std::optional<MarkerDots> find_marker_dots(const cv::Mat3b& background) {
       spread_of(diameters, markers.diameter_px) > kMaxSpread)
     return std::nullopt;
   for (const Dot& dot : dots) markers.centers_px.emplace_back(dot.u_px, dot.v_px);
-  find_halo(background, dark, markers);
+  surface::detail::spread_spots(dark, markers.mask);
+  markers.covered_share =
+      cv::countNonZero(markers.mask) / static_cast<double>(std::max<std::size_t>(1, background.total()));
   return markers;
 }
 

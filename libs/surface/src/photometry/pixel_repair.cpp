@@ -20,7 +20,10 @@ constexpr int kWrongValueIn = 500;  // fewer than one in 500 are left to the rob
 
 constexpr double kDarkShare = 0.5;  // of the background's brightness
 constexpr double kInkShare = 0.65;  // of a gel with markers; real presses leave 0.74
-constexpr int kSmoothRounds = 20;   // numerics: over a dot of ten pixels' radius
+// By this much lens and JPEG spread a spot: slopes of real presses between markers are read as well as with
+// 4, and flatter with 2.
+constexpr int kSpreadPx = 3;
+constexpr int kSmoothRounds = 20;  // numerics: over a dot of ten pixels' radius
 // No slope brightens all colors by more: it takes from one what it gives to another. Real presses reach 30.
 constexpr int kMaxBrighter = 35;
 constexpr double kUnlitLevel = 10;  // dark pixels in unlit regions carry no information
@@ -77,15 +80,15 @@ GELSLAM_CLONES bool may_show_spots(const unsigned char* value, const unsigned ch
 
 }  // namespace
 
-void widen_spots(const cv::Mat1b& spots, int by_px, cv::Mat1b& wide) {
-  const int side = 2 * by_px + 1;
-  cv::dilate(spots, wide, cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side}));
+void spread_spots(const cv::Mat1b& spots, cv::Mat1b& spread) {
+  constexpr int side = 2 * kSpreadPx + 1;
+  cv::dilate(spots, spread, cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side}));
 }
 
 PixelRepair::PixelRepair(const cv::Mat3b& background) {
   background_ = replace_wrong_values(background).clone();
   const auto markers = find_marker_dots(background_);
-  if (markers) fill_background(*markers);
+  if (markers) fill_background(markers->mask);
   background_.convertTo(dark_below_, CV_8U, markers ? kInkShare : kDarkShare);
   cv::add(background_, cv::Scalar::all(kMaxBrighter), bright_above_);
   for (cv::Vec3b& dark : dark_below_) {
@@ -94,10 +97,9 @@ PixelRepair::PixelRepair(const cv::Mat3b& background) {
   }
 }
 
-void PixelRepair::fill_background(const MarkerDots& markers) {
-  dots_ = markers.mask;
-  spread_px_ = markers.halo_px;
-  readable_ = (dots_ == 0) & 1;
+void PixelRepair::fill_background(const cv::Mat1b& dots) {
+  dots_ = dots;
+  readable_ = (dots == 0) & 1;
   const cv::Mat3b seen = background_;
   background_ = cv::Mat3b(seen.size());
   background_.setTo(cv::mean(seen, readable_));  // where no gel is near
@@ -167,7 +169,7 @@ bool PixelRepair::find_spots(const cv::Mat3b& bgr) {
   if (!is_other_light(cv::countNonZero(dark_) - ink)) spots_ |= dark_;
   if (!is_other_light(cv::countNonZero(bright_))) spots_ |= bright_;
   if (cv::countNonZero(spots_) == 0 && dots_.empty()) return false;
-  widen_spots(spots_, spread_px_, spots_);
+  spread_spots(spots_, spots_);
   if (!dots_.empty()) spots_ |= dots_;
   readable_ = (spots_ == 0) & 1;
   return true;

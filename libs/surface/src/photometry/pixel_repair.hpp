@@ -2,18 +2,13 @@
 
 #include <opencv2/core/mat.hpp>
 
-#include "gelslam/surface/background.hpp"
-
 namespace gelslam::surface::detail {
 
 /// A channel at this level or above is full: JPEG takes a little off white.
 inline constexpr int kFullLevel = 250;
 
-/// By this much lens and JPEG spread a spot: slopes of real presses between markers are read as well as with
-/// 4, and flatter with 2.
-inline constexpr int kSpreadPx = 3;
-
-void widen_spots(const cv::Mat1b& spots, int by_px, cv::Mat1b& wide);
+/// Widens spots to where lens and JPEG spread them.
+void spread_spots(const cv::Mat1b& spots, cv::Mat1b& spread);
 
 /// Replaces pixels that do not show the gel (own), in two steps.
 /// Wrong values, such as hot or dead pixels and lost bits: a lens blurs what the gel shows over several
@@ -39,7 +34,7 @@ class PixelRepair {
   const cv::Mat1b& covered() const { return covered_; }
 
  private:
-  void fill_background(const MarkerDots& markers);
+  void fill_background(const cv::Mat1b& dots);
   void smooth_filled(int rounds);
   const cv::Mat3b& replace_wrong_values(const cv::Mat3b& bgr);
   cv::Vec3f gain_of_light(const cv::Mat3b& bgr) const;
@@ -50,7 +45,6 @@ class PixelRepair {
   cv::Mat3b background_;
   cv::Mat3b dark_below_, bright_above_;  // of each channel
   cv::Mat1b dots_;                       // of the background; empty without markers
-  int spread_px_ = kSpreadPx;
   cv::Mat1b covered_;
   cv::Mat1b spots_, dark_, bright_;
   cv::Mat1b readable_;  // 1 where colors tell the slope, else 0

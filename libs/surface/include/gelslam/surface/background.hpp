@@ -40,9 +40,8 @@ EvenLight follow_light(const cv::Mat3f& then, const cv::Mat3f& now);
 struct MarkerDots {
   int count = 0;
   double spacing_px = 0.0, diameter_px = 0.0;
-  /// 255 where ink darkens the gel, and in the halo around it. Dots of any kind.
+  /// 255 where ink darkens the gel, and around it as far as lens and JPEG spread it. Dots of any kind.
   cv::Mat1b mask{};
-  int halo_px = 0;
   double covered_share = 0.0;  ///< of the picture by the mask
   std::vector<cv::Point2d> centers_px{};
   /// Enough bare gel is seen between the dots to fill them in from around: at most 40 % is covered.
