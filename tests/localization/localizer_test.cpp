@@ -205,7 +205,7 @@ TEST(SurfaceMap, LooksAlikeWhereItIsSymmetric) {
 TEST(SurfaceMap, ATouchFarFromTheMapIsNotCoveredWhateverTheLimit) {
   const Field texture = random_texture(1);
   SlamOptions options;
-  options.registration.curvature.min_scr = 0;
+  options.verification.curvature.min_scr = 0;
   const SurfaceMap map(map_of(texture, 0, 3), options);
   const NormalFlowReference touch(feel(texture, place(0, 0), kSmall), options.registration);
   EXPECT_FALSE(map.fit(touch, {place(500, 0)}, PlacePrior::known).covered);

@@ -106,6 +106,8 @@ gelslam_config:
               Not(AnyOf(HasSubstr("coverage_graph"), HasSubstr("color_dist"), HasSubstr("height_threshold"))))
       << "they mean nothing here";
   EXPECT_EQ(config.slam.loop_closure.min_sift_inliers, 10);
+  EXPECT_EQ(config.slam.verification.curvature.min_scr, 0.4);
+  EXPECT_EQ(config.slam.verification.curvature.min_ccs, 0.8);
 }
 
 }  // namespace

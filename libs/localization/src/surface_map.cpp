@@ -126,7 +126,7 @@ MapFit SurfaceMap::fit(const NormalFlowReference& touch, const UncertainPose& ma
   MapFit fit;
   fit.map_T_sensor = map_T_sensor;
   const auto [place, share] = impl_->most_overlapping(touch.surface(), map_T_sensor.pose);
-  fit.covered = place && share >= impl_->options.registration.curvature.min_scr;
+  fit.covered = place && share >= impl_->options.verification.curvature.min_scr;
   if (!fit.covered) return fit;
   fit.keyframe = place->keyframe->id;
   const UncertainPose sensor_T_keyframe = compose(map_T_sensor.inverse(), {place->map_T_keyframe});

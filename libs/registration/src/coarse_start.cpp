@@ -116,7 +116,7 @@ std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target,
   if (reference.contact.size() != target.contact.size() || reference.pixel_pitch_mm != target.pixel_pitch_mm)
     return {};
   const CoarseTexture texture(reference, kShrink), target_texture(target, kShrink);
-  const double min_shared_px = CurvatureLimits().min_scr * std::min(texture.pixels, target_texture.pixels);
+  const double min_shared_px = options.curvature.min_scr * std::min(texture.pixels, target_texture.pixels);
   if (min_shared_px < 1) return {};
   // Before registration textures agree about half as well as after it.
   const double min_similarity = options.min_texture_correlation / 2;

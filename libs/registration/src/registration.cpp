@@ -23,6 +23,7 @@ std::string_view describe(RegistrationStatus status) {
                                             "too little overlap",
                                             "the surfaces do not match",
                                             "the alignment diverged",
+                                            "the object would lie in untouched gel",
                                             "it fits at several places",
                                             "too little contact"};
   return sentences[static_cast<std::size_t>(status)];

@@ -57,7 +57,9 @@ RegistrationResult relocalize(const NormalFlowReference& reference, const Surfac
     prior.start = start;
     const RegistrationResult place = register_normal_flow(reference, target, prior, from_start);
     const bool expected_there = distance_mm(place, expected) <= kMinPeriodMm;
-    const auto fits = [&](PlacePrior known) { return verify_registered(place, known, options).ok(); };
+    const auto fits = [&](PlacePrior known) {
+      return verify_registered(reference, target, place, known, options).ok();
+    };
     if (expected_there ? fits(PlacePrior::suspected) : is_located(place) && fits(PlacePrior::none))
       places.push_back(place);
     else if (fits(PlacePrior::suspected))

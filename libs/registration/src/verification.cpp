@@ -1,9 +1,72 @@
 #include "gelslam/registration/verification.hpp"
 
-namespace gelslam {
+#include <algorithm>
+#include <cmath>
+#include <optional>
 
-// Where both show less than one sample in so many, textures agree by chance.
-constexpr int kLeastShare = 10;
+#include "gelslam/registration/relocalization.hpp"
+#include "texture_spectrum.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace registration::detail;
+
+// Times Surface::model_sigma of the less certain: heights err as the slopes that they are the integral of.
+// Right places have 0.03.
+constexpr double kMaxHeightRmseMm = 0.1;
+
+// Share of two contacts that lies in the other's bare gel by chance: on clean logs, rendered and real, none
+// is as large.
+constexpr double kMostContradicted = 0.1;
+
+/// Every kTextureShrink-th pixel of `from` in contact that lands on the image of `onto`, and how many of
+/// these would lie inside its bare gel.
+struct ProjectedContact {
+  int all = 0, in_bare_gel = 0;
+};
+
+ProjectedContact project_contact(const Surface& from, const Surface& onto, const Pose& onto_T_from) {
+  constexpr double kToleranceMm = 1.5 * kMaxHeightRmseMm;  // heights and the membrane rim err by less
+  const double tolerance_mm = kToleranceMm * shared_noise(from, onto);
+  const CameraModel onto_camera = onto.camera();
+  ProjectedContact projected;
+  for (int v = 0; v < from.contact.rows; v += kTextureShrink)
+    for (int u = 0; u < from.contact.cols; u += kTextureShrink) {
+      if (!from.contact(v, u)) continue;
+      const Eigen::Vector3d p = onto_T_from * from.point_mm({u, v});
+      const std::optional<cv::Point> at = onto_camera.pixel_at(p);
+      if (!at) continue;
+      ++projected.all;
+      projected.in_bare_gel += !onto.contact(*at) && p.z() < onto.height_mm(*at) - tolerance_mm;
+    }
+  return projected;
+}
+
+/// Share (0..1) of either contact, as far as the other picture covers it, that would have to lie inside the
+/// bare gel of the other: an object there would have been felt.
+double free_space_violation(const Surface& reference, const Surface& target, const Pose& target_T_reference) {
+  const ProjectedContact there = project_contact(reference, target, target_T_reference),
+                         back = project_contact(target, reference, target_T_reference.inverse());
+  const int all = there.all + back.all;
+  return all > 0 ? static_cast<double>(there.in_bare_gel + back.in_bare_gel) / all : 0.0;
+}
+
+double min_texture_correlation(PlacePrior prior, const VerificationOptions& options) {
+  if (prior == PlacePrior::known) return -1.0;
+  return prior == PlacePrior::suspected ? options.min_texture_correlation : options.sure_texture_correlation;
+}
+
+/// SCR asks how much of the reference is found again. A smaller target may lie in it entirely: then the
+/// question is put the other way round.
+bool shows_all_of(const NormalFlowReference& target, const NormalFlowReference& reference,
+                  const RegistrationResult& result, const NormalFlowOptions& options) {
+  return result.status == RegistrationStatus::too_little_overlap &&
+         target.surface().contact_pixels < reference.surface().contact_pixels &&
+         judge_pose(target, reference.surface(), result.target_T_reference.inverse(), options).ok();
+}
+
+}  // namespace
 
 RegistrationResult verify(const NormalFlowReference& reference, const NormalFlowReference& target,
                           const UncertainPose& target_T_reference, PlacePrior prior,
@@ -18,20 +81,25 @@ RegistrationResult verify(const NormalFlowReference& reference, const NormalFlow
     result.status = RegistrationStatus::ambiguous;
     return result;
   }
-  NormalFlowOptions by_texture = registration;
-  by_texture.curvature = {-1, -1};
-  by_texture.min_shared_samples = registration.max_samples / kLeastShare;
-  return verify_registered(register_normal_flow(reference, target.surface(), target_T_reference, by_texture),
-                           prior, options);
+  NormalFlowOptions gates = registration;
+  gates.curvature = options.curvature;
+  result = register_normal_flow(reference, target.surface(), target_T_reference, gates);
+  if (shows_all_of(target, reference, result, gates)) result.status = RegistrationStatus::converged;
+  return verify_registered(reference, target.surface(), result, prior, options);
 }
 
-RegistrationResult verify_registered(RegistrationResult registration, PlacePrior prior,
+RegistrationResult verify_registered(const NormalFlowReference& reference, const Surface& target,
+                                     const RegistrationResult& registration, PlacePrior prior,
                                      const VerificationOptions& options) {
-  const double least =
-      prior == PlacePrior::none ? options.sure_texture_correlation : options.min_texture_correlation;
-  if (registration.ok() && registration.texture_correlation < least)
-    registration.status = RegistrationStatus::curvature_mismatch;
-  return registration;
+  RegistrationResult result = registration;
+  if (!result.ok()) return result;
+  const double model_sigma = std::max(reference.surface().model_sigma, target.model_sigma);
+  if (result.texture_correlation < min_texture_correlation(prior, options) ||
+      result.height_rmse_mm > kMaxHeightRmseMm * model_sigma * shared_noise(reference.surface(), target))
+    result.status = RegistrationStatus::curvature_mismatch;
+  else if (free_space_violation(reference.surface(), target, result.target_T_reference) > kMostContradicted)
+    result.status = RegistrationStatus::free_space_violation;
+  return result;
 }
 
 }  // namespace gelslam

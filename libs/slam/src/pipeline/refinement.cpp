@@ -71,7 +71,7 @@ std::vector<Candidate> overlapping(int to, const std::vector<PosedKeyframe>& key
     if (!older.keyframe || older.component != newer.component) continue;
     const double share = ContactGrid::overlap(
         *older.contact, *newer.contact, older.component_T_keyframe.inverse() * newer.component_T_keyframe);
-    if (share >= options.registration.curvature.min_scr && !linked.contains({from, to}))
+    if (share >= options.verification.curvature.min_scr && !linked.contains({from, to}))
       candidates.push_back({from, share});
   }
   std::stable_sort(candidates.begin(), candidates.end(),

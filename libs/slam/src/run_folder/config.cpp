@@ -44,14 +44,18 @@ void describe_contact(OptionVisitor& visit, Config& config) {
                 "first frames of the log, without contact");
 }
 
+void describe_curvature(OptionVisitor& visit, CurvatureLimits& limits) {
+  visit.number("scr_threshold", limits.min_scr, 0, 1, "least shared curvature ratio");
+  visit.number("ccs_threshold", limits.min_ccs, -1, 1, "least curvature cosine similarity");
+}
+
 void describe_registration(OptionVisitor& visit, NormalFlowOptions& options) {
   visit.integer("max_samples", options.max_samples, 50, 1000000, "keyframe pixels used");
   visit.integer("max_iterations", options.max_iterations, 1, 1000, "at most, per registration");
   visit.integer("min_iterations", options.min_iterations, 1, 1000, "at least, per registration");
   visit.number("robust_scale_rad", options.robust_scale_rad, 0.001, 10,
                "normals further apart than this lose weight");
-  visit.number("scr_threshold", options.curvature.min_scr, 0, 1, "least shared curvature ratio");
-  visit.number("ccs_threshold", options.curvature.min_ccs, -1, 1, "least curvature cosine similarity");
+  describe_curvature(visit, options.curvature);
 }
 
 void describe_tracking(OptionVisitor& visit, SlamOptions& slam) {
@@ -72,8 +76,7 @@ void describe_pose_graph(OptionVisitor& visit, SlamOptions& options) {
   visit.ignored("coverage_graph_overlap_threshold");
   LoopClosureOptions& loops = options.loop_closure;
   visit.integer("min_sift_inliers", loops.min_sift_inliers, 3, 100000, "matches that must agree on a place");
-  visit.ignored("scr_threshold");
-  visit.ignored("ccs_threshold");
+  describe_curvature(visit, options.verification.curvature);  // of a loop
   visit.number("loop_loss_scale", options.pose_graph.loop_loss_scale, 0.01, 1e6,
                "robust kernel on loops, in sigmas");
   visit.number("gradient_scale_sigma", options.gradient_scale.sigma, 0.001, 10,

@@ -28,11 +28,12 @@ struct CurvatureLimits {
 
 enum class RegistrationStatus {
   converged,
-  too_little_overlap,  ///< the shared contact or its share of curvature (SCR) is too small
-  curvature_mismatch,  ///< CCS or the texture correlation too low: not the same surface
-  diverged,            ///< steps did not shrink, or the pose left the sensor
-  ambiguous,           ///< the textures agree nearly as well at another place
-  too_little_surface,  ///< a surface without enough contact or texture to register at all
+  too_little_overlap,    ///< the shared contact or its share of curvature (SCR) is too small
+  curvature_mismatch,    ///< CCS too low: the two patches do not show the same surface
+  diverged,              ///< steps did not shrink, or the pose left the sensor
+  free_space_violation,  ///< the object would lie in gel that the other surface shows untouched
+  ambiguous,             ///< the textures agree nearly as well at another place
+  too_little_surface,    ///< a surface without enough contact or texture to register at all
 };
 
 /// A sentence for a person: "too little overlap".

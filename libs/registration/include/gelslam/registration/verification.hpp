@@ -8,6 +8,7 @@ namespace gelslam {
 /// The limits of verify(): when do two surfaces show the same place? Measured on keyframe pairs of sequences
 /// with truth. Ratios and correlations have no unit.
 struct VerificationOptions {
+  CurvatureLimits curvature;  ///< instead of NormalFlowOptions::curvature; SCR of the smaller contact
   /// RegistrationResult::texture_correlation. Right places have 0.6 (a pen) to 0.97, wrong ones less than
   /// 0.5.
   double min_texture_correlation = 0.6;
@@ -28,21 +29,24 @@ struct VerificationOptions {
 /// What was known of a place before the two surfaces were compared. The less it was, the better they have to
 /// agree.
 enum class PlacePrior {
-  known,      ///< predicted by the motion or by the pose graph, which state its covariance
-  suspected,  ///< recognized, or nearby
+  known,      ///< predicted by the motion or by the pose graph, which state its covariance: the
+              ///< registration has to succeed
+  suspected,  ///< recognized, or nearby: the textures have to agree, too
   none,       ///< the best of all shifts: the textures have to agree clearly
 };
 
-/// Decides whether two surfaces show the same place: registers them from there, however little they share,
-/// then applies verify_registered(). The result is ok() if they do, or its status says why not: a surface
-/// that repeats itself is `ambiguous`. The covariance is that of a known place; suspected ones have none.
+/// Decides whether two surfaces show the same place: registers them from there, then applies
+/// verify_registered(). The result is ok() if they do, or its status says why not: a surface that repeats
+/// itself is `ambiguous`. SCR is that of the smaller contact. The covariance is that of a known place;
+/// suspected ones have none.
 RegistrationResult verify(const NormalFlowReference& reference, const NormalFlowReference& target,
                           const UncertainPose& target_T_reference, PlacePrior prior,
                           const NormalFlowOptions& registration, const VerificationOptions& options);
 
-/// What follows a successful registration: whether the textures agree. `registration`, with the status
-/// curvature_mismatch if they do not.
-RegistrationResult verify_registered(RegistrationResult registration, PlacePrior prior,
+/// The tests that follow a successful registration: texture, heights and free space. Returns `registration`
+/// with the status of the first test that fails.
+RegistrationResult verify_registered(const NormalFlowReference& reference, const Surface& target,
+                                     const RegistrationResult& registration, PlacePrior prior,
                                      const VerificationOptions& options);
 
 }  // namespace gelslam
