@@ -87,7 +87,8 @@ TEST(NdjsonLine, StatesPoseCovarianceAndContactInTheirUnits) {
     for (int c = 0; c < 6; ++c) {
       const double unit = (r < 3 ? 1e-3 : 1.0) * (c < 3 ? 1e-3 : 1.0);
       EXPECT_NEAR(object.at("covariance").at(6 * r + c).get<double>(), unit * covariance(r, c), 1e-15);
-      EXPECT_NEAR(object.at("map_covariance").at(6 * r + c).get<double>(), 4 * unit * covariance(r, c), 1e-15);
+      EXPECT_NEAR(object.at("map_covariance").at(6 * r + c).get<double>(), 4 * unit * covariance(r, c),
+                  1e-15);
     }
     const double sigma = r < 3 ? object.at("sigma_mm").at(r).get<double>()
                                : object.at("sigma_deg").at(r - 3).get<double>() * std::acos(-1.0) / 180.0;
@@ -103,9 +104,8 @@ TEST(NdjsonLine, SaysNullOfWhatIsNotKnown) {
   TrackedFrame frame;
   frame.status = TrackStatus::background;
   json object = json::parse(ndjson_line({frame}));
-  for (const char* key :
-       {"time_unix_s", "trial", "keyframe", "pose", "covariance", "map_pose", "map_covariance", "component",
-        "contact"})
+  for (const char* key : {"time_unix_s", "trial", "keyframe", "pose", "covariance", "map_pose",
+                          "map_covariance", "component", "contact"})
     EXPECT_TRUE(object.at(key).is_null()) << key;
   frame.status = TrackStatus::no_contact;
   const SurfacePtr bare = pressed(0, 0, 0, 0);

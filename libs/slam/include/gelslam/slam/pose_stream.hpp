@@ -17,7 +17,7 @@ namespace gelslam {
 /// What is sent of one frame to other programs.
 struct FrameReport {
   const TrackedFrame& tracked;
-  const Surface* surface = nullptr;  ///< null for a frame of the background
+  const Surface* surface = nullptr;    ///< null for a frame of the background
   std::optional<MapPlace> in_trial{};  ///< none where it was not tracked
   std::optional<MapPlace> in_map{};    ///< none where it was not tracked or is not in the map
   int scan = 0;
