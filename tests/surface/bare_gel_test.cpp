@@ -135,6 +135,25 @@ TEST(BareGel, OnBothSidesOfAContactIsOneWhereSlopesAroundItSaySo) {
   }
 }
 
+/// Of a field that errors let lie just at the limit, one frame says bare and the next pressed, if each
+/// decides alone.
+TEST(BareGel, StaysBareOrPressedWhileHeightsHardlyChange) {
+  const auto fields_height = [](BareGelLeveler& leveler, double depth) {
+    const cv::Mat1f truth = pixel_map<float>(kSensor, [&](int u, int v) {
+      const double r = std::hypot(u - 160, v - 120);
+      return -depth * std::clamp((105 - r) / 8, 0.0, 1.0) - 8 * std::max(0.0, 1 - std::abs(r - 85) / 10);
+    });
+    return leveled(read(truth, [](int) { return 1.0; }), leveler).height(120, 160);
+  };
+  // The limit is 4 pixels: 0.4 times the depth of the rim, as cells show it.
+  BareGelLeveler bare(kSensor, {}, 1, kBorrowedModel), pressed(kSensor, {}, 1, kBorrowedModel);
+  EXPECT_NEAR(fields_height(bare, 3.2), 0, 0.1);
+  EXPECT_NEAR(fields_height(bare, 4.7), 0, 0.1);
+  EXPECT_NEAR(fields_height(pressed, 8), -8, 0.1);
+  EXPECT_NEAR(fields_height(pressed, 4.7), -4.7, 0.1);
+  EXPECT_NEAR(fields_height(bare, 8), -8, 0.1) << "what is clearly low is pressed";
+}
+
 /// How much of a tilt is left, in pixels.
 double left_of_tilt(cv::Size size) {
   cv::Mat1f height = pixel_map<float>({(size.width + 1) / 2, (size.height + 1) / 2},  // of squares

@@ -25,6 +25,10 @@ constexpr float kUsualSlopeRad = 0.25F;    // within a contact
 // of the contact's depth, at least by 0.02 mm, if slopes err as those of a sensor's own model do; a borrowed
 // model, which errs three to four times as much, reads a third too flat. Pressed faces lie lower than that.
 constexpr float kMaxFall = 0.11F, kMinFallPx = 0.3F;
+// Gel that was bare in the frame before is likely so, and has to lie that much lower to be taken for pressed:
+// else a picture that stands still shows the one and the other in turns. A coin's field lies at half of the
+// depth of its rim, which is 1.25 falls.
+constexpr float kStaysBare = 1.2F;
 
 constexpr int kPanel = 4 * kLanes;  // columns at a time, for which vector registers suffice
 
@@ -78,7 +82,8 @@ BareGelLeveler::BareGelLeveler(cv::Size size, const cv::Mat1b& confidence, doubl
     : grid_((size.width + kCellPx - 1) / kCellPx, (size.height + kCellPx - 1) / kCellPx),
       noise_(static_cast<float>(slope_noise)),
       slope_error_(static_cast<float>(model_sigma)),
-      changed_variance_(grid_, static_cast<float>(kBestSlopeSigmaRad * kBestSlopeSigmaRad)) {
+      changed_variance_(grid_, static_cast<float>(kBestSlopeSigmaRad * kBestSlopeSigmaRad)),
+      were_bare_(grid_, static_cast<unsigned char>(0)) {
   if (confidence.empty()) return;
   cv::Mat1f known;
   confidence.convertTo(known, CV_32F, 1.0 / 255);
@@ -103,7 +108,7 @@ bool BareGelLeveler::remove_pressed(const cv::Mat1f& heights) {
   const float fall = slope_error_ * std::max(kMaxFall * (highest - lowest), kMinFallPx);
 
   struct Piece {
-    float height = 0, cells = 0;  // sums
+    float height = 0, cells = 0, were_bare = 0;  // sums
   };
   std::vector<Piece> pieces(static_cast<std::size_t>(cv::connectedComponents(bare_, labels_, 4, CV_32S)));
   for (int row = 0; row < grid_.height; ++row)
@@ -111,8 +116,12 @@ bool BareGelLeveler::remove_pressed(const cv::Mat1f& heights) {
       Piece& piece = pieces[static_cast<std::size_t>(labels_(row, column))];
       piece.height += heights(row, column);
       ++piece.cells;
+      if (were_bare_(row, column) != 0) ++piece.were_bare;
     }
-  const auto is_pressed = [&](const Piece& piece) { return piece.height < (highest - fall) * piece.cells; };
+  const auto is_pressed = [&](const Piece& piece) {
+    const float limit = 2 * piece.were_bare > piece.cells ? kStaysBare * fall : fall;
+    return piece.height < (highest - limit) * piece.cells;
+  };
   bool removed = false;
   for (int row = 0; row < grid_.height; ++row)
     for (int column = 0; column < grid_.width; ++column) {
@@ -218,6 +227,7 @@ BareGelLeveler::Result BareGelLeveler::level(cv::Mat1f& height_px, const cv::Mat
     mark_unchanged(changed);
     remove_pressed(integrate_where_flat(slopes.line_heights()));
   }
+  bare_.copyTo(were_bare_);
   if (cv::countNonZero(bare_) < kMinBareShare * grid_.area()) {
     height_px -= noise_ * highest_of(height_);
     return {};

@@ -14,7 +14,8 @@ namespace gelslam::surface::detail {
 ///           + sum over bare cells (h_a + d_a)² / variance of a bare height,
 /// so that errors are spread where slopes are least certain. Cells are 8 pixels wide, the equations are
 /// solved exactly. A flat face that touches has the color of bare gel, too, but lies below the highest gel by
-/// more than errors of slopes explain: such pieces of unchanged gel are not bare. Errors grow with slopes, so
+/// more than errors of slopes explain: such pieces of unchanged gel are not bare, and stay so or bare unless
+/// the heights say otherwise clearly (hysteresis). Errors grow with slopes, so
 /// heights are integrated again for this question, on cells, where slopes are small rather than steep: around
 /// a contact whose flanks contradict each other instead of across it.
 class BareGelLeveler {
@@ -46,6 +47,7 @@ class BareGelLeveler {
   float noise_, slope_error_;
   cv::Mat1f changed_variance_;  // of slopes in cells that changed
   cv::Mat1f height_;            // of the cells, as given, over the noise
+  cv::Mat1b were_bare_;         // cells, in the frame before
   cv::Mat1b bare_;              // cells
   cv::Mat1i labels_;
   cv::Mat1f fine_;
