@@ -22,7 +22,7 @@ struct SmallSet {
   SmallSet() {
     ScanSpec spec;
     spec.object.name = "pebble";
-    spec.motion.frames = 45;
+    spec.motion.frames = 90;
     DataFolderOptions options;
     options.model = folder / "nnmodel.pth";
     write_pth_model(options.model, simulated_frames().model);
@@ -66,7 +66,7 @@ TEST(Ablation, AgreesWithReconstructAndEvaluate) {
     EXPECT_NEAR(rows[row]["error_mm"], expected.trajectory->geometric_mean_mm, 1e-6);
     EXPECT_NEAR(rows[row]["mesh_mm"], expected.mesh->at_known_pose.accuracy.mean_mm, 1e-4);
     EXPECT_EQ(rows[row]["share"], expected.trajectory->tracked_share());
-    EXPECT_EQ(rows[row]["frames"], 45);
+    EXPECT_EQ(rows[row]["frames"], 90);
     EXPECT_EQ(rows[row]["silent"], 0);
     EXPECT_GT(rows[row]["error_over_sigma"], 0.05);
     EXPECT_LT(rows[row]["error_over_sigma"], 3);
