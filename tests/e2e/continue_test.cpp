@@ -75,7 +75,7 @@ TEST(KilledScan, GoesOnFromItsLastKeyframe) {
     const json report = report_of(run);
     EXPECT_GE(report.at("keyframes").get<int>(), keyframes + 1);
     EXPECT_GE(report.at("frames").at("total").get<int>(), kFrames);
-    if (keyframes < 2) continue;
+    if (keyframes < 3) continue;  // a touch that has hardly begun may show too little to be found again
     EXPECT_EQ(report.at("components"), 1) << more.err;
   }
 }
