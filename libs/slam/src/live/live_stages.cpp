@@ -93,10 +93,10 @@ void TrackingStage::handle(const SurfacedFrame& frame) {
   const FrameRecord record = record_of(tracked);
   newer_.insert(newer_.end(), tracked.new_keyframes.begin(), tracked.new_keyframes.end());
   std::erase_if(newer_, [&](const NewKeyframe& added) { return map->find(added.keyframe->id) != nullptr; });
-  const std::optional<MapPlace> in_trial = trial_map_.add(tracked);
   const std::optional<MapPlace> in_map = map->pose_of(record, newer_);
   if (context_.options.stream)
-    context_.options.stream->write({tracked, frame.surface.get(), in_trial, in_map, 0, image.bgr}, *map);
+    context_.options.stream->write(
+        {tracked, frame.surface.get(), trial_map_.add(tracked), in_map, 0, image.bgr}, *map);
   if (frame.surface)
     context_.timer.add("capture to pose",
                        std::chrono::duration<double, std::milli>(LiveClock::now() - frame.captured).count());
