@@ -2,7 +2,6 @@
 
 #include <cxxabi.h>
 #include <pybind11/pybind11.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <filesystem>
@@ -19,6 +18,8 @@ namespace gelslam::python {
 namespace py = pybind11;
 using OptionalPath = std::optional<std::filesystem::path>;
 
+[[noreturn]] void wait_for_the_end();
+
 /// Takes the GIL. Once the interpreter ends, Python ends a thread that wants it by force, which C++ does not
 /// survive: such a thread waits for the end of the program.
 template <typename Take>
@@ -26,23 +27,26 @@ void take_gil(const Take& take) {
   try {
     take();
   } catch (abi::__forced_unwind&) {
-    for (;;) ::pause();
+    wait_for_the_end();
   }
 }
 
-/// While it lives, other Python threads run.
+/// While it lives, other Python threads run. At the end of the interpreter no call of this module may still
+/// work: the libraries' static objects are destroyed next.
 class WithoutGil {
  public:
-  WithoutGil() : state_(PyEval_SaveThread()) {}
-  ~WithoutGil() {
-    take_gil([&] { PyEval_RestoreThread(state_); });
-  }
+  WithoutGil();
+  ~WithoutGil();
   WithoutGil(const WithoutGil&) = delete;
   WithoutGil& operator=(const WithoutGil&) = delete;
 
  private:
   PyThreadState* state_;
 };
+
+/// Called when the interpreter begins to end: interrupts the calls of other threads (`check_signals`) and
+/// waits until they have ended. Calls that begin later wait for the end of the program.
+void end_calls();
 
 class WithGil {
  public:
@@ -86,8 +90,8 @@ void warn(const std::string& message);
 /// Why a registration failed; of one that succeeded, which motions are not observable; else "".
 std::string reason_of(const RegistrationResult& result);
 
-/// Long work calls it without the GIL: throws KeyboardInterrupt after Ctrl-C. Python delivers Ctrl-C to its
-/// main thread only.
+/// Long work calls it without the GIL: throws KeyboardInterrupt after Ctrl-C, which Python delivers to its
+/// main thread only, and Error in other threads once the interpreter ends.
 void check_signals();
 
 /// Progress of work that runs without the GIL. It also lets Ctrl-C in. To be made with the GIL held.

@@ -39,4 +39,5 @@ PYBIND11_MODULE(_core, module) {
   gelslam::python::bind_localization(module);
   gelslam::python::bind_frames(module);
   gelslam::python::bind_calibration(module);
+  py::module_::import("atexit").attr("register")(py::cpp_function(&gelslam::python::end_calls));
 }

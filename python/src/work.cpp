@@ -1,11 +1,65 @@
 #include <fmt/core.h>
 #include <pybind11/stl.h>
+#include <unistd.h>
+
+#include <condition_variable>
+#include <mutex>
+#include <thread>
 
 #include "bind.hpp"
+#include "gelslam/core/error.hpp"
 
 namespace gelslam::python {
+namespace {
+
+std::mutex calls_mutex;
+std::condition_variable call_ended;
+int calls = 0;  // under way without the GIL, in all threads
+std::optional<std::thread::id> ending_thread;
+
+/// With the mutex held: whether this thread must not work any more.
+bool has_ended() { return ending_thread && *ending_thread != std::this_thread::get_id(); }
+
+/// `change`: of the number of calls under way. Does not come back once the interpreter ends.
+void count_calls(int change) {
+  {
+    const std::lock_guard lock(calls_mutex);
+    if (change < 0 || !has_ended()) calls += change;
+    if (!has_ended()) return;
+  }
+  call_ended.notify_all();
+  wait_for_the_end();
+}
+
+}  // namespace
+
+void wait_for_the_end() {
+  for (;;) ::pause();
+}
+
+WithoutGil::WithoutGil() : state_(PyEval_SaveThread()) { count_calls(1); }
+
+WithoutGil::~WithoutGil() {
+  count_calls(-1);
+  take_gil([&] { PyEval_RestoreThread(state_); });
+}
+
+void end_calls() {
+  constexpr std::chrono::seconds kLongest(10);  // for a progress function of the caller's that never returns
+  PyThreadState* const state = PyEval_SaveThread();
+  {
+    std::unique_lock lock(calls_mutex);
+    ending_thread = std::this_thread::get_id();
+    call_ended.wait_for(lock, kLongest, [] { return calls == 0; });
+  }
+  PyEval_RestoreThread(state);
+}
 
 void check_signals() {
+  {
+    const std::lock_guard lock(calls_mutex);
+    if (has_ended()) throw Error("the interpreter ends");
+  }
   const WithGil gil;
   if (PyErr_CheckSignals() != 0) throw py::error_already_set();
 }
