@@ -1,7 +1,9 @@
 #!/usr/bin/python3
 """Sums up what scripts/results.sh measured: docs/results.json, the charts, and the figures in README.md and docs/results.md.
 
-A figure in these texts is followed by <!--PART.NAME--> and has as many decimals as it should; tests/docs compares them.
+These two are rendered from docs/templates, where {PART.NAME:2} is a figure with two decimals and {=0.5} a number that was set
+and not measured. A figure that is null in results.json becomes a dash: no run has measured it yet. Without a folder of
+results, only renders. tests/docs compares the pages with what this script renders.
 
 Example: GELSLAM_DATA=DATA scripts/results.py build/results
 """
@@ -26,9 +28,8 @@ from speed_followed import shares
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 FILE = ROOT / "docs/results.json"
 CHARTS = ROOT / "docs/benchmarks"
-TEXTS = (ROOT / "README.md", ROOT / "docs/results.md")
-FIGURE = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)<!--([a-z_]+\.[\w.]+)-->")
-COMMITS = re.compile(r"(?<=<!--commits-->).*?(?=<!--/commits-->)", re.S)
+PAGES = {"README.md": "docs/templates/README.md.in", "docs/results.md": "docs/templates/results.md.in"}
+FIELD = re.compile(r"\{(=?)([\w.]+)(?::(\d))?\}")
 ERROR, SHARE, MESH = "trajectory.geometric_mean_mm", "trajectory.tracked_share", "mesh.known_pose.accuracy.mean_mm"
 
 
@@ -245,34 +246,40 @@ def commits(results):
     return newest + (f" ({', '.join(others)})" if others else "")
 
 
-def keys(text):
-    return [match[2] for match in FIGURE.finditer(text)]
+def filled(template, results):
+    """The page that a template gives. Throws KeyError for a figure that the results do not have."""
+    known = {"commits": commits(results)}
+    for part, result in results.items():
+        known.update({f"{part}.{name}": value for name, value in result["figures"].items()})
+        known[part + ".machine"] = result.get("machine")
+
+    def text(match):
+        if match[1]:
+            return match[2]
+        value = known[match[2]]
+        return "–" if value is None else f"{value:.{match[3]}f}" if match[3] else value
+    return FIELD.sub(text, template)
 
 
-def filled(text, results):
-    """The text with its figures as they are in the results; those that were never measured stay."""
-    known = {f"{part}.{name}": value for part, r in results.items() for name, value in r["figures"].items()}
-
-    def figure(match):
-        decimals = len(match[1].partition(".")[2])
-        value = f"{known[match[2]]:.{decimals}f}" if match[2] in known else match[1]
-        return f"{value}<!--{match[2]}-->"
-    return COMMITS.sub(commits(results), FIGURE.sub(figure, text))
-
-
-if __name__ == "__main__":
-    if len(sys.argv) != 2 or sys.argv[1].startswith("-"):
-        sys.exit(__doc__)
-    out = pathlib.Path(sys.argv[1])
-    results = read(FILE) if FILE.exists() else {}
+def measure(out, results):
+    """Sets the parts that scripts/results.sh has measured into the folder `out`."""
     there = {path.parent.name for path in out.glob("*/commit")}
     for part in (p for p in PARTS if p in there):
         figures = {k: float(f"{v:.5g}") for k, v in PARTS[part](out / part).items()}
-        results[part] = {"commit": (out / part / "commit").read_text().strip(), "figures": figures}
+        results[part] = {"commit": (out / part / "commit").read_text().strip(), "machine": (out / part / "machine").read_text().strip(),
+                         "figures": figures}
     FILE.write_text(json.dumps(results, indent=1) + "\n")
     for draw_chart, parts in JOINT:
         if parts <= there:
             draw_chart(out, {part: r["figures"] for part, r in results.items()})
-    for path in TEXTS:
-        path.write_text(filled(path.read_text(), results))
     print(FILE)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 2 or sys.argv[-1].startswith("-"):
+        sys.exit(__doc__)
+    results = read(FILE) if FILE.exists() else {}
+    if len(sys.argv) == 2:
+        measure(pathlib.Path(sys.argv[1]), results)
+    for page, template in PAGES.items():
+        (ROOT / page).write_text(filled((ROOT / template).read_text(), results))

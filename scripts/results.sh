@@ -137,5 +137,6 @@ for part in models accuracy stability mechanisms calibration ${real:+real} live 
   mkdir -p "$out/$part"
   "$part"
   echo "$commit" >"$out/$part/commit"
+  lscpu | sed -n 's/^Model name: *//p' >"$out/$part/machine"
 done
 scripts/results.py "$out"
