@@ -30,7 +30,8 @@ FILE = ROOT / "docs/results.json"
 CHARTS = ROOT / "docs/benchmarks"
 PAGES = {"README.md": "docs/templates/README.md.in", "docs/results.md": "docs/templates/results.md.in"}
 FIELD = re.compile(r"\{(=?)([\w.]+)(?::(\d))?\}")
-ERROR, SHARE, MESH = "trajectory.geometric_mean_mm", "trajectory.tracked_share", "mesh.known_pose.accuracy.mean_mm"
+ERROR, SHARE, MESH = "trajectory.geometric_mean_mm", "trajectory.tracked_share", "mesh.known_pose.accuracy."
+HEADLINE = {"_ate": "trajectory.ate_mm", "_rotation": "trajectory.rotation_rmse_deg"}
 
 
 def read(path):
@@ -48,24 +49,46 @@ def spread(name, values):
     return {name: statistics.geometric_mean(values), name + "_least": min(values), name + "_most": max(values)}
 
 
+def mean_and_range(name, values):
+    return {name: statistics.fmean(values), name + "_least": min(values), name + "_most": max(values)}
+
+
+def headline(name, logs):
+    """ATE and rotation RMSE over logs."""
+    return {key: value for end, column in HEADLINE.items() for key, value in mean_and_range(name + end, logs[column]).items()}
+
+
+def of_scan(name, log):
+    """ATE, rotation RMSE and the mesh's distances to the true surface, of one log."""
+    return {**{name + end: log[column] for end, column in HEADLINE.items()},
+            **{f"{name}_mesh_{which}": log[f"{MESH}{which}_mm"] for which in ("mean", "p95")}}
+
+
+def eight_objects(names):
+    """The eight objects of DATA/optics; tread9 is a scan of one of them."""
+    return [n for n in names if n.startswith("optics_") and n != "optics_tread9"]
+
+
 def accuracy(study):
     reference = references()
     public, (network, own, flat, optics_own) = by_log(reference), (by_log(read(study / f"{n}.json")) for n in ("network", "own", "optics_flat", "optics_own"))
     figures = {}
-    eight = [n for n in network.index if n.startswith("optics_") and n != "optics_tread9"]
+    eight = eight_objects(network.index)
     for name, errors in (("public", public["error_mm"]), ("flat", flat[ERROR]), ("ours", network[ERROR]), ("own", optics_own[ERROR])):
         figures.update(spread("optics_" + name, errors[eight]))
+    for name, some in (("flat", flat), ("ours", network), ("own", optics_own)):
+        figures.update(headline("optics_" + name, some.loc[eight]))
     tracks = [n for n in network.index if n.startswith("track_")]
-    for name, some, errors in (("public", public, public["error_mm"]), ("ours", network, network[ERROR])):
-        for unit in ("mm", "deg"):
-            values = some.loc[tracks].filter(regex=rf"^(trajectory\.)?mae\..*_{unit}$").to_numpy()
-            figures.update({f"track_{name}_mean_{unit}": values.mean(), f"track_{name}_worst_{unit}": values.max()})
+    for name, errors in (("public", public["error_mm"]), ("ours", network[ERROR])):
         figures.update(spread("track_" + name, errors[tracks]))
+    figures.update(headline("track_ours", network.loc[tracks]))
+    for n in ("scan_peanut360", "scan_pebblescan"):
+        figures.update(of_scan(n, network.loc[n]))
     for n in ("scan_peanut360", "scan_pebblescan", "hard_breaks", "hard_polishedball", "hard_polishedrod"):
         ours, theirs = network.loc[n], public.loc[n]
         figures.update({n + "_public": theirs["error_mm"], n: ours[ERROR], n + "_share": ours[SHARE], n + "_public_share": theirs["largest_group_share"]})
-        if ours[MESH] > 0 and theirs["mesh.acc_mean_mm"] > 0:
-            figures.update({n + "_mesh": ours[MESH], n + "_mesh_public": theirs["mesh.acc_mean_mm"],
+        if ours[MESH + "mean_mm"] > 0 and theirs["mesh.acc_mean_mm"] > 0:
+            figures.update({n + "_mesh": ours[MESH + "mean_mm"], n + "_mesh_public": theirs["mesh.acc_mean_mm"],
                             n + "_completeness": within_100_um(ours["mesh.known_pose.within"])["completeness"]})
     for end in ("mm", "deg"):
         figures["peanut_end_" + end] = network.loc["scan_peanut360", "trajectory.final_drift_" + end]
@@ -179,6 +202,11 @@ def public(study):
             figures[f"{log}_{system}_s"] = seconds.loc["whole", system]
             figures[f"{log}_{system}_frame_ms"] = 1e3 * seconds.loc[["surface", "tracking"], system].sum() / tracked
         figures[log + "_ratio"] = figures[log + "_public_s"] / figures[log + "_gelslam_s"]
+    logs = by_log({path.stem: read(path) for path in sorted((study / "errors").glob("*.json"))})
+    figures.update(headline("optics", logs.loc[eight_objects(logs.index)]))
+    figures.update(headline("track", logs.filter(like="track_", axis="index")))
+    for n in ("scan_peanut360", "scan_pebblescan"):
+        figures.update(of_scan(n, logs.loc[n]))
     shutil.copy(study / "side_by_side.png", CHARTS)
     return figures
 
