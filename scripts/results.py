@@ -1,7 +1,9 @@
 #!/usr/bin/python3
 """Sums up what scripts/results.sh measured: docs/results.json, the charts, and the figures in README.md and docs/results.md.
 
-A figure in these texts is followed by <!--PART.NAME--> and has as many decimals as it should; tests/docs compares them.
+These two are rendered from docs/templates, where {PART.NAME:2} is a figure with two decimals and {=0.5} a number that was set
+and not measured. A figure that is null in results.json becomes a dash: no run has measured it yet. Without a folder of
+results, only renders. tests/docs compares the pages with what this script renders.
 
 Example: GELSLAM_DATA=DATA scripts/results.py build/results
 """
@@ -26,10 +28,10 @@ from speed_followed import shares
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 FILE = ROOT / "docs/results.json"
 CHARTS = ROOT / "docs/benchmarks"
-TEXTS = (ROOT / "README.md", ROOT / "docs/results.md")
-FIGURE = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)<!--([a-z_]+\.[\w.]+)-->")
-COMMITS = re.compile(r"(?<=<!--commits-->).*?(?=<!--/commits-->)", re.S)
-ERROR, SHARE, MESH = "trajectory.geometric_mean_mm", "trajectory.tracked_share", "mesh.known_pose.accuracy.mean_mm"
+PAGES = {"README.md": "docs/templates/README.md.in", "docs/results.md": "docs/templates/results.md.in"}
+FIELD = re.compile(r"\{(=?)([\w.]+)(?::(\d))?\}")
+ERROR, SHARE, MESH = "trajectory.geometric_mean_mm", "trajectory.tracked_share", "mesh.known_pose.accuracy."
+HEADLINE = {"_ate": "trajectory.ate_mm", "_rotation": "trajectory.rotation_rmse_deg"}
 
 
 def read(path):
@@ -47,24 +49,45 @@ def spread(name, values):
     return {name: statistics.geometric_mean(values), name + "_least": min(values), name + "_most": max(values)}
 
 
+def mean_and_range(name, values):
+    return {name: statistics.fmean(values), name + "_least": min(values), name + "_most": max(values)}
+
+
+def headline(name, logs):
+    """ATE and rotation RMSE over logs."""
+    return {key: value for end, column in HEADLINE.items() for key, value in mean_and_range(name + end, logs[column]).items()}
+
+
+def of_scan(name, log):
+    """ATE, rotation RMSE and the 95th percentile of the mesh's distances to the true surface, of one log."""
+    return {**{name + end: log[column] for end, column in HEADLINE.items()}, name + "_mesh_p95": log[MESH + "p95_mm"]}
+
+
+def eight_objects(names):
+    """The eight objects of DATA/optics; tread9 is a scan of one of them."""
+    return [n for n in names if n.startswith("optics_") and n != "optics_tread9"]
+
+
 def accuracy(study):
     reference = references()
     public, (network, own, flat, optics_own) = by_log(reference), (by_log(read(study / f"{n}.json")) for n in ("network", "own", "optics_flat", "optics_own"))
     figures = {}
-    eight = [n for n in network.index if n.startswith("optics_") and n != "optics_tread9"]
+    eight = eight_objects(network.index)
     for name, errors in (("public", public["error_mm"]), ("flat", flat[ERROR]), ("ours", network[ERROR]), ("own", optics_own[ERROR])):
         figures.update(spread("optics_" + name, errors[eight]))
+    for name, some in (("flat", flat), ("ours", network), ("own", optics_own)):
+        figures.update(headline("optics_" + name, some.loc[eight]))
     tracks = [n for n in network.index if n.startswith("track_")]
-    for name, some, errors in (("public", public, public["error_mm"]), ("ours", network, network[ERROR])):
-        for unit in ("mm", "deg"):
-            values = some.loc[tracks].filter(regex=rf"^(trajectory\.)?mae\..*_{unit}$").to_numpy()
-            figures.update({f"track_{name}_mean_{unit}": values.mean(), f"track_{name}_worst_{unit}": values.max()})
+    for name, errors in (("public", public["error_mm"]), ("ours", network[ERROR])):
         figures.update(spread("track_" + name, errors[tracks]))
+    figures.update(headline("track_ours", network.loc[tracks]))
+    for n in ("scan_peanut360", "scan_pebblescan"):
+        figures.update(of_scan(n, network.loc[n]))
     for n in ("scan_peanut360", "scan_pebblescan", "hard_breaks", "hard_polishedball", "hard_polishedrod"):
         ours, theirs = network.loc[n], public.loc[n]
         figures.update({n + "_public": theirs["error_mm"], n: ours[ERROR], n + "_share": ours[SHARE], n + "_public_share": theirs["largest_group_share"]})
-        if ours[MESH] > 0 and theirs["mesh.acc_mean_mm"] > 0:
-            figures.update({n + "_mesh": ours[MESH], n + "_mesh_public": theirs["mesh.acc_mean_mm"],
+        if ours[MESH + "mean_mm"] > 0 and theirs["mesh.acc_mean_mm"] > 0:
+            figures.update({n + "_mesh": ours[MESH + "mean_mm"], n + "_mesh_public": theirs["mesh.acc_mean_mm"],
                             n + "_completeness": within_100_um(ours["mesh.known_pose.within"])["completeness"]})
     for end in ("mm", "deg"):
         figures["peanut_end_" + end] = network.loc["scan_peanut360", "trajectory.final_drift_" + end]
@@ -178,6 +201,11 @@ def public(study):
             figures[f"{log}_{system}_s"] = seconds.loc["whole", system]
             figures[f"{log}_{system}_frame_ms"] = 1e3 * seconds.loc[["surface", "tracking"], system].sum() / tracked
         figures[log + "_ratio"] = figures[log + "_public_s"] / figures[log + "_gelslam_s"]
+    logs = by_log({path.stem: read(path) for path in sorted((study / "errors").glob("*.json"))})
+    figures.update(headline("optics", logs.loc[eight_objects(logs.index)]))
+    figures.update(headline("track", logs.filter(like="track_", axis="index")))
+    for n in ("scan_peanut360", "scan_pebblescan"):
+        figures.update(of_scan(n, logs.loc[n]))
     shutil.copy(study / "side_by_side.png", CHARTS)
     return figures
 
@@ -245,34 +273,40 @@ def commits(results):
     return newest + (f" ({', '.join(others)})" if others else "")
 
 
-def keys(text):
-    return [match[2] for match in FIGURE.finditer(text)]
+def filled(template, results):
+    """The page that a template gives. Throws KeyError for a figure that the results do not have."""
+    known = {"commits": commits(results)}
+    for part, result in results.items():
+        known.update({f"{part}.{name}": value for name, value in result["figures"].items()})
+        known[part + ".machine"] = result.get("machine")
+
+    def text(match):
+        if match[1]:
+            return match[2]
+        value = known[match[2]]
+        return "–" if value is None else f"{value:.{match[3]}f}" if match[3] else value
+    return FIELD.sub(text, template)
 
 
-def filled(text, results):
-    """The text with its figures as they are in the results; those that were never measured stay."""
-    known = {f"{part}.{name}": value for part, r in results.items() for name, value in r["figures"].items()}
-
-    def figure(match):
-        decimals = len(match[1].partition(".")[2])
-        value = f"{known[match[2]]:.{decimals}f}" if match[2] in known else match[1]
-        return f"{value}<!--{match[2]}-->"
-    return COMMITS.sub(commits(results), FIGURE.sub(figure, text))
-
-
-if __name__ == "__main__":
-    if len(sys.argv) != 2 or sys.argv[1].startswith("-"):
-        sys.exit(__doc__)
-    out = pathlib.Path(sys.argv[1])
-    results = read(FILE) if FILE.exists() else {}
+def measure(out, results):
+    """Sets the parts that scripts/results.sh has measured into the folder `out`."""
     there = {path.parent.name for path in out.glob("*/commit")}
     for part in (p for p in PARTS if p in there):
         figures = {k: float(f"{v:.5g}") for k, v in PARTS[part](out / part).items()}
-        results[part] = {"commit": (out / part / "commit").read_text().strip(), "figures": figures}
+        results[part] = {"commit": (out / part / "commit").read_text().strip(), "machine": (out / part / "machine").read_text().strip(),
+                         "figures": figures}
     FILE.write_text(json.dumps(results, indent=1) + "\n")
     for draw_chart, parts in JOINT:
         if parts <= there:
             draw_chart(out, {part: r["figures"] for part, r in results.items()})
-    for path in TEXTS:
-        path.write_text(filled(path.read_text(), results))
     print(FILE)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 2 or sys.argv[-1].startswith("-"):
+        sys.exit(__doc__)
+    results = read(FILE) if FILE.exists() else {}
+    if len(sys.argv) == 2:
+        measure(pathlib.Path(sys.argv[1]), results)
+    for page, template in PAGES.items():
+        (ROOT / page).write_text(filled((ROOT / template).read_text(), results))

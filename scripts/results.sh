@@ -1,10 +1,14 @@
 #!/usr/bin/env bash
 # usage: scripts/results.sh [--only PART,...] DATA [REAL]
 #
-# Measures what README.md and docs/results.md state (40 minutes on two idle cores), writes docs/results.json with the
-# commit, draws the charts and sets the figures in both texts. DATA: rendered sequences with truth and presses. REAL: a
-# folder of logs of real sensors: NAME/{left,right}.avi, NAME/background_{left,right}.png, NAME/pair.json (ppmm, start, end).
-# NO_BUILD=1 takes what is built. PUBLIC=DIR also runs the public system (scripts/public_system.sh). What is not run stays, with its commit.
+# Measures what README.md and docs/results.md state (45 minutes on two idle cores), writes docs/results.json with commit
+# and processor, draws the charts and renders both texts (scripts/results.py). What is not run stays as it was measured.
+#
+# DATA: rendered sequences with truth, and presses of real sensors. REAL: a folder of logs of real sensors:
+# NAME/{left,right}.avi, NAME/background_{left,right}.png, NAME/pair.json (ppmm, start, end). Neither can be downloaded.
+# The parts "followed" and "long" need none of it (DATA: any folder), for they simulate what they measure.
+# NO_BUILD=1 takes what is built. PUBLIC=DIR also runs the public system (scripts/public_system.sh).
+#
 #   --only    of: models accuracy stability mechanisms calibration real live real_live followed long speed public
 #             (accuracy and calibration need models; from live on an idle machine is needed)
 #
@@ -128,6 +132,18 @@ speed() {
 
 public() {
   scripts/side_by_side.sh "$PUBLIC" "$out/public" "$data"/sequences/{track_pebble,scan_peanut360} "$data/optics/optics_bolt" >"$out/public/table.txt"
+  # Its errors, of the largest group of its frames: the only ones that share a frame of reference.
+  local errors=$out/public/errors log name
+  for log in "${tracks[@]}" "${optics[@]}" "$data"/sequences/scan_{peanut360,pebblescan}/; do
+    name=$(basename "$log")
+    [[ $name != optics_tread9 ]] || continue  # a scan of one of them
+    scripts/public_system.sh "$PUBLIC" "$errors" "$log" >/dev/null
+    mkdir "$errors/$name/run"
+    awk 'NR == FNR { group[FNR] = $2; if (++frames[$2] > frames[most]) most = $2; next } group[FNR] == most' \
+      "$errors/$name"/slam_groups.txt "$errors/$name"/slam.tum >"$errors/$name/run/trajectory.tum"
+    [[ $name != scan_* ]] || cp "$errors/$name/mesh.ply" "$errors/$name/run"
+    "$gelslam" evaluate "$errors/$name/run" --truth "$log" --json >"$errors/$name.json"
+  done
 }
 
 for part in models accuracy stability mechanisms calibration ${real:+real} live ${real:+real_live} followed long speed ${PUBLIC:+public}; do
@@ -137,5 +153,6 @@ for part in models accuracy stability mechanisms calibration ${real:+real} live 
   mkdir -p "$out/$part"
   "$part"
   echo "$commit" >"$out/$part/commit"
+  lscpu | sed -n 's/^Model name: *//p' >"$out/$part/machine"
 done
 scripts/results.py "$out"

@@ -94,6 +94,7 @@ TEST(TrajectoryMetrics, AnglesWrapAtHalfATurn) {
   const TrajectoryMetrics metrics = evaluate_trajectory(estimate, truth, 0, 25.0);
   EXPECT_NEAR(metrics.mae_deg.z(), 0.5, 1e-9);  // one degree in one of two frames
   EXPECT_NEAR(metrics.final_deg, 1.0, 1e-9);
+  EXPECT_NEAR(metrics.rotation_rmse_deg, std::sqrt(0.5), 1e-9);
 }
 
 TEST(TrajectoryMetrics, TheMapFramesPlaceDoesNotMatter) {

@@ -19,16 +19,18 @@ std::string trajectory_table(const Evaluation& evaluation) {
           : fmt::format("Trajectory, relative to frame {}\n", *evaluation.reference_frame);
   text += fmt::format(
       "  ATE (RMSE)              {:.4f} mm, {:.4f} mm after alignment\n"
+      "  rotation (RMSE)         {:.3f} deg\n"
       "  mean absolute error     x {:.4f}  y {:.4f}  z {:.4f} mm\n"
       "                          rx {:.3f}  ry {:.3f}  rz {:.3f} deg\n"
       "  geometric mean of six   {:.4f} mm (1 deg = {:.3f} mm)\n"
       "  RPE over 1 frame        {:.4f} mm  {:.4f} deg ({} pairs)\n"
       "  RPE over 1 s            {:.4f} mm  {:.4f} deg ({} pairs)\n"
       "  at the last frame       {:.4f} mm  {:.3f} deg\n",
-      t.ate_mm, t.ate_aligned_mm, t.mae_mm.x(), t.mae_mm.y(), t.mae_mm.z(), t.mae_deg.x(), t.mae_deg.y(),
-      t.mae_deg.z(), t.geometric_mean_mm, kMillimetersPerDegree, t.over_one_frame.translation_mm,
-      t.over_one_frame.rotation_deg, t.over_one_frame.pairs, t.over_one_second.translation_mm,
-      t.over_one_second.rotation_deg, t.over_one_second.pairs, t.final_mm, t.final_deg);
+      t.ate_mm, t.ate_aligned_mm, t.rotation_rmse_deg, t.mae_mm.x(), t.mae_mm.y(), t.mae_mm.z(),
+      t.mae_deg.x(), t.mae_deg.y(), t.mae_deg.z(), t.geometric_mean_mm, kMillimetersPerDegree,
+      t.over_one_frame.translation_mm, t.over_one_frame.rotation_deg, t.over_one_frame.pairs,
+      t.over_one_second.translation_mm, t.over_one_second.rotation_deg, t.over_one_second.pairs, t.final_mm,
+      t.final_deg);
   if (evaluation.reference_s)
     return text + fmt::format("  compared                {} of {} poses\n", t.compared_frames,
                               t.compared_frames + t.estimated_without_touch);
@@ -87,6 +89,7 @@ Json to_json(const TrajectoryMetrics& t) {
           {"geometric_mean_mm", t.geometric_mean_mm},
           {"ate_mm", t.ate_mm},
           {"ate_aligned_mm", t.ate_aligned_mm},
+          {"rotation_rmse_deg", t.rotation_rmse_deg},
           {"rpe_1_frame", to_json(t.over_one_frame)},
           {"rpe_1_s", to_json(t.over_one_second)},
           {"final_drift_mm", t.final_mm},

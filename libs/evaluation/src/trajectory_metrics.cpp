@@ -126,10 +126,14 @@ TrajectoryMetrics evaluate_trajectory(const std::vector<IndexedPose>& estimate,
   metrics.compared_frames = static_cast<int>(pairs.size());
   metrics.estimated_without_touch = static_cast<int>(estimate.size() - pairs.size());
   set_axis_errors(pairs, metrics);
-  double squared_sum = 0.0;
-  for (const PosePair& pair : pairs)
-    squared_sum += (pair.estimated.translation() - pair.truth.translation()).squaredNorm();
-  metrics.ate_mm = std::sqrt(squared_sum / static_cast<double>(pairs.size()));
+  double squared_mm2 = 0.0, squared_deg2 = 0.0;
+  for (const PosePair& pair : pairs) {
+    squared_mm2 += (pair.estimated.translation() - pair.truth.translation()).squaredNorm();
+    squared_deg2 +=
+        std::pow(rotation_angle_rad(pair.truth.inverse() * pair.estimated) * kDegreesPerRadian, 2);
+  }
+  metrics.ate_mm = std::sqrt(squared_mm2 / static_cast<double>(pairs.size()));
+  metrics.rotation_rmse_deg = std::sqrt(squared_deg2 / static_cast<double>(pairs.size()));
   metrics.ate_aligned_mm = aligned_rmse_mm(pairs);
   metrics.over_one_frame = relative_error(pairs, 1);
   metrics.over_one_second = relative_error(pairs, std::max(1, static_cast<int>(std::lround(fps))));

@@ -44,6 +44,7 @@ struct TrajectoryMetrics {
   double geometric_mean_mm = 0.0;  ///< of the six, a degree counted as kMillimetersPerDegree
   double ate_mm = 0.0;             ///< RMSE of translation, both starting at identity at the reference frame
   double ate_aligned_mm = 0.0;     ///< RMSE of translation after the best rigid alignment
+  double rotation_rmse_deg = 0.0;  ///< RMSE of the angle between the two, both starting as above
   RelativePoseError over_one_frame;
   RelativePoseError over_one_second;
   double final_mm = 0.0;  ///< at the last compared frame
