@@ -12,10 +12,6 @@ namespace {
 
 using namespace registration::detail;
 
-// Times Surface::model_sigma of the less certain: heights err as the slopes that they are the integral of.
-// Right places have 0.03.
-constexpr double kMaxHeightRmseMm = 0.1;
-
 // Share of two contacts that lies in the other's bare gel by chance: on clean logs, rendered and real, none
 // is as large.
 constexpr double kMostContradicted = 0.1;
@@ -27,7 +23,7 @@ struct ProjectedContact {
 };
 
 ProjectedContact project_contact(const Surface& from, const Surface& onto, const Pose& onto_T_from) {
-  constexpr double kToleranceMm = 1.5 * kMaxHeightRmseMm;  // heights and the membrane rim err by less
+  constexpr double kToleranceMm = 0.15;  // heights and the membrane rim err by less
   const double tolerance_mm = kToleranceMm * shared_noise(from, onto);
   const CameraModel onto_camera = onto.camera();
   ProjectedContact projected;
@@ -93,9 +89,7 @@ RegistrationResult verify_registered(const NormalFlowReference& reference, const
                                      const VerificationOptions& options) {
   RegistrationResult result = registration;
   if (!result.ok()) return result;
-  const double model_sigma = std::max(reference.surface().model_sigma, target.model_sigma);
-  if (result.texture_correlation < min_texture_correlation(prior, options) ||
-      result.height_rmse_mm > kMaxHeightRmseMm * model_sigma * shared_noise(reference.surface(), target))
+  if (result.texture_correlation < min_texture_correlation(prior, options))
     result.status = RegistrationStatus::curvature_mismatch;
   else if (free_space_violation(reference.surface(), target, result.target_T_reference) > kMostContradicted)
     result.status = RegistrationStatus::free_space_violation;

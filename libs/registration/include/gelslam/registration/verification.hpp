@@ -43,7 +43,7 @@ RegistrationResult verify(const NormalFlowReference& reference, const NormalFlow
                           const UncertainPose& target_T_reference, PlacePrior prior,
                           const NormalFlowOptions& registration, const VerificationOptions& options);
 
-/// The tests that follow a successful registration: texture, heights and free space. Returns `registration`
+/// The tests that follow a successful registration: texture and free space. Returns `registration`
 /// with the status of the first test that fails.
 RegistrationResult verify_registered(const NormalFlowReference& reference, const Surface& target,
                                      const RegistrationResult& registration, PlacePrior prior,
