@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "../support/data_folder.hpp"
 #include "gelslam/surface/background.hpp"
@@ -42,16 +43,41 @@ TEST_F(RealData, ABorrowedModelIsTrustedLess) {
   }
 }
 
+std::vector<fs::path> presses_in(const fs::path& folder) {
+  std::vector<fs::path> presses;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder))
+    if (entry.path().filename() == "gelsight.png") presses.push_back(entry.path());
+  std::sort(presses.begin(), presses.end());
+  return presses;
+}
+
+// The share of the contact that does not belong to its largest piece, on average over the presses.
+TEST_F(RealData, ThereIsNoContactBesideAPressedBall) {
+  for (const char* name : {"calibration", "calibration_b", "markers"}) {
+    const fs::path folder = data_folder() / name;
+    SurfaceEstimator estimator(read_model(folder / "model" / "nnmodel.pth"), read(folder / "background.png"),
+                               {});
+    const std::vector<fs::path> presses = presses_in(folder);
+    double beside = 0;
+    for (const fs::path& press : presses) {
+      cv::Mat labels, stats, centers;
+      const SurfacePtr surface = estimator.estimate(read(press));
+      const int pieces = cv::connectedComponentsWithStats(surface->contact, labels, stats, centers);
+      int largest = 0;
+      for (int k = 1; k < pieces; ++k) largest = std::max(largest, stats.at<int>(k, cv::CC_STAT_AREA));
+      beside += 1 - largest / static_cast<double>(std::max(1, surface->contact_pixels));
+    }
+    EXPECT_LT(beside / static_cast<double>(presses.size()), 0.04) << name;
+  }
+}
+
 TEST_F(RealData, BackgroundsAreCleanAndPressesAreNot) {
   for (const char* name : {"calibration", "calibration_b", "calibration_sim"}) {
     const fs::path folder = data_folder() / name;
     const GradientModel model = read_model(folder / "model" / "nnmodel.pth");
     EXPECT_EQ(check_background({read(folder / "background.png")}, model, {}).reason, "") << name;
-    std::vector<fs::path> presses;
-    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder))
-      if (entry.path().filename() == "gelsight.png") presses.push_back(entry.path());
+    const std::vector<fs::path> presses = presses_in(folder);
     ASSERT_GT(presses.size(), 10U) << name;
-    std::sort(presses.begin(), presses.end());
     for (std::size_t k = 0; k < presses.size(); k += 3)
       EXPECT_TRUE(check_background({read(presses[k])}, model, {}).contact) << presses[k];
   }

@@ -25,9 +25,10 @@ struct HeightQuality {
 ///   p = d - L² Δd = d + L² c,
 /// with d the depth below the gel at rest, c the curvature (the Laplacian of the height) and L the length
 /// over which the gel returns to rest beside an object. Beside the object p is 0; under a flat face p equals
-/// d, and under a convex one it is larger. A pixel is in contact where p exceeds half of d, and d its own
-/// error. Where no bare gel is seen, d is unknown: what has changed its color is contact. Small holes are
-/// filled, for what contact encloses is touched.
+/// d, and under a convex one it is larger. A pixel is in contact where d exceeds its error and p exceeds half
+/// of d by the error of p: a share of the deepest place, without which islands beside 135 presses of real
+/// balls are contact. Where no bare gel is seen, d is unknown: what has changed its color is contact. Small
+/// holes are filled, for what contact encloses is touched.
 class ContactDetector {
  public:
   ContactDetector(cv::Size size, double pixel_pitch_mm);
