@@ -48,27 +48,27 @@ Vector6d motion_variance(const CenterMotion& motion, bool all_observable, double
 }
 
 /// What the normals say, about the reference's origin.
-Matrix5d information_of_normals(const ShownDirections& directions, double noise_variance,
+Matrix5d information_of_normals(const ObservableDirections& directions, double noise_variance,
                                 const PosePrior& prior) {
   const Matrix5d covariance = prior.covariance.topLeftCorner<kParameters, kParameters>();
   Matrix5d information = Matrix5d::Zero();
   for (int i = 0; i < kParameters; ++i) {
-    const double share = directions.share[i],
-                 pull = directions.pattern_share[i] * directions.pattern_share[i];
-    if (share == 0) continue;
-    const Vector5d measure = directions.measures.col(i);
+    const double fraction = directions.signal_fraction[i],
+                 pull = directions.pattern_fraction[i] * directions.pattern_fraction[i];
+    if (fraction == 0) continue;
+    const Vector5d dual = directions.dual_basis.col(i);
     // Gauss-Newton with a noisy Jacobian: the error's variance is read / common², not 1 / read. A pattern of
     // the gel pulls towards no motion.
     const double variance =
-        noise_variance / (share * share) + pull * pull * measure.dot(covariance * measure);
-    information += measure * measure.transpose() / variance;
+        noise_variance / (fraction * fraction) + pull * pull * dual.dot(covariance * dual);
+    information += dual * dual.transpose() / variance;
   }
   return information;
 }
 
 }  // namespace
 
-Matrix6d pose_information(const ShownDirections& directions, double shared_mm2, double model_sigma,
+Matrix6d pose_information(const ObservableDirections& directions, double shared_mm2, double model_sigma,
                           double noise_variance, const PosePrior& prior, const RegistrationResult& result,
                           const NormalFlowOptions& options) {
   const Matrix6d from_center = origin_from_center(result.shared_center_mm),
@@ -84,7 +84,7 @@ Matrix6d pose_information(const ShownDirections& directions, double shared_mm2, 
   // (noise⁻¹ + variance)⁻¹, where the noise's information may have no inverse.
   const CenterMotion motion = motion_of(result);
   const Vector6d variance =
-      motion_variance(motion, directions.share.minCoeff() > 0, shared_mm2, model_sigma, options);
+      motion_variance(motion, directions.signal_fraction.minCoeff() > 0, shared_mm2, model_sigma, options);
   const Matrix6d both = (Matrix6d::Identity() + noise * variance.asDiagonal()).partialPivLu().solve(noise);
   return symmetric(to_center.transpose() * both * to_center);
 }

@@ -175,24 +175,24 @@ HeightGap height_gap(const Samples& samples, const Surface& target, const Pose& 
   return {mean, std::sqrt(std::max(0.0, sum2 / weight - mean * mean))};
 }
 
-ShownDirections shown_directions(const TextureAgreement& texture, double by_chance) {
+ObservableDirections observable_directions(const TextureAgreement& texture, double by_chance) {
   // Generalised eigenvectors of (common, read + pattern): along each, the share that is common.
   const Matrix5d scale = texture.read + texture.pattern + 1e-12 * Matrix5d::Identity();
   const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix5d> eigen(texture.common, scale);
-  ShownDirections result;
+  ObservableDirections result;
   result.basis = eigen.eigenvectors();
-  result.measures = scale * result.basis;  // of the eigenvectors' inverse, transposed
-  result.share = (eigen.eigenvalues().array() - by_chance).max(0.0).min(1.0);
+  result.dual_basis = scale * result.basis;  // of the eigenvectors' inverse, transposed
+  result.signal_fraction = (eigen.eigenvalues().array() - by_chance).max(0.0).min(1.0);
   for (int i = 0; i < kParameters; ++i) {
     const double pattern = result.basis.col(i).dot(texture.pattern * result.basis.col(i));
-    result.pattern_share[i] = std::min(1.0, pattern / std::max(pattern, eigen.eigenvalues()[i]));
+    result.pattern_fraction[i] = std::min(1.0, pattern / std::max(pattern, eigen.eigenvalues()[i]));
   }
   return result;
 }
 
-ShownDirections assess(const NormalFlowReference::Impl& reference, const Surface& target,
-                       const Residuals& residuals, const PosePrior& prior, const NormalFlowOptions& options,
-                       RegistrationResult& result) {
+ObservableDirections assess(const NormalFlowReference::Impl& reference, const Surface& target,
+                            const Residuals& residuals, const PosePrior& prior,
+                            const NormalFlowOptions& options, RegistrationResult& result) {
   result.shared_samples = count_shared(residuals);
   const auto [x, y, z] = shared_center_mm(reference.samples, residuals);
   result.shared_center_mm = {x, y, z};
@@ -207,7 +207,8 @@ ShownDirections assess(const NormalFlowReference::Impl& reference, const Surface
   const double noise = shared_noise(*reference.surface, target);
   const TextureAgreement texture = compare_texture(reference.samples, target, result.target_T_reference,
                                                    residuals, noise * kGelPatternRadPerMm);
-  const ShownDirections directions = shown_directions(texture, share_by_chance(shared_share, reference));
+  const ObservableDirections directions =
+      observable_directions(texture, share_by_chance(shared_share, reference));
   const bool heights_known = reference.surface->zero_is_bare_gel && target.zero_is_bare_gel;
   const double model_sigma = std::max(reference.surface->model_sigma, target.model_sigma);
   const double shared_mm2 = shared_share * reference.surface->contact_pixels *

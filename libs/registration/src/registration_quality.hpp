@@ -23,16 +23,16 @@ TextureAgreement compare_texture(const Samples& samples, const Surface& target,
                                  double gel_pattern_per_mm);
 
 /// Five directions that are independent of each other, and what both surfaces show of each. A motion's part
-/// along one of them is measures.col(i) * motion.
-struct ShownDirections {
-  Matrix5d basis = Matrix5d::Identity(), measures = Matrix5d::Identity();
+/// along one of them is dual_basis.col(i) * motion.
+struct ObservableDirections {
+  Matrix5d basis = Matrix5d::Identity(), dual_basis = Matrix5d::Identity();
   /// Of the gradient that was read along each, how much both surfaces show: 0..1. The rest is noise.
-  Vector5d share = Vector5d::Ones();
-  Vector5d pattern_share = Vector5d::Zero();  ///< of this, how much may move with the gel: 0..1
+  Vector5d signal_fraction = Vector5d::Ones();
+  Vector5d pattern_fraction = Vector5d::Zero();  ///< of this, how much may move with the gel: 0..1
 };
 
 /// `by_chance`: the share that noise alone would show.
-ShownDirections shown_directions(const TextureAgreement& texture, double by_chance);
+ObservableDirections observable_directions(const TextureAgreement& texture, double by_chance);
 
 /// The weighted normal equations of one warp.
 struct NormalEquations {
@@ -75,15 +75,15 @@ HeightGap height_gap(const Samples& samples, const Surface& target, const Pose& 
 
 /// Fills SCR, CCS, rms values, information, observability and status from the residuals at the final pose.
 /// Returns what the two surfaces show.
-ShownDirections assess(const NormalFlowReference::Impl& reference, const Surface& target,
-                       const Residuals& residuals, const PosePrior& prior, const NormalFlowOptions& options,
-                       RegistrationResult& result);
+ObservableDirections assess(const NormalFlowReference::Impl& reference, const Surface& target,
+                            const Residuals& residuals, const PosePrior& prior,
+                            const NormalFlowOptions& options, RegistrationResult& result);
 
 /// Information of a registered pose, in the order and axes of RegistrationResult::information. The normals
 /// tell the observable directions, the heights z at the shared center, and both err with the motion between
 /// the two frames: a slope that is read too steep turns every roll by its share, and what belongs to the gel
 /// pulls towards no motion. (Own.)
-Matrix6d pose_information(const ShownDirections& directions, double shared_mm2, double model_sigma,
+Matrix6d pose_information(const ObservableDirections& directions, double shared_mm2, double model_sigma,
                           double noise_variance, const PosePrior& prior, const RegistrationResult& result,
                           const NormalFlowOptions& options);
 
