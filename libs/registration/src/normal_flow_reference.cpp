@@ -5,7 +5,7 @@
 #include <functional>
 #include <opencv2/imgproc.hpp>
 
-#include "gelslam/core/remade.hpp"
+#include "gelslam/core/lru_cached.hpp"
 #include "gelslam/surface/slopes.hpp"
 
 namespace gelslam {
@@ -115,7 +115,7 @@ struct StoredReference::Entry {
   StoredSurface surface;
   NormalFlowOptions options;
   SelfSimilarityPtr self_similarity = make_self_similarity();  ///< survives the reference: it is costly
-  Remade<NormalFlowReference> made;                            ///< 0.5 MB each, and the surface
+  LruCached<NormalFlowReference> made;                         ///< 0.5 MB each, and the surface
 };
 
 StoredReference::StoredReference(std::shared_ptr<const NormalFlowReference> ready) {

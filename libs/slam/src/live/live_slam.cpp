@@ -281,10 +281,10 @@ LiveStatus LiveSlam::status() const {
     status.state = "paused";
     status.reason = status.advice = "";
   }
-  if (std::string absence = source_->absence(); !absence.empty()) {
+  if (std::string reason = source_->disconnect_reason(); !reason.empty()) {
     status.state = "the camera is away";
     status.reason = "";
-    status.advice = std::move(absence);
+    status.advice = std::move(reason);
     status.track = TrackStatus::lost;
   }
   const std::lock_guard lock(mutex_);

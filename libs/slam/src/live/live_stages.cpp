@@ -22,8 +22,8 @@ void SurfaceStage::run() {
   while (const std::optional<RawFramePtr> frame = context_.raw.pop()) {
     std::optional<TactileImage> image = decode(**frame);
     if (!image) continue;
-    if ((*frame)->returns != returns_) {
-      returns_ = (*frame)->returns;
+    if ((*frame)->reconnects != reconnects_) {
+      reconnects_ = (*frame)->reconnects;
       context_.surfaced.push_beyond_limit(BreakTrial{});
       frames_.compare_background();
       report_background();

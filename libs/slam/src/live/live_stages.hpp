@@ -73,7 +73,7 @@ class SurfaceStage {
   LiveContext& context_;
   FrameDecoder decoder_;
   FrameToSurface frames_;
-  int returns_ = 0;                            // of the last frame
+  int reconnects_ = 0;                         // of the last frame
   std::deque<RawFramePtr> background_frames_;  // the newest ones, until they are accepted
 };
 
