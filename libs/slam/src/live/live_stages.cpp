@@ -100,8 +100,8 @@ void TrackingStage::handle(const SurfacedFrame& frame) {
   if (frame.surface)
     context_.timer.add("capture to pose",
                        std::chrono::duration<double, std::milli>(LiveClock::now() - frame.captured).count());
-  if (tracked.status == TrackStatus::tracked) hidden_.pass(record);
-  LiveTouch touch{record, image.bgr, frame.surface, hidden_.words(), in_map};
+  if (tracked.status == TrackStatus::tracked) unobservable_.pass(record);
+  LiveTouch touch{record, image.bgr, frame.surface, unobservable_.words(), in_map};
   const std::string why_lost = tracked.status == TrackStatus::lost
                                    ? std::string(describe(tracked.registration.status))
                                    : std::string();

@@ -93,7 +93,7 @@ class TrackingStage {
 
   LiveContext& context_;
   TrialMap trial_map_;
-  HiddenMotions hidden_;
+  UnobservableMotions unobservable_;
   std::vector<NewKeyframe> newer_;  // that the newest map does not have yet
 };
 

@@ -34,7 +34,7 @@ struct RunReport {
     double time_s = 0;
   };
   /// A motion of the sensor that was not observable for a while.
-  struct Hidden {
+  struct UnobservableMotion {
     std::string motion;            ///< x, y, z, rx, ry, rz
     std::int64_t first_frame = 0;  ///< in which it was not
     double first_time_s = 0;
@@ -42,7 +42,7 @@ struct RunReport {
   };
   struct Uncertainty {
     Drift drift_mm, drift_deg;
-    std::vector<Hidden> not_observable;
+    std::vector<UnobservableMotion> not_observable;
   };
   struct GradientScale {
     double x = 1, y = 1;

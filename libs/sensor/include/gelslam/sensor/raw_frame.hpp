@@ -26,8 +26,8 @@ struct RawFrame {
   std::int64_t sequence = 0;        ///< the driver's count; a gap is a frame that the driver lost
   std::chrono::steady_clock::time_point arrived;  ///< when this program got it
   std::chrono::steady_clock::duration age{};      ///< since its capture, when it arrived; 0: not known
-  int reconnects =
-      0;  ///< how often the camera came back before: since the last time the gel may be another one's
+  /// How often the camera came back before: since the last time the gel may be another one's.
+  int reconnects = 0;
 };
 
 inline std::int64_t microseconds_of(std::chrono::nanoseconds duration) {
