@@ -110,7 +110,7 @@ class PoseOutlet {
     WatchedScan scan;
     scan.status = [this] { return copy(status_); };
     scan.touch = [this] { return copy(touch_); };
-    scan.ask = [stop = std::move(stop)](ScanWish) { stop(); };
+    scan.ask = [stop = std::move(stop)](ScanCommand) { stop(); };
     status_.is_scan = false;
     watch_ = service_->watch(std::move(scan));
   }

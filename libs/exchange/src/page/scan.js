@@ -166,7 +166,7 @@ async function watch() {
 }
 
 // What a person may ask for; the end of something asks first.
-async function wish(path) {
+async function send_command(path) {
   try {
     const reply = await fetch(address(path), {method: "POST"});
     say((await reply.text()).trim(), reply.ok ? "green" : "amber");
@@ -178,7 +178,7 @@ function ask(question, meaning, answer, path) {
   by("asked").textContent = question;
   by("means").textContent = meaning;
   by("yes").textContent = answer;
-  by("yes").onclick = () => { by("question").close(); wish(path); };
+  by("yes").onclick = () => { by("question").close(); send_command(path); };
   by("question").showModal();
 }
 by("no").onclick = () => by("question").close();

@@ -118,10 +118,10 @@ std::vector<Figure> further_figures(const LiveStatus& s) {
           {"Log", s.log_bytes > 0 ? bytes_text(s.log_bytes) : "none"}};
 }
 
-std::string refusal(ScanWish wish, const LiveStatus& status, bool another) {
+std::string refusal(ScanCommand command, const LiveStatus& status, bool another) {
   const bool over = status.phase == LivePhase::finishing || status.phase == LivePhase::finished;
-  if (wish == ScanWish::new_scan && !status.is_scan) return "This is no scan: it can be stopped only.";
-  if (wish == ScanWish::new_scan) return another ? "" : "There is no camera for another scan.";
+  if (command == ScanCommand::new_scan && !status.is_scan) return "This is no scan: it can be stopped only.";
+  if (command == ScanCommand::new_scan) return another ? "" : "There is no camera for another scan.";
   return over ? "The scan is over." : "";
 }
 

@@ -12,7 +12,7 @@
 
 namespace gelslam::viewer::detail {
 
-/// What a person can do with a live scan: calls to the session, and wishes for the window.
+/// What a person can do with a live scan: calls to the session, and requests to the window.
 class LiveControls : public SceneControls {
  public:
   /// As of WindowOptions.
