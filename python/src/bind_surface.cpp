@@ -118,9 +118,9 @@ TouchedSurface unpickled_surface(const py::tuple& state) {
 /// What other software measured. Slopes in millimeters per millimeter.
 TouchedSurface surface_of_slopes(const cv::Mat1f& gx, const cv::Mat1f& gy, const cv::Mat1b& touched,
                                  double pixel_pitch_mm, double slope_sigma_rad) {
-  constexpr int kLeastPx = 16;
+  constexpr int kMinPx = 16;
   const cv::Size size = gx.size();
-  if (std::min(size.width, size.height) < kLeastPx || !is_possible_picture(size, pixel_pitch_mm))
+  if (std::min(size.width, size.height) < kMinPx || !is_possible_picture(size, pixel_pitch_mm))
     throw Error("no sensor has pictures of " + size_text(size.width, size.height) + " pixels and " +
                 std::to_string(pixel_pitch_mm) + " mm per pixel");
   if (touched.size() != size)

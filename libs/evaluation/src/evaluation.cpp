@@ -104,12 +104,11 @@ MeshEvaluation evaluate_meshes(const PlacedMeshes& meshes, const std::vector<Eig
 
 /// Between the two poses around a time, unless these are too far apart.
 std::optional<Pose> pose_at(const std::vector<StampedPose>& trajectory, double time_s) {
-  constexpr double kMostApartS = 0.1;
+  constexpr double kMaxGapS = 0.1;
   const auto after = std::ranges::lower_bound(trajectory, time_s, {}, &StampedPose::time_s);
   if (after == trajectory.end()) return std::nullopt;
   if (after->time_s == time_s) return after->map_T_sensor;
-  if (after == trajectory.begin() || after->time_s - std::prev(after)->time_s > kMostApartS)
-    return std::nullopt;
+  if (after == trajectory.begin() || after->time_s - std::prev(after)->time_s > kMaxGapS) return std::nullopt;
   const StampedPose& before = *std::prev(after);
   const double share = (time_s - before.time_s) / (after->time_s - before.time_s);
   return before.map_T_sensor * se3_exp(share * se3_log(before.map_T_sensor.inverse() * after->map_T_sensor));
@@ -223,9 +222,9 @@ std::string Evaluation::doubt() const {
   if (!trajectory_doubt.empty()) return trajectory_doubt;
   // Distances to another object's surface may be small, too. The ratio of these angles is 0.1 to 0.67 for the
   // own surface, 0.78 to 1.1 for those of others (seven runs, seven objects); smooth ones do not tell.
-  constexpr double kMostRatio = 0.72, kSmoothDeg = 5;
+  constexpr double kMaxRatio = 0.72, kSmoothDeg = 5;
   if (!mesh || mesh->at_known_pose.normals_deg < kSmoothDeg ||
-      mesh->at_known_pose.normals_deg < kMostRatio * mesh->at_known_pose.normals_aside_deg)
+      mesh->at_known_pose.normals_deg < kMaxRatio * mesh->at_known_pose.normals_aside_deg)
     return "";
   return "the mesh's relief is not that of the true surface: is it the truth of this object and run?";
 }

@@ -142,7 +142,7 @@ Covered covered_by(const PosedSurface& patch) {
 
 /// Where triangles face both ways: both of an edge run along it in one direction. Else "".
 std::string orientation_doubt(const Mesh& mesh) {
-  constexpr double kMostTurned = 0.1;  // a few are scratches of a good mesh
+  constexpr double kMaxTurnedShare = 0.1;  // a few are scratches of a good mesh
   std::vector<std::pair<int, int>> edges;
   std::set<std::set<int>> seen;  // files may have triangles twice
   for (const Eigen::Vector3i& t : mesh.triangles)
@@ -152,7 +152,7 @@ std::string orientation_doubt(const Mesh& mesh) {
   double turned = 0;
   for (std::size_t k = 1; k < edges.size(); ++k) turned += edges[k] == edges[k - 1];
   const double share = 2 * turned / static_cast<double>(edges.size());
-  if (share < kMostTurned) return "";
+  if (share < kMaxTurnedShare) return "";
   return fmt::format(
       "at {:.0f} % of the mesh's edges one triangle faces inward and one outward; turn them to one "
       "side in another program (MeshLab: re-orient all faces coherently)",

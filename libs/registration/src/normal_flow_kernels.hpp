@@ -11,7 +11,7 @@ namespace gelslam::registration::detail {
 /// center.
 inline constexpr int kParameters = 5;  // layout
 inline constexpr int kHessianEntries = kParameters * (kParameters + 1) / 2;
-inline constexpr float kLeastFacing = 0.2f;  // numerics: of a surface that is seen edge on
+inline constexpr float kMinFacing = 0.2f;  // numerics: of a surface that is seen edge on
 
 /// Reference samples as structure of arrays, so that the loops below vectorise. Lengths in mm, normals unit.
 struct Samples {
@@ -57,7 +57,7 @@ inline __attribute__((always_inline)) PictureMotion picture_motion(const Samples
   const float ray_x = (x * inverse_distance + view.axis[0]) * depth,
               ray_y = (y * inverse_distance + view.axis[1]) * depth;
   const float facing = nx * ray_x + ny * ray_y + nz;
-  const float along = 1.0f / (facing > kLeastFacing ? facing : kLeastFacing);
+  const float along = 1.0f / (facing > kMinFacing ? facing : kMinFacing);
   const float dx = x - view.center_x_mm, dy = y - view.center_y_mm;
   // Of the sample, about the center.
   const float moved_x[kParameters] = {0, z, -y, 1, 0}, moved_y[kParameters] = {-z, 0, x, 0, 1},

@@ -51,7 +51,7 @@ TextureAgreement compare_texture(const Samples& s, const Surface& target, const 
     if (at.x < 1 || at.y < 1 || at.x + 1 >= target.contact.cols || at.y + 1 >= target.contact.rows) continue;
 
     // Along the reference's x and y the point moves on the surface, so its z changes too.
-    const float facing = std::max(s.nz[k], kLeastFacing);
+    const float facing = std::max(s.nz[k], kMinFacing);
     const float slope_x = -s.nx[k] / facing, slope_y = -s.ny[k] / facing;
     const NormalGradient gradient = normal_gradient(target.normals, at);
     const Eigen::Vector3f along_u = vector(gradient.dx), along_v = vector(gradient.dy);

@@ -18,7 +18,7 @@ constexpr double kMaxHeightRmseMm = 0.1;
 
 // Share of two contacts that lies in the other's bare gel by chance: on clean logs, rendered and real, none
 // is as large.
-constexpr double kMostContradicted = 0.1;
+constexpr double kMaxContradicted = 0.1;
 
 /// Every kTextureShrink-th pixel of `from` in contact that lands on the image of `onto`, and how many of
 /// these would lie inside its bare gel.
@@ -97,7 +97,7 @@ RegistrationResult verify_registered(const NormalFlowReference& reference, const
   if (result.texture_correlation < min_texture_correlation(prior, options) ||
       result.height_rmse_mm > kMaxHeightRmseMm * model_sigma * shared_noise(reference.surface(), target))
     result.status = RegistrationStatus::curvature_mismatch;
-  else if (free_space_violation(reference.surface(), target, result.target_T_reference) > kMostContradicted)
+  else if (free_space_violation(reference.surface(), target, result.target_T_reference) > kMaxContradicted)
     result.status = RegistrationStatus::free_space_violation;
   return result;
 }

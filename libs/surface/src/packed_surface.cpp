@@ -65,8 +65,8 @@ SensorOptics optics_of(const std::string& bytes) {
 cv::Rect box_of(const PackedHeader& h) { return {h.box_x, h.box_y, h.box_width, h.box_height}; }
 
 std::int16_t steps(float value, float step) {
-  constexpr float kMost = 32767.0F;
-  const float number = std::clamp(value / step, -kMost, kMost);
+  constexpr float kMax = 32767.0F;
+  const float number = std::clamp(value / step, -kMax, kMax);
   return static_cast<std::int16_t>(number +
                                    std::copysign(0.5F, number));  // std::lround() is a call per pixel
 }

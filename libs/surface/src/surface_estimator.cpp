@@ -132,9 +132,9 @@ struct SurfaceEstimator::Impl {
                             {slope_noise, model_sigma, scatter_mm, bare_gel_seen}, contact);
     rest_grid.remove_beyond(contact);
     // Light that is not followed altogether leaves less color than any touch: 2 degrees of slope.
-    constexpr float kLeastLevels = 4;
+    constexpr float kMinLevels = 4;
     if (std::none_of(blocks.begin(), blocks.end(),
-                     [](const cv::Vec3f& color) { return color.dot(color) > kLeastLevels * kLeastLevels; }))
+                     [](const cv::Vec3f& color) { return color.dot(color) > kMinLevels * kMinLevels; }))
       contact = 0;
     constexpr double kDeepest = 0.25;  // bound: of the narrow side; no gel is thicker (a test picture)
     const double mean_mm = cv::mean(relief_mm, contact)[0];

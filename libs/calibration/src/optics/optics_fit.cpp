@@ -62,11 +62,11 @@ constexpr double kCommonToAll = 4;
 constexpr double kDistanceError = 0.1;
 
 SensorOptics optics_of(const OpticsNumbers& numbers) {
-  constexpr double kLeast = 1e-6;  // a kilometer
+  constexpr double kMin = 1e-6;  // a kilometer
   return {numbers[0],
           {numbers[1], numbers[2]},
           numbers[3],
-          numbers[4] > kLeast ? 1 / numbers[4] : 0,
+          numbers[4] > kMin ? 1 / numbers[4] : 0,
           {numbers[5], numbers[6]}};
 }
 

@@ -52,9 +52,9 @@ Eigen::Vector3d SeenBall::from_center_mm(const Eigen::Vector2d& rest_mm) const {
 }
 
 std::array<double, 2> SeenBall::slope(const Eigen::Vector2d& rest_mm) const {
-  constexpr double kLeastDown = 1e-5;  // of the radius
+  constexpr double kMinDown = 1e-5;  // of the radius
   const Eigen::Vector3d point = from_center_mm(rest_mm);
-  const Eigen::Vector2d slope = point.head<2>() / std::max(-point.z(), kLeastDown * radius_mm_) -
+  const Eigen::Vector2d slope = point.head<2>() / std::max(-point.z(), kMinDown * radius_mm_) -
                                 camera_.rest_slope(camera_.rest_point_mm(rest_mm).head<2>());
   return {slope.x(), slope.y()};
 }
@@ -102,7 +102,7 @@ std::optional<double> ball_share_of_labels(const PressSet& set, const std::vecto
 
 /// Labels of another crop lie aside of all contacts by as much.
 std::string common_offset(const PressSet& set, const std::vector<FoundCircle>& found) {
-  constexpr double kMostPx = 3.0;  // hand-made labels of two sensors: within 1.5
+  constexpr double kMaxPx = 3.0;  // hand-made labels of two sensors: within 1.5
   std::vector<double> right_px, down_px;
   for (std::size_t k = 0; k < found.size(); ++k) {
     const auto& label = set.presses[k].label;
@@ -111,7 +111,7 @@ std::string common_offset(const PressSet& set, const std::vector<FoundCircle>& f
     down_px.push_back(label->v_px - found[k].circle.v_px);
   }
   const double right = median(right_px), down = median(down_px);
-  if (right_px.size() < kMinCompared || std::hypot(right, down) < kMostPx) return "";
+  if (right_px.size() < kMinCompared || std::hypot(right, down) < kMaxPx) return "";
   return fmt::format(
       "labels lie aside of the contacts by {:+.1f} px along x and {:+.1f} px along y (median of {}): "
       "were they drawn in pictures of another crop?",

@@ -2,7 +2,7 @@ const token = new URLSearchParams(location.search).get("token");
 const address = path => token ? path + (path.includes("?") ? "&" : "?") + "token=" + encodeURIComponent(token) : path;
 const page = Math.random().toString(36).slice(2);  // pages are told the end one by one
 const kOutline = [0.32, 0.83, 0.57], kSensor = [1, 0.59, 0.16];
-const kMostFailures = 300;  // a second each
+const kMaxFailures = 300;  // a second each
 const kPause_ms = 150, kPictureEvery_ms = 300, kTrailLength = 3000;
 
 let version = 0, newest = 0, state = {}, failures = 0, has_view = false, trail = [];
@@ -159,7 +159,7 @@ async function watch() {
     }
     show_rate();
     if (failures > 2 && state.phase === "finished") return;
-    if (failures > kMostFailures) return by("advice").textContent = "gelslam has ended, or cannot be reached. Reload the page to try again.";
+    if (failures > kMaxFailures) return by("advice").textContent = "gelslam has ended, or cannot be reached. Reload the page to try again.";
     const pause_ms = failures > 0 ? 1000 : document.hidden || version < newest ? 0 : kPause_ms;
     if (pause_ms > 0) await new Promise(go_on => setTimeout(go_on, pause_ms));
   }

@@ -79,13 +79,13 @@ std::vector<std::string> shown_hosts(const std::string& host) {
 }
 
 void check_token(const std::string& token, const std::string& host) {
-  constexpr std::size_t kLeastLetters = 8;  // 47 bits
+  constexpr std::size_t kMinLetters = 8;  // 47 bits
   const bool is_local = host.starts_with("127.") || host == "::1" || host == "localhost";
   const auto fits = [](unsigned char c) { return std::isalnum(c) != 0 || c == '-' || c == '_'; };
   if (!std::all_of(token.begin(), token.end(), fits))
     throw Error("--token " + token + ": should have letters of English, digits, - and _ only");
-  if (!is_local && !token.empty() && token.size() < kLeastLetters)
-    throw Error("--token: others can guess it; give at least " + std::to_string(kLeastLetters) +
+  if (!is_local && !token.empty() && token.size() < kMinLetters)
+    throw Error("--token: others can guess it; give at least " + std::to_string(kMinLetters) +
                 " letters, or none for a random one");
 }
 

@@ -234,10 +234,10 @@ std::string others_than(const Places& most, const fs::path& folder, const std::v
     others.push_back(name);
   }
   if (others.empty()) return "";
-  constexpr std::size_t kMostSensors = 4;  // more series are names of another kind
+  constexpr std::size_t kMaxSensors = 4;  // more series are names of another kind
   const auto several = [](const auto& names) { return names.second.size() > 1; };
   const std::size_t count = series.size() + (most.empty() ? 0 : 1);
-  if (count > 1 && count <= kMostSensors && std::ranges::all_of(series, several))
+  if (count > 1 && count <= kMaxSensors && std::ranges::all_of(series, several))
     throw Error(
         fmt::format("{}: holds several series of pictures ({}, {}); give each a folder of its own",
                     folder.string(), series.begin()->second.front(),

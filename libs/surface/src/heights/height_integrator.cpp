@@ -7,14 +7,14 @@ namespace {
 
 // 1 - g·X / D is the cosine between ray and normal over that of an upright surface: a surface that is seen
 // has a positive one. Noise may read others.
-constexpr float kLeastFacing = 0.1F;  // numerics
+constexpr float kMinFacing = 0.1F;  // numerics
 
 /// Derivatives of w by rest coordinates, of slopes.
 GELSLAM_CLONES void derivatives_of_row(const float* gx, const float* gy, const float* x_mm, float y_mm,
                                        float inverse_distance, int length, float* dx, float* dy) {
   for (int u = 0; u < length; ++u) {
     const float facing = 1.0F - (gx[u] * x_mm[u] + gy[u] * y_mm) * inverse_distance;
-    const float stretch = 1.0F / (facing > kLeastFacing ? facing : kLeastFacing);
+    const float stretch = 1.0F / (facing > kMinFacing ? facing : kMinFacing);
     dx[u] = gx[u] * stretch;
     dy[u] = gy[u] * stretch;
   }

@@ -46,9 +46,9 @@ constexpr double kSteepShare = 0.5;      // of the steepest slope: those of an i
 constexpr int kBorderPx = 3 * kBlockPx;  // the model extrapolates there
 constexpr int kMarkerMarginPx = 8;       // numerics: two sigma of the smoothing
 
-constexpr std::size_t kLeastBareFrames = 3;  // fewer are hardly better than one, and may be chance
-constexpr int kMostTouchedPercent = 50;      // of the picture, by what is pressed in
-constexpr double kAlikeImprint = 2.0;        // of bare gel, from stretch to stretch of a log: up to 1.7
+constexpr std::size_t kMinBareFrames = 3;  // fewer are hardly better than one, and may be chance
+constexpr int kMaxTouchedPercent = 50;     // of the picture, by what is pressed in
+constexpr double kAlikeImprint = 2.0;      // of bare gel, from stretch to stretch of a log: up to 1.7
 
 // Of the values where `judged` is set; 0 where there are none.
 double percentile(const cv::Mat1f& values, const cv::Mat1b& judged, double share) {
@@ -296,7 +296,7 @@ std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frame
   for (std::size_t begin = 0, end = 0; begin < frames.size(); begin = end) {
     end = end_of_agreement(blocks, begin);
     const std::size_t count = std::min(end - begin, most);
-    if (count < std::min(kLeastBareFrames, most)) continue;
+    if (count < std::min(kMinBareFrames, most)) continue;
     const auto first = frames.begin() + static_cast<std::ptrdiff_t>(begin);
     const std::vector<cv::Mat3b> used(first, first + static_cast<std::ptrdiff_t>(count));
     const cv::Mat3b mean = background_image(used);
@@ -320,7 +320,7 @@ std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frame
   // A log begins with the bare gel, or with pictures of another light or gel, which are not seen again.
   const auto is_seen_again = [&blocks](const Candidate& candidate) {
     const auto seen = std::count_if(blocks.begin(), blocks.end(), [&](const cv::Mat3f& frame) {
-      return differing_percent(frame, candidate.blocks, kMovingLevels) <= kMostTouchedPercent;
+      return differing_percent(frame, candidate.blocks, kMovingLevels) <= kMaxTouchedPercent;
     });
     return 2 * seen >= std::ssize(blocks);
   };

@@ -61,7 +61,7 @@ std::uint32_t signed_10_bits(float value) {
 }  // namespace
 
 std::vector<PackedVertex> pack(const Mesh& mesh, const std::vector<float>& values) {
-  constexpr float kMostConfidence = 6e4F;  // of a half float
+  constexpr float kMaxConfidence = 6e4F;  // of a half float
   const std::vector<Vector3f> normals = unit_normals(mesh);
   const std::vector<float> curvature = curvature_of(mesh, normals);
   std::vector<PackedVertex> packed(normals.size());
@@ -70,7 +70,7 @@ std::vector<PackedVertex> pack(const Mesh& mesh, const std::vector<float>& value
     packed[i] = {mesh.vertices_mm[i],
                  signed_10_bits(n.x()) | signed_10_bits(n.y()) << 10 | signed_10_bits(n.z()) << 20,
                  Eigen::half(curvature[i]),
-                 Eigen::half(mesh.confidence.empty() ? 0 : std::min(mesh.confidence[i], kMostConfidence)),
+                 Eigen::half(mesh.confidence.empty() ? 0 : std::min(mesh.confidence[i], kMaxConfidence)),
                  values.empty() ? kNoValue : values[i]};
   }
   return packed;
