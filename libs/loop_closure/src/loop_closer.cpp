@@ -104,7 +104,7 @@ std::optional<PoseGraphEdge> verify_loop(const Keyframe& older, const Keyframe& 
                                          const Pose& older_T_newer, const NormalFlowOptions& registration,
                                          const VerificationOptions& verification) {
   const RegistrationResult result = verify(*newer.reference.get(), *older.reference.get(), {older_T_newer},
-                                           PlacePrior::suspected, registration, verification);
+                                           PlacePrior::loop_candidate, registration, verification);
   if (!result.ok()) return std::nullopt;
   return PoseGraphEdge{older.id,
                        newer.id,

@@ -49,34 +49,35 @@ bool is_located(const RegistrationResult& registration) {
 RegistrationResult relocalize(const NormalFlowReference& reference, const Surface& target,
                               const Pose& expected, const RegistrationResult& failed,
                               const NormalFlowOptions& normal_flow, const VerificationOptions& options) {
-  std::vector<RegistrationResult> places, rivals;
+  std::vector<RegistrationResult> candidates, rivals;
   NormalFlowOptions from_start = normal_flow;
   from_start.max_iterations = std::min(from_start.max_iterations, kStartIterations);
   PosePrior prior(expected);
   for (const Pose& start : coarse_starts(reference.surface(), target, expected, options)) {
     prior.start = start;
-    const RegistrationResult place = register_normal_flow(reference, target, prior, from_start);
-    const bool expected_there = distance_mm(place, expected) <= kMinPeriodMm;
-    const auto fits = [&](PlacePrior known) {
-      return verify_registered(reference, target, place, known, options).ok();
+    const RegistrationResult candidate = register_normal_flow(reference, target, prior, from_start);
+    const bool expected_there = distance_mm(candidate, expected) <= kMinPeriodMm;
+    const auto fits = [&](PlacePrior prior_kind) {
+      return verify_registered(reference, target, candidate, prior_kind, options).ok();
     };
-    if (expected_there ? fits(PlacePrior::suspected) : is_located(place) && fits(PlacePrior::none))
-      places.push_back(place);
-    else if (fits(PlacePrior::suspected))
-      rivals.push_back(place);
+    if (expected_there ? fits(PlacePrior::loop_candidate)
+                       : is_located(candidate) && fits(PlacePrior::unknown))
+      candidates.push_back(candidate);
+    else if (fits(PlacePrior::loop_candidate))
+      rivals.push_back(candidate);
   }
-  if (places.empty()) return failed;
-  RegistrationResult best = *std::min_element(places.begin(), places.end(), [](const auto& a, const auto& b) {
-    return a.normal_rmse_rad < b.normal_rmse_rad;
-  });
+  if (candidates.empty()) return failed;
+  RegistrationResult best =
+      *std::min_element(candidates.begin(), candidates.end(),
+                        [](const auto& a, const auto& b) { return a.normal_rmse_rad < b.normal_rmse_rad; });
   // Differences that are smaller than the noise of normals say nothing.
   const double rival_rmse_rad =
       options.rival_residual * std::max(best.normal_rmse_rad, shared_noise(reference.surface(), target) *
                                                                   normal_flow.normal_noise_rad);
-  const auto is_rival = [&](const RegistrationResult& place) {
-    return place.normal_rmse_rad < rival_rmse_rad && is_elsewhere(best, place.target_T_reference);
+  const auto is_rival = [&](const RegistrationResult& candidate) {
+    return candidate.normal_rmse_rad < rival_rmse_rad && is_elsewhere(best, candidate.target_T_reference);
   };
-  if (std::any_of(places.begin(), places.end(), is_rival) ||
+  if (std::any_of(candidates.begin(), candidates.end(), is_rival) ||
       std::any_of(rivals.begin(), rivals.end(), is_rival))
     best.status = RegistrationStatus::ambiguous;
   return best;

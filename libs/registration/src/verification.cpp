@@ -53,8 +53,9 @@ double free_space_violation(const Surface& reference, const Surface& target, con
 }
 
 double min_texture_correlation(PlacePrior prior, const VerificationOptions& options) {
-  if (prior == PlacePrior::known) return -1.0;
-  return prior == PlacePrior::suspected ? options.min_texture_correlation : options.sure_texture_correlation;
+  if (prior == PlacePrior::odometry) return -1.0;
+  return prior == PlacePrior::loop_candidate ? options.min_texture_correlation
+                                             : options.sure_texture_correlation;
 }
 
 /// SCR asks how much of the reference is found again. A smaller target may lie in it entirely: then the
@@ -76,7 +77,7 @@ RegistrationResult verify(const NormalFlowReference& reference, const NormalFlow
   const auto repeats = [&](const NormalFlowReference& shown) {
     return shown.self_similarity() > options.max_self_similarity;
   };
-  if ((prior != PlacePrior::known || target_T_reference.worst_sigma_mm() > kObservableSigmaMm) &&
+  if ((prior != PlacePrior::odometry || target_T_reference.worst_sigma_mm() > kObservableSigmaMm) &&
       (repeats(reference) || repeats(target))) {
     result.status = RegistrationStatus::ambiguous;
     return result;

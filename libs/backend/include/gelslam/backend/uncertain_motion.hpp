@@ -59,7 +59,7 @@ UncertainMotion uncertain_motion(const PoseGraphEdge& edge);
 
 /// Whether an edge tells where its surfaces lie on each other: two standard deviations are below 5 mm, where
 /// they touch, and 20 degrees. A contact is some 8 mm wide.
-bool tells_place(const PoseGraphEdge& edge);
+bool constrains_pose(const PoseGraphEdge& edge);
 
 /// a_T_b and b_T_c to a_T_c, measured independently.
 UncertainMotion compose(const UncertainMotion& a, const UncertainMotion& b);

@@ -18,8 +18,8 @@ struct LoopClosureOptions {
   int max_constraints = 6;  // speed: more loops to one place add little
 };
 
-/// verify() between two keyframes at a suspected place, as an edge from the older one. Nothing when they do
-/// not show the same surface.
+/// verify() between two keyframes that may show one place, as an edge from the older one. Nothing when they
+/// do not show the same surface.
 std::optional<PoseGraphEdge> verify_loop(const Keyframe& older, const Keyframe& newer,
                                          const Pose& older_T_newer, const NormalFlowOptions& registration,
                                          const VerificationOptions& verification);

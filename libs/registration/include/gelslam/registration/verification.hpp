@@ -26,19 +26,19 @@ struct VerificationOptions {
   double rival_residual = 1.15;
 };
 
-/// What was known of a place before the two surfaces were compared. The less it was, the better they have to
-/// agree.
+/// What was known of the relative pose before the two surfaces were compared. The less it was, the better
+/// they have to agree.
 enum class PlacePrior {
-  known,      ///< predicted by the motion or by the pose graph, which state its covariance: the
-              ///< registration has to succeed
-  suspected,  ///< recognized, or nearby: the textures have to agree, too
-  none,       ///< the best of all shifts: the textures have to agree clearly
+  odometry,        ///< predicted by the motion or by the pose graph, which state its covariance: the
+                   ///< registration has to succeed
+  loop_candidate,  ///< recognized, or nearby: the textures have to agree, too
+  unknown,         ///< the best of all shifts: the textures have to agree clearly
 };
 
 /// Decides whether two surfaces show the same place: registers them from there, then applies
 /// verify_registered(). The result is ok() if they do, or its status says why not: a surface that repeats
-/// itself is `ambiguous`. SCR is that of the smaller contact. The covariance is that of a known place;
-/// suspected ones have none.
+/// itself is `ambiguous`. SCR is that of the smaller contact. The covariance is that of an
+/// odometry prior; loop candidates have none.
 RegistrationResult verify(const NormalFlowReference& reference, const NormalFlowReference& target,
                           const UncertainPose& target_T_reference, PlacePrior prior,
                           const NormalFlowOptions& registration, const VerificationOptions& options);
