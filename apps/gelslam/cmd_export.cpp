@@ -197,7 +197,7 @@ int export_run(const ExportArguments& a) {
   say("wrote " + a.output.string() + ": " + words);
   if (const std::string pieces = loose_pieces(run.mesh); !a.quiet && !pieces.empty())
     std::cerr << pieces << "\n";
-  if (!a.quiet && !run.folder.empty()) say_reservations(run.folder);
+  if (!a.quiet && !run.folder.empty()) print_run_warnings(run.folder);
   return as_asked ? kExitDone : kExitNotGood;
 }
 

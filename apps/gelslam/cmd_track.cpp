@@ -184,7 +184,7 @@ struct PoseSummary {
 /// All frames of the stream to the outlet, until `stopped`.
 PoseSummary write_poses(SurfaceStream& stream, const PoseOutput& output, PoseOutlet& outlet,
                         const FrameStopper& stopper, ProgressSink& progress) {
-  for (const std::string& doubt : stream.background_doubts()) warn(doubt);
+  for (const std::string& warning : stream.background_warnings()) warn(warning);
   progress.begin("tracking", stream.frame_count());
   PoseSummary summary;
   while (const std::optional<SurfaceStream::Item> item = stream.next()) {

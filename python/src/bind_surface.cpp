@@ -273,7 +273,7 @@ std::shared_ptr<Sensor> make_sensor(const OptionalPath& model, const py::object&
     settings.surface.compensate_light = settings.surface.compensate_light && follow_light;
     sensor = std::make_shared<Sensor>(settings, bgr);
   }
-  for (const std::string& doubt : sensor->doubts()) warn(doubt);
+  for (const std::string& warning : sensor->warnings()) warn(warning);
   return sensor;
 }
 
@@ -324,7 +324,7 @@ Threads that call it wait for each other.)")
       .def_property_readonly(
           "pixel_pitch_mm", [](const Sensor& self) { return self.config().surface.pixel_pitch_mm; },
           "Millimeters per pixel.")
-      .def_property_readonly("doubts", &Sensor::doubts, "What makes the background doubtful: list of str.");
+      .def_property_readonly("doubts", &Sensor::warnings, "What makes the background doubtful: list of str.");
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ TEST_F(Service, TellsTheStateInTheWordsOfTheWindow) {
   EXPECT_EQ(said.at("tone"), "red");
   EXPECT_EQ(said.at("warnings"), json({"The disk is full."}));
   status.phase = LivePhase::finished;
-  status.reservations = {"5 % of frames were dropped"};
+  status.result_warnings = {"5 % of frames were dropped"};
   EXPECT_THAT(state().at("advice").get<std::string>(), HasSubstr("5 % of frames were dropped."));
   EXPECT_EQ(state().at("warnings"), json({"The disk is full."})) << "also at the end";
   const std::string page = request("GET /");

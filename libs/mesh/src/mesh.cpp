@@ -57,7 +57,7 @@ void check_measurable(const Mesh& mesh) {
       throw Error("a triangle of the mesh names a vertex that does not exist");
 }
 
-std::string size_doubt(const Mesh& mesh) {
+std::string size_warning(const Mesh& mesh) {
   Eigen::AlignedBox3f box;
   for (const Eigen::Vector3f& vertex : mesh.vertices_mm) box.extend(vertex);
   const double size_mm = static_cast<double>(box.diagonal().norm());

@@ -223,7 +223,7 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
   self.timings.contact_ms = watch.lap_ms();
 
   surface->normals = normals_from_gradient(self.gx, self.gy);
-  doubt_steep_slopes(surface->normals, surface->confidence);
+  lower_steep_confidence(surface->normals, surface->confidence);
   surface->curvature = curvature_in_contact(bend, surface->contact, unread);
   self.timings.normals_ms = watch.lap_ms();
   return surface;

@@ -186,7 +186,7 @@ BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool autom
   require_possible_widths(set, shares);
   const std::optional<double> drawn_share = ball_share_of_labels(set, found);
   BallZones result;
-  result.doubt = common_offset(set, found);
+  result.warning = common_offset(set, found);
   for (std::size_t k = 0; k < set.presses.size(); ++k) {
     const CalibrationPress& press = set.presses[k];
     const ContactCircle circle = press.label.value_or(found[k].circle);

@@ -41,7 +41,7 @@ void SurfaceStage::run() {
       return;
     }
     if (had_background)
-      for (const std::string& doubt : frames_.doubts()) context_.board.warn(doubt);
+      for (const std::string& warning : frames_.warnings()) context_.board.warn(warning);
     const LiveClock::time_point arrived = (*frame)->arrived;
     if (!context_.surfaced.push(
             SurfacedFrame{{std::move(*image), std::move(surface)}, arrived, arrived - (*frame)->age}))
@@ -66,7 +66,7 @@ BackgroundFrames SurfaceStage::background_frames() const {
 
 void SurfaceStage::report_background() {
   if (frames_.has_background()) {
-    for (const std::string& doubt : frames_.doubts()) context_.board.warn(doubt);
+    for (const std::string& warning : frames_.warnings()) context_.board.warn(warning);
     context_.board.set_phase(LivePhase::scanning);
     return;
   }

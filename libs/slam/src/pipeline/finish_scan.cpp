@@ -112,7 +112,7 @@ std::string why_no_mesh(const RunReport::Frames& frames) {
 }
 
 /// What a user has to know beside the result.
-std::vector<std::string> reservations(const SlamMap& map, const RunReport& report) {
+std::vector<std::string> result_warnings(const SlamMap& map, const RunReport& report) {
   double farthest_mm = 0;
   for (const StampedPose& pose : map.trajectory())
     farthest_mm = std::max(farthest_mm, pose.map_T_sensor.translation().norm());
@@ -150,7 +150,7 @@ void count(const Run& run, RunReport& report) {
   report.gradient_scale = {map.gradient_scale().x, map.gradient_scale().y};
   report.mesh.vertices = run.mesh.vertices_mm.size();
   report.mesh.triangles = run.mesh.triangles.size();
-  report.reservations = reservations(map, report);
+  report.reservations = result_warnings(map, report);
 }
 
 }  // namespace

@@ -58,7 +58,7 @@ cv::Mat1b confidence_map(const SlopeUncertainty& uncertainty, cv::Size picture) 
   return map;
 }
 
-void doubt_steep_slopes(const cv::Mat3f& normals, cv::Mat1b& confidence) {
+void lower_steep_confidence(const cv::Mat3f& normals, cv::Mat1b& confidence) {
   const double followed_nz = std::cos(kFollowedDeg * CV_PI / 180);
   std::transform(normals.begin(), normals.end(), confidence.begin(), confidence.begin(),
                  [=](const cv::Vec3f& normal, unsigned char known) -> unsigned char {

@@ -184,8 +184,8 @@ void Scene::set_trajectory(const std::vector<std::vector<Pose>>& map_T_sensor) {
 void Scene::set_map(const MapSnapshot& map) {
   keyframes_.set(keyframe_lines(map));
   edges_.set(edge_lines(map));
-  const cv::Mat4b doubt = doubt_by_keyframe(map, kCertainMm, kUncertainMm);
-  fill_texture(certainty_.name(), doubt.cols, doubt.rows, doubt.ptr());
+  const cv::Mat4b uncertainty = uncertainty_by_keyframe(map, kCertainMm, kUncertainMm);
+  fill_texture(certainty_.name(), uncertainty.cols, uncertainty.rows, uncertainty.ptr());
 }
 
 void Scene::draw(const OrbitCamera& camera, const Viewport& viewport, const SceneStyle& style) {

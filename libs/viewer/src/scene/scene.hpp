@@ -60,7 +60,7 @@ class Scene {
   GlProgram line_program_{kLineVertexShader, kLineFragmentShader};
   GlProgram background_program_{kBackgroundVertexShader, kBackgroundFragmentShader};
   GlVertexArray no_vertices_;
-  GlTexture color_map_, certainty_;  ///< the last by keyframe id, as doubt_by_keyframe()
+  GlTexture color_map_, certainty_;  ///< the last by keyframe id, as uncertainty_by_keyframe()
   SceneColor color_map_for_ = SceneColor::plain;
   SceneMesh mesh_;
   GlTriangles touch_mesh_, piece_;

@@ -92,16 +92,16 @@ float round_limit_mm(const std::vector<float>& distance_mm) {
   return 10 * power;
 }
 
-cv::Mat4b doubt_by_keyframe(const MapSnapshot& map, double from_mm, double to_mm) {
+cv::Mat4b uncertainty_by_keyframe(const MapSnapshot& map, double from_mm, double to_mm) {
   const int last = map.nodes.empty() ? 0 : map.nodes.back().keyframe;
-  cv::Mat4b doubt(1 + last / kDoubtColumns, kDoubtColumns, cv::Vec4b(0, 0, 0, 255));
+  cv::Mat4b uncertainty(1 + last / kUncertaintyColumns, kUncertaintyColumns, cv::Vec4b(0, 0, 0, 255));
   for (const MapSnapshot::Node& node : map.nodes) {
     if (node.component != map.shown_component) continue;
     const double sigma_mm = map.pose_of({.keyframe = node.keyframe})->map_T_frame.worst_sigma_mm();
-    doubt(node.keyframe / kDoubtColumns, node.keyframe % kDoubtColumns)[0] =
+    uncertainty(node.keyframe / kUncertaintyColumns, node.keyframe % kUncertaintyColumns)[0] =
         cv::saturate_cast<uchar>(255 * (2 * sigma_mm - from_mm) / (to_mm - from_mm));
   }
-  return doubt;
+  return uncertainty;
 }
 
 namespace {

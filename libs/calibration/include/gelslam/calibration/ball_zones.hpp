@@ -71,7 +71,7 @@ struct RejectedPress {
 struct BallZones {
   std::vector<BallZone> zones;          ///< in the set's order
   std::vector<RejectedPress> rejected;  ///< presses that cannot be used, and why
-  std::string doubt;                    ///< for people: all labels lie aside of what the pictures show; or ""
+  std::string warning;                  ///< for people: all labels lie aside of what the pictures show; or ""
 };
 
 /// Finds the zones of all presses. A label's center is kept; at which share of its radius the gel leaves

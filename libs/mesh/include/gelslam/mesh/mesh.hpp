@@ -30,7 +30,7 @@ double volume_mm3(const Mesh& mesh);
 void check_measurable(const Mesh& mesh);
 /// What is wrong with the size of a thing that a touch sensor should feel, and a wrong unit explains: "is
 /// 29400 mm large; check its unit". "" from 1 mm to 2 m.
-std::string size_doubt(const Mesh& mesh);
+std::string size_warning(const Mesh& mesh);
 /// Median length of the triangles' sides, mm, but at least half the side in an even mesh of the same area and
 /// as many vertices: the area in squares of this size is at most four times as many, however unlike the
 /// triangles are. 0 without triangles.

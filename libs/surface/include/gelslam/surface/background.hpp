@@ -109,7 +109,7 @@ std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frame
                                              const std::vector<cv::Mat3b>& log = {});
 
 /// Message for users of the maker's model (WideNetwork::gives_normals).
-inline constexpr const char* kMakerModelDoubt =
+inline constexpr const char* kMakerModelWarning =
     "the maker's model does not know this sensor, and heights may be wrong by a sixth: press a ball (gelslam "
     "calibrate scale)";
 
@@ -137,9 +137,9 @@ std::string judge_lamps(const cv::Mat3b& mean, const std::string& device_name);
 std::string judge_orientation(const cv::Mat3b& mean, const std::string& device_name);
 
 /// Throws Error for a background that no calibration can use: a gel with too many markers, red and blue
-/// swapped. Other doubts are reported by `say_doubt`. `name` stands for the background in messages.
+/// swapped. Other warnings are reported by `say_warning`. `name` stands for the background in messages.
 void require_readable_background(const cv::Mat3b& background, const std::string& device_name,
                                  const std::string& name,
-                                 const std::function<void(const std::string&)>& say_doubt);
+                                 const std::function<void(const std::string&)>& say_warning);
 
 }  // namespace gelslam

@@ -62,7 +62,7 @@ cv::Mat1b confidence_map(const SlopeUncertainty& uncertainty, cv::Size picture);
 
 /// Lowers Surface::confidence where networks read slopes too flat: the less what they read follows the true
 /// slope, the more its noise weighs.
-void doubt_steep_slopes(const cv::Mat3f& normals, cv::Mat1b& confidence);
+void lower_steep_confidence(const cv::Mat3f& normals, cv::Mat1b& confidence);
 
 /// Whether the picture shows the object there: it is contact, and was not filled in from around.
 bool is_read(const Surface& surface, cv::Point pixel);

@@ -25,7 +25,7 @@ struct Surface {
   cv::Mat1f height_mm;  ///< of the gel at rest where nothing touches: 0, or its dome; lower in contact
   cv::Mat3f normals;    ///< unit, (-gx, -gy, 1) normalized; z > 0
   cv::Mat1b contact;    ///< 255 where the object touches, else 0
-  /// Information that the normals carry, 255 (best / sigma)² (confidence_map(), doubt_steep_slopes()), at
+  /// Information that the normals carry, 255 (best / sigma)² (confidence_map(), lower_steep_confidence()), at
   /// least 2 in contact; 1 where they were filled in from around (is_read()), 0 elsewhere. Empty: the same
   /// all over the contact.
   cv::Mat1b confidence;
