@@ -79,7 +79,7 @@ Seen seen_along(const CameraModel& camera, const Eigen::Vector2d& rest_mm, const
   return {rest.z(), camera.rest_slope(rest.head<2>()), false};
 }
 
-/// The raw picture of it, in the colors of the linear gel.
+/// The raw image of it, in the colors of the linear gel.
 cv::Mat3b raw_picture(const CameraModel& camera, const Eigen::Vector3d& ball_mm) {
   return pixel_map<cv::Vec3b>(camera.size, [&](int u, int v) {
     const Seen seen = seen_along(camera, camera.to_mm(camera.rest_px(Eigen::Vector2d(u, v))), ball_mm);

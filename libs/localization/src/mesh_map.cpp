@@ -96,7 +96,7 @@ Pose object_T_sensor_at(const SurfacePlace& place) {
   return pose;
 }
 
-/// A camera without lens, whose pictures are the rest grid.
+/// A camera without lens, whose pictures are the rectified grid.
 Optics without_lens(const CameraModel& camera) {
   const SensorOptics optics{.camera_distance_mm = camera.optics.camera_distance_mm,
                             .gel_dome_per_mm = camera.optics.gel_dome_per_mm};

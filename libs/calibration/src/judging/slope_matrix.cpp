@@ -16,7 +16,7 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-constexpr double kRimMm = 0.4;               // at a contact's border the gel hangs
+constexpr double kRimMm = 0.4;               // at a contact's border the gel is draped
 constexpr double kMaxRadiusFraction = 0.85;  // beyond, the sphere is steeper than any gel shows
 constexpr int kMinPixels = 300;
 constexpr int kIterations = 10;  // numerics
@@ -24,7 +24,7 @@ constexpr int kIterations = 10;  // numerics
 constexpr double kMinExplained = 0.5;
 // Single presses differ by so much on four sensors: a model errs otherwise at each place.
 constexpr double kPressSigma = 0.15;
-// Own models of four sensors, which are right within 3 %, come out as 0.90 to 1.09: contacts hang, too.
+// Own models of four sensors, which are right within 3 %, come out as 0.90 to 1.09: contacts drape, too.
 constexpr double kMethodSigma = 0.06;
 
 struct Reading {

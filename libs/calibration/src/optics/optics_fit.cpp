@@ -73,8 +73,8 @@ SensorOptics optics_of(const OpticsNumbers& numbers) {
 using Grid = ceres::Grid2D<float, 3>;
 using Interpolator = ceres::BiCubicInterpolator<Grid>;
 
-/// Slopes relative to the gel at rest, and relief, on the rest grid of the optics that it was made with: what
-/// was read, whatever the optics are.
+/// Slopes relative to the gel at rest, and relief, on the rectified grid of the optics that it was made with:
+/// what was read, whatever the optics are.
 struct ReadFrame {
   explicit ReadFrame(const SeenFrame& frame)
       : camera(frame.surface->camera()),

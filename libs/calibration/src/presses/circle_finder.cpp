@@ -47,7 +47,7 @@ std::optional<ContactCircle> find_seed(const cv::Mat1f& difference, double cell_
                        std::sqrt(heaviest.cells / std::numbers::pi) * cell_px};
 }
 
-/// A circle of the picture as one of the rest grid.
+/// A circle of the picture as one of the rectified grid.
 PressShape shape_at(const CameraModel& camera, const ContactCircle& circle, double radius_px) {
   const Eigen::Vector2d raw_px(circle.u_px, circle.v_px);
   if (!camera.optics.has_lens()) return {raw_px.x(), raw_px.y(), radius_px, kFirstDecayPx};

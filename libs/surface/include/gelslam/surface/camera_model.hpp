@@ -10,9 +10,9 @@
 namespace gelslam {
 
 /// Which points of the sensor frame the pixels of a picture show, and where points appear. Pixels are those
-/// of the rest grid, regular in the plane z = 0 about the principal point: pixel (u, v) is the ray that meets
-/// the plane at X = ((u - W/2 + 1/2) * pitch, (v - H/2 + 1/2) * pitch), in mm ("rest coordinates"). The
-/// camera's raw picture has as many pixels; without a lens they are the same. Pixels may be fractions.
+/// of the rectified grid, regular in the plane z = 0 about the principal point: pixel (u, v) is the ray that
+/// meets the plane at X = ((u - W/2 + 1/2) * pitch, (v - H/2 + 1/2) * pitch), in mm ("rest coordinates"). The
+/// camera's raw image has as many pixels; without a lens they are the same. Pixels may be fractions.
 struct CameraModel {
   cv::Size size;
   double pitch_mm = 0;
@@ -74,8 +74,8 @@ struct CameraModel {
     return {scale * rest_mm.x(), scale * rest_mm.y(), -q * scale * scale};
   }
 
-  /// Where a pixel of the rest grid lies in the raw picture; none where it bends rays back (a strong negative
-  /// k1 far out).
+  /// Where a pixel of the rectified grid lies in the raw image; none where it bends rays back (a strong
+  /// negative k1 far out).
   std::optional<Eigen::Vector2d> raw_px(const Eigen::Vector2d& px) const;
   /// The inverse; the nearest where the lens bends no ray to `raw_px`.
   Eigen::Vector2d rest_px(const Eigen::Vector2d& raw_px) const;

@@ -25,8 +25,8 @@ class GradientSurfaces {
   explicit GradientSurfaces(const CameraModel& camera);
   ~GradientSurfaces();
 
-  /// gx, gy: slopes on the rest grid, relative to the gel at rest; `touched`: not 0 where the object touches,
-  /// which is eroded. Zero height is the median where nothing touches.
+  /// gx, gy: slopes on the rectified grid, relative to the gel at rest; `touched`: not 0 where the object
+  /// touches, which is eroded. Zero height is the median where nothing touches.
   SurfacePtr make(const cv::Mat1f& gx, const cv::Mat1f& gy, const cv::Mat1b& touched);
 
   /// What contacts are eroded with: a square of H/48 pixels around each, as in the public systems.

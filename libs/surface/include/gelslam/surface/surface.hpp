@@ -32,7 +32,7 @@ struct Surface {
   /// Smoothed Laplacian of height (1/pixel), 0 outside contact, clipped to +-kMaxCurvature.
   cv::Mat1f curvature;
   double pixel_pitch_mm = 0.0634;
-  SensorOptics optics;  ///< of the camera that saw it; maps are on its rest grid
+  SensorOptics optics;  ///< of the camera that saw it; maps are on its rectified grid
   /// Standard deviation of slopes at the best place, over what is assumed of a sensor's own model (own): at
   /// least 1; more as the model states it, or as it reads the bare gel as sloped.
   double model_sigma = 1.0;

@@ -8,11 +8,11 @@
 
 namespace gelslam::surface::detail {
 
-/// Takes maps of the raw picture to the rest grid, where the lens has no effect; without a lens they stay as
-/// they are. Beyond the picture its border continues.
-class RestGrid {
+/// Takes maps of the raw image to the rectified grid, where the lens has no effect; without a lens they stay
+/// as they are. Beyond the picture its border continues.
+class RectifiedGrid {
  public:
-  explicit RestGrid(const CameraModel& camera);
+  explicit RectifiedGrid(const CameraModel& camera);
 
   /// Linear between pixels.
   cv::Mat1f resample(const cv::Mat1f& raw) const;
@@ -21,10 +21,10 @@ class RestGrid {
   /// grow leave less bare gel to level by.)
   cv::Mat1b resample_mask(const cv::Mat1b& raw_blocks) const;
   /// And back.
-  cv::Mat1b raw_mask(const cv::Mat1b& rest_blocks) const;
+  cv::Mat1b raw_mask(const cv::Mat1b& rectified_blocks) const;
 
-  /// Sets zero what lies beyond the raw picture.
-  void remove_beyond(cv::Mat1b& rest) const;
+  /// Sets zero what lies beyond the raw image.
+  void remove_beyond(cv::Mat1b& rectified) const;
 
   /// Of every pixel of a map, row by row: between which four of the other it lies.
   struct Places {
@@ -33,7 +33,7 @@ class RestGrid {
   };
 
  private:
-  Places to_rest_, blocks_to_rest_, blocks_to_raw_;  // none without a lens
+  Places to_rectified_, blocks_to_rectified_, blocks_to_raw_;  // none without a lens
   cv::Mat1b beyond_;
 };
 
