@@ -15,11 +15,11 @@ namespace {
 
 using namespace backend::detail;
 
-// Of the loops between two pieces, this many are compared with each other, evenly chosen along the scan:
+// Of the loops between two components, this many are compared with each other, evenly chosen along the scan:
 // enough to see which place most agree on.
 constexpr int kMaxCompared = 24;  // speed
 
-/// The loop between two pieces that most of the others agree with, and how many these are, with itself.
+/// The loop between two components that most of the others agree with, and how many these are, with itself.
 struct Agreement {
   std::size_t seed = 0;
   std::ptrdiff_t loops = 0;
@@ -62,19 +62,19 @@ class Consistency {
   /// Loops join trials until no two trials have enough evidence.
   MotionForest join_trials() {
     MotionForest forest = plant();
-    while (join_pieces(forest)) forest = plant();
+    while (join_components(forest)) forest = plant();
     return forest;
   }
 
-  /// Adds the best link between each two pieces with enough evidence; false when there are none.
-  bool join_pieces(const MotionForest& forest) {
+  /// Adds the best link between each two components with enough evidence; false when there are none.
+  bool join_components(const MotionForest& forest) {
     std::map<std::pair<int, int>, std::vector<std::size_t>> between;
     for (std::size_t i = 0; i < edges_.size(); ++i) {
       const int a = forest.tree(edges_[i].from), b = forest.tree(edges_[i].to);
       if (a != b) between[std::minmax(a, b)].push_back(i);
     }
     std::vector<Agreement> found;
-    for (auto& [pieces, loops] : between) {
+    for (auto& [components, loops] : between) {
       const Agreement most = most_agreed(forest, thinned(loops));
       if (most.loops > 1 || !edges_[most.seed].tentative) found.push_back(most);
     }
@@ -120,7 +120,7 @@ class Consistency {
   const std::vector<PoseGraphEdge>& edges_;
   const double scale_sigma_;
   std::vector<UncertainMotion> motions_;  // of the edges
-  std::vector<std::size_t> tree_edges_;   // odometry, and loops that join its pieces
+  std::vector<std::size_t> tree_edges_;   // odometry, and loops that join its components
 };
 
 }  // namespace

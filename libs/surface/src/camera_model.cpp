@@ -38,7 +38,7 @@ std::optional<Eigen::Vector2d> CameraModel::raw_px(const Eigen::Vector2d& px) co
   return principal_px() + half_width * (1 + optics.lens_k1 * r.squaredNorm()) * r;
 }
 
-Eigen::Vector2d CameraModel::rest_px(const Eigen::Vector2d& raw_px) const {
+Eigen::Vector2d CameraModel::rectified_px(const Eigen::Vector2d& raw_px) const {
   const Eigen::Vector2d distorted = (raw_px - principal_px()) / (0.5 * size.width);
   const double radius = distorted.norm();
   const double scale = radius > 0 ? undistorted(radius, optics.lens_k1) / radius : 1.0;

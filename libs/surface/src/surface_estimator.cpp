@@ -51,7 +51,7 @@ double mean_square_on_bare_gel(const GradientMap& gradient, const CameraModel& c
   double squared = 0, count = 0;
   for (int v = kStepPx / 2; v < camera.size.height; v += kStepPx)
     for (int u = kStepPx / 2; u < camera.size.width; u += kStepPx, count += 2) {
-      const Eigen::Vector2d rest_mm = camera.to_mm(camera.rest_px(Eigen::Vector2d(u, v)));
+      const Eigen::Vector2d rest_mm = camera.to_mm(camera.rectified_px(Eigen::Vector2d(u, v)));
       const Eigen::Vector2d read(gradient.background_gx()(v, u), gradient.background_gy()(v, u));
       squared += (read - camera.rest_slope(camera.rest_point_mm(rest_mm).head<2>())).squaredNorm();
     }

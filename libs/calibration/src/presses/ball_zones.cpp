@@ -25,7 +25,7 @@ constexpr double kDeepestRim = 0.98;  // of the ball's radius
 
 SeenBall::SeenBall(const CameraModel& camera, const BallZone& zone, double diameter_mm)
     : camera_(camera), zone_(zone), radius_mm_(0.5 * diameter_mm) {
-  const Eigen::Vector2d raw_px(zone.u_px, zone.v_px), rest_mm = camera.to_mm(camera.rest_px(raw_px));
+  const Eigen::Vector2d raw_px(zone.u_px, zone.v_px), rest_mm = camera.to_mm(camera.rectified_px(raw_px));
   const Eigen::Vector3d gel = camera.rest_point_mm(rest_mm);
   const Eigen::Vector2d slope = camera.rest_slope(gel.head<2>());
   axis_ = Eigen::Vector3d(-slope.x(), -slope.y(), 1.0).normalized();

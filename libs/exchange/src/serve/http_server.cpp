@@ -266,12 +266,12 @@ class TokenServer final : public HttpServer {
   void send(HttpReply reply, httplib::Response& response) {
     response.status = reply.status;
     if (is_ending()) return response.set_content(reply.body, reply.type);  // no provider is asked any more
-    if (reply.pieces) {
+    if (reply.chunks) {
       response.set_chunked_content_provider(
-          reply.type, [this, pieces = std::move(reply.pieces)](std::size_t, httplib::DataSink& sink) {
-            const std::optional<std::string> piece = pieces();
-            if (!piece || is_ending()) return sink.done(), true;
-            return piece->empty() ? sink.is_writable() : write(*piece, sink, Clock::now() + kTimeToTake);
+          reply.type, [this, chunks = std::move(reply.chunks)](std::size_t, httplib::DataSink& sink) {
+            const std::optional<std::string> chunk = chunks();
+            if (!chunk || is_ending()) return sink.done(), true;
+            return chunk->empty() ? sink.is_writable() : write(*chunk, sink, Clock::now() + kTimeToTake);
           });
       return;
     }

@@ -192,7 +192,7 @@ class ScanService final : public HttpService {
     ++readers_;
     if (options.images) lower_thread_priority();  // of this client's thread, which may encode pictures
     return {.type = options.tum ? "text/plain" : "application/x-ndjson",
-            .pieces = [reader = lines_.open(options), counted] {
+            .chunks = [reader = lines_.open(options), counted] {
               return reader->next(Clock::now() + std::chrono::seconds(1));
             }};
   }

@@ -84,8 +84,8 @@ RectifiedGrid::RectifiedGrid(const CameraModel& camera) {
   const cv::Mat2f pixels = positions(camera.size, 1, raw_of);
   to_rectified_ = places_of(pixels);
   blocks_to_rectified_ = places_of(positions(blocks, kBlockPx, raw_of));
-  blocks_to_raw_ =
-      places_of(positions(blocks, kBlockPx, [&](const Eigen::Vector2d& px) { return camera.rest_px(px); }));
+  blocks_to_raw_ = places_of(
+      positions(blocks, kBlockPx, [&](const Eigen::Vector2d& px) { return camera.rectified_px(px); }));
   beyond_.create(camera.size);
   for (int v = 0; v < beyond_.rows; ++v)
     for (int u = 0; u < beyond_.cols; ++u) {

@@ -347,7 +347,7 @@ MapSnapshot RunHistory::map_at(double time_s) const {
 
 std::vector<std::vector<Pose>> RunHistory::trajectory_at(double time_s) const {
   const auto end = std::ranges::upper_bound(trajectory, time_s, {}, &StampedPose::time_s);
-  return unbroken_pieces({trajectory.begin(), end});
+  return unbroken_segments({trajectory.begin(), end});
 }
 
 ViewContent load_view(const fs::path& run_or_mesh) {

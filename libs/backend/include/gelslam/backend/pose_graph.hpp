@@ -47,7 +47,7 @@ struct PoseGraphSolution {
 };
 
 /// SE(3) pose graph on Ceres. Components not joined by edges are separate components, each with its own
-/// gauge. Initial poses need only be right within a piece of odometry. Shared unknowns are estimated with the
+/// gauge. Initial poses need only be right within a chain of odometry. Shared unknowns are estimated with the
 /// poses, starting from 0. Deterministic. Throws Error on edges that name unknown nodes, join a node to
 /// itself or carry non-finite numbers, on information that is not symmetric or not positive semi-definite,
 /// and on shared unknowns whose sizes do not fit or whose information is not positive definite. Source: own.

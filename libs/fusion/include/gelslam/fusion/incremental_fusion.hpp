@@ -37,10 +37,10 @@ class IncrementalFusion {
   bool work();
 
   /// Does all work that is left, on `threads` threads (0: all cores), and returns the whole surface as one
-  /// mesh with shared vertices, without islands (FusionOptions::min_piece_mm2): the end of fuse(). The same
+  /// mesh with shared vertices, without islands (FusionOptions::min_shell_mm2): the end of fuse(). The same
   /// bytes for any number of threads and any history. It must be the last call. Throws Error like work().
   /// `progress` (may be null) receives the task "fusing".
-  Mesh finish(int threads, double min_piece_mm2, ProgressSink* progress = nullptr,
+  Mesh finish(int threads, double min_shell_mm2, ProgressSink* progress = nullptr,
               std::int64_t* islands = nullptr);
 
   /// Blocks whose surface has changed since the last call, by key. Together with all taken before they meet

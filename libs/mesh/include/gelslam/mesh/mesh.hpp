@@ -44,18 +44,18 @@ struct MeshBlock {
   std::vector<int> keyframe;  ///< per vertex: id of the keyframe that sees it best
 };
 
-/// Connected pieces of a mesh: triangles that share a vertex belong to one piece.
-struct MeshPieces {
-  std::vector<int> of_triangle;  ///< the piece of each triangle, counted by its first triangle
-  std::vector<double> area_mm2;  ///< of each piece
+/// Shells of a mesh: triangles that share a vertex belong to one shell.
+struct MeshShells {
+  std::vector<int> of_triangle;  ///< the shell of each triangle, counted by its first triangle
+  std::vector<double> area_mm2;  ///< of each shell
   int largest = -1;              ///< by area; -1 for a mesh without triangles
   double largest_share = 0;      ///< of the area
 };
 
-MeshPieces find_pieces(const Mesh& mesh);
+MeshShells find_shells(const Mesh& mesh);
 
-/// The largest piece alone, with the vertices that it uses, in their order.
-Mesh largest_piece(const Mesh& mesh);
+/// The largest shell alone, with the vertices that it uses, in their order.
+Mesh largest_shell(const Mesh& mesh);
 
 /// Some triangles of a mesh (three vertices each), with the vertices that they use, in their order.
 Mesh submesh(const Mesh& mesh, const std::vector<Eigen::Vector3i>& triangles);

@@ -78,7 +78,7 @@ struct CameraModel {
   /// negative k1 far out).
   std::optional<Eigen::Vector2d> raw_px(const Eigen::Vector2d& px) const;
   /// The inverse; the nearest where the lens bends no ray to `raw_px`.
-  Eigen::Vector2d rest_px(const Eigen::Vector2d& raw_px) const;
+  Eigen::Vector2d rectified_px(const Eigen::Vector2d& raw_px) const;
 
  private:
   Eigen::Vector2d principal_px() const {
