@@ -17,7 +17,7 @@ using namespace backend::detail;
 
 // Of the loops between two components, this many are compared with each other, evenly chosen along the scan:
 // enough to see which place most agree on.
-constexpr int kMaxCompared = 24;  // speed
+constexpr int kMaxCompared = 24;
 
 /// The loop between two components that most of the others agree with, and how many these are, with itself.
 struct Agreement {
@@ -141,7 +141,7 @@ double robust_weight(double residual, double scale) {
 }
 
 std::vector<double> backend::detail::kernel_widenings(double widest) {
-  constexpr double kNarrowing = 4.0;  // numerics
+  constexpr double kNarrowing = 4.0;
   std::vector<double> widenings;
   for (double widening = widest; widening > 1; widening /= kNarrowing) widenings.push_back(widening);
   widenings.push_back(1);

@@ -16,7 +16,7 @@ namespace {
 using namespace backend::detail;
 
 bool is_pose(const Pose& pose) {
-  constexpr double kTolerance = 1e-3;  // bound: above drift of products of rotations, below any mistake
+  constexpr double kTolerance = 1e-3;  // above drift of products of rotations, below any mistake
   return pose.matrix().allFinite() && pose.linear().isUnitary(kTolerance) && pose.linear().determinant() > 0;
 }
 

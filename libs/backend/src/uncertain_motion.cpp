@@ -21,7 +21,7 @@ ScaleCovariance prior_scale_covariance(double sigma) {
 }
 
 MotionByScale motion_by_gradient_scale(const PoseGraphEdge& edge) {
-  constexpr double kUpsideDown = 1e-6;  // numerics: there the split into tilt and twist is not defined
+  constexpr double kUpsideDown = 1e-6;  // There the split into tilt and twist is not defined.
   const Eigen::Quaterniond q(edge.from_T_to.linear());
   Eigen::Quaterniond twist(q.w(), 0, 0, q.z());
   twist = twist.norm() > kUpsideDown ? twist.normalized() : Eigen::Quaterniond::Identity();

@@ -10,7 +10,7 @@ namespace {
 
 // Relative to the largest entry: what rounding leaves in a matrix that was built as J'J or transported by an
 // adjoint.
-constexpr double kRoundingTolerance = 1e-6;  // numerics
+constexpr double kRoundingTolerance = 1e-6;
 
 }  // namespace
 

@@ -9,8 +9,8 @@ namespace {
 constexpr double kRestMmPerS = 0.1;    // a hand that holds still
 constexpr double kMemoryS = 0.3;       // in which a hand starts or stops
 constexpr double kSteadyS = 1;         // for so long a hand keeps its direction
-constexpr double kMinElapsedS = 1e-3;  // numerics: frames with the same time
-constexpr double kTimeUnitS = 1e-6;    // numerics: the same frames, counted from another start
+constexpr double kMinElapsedS = 1e-3;  // between frames with the same time
+constexpr double kTimeUnitS = 1e-6;    // rounds away what counting from another start changes
 
 /// Variance along each direction (columns whose inverse is `along`).
 Vector6d variance_along(const Matrix6d& along, const Matrix6d& covariance) {

@@ -91,7 +91,7 @@ class VertexPlacer {
   /// weight is that of the rim. False where `p` lies inside.
   bool move_to_rim(const FieldValue& at, Eigen::Vector3f& p) const {
     // Of a voxel: half of one on both sides of the rim, and what steps leave.
-    constexpr float kNear = 0.5f, kFarthest = 1.0f;  // numerics
+    constexpr float kNear = 0.5f, kFarthest = 1.0f;
     const float voxel = lattice_.voxel_size_mm, step = 0.25f * voxel;
     if (at.best > 2 * field_.end_weight()) return false;
     Eigen::Vector3f rise;
@@ -126,7 +126,7 @@ class VertexJoiner {
   }
 
  private:
-  static constexpr VertexName kNowhere{-1, -1};  // layout
+  static constexpr VertexName kNowhere{-1, -1};
 
   void add_edge(const ActiveCell& cell, int axis) {
     const bool from_outside = (cell.outside & 1) != 0;

@@ -20,9 +20,9 @@ using namespace fusion::detail;
 
 /// Moved patches that are placed before their blocks are updated: each block is then updated once for all of
 /// them, while few patches are held at two places.
-constexpr int kMovesAtOnce = 48;  // speed
+constexpr int kMovesAtOnce = 48;
 /// Blocks of moved patches in a round: a new patch waits for at most one round, some tens of milliseconds.
-constexpr std::size_t kBlocksPerRound = 256;  // speed
+constexpr std::size_t kBlocksPerRound = 256;
 
 void check(const FusionOptions& o) {
   if (!(o.voxel_size_mm >= 0.01 && o.voxel_size_mm <= 10))

@@ -15,7 +15,7 @@ namespace loop_closure::detail {
 // Distance of a match over that of the second best: repeated patterns fail here.
 constexpr double kMaxMatchRatio = 0.9;
 constexpr double kRansacThresholdPx = 3.0;  // features are located to a share of a pixel, whatever it shows
-constexpr int kRansacIterations = 100;      // numerics
+constexpr int kRansacIterations = 100;
 
 struct Place {
   Keyframe keyframe;
@@ -48,7 +48,7 @@ struct LoopCloser::Impl {
 /// The number of newest places that belong to the same touch. Odometry links them, and their votes would
 /// crowd out the places that were left and found again.
 std::size_t LoopCloser::Impl::neighbors(const Keyframe& keyframe) const {
-  constexpr std::size_t kMaxNeighbors = 12;  // speed
+  constexpr std::size_t kMaxNeighbors = 12;
   std::size_t count = 0;
   while (count < std::min(kMaxNeighbors, places.size()) &&
          places[places.size() - 1 - count].keyframe.trial == keyframe.trial)

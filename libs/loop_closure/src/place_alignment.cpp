@@ -69,7 +69,7 @@ Eigen::Vector3d point_mm(const Surface& surface, const Eigen::Vector2f& pixel) {
 // Mean over 7x7 pixels: a matched point is where texture is steep, and one pixel off there reads another
 // normal.
 Eigen::Vector3d normal_around(const Surface& surface, const Eigen::Vector2f& pixel) {
-  constexpr int kRadius = 3;  // numerics
+  constexpr int kRadius = 3;
   const int u = static_cast<int>(std::lround(pixel.x())), v = static_cast<int>(std::lround(pixel.y()));
   Eigen::Vector3d sum(0, 0, 1e-9);
   for (int y = std::max(0, v - kRadius); y <= std::min(surface.normals.rows - 1, v + kRadius); ++y)
@@ -93,7 +93,7 @@ std::vector<Match> rigid_inliers(const PlaceFeatures& older, const PlaceFeatures
   std::mt19937_64 random;  // with its standard seed: the same input gives the same answer
   std::vector<std::size_t> best;
   // Drawing a pair that cannot be right costs next to nothing, so only those that may be count as iterations.
-  constexpr int kDrawsPerIteration = 20;  // numerics
+  constexpr int kDrawsPerIteration = 20;
   for (int draw = 0, tried = 0; draw < kDrawsPerIteration * iterations && tried < iterations; ++draw) {
     const PointPair &a = pairs[random() % pairs.size()], &b = pairs[random() % pairs.size()];
     if (!may_be_one_place(a, b, threshold_px)) continue;

@@ -11,7 +11,7 @@
 
 namespace gelslam::loop_closure::detail {
 
-constexpr int kDescriptorSize = 128;  // layout
+constexpr int kDescriptorSize = 128;  // SIFT's 4x4 histograms of 8 directions.
 
 /// SIFT features of one curvature map. OpenCV's descriptors are whole numbers 0..255.
 struct PlaceFeatures {

@@ -24,8 +24,8 @@ class PlaceIndex {
   std::vector<int> most_alike(const PlaceFeatures& features, int searched, int count) const;
 
  private:
-  static constexpr int kTables = 8;  // speed
-  static constexpr int kBits = 14;   // speed
+  static constexpr int kTables = 8;
+  static constexpr int kBits = 14;  // Fourteen bits give 16384 buckets per table.
   static constexpr int kProjections = kTables * kBits;
   using Projected = std::array<float, kProjections>;
 

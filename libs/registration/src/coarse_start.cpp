@@ -11,11 +11,11 @@ namespace {
 
 using namespace registration::detail;
 
-constexpr double kTwistStepRad = 0.12;  // numerics: textures turned by more than half of it still agree
+constexpr double kTwistStepRad = 0.12;  // Textures turned by more than half of it still agree.
 // To either side of the expected twist: two standard deviations of one that nothing tells.
 constexpr int kTwistSteps = static_cast<int>(2 * kMinPeriodMm / kMmPerRad / kTwistStepRad);
-constexpr int kShrink = 4;  // numerics: a fourth of the shortest period; registration does the rest
-constexpr int kPlaces = 6;  // speed: the best of them; more would be periods of one pattern
+constexpr int kShrink = 4;  // A fourth of the shortest period is found; registration does the rest.
+constexpr int kPlaces = 6;  // The best are kept; more would be periods of one pattern.
 
 /// The reference turned by `twist_rad` and moved agrees with the target.
 struct Place {

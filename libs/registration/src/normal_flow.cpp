@@ -47,8 +47,8 @@ void project_observable(const ObservableDirections& directions, NormalEquations&
 // Steps in a row that do not make the residuals smaller by more than the noise of one sample. On a surface
 // with little texture, further steps only wander. Where most of the residuals is noise, progress is hard to
 // see, and the registration converges after many such steps.
-constexpr double kHardlyNoise = 0.9;                 // speed
-constexpr int kPatience = 3, kPatienceInNoise = 20;  // numerics
+constexpr double kHardlyNoise = 0.9;  // A second pass is left out where all directions show more.
+constexpr int kPatience = 3, kPatienceInNoise = 20;
 
 /// Whether the residuals still get smaller.
 class Progress {

@@ -13,7 +13,7 @@ using Float4 = float __attribute__((vector_size(16)));
 
 // Sums in 64 independent lanes: the order of additions, and so the result, does not depend on the vector
 // width. Samples are warped in blocks of as many, which stay in the first-level cache.
-constexpr int kLanes = 64;  // speed
+constexpr int kLanes = 64;
 
 GELSLAM_CLONES float weighted_sum(const float* __restrict w, const float* __restrict a, int count) {
   float lanes[kLanes] = {};

@@ -9,9 +9,9 @@ namespace gelslam::registration::detail {
 
 /// Jacobian columns: rx ry rz tx ty. Normals hardly show tz: it only moves pixels toward the picture's
 /// center.
-inline constexpr int kParameters = 5;  // layout
+inline constexpr int kParameters = 5;
 inline constexpr int kHessianEntries = kParameters * (kParameters + 1) / 2;
-inline constexpr float kMinFacing = 0.2f;  // numerics: of a surface that is seen edge on
+inline constexpr float kMinFacing = 0.2f;  // Bounds the Jacobian where a surface is seen edge on.
 
 /// Reference samples as structure of arrays, so that the loops below vectorise. Lengths in mm, normals unit.
 struct Samples {

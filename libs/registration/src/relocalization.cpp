@@ -6,7 +6,7 @@
 namespace gelslam {
 namespace {
 
-constexpr int kStartIterations = 15;  // speed: where a start is right, registration is there in fewer
+constexpr int kStartIterations = 15;  // Where a start is right, registration is there in fewer.
 
 /// From one pose of the target to another, along the target's axes: how the shared center moves, and the
 /// turn.

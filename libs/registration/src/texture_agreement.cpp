@@ -41,7 +41,7 @@ TextureAgreement compare_texture(const Samples& s, const Surface& target, const 
   const Eigen::Matrix3f back = rotation.transpose();
   SampleMatrix read = SampleMatrix::Zero(), common = read;
   Eigen::Matrix4f moments = Eigen::Matrix4f::Zero();
-  constexpr std::size_t kEnoughSamples = 1000;  // numerics: they tell noise from texture
+  constexpr std::size_t kEnoughSamples = 1000;  // So many tell noise from texture.
   const std::size_t step = residuals.weight.size() / kEnoughSamples + 1;
   const auto stride = static_cast<float>(step);
   for (std::size_t k = 0; k < residuals.weight.size(); k += step) {

@@ -102,7 +102,7 @@ namespace gelslam {
 using namespace registration::detail;
 
 double self_similarity(const Surface& surface) {
-  constexpr double kMinShared = 0.5;  // numerics: fewer pixels correlate by chance
+  constexpr double kMinShared = 0.5;  // Fewer pixels correlate by chance.
   if (surface.contact_pixels == 0) return 0.0;
   const CoarseTexture texture(surface);
   if (texture.pixels < 1) return 0.0;

@@ -8,7 +8,7 @@
 namespace gelslam::registration::detail {
 
 /// Pixels of a surface per pixel that is compared: textures that matter are many pixels wide.
-inline constexpr int kTextureShrink = 2;  // numerics
+inline constexpr int kTextureShrink = 2;
 
 /// The curvature inside a contact without its mean, 0 outside, at a coarser resolution than the surface's.
 struct CoarseTexture {

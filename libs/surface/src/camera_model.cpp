@@ -14,7 +14,7 @@ double last_radius(double k1) {
 /// r of r (1 + k r²) = `radius`, by Newton's method, which comes from one side: the function is convex or
 /// concave.
 double undistorted(double radius, double k1) {
-  constexpr int kSteps = 20;  // numerics
+  constexpr int kSteps = 20;
   const double last = last_radius(k1);
   double r = std::min(radius, last);
   for (int step = 0; step < kSteps; ++step) {

@@ -47,7 +47,7 @@ const cv::Mat3b& checked_background(const cv::Mat3b& background) {
 
 /// Mean square, per axis, of what a model reads of the bare gel beside its dome.
 double mean_square_on_bare_gel(const GradientMap& gradient, const CameraModel& camera) {
-  constexpr int kStepPx = 8;  // numerics
+  constexpr int kStepPx = 8;
   double squared = 0, count = 0;
   for (int v = kStepPx / 2; v < camera.size.height; v += kStepPx)
     for (int u = kStepPx / 2; u < camera.size.width; u += kStepPx, count += 2) {
@@ -136,7 +136,7 @@ struct SurfaceEstimator::Impl {
     if (std::none_of(blocks.begin(), blocks.end(),
                      [](const cv::Vec3f& color) { return color.dot(color) > kMinLevels * kMinLevels; }))
       contact = 0;
-    constexpr double kDeepest = 0.25;  // bound: of the narrow side; no gel is thicker (a test picture)
+    constexpr double kDeepest = 0.25;  // of the narrow side; no gel is thicker (a test picture)
     const double mean_mm = cv::mean(relief_mm, contact)[0];
     if (mean_mm < -kDeepest * std::min(size.width, size.height) * options.pixel_pitch_mm) contact = 0;
     return contact;

@@ -19,7 +19,7 @@ using Eigen::Vector2d;
 constexpr double kRimMm = 0.4;               // at a contact's border the gel is draped
 constexpr double kMaxRadiusFraction = 0.85;  // beyond, the sphere is steeper than any gel shows
 constexpr int kMinPixels = 300;
-constexpr int kIterations = 10;  // numerics
+constexpr int kIterations = 10;
 // Of the variance of what is read: presses of real balls leave 0.5 to 0.99 through five models.
 constexpr double kMinExplained = 0.5;
 // Single presses differ by so much on four sensors: a model errs otherwise at each place.

@@ -17,7 +17,7 @@ namespace gelslam {
 
 namespace {
 
-constexpr int kOverlapRounds = 2;  // numerics: the first one's corrections show more overlaps
+constexpr int kOverlapRounds = 2;  // The first one's corrections show more overlaps.
 
 /// By keyframe id.
 std::vector<int> tracked_frames(const std::vector<FrameRecord>& frames, std::size_t keyframes) {

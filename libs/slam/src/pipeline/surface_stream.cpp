@@ -15,7 +15,7 @@ namespace gelslam {
 namespace {
 
 // In how many times the background's frames it is looked for where a log does not begin with it.
-constexpr std::size_t kLookAhead = 4;  // bound: all of them are held
+constexpr std::size_t kLookAhead = 4;  // All of them are held in memory.
 
 std::string ended_early(std::size_t frames, const LogInput& input, int wanted) {
   if (input.background_frames)

@@ -14,9 +14,9 @@ namespace gelslam {
 namespace {
 
 // Where surfaces fit each other at all, no pose is known this badly.
-constexpr double kImplausibleMm = 10.0, kImplausibleDeg = 90.0;  // message
+constexpr double kImplausibleMm = 10.0, kImplausibleDeg = 90.0;
 
-constexpr std::array<const char*, 6> kMotions = {"x", "y", "z", "rx", "ry", "rz"};  // layout
+constexpr std::array<const char*, 6> kMotions = {"x", "y", "z", "rx", "ry", "rz"};
 
 /// What one pose in twenty exceeds: a touch that is faint for a moment, or begins, is no drift.
 RunReport::Drift large_drift(std::vector<RunReport::Drift> poses) {
@@ -53,7 +53,7 @@ std::vector<std::string> describe(const RunReport::Uncertainty& uncertainty, dou
     const bool implausible = deg > kImplausibleDeg && mm > kImplausibleMm;
     const bool has_left = farthest_mm > std::max(mm, kLargeDriftMm);
     return {"poses may be off by " + amounts +
-            (implausible   ? ": is the picture mirrored, or the model another sensor's?"
+            (implausible ? ": is the picture mirrored, or the model another sensor's?"
              : !has_left ? ": press on texture"
              : uncertainty.not_observable.empty() ? ": return to where you began"
                                                   : ": return to where you began, and press on texture")};
@@ -77,7 +77,7 @@ Vector6d sigma_of(const Matrix6d& rotation_first) {
 }
 
 std::string describe_drift(const Vector6d& sigma) {
-  constexpr double kTwoSigma = 2.0;  // message
+  constexpr double kTwoSigma = 2.0;
   constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
   std::string where;
   const auto add = [&](const std::string& amount, const char* preposition, std::size_t axis) {

@@ -7,7 +7,7 @@ namespace {
 
 // 1 - g·X / D is the cosine between ray and normal over that of an upright surface: a surface that is seen
 // has a positive one. Noise may read others.
-constexpr float kMinFacing = 0.1F;  // numerics
+constexpr float kMinFacing = 0.1F;
 
 /// Derivatives of w by rest coordinates, of slopes.
 GELSLAM_CLONES void derivatives_of_row(const float* gx, const float* gy, const float* x_mm, float y_mm,

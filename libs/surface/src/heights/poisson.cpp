@@ -44,7 +44,7 @@ struct GradientRow {
 struct SquareRow {
   float *rightward, *leftward, *downward, *upward, *twist;
 };
-constexpr int kStepsPerSquare = 5;  // layout
+constexpr int kStepsPerSquare = 5;
 
 // Row v of them; nothing beyond the image.
 SquareRow square_row(cv::Mat1f& steps, int v) {

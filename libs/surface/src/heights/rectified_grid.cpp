@@ -9,7 +9,7 @@
 namespace gelslam::surface::detail {
 namespace {
 
-constexpr double kNowhere = -1e4;  // layout: beyond any picture
+constexpr double kNowhere = -1e4;  // A coordinate beyond any picture.
 
 /// `from(pixel)`: where a pixel of the result comes from. `cell_px`: pixels of the picture along one of the
 /// grid.

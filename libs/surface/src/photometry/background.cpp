@@ -25,11 +25,11 @@ using namespace surface::detail;
 // a video's compression changes single blocks of 8 or 16 pixels, a third of such a window at most. Of 40 logs
 // as MJPEG, MPEG-4 and H.264 at ffmpeg's defaults, 25 windows differ by at most 2.4 gray levels, and by 1.6
 // between the means of half of the frames; with a ball that rolls a quarter pixel per frame, by 2.6 and 2.9.
-constexpr int kWindowBlocks = 7;  // numerics: side of the kernel
+constexpr int kWindowBlocks = 7;  // side of the kernel
 constexpr float kMovingLevels = 3.0F, kDriftingLevels = 2.0F;
 constexpr int kMinMovingBlocks = 25;  // a contact of 500 pixels covers 30
 // Of a camera's pictures few pixels repeat exactly; where most do, a codec left them out.
-constexpr double kRepeatedShare = 0.5;  // message
+constexpr double kRepeatedShare = 0.5;
 
 constexpr double kSettledGainError = 0.01;  // lamps flicker by less
 
@@ -44,7 +44,7 @@ constexpr double kImprint = 0.0029, kMakersImprint = 0.0040;
 constexpr double kLastingShare = 0.7;
 constexpr double kSteepShare = 0.5;      // of the steepest slope: those of an imprint
 constexpr int kBorderPx = 3 * kBlockPx;  // the model extrapolates there
-constexpr int kMarkerMarginPx = 8;       // numerics: two sigma of the smoothing
+constexpr int kMarkerMarginPx = 8;       // two sigma of the smoothing
 
 constexpr std::size_t kMinBareFrames = 3;  // fewer are hardly better than one, and may be chance
 constexpr int kMaxTouchedPercent = 50;     // of the picture, by what is pressed in

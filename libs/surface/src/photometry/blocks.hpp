@@ -5,7 +5,7 @@
 
 namespace gelslam::surface::detail {
 
-inline constexpr int kBlockPx = 4;  // numerics: sampling
+inline constexpr int kBlockPx = 4;
 
 /// Size of the grid of 4x4-pixel blocks over an image; blocks at the right and lower border may be cut.
 cv::Size block_grid(cv::Size image);

@@ -20,13 +20,13 @@ constexpr double kAgreeLevels = 3.0;
 constexpr double kLeaningLevels = 0.1;
 // Of a term's variance over the gel: one that differs by less from those before it cannot be told from them
 // (noise of the background's blocks is that share of how its brightness varies).
-constexpr double kMinOwnShare = 1e-3;    // numerics
+constexpr double kMinOwnShare = 1e-3;
 constexpr double kMinShare = 0.1;        // of all blocks, to believe in a light
 constexpr double kExplainedShare = 0.6;  // of the blocks not excluded: no need to look for more
 // A contact that covers half of the gel must not look like a change of light.
 constexpr double kClearlyMore = 1.3;
-constexpr double kWidening = 8;  // numerics: of the kernel at first where the light changed suddenly
-constexpr int kMaxFits = 3;      // numerics
+constexpr double kWidening = 8;  // of the kernel at first, where the light changed suddenly
+constexpr int kMaxFits = 3;
 // A lamp weaker than this does not tell slopes; a gain larger than its inverse does not come from lamps.
 constexpr double kMinGain = 0.25;
 // Of all blocks: as many must differ from an even light by the brightness of all colors alone, and agree with
@@ -35,11 +35,11 @@ constexpr double kMinGain = 0.25;
 constexpr double kShadedShare = 0.07;
 // Of all blocks: more whose colors have brightness in common, for the larger part, and agree with no light
 // are not what noise (0.23) or touches (0.20, real ones) leave.
-constexpr double kUnfollowedShare = 0.3;  // message
-constexpr float kMostlyAlike = 1.25F;     // message: what differs is half of what colors have in common
+constexpr double kUnfollowedShare = 0.3;
+constexpr float kMostlyAlike = 1.25F;  // what differs is half of what colors have in common
 // As much as this share of a block weighs what is around a place, for the field there.
 constexpr double kRidge = 0.01;
-constexpr std::size_t kFinestLevel = 2, kLevels = 6;  // numerics: cells of 16 to 128 pixels
+constexpr std::size_t kFinestLevel = 2, kLevels = 6;  // cells of 16 to 128 pixels
 
 /// A channel's light in 32 bits.
 struct ChannelLight {

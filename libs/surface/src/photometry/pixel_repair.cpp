@@ -23,7 +23,7 @@ constexpr double kInkShare = 0.65;  // of a gel with markers; real presses leave
 // By this much lens and JPEG spread a spot: slopes of real presses between markers are read as well as with
 // 4, and flatter with 2.
 constexpr int kSpreadPx = 3;
-constexpr int kSmoothRounds = 20;  // numerics: over a dot of ten pixels' radius
+constexpr int kSmoothRounds = 20;  // over a dot of ten pixels' radius
 // No slope brightens all colors by more: it takes from one what it gives to another. Real presses reach 30.
 constexpr int kMaxBrighter = 35;
 constexpr double kUnlitLevel = 10;  // dark pixels in unlit regions carry no information
@@ -188,7 +188,7 @@ const cv::Mat3b& PixelRepair::fill_spots(const cv::Mat3b& bgr, int smooth_rounds
   }
   for (int v = 0; v < bgr.rows; ++v)
     for (int u = 0; u < bgr.cols; ++u) {
-      constexpr float kRounding = 1e-3F;  // numerics
+      constexpr float kRounding = 1e-3F;
       const float weight = weight_(v, u);
       cv::Vec3f& difference = difference_(v, u);
       if (readable_(v, u) != 0)
@@ -212,7 +212,7 @@ const cv::Mat3b& PixelRepair::fill_spots(const cv::Mat3b& bgr, int smooth_rounds
 /// Toward the harmonic function between the edges of each spot, which continues a contact's shading across a
 /// marker (successive over-relaxation).
 void PixelRepair::smooth_filled(int rounds) {
-  constexpr float kOverRelaxation = 1.7F;  // numerics
+  constexpr float kOverRelaxation = 1.7F;
   const int rows = difference_.rows, cols = difference_.cols;
   std::vector<cv::Point> places;
   if (rounds > 0) cv::findNonZero(readable_ == 0, places);

@@ -14,10 +14,10 @@ namespace gelslam::surface::detail {
 
 namespace {
 
-constexpr float kMaxAngleRad = 1.5F;  // numerics: keeps tan finite; no gel is steeper
+constexpr float kMaxAngleRad = 1.5F;  // Keeps tan finite; no gel is steeper.
 // Range of a color within a block up to which the network is taken to be linear there.
-constexpr int kSmoothLevels = 10;         // speed
-constexpr float kToUnit = 1.0F / 255.0F;  // layout
+constexpr int kSmoothLevels = 10;
+constexpr float kToUnit = 1.0F / 255.0F;
 // Own models of five sensors have 0.006 to 0.010. With 0.0078, that of the rendered sequences, 14 pairs of
 // real logs lose 53 frames instead of 35, and rendered sets are alike.
 constexpr double kUsualSlopePerLevel = 0.0065;
@@ -84,7 +84,7 @@ GradientMap::GradientMap(const GradientModel& model, const cv::Mat3b& background
 
 /// Root mean square, over the colors of the bare gel, of the change of a slope by one gray level of a color.
 double GradientMap::slope_per_level(const cv::Mat3b& background) {
-  constexpr int kStepPx = 2 * kBlockPx;  // numerics
+  constexpr int kStepPx = 2 * kBlockPx;
   const ColorTable unchanged = color_table(Light{});
   const auto [xx, xy, yx, yy] = slope_matrix_;
   double squares = 0, count = 0;

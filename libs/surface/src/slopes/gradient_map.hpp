@@ -11,7 +11,7 @@ namespace gelslam::surface::detail {
 
 /// Bare gel is read flatter than this: 0.01 to 0.06 as the median over all pixels (another sensor's model
 /// reads 0.24 or more), 0.08 at its steepest places (the shallowest ball press 0.14).
-inline constexpr double kBareSlope = 0.105;  // message
+inline constexpr double kBareSlope = 0.105;
 
 /// Slope angles to slopes, in place: tan with a relative error below 1e-6; angles are limited to 1.5 rad.
 void tangents(NetworkTile::Values<2>& angles_rad);

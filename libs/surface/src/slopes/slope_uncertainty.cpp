@@ -15,7 +15,7 @@ constexpr double kBorderSigmaRad = 0.4, kBorderLengthMm = 1.6;
 // falling to 0.15 at 31, the steepest that they read (docs/benchmarks/slopes.png).
 constexpr double kFollowedDeg = 25, kFallDeg = 7, kMinFollowed = 0.15;
 
-constexpr int kFilledIn = 1;  // layout: in Surface::confidence
+constexpr int kFilledIn = 1;  // The sentinel of Surface::confidence.
 
 }  // namespace
 

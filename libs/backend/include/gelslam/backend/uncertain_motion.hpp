@@ -12,7 +12,7 @@ namespace gelslam {
 
 /// The four factors of true slope (gx, gy) = (I - F) * read slope, with F = ((xx, xy), (yx, yy)) along the
 /// sensor's axes, in the order xx, xy, yx, yy (0: no correction). xx and yy are the gradient scale.
-inline constexpr int kScaleTerms = 4;  // layout
+inline constexpr int kScaleTerms = 4;
 using MotionByScale = Eigen::Matrix<double, 6, kScaleTerms>;
 
 /// How the motion that an edge measures changes, as a right perturbation, when the slopes it was measured

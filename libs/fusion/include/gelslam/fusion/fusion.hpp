@@ -24,7 +24,7 @@ struct FusionOptions {
   /// islands: shells smaller than this, or that a single keyframe shows beside a larger shell, are left out;
   /// 0 keeps all
   double min_shell_mm2 = 1.0;
-  int threads = 0;  ///< speed: 0: all cores; the result does not depend on it
+  int threads = 0;  ///< 0: all cores; the result does not depend on it
 };
 
 /// One surface from many overlapping patches: no stacked sheets, no seams, closed where touched, open

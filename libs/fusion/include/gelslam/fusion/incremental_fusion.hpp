@@ -10,9 +10,9 @@ namespace gelslam {
 struct IncrementalOptions {
   /// A patch is moved in the mesh when its center or a corner has moved by more than this since it was put
   /// there, or the gradient scale by more than max_scale_change (a share). 0: at any change.
-  double max_displacement_mm = 0.02;  // speed: the mesh that is saved is made of the poses as they are
-  double max_scale_change = 0.005;    // speed
-  int warm_blocks = 4096;  ///< speed: blocks whose sums are kept ready for the next patch: 6 or 12 kB each
+  double max_displacement_mm = 0.02;  // The mesh that is saved is made of the poses as they are.
+  double max_scale_change = 0.005;
+  int warm_blocks = 4096;  ///< blocks whose sums are kept ready for the next patch: 6 or 12 kB each
 };
 
 /// The surface of fuse() while it grows: patches come, move and go, and only the blocks they pass through are

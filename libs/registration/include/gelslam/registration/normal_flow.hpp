@@ -13,10 +13,10 @@ double shared_noise(const Surface& a, const Surface& b);
 
 /// What has a unit is that of a surface with a slope_noise of 1, and grows with it.
 struct NormalFlowOptions {
-  int max_samples = 3000;       // numerics: pixels of the reference's contact
-  int max_iterations = 50;      // numerics
-  int min_iterations = 2;       // numerics
-  int min_shared_samples = 10;  // numerics: fewer hardly determine five numbers
+  int max_samples = 3000;  // pixels of the reference's contact
+  int max_iterations = 50;
+  int min_iterations = 2;
+  int min_shared_samples = 10;  // fewer hardly determine five numbers
   CurvatureLimits curvature;
   double robust_scale_rad = 0.05;  ///< Cauchy scale on normal residuals: dirt and scratches move with the gel
   double normal_noise_rad = 0.02;  ///< least standard deviation of one normal

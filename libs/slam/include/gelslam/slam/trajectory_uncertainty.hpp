@@ -24,7 +24,7 @@ std::vector<std::string> describe(const RunReport::Uncertainty& uncertainty, dou
 Vector6d sigma_of(const Matrix6d& rotation_first);
 
 /// Two standard deviations of a pose from which on drift is reported.
-inline constexpr double kLargeDriftMm = 1.0, kLargeDriftDeg = 5.0;  // message
+inline constexpr double kLargeDriftMm = 1.0, kLargeDriftDeg = 5.0;
 
 /// "may be off by 1.6 mm along x, 6 degrees about y": where the drift is large; else "". Translation first.
 std::string describe_drift(const Vector6d& sigma);
@@ -41,7 +41,7 @@ class UnobservableMotions {
   std::vector<RunReport::UnobservableMotion> all() const;
 
  private:
-  static constexpr int kLastingFrames = 12;  // message: half a second at 25 Hz
+  static constexpr int kLastingFrames = 12;  // half a second at 25 Hz
   struct Motion {
     bool is_observable = true;
     int differing = 0;  ///< frames since one agreed with it

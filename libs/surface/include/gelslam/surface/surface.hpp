@@ -13,7 +13,7 @@ namespace gelslam {
 inline constexpr float kMaxCurvature = 0.7F;
 
 /// Bounds that hold for any sensor.
-inline constexpr double kMinPixelPitchMm = 0.001, kMaxPixelPitchMm = 1;  // bound
+inline constexpr double kMinPixelPitchMm = 0.001, kMaxPixelPitchMm = 1;
 
 /// Whether a sensor may have such pictures: sides of at most 4096 pixels and 200 mm. Files that say otherwise
 /// are forged or damaged, and would take all memory.
@@ -53,7 +53,7 @@ struct Surface {
 using SurfacePtr = std::shared_ptr<const Surface>;
 
 /// Distance of the points along rows and columns: dense enough to tell which patches overlap.
-constexpr int kContactPointStepPx = 8;  // numerics
+constexpr int kContactPointStepPx = 8;
 
 /// Points of the contact on a coarse grid, in the sensor frame.
 std::vector<Eigen::Vector3d> coarse_contact_points_mm(const Surface& surface);

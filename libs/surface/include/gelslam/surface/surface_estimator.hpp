@@ -13,7 +13,7 @@ struct SurfaceOptions {
   SensorOptics optics;  ///< where the model does not say its sensor's
   /// follow lamps and stray light (own; per channel gain, offset, and a smooth field)
   bool compensate_light = true;
-  bool gradient_everywhere = false;  ///< speed: unchanged pixels go through the network, too
+  bool gradient_everywhere = false;  ///< unchanged pixels go through the network, too
 };
 
 /// The camera whose pictures the model reads. Throws Error for optics that no sensor has.
