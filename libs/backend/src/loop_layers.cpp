@@ -1,3 +1,18 @@
+// Chooses the loops that may shape the map (own; after pairwise consistency, Mangelson et al., ICRA 2018).
+//
+// Odometry edges are the trees of a forest. Two loops between the same two trees agree when the cycle that
+// they close with the paths between their ends has an error of at most kMaxMismatch standard deviations; a
+// gradient scale that all edges share explains a part of it (UncertainMotion). Between each two trees the
+// loop with which most others agree joins them, if it is certain or another one agrees; joining goes on until
+// nothing changes. Then every loop is accepted that agrees with the path between its own ends.
+//
+// The same limit cuts the robust kernel off: robust_cost() is a Cauchy cost up to kMaxMismatch and constant
+// beyond, so a loop that the rest of the graph contradicts has no weight. The graph may then have several
+// minima, and kernel_widenings() are the kernels of a graduated descent from a wide one (graduated
+// non-convexity).
+//
+// Wrong loops that agree with each other, as on a repeated pattern, outvote a right one.
+
 #include "loop_layers.hpp"
 
 #include <algorithm>

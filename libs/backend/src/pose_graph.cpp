@@ -1,3 +1,16 @@
+// SE(3) pose graph with unknowns that all edges share, solved with Ceres on one thread.
+//
+// It minimizes over the poses x and the shared unknowns u the sum over odometry edges of |r|², plus the sum
+// over loops of the robust cost of |r| (loop_layers.cpp), plus the prior of u. The residual of an edge is r =
+// W (e - B u), where e is log(measured⁻¹ x_from⁻¹ x_to) to first order, WᵀW is the edge's information
+// together with a weak prior that overlapping frames are known to kOverlapSigmaRad and kOverlapSigmaMm, and B
+// is how the measured motion follows the unknowns (for the gradient scale, see uncertain_motion.cpp). Each
+// connected component holds its smallest node fixed.
+//
+// If any loop remains an outlier, the graph is solved again from a wide kernel that narrows, and the solution
+// with the smaller cost is kept. Initial poses must be roughly right along odometry: a chain that begins
+// badly twisted may end in a local minimum.
+
 #include "gelslam/backend/pose_graph.hpp"
 
 #include <ceres/ceres.h>

@@ -1,3 +1,18 @@
+// A filter of the sensor's motion over the object that learns its process noise (own; a speed learned from
+// the motion itself is the idea of KISS-ICP, Vizzo et al., RA-L 2023, section III-D).
+//
+// State: the pose in the keyframe with its covariance, and a velocity. Prediction: the pose moves on by
+// velocity times elapsed time, and the step has the covariance (elapsed time)² variance_ along each axis,
+// turns measured at kMmPerRad. Correction: along each of the independent directions of a registration, the
+// pose keeps the larger of the registration's information and of what was known before; the prediction's
+// variance counts as if the step went on for kSteadyS, for steps have one direction for some time. The
+// velocity becomes the measured one times its Kalman gain, but changes by no more than the standard deviation
+// of the speed. variance_ follows the squared speed of what the surfaces show, with a memory of kMemoryS,
+// down to a hand at rest.
+//
+// Along a direction that the surfaces do not show, the velocity goes to 0 and the variance of the pose grows.
+// After a sudden start, the velocity follows some frames late.
+
 #include "gelslam/frontend/hand_motion.hpp"
 
 #include <algorithm>

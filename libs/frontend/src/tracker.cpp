@@ -1,3 +1,17 @@
+// Tracks the sensor on the object frame by frame (Huang, Mirzaee, Kaess, Yuan, GelSLAM, T-RO 2026, section
+// IV).
+//
+// HandMotion predicts the next pose and its covariance. The frame is registered to the keyframe from there;
+// if that fails, to the last tracked frame, which then becomes a keyframe (the fallback); if that fails, too,
+// relocalize() looks for the one pose at which the textures agree, on the keyframe and on the last frame. The
+// corrected state is the prediction of the next frame. A frame replaces the keyframe when the keyframe shares
+// too little of its contact, and TurningPoints keeps frames that alone show a part of the object as patches.
+//
+// A frame that fits nothing is lost, not guessed: it may be a torn picture, so the trial waits for
+// patience_s, and the first frame after that begins a new trial. But for the first of a trial and the
+// fallback, no frame becomes a keyframe unless the frame before shows the same contact. Errors of a chain of
+// keyframes accumulate here; loops remove them later.
+
 #include "gelslam/frontend/tracker.hpp"
 
 #include <algorithm>

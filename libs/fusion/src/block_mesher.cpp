@@ -1,3 +1,16 @@
+// Meshes the zero set of the fused distance field by dual contouring on sparse blocks of voxels (Ju et al.,
+// SIGGRAPH 2002, with vertices from averaged crossings and the observed normals instead of a QEF).
+//
+// Each cell whose eight corners are observed and differ in sign gets one vertex per closed cycle of crossed
+// edges (cell_cycles.cpp), so that two sheets that pass one cell have vertices of their own. A vertex begins
+// at the mean of its edge crossings and moves once along the observed normal onto the zero set, but not out
+// of its cell. Each edge between corners of different sign joins the vertices of the four cells around it to
+// two triangles, split at the shorter diagonal.
+//
+// The mesh ends where the best weight falls to Field::end_weight(): vertices near that line move onto it
+// along the surface. Quads whose normal disagrees with what was observed are steps between sides of the
+// object that nobody touched, and are left out. Features smaller than a voxel are lost.
+
 #include "block_mesher.hpp"
 
 #include <Eigen/Geometry>

@@ -1,3 +1,17 @@
+// Finds earlier keyframes that show the same place as a new one (Huang, Mirzaee, Kaess, Yuan, GelSLAM, T-RO
+// 2026, section V).
+//
+// SIFT features (Lowe 2004) of the curvature map inside the contact vote for keyframes by local naive Bayes
+// nearest neighbors (PlaceIndex; McCann & Lowe 2012). The max_candidates keyframes with most votes are
+// compared feature by feature: mutual nearest neighbors that pass the ratio test, then RANSAC for one
+// rotation and shift in the image. With min_sift_inliers inliers the match is lifted to a pose by points and
+// normals (lift()), and verify_loop() registers and verifies it from there. Up to max_constraints verified
+// loops become edges.
+//
+// Votes for the newest keyframes of the same trial do not count, as odometry links them already. Smooth
+// surfaces have no features and are never recognized. Repeated patterns fail the ratio test or, if they pass,
+// give several poses, of which verify_registered() and loop_layers.cpp have to reject the wrong ones.
+
 #include "gelslam/loop_closure/loop_closer.hpp"
 
 #include <algorithm>

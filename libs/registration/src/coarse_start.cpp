@@ -1,3 +1,17 @@
+// Poses from which NormalFlow may start where the motion is unknown (own; masked correlation after Padfield,
+// TIP 2012).
+//
+// Both curvature maps are taken at a fourth of the resolution, without their means over the contact. The
+// reference's is turned by 2 kTwistSteps + 1 twists about the expected one, and each turned map is correlated
+// with the target's at all shifts at once, by FFT: the normalized cross-correlation over the pixels that both
+// contacts cover. Peaks above half of the texture correlation that verification asks for, and with enough
+// shared pixels, are kept; the highest kPlaces are returned, leaving out those within one twist step and
+// kMinPeriodMm of a higher one.
+//
+// The tilt at such a peak follows from the normals that meet there, n' = n + w x n to first order, and the
+// translation from the centers of the points that meet. Faint textures give no peaks, periodic ones several:
+// the caller has to compare them.
+
 #include <algorithm>
 #include <cmath>
 #include <optional>

@@ -1,3 +1,19 @@
+// NormalFlow: the pose target_T_reference = (R, t) between two surfaces, by their normals and heights.
+//
+// It minimizes the sum over samples of the reference's contact of w |Rᵀ n'(π(R q + t)) - n|², where q is a
+// sample's point, n its normal, n' the target's normal at the pixel π(...), and w the confidence of both
+// normals times a Cauchy weight. Gauss-Newton steps over rx ry rz tx ty are inverse compositional (Baker &
+// Matthews, IJCV 2004; Huang, Kaess, Yuan, NormalFlow, RA-L 2024); tz is the mean height difference over the
+// shared contact. The prior's information is added to the normal equations, so the result is the maximum of
+// prior times likelihood (own).
+//
+// A first pass takes all gradients as they are read. If noise is more than a tenth of them along any
+// direction, a second pass projects the equations onto what both surfaces show (ObservableDirections).
+//
+// It goes wrong where the motion exceeds half a period of the texture (it converges to the neighboring
+// period), and where something that moves with the gel looks like texture (it pulls towards no motion).
+// assess() and verify_registered() are there to notice.
+
 #include "gelslam/registration/normal_flow.hpp"
 
 #include <Eigen/Cholesky>

@@ -1,3 +1,15 @@
+// Finds where a frame lies on a reference after a registration from the expected pose has failed (own).
+//
+// coarse_starts() proposes up to six poses at which the textures agree. A registration of at most
+// kStartIterations steps refines each of them, and verify_registered() judges it: as a loop candidate within
+// kMinPeriodMm of the expected pose, as unknown beyond, where all motions but z must be observable, too. Of
+// the candidates that pass, the one with the smallest residual of normals is taken.
+//
+// The status is `ambiguous` if another pose, farther away than half a period along an observable axis, fits
+// nearly as well (VerificationOptions::rival_residual), even if it passed only the weaker test. Without any
+// candidate the failed registration is returned. A place beyond the 20 degrees of twist that coarse_starts()
+// searches is not found.
+
 #include "gelslam/registration/relocalization.hpp"
 
 #include <algorithm>

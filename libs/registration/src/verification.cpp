@@ -1,3 +1,16 @@
+// Decides whether two registered surfaces show the same place (own; docs/algorithms.md, Verification).
+//
+// Four tests follow a registration that converged with enough shared curvature (SCR) and agreeing curvature
+// (CCS; Huang, Kaess, Yuan, RA-L 2024). Texture: the correlation of both curvatures without their means over
+// the shared contact, with a limit that is the higher the less was known of the pose; none for an odometry
+// prior. Heights: their root mean square difference, relative to the model's uncertainty. Free space: the
+// share of either contact that would lie inside gel that the other frame saw bare. Self-similarity, before
+// the registration: a surface that looks like itself after a shift proves no place, unless the prior knows
+// the pose to kObservableSigmaMm.
+//
+// Two places with the same texture, heights and surroundings within one contact cannot be told apart here.
+// Loops are therefore compared with each other as well (backend/src/loop_layers.cpp).
+
 #include "gelslam/registration/verification.hpp"
 
 #include <algorithm>

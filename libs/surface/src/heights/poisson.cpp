@@ -1,3 +1,17 @@
+// Heights from a map of gradients: the least-squares solution of the Poisson equation Δh = div g with free
+// (Neumann) borders.
+//
+// Unknowns are the mean heights of squares of 2x2 pixels, a fourth of the pixels. The difference between two
+// neighboring squares is the sum of the edge gradients between their middles, where an edge gradient is the
+// mean of its two pixels'. The cosine transform along rows diagonalizes the discrete Laplacian in u, and
+// leaves one tridiagonal system in v per frequency, which elimination solves exactly. Frequency 0 is singular
+// (the constant is free) and is integrated by itself, in double precision.
+//
+// Pixels follow from the squares' means and gradients, then two Chebyshev steps of relaxation remove steps
+// between squares. A consistent gradient field comes back exactly. Gradients that contradict each other are
+// averaged: an error of one place bends the heights all around, which is why bare gel is leveled afterwards
+// (bare_gel.cpp).
+
 #include "heights/poisson.hpp"
 
 #include <algorithm>

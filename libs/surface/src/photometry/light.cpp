@@ -1,3 +1,17 @@
+// Follows how the light differs from that of the background picture, so that slopes are read in the
+// background's light (own).
+//
+// Model: each color channel of a block of bare gel is gain · background + offset; where light is uneven, both
+// change with a smooth field, which is the same for all channels. The coefficients are the least-squares fit
+// over blocks that agree, with Tukey weights of kAgreeLevels gray levels (iteratively reweighted), and are
+// shrunk towards no change by what leaning gel looks like (kLeaningLevels). A slope brightens some colors and
+// darkens others; a change that all colors have in common is light, and the field is made of that, smoothed
+// over a pyramid and continued across a contact.
+//
+// The fit starts from the last frame's light. Where too few blocks agree, it starts again from median gains
+// with a wide kernel. A contact that covers most of the gel leaves too little to fit: the last light stays.
+// is_followed_ is false where all colors of many blocks changed together and no such light explains it.
+
 #include "photometry/light.hpp"
 
 #include <algorithm>
