@@ -62,7 +62,7 @@ class Consistency {
  private:
   MotionForest plant() const { return {edges_, motions_, tree_edges_}; }
 
-  /// Whether two loops between the same two trees are consistent.
+  /// Says whether two loops between the same two trees are consistent.
   bool agree(const MotionForest& forest, std::size_t a, std::size_t b) const {
     const PoseGraphEdge &first = edges_[a], &second = edges_[b];
     const bool same_way = forest.tree(first.from) == forest.tree(second.from);
@@ -126,7 +126,7 @@ class Consistency {
     return most;
   }
 
-  /// Whether the path between a loop's ends says the same.
+  /// Says whether the path between a loop's ends agrees with it.
   bool is_supported(const MotionForest& forest, std::size_t loop) const {
     return mismatch(forest.path(edges_[loop].from, edges_[loop].to), motions_[loop], scale_sigma_) <=
            kMaxMismatch;

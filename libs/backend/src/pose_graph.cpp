@@ -33,7 +33,7 @@ bool is_pose(const Pose& pose) {
   return pose.matrix().allFinite() && pose.linear().isUnitary(kTolerance) && pose.linear().determinant() > 0;
 }
 
-/// Nodes by index in ascending id order; edges by those indices.
+/// A graph with nodes by index in ascending id order; edges by those indices.
 struct Graph {
   std::vector<int> ids;
   std::vector<NodeState> nodes;
@@ -72,7 +72,7 @@ Graph make_graph(const std::map<int, Pose>& initial_map_T_node, const std::vecto
   return graph;
 }
 
-/// Edges get their derivatives by the unknowns, whitened.
+/// Gives edges their derivatives by the unknowns, whitened.
 void add_shared_unknowns(const SharedUnknowns& shared, Graph& graph) {
   const Eigen::Index count = shared.information.rows();
   if (count == 0 && shared.edge_by_unknown.empty()) return;
@@ -90,7 +90,7 @@ void add_shared_unknowns(const SharedUnknowns& shared, Graph& graph) {
   }
 }
 
-/// robust_cost() of a loop. The kernel, `widening` times as wide, ends where a loop is an outlier.
+/// Computes robust_cost() of a loop. The kernel, `widening` times as wide, ends where a loop is an outlier.
 class LoopLoss : public ceres::LossFunction {
  public:
   LoopLoss(double scale, double widening)
@@ -106,7 +106,7 @@ class LoopLoss : public ceres::LossFunction {
   const double limit_;
 };
 
-/// An edge's residual: of its nodes, and shifted by the shared unknowns where there are any.
+/// Computes an edge's residual: of its nodes, and shifted by the shared unknowns where there are any.
 class EdgeCost : public ceres::CostFunction {
  public:
   explicit EdgeCost(const WhitenedEdge& edge) : edge_(edge), of_nodes_(new OfNodes{&edge_}) {
@@ -153,7 +153,7 @@ struct Estimate {
   double cost = 0;
 };
 
-/// The graph as a Ceres problem over its own copy of the state, with one loss shared by all loops.
+/// Holds the graph as a Ceres problem over its own copy of the state, with one loss shared by all loops.
 class Solver {
  public:
   Solver(const Graph& graph, const PoseGraphOptions& options)
@@ -172,10 +172,10 @@ class Solver {
 
     ceres::Solver::Options solver;
     solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-    // Its sums have one order, unlike those of a BLAS with threads.
+    // Eigen's sums have one order, unlike those of a BLAS with threads.
     solver.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
     solver.num_threads = 1;
-    // Nearly Gauss-Newton: with Ceres' default the soft modes of a long chain need many steps.
+    // The steps are nearly Gauss-Newton: with Ceres' default the soft modes of a long chain need many steps.
     solver.initial_trust_region_radius = 1e8;
     solver.function_tolerance = 1e-6;
     solver.gradient_tolerance = 1e-10;

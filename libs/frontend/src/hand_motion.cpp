@@ -27,7 +27,7 @@ constexpr double kSteadyS = 1;         // for so long a hand keeps its direction
 constexpr double kMinElapsedS = 1e-3;  // between frames with the same time
 constexpr double kTimeUnitS = 1e-6;    // rounds away what counting from another start changes
 
-/// Variance along each direction (columns whose inverse is `along`).
+/// Returns the variance along each direction (columns whose inverse is `along`).
 Vector6d variance_along(const Matrix6d& along, const Matrix6d& covariance) {
   return (along * covariance * along.transpose()).diagonal();
 }
@@ -36,13 +36,14 @@ Vector6d information_along(const Matrix6d& directions, const Matrix6d& informati
   return (directions.transpose() * information * directions).diagonal().cwiseMax(0.0);
 }
 
-/// The share of a motion that is measured rather than expected: 0..1.
+/// Returns the share of a motion that is measured rather than expected: 0..1.
 Vector6d gain(const Vector6d& variance, const Vector6d& information) {
   const auto certainty = variance.array() * information.array();
   return certainty / (1 + certainty);
 }
 
-/// mm² of the contact's motion along right perturbations (columns); turns by kMmPerRad.
+/// Returns the squared size in mm² of the contact's motion along right perturbations (columns); turns by
+/// kMmPerRad.
 Vector6d sizes_mm2(const Matrix6d& directions, const Eigen::Vector3d& center_mm) {
   Matrix6d to_center = Matrix6d::Identity();
   to_center.topLeftCorner<3, 3>() *= kMmPerRad;
@@ -89,7 +90,7 @@ MotionState HandMotion::correct(const ExpectedMotion& expected, const Registrati
                          expected.elapsed_s;
   const Vector6d of_step = gain(variance_along(along, expected.step), information);
 
-  // Over the directions of the normals; the height is pressed, not moved by hand.
+  // The speed is learned over the directions that normals tell; the height is pressed, not moved by hand.
   const Vector6d sizes = sizes_mm2(directions, state.center_mm);
 
   // No step changes the velocity by more than the speed of late: a damaged picture makes steps that no hand

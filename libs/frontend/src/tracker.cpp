@@ -75,7 +75,7 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, const SurfacePtr&
   if (!in_trial_) {
     result.status = TrackStatus::tracked;
     begin_trial(result, surface);
-    // Against itself: what this surface can show at all.
+    // It is registered against itself, which tells what this surface can show at all.
     result.registration = reference_.register_to(*surface, Pose::Identity());
     return result;
   }
@@ -86,20 +86,21 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, const SurfacePtr&
   } else {
     result.status = TrackStatus::lost;
     previous_.state.velocity.setZero();  // nothing tells whether the motion has gone on
-    // Until then it may be a torn picture, and a later frame may fit again.
+    // For patience_s it may be a torn picture, and a later frame may fit again.
     if (time_s - previous_.time_s > options_.patience_s) begin_trial(result, surface);
   }
   return result;
 }
 
-/// From where the motion of the hand leads.
+/// Registers from where the motion of the hand leads.
 Tracker::Attempt Tracker::register_to(const PreparedReference& reference, const MotionState& before,
                                       double time_s, const Surface& surface) const {
   const ExpectedMotion expected = hand_.expect(before, time_s - previous_.time_s);
   return {reference.register_to(surface, expected.prior()), expected};
 }
 
-/// The only place where the frame fits, after `failed`. Not ok when there is none, or there are several.
+/// Finds the only place where the frame fits, after `failed`. The result is not ok when there is none, or
+/// there are several.
 Tracker::Attempt Tracker::relocalize_on(const PreparedReference& reference, const Surface& surface,
                                         const Attempt& failed) const {
   if (!options_.relocalize) return failed;
@@ -130,7 +131,7 @@ Tracker::Attempt Tracker::track_with_fallback(TrackedFrame& result, const Surfac
   return on_previous;
 }
 
-/// Of the contact of `surface`, as far as the keyframe's samples tell.
+/// Returns the share of the contact of `surface` that the keyframe shows, as far as its samples tell.
 double Tracker::shared_with_keyframe(const RegistrationResult& registration, const Surface& surface) const {
   const double share = static_cast<double>(registration.shared_samples) / reference_.samples->sample_count();
   return share * reference_.samples->surface().contact_pixels / surface.contact_pixels;

@@ -27,7 +27,7 @@ Eigen::Vector3i lowest_voxel(int cell) {
   return {cell % kBlockEdge, cell / kBlockEdge % kBlockEdge, cell / (kBlockEdge * kBlockEdge)};
 }
 
-/// The block's distances and those of the first layer of its upper neighbors.
+/// Returns the block's distances and those of the first layer of its upper neighbors.
 PaddedDistances padded(const std::array<const std::vector<float>*, kBlockNeighbors>& upper) {
   PaddedDistances out;
   out.fill(kUnobserved);
@@ -103,7 +103,7 @@ class VertexPlacer {
   /// Voxels end in steps: vertices beyond the rim, or nearly on it, move along the surface to where the
   /// weight is that of the rim. False where `p` lies inside.
   bool move_to_rim(const FieldValue& at, Eigen::Vector3f& p) const {
-    // Of a voxel: half of one on both sides of the rim, and what steps leave.
+    // In voxels: half of one on both sides of the rim, and what steps leave.
     constexpr float kNear = 0.5f, kFarthest = 1.0f;
     const float voxel = lattice_.voxel_size_mm, step = 0.25f * voxel;
     if (at.best > 2 * field_.end_weight()) return false;
@@ -148,7 +148,7 @@ class VertexJoiner {
     const Eigen::Vector3i voxel = lowest_voxel(cell.cell);
     const Eigen::Vector3i back_b = Eigen::Vector3i::Unit((axis + 1) % 3);
     const Eigen::Vector3i back_c = Eigen::Vector3i::Unit((axis + 2) % 3);
-    // Counter-clockwise seen from the edge's far end.
+    // The quad is counter-clockwise seen from the edge's far end.
     std::array<VertexName, 4> quad{vertex_at(voxel, 4 * axis), vertex_at(voxel - back_b, 4 * axis + 1),
                                    vertex_at(voxel - back_b - back_c, 4 * axis + 3),
                                    vertex_at(voxel - back_c, 4 * axis + 2)};
@@ -158,7 +158,7 @@ class VertexJoiner {
     add_quad(quad);
   }
 
-  /// The vertex that crosses `edge` of the cell at `voxel`, which may lie one step below the block.
+  /// Returns the vertex that crosses `edge` of the cell at `voxel`, which may lie one step below the block.
   VertexName vertex_at(Eigen::Vector3i voxel, int edge) const {
     int neighbor = 0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -200,7 +200,7 @@ class VertexJoiner {
     }
   }
 
-  /// Between three vertices of the rim there is nothing inside it.
+  /// A triangle between three vertices of the rim is left out: there is nothing inside it.
   void add_triangle(const NamedTriangle& triangle) {
     const auto is_rim = [&](const VertexName& v) {
       return lower_[static_cast<std::size_t>(v.neighbor)]->is_rim[static_cast<std::size_t>(v.vertex)];

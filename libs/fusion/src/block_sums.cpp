@@ -27,7 +27,7 @@ void BlockSums::gather(const BlockLattice& lattice, const PatchList& patches, co
   for (std::size_t i = 0; valid_ && i < patches.size(); ++i) change(lattice, *patches[i], field, 1);
 }
 
-/// The mean touch direction at a few voxels, with opposite directions reversed.
+/// Chooses the mean touch direction at a few voxels, with opposite directions reversed.
 void BlockSums::choose_axis(const BlockLattice& lattice, const PatchList& patches, const Field& field) {
   constexpr int stride = 3;
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();

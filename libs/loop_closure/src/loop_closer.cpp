@@ -26,7 +26,7 @@ namespace gelslam {
 
 namespace loop_closure::detail {
 
-// Distance of a match over that of the second best: repeated patterns fail here.
+// The largest distance of a match over that of the second best: repeated patterns fail here.
 constexpr double kMaxMatchRatio = 0.9;
 constexpr double kRansacThresholdPx = 3.0;  // features are located to a share of a pixel, whatever it shows
 constexpr int kRansacIterations = 100;
@@ -59,8 +59,8 @@ struct LoopCloser::Impl {
   void keep(const Keyframe& keyframe, PlaceFeatures features);
 };
 
-/// The number of newest places that belong to the same touch. Odometry links them, and their votes would
-/// crowd out the places that were left and found again.
+/// Returns the number of newest places that belong to the same touch. Odometry links them, and their votes
+/// would crowd out the places that were left and found again.
 std::size_t LoopCloser::Impl::neighbors(const Keyframe& keyframe) const {
   constexpr std::size_t kMaxNeighbors = 12;
   std::size_t count = 0;
@@ -70,7 +70,7 @@ std::size_t LoopCloser::Impl::neighbors(const Keyframe& keyframe) const {
   return count;
 }
 
-/// The places that share enough features in one rigid arrangement, those with most inliers first.
+/// Returns the places that share enough features in one rigid arrangement, those with most inliers first.
 std::vector<Candidate> LoopCloser::Impl::compare(const PlaceFeatures& features,
                                                  const std::vector<int>& with) const {
   std::vector<Candidate> result;

@@ -34,7 +34,7 @@ cv::Mat1b gray_curvature(const Surface& surface, const cv::Mat1b& mask) {
 
 }  // namespace
 
-/// Around the contact, with room for the largest blobs; on the grid of SIFT's coarsest octave.
+/// Returns a box around the contact, with room for the largest blobs, on the grid of SIFT's coarsest octave.
 cv::Rect around(const cv::Mat1b& mask) {
   constexpr int kGridPx = 32;
   const cv::Rect box = cv::boundingRect(mask);

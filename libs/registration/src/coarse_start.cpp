@@ -26,12 +26,13 @@ namespace {
 using namespace registration::detail;
 
 constexpr double kTwistStepRad = 0.12;  // Textures turned by more than half of it still agree.
-// To either side of the expected twist: two standard deviations of one that nothing tells.
+// The search goes so many steps to either side of the expected twist: two standard deviations of a twist of
+// which nothing is known.
 constexpr int kTwistSteps = static_cast<int>(2 * kMinPeriodMm / kMmPerRad / kTwistStepRad);
 constexpr int kShrink = 4;  // A fourth of the shortest period is found; registration does the rest.
 constexpr int kPlaces = 6;  // The best are kept; more would be periods of one pattern.
 
-/// The reference turned by `twist_rad` and moved agrees with the target.
+/// A candidate: the reference, turned by `twist_rad` and shifted, agrees with the target.
 struct Place {
   int twist_step = 0;  // from the expected twist
   double twist_rad = 0;
@@ -39,7 +40,8 @@ struct Place {
   double similarity = 0;                               // normalized cross-correlation
 };
 
-/// `shift` of a texture beneath one of `size`, as it stands in a map of `period`.
+/// Returns the signed shift that stands at index `shift` of a circular correlation of length `period`, where
+/// the other texture has length `size`.
 int wrapped(int shift, int size, int period) { return shift < size ? shift : shift - period; }
 
 bool is_peak(const cv::Mat1f& map, int y, int x) {
@@ -49,7 +51,7 @@ bool is_peak(const cv::Mat1f& map, int y, int x) {
   return true;
 }
 
-/// All peaks of one twist: `turned` beneath `target`.
+/// Adds all peaks of one twist, where the texture `turned` is compared with `target`.
 void add_peaks(const CoarseTexture& turned, const CoarseTexture& target,
                const TextureSpectrum::Agreement& agreement, const Place& twist, double min_similarity,
                double min_shared_px, std::vector<Place>& peaks) {
@@ -67,8 +69,8 @@ void add_peaks(const CoarseTexture& turned, const CoarseTexture& target,
     }
 }
 
-/// The highest peaks, not counting those on the slopes of a higher one: shifted a little, or turned by a
-/// step.
+/// Returns the highest peaks, not counting those on the slopes of a higher one: shifted a little, or turned
+/// by a step.
 std::vector<Place> best_places(std::vector<Place> peaks, double min_distance_px) {
   std::stable_sort(peaks.begin(), peaks.end(),
                    [](const Place& a, const Place& b) { return a.similarity > b.similarity; });
@@ -88,8 +90,8 @@ double twist_of(const Pose& pose) { return std::atan2(pose.linear()(1, 0), pose.
 
 Eigen::Vector3d vector(const cv::Vec3f& v) { return {v[0], v[1], v[2]}; }
 
-/// The pose of a place: its twist, the tilt at which the normals that meet there agree best, and the shift
-/// that brings the points that meet there together.
+/// Returns the pose of a candidate: its twist, the tilt at which the normals that meet there agree best, and
+/// the shift that brings the points that meet there together.
 Pose pose_at(const Place& place, const Surface& reference, const Surface& target) {
   const CameraModel camera = target.camera();
   const Eigen::Vector2d shift_mm = place.shift_px * kShrink * camera.pitch_mm;

@@ -44,14 +44,14 @@ Vector6d with_tz(const Vector5d& step, const Viewpoint& view) {
   return xi;
 }
 
-/// The prior's information about the step, along directions that are independent of each other.
+/// Returns the prior's information about the step, along directions that are independent of each other.
 Matrix5d information_of(const PosePrior& prior, const ObservableDirections& along) {
   const Matrix5d step = prior.step_covariance.topLeftCorner<kParameters, kParameters>();
   const Vector5d variance = (along.dual_basis.transpose() * step * along.dual_basis).diagonal();
   return along.dual_basis * variance.cwiseInverse().asDiagonal() * along.dual_basis.transpose();
 }
 
-/// Of the gradients, only what both surfaces show: a direction that is noise gives no step.
+/// Keeps of the gradients only what both surfaces show, so that a direction that is noise gives no step.
 void project_observable(const ObservableDirections& directions, NormalEquations& equations) {
   equations.gradient = (directions.dual_basis * directions.signal_fraction.asDiagonal() *
                         directions.basis.transpose() * equations.gradient)
@@ -60,13 +60,13 @@ void project_observable(const ObservableDirections& directions, NormalEquations&
       directions.dual_basis * directions.signal_fraction.asDiagonal() * directions.dual_basis.transpose();
 }
 
-// Steps in a row that do not make the residuals smaller by more than the noise of one sample. On a surface
-// with little texture, further steps only wander. Where most of the residuals is noise, progress is hard to
-// see, and the registration converges after many such steps.
+// The registration has converged after this many steps in a row that do not make the residuals smaller by
+// more than the noise of one sample: on a surface with little texture, further steps only wander. Where most
+// of the residuals is noise, progress is hard to see, and more such steps are taken.
 constexpr double kHardlyNoise = 0.9;  // A second pass is left out where all directions show more.
 constexpr int kPatience = 3, kPatienceInNoise = 20;
 
-/// Whether the residuals still get smaller.
+/// Watches whether the residuals still get smaller.
 class Progress {
  public:
   explicit Progress(const NormalFlowOptions& options)
@@ -97,8 +97,9 @@ class Alignment {
     residuals().resize(static_cast<std::size_t>(reference.samples.size()));
   }
 
-  /// Gauss-Newton to the maximum of prior times likelihood, from `result`'s pose. False when the overlap is
-  /// lost on the way. `directions`: what counts of the gradients; null: all.
+  /// Takes Gauss-Newton steps to the maximum of prior times likelihood, from `result`'s pose. Returns false
+  /// when the overlap is lost on the way. `directions` says what counts of the gradients; null means all of
+  /// them.
   bool converge(const PosePrior& prior, const ObservableDirections* directions, double noise_variance,
                 RegistrationResult& result) {
     Progress progress(options_);
@@ -111,7 +112,7 @@ class Alignment {
     for (int done = 0; done < options_.max_iterations && !converged; ++done, ++result.iterations) {
       evaluate_residuals(target_T_reference);
       if (count_shared(residuals()) < options_.min_shared_samples) return false;
-      // Along oblique rays, pixels move with z.
+      // Along oblique rays pixels move with z, so z is set before the first step.
       if (done == 0)
         target_T_reference.translation().z() +=
             height_gap(reference_.samples, target_, target_T_reference, residuals()).mean_mm;
@@ -123,7 +124,8 @@ class Alignment {
       equations.gradient += of_prior * se3_log(prior.pose.inverse() * target_T_reference).head<kParameters>();
       const Vector5d step = equations.hessian.ldlt().solve(equations.gradient);
       target_T_reference = target_T_reference * se3_exp(with_tz(step, view)).inverse();
-      // Smaller than one standard deviation of the noise, all five directions together.
+      // A step is noise when it is smaller than one standard deviation of the noise, all five directions
+      // together.
       const bool is_noise = step.dot(equations.hessian * step) < noise_variance;
       step_not_converged_ = !is_noise && is_large(step);
       converged =
@@ -133,7 +135,7 @@ class Alignment {
     return true;
   }
 
-  /// From the prior's start.
+  /// Registers from the prior's start.
   RegistrationResult align(const PosePrior& prior) {
     RegistrationResult result;
     result.target_T_reference = prior.start;
@@ -167,24 +169,24 @@ class Alignment {
   }
 
  private:
-  /// Fills the residuals.
+  /// Fills the residuals of a pose, with their robust weights.
   void evaluate_residuals(const Pose& target_T_reference) {
     warp(reference_.samples, view_, target_T_reference, residuals());
     apply_robust_weights(residuals(), static_cast<float>(options_.robust_scale_rad));
   }
 
-  /// The same, and compares heights.
+  /// Does the same, and compares heights.
   HeightGap evaluate_residuals_and_heights(const Pose& target_T_reference) {
     evaluate_residuals(target_T_reference);
     return height_gap(reference_.samples, target_, target_T_reference, residuals());
   }
 
-  /// Larger than a tenth of the error up to which a motion counts as observable.
+  /// Says whether a step is larger than a tenth of the error up to which a motion counts as observable.
   bool is_large(const Vector5d& step) const {
     return 10 * std::max(kMmPerRad * step.head<3>().norm(), step.tail<2>().norm()) > kObservableSigmaMm;
   }
 
-  // A work buffer, kept between calls.
+  // The work buffer is kept between calls.
   static Residuals& residuals() {
     thread_local Residuals buffer;
     return buffer;
@@ -197,7 +199,7 @@ class Alignment {
   bool step_not_converged_ = false;  // the last step was still large when the iterations ran out
 };
 
-/// For slopes as they are read of both surfaces.
+/// Scales the options to slopes that are as noisy as those of both surfaces.
 NormalFlowOptions scaled(NormalFlowOptions options, double noise) {
   options.robust_scale_rad *= noise;
   options.normal_noise_rad *= noise;

@@ -81,8 +81,8 @@ std::array<bool, 6> observability(const RegistrationResult& result, bool heights
   return observable;
 }
 
-/// The share of noise that agrees with noise by chance: one over the root of the number of patches that it is
-/// made of.
+/// Returns the share of noise that agrees with noise by chance: one over the root of the number of patches
+/// that it is made of.
 double share_by_chance(double shared_share, const NormalFlowReference::Impl& reference) {
   const double patches = shared_share * reference.surface->contact_pixels / kNoisePatchPx;
   return 1.0 / std::sqrt(2.0 * std::max(1.0, patches));
@@ -176,7 +176,8 @@ HeightGap height_gap(const Samples& samples, const Surface& target, const Pose& 
 }
 
 ObservableDirections observable_directions(const TextureAgreement& texture, double by_chance) {
-  // Generalised eigenvectors of (common, read + pattern): along each, the share that is common.
+  // The basis are the generalized eigenvectors of (common, read + pattern); the eigenvalue of each is the
+  // share of its gradient that is common.
   const Matrix5d scale = texture.read + texture.pattern + 1e-12 * Matrix5d::Identity();
   const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix5d> eigen(texture.common, scale);
   ObservableDirections result;
@@ -216,7 +217,7 @@ ObservableDirections assess(const NormalFlowReference::Impl& reference, const Su
   result.information =
       pose_information(directions, shared_mm2, model_sigma,
                        variance_in_sums(result.normal_rmse_rad, reference, options), prior, result, options);
-  // About the center, for heights tell its z.
+  // The directions turn about the shared center, because heights tell its z.
   result.directions.setIdentity();
   result.directions.topLeftCorner<kParameters, kParameters>() = directions.basis;
   result.directions.block<1, kParameters>(5, 0) = x * directions.basis.row(1) - y * directions.basis.row(0);

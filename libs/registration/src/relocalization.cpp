@@ -20,8 +20,8 @@ namespace {
 
 constexpr int kStartIterations = 15;  // Where a start is right, registration is there in fewer.
 
-/// From one pose of the target to another, along the target's axes: how the shared center moves, and the
-/// turn.
+/// The difference between two poses of the target, along the target's axes: how the shared center moves, and
+/// the turn.
 struct Difference {
   Eigen::Vector3d shift_mm, turn_mm;
 };
@@ -32,14 +32,15 @@ Difference difference(const RegistrationResult& from, const Pose& to) {
           kMmPerRad * so3_log(to.linear() * pose.linear().transpose())};
 }
 
-/// The larger of how far the shared center lies from where it was expected, and by how much it turned.
+/// Returns the larger of how far the shared center lies from where it was expected, and by how much it
+/// turned.
 double distance_mm(const RegistrationResult& found, const Pose& expected) {
   const Difference d = difference(found, expected);
   return std::max(d.shift_mm.norm(), d.turn_mm.norm());
 }
 
-/// Farther than half a period of the finest pattern is another place. Only axes that are observable count:
-/// further along a ridge is no other place.
+/// Says whether another pose is another place: it is farther away than half a period of the finest pattern.
+/// Only axes that are observable count, because a pose further along a ridge is no other place.
 bool is_elsewhere(const RegistrationResult& result, const Pose& other) {
   const Difference d = difference(result, other);
   for (int axis = 0; axis < 3; ++axis) {

@@ -11,7 +11,8 @@ Eigen::Vector3f vector(const cv::Vec3f& v) { return {v[0], v[1], v[2]}; }
 using SampleJacobian = Eigen::Matrix<float, 3, kParameters>;  // of a normal
 using SampleMatrix = Eigen::Matrix<float, kParameters, kParameters>;
 
-/// How a normal `n` changes that changes by dx and dy per mm along the reference's x and y.
+/// Returns how a normal `n` moves with the five parameters, where the surface's normal changes by dx and dy
+/// per mm along the reference's x and y.
 SampleJacobian jacobian_of(const PictureMotion& motion, const Eigen::Vector3f& n, const Eigen::Vector3f& dx,
                            const Eigen::Vector3f& dy) {
   using Row = Eigen::Map<const Eigen::Matrix<float, 1, kParameters>>;
@@ -20,9 +21,9 @@ SampleJacobian jacobian_of(const PictureMotion& motion, const Eigen::Vector3f& n
   return jacobian;
 }
 
-/// What a pattern that stays with the gel would show of each motion, for a pattern of 1 rad/mm. `moments`:
-/// weighted sum of the products of (x, y, z, 1). A sample moves by (z, -y, 1) along x with ry, rz, tx, and by
-/// (-z, x, 1) along y with rx, rz, ty.
+/// Returns what a pattern that stays with the gel would show of each motion, for a pattern of 1 rad/mm.
+/// `moments`: weighted sum of the products of (x, y, z, 1). A sample moves by (z, -y, 1) along x with ry, rz,
+/// tx, and by (-z, x, 1) along y with rx, rz, ty.
 Matrix5d gel_pattern(const Eigen::Matrix4d& moments) {
   Eigen::Matrix<double, kParameters, 4> along_x = Eigen::Matrix<double, kParameters, 4>::Zero(),
                                         along_y = along_x;

@@ -25,16 +25,16 @@ namespace {
 
 using namespace registration::detail;
 
-// Times Surface::model_sigma of the less certain: heights err as the slopes that they are the integral of.
-// Right places have 0.03.
+// The limit is multiplied by Surface::model_sigma of the less certain: heights err as the slopes that they
+// are the integral of. Right places have 0.03.
 constexpr double kMaxHeightRmseMm = 0.1;
 
-// Share of two contacts that lies in the other's bare gel by chance: on clean logs, rendered and real, none
-// is as large.
+// The largest share of two contacts that lies in the other's bare gel by chance: on clean logs, rendered and
+// real, none is as large.
 constexpr double kMaxContradicted = 0.1;
 
-/// Every kTextureShrink-th pixel of `from` in contact that lands on the image of `onto`, and how many of
-/// these would lie inside its bare gel.
+/// Counts every kTextureShrink-th pixel of `from` in contact that lands on the image of `onto`, and how many
+/// of these would lie inside its bare gel.
 struct ProjectedContact {
   int all = 0, in_bare_gel = 0;
 };
@@ -56,8 +56,8 @@ ProjectedContact project_contact(const Surface& from, const Surface& onto, const
   return projected;
 }
 
-/// Share (0..1) of either contact, as far as the other picture covers it, that would have to lie inside the
-/// bare gel of the other: an object there would have been felt.
+/// Returns the share (0..1) of either contact, as far as the other picture covers it, that would have to lie
+/// inside the bare gel of the other: an object there would have been felt.
 double free_space_violation(const Surface& reference, const Surface& target, const Pose& target_T_reference) {
   const ProjectedContact there = project_contact(reference, target, target_T_reference),
                          back = project_contact(target, reference, target_T_reference.inverse());
