@@ -6,13 +6,13 @@
 namespace gelslam {
 namespace {
 
-/// Half picture widths up to which the lens bends rays farther out.
+/// Returns the radius, in half picture widths, up to which the lens bends rays farther out.
 double last_radius(double k1) {
   return k1 < 0 ? std::sqrt(-1 / (3 * k1)) : std::numeric_limits<double>::infinity();
 }
 
-/// r of r (1 + k r²) = `radius`, by Newton's method, which comes from one side: the function is convex or
-/// concave.
+/// Solves r (1 + k r²) = `radius` for r by Newton's method, which comes from one side: the function is convex
+/// or concave.
 double undistorted(double radius, double k1) {
   constexpr int kSteps = 20;
   const double last = last_radius(k1);

@@ -23,7 +23,7 @@ namespace {
 
 using namespace surface::detail;
 
-// Milliseconds since the last call.
+// Measures the milliseconds since the last call.
 class Stopwatch {
  public:
   double lap_ms() {
@@ -45,7 +45,7 @@ const cv::Mat3b& checked_background(const cv::Mat3b& background) {
   return background;
 }
 
-/// Mean square, per axis, of what a model reads of the bare gel beside its dome.
+/// Returns the mean square, per axis, of what a model reads of the bare gel beside its dome.
 double mean_square_on_bare_gel(const GradientMap& gradient, const CameraModel& camera) {
   constexpr int kStepPx = 8;
   double squared = 0, count = 0;
@@ -58,10 +58,10 @@ double mean_square_on_bare_gel(const GradientMap& gradient, const CameraModel& c
   return squared / count;
 }
 
-/// Surface::model_sigma. A model that is known better counts alike: there, the gel's errors decide. One of
-/// another sensor errs in contacts about as much as on the bare gel: networks of five sensors read 0.03 to
-/// 0.04 of their own gel at rest, and scales that are 2 to 6 % off; borrowed ones 0.21 to 0.36, and 11 to
-/// 30 %, which differ over the gel.
+/// Returns Surface::model_sigma. A model that is known better counts alike: there, the gel's errors decide.
+/// One of another sensor errs in contacts about as much as on the bare gel: networks of five sensors read
+/// 0.03 to 0.04 of their own gel at rest, and scales that are 2 to 6 % off; borrowed ones 0.21 to 0.36, and
+/// 11 to 30 %, which differ over the gel.
 double model_sigma_of(const SlopeUncertainty& uncertainty, const GradientMap& gradient,
                       const CameraModel& camera, double slope_noise) {
   const double stated = std::max(1.0, relative_sigma(uncertainty)),
@@ -113,7 +113,7 @@ struct SurfaceEstimator::Impl {
     return even;
   }
 
-  // In mm, 0 on the untouched gel. The slopes become the surface's own, on the rectified grid.
+  // Returns relief in mm, 0 on the untouched gel. The slopes become the surface's own, on the rectified grid.
   cv::Mat1f relief_from_gradient() {
     gx = rectified_grid.resample(gx);
     gy = rectified_grid.resample(gy);
@@ -142,7 +142,7 @@ struct SurfaceEstimator::Impl {
     return contact;
   }
 
-  // Blocks the next frame's light must not be read from.
+  // Remembers the blocks that the next frame's light must not be read from.
   void remember_contact(const cv::Mat1b& contact) {
     cv::Mat1b contact_blocks;
     gather_blocks(contact, contact_blocks);

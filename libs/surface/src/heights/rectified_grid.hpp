@@ -14,19 +14,19 @@ class RectifiedGrid {
  public:
   explicit RectifiedGrid(const CameraModel& camera);
 
-  /// Linear between pixels.
+  /// Resamples linearly between pixels.
   cv::Mat1f resample(const cv::Mat1f& raw) const;
   cv::Mat1b resample(const cv::Mat1b& raw) const;
-  /// Masks of blocks: set where half of what falls on a block is, so that they keep their size. (Masks that
-  /// grow leave less bare gel to level by.)
+  /// Resamples a mask of blocks: a block is set where half of what falls on a block is, so that they keep
+  /// their size. (Masks that grow leave less bare gel to level by.)
   cv::Mat1b resample_mask(const cv::Mat1b& raw_blocks) const;
-  /// And back.
+  /// Takes a mask of blocks back to the raw image.
   cv::Mat1b raw_mask(const cv::Mat1b& rectified_blocks) const;
 
   /// Sets zero what lies beyond the raw image.
   void remove_beyond(cv::Mat1b& rectified) const;
 
-  /// Of every pixel of a map, row by row: between which four of the other it lies.
+  /// Says of every pixel of a map, row by row: between which four of the other it lies.
   struct Places {
     std::vector<std::int32_t> first;  // of the upper left one, in a map without padding
     std::vector<float> right, below;  // how far from it, 0..1

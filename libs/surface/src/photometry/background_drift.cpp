@@ -56,7 +56,7 @@ cv::Mat3f flipped(const cv::Mat3f& cells, int code) {
   return result;
 }
 
-/// All but the words.
+/// Compares everything but the words.
 BackgroundDrift compare(const cv::Mat3f& then, const cv::Mat3f& now) {
   const auto [gain, offset] = follow_light(then, now);
   BackgroundDrift drift;

@@ -74,7 +74,7 @@ RedOverBlue red_over_blue(const cv::Mat3f& bgr) {
   return {down / down_2, side / side_2};
 }
 
-/// Of a picture whose colors lie along one of its sides as a GelSight Mini's lamps lay them.
+/// Judges a picture whose colors lie along one of its sides as a GelSight Mini's lamps lay them.
 std::string judge_mini_orientation(const RedOverBlue& slope, bool blue_leads) {
   if (slope.downward > -kRedBlueSlope || std::abs(slope.sideways) > kRedBlueSlope) return "";
   if (!blue_leads) return "red and blue seem to be swapped: the top is reddish and the bottom bluish";
@@ -107,7 +107,7 @@ double median_slope(const cv::Mat3b& mean, const GradientModel& model) {
   return quantile_in_place(slopes, 0.5);
 }
 
-/// Gray levels. Throws Error when the picture is too small.
+/// Returns gray levels. Throws Error when the picture is too small.
 cv::Mat3f as_numbers(const cv::Mat3b& mean) {
   constexpr int least_px = 32;
   if (std::min(mean.cols, mean.rows) < least_px)
