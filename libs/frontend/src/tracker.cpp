@@ -104,12 +104,12 @@ Tracker::Attempt Tracker::register_to(const PreparedReference& reference, const 
 Tracker::Attempt Tracker::relocalize_on(const PreparedReference& reference, const Surface& surface,
                                         const Attempt& failed) const {
   if (!options_.relocalize) return failed;
-  const RegistrationResult place =
+  const RegistrationResult candidate =
       relocalize(*reference.samples, surface, failed.expected.reference_T_frame.pose.inverse(),
                  failed.registration, normal_flow_, verification_);
-  if (!place.ok()) return {place, failed.expected};
+  if (!candidate.ok()) return {candidate, failed.expected};
   // Another method starts from there and decides.
-  return {reference.register_to(surface, place.target_T_reference), failed.expected};
+  return {reference.register_to(surface, candidate.target_T_reference), failed.expected};
 }
 
 /// Registers to the keyframe; if that fails, to the last tracked frame, which becomes a keyframe if it is
@@ -122,10 +122,10 @@ Tracker::Attempt Tracker::track_with_fallback(TrackedFrame& result, const Surfac
   PreparedReference previous = registrar_(previous_.surface);
   Attempt on_previous = register_to(previous, previous_.state.in_itself(), result.time_s, surface);
   if (!on_previous.registration.ok()) {
-    const Attempt place = relocalize_on(reference_, surface, on_keyframe);
-    if (place.registration.ok()) return place;
+    const Attempt candidate = relocalize_on(reference_, surface, on_keyframe);
+    if (candidate.registration.ok()) return candidate;
     on_previous = relocalize_on(previous, surface, on_previous);
-    if (!on_previous.registration.ok()) return place;
+    if (!on_previous.registration.ok()) return candidate;
   }
   switch_keyframe(result, previous_, std::move(previous));
   return on_previous;
