@@ -6,8 +6,7 @@
 #   settings     what changes a result, in the chain from surface to fusion and slam: constants (constexpr at any scope, or
 #                const with a k name) and fields of structs named *Options and *Limits. Not counted: what follows from
 #                other constants, text, file formats and their bounds, what judges a background in words, queues and
-#                intervals of live scans, structs within structs, and what a comment marks, by its first word:
-#                numerics (iterations, kernel radii, sampling), layout, bound (of input), speed, message
+#                intervals of live scans, and structs within structs
 #   short files  .cpp and .hpp files of less than 40 lines, everywhere
 #   words        in README.md and docs/*.md, docs/*/*.md
 . "$(dirname "$0")/common.sh"
@@ -20,15 +19,12 @@ chain=(libs/surface libs/registration libs/frontend libs/loop_closure libs/backe
 lines_of() { find "$@" \( -name '*.cpp' -o -name '*.hpp' \) -exec cat {} + 2>/dev/null | wc -l; }
 row() { printf '%-52s %8s\n' "$1" "$2"; }
 
-marked='//[/<!]* (numerics|layout|bound|speed|message)(:|$)'
-
 # Without formats, and what only a live scan has.
 read -r constants fields < <(find "${chain[@]}" \( -name '*.cpp' -o -name '*.hpp' \) 2>/dev/null |
   grep -vE '/slam/src/(live|stream|run_folder)/|/(live_[a-z]+|packed_surface|model_file|gradient_model|pickle_reader|pth_(reader|writer)|scan_record|background_judgement)[.]' |
-  xargs awk -v marked="$marked" '
+  xargs awk '
   FNR == 1 || /^};/ { inside = 0 }
   /^struct [A-Za-z]*(Options|Limits)( |$|\{)/ { inside = 1; next }
-  $0 ~ marked { next }
   { sub(/\/\/.*/, "") }
   /^ *(inline |static )*constexpr [^(]*( |\])?k?[A-Za-z_0-9]+(\[[^]]*\])* *[={;]/ || /^(inline |static )*const [^(]* k[A-Z][A-Za-z0-9]*(\[[^]]*\])* *[={;(]/ {
     if (/= *$/ && (getline more) > 0) $0 = $0 more

@@ -26,7 +26,7 @@ struct PressOptions {
 };
 
 /// Reads the configuration, if one is given, and the presses. Throws Error also like
-/// require_readable_background(); doubts are said on stderr. `model`: that the presses are read with. Its
+/// require_readable_background(); warnings are said on stderr. `model`: that the presses are read with. Its
 /// pitch is used where no other is given; optics are those of the model, else of optics.yaml, else of the
 /// configuration.
 PressSet read_presses(PressOptions& options, const ModelFile& model = {});

@@ -59,7 +59,7 @@ class AfterBackground final : public RawFrameSource {
   bool hold(bool held) override { return camera_->hold(held); }
   double rate_hz() const override { return camera_->rate_hz(); }
   std::string description() const override { return camera_->description(); }
-  std::string absence() const override { return camera_->absence(); }
+  std::string disconnect_reason() const override { return camera_->disconnect_reason(); }
   std::int64_t lost_frames() const override { return camera_->lost_frames(); }
   std::string warning() const override { return camera_->warning(); }
 

@@ -22,7 +22,7 @@ PressSet read_presses(PressOptions& options, const ModelFile& model) {
   PressSet set = read_press_set(options.folder);
   if (model.model.optics) set.optics = model.model.optics;
   prepare(set, config.surface.optics, options.pitch_mm, config.sensor.device_name,
-          [](const std::string& doubt) { print_line("note: " + doubt); });
+          [](const std::string& warning) { print_line("note: " + warning); });
   return set;
 }
 

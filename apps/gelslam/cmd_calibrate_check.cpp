@@ -67,7 +67,7 @@ int run_check(CheckArguments& arguments) {
   progress.begin("checking", std::ssize(zones.zones));
   ModelCheck check = check_model(file.model, set, zones.zones, arguments.presses.pitch_mm, show);
   progress.end();
-  check.add_doubt(zones.doubt);
+  check.add_warning(zones.warning);
   if (file.record && is_trained_on(*file.record, set, check))
     findings.emplace_back(
         "these seem to be the presses that the model was trained on, which cannot judge it");

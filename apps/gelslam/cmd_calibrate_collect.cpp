@@ -62,7 +62,7 @@ int label_presses(const CollectArguments& arguments, PressWindowOptions window) 
     std::map<std::string, std::vector<std::string>> unclear;  // each reason once
     for (const PressLabel& label : labels.labels())
       if (label.state == LabelState::open)
-        unclear[label.doubt].push_back(labels.set().presses[label.press].name);
+        unclear[label.warning].push_back(labels.set().presses[label.press].name);
     for (const auto& [why, names] : unclear)
       print_line("not clear: " + names.front() +
                  (names.size() > 1 ? " and " + counted(std::ssize(names) - 1, "other") : "") + ": " + why);

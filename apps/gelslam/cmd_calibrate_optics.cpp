@@ -26,7 +26,7 @@ struct OpticsArguments {
 
 constexpr std::int64_t kWantedFrames = 150;  // pairs of them take memory and time
 
-/// Some of a log's frames with their poses in the largest piece of the map.
+/// Some of a log's frames with their poses in the largest component of the map.
 std::vector<SeenFrame> seen_frames(const LogInput& input, const Config& config, ProgressSink& progress) {
   StageTimer timer;
   SurfaceStream stream(input, config, timer);

@@ -33,7 +33,7 @@ int run_evaluate(const EvaluateArguments& arguments) {
   if (!arguments.quiet && compares_meshes(arguments))
     for (const std::filesystem::path& mesh : {arguments.run, arguments.truth}) say_mesh_unit(mesh);
   std::cout << (arguments.json ? to_json(evaluation) : to_table(evaluation));
-  warn(evaluation.doubt());
+  warn(evaluation.warning());
   return kExitDone;
 }
 

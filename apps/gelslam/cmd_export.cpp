@@ -73,11 +73,11 @@ void check_output(const ExportArguments& a) {
 }
 
 /// "3 loose pieces: the largest has 97.2 % of the area"; "" for a mesh in one piece.
-std::string loose_pieces(const Mesh& mesh) {
-  const MeshPieces pieces = find_pieces(mesh);
-  if (pieces.area_mm2.size() < 2) return "";
-  return fmt::format("{} loose pieces: the largest has {:.1f} % of the area", pieces.area_mm2.size(),
-                     100 * pieces.largest_share);
+std::string describe_shells(const Mesh& mesh) {
+  const MeshShells shells = find_shells(mesh);
+  if (shells.area_mm2.size() < 2) return "";
+  return fmt::format("{} loose pieces: the largest has {:.1f} % of the area", shells.area_mm2.size(),
+                     100 * shells.largest_share);
 }
 
 /// A page and a mesh file need a mesh; an MCAP file does without.
@@ -121,9 +121,9 @@ bool reduce_mesh(const ExportArguments& a, RunContents& run, ProgressSink& progr
                  const std::function<void(const std::string&)>& say) {
   if (run.mesh.triangles.empty()) return true;
   if (a.largest_piece) {
-    const std::string pieces = loose_pieces(run.mesh);
-    if (!pieces.empty()) say(pieces + "; it alone is exported");
-    run.mesh = largest_piece(run.mesh);
+    const std::string shells = describe_shells(run.mesh);
+    if (!shells.empty()) say(shells + "; it alone is exported");
+    run.mesh = largest_shell(run.mesh);
   }
   const bool as_asked = !a.watertight || fill_gaps(a, run, progress, say);
   if (!a.max_error_mm) return as_asked;
@@ -195,9 +195,9 @@ int export_run(const ExportArguments& a) {
   const bool as_asked = reduce_mesh(a, run, progress, say);
   const std::string words = write_output(a, run, progress);
   say("wrote " + a.output.string() + ": " + words);
-  if (const std::string pieces = loose_pieces(run.mesh); !a.quiet && !pieces.empty())
-    std::cerr << pieces << "\n";
-  if (!a.quiet && !run.folder.empty()) say_reservations(run.folder);
+  if (const std::string shells = describe_shells(run.mesh); !a.quiet && !shells.empty())
+    std::cerr << shells << "\n";
+  if (!a.quiet && !run.folder.empty()) print_run_warnings(run.folder);
   return as_asked ? kExitDone : kExitNotGood;
 }
 

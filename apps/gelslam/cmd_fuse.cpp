@@ -59,7 +59,7 @@ int fuse_one(const FuseArguments& arguments) {
   }
   if (summary.mesh.triangles == 0)
     warn("no mesh: its cells are larger than the touches, or no keyframe has a usable touch");
-  if (!arguments.quiet) say_reservations(run);
+  if (!arguments.quiet) print_run_warnings(run);
   return summary.mesh.triangles == 0 ? kExitNotGood : kExitDone;
 }
 

@@ -103,14 +103,14 @@ class RecordReport {
   std::chrono::steady_clock::time_point drawn_at_;
 };
 
-/// Looks at a recording's first frames, which should show the bare gel, and says what makes it doubt them:
+/// Looks at a recording's first frames, which should show the bare gel, and warns of what is wrong with them:
 /// while the person can still begin again.
 class StartCheck {
  public:
-  StartCheck(const Config& config, std::function<void(const std::string&)> say_doubt)
+  StartCheck(const Config& config, std::function<void(const std::string&)> say_warning)
       : config_(config),
         color_gain_(config.color_gain_bgr),
-        say_doubt_(std::move(say_doubt)),
+        say_warning_(std::move(say_warning)),
         decoder_(config_.sensor) {}
 
   /// Every frame in order; does nothing after the first few.
@@ -121,12 +121,12 @@ class StartCheck {
         color_gain_.apply(image->bgr);
         pictures_.push_back(image->bgr.clone());
       } else if (pictures_.empty() && frame.index == 0) {
-        say_doubt_("the first picture cannot be decoded: " + decoder_->damage());
+        say_warning_("the first picture cannot be decoded: " + decoder_->damage());
       }
       if (static_cast<int>(pictures_.size()) < config_.background_frames) return;
       judge();
     } catch (const Error& error) {  // a size that never fits: the log may be wanted all the same
-      say_doubt_(error.what());
+      say_warning_(error.what());
     }
     decoder_.reset();
     pictures_.clear();
@@ -138,19 +138,19 @@ class StartCheck {
     std::optional<GradientModel> model;
     if (!file.empty()) model = read_gradient_model(file);
     const cv::Mat3b mean = background_image(pictures_);
-    for (const std::string& doubt : judge_background(
+    for (const std::string& warning : judge_background(
              mean, config_.sensor.device_name, model ? &*model : nullptr, config_.surface.pixel_pitch_mm))
-      say_doubt_(doubt);
+      say_warning_(warning);
     if (!model) return;
     const BackgroundCheck check = check_background(pictures_, *model, config_.surface);
     if (check.contact)
-      say_doubt_("the first " + std::to_string(pictures_.size()) + " frames should show the bare gel, but " +
-                 check.reason);
+      say_warning_("the first " + std::to_string(pictures_.size()) +
+                   " frames should show the bare gel, but " + check.reason);
   }
 
   const Config config_;
   ColorGain color_gain_;
-  std::function<void(const std::string&)> say_doubt_;
+  std::function<void(const std::string&)> say_warning_;
   std::optional<FrameDecoder> decoder_;  // gone once all is said
   std::vector<cv::Mat3b> pictures_;
 };
@@ -168,7 +168,7 @@ CameraInput open_log(const RecordArguments& arguments, const Config& config) {
 
 void record_all(const RecordArguments& arguments, const Config& config, RawFrameSource& source,
                 LogRecorder& recorder, RecordReport& report) {
-  StartCheck check(config, [&](const std::string& doubt) { report.say("doubt: " + doubt); });
+  StartCheck check(config, [&](const std::string& warning) { report.say("warning: " + warning); });
   const bool can_wait = !arguments.from.empty();
   const InterruptStopper stopper(can_wait ? InterruptWatch::Ends::early : InterruptWatch::Ends::regularly,
                                  [&] { source.stop(); });

@@ -100,7 +100,7 @@ Config config_for(const SurfaceArguments& arguments) {
   return config;
 }
 
-/// Red and blue swapped or upside down is refused; where the background is another gel's, it is doubted.
+/// Red and blue swapped or upside down is refused; where the background is another gel's, it warns.
 cv::Mat3b read_sensor_image(const fs::path& path, const Config& config, bool force) {
   cv::Mat3b picture = fit_to_profile(read_image(path), config.sensor, quoted(path));
   const std::string turned = judge_orientation(picture, config.sensor.device_name);
@@ -110,8 +110,8 @@ cv::Mat3b read_sensor_image(const fs::path& path, const Config& config, bool for
 
 struct CheckedSurface {
   SurfacePtr surface;
-  std::vector<std::string> doubts;  ///< of the background
-  std::string mismatch;             ///< why the picture and the background do not belong together, or ""
+  std::vector<std::string> warnings;  ///< of the background
+  std::string mismatch;               ///< why the picture and the background do not belong together, or ""
 };
 
 /// Background and picture pass through what the first frames of a log do.
@@ -128,7 +128,7 @@ CheckedSurface estimate(const SurfaceArguments& arguments) {
   if (!frames.has_background())
     throw Error(quoted(arguments.background) + " should show the bare gel, but " + frames.refusal().reason +
                 " (--force continues anyway)");
-  result.doubts = frames.doubts();
+  result.warnings = frames.warnings();
   result.surface = frames.push(picture, 1);
   if (!result.surface->zero_is_bare_gel && result.mismatch.empty())
     result.mismatch =
@@ -173,13 +173,13 @@ int run_surface(const SurfaceArguments& arguments) {
                                       .known_entries = {kHeightFile, "height.png", "normals.png",
                                                         "contact.png", "curvature.png", "surface.ply"},
                                       .inputs = {arguments.image}});
-  const auto [surface, doubts, mismatch] = estimate(arguments);
+  const auto [surface, warnings, mismatch] = estimate(arguments);
   write_surface(folder.path(), *surface);
   folder.commit();
   double deepest_mm = 0.0;
   cv::minMaxLoc(surface->height_mm, &deepest_mm, nullptr);
   const auto ball_mm = ball_diameter_mm(*surface);
-  for (const std::string& doubt : doubts) print_line("warning: " + doubt);
+  for (const std::string& warning : warnings) print_line("warning: " + warning);
   if (!mismatch.empty()) print_line("warning: " + mismatch);
   if (!arguments.quiet)
     std::cout << fmt::format("contact {} pixels, deepest {:.3f} mm", surface->contact_pixels, -deepest_mm)

@@ -85,8 +85,8 @@ class FrameStopper {
   std::atomic<bool> stopped_ = false;
 };
 
-Session read_map_for(const Config& config, const std::string& map) {
-  Session session = read_map(map);
+SavedMap read_map_for(const Config& config, const std::string& map) {
+  SavedMap session = read_map(map);
   if (!session.warning.empty()) warn(session.warning);
   check_pixel_pitch(posed_surfaces(session), config.sensor.pixel_pitch_mm, map);
   return session;
@@ -110,7 +110,7 @@ class PoseOutlet {
     WatchedScan scan;
     scan.status = [this] { return copy(status_); };
     scan.touch = [this] { return copy(touch_); };
-    scan.ask = [stop = std::move(stop)](ScanWish) { stop(); };
+    scan.ask = [stop = std::move(stop)](ScanCommand) { stop(); };
     status_.is_scan = false;
     watch_ = service_->watch(std::move(scan));
   }
@@ -184,7 +184,7 @@ struct PoseSummary {
 /// All frames of the stream to the outlet, until `stopped`.
 PoseSummary write_poses(SurfaceStream& stream, const PoseOutput& output, PoseOutlet& outlet,
                         const FrameStopper& stopper, ProgressSink& progress) {
-  for (const std::string& doubt : stream.background_doubts()) warn(doubt);
+  for (const std::string& warning : stream.background_warnings()) warn(warning);
   progress.begin("tracking", stream.frame_count());
   PoseSummary summary;
   while (const std::optional<SurfaceStream::Item> item = stream.next()) {
@@ -225,7 +225,7 @@ SurfaceStream open_stream(const TrackArguments& arguments, const LogInput& input
 }
 
 /// The mesh in a map's folder; where there is none, the fused surfaces of `session`. Throws Error.
-ShownMap read_shown_map(const std::string& folder, const Session& session, ProgressSink& progress) {
+ShownMap read_shown_map(const std::string& folder, const SavedMap& session, ProgressSink& progress) {
   const std::filesystem::path mesh = std::filesystem::path(folder) / "mesh.ply";
   ShownMap map{folder, {}, session.gradient_scale.mean()};
   if (std::filesystem::exists(mesh))
@@ -270,7 +270,7 @@ int run(TrackArguments& arguments) {
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet || shows_poses);
   FrameStopper stopper;  // beyond the outlet, whose clients may stop it
   PoseOutlet outlet(arguments.stream, arguments.quiet);
-  const Session map = arguments.map.empty() ? Session() : read_map_for(config, arguments.map);
+  const SavedMap map = arguments.map.empty() ? SavedMap() : read_map_for(config, arguments.map);
   WindowOptions window = arguments.window.window_options();
   const ShownMap shown =
       arguments.window.shows_map() ? read_shown_map(arguments.map, map, *progress) : ShownMap();

@@ -82,7 +82,7 @@ int run_view(const ViewArguments& arguments) {
   if (!arguments.quiet)
     for (const std::filesystem::path& shown : {arguments.source, arguments.compare, arguments.truth})
       say_mesh_unit(shown);
-  if (!arguments.quiet) say_reservations(arguments.source);
+  if (!arguments.quiet) print_run_warnings(arguments.source);
   if (arguments.snapshot.empty()) {
     options.title = content.name + " - GelSLAM";
     run_view_window(std::move(content), std::move(second), options);

@@ -98,7 +98,7 @@ void CollectSession::add(const ContactCircle& circle) {
 }
 
 /// What presses of one depth leave out, once there are enough of them to tell.
-std::string CollectSession::depth_doubt() const {
+std::string CollectSession::depth_warning() const {
   constexpr std::size_t enough_to_tell = 9;
   return rim_slopes_.size() < enough_to_tell ? "" : missing_depths(rim_slopes_);
 }
@@ -173,7 +173,7 @@ std::string CollectSession::summary() const {
                      std::to_string(coverage_.wanted()) + " wanted of this ball are in '" +
                      options_.folder.string() + "'";
   if (const std::string gaps = coverage_.gaps(); !gaps.empty()) text += "; missing at the " + gaps;
-  if (const std::string doubt = depth_doubt(); !doubt.empty()) text += "; " + doubt;
+  if (const std::string warning = depth_warning(); !warning.empty()) text += "; " + warning;
   if (damaged_ > 0) text += "; left out " + counted(damaged_, "damaged picture");
   return text;
 }

@@ -51,7 +51,7 @@ class CollectSession final : public CollectWatch {
   void look_at(const cv::Mat3b& bgr);
   void begin_presses();
   void add(const ContactCircle& circle);
-  std::string depth_doubt() const;
+  std::string depth_warning() const;
   void keep(const CollectedPress& press);
   void say_warning();
 

@@ -109,15 +109,15 @@ std::optional<std::pair<int, int>> two_numbers(const std::string& text, char bet
 }
 
 std::string terminal_line(std::string words) {
-  for (const auto& [wish, option] :
+  for (const auto& [phrase, option] :
        {std::pair("overwrite it", "give --overwrite"),
         {"continue with force", "give --force"},
         {"(force continues", "(--force continues"},
         {"name background frames", "name --background-frames"},
         {"name a background picture", "name a picture of the bare gel by --background"},
         {"or a background picture", "or a --background picture"}})
-    if (const std::size_t at = words.find(wish); at != std::string::npos)
-      words.replace(at, std::strlen(wish), option);
+    if (const std::size_t at = words.find(phrase); at != std::string::npos)
+      words.replace(at, std::strlen(phrase), option);
   return one_line(words);
 }
 

@@ -195,7 +195,7 @@ struct Listeners {
     service = open_service(arguments.serve, stream->feed(), mesh.get(), quiet);
     if (!arguments.target.empty())
       output = std::make_unique<LineOutput>(
-          stream->feed(), LineWishes{arguments.is_tum(), arguments.surface, arguments.images});
+          stream->feed(), StreamOptions{arguments.is_tum(), arguments.surface, arguments.images});
   }
 
   void start_scan() {
@@ -220,8 +220,8 @@ WatchedScan watched(LiveSession& session, bool another, std::atomic<bool>& wants
   scan.status = [&session] { return session.status(); };
   scan.touch = [&session] { return session.touch(); };
   scan.map = [&session] { return session.map(); };
-  scan.ask = [&](ScanWish wish) {
-    if (wish == ScanWish::new_scan) wants_new_scan = true;
+  scan.ask = [&](ScanCommand command) {
+    if (command == ScanCommand::new_scan) wants_new_scan = true;
     session.stop();
   };
   scan.another = another;

@@ -39,7 +39,7 @@ std::string warning_words(const std::vector<std::string>& warnings) {
   return text;
 }
 
-void say_reservations(const std::filesystem::path& run_folder) {
+void print_run_warnings(const std::filesystem::path& run_folder) {
   if (const auto report = find_report(run_folder)) std::cerr << warning_words(report->reservations);
 }
 

@@ -23,7 +23,7 @@ std::string run_words(const RunReport& report, const std::string& run_folder, bo
 std::string warning_words(const std::vector<std::string>& warnings);
 
 /// On stderr, those of a run.
-void say_reservations(const std::filesystem::path& run_folder);
+void print_run_warnings(const std::filesystem::path& run_folder);
 
 /// A line "warning: ..." on stderr; nothing for "".
 void warn(const std::string& warning);

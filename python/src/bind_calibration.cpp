@@ -34,9 +34,9 @@ PythonCalibration calibrate_presses(const fs::path& presses, const fs::path& out
   PythonCalibration result;
   const auto leave_out = [&](const std::string& press) { result.left_out.push_back(press); };
   PressSet set = read_press_set(presses);
-  prepare(set, config.surface.optics, pitch_mm, config.sensor.device_name, [](const std::string& doubt) {
+  prepare(set, config.surface.optics, pitch_mm, config.sensor.device_name, [](const std::string& warning) {
     const WithGil gil;
-    warn(doubt);
+    warn(warning);
   });
   const Calibration calibration = calibrate(set, training, automatic, sink, leave_out);
   if (output.extension() == ".pth")

@@ -27,7 +27,7 @@ struct PythonMap {
 };
 
 PythonMap open_map(const fs::path& path) {
-  Session session;
+  SavedMap session;
   {
     const WithoutGil release;
     session = read_map(path);

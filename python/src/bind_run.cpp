@@ -160,7 +160,7 @@ std::shared_ptr<const ScanRecord> scan_of(const PythonRun& self) {
 std::vector<PythonKeyframe> keyframes_of(const PythonRun& self) {
   const WithoutGil release;
   const std::shared_ptr<const ScanRecord> scan = scan_of(self);
-  const MapSnapshot map = self.run ? snapshot_of(self.run->map) : load_session(self.folder);
+  const MapSnapshot map = self.run ? snapshot_of(self.run->map) : load_saved_map(self.folder);
   const std::vector<PosedSurface> patches = posed_surfaces(map);
   const std::vector<double> stamps = scan->stamps_s();
   std::map<std::int64_t, double> time_of;

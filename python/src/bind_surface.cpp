@@ -118,9 +118,9 @@ TouchedSurface unpickled_surface(const py::tuple& state) {
 /// What other software measured. Slopes in millimeters per millimeter.
 TouchedSurface surface_of_slopes(const cv::Mat1f& gx, const cv::Mat1f& gy, const cv::Mat1b& touched,
                                  double pixel_pitch_mm, double slope_sigma_rad) {
-  constexpr int kLeastPx = 16;
+  constexpr int kMinPx = 16;
   const cv::Size size = gx.size();
-  if (std::min(size.width, size.height) < kLeastPx || !is_possible_picture(size, pixel_pitch_mm))
+  if (std::min(size.width, size.height) < kMinPx || !is_possible_picture(size, pixel_pitch_mm))
     throw Error("no sensor has pictures of " + size_text(size.width, size.height) + " pixels and " +
                 std::to_string(pixel_pitch_mm) + " mm per pixel");
   if (touched.size() != size)
@@ -273,7 +273,7 @@ std::shared_ptr<Sensor> make_sensor(const OptionalPath& model, const py::object&
     settings.surface.compensate_light = settings.surface.compensate_light && follow_light;
     sensor = std::make_shared<Sensor>(settings, bgr);
   }
-  for (const std::string& doubt : sensor->doubts()) warn(doubt);
+  for (const std::string& warning : sensor->warnings()) warn(warning);
   return sensor;
 }
 
@@ -324,7 +324,7 @@ Threads that call it wait for each other.)")
       .def_property_readonly(
           "pixel_pitch_mm", [](const Sensor& self) { return self.config().surface.pixel_pitch_mm; },
           "Millimeters per pixel.")
-      .def_property_readonly("doubts", &Sensor::doubts, "What makes the background doubtful: list of str.");
+      .def_property_readonly("doubts", &Sensor::warnings, "What makes the background doubtful: list of str.");
 }
 
 }  // namespace

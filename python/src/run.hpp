@@ -28,7 +28,7 @@ struct PythonRun {
 
 /// To be called without the GIL.
 PythonRun python_run(Run run);
-/// Its reservations as Python warnings. With the GIL.
+/// What is uncertain about it, as Python warnings. With the GIL.
 void warn_of(const PythonRun& run);
 
 }  // namespace gelslam::python

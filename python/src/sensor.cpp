@@ -27,9 +27,9 @@ Sensor::Sensor(const Config& config, const std::vector<cv::Mat3b>& background)
   std::vector<cv::Mat3b> pictures;
   for (const cv::Mat3b& picture : background) pictures.push_back(fitted(picture, "background"));
   background_ = background_image(pictures);
-  doubts_ = judge_background(background_, config.sensor.device_name, &model, config.surface.pixel_pitch_mm);
+  warnings_ = judge_background(background_, config.sensor.device_name, &model, config.surface.pixel_pitch_mm);
   if (const BackgroundCheck check = check_background(pictures, model, config.surface); check.contact)
-    doubts_.push_back("the background should show the bare gel, but " + check.reason);
+    warnings_.push_back("the background should show the bare gel, but " + check.reason);
   const SlopeUncertainty sigma = uncertainty_of(model, background_.size(), config.surface.pixel_pitch_mm);
   best_sigma_rad_ = *std::min_element(sigma.sigma_rad.begin(), sigma.sigma_rad.end());
   estimator_.emplace(model, background_, config.surface);

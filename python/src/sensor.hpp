@@ -36,7 +36,7 @@ class Sensor {
   const Config& config() const { return config_; }
   const cv::Mat3b& background() const { return background_; }
   /// What makes the background doubtful, as sentences.
-  const std::vector<std::string>& doubts() const { return doubts_; }
+  const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
   cv::Mat3b fitted(const cv::Mat3b& bgr, const std::string& name) const;
@@ -44,7 +44,7 @@ class Sensor {
   const Config config_;
   const ColorGain color_gain_;
   cv::Mat3b background_;
-  std::vector<std::string> doubts_;
+  std::vector<std::string> warnings_;
   double best_sigma_rad_ = 0;
   std::mutex mutex_;
   std::optional<SurfaceEstimator> estimator_;

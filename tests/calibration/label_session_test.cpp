@@ -43,12 +43,12 @@ std::string shown(const LabelSession& session) { return session.press().name; }
 TEST_F(Labelling, BeginsWithTheDoubtfulOnes) {
   LabelSession labels = session();
   EXPECT_EQ(shown(labels), "p3");
-  EXPECT_EQ(labels.label().doubt, "nothing touches the gel");
+  EXPECT_EQ(labels.label().warning, "nothing touches the gel");
   EXPECT_EQ(labels.label().circle.u_px, 40.0) << "somewhere to begin: the middle";
   EXPECT_EQ(labels.progress(), "0 of 5 accepted, 1 doubtful");
   labels.show(1);
   EXPECT_EQ(shown(labels), "p0");
-  EXPECT_EQ(labels.label().doubt, "");
+  EXPECT_EQ(labels.label().warning, "");
 }
 
 TEST_F(Labelling, AcceptsOneAfterTheOtherAndComesBackToWhatIsOpen) {
@@ -70,7 +70,7 @@ TEST_F(Labelling, ALabelThatCannotBeReadIsNotReplacedUnseen) {
   labels.save();
   EXPECT_EQ(read_bytes(label_of("p2")), "damaged");
   ASSERT_EQ(shown(labels), "p2");
-  EXPECT_THAT(labels.label().doubt, HasSubstr("p2/label.npz"));
+  EXPECT_THAT(labels.label().warning, HasSubstr("p2/label.npz"));
   labels.accept();  // a person has seen it
   labels.save();
   EXPECT_EQ(read_label(label_of("p2")).u_px, 22.0);

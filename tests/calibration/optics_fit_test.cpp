@@ -44,7 +44,7 @@ TEST(OpticsModel, IsTheCameraModel) {
   const auto numbers = numbers_of(kTrue);
   const OpticsModel<double> model{numbers.data(), kPicture, kPitchMm};
   for (const Vector2d& px : {Vector2d(0, 0), Vector2d(300, 20), Vector2d(163, 118)}) {
-    const Vector2d rest_mm = camera.to_mm(camera.rest_px(px));
+    const Vector2d rest_mm = camera.to_mm(camera.rectified_px(px));
     EXPECT_LT((model.rest_mm(px) - rest_mm).norm(), 1e-8);
     EXPECT_LT((model.raw_px(rest_mm) - px).norm(), 1e-6);
     const Vector3d gel = camera.rest_point_mm(rest_mm), point = camera.point_mm(rest_mm, -0.6);
@@ -83,7 +83,7 @@ TEST(SeenBall, IsOneSurfaceThatItsRaysMeet) {
   };
   constexpr double kStep = 1e-4;
   for (const Vector2d& px : {Vector2d(265, 190), Vector2d(255, 200), Vector2d(280, 185)}) {
-    const Vector2d at = camera.to_mm(camera.rest_px(px));
+    const Vector2d at = camera.to_mm(camera.rectified_px(px));
     EXPECT_TRUE(ball.is_in_zone(at));
     const Vector2d x(kStep, 0), y(0, kStep);
     const double curl = (derivative_of_w(at + x).y() - derivative_of_w(at - x).y()) -
@@ -107,7 +107,7 @@ SeenFrame misread(const Field& field, const Pose& object_T_sensor) {
   for (int v = 0; v < kPicture.height; ++v)
     for (int u = 0; u < kPicture.width; ++u) {
       const double radius = std::hypot((u - 159.5) / 110, (v - 119.5) / 85);
-      const Vector2d rest_mm = truth.to_mm(truth.rest_px(*start.raw_px(Vector2d(u, v))));
+      const Vector2d rest_mm = truth.to_mm(truth.rectified_px(*start.raw_px(Vector2d(u, v))));
       double z = 0;
       Vector3d normal;
       if (radius > 1.35 || !follow_ray(field, object_T_sensor, rest_mm.x(), rest_mm.y(), -3, z, normal,

@@ -124,7 +124,7 @@ const std::vector<Format>& formats() {
       {"a.avi", [](const fs::path& p) { write_video(p, "MJPG", 6, 64, 48); }, read_pictures, true},
       {"a.mp4", [](const fs::path& p) { write_video(p, "mp4v", 6, 64, 48); }, read_pictures, true},
       {"session.db", [](const fs::path& p) { write_store(p.parent_path(), small_map()); },
-       [](const fs::path& p) { load_session(p.parent_path()); }},
+       [](const fs::path& p) { load_saved_map(p.parent_path()); }},
       {"session.db/record", [](const fs::path& p) { write_store(p.parent_path(), small_map()); },
        [](const fs::path& p) { read_scan(p.parent_path(), {}); }},
       {"surface",

@@ -175,11 +175,11 @@ TEST(Evaluate, TheTruthOfAnotherObjectIsDoubted) {
   scene.write_truth();
   scene.write_run(5);
   scene.write_meshes(5);
-  EXPECT_EQ(scene.evaluated().doubt(), "");
+  EXPECT_EQ(scene.evaluated().warning(), "");
   const auto other = [](double x, double y) { return 0.4 * bumps(y + 0.7, -x); };
   write_mesh(scene.data / "gt_mesh.ply", height_field(-5, 5, -5, 5, 60, other));
   const Evaluation evaluation = scene.evaluated();
-  EXPECT_THAT(evaluation.doubt(), HasSubstr("is it the truth of this object"));
+  EXPECT_THAT(evaluation.warning(), HasSubstr("is it the truth of this object"));
 }
 
 TEST(Evaluate, AWrongAnchorIsAnErrorInTheMesh) {
@@ -235,21 +235,21 @@ TEST(Evaluate, ATrajectoryByAnotherSystemIsMatchedByTime) {
 TEST(Evaluate, ATrajectoryInAnotherNotationIsAskedAbout) {
   Scene scene;
   scene.write_run(0);
-  const auto doubt = [&](const std::function<std::string(int)>& line) {
+  const auto warning = [&](const std::function<std::string(int)>& line) {
     std::string lines;
     for (int i = 0; i < kFrames; ++i) lines += line(i);
     write_bytes(scene.data / "truth.tum", lines);
-    return evaluate(compare(scene.run.path(), scene.data / "truth.tum"), std::nullopt).doubt();
+    return evaluate(compare(scene.run.path(), scene.data / "truth.tum"), std::nullopt).warning();
   };
   const auto time_s = [](int i) { return (i + kBackground) / 25.0; };
-  EXPECT_EQ(doubt([&](int i) { return tum_line(time_s(i), true_pose(i)); }), "");
-  EXPECT_THAT(doubt([&](int i) {
+  EXPECT_EQ(warning([&](int i) { return tum_line(time_s(i), true_pose(i)); }), "");
+  EXPECT_THAT(warning([&](int i) {
                 Pose in_mm = true_pose(i);
                 in_mm.translation() *= 1000;
                 return tum_line(time_s(i), in_mm);
               }),
               HasSubstr("1000 times as long as the run's: are the true positions in millimeters?"));
-  EXPECT_THAT(doubt([&](int i) {
+  EXPECT_THAT(warning([&](int i) {
                 const Eigen::Quaterniond q(true_pose(i).linear());
                 const Eigen::Vector3d at_m = 1e-3 * true_pose(i).translation();
                 std::ostringstream line;
@@ -259,7 +259,7 @@ TEST(Evaluate, ATrajectoryInAnotherNotationIsAskedAbout) {
               }),
               HasSubstr("are they qw qx qy qz?"));
   EXPECT_THAT(
-      message_of([&] { doubt([&](int i) { return i == 20 ? tum_line(time_s(i), true_pose(i)) : ""; }); }),
+      message_of([&] { warning([&](int i) { return i == 20 ? tum_line(time_s(i), true_pose(i)) : ""; }); }),
       HasSubstr("there is nothing to measure"));
 }
 

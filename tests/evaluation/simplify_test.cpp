@@ -75,15 +75,15 @@ TEST(Simplify, VerticesKeepPlaceNormalAndConfidence) {
   }
 }
 
-TEST(MeshPieces, TheLargestByAreaAlone) {
+TEST(MeshShells, TheLargestByAreaAlone) {
   const Mesh small = test::plane(0.0, 8, 2.0), large = test::plane(5.0, 3, 10.0);  // fewer, but more area
   Mesh both = test::joined(small, large);
   for (std::size_t i = 0; i < both.vertices_mm.size(); ++i) both.confidence.push_back(static_cast<float>(i));
-  const MeshPieces pieces = find_pieces(both);
+  const MeshShells pieces = find_shells(both);
   EXPECT_THAT(pieces.area_mm2,
               testing::ElementsAre(testing::DoubleNear(4, 1e-4), testing::DoubleNear(100, 1e-4)));
   EXPECT_NEAR(pieces.largest_share, 100.0 / 104.0, 1e-6);
-  const Mesh alone = largest_piece(both);
+  const Mesh alone = largest_shell(both);
   EXPECT_EQ(alone.vertices_mm, large.vertices_mm);
   EXPECT_EQ(alone.triangles, large.triangles);
   EXPECT_EQ(alone.confidence.front(), static_cast<float>(small.vertices_mm.size()));

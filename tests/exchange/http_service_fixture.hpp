@@ -55,7 +55,7 @@ class Service : public testing::Test {
     scan.status = [this] { return status; };
     scan.touch = [this] { return touch; };
     scan.map = [this] { return map; };
-    scan.ask = [this](ScanWish wish) { asked.push_back(wish); };
+    scan.ask = [this](ScanCommand command) { asked.push_back(command); };
     watch = service->watch(std::move(scan));
     status.phase = LivePhase::scanning;
   }
@@ -89,7 +89,7 @@ class Service : public testing::Test {
   LiveStatus status;
   std::shared_ptr<const LiveTouch> touch;
   std::shared_ptr<const MapSnapshot> map = std::make_shared<MapSnapshot>();
-  std::vector<ScanWish> asked;
+  std::vector<ScanCommand> asked;
   std::unique_ptr<HttpService> service;
   std::shared_ptr<void> watch;
 };

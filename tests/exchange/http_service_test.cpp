@@ -33,7 +33,7 @@ TEST_F(Service, TellsTheStateInTheWordsOfTheWindow) {
   EXPECT_EQ(said.at("tone"), "red");
   EXPECT_EQ(said.at("warnings"), json({"The disk is full."}));
   status.phase = LivePhase::finished;
-  status.reservations = {"5 % of frames were dropped"};
+  status.result_warnings = {"5 % of frames were dropped"};
   EXPECT_THAT(state().at("advice").get<std::string>(), HasSubstr("5 % of frames were dropped."));
   EXPECT_EQ(state().at("warnings"), json({"The disk is full."})) << "also at the end";
   const std::string page = request("GET /");
@@ -44,14 +44,14 @@ TEST_F(Service, TellsTheStateInTheWordsOfTheWindow) {
   EXPECT_THAT(request("GET /picture.jpg"), HasSubstr("there is no picture yet"));
 }
 
-TEST_F(Service, GrantsWishesThatTheScanCanFulfill) {
+TEST_F(Service, CarriesOutCommandsThatTheScanAllows) {
   EXPECT_THAT(request("GET /stop"), StartsWith("HTTP/1.1 404")) << "a link must not stop a scan";
   for (const char* path : {"/undo", "/save"})
     EXPECT_THAT(request(std::string("POST ") + path), StartsWith("HTTP/1.1 404")) << path;
   EXPECT_THAT(request("POST /new"), StartsWith("HTTP/1.1 409"));
   EXPECT_TRUE(asked.empty());
   EXPECT_THAT(request("POST /stop"), StartsWith("HTTP/1.1 200"));
-  EXPECT_EQ(asked, std::vector{ScanWish::stop});
+  EXPECT_EQ(asked, std::vector{ScanCommand::stop});
   status.phase = LivePhase::finished;
   EXPECT_THAT(request("POST /stop"), HasSubstr("The scan is over."));
   watch.reset();

@@ -351,7 +351,7 @@ TEST(Fusion, DebrisIsDropped) {
   surface->contact(cv::Rect(40, 30, 14, 14)) = 255;  // less than a square millimeter
   FusionOptions options;
   EXPECT_EQ(topology(fuse({{0, kPressed, SurfacePtr(surface)}}, options)).pieces, 1);
-  options.min_piece_mm2 = 0;
+  options.min_shell_mm2 = 0;
   EXPECT_EQ(topology(fuse({{0, kPressed, SurfacePtr(surface)}}, options)).pieces, 2);
 }
 

@@ -24,7 +24,7 @@ IncrementalOptions exact() {
 FusionOptions with_debris() {
   FusionOptions options;
   options.threads = 1;
-  options.min_piece_mm2 = 0;
+  options.min_shell_mm2 = 0;
   return options;
 }
 
@@ -104,7 +104,7 @@ TEST(IncrementalFusion, FinishIsFuseToTheLastBitWhateverHappenedBefore) {
     fusion.set_patches(before, 1.0);
     for (int round = 0; round < rounds && fusion.work(); ++round) continue;
     fusion.set_patches(patches, scale);
-    const Mesh mesh = fusion.finish(2, options.min_piece_mm2);
+    const Mesh mesh = fusion.finish(2, options.min_shell_mm2);
     EXPECT_EQ(mesh.vertices_mm, wanted.vertices_mm) << rounds;
     EXPECT_EQ(mesh.confidence, wanted.confidence) << rounds;
     EXPECT_EQ(mesh.triangles, wanted.triangles) << rounds;

@@ -11,7 +11,7 @@ namespace gelslam::test {
 
 MeshTopology topology(const Mesh& mesh) {
   MeshTopology result;
-  result.pieces = static_cast<int>(find_pieces(mesh).area_mm2.size());
+  result.pieces = static_cast<int>(find_shells(mesh).area_mm2.size());
   std::map<std::pair<int, int>, std::array<int, 2>> uses;  // forward, backward
   for (const auto& t : mesh.triangles)
     for (int c = 0; c < 3; ++c) {

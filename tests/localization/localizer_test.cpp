@@ -189,7 +189,7 @@ TEST(SurfaceMap, LooksAlikeWhereItIsSymmetric) {
   const SurfaceMap map(map_of(texture, -9, 9), {});
   const Pose truth = place(5.1, 0.7, 120, -1, 1), other = half_turn() * truth;
   const MapFit fit =
-      map.fit(NormalFlowReference(feel(texture, truth, kSmall), {}), {truth}, PlacePrior::known);
+      map.fit(NormalFlowReference(feel(texture, truth, kSmall), {}), {truth}, PlacePrior::odometry);
   ASSERT_TRUE(fit.ok());
   const std::vector<Pose> places = map.similar_places(fit);
   for (const Pose& expected : {truth, other})
@@ -208,7 +208,7 @@ TEST(SurfaceMap, ATouchFarFromTheMapIsNotCoveredWhateverTheLimit) {
   options.verification.curvature.min_scr = 0;
   const SurfaceMap map(map_of(texture, 0, 3), options);
   const NormalFlowReference touch(feel(texture, place(0, 0), kSmall), options.registration);
-  EXPECT_FALSE(map.fit(touch, {place(500, 0)}, PlacePrior::known).covered);
+  EXPECT_FALSE(map.fit(touch, {place(500, 0)}, PlacePrior::odometry).covered);
 }
 
 }  // namespace

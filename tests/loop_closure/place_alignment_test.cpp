@@ -37,7 +37,7 @@ TEST(Overlap, AgreesAtTheTrueTransformOnly) {
   const NormalFlowReference newer(feel(texture, second), {});
   const Pose truth = place(0, 0).inverse() * second;
   const RegistrationResult right = judge_pose(newer, *older, truth, {});
-  EXPECT_TRUE(verify_registered(newer, *older, right, PlacePrior::none, {}).ok());
+  EXPECT_TRUE(verify_registered(newer, *older, right, PlacePrior::unknown, {}).ok());
   EXPECT_TRUE(right.target_T_reference.isApprox(truth)) << "judged where it is";
   EXPECT_GT(right.information.determinant(), 0);
   EXPECT_GT(right.texture_correlation, 0.9);
@@ -65,8 +65,8 @@ TEST(Overlap, HeightsHaveToAgreeAsFarAsTheModelIsKnown) {
     older.model_sigma = older_sigma;
     newer.model_sigma = newer_sigma;
     const NormalFlowReference reference(std::make_shared<Surface>(newer), {});
-    return verify_registered(reference, older, judge_pose(reference, older, truth, {}), PlacePrior::suspected,
-                             {})
+    return verify_registered(reference, older, judge_pose(reference, older, truth, {}),
+                             PlacePrior::loop_candidate, {})
         .status;
   };
   EXPECT_EQ(lies_deeper_by(0.05, 1, 1), RegistrationStatus::converged);

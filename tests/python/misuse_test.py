@@ -48,7 +48,7 @@ class Misuse(unittest.TestCase):
         self.refused(TypeError, "background", gelslam.Sensor, simulated.MODEL, background=7)
         self.refused(TypeError, "", gelslam.Sensor, simulated.MODEL)
         self.refused(gelslam.Error, "", gelslam.Sensor, simulated.SCAN / "gelsight.avi", background=background)
-        with self.assertWarnsRegex(UserWarning, "dark") as told:  # doubts are warnings
+        with self.assertWarnsRegex(UserWarning, "dark") as told:  # what is wrong with it is a warning
             gelslam.Sensor(simulated.MODEL, background=np.ascontiguousarray(background // 8))
         self.assertEqual(told.filename, __file__)
 

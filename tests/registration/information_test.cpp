@@ -148,7 +148,7 @@ TEST(Information, IsLessOfAPlaceThatWasHardlyKnown) {
     Matrix6d covariance = Matrix6d::Zero();
     covariance.bottomRightCorner<3, 3>().diagonal().setConstant(known_to_mm * known_to_mm);
     const RegistrationResult result =
-        verify(touched, touched, {Pose::Identity(), covariance}, PlacePrior::known, {}, {});
+        verify(touched, touched, {Pose::Identity(), covariance}, PlacePrior::odometry, {}, {});
     return UncertainPose{result.target_T_reference, result.information.inverse()}.worst_sigma_mm();
   };
   EXPECT_GT(sigma_mm(3), 2 * sigma_mm(0.1));

@@ -28,9 +28,9 @@ class AwayCamera : public Camera {
   std::unique_ptr<CameraSource> open_and_read_two() {
     auto camera = open();
     opened = true;
-    EXPECT_EQ(camera->next()->returns, 0);
+    EXPECT_EQ(camera->next()->reconnects, 0);
     last = *camera->next();
-    EXPECT_EQ(camera->absence(), "");
+    EXPECT_EQ(camera->disconnect_reason(), "");
     return camera;
   }
   void come_back() {
@@ -59,8 +59,8 @@ TEST_F(AwayCamera, IsOpenedAgainByItsNameWithItsSettings) {
   at_power_on = {{V4L2_CID_AUTO_WHITE_BALANCE, 1}, {V4L2_CID_WHITE_BALANCE_TEMPERATURE, 2800}};
   const auto camera = open_and_read_two();
   const RawFrame back = *camera->next(), next = *camera->next();
-  EXPECT_EQ(back.returns, 1);
-  EXPECT_EQ(next.returns, 1);
+  EXPECT_EQ(back.reconnects, 1);
+  EXPECT_EQ(next.reconnects, 1);
   EXPECT_EQ(back.index, 2);
   EXPECT_NEAR(back.time_s, 3.04, 1e-5);
   EXPECT_NEAR(next.time_s, 3.08, 1e-5);
@@ -84,7 +84,7 @@ TEST_F(AwayCamera, IsDescribedFromAnyThreadAsItWasOpened) {
       camera->warning();
     }
   });
-  EXPECT_EQ(camera->next()->returns, 1);
+  EXPECT_EQ(camera->next()->reconnects, 1);
   EXPECT_EQ(camera->description(), before);
   done = true;
 }
@@ -101,8 +101,8 @@ TEST_F(AwayCamera, NobodyWaitsForItAfterStop) {
   looks = 1'000'000;
   const auto camera = open_and_read_two();
   auto reading = std::async(std::launch::async, [&] { return camera->next(); });
-  while (camera->absence().empty()) std::this_thread::yield();
-  EXPECT_EQ(camera->absence(), "connect it again within 30 s");
+  while (camera->disconnect_reason().empty()) std::this_thread::yield();
+  EXPECT_EQ(camera->disconnect_reason(), "connect it again within 30 s");
   camera->stop();
   EXPECT_FALSE(reading.get());
 }
@@ -117,7 +117,7 @@ TEST_F(AwayCamera, OfTwoWithOneNameItIsTheOneAtItsPlace) {
   system = both;
   options.device = "/dev/video0";
   const auto camera = open_and_read_two();
-  EXPECT_EQ(camera->next()->returns, 1);
+  EXPECT_EQ(camera->next()->reconnects, 1);
   EXPECT_EQ(twin.open_count, 0);
   EXPECT_TRUE(mini.streaming);
 }

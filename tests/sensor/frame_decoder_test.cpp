@@ -31,7 +31,7 @@ cv::Mat3b decode_or_fail(FrameDecoder& decoder, const RawFrame& frame) {
   return image ? image->bgr : cv::Mat3b();
 }
 
-/// A camera's raw picture made of a calibrated one: enlarged so that it fills the whole, with a camera's
+/// A camera's raw image made of a calibrated one: enlarged so that it fills the whole, with a camera's
 /// noise.
 cv::Mat3b as_raw(const cv::Mat3b& picture, cv::Size raw) {
   cv::Mat3b large;

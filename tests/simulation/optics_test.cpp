@@ -88,7 +88,9 @@ struct RealSensor {
     camera = {{geometry.width_px, geometry.height_px}, geometry.pixel_pitch_mm, geometry.optics};
   }
   /// Where the surface estimation takes the pixel's ray to meet the plane z = 0.
-  Eigen::Vector2d plane_mm(int u, int v) const { return camera.to_mm(camera.rest_px({1.0 * u, 1.0 * v})); }
+  Eigen::Vector2d plane_mm(int u, int v) const {
+    return camera.to_mm(camera.rectified_px({1.0 * u, 1.0 * v}));
+  }
 
   SensorGeometry geometry;
   CameraModel camera;

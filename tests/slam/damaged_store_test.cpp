@@ -15,7 +15,7 @@ class DamagedStore : public testing::Test {
  protected:
   DamagedStore() { write_store(folder.path(), small_map()); }
   std::string both() {
-    const std::string session = refusal([&] { load_session(folder.path()); }),
+    const std::string session = refusal([&] { load_saved_map(folder.path()); }),
                       scan = refusal([&] { read_scan(folder.path(), {}); });
     EXPECT_EQ(session, scan);
     EXPECT_THAT(refusal([&] { Store store(folder.path()); }), HasSubstr(session));
@@ -67,7 +67,7 @@ TEST_F(DamagedStore, OfAnotherVersionOrWithOtherTablesIsRefused) {
 TEST_F(DamagedStore, AfterItsOwnerHasAnalyzedAndVacuumedItIsRead) {
   sql(file, "ANALYZE; VACUUM");
   EXPECT_EQ(read_scan(folder.path(), {}).frames.size(), 60u);
-  EXPECT_FALSE(load_session(folder.path()).nodes.empty());
+  EXPECT_FALSE(load_saved_map(folder.path()).nodes.empty());
   Store(folder.path()).add(ScanPart{60, "one", 0, ""});
   EXPECT_EQ(read_scan(folder.path(), {}).parts.size(), 2u);
 }
@@ -151,7 +151,7 @@ TEST_F(DamagedStore, NumbersThatNoScanHasAreRefused) {
        }) {
     write_bytes(file, good);
     sql(file, change);
-    EXPECT_THAT(refusal([&] { load_session(folder.path()); }), HasSubstr("session.db: ")) << change;
+    EXPECT_THAT(refusal([&] { load_saved_map(folder.path()); }), HasSubstr("session.db: ")) << change;
   }
 }
 
@@ -159,7 +159,7 @@ TEST_F(DamagedStore, MoreFramesThanADayHasAreRefused) {
   sql(file,
       "WITH RECURSIVE n(i) AS (VALUES(1000) UNION ALL SELECT i+1 FROM n WHERE i < 2600000) "
       "INSERT INTO frames(frame, time_s, status, observable) SELECT i, i/25.0, 'no_contact', 63 FROM n");
-  for (const auto& read : {std::function<void()>([&] { load_session(folder.path()); }),
+  for (const auto& read : {std::function<void()>([&] { load_saved_map(folder.path()); }),
                            std::function<void()>([&] { read_scan(folder.path(), {}); })})
     EXPECT_THAT(refusal(read), HasSubstr("session.db: holds more frames than a day of scanning makes"));
 }

@@ -48,8 +48,8 @@ class Pictures : public RawFrameSource {
     RawFrame frame = bgr_frame(pictures_[next_], static_cast<std::int64_t>(next_));
     ++next_;
     frame.arrived = std::chrono::steady_clock::now();
-    returns_ += resumed_.contains(frame.index);
-    frame.returns = returns_;
+    reconnects_ += resumed_.contains(frame.index);
+    frame.reconnects = reconnects_;
     if (damaged_.contains(frame.index)) frame.bytes.resize(100);
     return frame;
   }
@@ -69,7 +69,7 @@ class Pictures : public RawFrameSource {
  private:
   std::vector<cv::Mat3b> pictures_;
   std::size_t next_ = 0;
-  int returns_ = 0;
+  int reconnects_ = 0;
   std::atomic<bool> open_{false}, stopped_{false};
   std::map<int, std::function<void()>> before_;
   std::set<std::int64_t> damaged_, resumed_;

@@ -42,7 +42,7 @@ class Merge : public testing::Test {
   }
   /// Every keyframe of the merged map lies where the truth has it, seen from the first.
   void expect_true(double mm, double deg) {
-    const std::vector<PosedSurface> patches = posed_surfaces(load_session(folder / "merged"));
+    const std::vector<PosedSurface> patches = posed_surfaces(load_saved_map(folder / "merged"));
     const ScanRecord record = read_scan(folder / "merged", {});
     const auto frame_of = [&](int id) { return record.keyframes[static_cast<std::size_t>(id)]->frame; };
     ASSERT_GE(patches.size(), 4u);
@@ -185,7 +185,7 @@ TEST_F(Fuse, UsesOtherSettingsWhereTheyAreGiven) {
   request.output.clear();
   EXPECT_TRUE(fuse().map_was_made);
   EXPECT_TRUE(read_bytes(folder / "same/mesh.ply") == read_bytes(folder / "run/mesh.ply"));
-  EXPECT_FALSE(load_session(folder / "run").nodes.empty());
+  EXPECT_FALSE(load_saved_map(folder / "run").nodes.empty());
   request.voxel_size_mm = 0.6;
   request.truncation_mm = 1.0;
   EXPECT_THAT(refusal(), HasSubstr("at least twice the voxel size"));
@@ -193,12 +193,12 @@ TEST_F(Fuse, UsesOtherSettingsWhereTheyAreGiven) {
 
 TEST_F(Fuse, AMapThatIsOlderThanItsScanIsMadeAgain) {
   EXPECT_FALSE(fuse().map_was_made);
-  const std::size_t before = load_session(request.run).nodes.size();
+  const std::size_t before = load_saved_map(request.run).nodes.size();
   go_on_without_saving();
-  EXPECT_THAT(load_session(request.run).warning, HasSubstr("went on after"));
+  EXPECT_THAT(load_saved_map(request.run).warning, HasSubstr("went on after"));
   EXPECT_TRUE(fuse().map_was_made);
-  EXPECT_GT(load_session(request.run).nodes.size(), before);
-  EXPECT_EQ(load_session(request.run).warning, "");
+  EXPECT_GT(load_saved_map(request.run).nodes.size(), before);
+  EXPECT_EQ(load_saved_map(request.run).warning, "");
   EXPECT_GT(read_bytes(request.run / "mesh.ply").size(), mesh.size());
   EXPECT_FALSE(fuse().map_was_made);
 }
@@ -233,11 +233,11 @@ TEST_F(Fuse, MeshAndConfigurationAreReplacedAsAWhole) {
   fs::create_directories(request.run / "mesh.ply/in the way");
   EXPECT_THAT(message_of([&] { fuse(); }), HasSubstr("run/mesh.ply: cannot be written"));
   fs::remove_all(request.run / "mesh.ply");
-  for (const auto& read : {std::function<void()>([&] { load_session(request.run); }),
+  for (const auto& read : {std::function<void()>([&] { load_saved_map(request.run); }),
                            std::function<void()>([&] { check_is_run(request.run); })})
     EXPECT_THAT(message_of(read), HasSubstr("the scan was not finished; fuse the run to make its map"));
   EXPECT_TRUE(fuse().map_was_made);
-  EXPECT_EQ(load_session(request.run).warning, "");
+  EXPECT_EQ(load_saved_map(request.run).warning, "");
   EXPECT_EQ(read_config(request.run / "config.yaml").slam.fusion.voxel_size_mm, 0.16);
   const std::string next = read_bytes(request.run / "mesh.ply");
   EXPECT_LT(next.size(), mesh.size());

@@ -112,7 +112,7 @@ TEST(GrowingRun, ASessionThatCannotBeWrittenAgainStays) {
   fs::remove(folder / "saving.tmp/hand.avi");
   run.save({Config{}, map, {}, {}}, "it is gone");
   EXPECT_EQ(read_scan(folder.path(), {}).frames.size(), 201u);
-  EXPECT_EQ(load_session(folder.path()).warning, "");
+  EXPECT_EQ(load_saved_map(folder.path()).warning, "");
   EXPECT_FALSE(fs::exists(folder / "saving.tmp"));
 }
 

@@ -71,7 +71,7 @@ TEST(StateWords, AreAmberWhereTheMeshIsNotWholeOrAMotionIsNotObservable) {
   EXPECT_EQ(state_words(status).tone, Tone::green);
   EXPECT_EQ(state_words(status, false).advice,
             "Everything is saved. 3.2 cm² touched, 90 % of it in the mesh. 10 % not joined.");
-  status.reservations = {
+  status.result_warnings = {
       "1 piece not joined; 16 frames not in the mesh; next time cross places that you touched before",
       "poses may be off by 2 mm"};
   EXPECT_EQ(state_words(status).tone, Tone::amber);

@@ -116,7 +116,7 @@ TEST(Store, HoldsTheMap) {
   const TemporaryFolder folder;
   const SlamMap map = small_map();
   write_store(folder.path(), map);
-  const Session session = load_session(folder.path());
+  const SavedMap session = load_saved_map(folder.path());
   ASSERT_EQ(session.nodes.size(), 2u);
   EXPECT_EQ(session.warning, "");
   EXPECT_DOUBLE_EQ(session.gradient_scale.mean(), 1.0);
@@ -144,21 +144,21 @@ TEST(Store, ATrialTakenBackIsGone) {
   for (const PoseGraphEdge& edge : after.edges) EXPECT_TRUE(edge.from != 1 && edge.to != 1);
   for (const FrameRecord& frame : after.frames)
     EXPECT_EQ(frame.status == TrackStatus::lost, frame.trial == 1);
-  EXPECT_THAT(load_session(folder.path()).warning, HasSubstr("the scan went on after its map was saved"));
+  EXPECT_THAT(load_saved_map(folder.path()).warning, HasSubstr("the scan went on after its map was saved"));
   EXPECT_EQ(after.keyframes.size(), 3u);
 }
 
 TEST(Store, AMapIsThatOfItsFrames) {
   const TemporaryFolder folder;
   begin_store(folder.path(), small_map().parts.front());
-  EXPECT_FALSE(find_session(folder.path()));
-  EXPECT_THAT(refusal([&] { load_session(folder.path()); }), HasSubstr("the scan was not finished"));
+  EXPECT_FALSE(find_saved_map(folder.path()));
+  EXPECT_THAT(refusal([&] { load_saved_map(folder.path()); }), HasSubstr("the scan was not finished"));
   Store store(folder.path());
   store.set_map(SlamMap{});
-  EXPECT_EQ(load_session(folder.path()).warning, "");
+  EXPECT_EQ(load_saved_map(folder.path()).warning, "");
   store.add(frame_of(7));
   store.flush();
-  EXPECT_THAT(load_session(folder.path()).warning, HasSubstr("went on"));
+  EXPECT_THAT(load_saved_map(folder.path()).warning, HasSubstr("went on"));
 }
 
 /// Whoever reads makes no file, while it is written and after a kill.

@@ -92,9 +92,9 @@ TEST_F(StreamOfALog, SaysOnceThatLightIsNotFollowed) {
   }
   SurfaceStream stream = open();
   for (int i = 0; i < 10; ++i) stream.next();
-  EXPECT_THAT(stream.background_doubts(), Not(Contains(HasSubstr("light changes"))));
+  EXPECT_THAT(stream.background_warnings(), Not(Contains(HasSubstr("light changes"))));
   while (stream.next()) continue;
-  EXPECT_THAT(stream.background_doubts(), Contains(HasSubstr("light changes")).Times(1));
+  EXPECT_THAT(stream.background_warnings(), Contains(HasSubstr("light changes")).Times(1));
 }
 
 TEST_F(StreamOfALog, HandsOutBackgroundFirstAndThenSurfaces) {
@@ -120,7 +120,7 @@ TEST_F(StreamOfALog, ContactInTheBackgroundIsRefusedUnlessForced) {
   EXPECT_THAT(error(), HasSubstr("should show the bare gel"));
   EXPECT_THAT(error(), HasSubstr("continue with force"));
   input.force = true;
-  EXPECT_THAT(open().background_doubts(), Contains(HasSubstr("the background shows contact")));
+  EXPECT_THAT(open().background_warnings(), Contains(HasSubstr("the background shows contact")));
 }
 
 /// Two old pictures of a touch before the bare gel, as a camera's buffers deliver them.
@@ -129,7 +129,7 @@ TEST_F(StreamOfALog, TheBackgroundIsFoundBehindOldPictures) {
   record(7, false);
   record(3, true);
   SurfaceStream stream = open();
-  EXPECT_THAT(stream.background_doubts(), Contains(HasSubstr("that of frames 2 to 8")));
+  EXPECT_THAT(stream.background_warnings(), Contains(HasSubstr("that of frames 2 to 8")));
   expect_frames(stream, 12, 9);
 }
 
@@ -142,7 +142,7 @@ TEST_F(StreamOfALog, ADamagedPictureHasANumberInTheBackground) {
     SurfaceStream stream = open();
     while (const auto item = stream.next())
       EXPECT_EQ(item->surface != nullptr, item->image.index >= 10) << damaged;
-    EXPECT_THAT(stream.background_doubts(), testing::Not(Contains(HasSubstr("the background is that of"))));
+    EXPECT_THAT(stream.background_warnings(), testing::Not(Contains(HasSubstr("the background is that of"))));
   }
 }
 
@@ -164,22 +164,22 @@ TEST_F(StreamOfALog, ABackgroundThatIsNotTheLogsIsDoubted) {
   record(3, true);
   const cv::Mat3b bare = bare_picture(0, 99);
   input.background = folder / "named.png";
-  const auto doubts_of = [&](const cv::Mat3b& picture) {
+  const auto warnings_of = [&](const cv::Mat3b& picture) {
     cv::imwrite(input.background.string(), picture);
     SurfaceStream stream = open();
     for (int i = 0; i < 13; ++i) EXPECT_EQ(stream.next()->image.index, i) << "none is lost";
     EXPECT_FALSE(stream.next());
-    return stream.background_doubts();
+    return stream.background_warnings();
   };
   const auto differs = [](const char* how) {
     return Contains(testing::AllOf(HasSubstr("differs from the first frames of the log"), HasSubstr(how)));
   };
-  EXPECT_THAT(doubts_of(bare), testing::Not(differs("")));
+  EXPECT_THAT(warnings_of(bare), testing::Not(differs("")));
   cv::Mat3b mirrored;
   cv::flip(bare, mirrored, 1);
-  EXPECT_THAT(doubts_of(mirrored), differs("left and right are swapped"));
-  EXPECT_THAT(doubts_of(dimmed(bare)), differs("the light has changed"));
-  EXPECT_THAT(doubts_of(render(ball_press(kSensor, kPitchMm, 100, 120, 5, 0.2), kPitchMm, 0, 1)),
+  EXPECT_THAT(warnings_of(mirrored), differs("left and right are swapped"));
+  EXPECT_THAT(warnings_of(dimmed(bare)), differs("the light has changed"));
+  EXPECT_THAT(warnings_of(render(ball_press(kSensor, kPitchMm, 100, 120, 5, 0.2), kPitchMm, 0, 1)),
               differs("touches"));
 }
 
@@ -193,7 +193,7 @@ TEST_F(StreamOfALog, WhatLooksLikeAnImprintInAllFramesIsBackground) {
     cv::imwrite(picture(i), worn);
   }
   SurfaceStream stream = open();
-  EXPECT_THAT(stream.background_doubts(), Contains(HasSubstr("looks like an imprint")));
+  EXPECT_THAT(stream.background_warnings(), Contains(HasSubstr("looks like an imprint")));
   expect_frames(stream, 13, 10);
 }
 

@@ -23,7 +23,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-using Doubts = std::vector<std::string>;
+using Warnings = std::vector<std::string>;
 
 /// Bluish top, reddish bottom, greenish sides, bright middle, by about as much as a GelSight Mini shows.
 cv::Mat3b bare_gel(int width = 320) {
@@ -94,12 +94,12 @@ cv::Mat3b torn(const cv::Mat3b& image) {
 }
 
 /// Each is a line of a terminal.
-Doubts short_ones(Doubts doubts) {
-  for (const std::string& doubt : doubts) EXPECT_LE(doubt.size(), 120U) << doubt;
-  return doubts;
+Warnings short_ones(Warnings warnings) {
+  for (const std::string& warning : warnings) EXPECT_LE(warning.size(), 120U) << warning;
+  return warnings;
 }
 
-Doubts judge(const cv::Mat3b& image) { return short_ones(judge_background(image, "GelSight Mini")); }
+Warnings judge(const cv::Mat3b& image) { return short_ones(judge_background(image, "GelSight Mini")); }
 
 TEST(JudgeBackground, ABareGelIsNotDoubted) {
   EXPECT_THAT(judge(bare_gel()), IsEmpty());

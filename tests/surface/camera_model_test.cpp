@@ -46,18 +46,19 @@ TEST(CameraModel, RawAndRestPixelsAreInverse) {
     for (int v = 0; v < 240; v += 13)
       for (int u = 0; u < 320; u += 17) {
         const Vector2d raw(u, v);
-        EXPECT_LT((*camera.raw_px(camera.rest_px(raw)) - raw).norm(), 1e-9) << k1 << ": " << u << ' ' << v;
+        EXPECT_LT((*camera.raw_px(camera.rectified_px(raw)) - raw).norm(), 1e-9)
+            << k1 << ": " << u << ' ' << v;
       }
   }
   for (int u = 0; u < 320; u += 17)
-    EXPECT_EQ(flat().rest_px({u, 31}), Vector2d(u, 31)) << "without a lens nothing moves";
+    EXPECT_EQ(flat().rectified_px({u, 31}), Vector2d(u, 31)) << "without a lens nothing moves";
 }
 
 TEST(CameraModel, LensThatBendsRaysBackShowsNothingBeyond) {
   CameraModel camera = flat();
   camera.optics.lens_k1 = -0.3;
   EXPECT_FALSE(camera.raw_px({0, 0}));
-  EXPECT_TRUE(camera.rest_px({0, 0}).allFinite());
+  EXPECT_TRUE(camera.rectified_px({0, 0}).allFinite());
 }
 
 TEST(CameraModel, RestPointLiesOnTheRayAndOnTheGel) {

@@ -47,7 +47,7 @@ TEST(SlopeUncertainty, IsTheLargerTheSteeperBeyondWhatNetworksFollow) {
     return cv::Vec3d(std::sin(degrees * CV_PI / 180), 0, std::cos(degrees * CV_PI / 180));
   });
   cv::Mat1b confidence(normals.size(), 200);
-  doubt_steep_slopes(normals, confidence);
+  lower_steep_confidence(normals, confidence);
   EXPECT_EQ(confidence(0, 24), 200);
   EXPECT_NEAR(confidence(0, 29), 90, 20);
   for (int degrees = 26; degrees < 31; ++degrees)
@@ -55,7 +55,7 @@ TEST(SlopeUncertainty, IsTheLargerTheSteeperBeyondWhatNetworksFollow) {
   for (int degrees = 32; degrees < 90; ++degrees) EXPECT_NEAR(confidence(0, degrees), 30, 1);
 
   cv::Mat1b filled_in(normals.size(), 1);
-  doubt_steep_slopes(normals, filled_in);
+  lower_steep_confidence(normals, filled_in);
   EXPECT_EQ(cv::countNonZero(filled_in != 1), 0);
 }
 

@@ -33,41 +33,43 @@ class UnjoinedPreviewTest : public testing::Test {
     touch->keyframe_T_frame = at(0, 0.5, 0);
     touch_ = touch;
   }
-  bool follow() { return piece_.follow(map_, touch_.get(), touch_ ? map_.pose_of(*touch_) : std::nullopt); }
+  bool follow() {
+    return unjoined_.follow(map_, touch_.get(), touch_ ? map_.pose_of(*touch_) : std::nullopt);
+  }
 
   MapSnapshot map_;
   std::shared_ptr<const LiveTouch> touch_;
-  UnjoinedPreview piece_;
+  UnjoinedPreview unjoined_;
   const Eigen::AlignedBox3f box_{Eigen::Vector3f(-5, -5, -1), Eigen::Vector3f(5, 5, 1)};
 };
 
 TEST_F(UnjoinedPreviewTest, GrowsBesideTheMap) {
   EXPECT_TRUE(follow());
-  ASSERT_TRUE(piece_.is_apart());
-  piece_.place_beside(box_, OrbitCamera());
-  ASSERT_TRUE(piece_.is_shown());
-  EXPECT_FALSE(piece_.box_mm().intersects(box_)) << "beside it";
-  EXPECT_GT(piece_.box_mm().min().x(), 5) << "to its right as the camera sees it";
-  const auto touch = piece_.map_T_touch();
+  ASSERT_TRUE(unjoined_.is_apart());
+  unjoined_.place_beside(box_, OrbitCamera());
+  ASSERT_TRUE(unjoined_.is_shown());
+  EXPECT_FALSE(unjoined_.box_mm().intersects(box_)) << "beside it";
+  EXPECT_GT(unjoined_.box_mm().min().x(), 5) << "to its right as the camera sees it";
+  const auto touch = unjoined_.map_T_touch();
   ASSERT_TRUE(touch);
-  EXPECT_TRUE((piece_.map_T_piece()->inverse() * *touch).isApprox(at(1, 0.5, 0), 1e-9))
+  EXPECT_TRUE((unjoined_.map_T_unjoined()->inverse() * *touch).isApprox(at(1, 0.5, 0), 1e-9))
       << "anchor is keyframe 2";
   EXPECT_FALSE(follow()) << "nothing new";
-  const std::size_t vertices = piece_.mesh().vertices.size();
+  const std::size_t vertices = unjoined_.mesh().vertices.size();
   map_.nodes.push_back(map_.nodes.back());
   map_.nodes.back().keyframe = 4;
   map_.nodes.back().component_T_keyframe = at(2, 0, 0);
   EXPECT_TRUE(follow());
-  EXPECT_EQ(2 * piece_.mesh().vertices.size(), 3 * vertices) << "three keyframes instead of two";
+  EXPECT_EQ(2 * unjoined_.mesh().vertices.size(), 3 * vertices) << "three keyframes instead of two";
 }
 
 TEST_F(UnjoinedPreviewTest, GoesWhenItIsTakenBack) {
   follow();
-  piece_.place_beside(box_, OrbitCamera());
+  unjoined_.place_beside(box_, OrbitCamera());
   map_.nodes.resize(2);
   touch_ = nullptr;
   follow();
-  EXPECT_FALSE(piece_.is_shown());
+  EXPECT_FALSE(unjoined_.is_shown());
 }
 
 }  // namespace

@@ -17,8 +17,8 @@ class ToAndFro {
  public:
   explicit ToAndFro(std::size_t count) : last_(static_cast<double>(count - 1)) {}
   std::size_t next() {
-    constexpr double kMost = 8;  // frames per step: 0.1 mm
-    const double phase = 2 * kMost / last_ * step_++;
+    constexpr double kMax = 8;  // frames per step: 0.1 mm
+    const double phase = 2 * kMax / last_ * step_++;
     return static_cast<std::size_t>(std::lround(0.5 * last_ * (1 - std::cos(phase))));
   }
 

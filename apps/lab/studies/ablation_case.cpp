@@ -46,7 +46,7 @@ class LiveTracking {
   }
 
   int tracked() const { return tracked_; }
-  int silent() const { return silent_; }
+  int undetected() const { return undetected_; }
   /// Median over the frames of the error over its standard deviation (root mean square over the observable
   /// axes): near 1 where the standard deviations are honest, larger where they are too small.
   double error_over_sigma() const { return median(errors_over_sigma_); }
@@ -70,12 +70,12 @@ class LiveTracking {
       squares += std::pow(error[axis] / sigma[axis], 2);
       ++axes;
     }
-    silent_ += is_wrong ? 1 : 0;
+    undetected_ += is_wrong ? 1 : 0;
     if (axes > 0) errors_over_sigma_.push_back(std::sqrt(squares / axes));
   }
 
   TrialMap map_;
-  int trial_ = -1, tracked_ = 0, silent_ = 0;
+  int trial_ = -1, tracked_ = 0, undetected_ = 0;
   First first_;
   std::vector<double> errors_over_sigma_;
 };
@@ -164,7 +164,7 @@ Json measure(const AblationCase& measured, const std::string& variant, const Con
               {"error_over_sigma", nullptr}};
   if (truth) {
     add_map_errors(row, map, config, *truth);
-    row["silent"] = live.silent();
+    row["silent"] = live.undetected();
     row["error_over_sigma"] = live.error_over_sigma();
   }
   row["frame_ms"] = total_ms(timer, {"surface", "tracking", "loop closure"}) / std::max(1, frames);

@@ -13,9 +13,9 @@ Key key_of(const Json& row) { return {row["set"], row["sequence"], row["model"]}
 
 /// Null where one of both is missing.
 Json ratio(const Json& without, const Json& with) {
-  constexpr double kLeast = 1e-9;
+  constexpr double kMin = 1e-9;
   if (!without.is_number() || !with.is_number()) return nullptr;
-  const double ratio = std::max(without.get<double>(), kLeast) / std::max(with.get<double>(), kLeast);
+  const double ratio = std::max(without.get<double>(), kMin) / std::max(with.get<double>(), kMin);
   return std::isfinite(ratio) ? Json(ratio) : Json(nullptr);
 }
 

@@ -29,7 +29,7 @@ Tally judge_result(const RegistrationProblem& problem, const RegistrationResult&
   tally.right =
       gap.translation().norm() < kRightMm && rotation_angle_rad(gap) * kDegreesPerRadian < kRightDeg;
   tally.shown_right = shown_mm < kRightMm && shown_deg < kRightDeg;
-  tally.silent = result.ok() && (shown_mm > kWrongMm || shown_deg > kWrongDeg);
+  tally.undetected = result.ok() && (shown_mm > kWrongMm || shown_deg > kWrongDeg);
   return tally;
 }
 

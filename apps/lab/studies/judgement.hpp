@@ -16,14 +16,14 @@ struct Tally {
   int right = 0;        ///< within 0.3 mm and 2 degrees
   int shown_right = 0;  ///< the same along every axis that was reported observable
   int tracked = 0;
-  int silent = 0;  ///< tracked, but off by more than 1 mm or 5 degrees along such an axis
+  int undetected = 0;  ///< tracked, but off by more than 1 mm or 5 degrees along such an axis
 
   void add(const Tally& other) {
     cases += other.cases;
     right += other.right;
     shown_right += other.shown_right;
     tracked += other.tracked;
-    silent += other.silent;
+    undetected += other.undetected;
   }
   double share(int count) const { return cases == 0 ? 0.0 : static_cast<double>(count) / cases; }
 };

@@ -173,7 +173,7 @@ void judge(const Trial& trial, const StudyMap& map, Score& score) {
     return Pose(map.map_T_object * trial.sensor_T_object[k].inverse());
   };
   const NormalFlowReference first(trial.surfaces.front(), {});
-  const bool shown = map.map->fit(first, {truth(0)}, PlacePrior::known).covered;
+  const bool shown = map.map->fit(first, {truth(0)}, PlacePrior::odometry).covered;
   Localizer localizer(map.map, {});
   bool sure = false;
   for (std::size_t k = 0; k < trial.surfaces.size() && !sure; ++k) {

@@ -72,7 +72,7 @@ class Study {
                       {"right", tally.share(tally.right)},
                       {"right_where_shown", tally.share(tally.shown_right)},
                       {"tracked", tally.share(tally.tracked)},
-                      {"silent_failures", tally.share(tally.silent)}});
+                      {"silent_failures", tally.share(tally.undetected)}});
     }
     return rows;
   }

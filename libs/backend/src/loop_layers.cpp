@@ -1,3 +1,18 @@
+// Chooses the loops that may shape the map (own; after pairwise consistency, Mangelson et al., ICRA 2018).
+//
+// Odometry edges are the trees of a forest. Two loops between the same two trees agree when the cycle that
+// they close with the paths between their ends has an error of at most kMaxMismatch standard deviations; a
+// gradient scale that all edges share explains a part of it (UncertainMotion). Between each two trees the
+// loop with which most others agree joins them, if it is certain or another one agrees; joining goes on until
+// nothing changes. Then every loop is accepted that agrees with the path between its own ends.
+//
+// The same limit cuts the robust kernel off: robust_cost() is a Cauchy cost up to kMaxMismatch and constant
+// beyond, so a loop that the rest of the graph contradicts has no weight. The graph may then have several
+// minima, and kernel_widenings() are the kernels of a graduated descent from a wide one (graduated
+// non-convexity).
+//
+// Wrong loops that agree with each other, as on a repeated pattern, outvote a right one.
+
 #include "loop_layers.hpp"
 
 #include <algorithm>
@@ -15,11 +30,11 @@ namespace {
 
 using namespace backend::detail;
 
-// Of the loops between two pieces, this many are compared with each other, evenly chosen along the scan:
+// Of the loops between two components, this many are compared with each other, evenly chosen along the scan:
 // enough to see which place most agree on.
-constexpr int kMaxCompared = 24;  // speed
+constexpr int kMaxCompared = 24;
 
-/// The loop between two pieces that most of the others agree with, and how many these are, with itself.
+/// The loop between two components that most of the others agree with, and how many these are, with itself.
 struct Agreement {
   std::size_t seed = 0;
   std::ptrdiff_t loops = 0;
@@ -47,7 +62,7 @@ class Consistency {
  private:
   MotionForest plant() const { return {edges_, motions_, tree_edges_}; }
 
-  /// Whether two loops between the same two trees are consistent.
+  /// Says whether two loops between the same two trees are consistent.
   bool agree(const MotionForest& forest, std::size_t a, std::size_t b) const {
     const PoseGraphEdge &first = edges_[a], &second = edges_[b];
     const bool same_way = forest.tree(first.from) == forest.tree(second.from);
@@ -62,19 +77,19 @@ class Consistency {
   /// Loops join trials until no two trials have enough evidence.
   MotionForest join_trials() {
     MotionForest forest = plant();
-    while (join_pieces(forest)) forest = plant();
+    while (join_components(forest)) forest = plant();
     return forest;
   }
 
-  /// Adds the best link between each two pieces with enough evidence; false when there are none.
-  bool join_pieces(const MotionForest& forest) {
+  /// Adds the best link between each two components with enough evidence; false when there are none.
+  bool join_components(const MotionForest& forest) {
     std::map<std::pair<int, int>, std::vector<std::size_t>> between;
     for (std::size_t i = 0; i < edges_.size(); ++i) {
       const int a = forest.tree(edges_[i].from), b = forest.tree(edges_[i].to);
       if (a != b) between[std::minmax(a, b)].push_back(i);
     }
     std::vector<Agreement> found;
-    for (auto& [pieces, loops] : between) {
+    for (auto& [components, loops] : between) {
       const Agreement most = most_agreed(forest, thinned(loops));
       if (most.loops > 1 || !edges_[most.seed].tentative) found.push_back(most);
     }
@@ -111,7 +126,7 @@ class Consistency {
     return most;
   }
 
-  /// Whether the path between a loop's ends says the same.
+  /// Says whether the path between a loop's ends agrees with it.
   bool is_supported(const MotionForest& forest, std::size_t loop) const {
     return mismatch(forest.path(edges_[loop].from, edges_[loop].to), motions_[loop], scale_sigma_) <=
            kMaxMismatch;
@@ -120,7 +135,7 @@ class Consistency {
   const std::vector<PoseGraphEdge>& edges_;
   const double scale_sigma_;
   std::vector<UncertainMotion> motions_;  // of the edges
-  std::vector<std::size_t> tree_edges_;   // odometry, and loops that join its pieces
+  std::vector<std::size_t> tree_edges_;   // odometry, and loops that join its components
 };
 
 }  // namespace
@@ -141,7 +156,7 @@ double robust_weight(double residual, double scale) {
 }
 
 std::vector<double> backend::detail::kernel_widenings(double widest) {
-  constexpr double kNarrowing = 4.0;  // numerics
+  constexpr double kNarrowing = 4.0;
   std::vector<double> widenings;
   for (double widening = widest; widening > 1; widening /= kNarrowing) widenings.push_back(widening);
   widenings.push_back(1);

@@ -14,12 +14,13 @@
 //   5. is_outlier              a loop that still does not fit has no weight
 namespace gelslam::backend::detail {
 
-/// Graduated non-convexity: a robust kernel gives little weight to any loop that drift has opened wide, true
-/// or false. Starting from a kernel `widest` times as wide, as wide as the worst loop, and narrowing it, true
-/// loops close and false ones lose their weight. (Blake & Zisserman 1987; schedule: own.)
+/// Returns the widths of the kernel for graduated non-convexity. A robust kernel gives little weight to any
+/// loop that drift has opened wide, true or false. Starting from a kernel `widest` times as wide, as wide as
+/// the worst loop, and narrowing it, true loops close and false ones lose their weight. (Blake & Zisserman
+/// 1987; schedule: own.)
 std::vector<double> kernel_widenings(double widest);
 
-/// Beyond kMaxMismatch.
+/// Says whether a loop's residual is beyond kMaxMismatch.
 bool is_outlier(EdgeKind kind, double residual);
 
 }  // namespace gelslam::backend::detail

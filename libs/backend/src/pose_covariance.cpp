@@ -1,3 +1,17 @@
+// Covariances of all poses of a solved pose graph, and how each pose follows the gradient scale.
+//
+// At the solution, the information of the poses is H = Σ JᵀJ over the whitened Jacobians of the edges that
+// are no outliers, a loop with the weight that its robust kernel leaves it. Each component has a gauge, whose
+// covariance is 0: the anchor, or its smallest node. The covariance of a node is a diagonal block of H⁻¹. A
+// sparse Cholesky factor H = L Lᵀ gives the entries of the inverse where L has entries, from the last column
+// to the first (selected inverse; Takahashi et al. 1973), which costs about as much as the factorization, and
+// not as much as a dense inverse.
+//
+// With shared factors s of the gradient scale, x follows them by dx/ds = -H⁻¹ Hxs, and the covariance of s is
+// the inverse of its Schur complement, its prior included. Both are linearizations at the solution:
+// covariances are too small where the graph has several minima, and where registrations share errors that
+// their information does not contain.
+
 #include "gelslam/backend/pose_covariance.hpp"
 
 #include <Eigen/LU>
@@ -16,10 +30,10 @@ using namespace backend::detail;
 using Sparse = Eigen::SparseMatrix<double>;
 using ByScale = Eigen::Matrix<double, Eigen::Dynamic, kScaleTerms>;
 
-/// The lower half of Z = (L L')^-1 where L has entries; these follow from each other, column by column from
-/// the last. Z L = L'^-1 is upper triangular, so below the diagonal column j of Z is -Z_II l: I are the rows
-/// of L's entries there, and l these entries over the diagonal. All entries of Z_II are where L has some,
-/// too.
+/// Returns the lower half of Z = (L L')^-1 where L has entries; these follow from each other, column by
+/// column from the last. Z L = L'^-1 is upper triangular, so below the diagonal column j of Z is -Z_II l: I
+/// are the rows of L's entries there, and l these entries over the diagonal. All entries of Z_II are where L
+/// has some, too.
 Sparse selected_inverse(const Sparse& lower) {
   Sparse inverse = lower;
   const int *column = lower.outerIndexPtr(), *row = lower.innerIndexPtr();

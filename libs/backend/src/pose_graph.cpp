@@ -1,3 +1,16 @@
+// SE(3) pose graph with unknowns that all edges share, solved with Ceres on one thread.
+//
+// It minimizes over the poses x and the shared unknowns u the sum over odometry edges of |r|², plus the sum
+// over loops of the robust cost of |r| (loop_layers.cpp), plus the prior of u. The residual of an edge is r =
+// W (e - B u), where e is log(measured⁻¹ x_from⁻¹ x_to) to first order, WᵀW is the edge's information
+// together with a weak prior that overlapping frames are known to kOverlapSigmaRad and kOverlapSigmaMm, and B
+// is how the measured motion follows the unknowns (for the gradient scale, see uncertain_motion.cpp). Each
+// connected component holds its smallest node fixed.
+//
+// If any loop remains an outlier, the graph is solved again from a wide kernel that narrows, and the solution
+// with the smaller cost is kept. Initial poses must be roughly right along odometry: a chain that begins
+// badly twisted may end in a local minimum.
+
 #include "gelslam/backend/pose_graph.hpp"
 
 #include <ceres/ceres.h>
@@ -16,11 +29,11 @@ namespace {
 using namespace backend::detail;
 
 bool is_pose(const Pose& pose) {
-  constexpr double kTolerance = 1e-3;  // bound: above drift of products of rotations, below any mistake
+  constexpr double kTolerance = 1e-3;  // above drift of products of rotations, below any mistake
   return pose.matrix().allFinite() && pose.linear().isUnitary(kTolerance) && pose.linear().determinant() > 0;
 }
 
-/// Nodes by index in ascending id order; edges by those indices.
+/// A graph with nodes by index in ascending id order; edges by those indices.
 struct Graph {
   std::vector<int> ids;
   std::vector<NodeState> nodes;
@@ -59,7 +72,7 @@ Graph make_graph(const std::map<int, Pose>& initial_map_T_node, const std::vecto
   return graph;
 }
 
-/// Edges get their derivatives by the unknowns, whitened.
+/// Gives edges their derivatives by the unknowns, whitened.
 void add_shared_unknowns(const SharedUnknowns& shared, Graph& graph) {
   const Eigen::Index count = shared.information.rows();
   if (count == 0 && shared.edge_by_unknown.empty()) return;
@@ -77,7 +90,7 @@ void add_shared_unknowns(const SharedUnknowns& shared, Graph& graph) {
   }
 }
 
-/// robust_cost() of a loop. The kernel, `widening` times as wide, ends where a loop is an outlier.
+/// Computes robust_cost() of a loop. The kernel, `widening` times as wide, ends where a loop is an outlier.
 class LoopLoss : public ceres::LossFunction {
  public:
   LoopLoss(double scale, double widening)
@@ -93,7 +106,7 @@ class LoopLoss : public ceres::LossFunction {
   const double limit_;
 };
 
-/// An edge's residual: of its nodes, and shifted by the shared unknowns where there are any.
+/// Computes an edge's residual: of its nodes, and shifted by the shared unknowns where there are any.
 class EdgeCost : public ceres::CostFunction {
  public:
   explicit EdgeCost(const WhitenedEdge& edge) : edge_(edge), of_nodes_(new OfNodes{&edge_}) {
@@ -140,7 +153,7 @@ struct Estimate {
   double cost = 0;
 };
 
-/// The graph as a Ceres problem over its own copy of the state, with one loss shared by all loops.
+/// Holds the graph as a Ceres problem over its own copy of the state, with one loss shared by all loops.
 class Solver {
  public:
   Solver(const Graph& graph, const PoseGraphOptions& options)
@@ -159,10 +172,10 @@ class Solver {
 
     ceres::Solver::Options solver;
     solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-    // Its sums have one order, unlike those of a BLAS with threads.
+    // Eigen's sums have one order, unlike those of a BLAS with threads.
     solver.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
     solver.num_threads = 1;
-    // Nearly Gauss-Newton: with Ceres' default the soft modes of a long chain need many steps.
+    // The steps are nearly Gauss-Newton: with Ceres' default the soft modes of a long chain need many steps.
     solver.initial_trust_region_radius = 1e8;
     solver.function_tolerance = 1e-6;
     solver.gradient_tolerance = 1e-10;

@@ -21,7 +21,7 @@ ScaleCovariance prior_scale_covariance(double sigma) {
 }
 
 MotionByScale motion_by_gradient_scale(const PoseGraphEdge& edge) {
-  constexpr double kUpsideDown = 1e-6;  // numerics: there the split into tilt and twist is not defined
+  constexpr double kUpsideDown = 1e-6;  // There the split into tilt and twist is not defined.
   const Eigen::Quaterniond q(edge.from_T_to.linear());
   Eigen::Quaterniond twist(q.w(), 0, 0, q.z());
   twist = twist.norm() > kUpsideDown ? twist.normalized() : Eigen::Quaterniond::Identity();
@@ -85,7 +85,7 @@ UncertainMotion uncertain_motion(const PoseGraphEdge& edge) {
   return {{edge.from_T_to, with_overlap_prior(edge.information).inverse()}, motion_by_gradient_scale(edge)};
 }
 
-bool tells_place(const PoseGraphEdge& edge) {
+bool constrains_pose(const PoseGraphEdge& edge) {
   constexpr double kMaxSigmaMm = 2.5, kMaxSigmaRad = 0.17;
   const Matrix6d covariance = uncertain_motion(edge).from_T_to.covariance;
   Eigen::Matrix<double, 3, 6> at_center;

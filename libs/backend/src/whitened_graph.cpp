@@ -8,9 +8,9 @@
 namespace gelslam::backend::detail {
 namespace {
 
-// Relative to the largest entry: what rounding leaves in a matrix that was built as J'J or transported by an
-// adjoint.
-constexpr double kRoundingTolerance = 1e-6;  // numerics
+// The tolerance is relative to the largest entry: it is what rounding leaves in a matrix that was built as
+// J'J or transported by an adjoint.
+constexpr double kRoundingTolerance = 1e-6;
 
 }  // namespace
 

@@ -9,13 +9,14 @@
 
 namespace gelslam::backend::detail {
 
-/// What an edge says of a motion, and what overlapping frames satisfy whatever it says: they are within a
-/// radian and the sensor's width (one standard deviation each). It decides only along directions that the
-/// surface did not show; without it a chain of edges along a featureless surface has no solution.
+/// Returns what an edge says of a motion, and what overlapping frames satisfy whatever it says: they are
+/// within a radian and the sensor's width (one standard deviation each). It decides only along directions
+/// that the surface did not show; without it a chain of edges along a featureless surface has no solution.
 Matrix6d with_overlap_prior(const Matrix6d& information);
 
-/// W with W' W = with_overlap_prior(information), so that the squared norm of W * error is the Mahalanobis
-/// distance. Throws Error on information that is not finite, not symmetric or not positive semi-definite.
+/// Returns W with W' W = with_overlap_prior(information), so that the squared norm of W * error is the
+/// Mahalanobis distance. Throws Error on information that is not finite, not symmetric or not positive
+/// semi-definite.
 Matrix6d whitening_matrix(const Matrix6d& information);
 
 /// An edge made ready for evaluation, nodes by index.
@@ -35,9 +36,9 @@ using NodeState = std::array<double, 7>;
 NodeState to_state(const Pose& pose);
 Pose to_pose(const NodeState& state);
 
-/// (rx ry rz tx ty tz) between what an edge measures and the motion between two nodes, in the measured `to`
-/// frame, whitened; the shared unknowns are 0. Equal to the SE(3) logarithm to first order, and cheaper.
-/// Written over a scalar type, so that Ceres can differentiate it.
+/// Returns the difference (rx ry rz tx ty tz) between what an edge measures and the motion between two nodes,
+/// in the measured `to` frame, whitened; the shared unknowns are 0. Equal to the SE(3) logarithm to first
+/// order, and cheaper. Written over a scalar type, so that Ceres can differentiate it.
 template <typename T>
 Eigen::Matrix<T, 6, 1> whitened_error(const WhitenedEdge& edge, const T* from, const T* to) {
   using std::atan2, std::sqrt;
@@ -60,8 +61,8 @@ Eigen::Matrix<T, 6, 1> whitened_error(const WhitenedEdge& edge, const T* from, c
   return edge.whitening.cast<T>() * result;
 }
 
-/// Whitened residual norm of an edge between two nodes. `unknowns`: none (all are 0), or as many as the edge
-/// has columns for.
+/// Returns the whitened residual norm of an edge between two nodes. `unknowns`: none (all are 0), or as many
+/// as the edge has columns for.
 double residual_norm(const WhitenedEdge& edge, const NodeState& from, const NodeState& to,
                      const Eigen::VectorXd& unknowns = {});
 

@@ -17,7 +17,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Log, file, first_time_s)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Frames, total, background, no_contact, tracked, lost, in_map,
                                    not_in_mesh, left_out)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Drift, amount, frame, time_s)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Hidden, motion, first_frame, first_time_s, frames)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::UnobservableMotion, motion, first_frame, first_time_s, frames)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Uncertainty, drift_mm, drift_deg, not_observable)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::GradientScale, x, y)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::MeshSize, vertices, triangles, islands_left_out)

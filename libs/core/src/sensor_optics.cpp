@@ -11,7 +11,7 @@ namespace gelslam {
 namespace {
 
 // What any lens, camera and gel may have.
-constexpr double kMostK1 = 0.3, kLeastDistanceMm = 5, kSteepestDome = 0.5, kMostAspect = 1.5;
+constexpr double kMaxK1 = 0.3, kMinDistanceMm = 5, kSteepestDome = 0.5, kMaxAspect = 1.5;
 
 }  // namespace
 
@@ -19,11 +19,11 @@ std::string why_impossible(const SensorOptics& optics, int width_px, int height_
   const auto in = [](double x, double least, double most) { return x >= least && x <= most; };  // NaN: false
   const auto [u, v] = optics.lens_center_px;
   const auto [a, b] = optics.gel_dome_per_mm;
-  if (!in(optics.lens_k1, -kMostK1, kMostK1)) return "lens_k1 must be from -0.3 to 0.3";
+  if (!in(optics.lens_k1, -kMaxK1, kMaxK1)) return "lens_k1 must be from -0.3 to 0.3";
   if (!in(u, -0.5 * width_px, 0.5 * width_px) || !in(v, -0.5 * height_px, 0.5 * height_px))
     return "lens_center_px lies outside the picture";
-  if (!in(optics.pixel_aspect, 1 / kMostAspect, kMostAspect)) return "pixel_aspect must be from 0.67 to 1.5";
-  if (optics.camera_distance_mm != 0 && !in(optics.camera_distance_mm, kLeastDistanceMm, 1e6))
+  if (!in(optics.pixel_aspect, 1 / kMaxAspect, kMaxAspect)) return "pixel_aspect must be from 0.67 to 1.5";
+  if (optics.camera_distance_mm != 0 && !in(optics.camera_distance_mm, kMinDistanceMm, 1e6))
     return "camera_distance_mm must be at least 5, or 0 for an orthographic camera";
   if (!(std::hypot(a * width_px, b * height_px) * pixel_pitch_mm <= kSteepestDome))
     return "gel_dome_per_mm makes the gel steeper than 0.5 rad within the picture";
@@ -39,10 +39,10 @@ std::string optics_text(const SensorOptics& optics) {
 }
 
 void describe_optics(OptionVisitor& visit, SensorOptics& optics) {
-  visit.number("lens_k1", optics.lens_k1, -kMostK1, kMostK1,
+  visit.number("lens_k1", optics.lens_k1, -kMaxK1, kMaxK1,
                "pixel radius = r (1 + k1 r²), in half picture widths; 0: no lens");
   visit.pair("lens_center_px", optics.lens_center_px, -1e4, 1e4, "principal point from the picture's center");
-  visit.number("pixel_aspect", optics.pixel_aspect, 1 / kMostAspect, kMostAspect, "scale along x over y");
+  visit.number("pixel_aspect", optics.pixel_aspect, 1 / kMaxAspect, kMaxAspect, "scale along x over y");
   visit.number("camera_distance_mm", optics.camera_distance_mm, 0, 1e6,
                "behind the gel; at least 5, or 0: orthographic");
   visit.pair("gel_dome_per_mm", optics.gel_dome_per_mm, -1, 1, "a, b: the gel at rest is z = -(a x² + b y²)");

@@ -78,9 +78,9 @@ std::string nearest_name(std::string_view word, const std::vector<std::string>& 
 }
 
 std::string one_line(std::string_view text) {
-  constexpr std::size_t kMostBytes = 4000;
+  constexpr std::size_t kMaxBytes = 4000;
   std::string line;
-  while (!text.empty() && line.size() < kMostBytes) {
+  while (!text.empty() && line.size() < kMaxBytes) {
     const std::string_view letter = text.substr(0, letter_bytes(text));
     text.remove_prefix(std::max<std::size_t>(letter.size(), 1));
     const bool blank = letter.size() == 1

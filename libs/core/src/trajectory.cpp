@@ -89,16 +89,16 @@ std::string tum_line(double time_s, const Pose& pose_mm) {
                      q.y(), q.z(), q.w());
 }
 
-std::vector<std::vector<Pose>> unbroken_pieces(std::span<const StampedPose> trajectory) {
+std::vector<std::vector<Pose>> unbroken_segments(std::span<const StampedPose> trajectory) {
   constexpr double kGapS = 0.25;
-  std::vector<std::vector<Pose>> pieces;
+  std::vector<std::vector<Pose>> segments;
   double last_s = 0;
   for (const StampedPose& pose : trajectory) {
-    if (pieces.empty() || pose.time_s - last_s > kGapS) pieces.emplace_back();
-    pieces.back().push_back(pose.map_T_sensor);
+    if (segments.empty() || pose.time_s - last_s > kGapS) segments.emplace_back();
+    segments.back().push_back(pose.map_T_sensor);
     last_s = pose.time_s;
   }
-  return pieces;
+  return segments;
 }
 
 std::string tum_text(const std::vector<StampedPose>& trajectory) {

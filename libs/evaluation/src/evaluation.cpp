@@ -78,8 +78,8 @@ std::vector<IndexedPose> match_frames(const GroundTruth& truth, const RunFiles& 
 MeshEvaluation evaluate_meshes(const PlacedMeshes& meshes, const std::vector<Eigen::Vector3d>& touched_mm,
                                ProgressSink* progress) {
   for (const auto& [name, mesh] : {std::pair{"mesh", &meshes.estimate}, {"true mesh", &meshes.truth}})
-    if (const std::string doubt = size_doubt(*mesh); !doubt.empty())
-      throw Error(std::string("the ") + name + " " + doubt);
+    if (const std::string warning = size_warning(*mesh); !warning.empty())
+      throw Error(std::string("the ") + name + " " + warning);
   NoProgress silent;
   ProgressSink& steps = progress != nullptr ? *progress : silent;
   steps.begin("measuring the mesh", 3);  // steps of about the same length
@@ -104,12 +104,11 @@ MeshEvaluation evaluate_meshes(const PlacedMeshes& meshes, const std::vector<Eig
 
 /// Between the two poses around a time, unless these are too far apart.
 std::optional<Pose> pose_at(const std::vector<StampedPose>& trajectory, double time_s) {
-  constexpr double kMostApartS = 0.1;
+  constexpr double kMaxGapS = 0.1;
   const auto after = std::ranges::lower_bound(trajectory, time_s, {}, &StampedPose::time_s);
   if (after == trajectory.end()) return std::nullopt;
   if (after->time_s == time_s) return after->map_T_sensor;
-  if (after == trajectory.begin() || after->time_s - std::prev(after)->time_s > kMostApartS)
-    return std::nullopt;
+  if (after == trajectory.begin() || after->time_s - std::prev(after)->time_s > kMaxGapS) return std::nullopt;
   const StampedPose& before = *std::prev(after);
   const double share = (time_s - before.time_s) / (after->time_s - before.time_s);
   return before.map_T_sensor * se3_exp(share * se3_log(before.map_T_sensor.inverse() * after->map_T_sensor));
@@ -142,7 +141,7 @@ Comparison compare_with_trajectory(const std::filesystem::path& run, const std::
 
 /// Asks about the notation of the true poses where the run's motions agree with another one: how far and
 /// about which axes the sensor moved from pose to pose depends on no frame of reference.
-std::string doubt_of_motions(const Comparison& comparison) {
+std::string motion_warning(const Comparison& comparison) {
   const auto reordered = [](const Pose& pose) {  // as if qx qy qz qw had been qw qx qy qz
     const Eigen::Quaterniond q(pose.linear());
     return Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w());
@@ -214,18 +213,18 @@ Evaluation evaluate(const Comparison& comparison, const std::optional<PlacedMesh
     evaluation.trials = report->trials;
     evaluation.components = report->components;
   }
-  if (truth.start_s) evaluation.trajectory_doubt = doubt_of_motions(comparison);
+  if (truth.start_s) evaluation.trajectory_warning = motion_warning(comparison);
   if (meshes) evaluation.mesh = evaluate_meshes(*meshes, truth.touched_mm, progress);
   return evaluation;
 }
 
-std::string Evaluation::doubt() const {
-  if (!trajectory_doubt.empty()) return trajectory_doubt;
+std::string Evaluation::warning() const {
+  if (!trajectory_warning.empty()) return trajectory_warning;
   // Distances to another object's surface may be small, too. The ratio of these angles is 0.1 to 0.67 for the
   // own surface, 0.78 to 1.1 for those of others (seven runs, seven objects); smooth ones do not tell.
-  constexpr double kMostRatio = 0.72, kSmoothDeg = 5;
+  constexpr double kMaxRatio = 0.72, kSmoothDeg = 5;
   if (!mesh || mesh->at_known_pose.normals_deg < kSmoothDeg ||
-      mesh->at_known_pose.normals_deg < kMostRatio * mesh->at_known_pose.normals_aside_deg)
+      mesh->at_known_pose.normals_deg < kMaxRatio * mesh->at_known_pose.normals_aside_deg)
     return "";
   return "the mesh's relief is not that of the true surface: is it the truth of this object and run?";
 }

@@ -128,15 +128,15 @@ Mesh trimmed(const Mesh& mesh, const TriangleScene& source, double reach_mm) {
   return triangles_where(mesh, touched_triangles(mesh, closest_to(source, mesh), reach_mm));
 }
 
-/// Without the pieces that nothing touched: where points contradict each other, bubbles arise.
-Mesh touched_pieces(const Mesh& mesh, const TriangleScene& source, double reach_mm) {
-  const MeshPieces pieces = find_pieces(mesh);
+/// Without the shells that nothing touched: where points contradict each other, bubbles arise.
+Mesh touched_shells(const Mesh& mesh, const TriangleScene& source, double reach_mm) {
+  const MeshShells shells = find_shells(mesh);
   const std::vector<char> touched = touched_triangles(mesh, closest_to(source, mesh), reach_mm);
-  std::vector<char> piece_touched(pieces.area_mm2.size(), 0), chosen(touched.size(), 0);
-  const auto piece_of = [&](std::size_t i) { return static_cast<std::size_t>(pieces.of_triangle[i]); };
+  std::vector<char> shell_touched(shells.area_mm2.size(), 0), chosen(touched.size(), 0);
+  const auto shell_of = [&](std::size_t i) { return static_cast<std::size_t>(shells.of_triangle[i]); };
   for (std::size_t i = 0; i < touched.size(); ++i)
-    if (touched[i] != 0) piece_touched[piece_of(i)] = 1;
-  for (std::size_t i = 0; i < touched.size(); ++i) chosen[i] = piece_touched[piece_of(i)];
+    if (touched[i] != 0) shell_touched[shell_of(i)] = 1;
+  for (std::size_t i = 0; i < touched.size(); ++i) chosen[i] = shell_touched[shell_of(i)];
   return triangles_where(mesh, chosen);
 }
 
@@ -199,11 +199,11 @@ void add_confidence(Mesh& mesh, const Mesh& source, const std::vector<ClosestPoi
 
 Mesh closed(const Mesh& smooth, const TriangleScene& source, const Octree& octree, ProgressSink& progress) {
   const double reach_mm = kReachCells * octree.cell_mm;
-  if (is_closed(smooth)) return touched_pieces(smooth, source, reach_mm);
+  if (is_closed(smooth)) return touched_shells(smooth, source, reach_mm);
   progress.begin("closing the body", std::nullopt);
   const o3d::PointCloud points = with_hull(trimmed(smooth, source, reach_mm), octree.cell_mm);
   const Octree larger = octree_of(extent_mm(points).maxCoeff(), octree.cell_mm);
-  Mesh body = touched_pieces(reconstruct(points, larger.depth), source, reach_mm);
+  Mesh body = touched_shells(reconstruct(points, larger.depth), source, reach_mm);
   progress.end();
   return body;
 }

@@ -161,9 +161,9 @@ Json triangles_message(const Mesh& mesh, const VertexColors& vertex_colors,
 
 Json lines_message(const std::vector<StampedPose>& trajectory) {
   Json lines = Json::array();
-  for (const auto& piece : unbroken_pieces(trajectory)) {
+  for (const auto& segment : unbroken_segments(trajectory)) {
     Json points = Json::array();
-    for (const Pose& pose : piece) points.push_back(xyz(pose.translation()));
+    for (const Pose& pose : segment) points.push_back(xyz(pose.translation()));
     lines.push_back({{"type", 0},  // a strip
                      {"pose", pose_message(Pose::Identity())},
                      {"thickness", 2.0},

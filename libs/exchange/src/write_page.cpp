@@ -35,7 +35,7 @@ PageJson page_data(const RunContents& run, MeshColor color) {
                                                  run.mesh.triangles.size())});
   data["warnings"] = run.warnings;
   data["strips"] = PageJson::array();
-  for (const auto& piece : unbroken_pieces(run.trajectory)) data["strips"].push_back(places(piece));
+  for (const auto& segment : unbroken_segments(run.trajectory)) data["strips"].push_back(places(segment));
   std::vector<Pose> keyframes;
   for (const StampedPose& pose : run.keyframes) keyframes.push_back(pose.map_T_sensor);
   data["keyframes"] = places(keyframes);

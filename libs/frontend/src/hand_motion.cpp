@@ -1,3 +1,18 @@
+// A filter of the sensor's motion over the object that learns its process noise (own; a speed learned from
+// the motion itself is the idea of KISS-ICP, Vizzo et al., RA-L 2023, section III-D).
+//
+// State: the pose in the keyframe with its covariance, and a velocity. Prediction: the pose moves on by
+// velocity times elapsed time, and the step has the covariance (elapsed time)² variance_ along each axis,
+// turns measured at kMmPerRad. Correction: along each of the independent directions of a registration, the
+// pose keeps the larger of the registration's information and of what was known before; the prediction's
+// variance counts as if the step went on for kSteadyS, for steps have one direction for some time. The
+// velocity becomes the measured one times its Kalman gain, but changes by no more than the standard deviation
+// of the speed. variance_ follows the squared speed of what the surfaces show, with a memory of kMemoryS,
+// down to a hand at rest.
+//
+// Along a direction that the surfaces do not show, the velocity goes to 0 and the variance of the pose grows.
+// After a sudden start, the velocity follows some frames late.
+
 #include "gelslam/frontend/hand_motion.hpp"
 
 #include <algorithm>
@@ -9,10 +24,10 @@ namespace {
 constexpr double kRestMmPerS = 0.1;    // a hand that holds still
 constexpr double kMemoryS = 0.3;       // in which a hand starts or stops
 constexpr double kSteadyS = 1;         // for so long a hand keeps its direction
-constexpr double kMinElapsedS = 1e-3;  // numerics: frames with the same time
-constexpr double kTimeUnitS = 1e-6;    // numerics: the same frames, counted from another start
+constexpr double kMinElapsedS = 1e-3;  // between frames with the same time
+constexpr double kTimeUnitS = 1e-6;    // rounds away what counting from another start changes
 
-/// Variance along each direction (columns whose inverse is `along`).
+/// Returns the variance along each direction (columns whose inverse is `along`).
 Vector6d variance_along(const Matrix6d& along, const Matrix6d& covariance) {
   return (along * covariance * along.transpose()).diagonal();
 }
@@ -21,13 +36,14 @@ Vector6d information_along(const Matrix6d& directions, const Matrix6d& informati
   return (directions.transpose() * information * directions).diagonal().cwiseMax(0.0);
 }
 
-/// The share of a motion that is measured rather than expected: 0..1.
+/// Returns the share of a motion that is measured rather than expected: 0..1.
 Vector6d gain(const Vector6d& variance, const Vector6d& information) {
   const auto certainty = variance.array() * information.array();
   return certainty / (1 + certainty);
 }
 
-/// mm² of the contact's motion along right perturbations (columns); turns by kMmPerRad.
+/// Returns the squared size in mm² of the contact's motion along right perturbations (columns); turns by
+/// kMmPerRad.
 Vector6d sizes_mm2(const Matrix6d& directions, const Eigen::Vector3d& center_mm) {
   Matrix6d to_center = Matrix6d::Identity();
   to_center.topLeftCorner<3, 3>() *= kMmPerRad;
@@ -74,7 +90,7 @@ MotionState HandMotion::correct(const ExpectedMotion& expected, const Registrati
                          expected.elapsed_s;
   const Vector6d of_step = gain(variance_along(along, expected.step), information);
 
-  // Over the directions of the normals; the height is pressed, not moved by hand.
+  // The speed is learned over the directions that normals tell; the height is pressed, not moved by hand.
   const Vector6d sizes = sizes_mm2(directions, state.center_mm);
 
   // No step changes the velocity by more than the speed of late: a damaged picture makes steps that no hand

@@ -1,3 +1,17 @@
+// Tracks the sensor on the object frame by frame (Huang, Mirzaee, Kaess, Yuan, GelSLAM, T-RO 2026, section
+// IV).
+//
+// HandMotion predicts the next pose and its covariance. The frame is registered to the keyframe from there;
+// if that fails, to the last tracked frame, which then becomes a keyframe (the fallback); if that fails, too,
+// relocalize() looks for the one pose at which the textures agree, on the keyframe and on the last frame. The
+// corrected state is the prediction of the next frame. A frame replaces the keyframe when the keyframe shares
+// too little of its contact, and TurningPoints keeps frames that alone show a part of the object as patches.
+//
+// A frame that fits nothing is lost, not guessed: it may be a torn picture, so the trial waits for
+// patience_s, and the first frame after that begins a new trial. But for the first of a trial and the
+// fallback, no frame becomes a keyframe unless the frame before shows the same contact. Errors of a chain of
+// keyframes accumulate here; loops remove them later.
+
 #include "gelslam/frontend/tracker.hpp"
 
 #include <algorithm>
@@ -61,7 +75,7 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, const SurfacePtr&
   if (!in_trial_) {
     result.status = TrackStatus::tracked;
     begin_trial(result, surface);
-    // Against itself: what this surface can show at all.
+    // It is registered against itself, which tells what this surface can show at all.
     result.registration = reference_.register_to(*surface, Pose::Identity());
     return result;
   }
@@ -72,29 +86,30 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, const SurfacePtr&
   } else {
     result.status = TrackStatus::lost;
     previous_.state.velocity.setZero();  // nothing tells whether the motion has gone on
-    // Until then it may be a torn picture, and a later frame may fit again.
+    // For patience_s it may be a torn picture, and a later frame may fit again.
     if (time_s - previous_.time_s > options_.patience_s) begin_trial(result, surface);
   }
   return result;
 }
 
-/// From where the motion of the hand leads.
+/// Registers from where the motion of the hand leads.
 Tracker::Attempt Tracker::register_to(const PreparedReference& reference, const MotionState& before,
                                       double time_s, const Surface& surface) const {
   const ExpectedMotion expected = hand_.expect(before, time_s - previous_.time_s);
   return {reference.register_to(surface, expected.prior()), expected};
 }
 
-/// The only place where the frame fits, after `failed`. Not ok when there is none, or there are several.
+/// Finds the only place where the frame fits, after `failed`. The result is not ok when there is none, or
+/// there are several.
 Tracker::Attempt Tracker::relocalize_on(const PreparedReference& reference, const Surface& surface,
                                         const Attempt& failed) const {
   if (!options_.relocalize) return failed;
-  const RegistrationResult place =
+  const RegistrationResult candidate =
       relocalize(*reference.samples, surface, failed.expected.reference_T_frame.pose.inverse(),
                  failed.registration, normal_flow_, verification_);
-  if (!place.ok()) return {place, failed.expected};
+  if (!candidate.ok()) return {candidate, failed.expected};
   // Another method starts from there and decides.
-  return {reference.register_to(surface, place.target_T_reference), failed.expected};
+  return {reference.register_to(surface, candidate.target_T_reference), failed.expected};
 }
 
 /// Registers to the keyframe; if that fails, to the last tracked frame, which becomes a keyframe if it is
@@ -107,16 +122,16 @@ Tracker::Attempt Tracker::track_with_fallback(TrackedFrame& result, const Surfac
   PreparedReference previous = registrar_(previous_.surface);
   Attempt on_previous = register_to(previous, previous_.state.in_itself(), result.time_s, surface);
   if (!on_previous.registration.ok()) {
-    const Attempt place = relocalize_on(reference_, surface, on_keyframe);
-    if (place.registration.ok()) return place;
+    const Attempt candidate = relocalize_on(reference_, surface, on_keyframe);
+    if (candidate.registration.ok()) return candidate;
     on_previous = relocalize_on(previous, surface, on_previous);
-    if (!on_previous.registration.ok()) return place;
+    if (!on_previous.registration.ok()) return candidate;
   }
   switch_keyframe(result, previous_, std::move(previous));
   return on_previous;
 }
 
-/// Of the contact of `surface`, as far as the keyframe's samples tell.
+/// Returns the share of the contact of `surface` that the keyframe shows, as far as its samples tell.
 double Tracker::shared_with_keyframe(const RegistrationResult& registration, const Surface& surface) const {
   const double share = static_cast<double>(registration.shared_samples) / reference_.samples->sample_count();
   return share * reference_.samples->surface().contact_pixels / surface.contact_pixels;

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kKeyframes = 6;  // further back, the sensor was elsewhere or comes as to any seen place
 
-/// Whether points of the trial lie in a touch's contact.
+/// Says which points of the trial lie in a touch's contact.
 class View {
  public:
   explicit View(const TurningPoints::Touch& touch)

@@ -27,7 +27,8 @@ std::vector<PatchPtr> difference(const std::vector<PatchPtr>& a, const std::vect
 
 bool differs(float a, float b) { return !(a == b || (std::isnan(a) && std::isnan(b))); }
 
-/// Bit n is set when lower neighbor n sees a change: its cells reach into the voxels of the lowest layers.
+/// In the result, bit n is set when lower neighbor n sees a change: its cells reach into the voxels of the
+/// lowest layers.
 unsigned neighbors_that_see(const std::vector<float>& before, const std::vector<float>& after) {
   unsigned seen = 0;
   const auto at = [](const std::vector<float>& d, std::size_t i) { return d.empty() ? std::nanf("") : d[i]; };
@@ -47,7 +48,7 @@ void drop_if_unobserved(std::vector<float>& distances) {
     std::vector<float>().swap(distances);
 }
 
-/// The vertices that the triangles use, and only those.
+/// Returns a block with the vertices that its triangles use, and only those.
 MeshBlock compact(std::int64_t key, const std::vector<NamedTriangle>& triangles,
                   const std::array<const BlockSurface*, kBlockNeighbors>& lower) {
   MeshBlock block{key, {}, {}};

@@ -29,18 +29,18 @@ class BlockMap {
   void list(const PlacedPatch& placed);
   void unlist(const PlacedPatch& placed);
 
-  /// At most so many blocks whose patches have changed since they were sampled, those of the newest patches
-  /// first.
+  /// Returns at most so many blocks whose patches have changed since they were sampled, those of the newest
+  /// patches first.
   std::vector<std::int64_t> take_dirty(std::size_t most);
 
   /// Brings a block's distances up to date; adds the blocks whose vertices depend on them.
   void sample(std::int64_t key, std::vector<std::int64_t>& to_place);
-  /// Brings its vertices up to date; adds the blocks whose triangles depend on them.
+  /// Brings a block's vertices up to date; adds the blocks whose triangles depend on them.
   void place(std::int64_t key, std::vector<std::int64_t>& to_mesh);
-  /// Its mesh; nothing when it is empty and was so.
+  /// Returns a block's mesh, or nothing when it is empty and was so.
   std::optional<MeshBlock> mesh(std::int64_t key);
 
-  /// All passes over every block, on `threads` threads (0: all cores), and the result as one mesh whose
+  /// Makes all passes over every block, on `threads` threads (0: all cores); the result is one mesh whose
   /// vertices the blocks share. The same for any number of threads. Tells `progress` of the task "fusing".
   /// Fills in `keyframe`, the one that sees a vertex best.
   Mesh mesh_all(int threads, ProgressSink* progress, std::vector<int>& keyframe);
@@ -62,7 +62,7 @@ class BlockMap {
     BlockSurface surface;
     bool dirty = false, has_mesh = false;
 
-    /// The patches it should hold: all listed ones where one of them is near.
+    /// Returns the patches that the block should hold: all listed ones where one of them is near.
     std::vector<PatchPtr> wanted() const {
       std::vector<PatchPtr> patches;
       if (std::any_of(listed.begin(), listed.end(), [](const Listing& l) { return l.near; }))

@@ -1,3 +1,16 @@
+// Meshes the zero set of the fused distance field by dual contouring on sparse blocks of voxels (Ju et al.,
+// SIGGRAPH 2002, with vertices from averaged crossings and the observed normals instead of a QEF).
+//
+// Each cell whose eight corners are observed and differ in sign gets one vertex per closed cycle of crossed
+// edges (cell_cycles.cpp), so that two sheets that pass one cell have vertices of their own. A vertex begins
+// at the mean of its edge crossings and moves once along the observed normal onto the zero set, but not out
+// of its cell. Each edge between corners of different sign joins the vertices of the four cells around it to
+// two triangles, split at the shorter diagonal.
+//
+// The mesh ends where the best weight falls to Field::end_weight(): vertices near that line move onto it
+// along the surface. Quads whose normal disagrees with what was observed are steps between sides of the
+// object that nobody touched, and are left out. Features smaller than a voxel are lost.
+
 #include "block_mesher.hpp"
 
 #include <Eigen/Geometry>
@@ -14,7 +27,7 @@ Eigen::Vector3i lowest_voxel(int cell) {
   return {cell % kBlockEdge, cell / kBlockEdge % kBlockEdge, cell / (kBlockEdge * kBlockEdge)};
 }
 
-/// The block's distances and those of the first layer of its upper neighbors.
+/// Returns the block's distances and those of the first layer of its upper neighbors.
 PaddedDistances padded(const std::array<const std::vector<float>*, kBlockNeighbors>& upper) {
   PaddedDistances out;
   out.fill(kUnobserved);
@@ -90,8 +103,8 @@ class VertexPlacer {
   /// Voxels end in steps: vertices beyond the rim, or nearly on it, move along the surface to where the
   /// weight is that of the rim. False where `p` lies inside.
   bool move_to_rim(const FieldValue& at, Eigen::Vector3f& p) const {
-    // Of a voxel: half of one on both sides of the rim, and what steps leave.
-    constexpr float kNear = 0.5f, kFarthest = 1.0f;  // numerics
+    // In voxels: half of one on both sides of the rim, and what steps leave.
+    constexpr float kNear = 0.5f, kFarthest = 1.0f;
     const float voxel = lattice_.voxel_size_mm, step = 0.25f * voxel;
     if (at.best > 2 * field_.end_weight()) return false;
     Eigen::Vector3f rise;
@@ -126,7 +139,7 @@ class VertexJoiner {
   }
 
  private:
-  static constexpr VertexName kNowhere{-1, -1};  // layout
+  static constexpr VertexName kNowhere{-1, -1};
 
   void add_edge(const ActiveCell& cell, int axis) {
     const bool from_outside = (cell.outside & 1) != 0;
@@ -135,7 +148,7 @@ class VertexJoiner {
     const Eigen::Vector3i voxel = lowest_voxel(cell.cell);
     const Eigen::Vector3i back_b = Eigen::Vector3i::Unit((axis + 1) % 3);
     const Eigen::Vector3i back_c = Eigen::Vector3i::Unit((axis + 2) % 3);
-    // Counter-clockwise seen from the edge's far end.
+    // The quad is counter-clockwise seen from the edge's far end.
     std::array<VertexName, 4> quad{vertex_at(voxel, 4 * axis), vertex_at(voxel - back_b, 4 * axis + 1),
                                    vertex_at(voxel - back_b - back_c, 4 * axis + 3),
                                    vertex_at(voxel - back_c, 4 * axis + 2)};
@@ -145,7 +158,7 @@ class VertexJoiner {
     add_quad(quad);
   }
 
-  /// The vertex that crosses `edge` of the cell at `voxel`, which may lie one step below the block.
+  /// Returns the vertex that crosses `edge` of the cell at `voxel`, which may lie one step below the block.
   VertexName vertex_at(Eigen::Vector3i voxel, int edge) const {
     int neighbor = 0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -187,7 +200,7 @@ class VertexJoiner {
     }
   }
 
-  /// Between three vertices of the rim there is nothing inside it.
+  /// A triangle between three vertices of the rim is left out: there is nothing inside it.
   void add_triangle(const NamedTriangle& triangle) {
     const auto is_rim = [&](const VertexName& v) {
       return lower_[static_cast<std::size_t>(v.neighbor)]->is_rim[static_cast<std::size_t>(v.vertex)];

@@ -4,7 +4,7 @@ namespace gelslam::fusion::detail {
 namespace {
 
 /// Two directions within 44 degrees of an axis are less than 90 degrees apart: they belong to one side.
-constexpr float kMinCosine = 0.72f;  // speed
+constexpr float kMinCosine = 0.72f;
 
 template <typename Visit>
 void for_each_voxel(const BlockLattice& lattice, int stride, Visit&& visit) {
@@ -27,9 +27,9 @@ void BlockSums::gather(const BlockLattice& lattice, const PatchList& patches, co
   for (std::size_t i = 0; valid_ && i < patches.size(); ++i) change(lattice, *patches[i], field, 1);
 }
 
-/// The mean touch direction at a few voxels, with opposite directions reversed.
+/// Chooses the mean touch direction at a few voxels, with opposite directions reversed.
 void BlockSums::choose_axis(const BlockLattice& lattice, const PatchList& patches, const Field& field) {
-  constexpr int stride = 3;  // numerics
+  constexpr int stride = 3;
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   for (const Patch* patch : patches) {
     for_each_voxel(lattice, stride, [&](std::size_t, const Eigen::Vector3f& point) {

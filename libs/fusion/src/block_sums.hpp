@@ -14,7 +14,7 @@ namespace gelslam::fusion::detail {
 /// The distance of a voxel where nothing was observed.
 constexpr float kUnobserved = std::numeric_limits<float>::quiet_NaN();
 
-/// The voxels of one block: where they are.
+/// Says where the voxels of one block are.
 struct BlockLattice {
   Eigen::Vector3i first_voxel;
   float voxel_size_mm;

@@ -8,7 +8,7 @@
 namespace gelslam::fusion::detail {
 namespace {
 
-constexpr int kCoordinateBits = 20;  // layout
+constexpr int kCoordinateBits = 20;
 constexpr std::int64_t kCoordinateOffset = std::int64_t{1} << (kCoordinateBits - 1);
 
 /// Collects blocks. A small cache removes most repetitions, because neighboring samples fall into the same
@@ -18,7 +18,8 @@ class PassedBlocks {
   PassedBlocks() : recent_(kSlots, {-1, false}) {}
 
   void add(std::int64_t key, bool near) {
-    constexpr std::uint64_t multiplier = 0x9E3779B97F4A7C15u;  // layout: golden ratio, spreads bits up
+    constexpr std::uint64_t multiplier =
+        0x9E3779B97F4A7C15u;  // The golden ratio spreads bits upward (Fibonacci hashing).
     PassedBlock& slot = recent_[(static_cast<std::uint64_t>(key) * multiplier) >> (64 - kSlotBits)];
     if (slot.key == key && (slot.near || !near)) return;
     slot = {key, near};
@@ -36,7 +37,7 @@ class PassedBlocks {
   }
 
  private:
-  static constexpr int kSlotBits = 12;  // layout
+  static constexpr int kSlotBits = 12;
   static constexpr std::size_t kSlots = std::size_t{1} << kSlotBits;
 
   std::vector<PassedBlock> recent_, all_;
@@ -68,7 +69,7 @@ std::int64_t neighbor_step(int neighbor) {
 /// The patch's points, moved along their normals by up to the reach, and dilated so that the spacing of the
 /// samples leaves no gap.
 std::vector<PassedBlock> blocks_of(const Patch& patch, const BlockReach& reach) {
-  constexpr int stride = 2;  // layout
+  constexpr int stride = 2;
   const float block_mm = reach.voxel_size_mm * static_cast<float>(kBlockEdge);
   const float margin = 2.0f * reach.voxel_size_mm;
   const int steps = std::max(1, static_cast<int>(std::ceil(reach.list_mm / (2.0f * margin))));

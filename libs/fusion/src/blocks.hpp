@@ -9,11 +9,11 @@
 namespace gelslam::fusion::detail {
 
 /// Voxels come in blocks of 8x8x8, only where there is surface. Voxel (i,j,k) lies at voxel_size * (i,j,k).
-constexpr int kBlockEdge = 8;  // layout
+constexpr int kBlockEdge = 8;
 constexpr int kBlockVoxels = kBlockEdge * kBlockEdge * kBlockEdge;
 
 /// Neighbors are numbered by the axes in which they are one block further (or nearer): 1 x, 2 y, 4 z.
-constexpr int kBlockNeighbors = 8;  // layout
+constexpr int kBlockNeighbors = 8;
 
 /// A block's place in one number; order of keys is lexicographic order of (z, y, x).
 std::int64_t block_key(const Eigen::Vector3i& block_coordinate);

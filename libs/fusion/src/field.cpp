@@ -25,7 +25,7 @@ bool Field::evaluate(const Eigen::Vector3f& point_mm, const PatchList& listed,
   if (best < touched_weight()) return false;
 
   // One side of the object after the other, each led by its heaviest observation.
-  constexpr int kMaxSides = 3;  // numerics: a place has two sides, an edge three
+  constexpr int kMaxSides = 3;  // A place has two sides, an edge three.
   bool found = false;
   auto rest = scratch.begin();
   for (int side = 0; side < kMaxSides && rest != scratch.end(); ++side) {

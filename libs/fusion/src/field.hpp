@@ -24,7 +24,7 @@ struct DistanceSumOf {
   Integer weight = 0, weighted_distance = 0;
 };
 using DistanceSum = DistanceSumOf<std::int32_t>;
-constexpr std::size_t kMaxSummedPatches = 30000;  ///< layout: of weights up to 1
+constexpr std::size_t kMaxSummedPatches = 30000;  ///< of weights up to 1: their sums fit 32 bits
 
 /// The signed distance field that all patches together say: a weighted mean over those that see the same side
 /// of the object, and the intersection of the half-spaces of different sides (own; docs/algorithms.md).
@@ -62,7 +62,7 @@ class Field {
   }
 
  private:
-  static constexpr float kUnit = 65536.0f;  // layout
+  static constexpr float kUnit = 65536.0f;
   static_assert(static_cast<float>(kMaxSummedPatches) * kUnit < 2147483648.0f, "weights up to 1 fit 32 bits");
 
   float truncation_mm_, inverse_truncation_;

@@ -20,9 +20,9 @@ using namespace fusion::detail;
 
 /// Moved patches that are placed before their blocks are updated: each block is then updated once for all of
 /// them, while few patches are held at two places.
-constexpr int kMovesAtOnce = 48;  // speed
+constexpr int kMovesAtOnce = 48;
 /// Blocks of moved patches in a round: a new patch waits for at most one round, some tens of milliseconds.
-constexpr std::size_t kBlocksPerRound = 256;  // speed
+constexpr std::size_t kBlocksPerRound = 256;
 
 void check(const FusionOptions& o) {
   if (!(o.voxel_size_mm >= 0.01 && o.voxel_size_mm <= 10))
@@ -33,28 +33,28 @@ void check(const FusionOptions& o) {
     throw Error("the minimal weight has to be positive");
 }
 
-/// Drops islands: connected pieces (by shared vertices) whose area is below `min_area_mm2`, and those that a
-/// single keyframe shows where the largest piece is shown by several; and vertices that no triangle uses.
+/// Drops islands: shells (connected by shared vertices) whose area is below `min_area_mm2`, and those that a
+/// single keyframe shows where the largest shell is shown by several; and vertices that no triangle uses.
 /// `keyframe`: of each vertex. Order is kept.
 Mesh without_islands(const Mesh& mesh, const std::vector<int>& keyframe, double min_area_mm2,
                      std::int64_t* islands) {
-  const MeshPieces pieces = find_pieces(mesh);
-  std::vector<int> seen_by(pieces.area_mm2.size(), -1);
-  std::vector<bool> is_kept(pieces.area_mm2.size(), false);
+  const MeshShells shells = find_shells(mesh);
+  std::vector<int> seen_by(shells.area_mm2.size(), -1);
+  std::vector<bool> is_kept(shells.area_mm2.size(), false);
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    const std::size_t piece = index(pieces.of_triangle[i]);
+    const std::size_t shell = index(shells.of_triangle[i]);
     const int by = keyframe[index(mesh.triangles[i][0])];
-    if (seen_by[piece] < 0) seen_by[piece] = by;
-    if (seen_by[piece] != by) is_kept[piece] = true;
+    if (seen_by[shell] < 0) seen_by[shell] = by;
+    if (seen_by[shell] != by) is_kept[shell] = true;
   }
-  const bool all_alike = pieces.largest < 0 || !is_kept[index(pieces.largest)];
-  for (std::size_t piece = 0; piece < is_kept.size(); ++piece)
-    is_kept[piece] =
-        pieces.area_mm2[piece] >= min_area_mm2 && (min_area_mm2 == 0 || all_alike || is_kept[piece]);
+  const bool all_alike = shells.largest < 0 || !is_kept[index(shells.largest)];
+  for (std::size_t shell = 0; shell < is_kept.size(); ++shell)
+    is_kept[shell] =
+        shells.area_mm2[shell] >= min_area_mm2 && (min_area_mm2 == 0 || all_alike || is_kept[shell]);
   if (islands != nullptr) *islands = std::count(is_kept.begin(), is_kept.end(), false);
   std::vector<Eigen::Vector3i> kept;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
-    if (is_kept[index(pieces.of_triangle[i])]) kept.push_back(mesh.triangles[i]);
+    if (is_kept[index(shells.of_triangle[i])]) kept.push_back(mesh.triangles[i]);
   return submesh(mesh, kept);
 }
 
@@ -167,11 +167,11 @@ void IncrementalFusion::set_patches(const std::vector<PosedSurface>& patches, do
 bool IncrementalFusion::work() { return impl_->work(); }
 std::vector<MeshBlock> IncrementalFusion::take_changed_blocks() { return impl_->take_changed_blocks(); }
 
-Mesh IncrementalFusion::finish(int threads, double min_piece_mm2, ProgressSink* progress,
+Mesh IncrementalFusion::finish(int threads, double min_shell_mm2, ProgressSink* progress,
                                std::int64_t* islands) {
   std::vector<int> keyframe;
   const Mesh mesh = impl_->finish(threads, progress, keyframe);
-  return without_islands(mesh, keyframe, min_piece_mm2, islands);
+  return without_islands(mesh, keyframe, min_shell_mm2, islands);
 }
 
 Mesh fuse(const std::vector<PosedSurface>& patches, const FusionOptions& options, double gradient_scale,
@@ -183,7 +183,7 @@ Mesh fuse(const std::vector<PosedSurface>& patches, const FusionOptions& options
   }
   IncrementalFusion fusion(options, {});
   fusion.set_patches(numbered, gradient_scale);
-  return fusion.finish(options.threads, options.min_piece_mm2, progress, islands);
+  return fusion.finish(options.threads, options.min_shell_mm2, progress, islands);
 }
 
 }  // namespace gelslam

@@ -1,3 +1,16 @@
+// Prepares a keyframe's surface as one observation of the signed distance field (Huang, Mirzaee, Kaess, Yuan,
+// GelSLAM, T-RO 2026; Patch::read() evaluates it).
+//
+// Each pixel within the box of the contact keeps its height, its normal and a weight; all heights and slopes
+// are divided by the gradient scale that the pose graph found. The weight is a product: mask_weight() falls
+// off at the contact's border, where the gel spans from the object to rest; nz² because a steep slope's
+// height is uncertain by 1/nz; and image_border_weight() fades the patch out where the picture cuts it off.
+// Pixels that were filled in weigh at most kUnreadWeight. The projective distance at a point is (h - z) nz,
+// along the ray of the keyframe's camera.
+//
+// Moving a patch changes only its pose; the pixels are shared. What the weights cannot see is a wrong pose or
+// a wrong level of the heights: they blur the fused surface or double it.
+
 #include "patch.hpp"
 
 #include <opencv2/imgproc.hpp>

@@ -115,7 +115,7 @@ class Patch {
  private:
   void set_pose(const Pose& map_T_keyframe);
 
-  static constexpr float kMinNormalZ = 0.05f;  // numerics
+  static constexpr float kMinNormalZ = 0.05f;
 
   struct Pixel {
     float height_mm = 0, weight = 0, nx = 0, ny = 0;

@@ -10,7 +10,7 @@
 namespace gelslam::fusion::detail {
 namespace {
 
-constexpr std::size_t kMaxNew = 3;  ///< speed: each of them costs a round of its own
+constexpr std::size_t kMaxNew = 3;  ///< Each of them costs a round of its own.
 
 }  // namespace
 

@@ -69,8 +69,8 @@ LocalizedFrame Localizer::process(std::int64_t frame, double time_s, SurfacePtr 
   if (touches_.empty() || touches_.back().reference_id != touch.reference_id) begin_touch(touch);
   correct(touch);
   if (!is_certain() && shows_new_surface(touch)) {
-    for (const Pose& map_T_sensor : recognized(touch)) add(touch, {map_T_sensor}, PlacePrior::suspected);
-    add_symmetric(touch, Matrix6d::Zero(), PlacePrior::suspected);
+    for (const Pose& map_T_sensor : recognized(touch)) add(touch, {map_T_sensor}, PlacePrior::loop_candidate);
+    add_symmetric(touch, Matrix6d::Zero(), PlacePrior::loop_candidate);
     searched_contact_px_ = touch.keyframe.surface->contact_pixels;
   }
   weigh(touch);
@@ -137,7 +137,7 @@ void Localizer::predict(const TrackedFrame& tracked) {
 /// that follow each other share their errors.
 void Localizer::correct(const Touch& touch) {
   for (Hypothesis& h : hypotheses_) {
-    h.fit = map_->fit(*touch.keyframe.reference.get(), h.map_T_sensor, PlacePrior::known);
+    h.fit = map_->fit(*touch.keyframe.reference.get(), h.map_T_sensor, PlacePrior::odometry);
     if (!h.fit.covered || h.fit.ok()) h.last_agreed_s = touch.time_s;
     if (!h.fit.ok()) continue;
     h.last_fit_s = touch.time_s;
@@ -176,7 +176,7 @@ void Localizer::add(const Touch& touch, const UncertainPose& map_T_sensor, Place
   for (std::size_t i = 0; i + 1 < touches_.size(); ++i) {
     const Touch& before = touches_[i];
     const MapFit fit = map_->fit(*before.keyframe.reference.get(),
-                                 compose(map_T_trial, {before.trial_T_sensor}), PlacePrior::known);
+                                 compose(map_T_trial, {before.trial_T_sensor}), PlacePrior::odometry);
     h.past_log_odds += before.weight * log_odds(fit, before);
   }
   hypotheses_.push_back(h);
@@ -212,9 +212,9 @@ void Localizer::add_similar_places(const Touch& touch) {
   const auto [here, covariance] = best->map_T_sensor;
   for (const Pose& map_T_sensor : map_->similar_places(best->fit)) {
     looked_elsewhere_ |= pose_distance_mm(here, map_T_sensor, touch.center_mm) < kMinPeriodMm;
-    add(touch, {map_T_sensor, covariance}, PlacePrior::known);
+    add(touch, {map_T_sensor, covariance}, PlacePrior::odometry);
   }
-  add_symmetric(touch, covariance, PlacePrior::known);
+  add_symmetric(touch, covariance, PlacePrior::odometry);
 }
 
 /// At the frame by which the touch is judged.

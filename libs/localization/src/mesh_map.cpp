@@ -96,7 +96,7 @@ Pose object_T_sensor_at(const SurfacePlace& place) {
   return pose;
 }
 
-/// A camera without lens, whose pictures are the rest grid.
+/// A camera without lens, whose pictures are the rectified grid.
 Optics without_lens(const CameraModel& camera) {
   const SensorOptics optics{.camera_distance_mm = camera.optics.camera_distance_mm,
                             .gel_dome_per_mm = camera.optics.gel_dome_per_mm};
@@ -141,8 +141,8 @@ Covered covered_by(const PosedSurface& patch) {
 }
 
 /// Where triangles face both ways: both of an edge run along it in one direction. Else "".
-std::string orientation_doubt(const Mesh& mesh) {
-  constexpr double kMostTurned = 0.1;  // a few are scratches of a good mesh
+std::string orientation_warning(const Mesh& mesh) {
+  constexpr double kMaxTurnedShare = 0.1;  // a few are scratches of a good mesh
   std::vector<std::pair<int, int>> edges;
   std::set<std::set<int>> seen;  // files may have triangles twice
   for (const Eigen::Vector3i& t : mesh.triangles)
@@ -152,7 +152,7 @@ std::string orientation_doubt(const Mesh& mesh) {
   double turned = 0;
   for (std::size_t k = 1; k < edges.size(); ++k) turned += edges[k] == edges[k - 1];
   const double share = 2 * turned / static_cast<double>(edges.size());
-  if (share < kMostTurned) return "";
+  if (share < kMaxTurnedShare) return "";
   return fmt::format(
       "at {:.0f} % of the mesh's edges one triangle faces inward and one outward; turn them to one "
       "side in another program (MeshLab: re-orient all faces coherently)",
@@ -164,7 +164,7 @@ class MeshToucher {
  public:
   MeshToucher(const Mesh& mesh, const MeshMapOptions& options)
       : options_(options),
-        doubt_(orientation_doubt(mesh)),
+        orientation_warning_(orientation_warning(mesh)),
         gel_(options.camera),
         scene_(mesh),
         shape_(make_mesh_shape(mesh)),
@@ -187,14 +187,15 @@ class MeshToucher {
     }
     progress.end();
     if (map_.patches.empty())
-      throw Error(doubt_.empty() ? "the gel touches the mesh nowhere; check its unit" : doubt_);
+      throw Error(orientation_warning_.empty() ? "the gel touches the mesh nowhere; check its unit"
+                                               : orientation_warning_);
     map_.covered_share = static_cast<double>(covered_) / static_cast<double>(places_.size());
     if (static_cast<int>(map_.patches.size()) >= options_.max_touches)
       map_.warning = fmt::format(
           "the surface is larger than {} touches cover; allow more touches, or give a mesh of the part that "
           "is touched",
           options_.max_touches);
-    append_sentence(map_.warning, doubt_);
+    append_sentence(map_.warning, orientation_warning_);
     return std::move(map_);
   }
 
@@ -227,7 +228,7 @@ class MeshToucher {
   }
 
   const MeshMapOptions options_;
-  const std::string doubt_;
+  const std::string orientation_warning_;
   const SeenGel gel_;
   TriangleScene scene_;
   ShapePtr shape_;
@@ -249,7 +250,7 @@ MeshMap make_mesh_map(const Mesh& mesh, const MeshMapOptions& options, ProgressS
   if (!(options.indentation_mm >= 0.05 && options.indentation_mm <= 1.5))
     throw Error("indentation must be between 0.05 and 1.5 mm");
   if (options.max_touches < 1) throw Error("a map takes at least one touch");
-  if (const std::string doubt = size_doubt(mesh); !doubt.empty()) throw Error("the mesh " + doubt);
+  if (const std::string warning = size_warning(mesh); !warning.empty()) throw Error("the mesh " + warning);
   const TriangleScene checked(mesh);  // throws for indices out of range
   return MeshToucher(facing_outward(checked.mesh()), options).run(progress);
 }

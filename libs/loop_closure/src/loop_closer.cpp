@@ -1,3 +1,17 @@
+// Finds earlier keyframes that show the same place as a new one (Huang, Mirzaee, Kaess, Yuan, GelSLAM, T-RO
+// 2026, section V).
+//
+// SIFT features (Lowe 2004) of the curvature map inside the contact vote for keyframes by local naive Bayes
+// nearest neighbors (PlaceIndex; McCann & Lowe 2012). The max_candidates keyframes with most votes are
+// compared feature by feature: mutual nearest neighbors that pass the ratio test, then RANSAC for one
+// rotation and shift in the image. With min_sift_inliers inliers the match is lifted to a pose by points and
+// normals (lift()), and verify_loop() registers and verifies it from there. Up to max_constraints verified
+// loops become edges.
+//
+// Votes for the newest keyframes of the same trial do not count, as odometry links them already. Smooth
+// surfaces have no features and are never recognized. Repeated patterns fail the ratio test or, if they pass,
+// give several poses, of which verify_registered() and loop_layers.cpp have to reject the wrong ones.
+
 #include "gelslam/loop_closure/loop_closer.hpp"
 
 #include <algorithm>
@@ -12,10 +26,10 @@ namespace gelslam {
 
 namespace loop_closure::detail {
 
-// Distance of a match over that of the second best: repeated patterns fail here.
+// The largest distance of a match over that of the second best: repeated patterns fail here.
 constexpr double kMaxMatchRatio = 0.9;
 constexpr double kRansacThresholdPx = 3.0;  // features are located to a share of a pixel, whatever it shows
-constexpr int kRansacIterations = 100;      // numerics
+constexpr int kRansacIterations = 100;
 
 struct Place {
   Keyframe keyframe;
@@ -45,10 +59,10 @@ struct LoopCloser::Impl {
   void keep(const Keyframe& keyframe, PlaceFeatures features);
 };
 
-/// The number of newest places that belong to the same touch. Odometry links them, and their votes would
-/// crowd out the places that were left and found again.
+/// Returns the number of newest places that belong to the same touch. Odometry links them, and their votes
+/// would crowd out the places that were left and found again.
 std::size_t LoopCloser::Impl::neighbors(const Keyframe& keyframe) const {
-  constexpr std::size_t kMaxNeighbors = 12;  // speed
+  constexpr std::size_t kMaxNeighbors = 12;
   std::size_t count = 0;
   while (count < std::min(kMaxNeighbors, places.size()) &&
          places[places.size() - 1 - count].keyframe.trial == keyframe.trial)
@@ -56,7 +70,7 @@ std::size_t LoopCloser::Impl::neighbors(const Keyframe& keyframe) const {
   return count;
 }
 
-/// The places that share enough features in one rigid arrangement, those with most inliers first.
+/// Returns the places that share enough features in one rigid arrangement, those with most inliers first.
 std::vector<Candidate> LoopCloser::Impl::compare(const PlaceFeatures& features,
                                                  const std::vector<int>& with) const {
   std::vector<Candidate> result;
@@ -104,7 +118,7 @@ std::optional<PoseGraphEdge> verify_loop(const Keyframe& older, const Keyframe& 
                                          const Pose& older_T_newer, const NormalFlowOptions& registration,
                                          const VerificationOptions& verification) {
   const RegistrationResult result = verify(*newer.reference.get(), *older.reference.get(), {older_T_newer},
-                                           PlacePrior::suspected, registration, verification);
+                                           PlacePrior::loop_candidate, registration, verification);
   if (!result.ok()) return std::nullopt;
   return PoseGraphEdge{older.id,
                        newer.id,

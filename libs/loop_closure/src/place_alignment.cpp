@@ -19,7 +19,7 @@ struct PointPair {
   Eigen::Vector2f older, newer;
 };
 
-// Least squares (Umeyama 1991 in two dimensions, without scale).
+// Fits a rigid motion by least squares (Umeyama 1991 in two dimensions, without scale).
 Rigid2 fit(const std::vector<PointPair>& pairs) {
   Eigen::Vector2f older = Eigen::Vector2f::Zero(), newer = Eigen::Vector2f::Zero();
   for (const PointPair& p : pairs) older += p.older, newer += p.newer;
@@ -66,10 +66,10 @@ Eigen::Vector3d point_mm(const Surface& surface, const Eigen::Vector2f& pixel) {
                          static_cast<double>(surface.height_mm(v, u)));
 }
 
-// Mean over 7x7 pixels: a matched point is where texture is steep, and one pixel off there reads another
-// normal.
+// Returns the mean normal over 7x7 pixels, because a matched point is where texture is steep, and one pixel
+// off there reads another normal.
 Eigen::Vector3d normal_around(const Surface& surface, const Eigen::Vector2f& pixel) {
-  constexpr int kRadius = 3;  // numerics
+  constexpr int kRadius = 3;
   const int u = static_cast<int>(std::lround(pixel.x())), v = static_cast<int>(std::lround(pixel.y()));
   Eigen::Vector3d sum(0, 0, 1e-9);
   for (int y = std::max(0, v - kRadius); y <= std::min(surface.normals.rows - 1, v + kRadius); ++y)
@@ -93,7 +93,7 @@ std::vector<Match> rigid_inliers(const PlaceFeatures& older, const PlaceFeatures
   std::mt19937_64 random;  // with its standard seed: the same input gives the same answer
   std::vector<std::size_t> best;
   // Drawing a pair that cannot be right costs next to nothing, so only those that may be count as iterations.
-  constexpr int kDrawsPerIteration = 20;  // numerics
+  constexpr int kDrawsPerIteration = 20;
   for (int draw = 0, tried = 0; draw < kDrawsPerIteration * iterations && tried < iterations; ++draw) {
     const PointPair &a = pairs[random() % pairs.size()], &b = pairs[random() % pairs.size()];
     if (!may_be_one_place(a, b, threshold_px)) continue;
@@ -132,7 +132,8 @@ std::optional<Pose> lift(const Surface& older, const Surface& newer, const Place
     point_correlation += (a[i] - center_a) * (b[i] - center_b).transpose();
     spread += (a[i] - center_a).squaredNorm();
   }
-  // Kabsch (1976) on both: points over their spread weigh as much as unit normals do.
+  // The rotation is that of Kabsch (1976) for points and normals: points over their spread weigh as much as
+  // unit normals do.
   correlation += point_correlation * (static_cast<double>(a.size()) / spread);
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correlation, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const double handedness = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1.0 : 1.0;

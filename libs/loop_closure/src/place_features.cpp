@@ -34,9 +34,9 @@ cv::Mat1b gray_curvature(const Surface& surface, const cv::Mat1b& mask) {
 
 }  // namespace
 
-/// Around the contact, with room for the largest blobs; on the grid of SIFT's coarsest octave.
+/// Returns a box around the contact, with room for the largest blobs, on the grid of SIFT's coarsest octave.
 cv::Rect around(const cv::Mat1b& mask) {
-  constexpr int kGridPx = 32;  // numerics
+  constexpr int kGridPx = 32;
   const cv::Rect box = cv::boundingRect(mask);
   const cv::Point first = (box.tl() - cv::Point(kGridPx, kGridPx)) / kGridPx * kGridPx;
   return cv::Rect(first, box.br() + cv::Point(kGridPx, kGridPx)) & cv::Rect(cv::Point(), mask.size());
@@ -47,7 +47,7 @@ PlaceFeatures extract_features(const Surface& surface, const LoopClosureOptions&
   const cv::Mat1b mask = inner_contact(surface);
   if (cv::countNonZero(mask) == 0) return features;
 
-  constexpr int kOctaveLayers = 3;  // numerics: as published (Lowe 2004)
+  constexpr int kOctaveLayers = 3;  // As published (Lowe 2004).
   const cv::Ptr<cv::SIFT> sift = cv::SIFT::create(options.max_features, kOctaveLayers, kSiftContrast);
   std::vector<cv::KeyPoint> keypoints;
   cv::Mat1f descriptors;

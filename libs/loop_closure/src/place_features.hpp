@@ -11,7 +11,7 @@
 
 namespace gelslam::loop_closure::detail {
 
-constexpr int kDescriptorSize = 128;  // layout
+constexpr int kDescriptorSize = 128;  // SIFT's 4x4 histograms of 8 directions.
 
 /// SIFT features of one curvature map. OpenCV's descriptors are whole numbers 0..255.
 struct PlaceFeatures {
@@ -26,25 +26,25 @@ struct PlaceFeatures {
 
 PlaceFeatures extract_features(const Surface& surface, const LoopClosureOptions& options);
 
-/// Squared distances (L2) of one descriptor to `count` others, one after the other.
+/// Computes the squared distances (L2) of one descriptor to `count` others, one after the other.
 void squared_distances(const std::uint8_t* query, const std::uint8_t* others, int count, int* result);
 
 struct Match {
   int a = 0, b = 0;  ///< feature indices
 };
 
-/// Matches that are each other's nearest (L2) and clearly nearer than the second nearest in both directions
-/// (Lowe 2004, `max_ratio` on distances): what looks like several places is no evidence for one.
+/// Returns the matches that are each other's nearest (L2) and clearly nearer than the second nearest in both
+/// directions (Lowe 2004, `max_ratio` on distances): what looks like several places is no evidence for one.
 std::vector<Match> match_features(const PlaceFeatures& a, const PlaceFeatures& b, double max_ratio);
 
-/// Matches (a = older, b = newer) that one rotation and shift in the image explains. Rigid, not similar: the
-/// scale changes by a few per cent with depth at most, so a place has one. Same input, same answer (explicit
-/// seed).
+/// Returns the matches (a = older, b = newer) that one rotation and shift in the image explains. Rigid, not
+/// similar: the scale changes by a few per cent with depth at most, so a place has one. Same input, same
+/// answer (explicit seed).
 std::vector<Match> rigid_inliers(const PlaceFeatures& older, const PlaceFeatures& newer,
                                  const std::vector<Match>& matches, double threshold_px, int iterations);
 
-/// older_T_newer from matched points and the normals there: the points give twist and shift, the normals
-/// tilt. Nothing with fewer than 3 matches.
+/// Returns older_T_newer from matched points and the normals there: the points give twist and shift, the
+/// normals tilt. Nothing with fewer than 3 matches.
 std::optional<Pose> lift(const Surface& older, const Surface& newer, const PlaceFeatures& older_features,
                          const PlaceFeatures& newer_features, const std::vector<Match>& matches);
 

@@ -8,8 +8,8 @@
 
 namespace gelslam::loop_closure::detail {
 
-/// Which of many keyframes share features with one. Each descriptor votes for the keyframes that hold its
-/// nearest neighbors, by how much nearer they are than the next ones (local naive Bayes nearest neighbor,
+/// Finds which of many keyframes share features with one. Each descriptor votes for the keyframes that hold
+/// its nearest neighbors, by how much nearer they are than the next ones (local naive Bayes nearest neighbor,
 /// McCann & Lowe 2012). Neighbors are found by the signs of random projections (locality-sensitive hashing,
 /// Charikar 2002), so that the cost of a query grows with the number of look-alike descriptors, not with all
 /// of them. Deterministic (explicit seed).
@@ -20,17 +20,17 @@ class PlaceIndex {
   /// Keyframes are numbered 0, 1, 2 ... in the order they are added.
   void add(const PlaceFeatures& features);
 
-  /// The `count` keyframes with most votes among the first `searched`, best first; ties to the older.
+  /// Returns the `count` keyframes with most votes among the first `searched`, best first; ties to the older.
   std::vector<int> most_alike(const PlaceFeatures& features, int searched, int count) const;
 
  private:
-  static constexpr int kTables = 8;  // speed
-  static constexpr int kBits = 14;   // speed
+  static constexpr int kTables = 8;
+  static constexpr int kBits = 14;  // Fourteen bits give 16384 buckets per table.
   static constexpr int kProjections = kTables * kBits;
   using Projected = std::array<float, kProjections>;
 
   void project(const std::uint8_t* descriptor, Projected& result) const;
-  /// By the signs of kBits projections.
+  /// Returns the bucket that the signs of kBits projections name.
   static std::uint32_t bucket_of(const float* projected);
 
   /// Calls see(keyframe, squared distance) for descriptors in the same buckets, and in those beyond the least

@@ -57,7 +57,7 @@ void check_measurable(const Mesh& mesh) {
       throw Error("a triangle of the mesh names a vertex that does not exist");
 }
 
-std::string size_doubt(const Mesh& mesh) {
+std::string size_warning(const Mesh& mesh) {
   Eigen::AlignedBox3f box;
   for (const Eigen::Vector3f& vertex : mesh.vertices_mm) box.extend(vertex);
   const double size_mm = static_cast<double>(box.diagonal().norm());
@@ -76,34 +76,34 @@ double typical_edge_mm(const Mesh& mesh) {
                   std::sqrt(area_mm2(mesh) / (4.0 * static_cast<double>(mesh.vertices_mm.size()))));
 }
 
-MeshPieces find_pieces(const Mesh& mesh) {
+MeshShells find_shells(const Mesh& mesh) {
   UnionFind vertices(static_cast<int>(mesh.vertices_mm.size()));
   for (const Eigen::Vector3i& t : mesh.triangles)
     for (const int corner : {t[1], t[2]}) vertices.join(corner, t[0]);
-  MeshPieces pieces;
-  std::map<int, int> piece_of_root;
+  MeshShells shells;
+  std::map<int, int> shell_of_root;
   double total_mm2 = 0;
   for (const Eigen::Vector3i& t : mesh.triangles) {
-    const auto next = static_cast<int>(pieces.area_mm2.size());
-    const auto [place, is_new] = piece_of_root.emplace(vertices.root(t[0]), next);
-    if (is_new) pieces.area_mm2.push_back(0);
-    pieces.of_triangle.push_back(place->second);
+    const auto next = static_cast<int>(shells.area_mm2.size());
+    const auto [place, is_new] = shell_of_root.emplace(vertices.root(t[0]), next);
+    if (is_new) shells.area_mm2.push_back(0);
+    shells.of_triangle.push_back(place->second);
     const double area_mm2 = 0.5 * area_normal(mesh, t).norm();
-    pieces.area_mm2[static_cast<std::size_t>(place->second)] += area_mm2;
+    shells.area_mm2[static_cast<std::size_t>(place->second)] += area_mm2;
     total_mm2 += area_mm2;
   }
-  const auto largest = std::max_element(pieces.area_mm2.begin(), pieces.area_mm2.end());
-  if (largest == pieces.area_mm2.end()) return pieces;
-  pieces.largest = static_cast<int>(largest - pieces.area_mm2.begin());
-  if (total_mm2 > 0) pieces.largest_share = *largest / total_mm2;
-  return pieces;
+  const auto largest = std::max_element(shells.area_mm2.begin(), shells.area_mm2.end());
+  if (largest == shells.area_mm2.end()) return shells;
+  shells.largest = static_cast<int>(largest - shells.area_mm2.begin());
+  if (total_mm2 > 0) shells.largest_share = *largest / total_mm2;
+  return shells;
 }
 
-Mesh largest_piece(const Mesh& mesh) {
-  const MeshPieces pieces = find_pieces(mesh);
+Mesh largest_shell(const Mesh& mesh) {
+  const MeshShells shells = find_shells(mesh);
   std::vector<Eigen::Vector3i> triangles;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
-    if (pieces.of_triangle[i] == pieces.largest) triangles.push_back(mesh.triangles[i]);
+    if (shells.of_triangle[i] == shells.largest) triangles.push_back(mesh.triangles[i]);
   return submesh(mesh, triangles);
 }
 

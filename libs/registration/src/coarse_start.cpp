@@ -1,3 +1,17 @@
+// Poses from which NormalFlow may start where the motion is unknown (own; masked correlation after Padfield,
+// TIP 2012).
+//
+// Both curvature maps are taken at a fourth of the resolution, without their means over the contact. The
+// reference's is turned by 2 kTwistSteps + 1 twists about the expected one, and each turned map is correlated
+// with the target's at all shifts at once, by FFT: the normalized cross-correlation over the pixels that both
+// contacts cover. Peaks above half of the texture correlation that verification asks for, and with enough
+// shared pixels, are kept; the highest kMaxCandidates are returned, leaving out those within one twist step
+// and kMinPeriodMm of a higher one.
+//
+// The tilt at such a peak follows from the normals that meet there, n' = n + w x n to first order, and the
+// translation from the centers of the points that meet. Faint textures give no peaks, periodic ones several:
+// the caller has to compare them.
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -11,21 +25,23 @@ namespace {
 
 using namespace registration::detail;
 
-constexpr double kTwistStepRad = 0.12;  // numerics: textures turned by more than half of it still agree
-// To either side of the expected twist: two standard deviations of one that nothing tells.
+constexpr double kTwistStepRad = 0.12;  // Textures turned by more than half of it still agree.
+// The search goes so many steps to either side of the expected twist: two standard deviations of a twist of
+// which nothing is known.
 constexpr int kTwistSteps = static_cast<int>(2 * kMinPeriodMm / kMmPerRad / kTwistStepRad);
-constexpr int kShrink = 4;  // numerics: a fourth of the shortest period; registration does the rest
-constexpr int kPlaces = 6;  // speed: the best of them; more would be periods of one pattern
+constexpr int kShrink = 4;         // A fourth of the shortest period is found; registration does the rest.
+constexpr int kMaxCandidates = 6;  // The best are kept; more would be periods of one pattern.
 
-/// The reference turned by `twist_rad` and moved agrees with the target.
-struct Place {
+/// A candidate: the reference, turned by `twist_rad` and shifted, agrees with the target.
+struct Candidate {
   int twist_step = 0;  // from the expected twist
   double twist_rad = 0;
   Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();  // of the coarse pixels
   double similarity = 0;                               // normalized cross-correlation
 };
 
-/// `shift` of a texture beneath one of `size`, as it stands in a map of `period`.
+/// Returns the signed shift that stands at index `shift` of a circular correlation of length `period`, where
+/// the other texture has length `size`.
 int wrapped(int shift, int size, int period) { return shift < size ? shift : shift - period; }
 
 bool is_peak(const cv::Mat1f& map, int y, int x) {
@@ -35,17 +51,17 @@ bool is_peak(const cv::Mat1f& map, int y, int x) {
   return true;
 }
 
-/// All peaks of one twist: `turned` beneath `target`.
+/// Adds all peaks of one twist, where the texture `turned` is compared with `target`.
 void add_peaks(const CoarseTexture& turned, const CoarseTexture& target,
-               const TextureSpectrum::Agreement& agreement, const Place& twist, double min_similarity,
-               double min_shared_px, std::vector<Place>& peaks) {
+               const TextureSpectrum::Agreement& agreement, const Candidate& twist, double min_similarity,
+               double min_shared_px, std::vector<Candidate>& peaks) {
   const cv::Mat1f& similarity = agreement.similarity;
   for (int y = 0; y < similarity.rows; ++y)
     for (int x = 0; x < similarity.cols; ++x) {
       if (similarity(y, x) < min_similarity || agreement.shared(y, x) < min_shared_px ||
           !is_peak(similarity, y, x))
         continue;
-      Place& peak = peaks.emplace_back(twist);
+      Candidate& peak = peaks.emplace_back(twist);
       peak.shift_px = Eigen::Vector2d(wrapped(x, target.mask.cols, similarity.cols),
                                       wrapped(y, target.mask.rows, similarity.rows)) +
                       target.origin_px - turned.origin_px;
@@ -53,34 +69,34 @@ void add_peaks(const CoarseTexture& turned, const CoarseTexture& target,
     }
 }
 
-/// The highest peaks, not counting those on the slopes of a higher one: shifted a little, or turned by a
-/// step.
-std::vector<Place> best_places(std::vector<Place> peaks, double min_distance_px) {
+/// Returns the highest peaks, not counting those on the slopes of a higher one: shifted a little, or turned
+/// by a step.
+std::vector<Candidate> best_candidates(std::vector<Candidate> peaks, double min_distance_px) {
   std::stable_sort(peaks.begin(), peaks.end(),
-                   [](const Place& a, const Place& b) { return a.similarity > b.similarity; });
-  std::vector<Place> places;
-  for (const Place& peak : peaks) {
-    if (static_cast<int>(places.size()) == kPlaces) break;
-    if (std::none_of(places.begin(), places.end(), [&](const Place& higher) {
+                   [](const Candidate& a, const Candidate& b) { return a.similarity > b.similarity; });
+  std::vector<Candidate> candidates;
+  for (const Candidate& peak : peaks) {
+    if (static_cast<int>(candidates.size()) == kMaxCandidates) break;
+    if (std::none_of(candidates.begin(), candidates.end(), [&](const Candidate& higher) {
           return std::abs(higher.twist_step - peak.twist_step) <= 1 &&
                  (higher.shift_px - peak.shift_px).norm() < min_distance_px;
         }))
-      places.push_back(peak);
+      candidates.push_back(peak);
   }
-  return places;
+  return candidates;
 }
 
 double twist_of(const Pose& pose) { return std::atan2(pose.linear()(1, 0), pose.linear()(0, 0)); }
 
 Eigen::Vector3d vector(const cv::Vec3f& v) { return {v[0], v[1], v[2]}; }
 
-/// The pose of a place: its twist, the tilt at which the normals that meet there agree best, and the shift
-/// that brings the points that meet there together.
-Pose pose_at(const Place& place, const Surface& reference, const Surface& target) {
+/// Returns the pose of a candidate: its twist, the tilt at which the normals that meet there agree best, and
+/// the shift that brings the points that meet there together.
+Pose pose_at(const Candidate& candidate, const Surface& reference, const Surface& target) {
   const CameraModel camera = target.camera();
-  const Eigen::Vector2d shift_mm = place.shift_px * kShrink * camera.pitch_mm;
+  const Eigen::Vector2d shift_mm = candidate.shift_px * kShrink * camera.pitch_mm;
   const Eigen::Matrix3d twist =
-      Eigen::AngleAxisd(place.twist_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+      Eigen::AngleAxisd(candidate.twist_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   Eigen::Vector3d reference_sum = Eigen::Vector3d::Zero(), target_sum = Eigen::Vector3d::Zero();
   Eigen::Vector2d gap = Eigen::Vector2d::Zero();
   double weight = 0;
@@ -120,7 +136,7 @@ std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target,
   if (min_shared_px < 1) return {};
   // Before registration textures agree about half as well as after it.
   const double min_similarity = options.min_texture_correlation / 2;
-  std::vector<Place> twists;
+  std::vector<Candidate> twists;
   std::vector<CoarseTexture> turned;
   cv::Size size;
   for (int step = -kTwistSteps; step <= kTwistSteps; ++step) {
@@ -130,13 +146,13 @@ std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target,
   }
   size += target_texture.mask.size();
   const TextureSpectrum target_spectrum(target_texture, size);
-  std::vector<Place> peaks;
+  std::vector<Candidate> peaks;
   for (std::size_t i = 0; i < turned.size(); ++i)
     add_peaks(turned[i], target_texture, TextureSpectrum(turned[i], size).laid_on(target_spectrum), twists[i],
               min_similarity, min_shared_px, peaks);
   std::vector<Pose> starts;
-  for (const Place& place : best_places(std::move(peaks), kMinPeriodMm / texture.pixel_pitch_mm))
-    starts.push_back(pose_at(place, reference, target));
+  for (const Candidate& candidate : best_candidates(std::move(peaks), kMinPeriodMm / texture.pixel_pitch_mm))
+    starts.push_back(pose_at(candidate, reference, target));
   return starts;
 }
 

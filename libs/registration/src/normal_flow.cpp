@@ -1,3 +1,19 @@
+// NormalFlow: the pose target_T_reference = (R, t) between two surfaces, by their normals and heights.
+//
+// It minimizes the sum over samples of the reference's contact of w |Rᵀ n'(π(R q + t)) - n|², where q is a
+// sample's point, n its normal, n' the target's normal at the pixel π(...), and w the confidence of both
+// normals times a Cauchy weight. Gauss-Newton steps over rx ry rz tx ty are inverse compositional (Baker &
+// Matthews, IJCV 2004; Huang, Kaess, Yuan, NormalFlow, RA-L 2024); tz is the mean height difference over the
+// shared contact. The prior's information is added to the normal equations, so the result is the maximum of
+// prior times likelihood (own).
+//
+// A first pass takes all gradients as they are read. If noise is more than a tenth of them along any
+// direction, a second pass projects the equations onto what both surfaces show (ObservableDirections).
+//
+// It goes wrong where the motion exceeds half a period of the texture (it converges to the neighboring
+// period), and where something that moves with the gel looks like texture (it pulls towards no motion).
+// assess() and verify_registered() are there to notice.
+
 #include "gelslam/registration/normal_flow.hpp"
 
 #include <Eigen/Cholesky>
@@ -28,27 +44,29 @@ Vector6d with_tz(const Vector5d& step, const Viewpoint& view) {
   return xi;
 }
 
-/// The prior's information about the step, along directions that are independent of each other.
-Matrix5d information_of(const PosePrior& prior, const ShownDirections& along) {
+/// Returns the prior's information about the step, along directions that are independent of each other.
+Matrix5d information_of(const PosePrior& prior, const ObservableDirections& along) {
   const Matrix5d step = prior.step_covariance.topLeftCorner<kParameters, kParameters>();
-  const Vector5d variance = (along.measures.transpose() * step * along.measures).diagonal();
-  return along.measures * variance.cwiseInverse().asDiagonal() * along.measures.transpose();
+  const Vector5d variance = (along.dual_basis.transpose() * step * along.dual_basis).diagonal();
+  return along.dual_basis * variance.cwiseInverse().asDiagonal() * along.dual_basis.transpose();
 }
 
-/// Of the gradients, only what both surfaces show: a direction that is noise gives no step.
-void keep_shown(const ShownDirections& shown, NormalEquations& equations) {
-  equations.gradient =
-      (shown.measures * shown.share.asDiagonal() * shown.basis.transpose() * equations.gradient).eval();
-  equations.hessian = shown.measures * shown.share.asDiagonal() * shown.measures.transpose();
+/// Keeps of the gradients only what both surfaces show, so that a direction that is noise gives no step.
+void project_observable(const ObservableDirections& directions, NormalEquations& equations) {
+  equations.gradient = (directions.dual_basis * directions.signal_fraction.asDiagonal() *
+                        directions.basis.transpose() * equations.gradient)
+                           .eval();
+  equations.hessian =
+      directions.dual_basis * directions.signal_fraction.asDiagonal() * directions.dual_basis.transpose();
 }
 
-// Steps in a row that do not make the residuals smaller by more than the noise of one sample. On a surface
-// with little texture, further steps only wander. Where most of the residuals is noise, progress is hard to
-// see, and the registration converges after many such steps.
-constexpr double kHardlyNoise = 0.9;                 // speed
-constexpr int kPatience = 3, kPatienceInNoise = 20;  // numerics
+// The registration has converged after this many steps in a row that do not make the residuals smaller by
+// more than the noise of one sample: on a surface with little texture, further steps only wander. Where most
+// of the residuals is noise, progress is hard to see, and more such steps are taken.
+constexpr double kHardlyNoise = 0.9;  // A second pass is left out where all directions show more.
+constexpr int kPatience = 3, kPatienceInNoise = 20;
 
-/// Whether the residuals still get smaller.
+/// Watches whether the residuals still get smaller.
 class Progress {
  public:
   explicit Progress(const NormalFlowOptions& options)
@@ -79,93 +97,96 @@ class Alignment {
     residuals().resize(static_cast<std::size_t>(reference.samples.size()));
   }
 
-  /// Gauss-Newton to the maximum of prior times likelihood, from `result`'s pose. False when the overlap is
-  /// lost on the way. `shown`: what counts of the gradients; null: all.
-  bool converge(const PosePrior& prior, const ShownDirections* shown, double noise_variance,
+  /// Takes Gauss-Newton steps to the maximum of prior times likelihood, from `result`'s pose. Returns false
+  /// when the overlap is lost on the way. `directions` says what counts of the gradients; null means all of
+  /// them.
+  bool converge(const PosePrior& prior, const ObservableDirections* directions, double noise_variance,
                 RegistrationResult& result) {
     Progress progress(options_);
     const Matrix5d of_prior =
         noise_variance *
-        (shown ? information_of(prior, *shown)
-               : Matrix5d(prior.step_covariance.topLeftCorner<kParameters, kParameters>().inverse()));
+        (directions ? information_of(prior, *directions)
+                    : Matrix5d(prior.step_covariance.topLeftCorner<kParameters, kParameters>().inverse()));
     Pose& target_T_reference = result.target_T_reference;
     bool converged = false;
     for (int done = 0; done < options_.max_iterations && !converged; ++done, ++result.iterations) {
-      lay(target_T_reference);
+      evaluate_residuals(target_T_reference);
       if (count_shared(residuals()) < options_.min_shared_samples) return false;
-      // Along oblique rays, pixels move with z.
+      // Along oblique rays pixels move with z, so z is set before the first step.
       if (done == 0)
         target_T_reference.translation().z() +=
             height_gap(reference_.samples, target_, target_T_reference, residuals()).mean_mm;
       progress.add(sum_residuals(residuals()));
       const Viewpoint view = viewpoint_of(view_, target_T_reference, reference_.samples, residuals());
       NormalEquations equations = linearize(reference_.samples, view, residuals());
-      if (shown) keep_shown(*shown, equations);
+      if (directions) project_observable(*directions, equations);
       equations.hessian += of_prior;
       equations.gradient += of_prior * se3_log(prior.pose.inverse() * target_T_reference).head<kParameters>();
       const Vector5d step = equations.hessian.ldlt().solve(equations.gradient);
       target_T_reference = target_T_reference * se3_exp(with_tz(step, view)).inverse();
-      // Smaller than one standard deviation of the noise, all five directions together.
+      // A step is noise when it is smaller than one standard deviation of the noise, all five directions
+      // together.
       const bool is_noise = step.dot(equations.hessian * step) < noise_variance;
-      wandering_ = !is_noise && is_large(step);
-      converged = done + 1 >= options_.min_iterations && (is_noise || (progress.over() && !wandering_));
+      step_not_converged_ = !is_noise && is_large(step);
+      converged =
+          done + 1 >= options_.min_iterations && (is_noise || (progress.over() && !step_not_converged_));
     }
     target_T_reference = normalized(target_T_reference);
     return true;
   }
 
-  /// From the prior's start.
+  /// Registers from the prior's start.
   RegistrationResult align(const PosePrior& prior) {
     RegistrationResult result;
     result.target_T_reference = prior.start;
     result.status = RegistrationStatus::too_little_overlap;
     const double noise_variance = variance_in_sums(0.0, reference_, options_);
     if (!converge(prior, nullptr, noise_variance, result)) return result;
-    const ShownDirections shown = finish(prior, result);
-    if (shown.share.minCoeff() > kHardlyNoise) return result;
+    const ObservableDirections directions = finish(prior, result);
+    if (directions.signal_fraction.minCoeff() > kHardlyNoise) return result;
     // Noise has moved the pose along directions that the surfaces hardly show.
     RegistrationResult weighed = result;
-    if (!converge(prior, &shown, noise_variance, weighed)) return result;
+    if (!converge(prior, &directions, noise_variance, weighed)) return result;
     finish(prior, weighed);
     return weighed;
   }
 
   /// Judges a pose as it is.
   void judge(const PosePrior& prior, RegistrationResult& result) {
-    const HeightGap gap = lay_upon_target(result.target_T_reference);
+    const HeightGap gap = evaluate_residuals_and_heights(result.target_T_reference);
     result.height_rmse_mm = std::hypot(gap.rmse_mm, gap.mean_mm);
     assess(reference_, target_, residuals(), prior, options_, result);
   }
 
   /// Sets z from heights and judges the result; returns what the surfaces show.
-  ShownDirections finish(const PosePrior& prior, RegistrationResult& result) {
-    const HeightGap gap = lay_upon_target(result.target_T_reference);
+  ObservableDirections finish(const PosePrior& prior, RegistrationResult& result) {
+    const HeightGap gap = evaluate_residuals_and_heights(result.target_T_reference);
     result.target_T_reference.translation().z() += gap.mean_mm;
     result.height_rmse_mm = gap.rmse_mm;
-    ShownDirections shown = assess(reference_, target_, residuals(), prior, options_, result);
-    if (result.ok() && wandering_) result.status = RegistrationStatus::diverged;
-    return shown;
+    ObservableDirections directions = assess(reference_, target_, residuals(), prior, options_, result);
+    if (result.ok() && step_not_converged_) result.status = RegistrationStatus::diverged;
+    return directions;
   }
 
  private:
-  /// Fills the residuals.
-  void lay(const Pose& target_T_reference) {
+  /// Fills the residuals of a pose, with their robust weights.
+  void evaluate_residuals(const Pose& target_T_reference) {
     warp(reference_.samples, view_, target_T_reference, residuals());
     apply_robust_weights(residuals(), static_cast<float>(options_.robust_scale_rad));
   }
 
-  /// The same, and compares heights.
-  HeightGap lay_upon_target(const Pose& target_T_reference) {
-    lay(target_T_reference);
+  /// Does the same, and compares heights.
+  HeightGap evaluate_residuals_and_heights(const Pose& target_T_reference) {
+    evaluate_residuals(target_T_reference);
     return height_gap(reference_.samples, target_, target_T_reference, residuals());
   }
 
-  /// Larger than a tenth of the error up to which a motion counts as observable.
+  /// Says whether a step is larger than a tenth of the error up to which a motion counts as observable.
   bool is_large(const Vector5d& step) const {
     return 10 * std::max(kMmPerRad * step.head<3>().norm(), step.tail<2>().norm()) > kObservableSigmaMm;
   }
 
-  // A work buffer, kept between calls.
+  // The work buffer is kept between calls.
   static Residuals& residuals() {
     thread_local Residuals buffer;
     return buffer;
@@ -175,10 +196,10 @@ class Alignment {
   const Surface& target_;
   TargetView view_;
   const NormalFlowOptions& options_;
-  bool wandering_ = false;  // the last step was still large when the iterations ran out
+  bool step_not_converged_ = false;  // the last step was still large when the iterations ran out
 };
 
-/// For slopes as they are read of both surfaces.
+/// Scales the options to slopes that are as noisy as those of both surfaces.
 NormalFlowOptions scaled(NormalFlowOptions options, double noise) {
   options.robust_scale_rad *= noise;
   options.normal_noise_rad *= noise;

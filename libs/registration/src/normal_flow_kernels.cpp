@@ -11,9 +11,9 @@ namespace {
 
 using Float4 = float __attribute__((vector_size(16)));
 
-// Sums in 64 independent lanes: the order of additions, and so the result, does not depend on the vector
-// width. Samples are warped in blocks of as many, which stay in the first-level cache.
-constexpr int kLanes = 64;  // speed
+// Sums are kept in 64 independent lanes: the order of additions, and so the result, does not depend on the
+// vector width. Samples are warped in blocks of as many, which stay in the first-level cache.
+constexpr int kLanes = 64;
 
 GELSLAM_CLONES float weighted_sum(const float* __restrict w, const float* __restrict a, int count) {
   float lanes[kLanes] = {};
@@ -53,7 +53,7 @@ GELSLAM_CLONES void cauchy(const float* __restrict rx, const float* __restrict r
   }
 }
 
-/// Where a block of samples falls in the target, in pixels.
+/// Computes where a block of samples falls in the target, in pixels.
 GELSLAM_CLONES void project(const float* __restrict x, const float* __restrict y, const float* __restrict z,
                             const float* __restrict r, const float* __restrict t, const TargetView& target,
                             float* __restrict u, float* __restrict v, int count) {
@@ -63,14 +63,14 @@ GELSLAM_CLONES void project(const float* __restrict x, const float* __restrict y
               r8 = r[8], t0 = t[0], t1 = t[1], t2 = t[2];
   for (int i = 0; i < count; ++i) {
     const float depth = 1.0f + (r6 * x[i] + r7 * y[i] + r8 * z[i] + t2) * inverse_distance;
-    // Behind the camera: beyond any picture.
+    // A point behind the camera lies beyond any picture.
     const float shrink = depth > 0.0f ? 1.0f / depth : 1e9f;
     u[i] = (r0 * x[i] + r1 * y[i] + r2 * z[i] + t0) * shrink * scale + center_u;
     v[i] = (r3 * x[i] + r4 * y[i] + r5 * z[i] + t1) * shrink * scale + center_v;
   }
 }
 
-/// r = Rᵀ texel - n.
+/// Computes r = Rᵀ texel - n.
 GELSLAM_CLONES void rotate_and_subtract(const float* __restrict texel_x, const float* __restrict texel_y,
                                         const float* __restrict texel_z, const float* __restrict r,
                                         const float* __restrict nx, const float* __restrict ny,
@@ -142,21 +142,21 @@ GELSLAM_CLONES void add_block(const Samples& s, const Viewpoint& view, const Res
   }
 }
 
-/// Three floats, and a fourth that means nothing.
+/// Loads three floats, and a fourth that means nothing.
 Float4 load_normal(const float* p) {
   Float4 v;
   std::memcpy(&v, p, sizeof v);
   return v;
 }
 
-/// The same of a pixel that may be the last of the image, from one float before it.
+/// Does the same for a pixel that may be the last of the image, by loading from one float before it.
 Float4 load_right_normal(const float* p) {
   const Float4 v = load_normal(p - 1);
   return __builtin_shufflevector(v, v, 1, 2, 3, 3);
 }
 
-/// Normals between pixels of the target, and their confidence: 0 unless all four pixels are contact, since
-/// any other mixes gel and object.
+/// Interpolates normals between pixels of the target, and says their confidence: 0 unless all four pixels are
+/// contact, since any other mixes gel and object.
 class BilinearLookup {
  public:
   explicit BilinearLookup(const TargetView& target)

@@ -7,18 +7,19 @@
 
 namespace gelslam::registration::detail {
 
-/// Jacobian columns: rx ry rz tx ty. Normals hardly show tz: it only moves pixels toward the picture's
-/// center.
-inline constexpr int kParameters = 5;  // layout
+/// The columns of the Jacobian are rx ry rz tx ty. Normals hardly show tz: it only moves pixels toward the
+/// picture's center.
+inline constexpr int kParameters = 5;
 inline constexpr int kHessianEntries = kParameters * (kParameters + 1) / 2;
-inline constexpr float kLeastFacing = 0.2f;  // numerics: of a surface that is seen edge on
+inline constexpr float kMinFacing = 0.2f;  // Bounds the Jacobian where a surface is seen edge on.
 
 /// Reference samples as structure of arrays, so that the loops below vectorise. Lengths in mm, normals unit.
 struct Samples {
   std::vector<float> x, y, z, nx, ny, nz;
   std::vector<float>
       weight;  ///< how far to trust the sample, 0..1 (the contact's border is the gel's membrane rim)
-  /// Of the normal's components x, y, z: per mm along x of the picture's rest coordinates, then along y.
+  /// How each of the normal's components x, y, z changes per mm along x of the picture's rest coordinates,
+  /// then along y.
   std::array<std::vector<float>, 6> gradient;
 
   int size() const { return static_cast<int>(x.size()); }
@@ -30,12 +31,12 @@ struct Samples {
 struct Viewpoint {
   float inverse_distance = 0;  ///< of both cameras, 1/mm; 0: parallel rays
   std::array<float, 3> axis{0, 0, 1};
-  /// About which rx and ry turn: the middle of what both show, for heights tell its z. Were tz kept instead,
-  /// a turn would move a contact far from the sensor's axis toward the camera or away from it, and errors of
-  /// scale would be taken for turns.
+  /// The point about which rx and ry turn: the middle of what both show, for heights tell its z. Were tz kept
+  /// instead, a turn would move a contact far from the sensor's axis toward the camera or away from it, and
+  /// errors of scale would be taken for turns.
   float center_x_mm = 0, center_y_mm = 0;
 
-  /// tz that goes with the turns rx and ry.
+  /// Returns the tz that goes with the turns rx and ry.
   double tz_of_turn(double rx, double ry) const {
     return ry * static_cast<double>(center_x_mm) - rx * static_cast<double>(center_y_mm);
   }
@@ -57,9 +58,9 @@ inline __attribute__((always_inline)) PictureMotion picture_motion(const Samples
   const float ray_x = (x * inverse_distance + view.axis[0]) * depth,
               ray_y = (y * inverse_distance + view.axis[1]) * depth;
   const float facing = nx * ray_x + ny * ray_y + nz;
-  const float along = 1.0f / (facing > kLeastFacing ? facing : kLeastFacing);
+  const float along = 1.0f / (facing > kMinFacing ? facing : kMinFacing);
   const float dx = x - view.center_x_mm, dy = y - view.center_y_mm;
-  // Of the sample, about the center.
+  // These are the motions of the sample, with turns about the center.
   const float moved_x[kParameters] = {0, z, -y, 1, 0}, moved_y[kParameters] = {-z, 0, x, 0, 1},
               moved_z[kParameters] = {dy, -dx, 0, 0, 0};
   PictureMotion motion;
@@ -78,7 +79,7 @@ struct TargetView {
   float inverse_distance = 0;              ///< of the camera, 1/mm
   float center_u_px = 0, center_v_px = 0;  ///< pixel coordinates of the sensor's origin
   const float* normals = nullptr;          ///< width * height * 3
-  /// width * height: Surface::confidence, or the contact where all of it is known equally well
+  /// width * height values of Surface::confidence, or of the contact where all of it is known equally well.
   const std::uint8_t* confidence = nullptr;
 };
 
@@ -91,7 +92,7 @@ struct Residuals {
   void resize(std::size_t count);
 };
 
-/// r = Rᵀ n'(π(R q + t)) - n for every sample, π: CameraModel::project() (`rotation` row-major 3x3,
+/// Computes r = Rᵀ n'(π(R q + t)) - n for every sample, π: CameraModel::project() (`rotation` row-major 3x3,
 /// translation in mm).
 void warp_residuals(const Samples& samples, const TargetView& target, const float* rotation,
                     const float* translation, Residuals& residuals);
@@ -105,11 +106,11 @@ struct ResidualSums {
 };
 ResidualSums sum_residuals(const Residuals& residuals);
 
-/// The weighted center of the samples; the origin where none has weight.
+/// Returns the weighted center of the samples, or the origin where none has weight.
 std::array<float, 3> shared_center_mm(const Samples& samples, const Residuals& residuals);
 
-/// gradient = Σ w Jᵀ r (5), hessian = Σ w JᵀJ (15, upper triangle), J: how a sample's normal changes with the
-/// five parameters.
+/// Computes gradient = Σ w Jᵀ r (5), hessian = Σ w JᵀJ (15, upper triangle), J: how a sample's normal changes
+/// with the five parameters.
 void accumulate_normal_equations(const Samples& samples, const Viewpoint& view, const Residuals& residuals,
                                  double* gradient, double* hessian);
 

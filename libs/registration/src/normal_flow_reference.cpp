@@ -5,7 +5,7 @@
 #include <functional>
 #include <opencv2/imgproc.hpp>
 
-#include "gelslam/core/remade.hpp"
+#include "gelslam/core/lru_cached.hpp"
 #include "gelslam/surface/slopes.hpp"
 
 namespace gelslam {
@@ -15,9 +15,9 @@ using registration::detail::normal_gradient;
 using registration::detail::NormalGradient;
 using registration::detail::Samples;
 
-/// Half of the samples where the surface bends most (they fix x, y and twist), half spread evenly over the
-/// rest of the contact (they fix the tilt and keep a dirty spot from ruling the estimate). Pixels in raster
-/// order.
+/// Selects half of the samples where the surface bends most (they fix x, y and twist), half spread evenly
+/// over the rest of the contact (they fix the tilt and keep a dirty spot from ruling the estimate). Pixels in
+/// raster order.
 std::vector<cv::Point> select_samples(const Surface& surface, int max_samples) {
   std::vector<cv::Point> candidates;
   std::vector<float> bend;
@@ -37,7 +37,7 @@ std::vector<cv::Point> select_samples(const Surface& surface, int max_samples) {
   std::nth_element(ordered.begin(), ordered.begin() + static_cast<std::ptrdiff_t>(bent), ordered.end(),
                    std::greater<>());
   const float limit = ordered[bent];
-  // Pixels of just that curvature that still belong to the bent ones.
+  // So many pixels of just that curvature still belong to the bent ones.
   auto at_limit = static_cast<std::ptrdiff_t>(bent) -
                   std::count_if(bend.begin(), bend.end(), [&](float c) { return c > limit; });
   std::vector<cv::Point> selected;
@@ -115,7 +115,7 @@ struct StoredReference::Entry {
   StoredSurface surface;
   NormalFlowOptions options;
   SelfSimilarityPtr self_similarity = make_self_similarity();  ///< survives the reference: it is costly
-  Remade<NormalFlowReference> made;                            ///< 0.5 MB each, and the surface
+  LruCached<NormalFlowReference> made;                         ///< 0.5 MB each, and the surface
 };
 
 StoredReference::StoredReference(std::shared_ptr<const NormalFlowReference> ready) {

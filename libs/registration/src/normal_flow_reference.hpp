@@ -26,11 +26,12 @@ struct SelfSimilarity {
 
 namespace registration::detail {
 
-/// Of the target at this pose. The center is that of the residuals' samples.
+/// Returns how the target's camera sees the reference at this pose. The center is that of the residuals'
+/// samples.
 Viewpoint viewpoint_of(const TargetView& target, const Pose& target_T_reference, const Samples& samples,
                        const Residuals& residuals);
 
-/// Change of the normal per pixel along x and y (Sobel). `p` is no border pixel.
+/// The change of a normal per pixel along x and y (Sobel). `p` is no border pixel.
 struct NormalGradient {
   cv::Vec3f dx, dy;
 };
@@ -43,8 +44,8 @@ inline NormalGradient normal_gradient(const cv::Mat3f& normals, cv::Point p) {
 
 TargetView view_of(const Surface& target);
 
-/// Nearest target pixel of a warped sample, the border's where it lies beyond. Samples with weight lie
-/// inside.
+/// Finds the nearest target pixel of a warped sample, the border's where it lies beyond. Samples with weight
+/// lie inside.
 class PixelLookup {
  public:
   PixelLookup(const Samples& samples, const Surface& target, const Pose& target_T_reference)

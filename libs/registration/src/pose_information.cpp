@@ -28,7 +28,8 @@ CenterMotion motion_of(const RegistrationResult& result) {
   return {so3_log(pose.linear()), pose * result.shared_center_mm - result.shared_center_mm};
 }
 
-/// Variance of what the motion itself puts wrong, about the shared center, by a model of this model_sigma.
+/// Returns the variance of what the motion itself puts wrong, about the shared center, by a model of this
+/// model_sigma.
 Vector6d motion_variance(const CenterMotion& motion, bool all_observable, double shared_mm2,
                          double model_sigma, const NormalFlowOptions& options) {
   const double tilt = motion.tilt_rad();
@@ -47,28 +48,29 @@ Vector6d motion_variance(const CenterMotion& motion, bool all_observable, double
   return (model_sigma * sigma).cwiseAbs2();
 }
 
-/// What the normals say, about the reference's origin.
-Matrix5d information_of_normals(const ShownDirections& directions, double noise_variance,
+/// Returns the information that the normals give about the five motions, as perturbations about the
+/// reference's origin.
+Matrix5d information_of_normals(const ObservableDirections& directions, double noise_variance,
                                 const PosePrior& prior) {
   const Matrix5d covariance = prior.covariance.topLeftCorner<kParameters, kParameters>();
   Matrix5d information = Matrix5d::Zero();
   for (int i = 0; i < kParameters; ++i) {
-    const double share = directions.share[i],
-                 pull = directions.pattern_share[i] * directions.pattern_share[i];
-    if (share == 0) continue;
-    const Vector5d measure = directions.measures.col(i);
-    // Gauss-Newton with a noisy Jacobian: the error's variance is read / common², not 1 / read. A pattern of
-    // the gel pulls towards no motion.
+    const double fraction = directions.signal_fraction[i],
+                 pull = directions.pattern_fraction[i] * directions.pattern_fraction[i];
+    if (fraction == 0) continue;
+    const Vector5d dual = directions.dual_basis.col(i);
+    // This is Gauss-Newton with a noisy Jacobian: the error's variance is read / common², not 1 / read. A
+    // pattern of the gel pulls towards no motion.
     const double variance =
-        noise_variance / (share * share) + pull * pull * measure.dot(covariance * measure);
-    information += measure * measure.transpose() / variance;
+        noise_variance / (fraction * fraction) + pull * pull * dual.dot(covariance * dual);
+    information += dual * dual.transpose() / variance;
   }
   return information;
 }
 
 }  // namespace
 
-Matrix6d pose_information(const ShownDirections& directions, double shared_mm2, double model_sigma,
+Matrix6d pose_information(const ObservableDirections& directions, double shared_mm2, double model_sigma,
                           double noise_variance, const PosePrior& prior, const RegistrationResult& result,
                           const NormalFlowOptions& options) {
   const Matrix6d from_center = origin_from_center(result.shared_center_mm),
@@ -81,10 +83,10 @@ Matrix6d pose_information(const ShownDirections& directions, double shared_mm2, 
   // same for all that the surface is joined to: that it fits to them is known as well as elsewhere.
   noise(5, 5) += 1.0 / (options.height_noise_mm * options.height_noise_mm);
 
-  // (noise⁻¹ + variance)⁻¹, where the noise's information may have no inverse.
+  // The result is (noise⁻¹ + variance)⁻¹, written for where the noise's information may have no inverse.
   const CenterMotion motion = motion_of(result);
   const Vector6d variance =
-      motion_variance(motion, directions.share.minCoeff() > 0, shared_mm2, model_sigma, options);
+      motion_variance(motion, directions.signal_fraction.minCoeff() > 0, shared_mm2, model_sigma, options);
   const Matrix6d both = (Matrix6d::Identity() + noise * variance.asDiagonal()).partialPivLu().solve(noise);
   return symmetric(to_center.transpose() * both * to_center);
 }

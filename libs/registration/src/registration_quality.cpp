@@ -81,8 +81,8 @@ std::array<bool, 6> observability(const RegistrationResult& result, bool heights
   return observable;
 }
 
-/// The share of noise that agrees with noise by chance: one over the root of the number of patches that it is
-/// made of.
+/// Returns the share of noise that agrees with noise by chance: one over the root of the number of patches
+/// that it is made of.
 double share_by_chance(double shared_share, const NormalFlowReference::Impl& reference) {
   const double patches = shared_share * reference.surface->contact_pixels / kNoisePatchPx;
   return 1.0 / std::sqrt(2.0 * std::max(1.0, patches));
@@ -175,24 +175,25 @@ HeightGap height_gap(const Samples& samples, const Surface& target, const Pose& 
   return {mean, std::sqrt(std::max(0.0, sum2 / weight - mean * mean))};
 }
 
-ShownDirections shown_directions(const TextureAgreement& texture, double by_chance) {
-  // Generalised eigenvectors of (common, read + pattern): along each, the share that is common.
+ObservableDirections observable_directions(const TextureAgreement& texture, double by_chance) {
+  // The basis are the generalized eigenvectors of (common, read + pattern); the eigenvalue of each is the
+  // share of its gradient that is common.
   const Matrix5d scale = texture.read + texture.pattern + 1e-12 * Matrix5d::Identity();
   const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix5d> eigen(texture.common, scale);
-  ShownDirections result;
+  ObservableDirections result;
   result.basis = eigen.eigenvectors();
-  result.measures = scale * result.basis;  // of the eigenvectors' inverse, transposed
-  result.share = (eigen.eigenvalues().array() - by_chance).max(0.0).min(1.0);
+  result.dual_basis = scale * result.basis;  // of the eigenvectors' inverse, transposed
+  result.signal_fraction = (eigen.eigenvalues().array() - by_chance).max(0.0).min(1.0);
   for (int i = 0; i < kParameters; ++i) {
     const double pattern = result.basis.col(i).dot(texture.pattern * result.basis.col(i));
-    result.pattern_share[i] = std::min(1.0, pattern / std::max(pattern, eigen.eigenvalues()[i]));
+    result.pattern_fraction[i] = std::min(1.0, pattern / std::max(pattern, eigen.eigenvalues()[i]));
   }
   return result;
 }
 
-ShownDirections assess(const NormalFlowReference::Impl& reference, const Surface& target,
-                       const Residuals& residuals, const PosePrior& prior, const NormalFlowOptions& options,
-                       RegistrationResult& result) {
+ObservableDirections assess(const NormalFlowReference::Impl& reference, const Surface& target,
+                            const Residuals& residuals, const PosePrior& prior,
+                            const NormalFlowOptions& options, RegistrationResult& result) {
   result.shared_samples = count_shared(residuals);
   const auto [x, y, z] = shared_center_mm(reference.samples, residuals);
   result.shared_center_mm = {x, y, z};
@@ -207,7 +208,8 @@ ShownDirections assess(const NormalFlowReference::Impl& reference, const Surface
   const double noise = shared_noise(*reference.surface, target);
   const TextureAgreement texture = compare_texture(reference.samples, target, result.target_T_reference,
                                                    residuals, noise * kGelPatternRadPerMm);
-  const ShownDirections directions = shown_directions(texture, share_by_chance(shared_share, reference));
+  const ObservableDirections directions =
+      observable_directions(texture, share_by_chance(shared_share, reference));
   const bool heights_known = reference.surface->zero_is_bare_gel && target.zero_is_bare_gel;
   const double model_sigma = std::max(reference.surface->model_sigma, target.model_sigma);
   const double shared_mm2 = shared_share * reference.surface->contact_pixels *
@@ -215,7 +217,7 @@ ShownDirections assess(const NormalFlowReference::Impl& reference, const Surface
   result.information =
       pose_information(directions, shared_mm2, model_sigma,
                        variance_in_sums(result.normal_rmse_rad, reference, options), prior, result, options);
-  // About the center, for heights tell its z.
+  // The directions turn about the shared center, because heights tell its z.
   result.directions.setIdentity();
   result.directions.topLeftCorner<kParameters, kParameters>() = directions.basis;
   result.directions.block<1, kParameters>(5, 0) = x * directions.basis.row(1) - y * directions.basis.row(0);

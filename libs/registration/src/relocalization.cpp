@@ -1,3 +1,15 @@
+// Finds where a frame lies on a reference after a registration from the expected pose has failed (own).
+//
+// coarse_starts() proposes up to six poses at which the textures agree. A registration of at most
+// kStartIterations steps refines each of them, and verify_registered() judges it: as a loop candidate within
+// kMinPeriodMm of the expected pose, as unknown beyond, where all motions but z must be observable, too. Of
+// the candidates that pass, the one with the smallest residual of normals is taken.
+//
+// The status is `ambiguous` if another pose, farther away than half a period along an observable axis, fits
+// nearly as well (VerificationOptions::rival_residual), even if it passed only the weaker test. Without any
+// candidate the failed registration is returned. A place beyond the 20 degrees of twist that coarse_starts()
+// searches is not found.
+
 #include "gelslam/registration/relocalization.hpp"
 
 #include <algorithm>
@@ -6,10 +18,10 @@
 namespace gelslam {
 namespace {
 
-constexpr int kStartIterations = 15;  // speed: where a start is right, registration is there in fewer
+constexpr int kStartIterations = 15;  // Where a start is right, registration is there in fewer.
 
-/// From one pose of the target to another, along the target's axes: how the shared center moves, and the
-/// turn.
+/// The difference between two poses of the target, along the target's axes: how the shared center moves, and
+/// the turn.
 struct Difference {
   Eigen::Vector3d shift_mm, turn_mm;
 };
@@ -20,14 +32,15 @@ Difference difference(const RegistrationResult& from, const Pose& to) {
           kMmPerRad * so3_log(to.linear() * pose.linear().transpose())};
 }
 
-/// The larger of how far the shared center lies from where it was expected, and by how much it turned.
+/// Returns the larger of how far the shared center lies from where it was expected, and by how much it
+/// turned.
 double distance_mm(const RegistrationResult& found, const Pose& expected) {
   const Difference d = difference(found, expected);
   return std::max(d.shift_mm.norm(), d.turn_mm.norm());
 }
 
-/// Farther than half a period of the finest pattern is another place. Only axes that are observable count:
-/// further along a ridge is no other place.
+/// Says whether another pose is another place: it is farther away than half a period of the finest pattern.
+/// Only axes that are observable count, because a pose further along a ridge is no other place.
 bool is_elsewhere(const RegistrationResult& result, const Pose& other) {
   const Difference d = difference(result, other);
   for (int axis = 0; axis < 3; ++axis) {
@@ -49,34 +62,35 @@ bool is_located(const RegistrationResult& registration) {
 RegistrationResult relocalize(const NormalFlowReference& reference, const Surface& target,
                               const Pose& expected, const RegistrationResult& failed,
                               const NormalFlowOptions& normal_flow, const VerificationOptions& options) {
-  std::vector<RegistrationResult> places, rivals;
+  std::vector<RegistrationResult> candidates, rivals;
   NormalFlowOptions from_start = normal_flow;
   from_start.max_iterations = std::min(from_start.max_iterations, kStartIterations);
   PosePrior prior(expected);
   for (const Pose& start : coarse_starts(reference.surface(), target, expected, options)) {
     prior.start = start;
-    const RegistrationResult place = register_normal_flow(reference, target, prior, from_start);
-    const bool expected_there = distance_mm(place, expected) <= kMinPeriodMm;
-    const auto fits = [&](PlacePrior known) {
-      return verify_registered(reference, target, place, known, options).ok();
+    const RegistrationResult candidate = register_normal_flow(reference, target, prior, from_start);
+    const bool expected_there = distance_mm(candidate, expected) <= kMinPeriodMm;
+    const auto fits = [&](PlacePrior prior_kind) {
+      return verify_registered(reference, target, candidate, prior_kind, options).ok();
     };
-    if (expected_there ? fits(PlacePrior::suspected) : is_located(place) && fits(PlacePrior::none))
-      places.push_back(place);
-    else if (fits(PlacePrior::suspected))
-      rivals.push_back(place);
+    if (expected_there ? fits(PlacePrior::loop_candidate)
+                       : is_located(candidate) && fits(PlacePrior::unknown))
+      candidates.push_back(candidate);
+    else if (fits(PlacePrior::loop_candidate))
+      rivals.push_back(candidate);
   }
-  if (places.empty()) return failed;
-  RegistrationResult best = *std::min_element(places.begin(), places.end(), [](const auto& a, const auto& b) {
-    return a.normal_rmse_rad < b.normal_rmse_rad;
-  });
+  if (candidates.empty()) return failed;
+  RegistrationResult best =
+      *std::min_element(candidates.begin(), candidates.end(),
+                        [](const auto& a, const auto& b) { return a.normal_rmse_rad < b.normal_rmse_rad; });
   // Differences that are smaller than the noise of normals say nothing.
   const double rival_rmse_rad =
       options.rival_residual * std::max(best.normal_rmse_rad, shared_noise(reference.surface(), target) *
                                                                   normal_flow.normal_noise_rad);
-  const auto is_rival = [&](const RegistrationResult& place) {
-    return place.normal_rmse_rad < rival_rmse_rad && is_elsewhere(best, place.target_T_reference);
+  const auto is_rival = [&](const RegistrationResult& candidate) {
+    return candidate.normal_rmse_rad < rival_rmse_rad && is_elsewhere(best, candidate.target_T_reference);
   };
-  if (std::any_of(places.begin(), places.end(), is_rival) ||
+  if (std::any_of(candidates.begin(), candidates.end(), is_rival) ||
       std::any_of(rivals.begin(), rivals.end(), is_rival))
     best.status = RegistrationStatus::ambiguous;
   return best;

@@ -11,7 +11,8 @@ Eigen::Vector3f vector(const cv::Vec3f& v) { return {v[0], v[1], v[2]}; }
 using SampleJacobian = Eigen::Matrix<float, 3, kParameters>;  // of a normal
 using SampleMatrix = Eigen::Matrix<float, kParameters, kParameters>;
 
-/// How a normal `n` changes that changes by dx and dy per mm along the reference's x and y.
+/// Returns how a normal `n` moves with the five parameters, where the surface's normal changes by dx and dy
+/// per mm along the reference's x and y.
 SampleJacobian jacobian_of(const PictureMotion& motion, const Eigen::Vector3f& n, const Eigen::Vector3f& dx,
                            const Eigen::Vector3f& dy) {
   using Row = Eigen::Map<const Eigen::Matrix<float, 1, kParameters>>;
@@ -20,9 +21,9 @@ SampleJacobian jacobian_of(const PictureMotion& motion, const Eigen::Vector3f& n
   return jacobian;
 }
 
-/// What a pattern that stays with the gel would show of each motion, for a pattern of 1 rad/mm. `moments`:
-/// weighted sum of the products of (x, y, z, 1). A sample moves by (z, -y, 1) along x with ry, rz, tx, and by
-/// (-z, x, 1) along y with rx, rz, ty.
+/// Returns what a pattern that stays with the gel would show of each motion, for a pattern of 1 rad/mm.
+/// `moments`: weighted sum of the products of (x, y, z, 1). A sample moves by (z, -y, 1) along x with ry, rz,
+/// tx, and by (-z, x, 1) along y with rx, rz, ty.
 Matrix5d gel_pattern(const Eigen::Matrix4d& moments) {
   Eigen::Matrix<double, kParameters, 4> along_x = Eigen::Matrix<double, kParameters, 4>::Zero(),
                                         along_y = along_x;
@@ -41,7 +42,7 @@ TextureAgreement compare_texture(const Samples& s, const Surface& target, const 
   const Eigen::Matrix3f back = rotation.transpose();
   SampleMatrix read = SampleMatrix::Zero(), common = read;
   Eigen::Matrix4f moments = Eigen::Matrix4f::Zero();
-  constexpr std::size_t kEnoughSamples = 1000;  // numerics: they tell noise from texture
+  constexpr std::size_t kEnoughSamples = 1000;  // So many tell noise from texture.
   const std::size_t step = residuals.weight.size() / kEnoughSamples + 1;
   const auto stride = static_cast<float>(step);
   for (std::size_t k = 0; k < residuals.weight.size(); k += step) {
@@ -51,7 +52,7 @@ TextureAgreement compare_texture(const Samples& s, const Surface& target, const 
     if (at.x < 1 || at.y < 1 || at.x + 1 >= target.contact.cols || at.y + 1 >= target.contact.rows) continue;
 
     // Along the reference's x and y the point moves on the surface, so its z changes too.
-    const float facing = std::max(s.nz[k], kLeastFacing);
+    const float facing = std::max(s.nz[k], kMinFacing);
     const float slope_x = -s.nx[k] / facing, slope_y = -s.ny[k] / facing;
     const NormalGradient gradient = normal_gradient(target.normals, at);
     const Eigen::Vector3f along_u = vector(gradient.dx), along_v = vector(gradient.dy);

@@ -26,7 +26,7 @@ cv::Mat1f squared(const cv::Mat1f& image) {
   return result;
 }
 
-/// Sum over x of a(x) b(x + shift), for all shifts.
+/// Returns the sum over x of a(x) b(x + shift), for all shifts.
 cv::Mat1f correlate(const cv::Mat& a, const cv::Mat& b) {
   cv::Mat product;
   cv::mulSpectrums(b, a, product, 0, true);
@@ -35,7 +35,7 @@ cv::Mat1f correlate(const cv::Mat& a, const cv::Mat& b) {
   return result;
 }
 
-/// From the center of a picture to that of its first pixel.
+/// Returns the vector from the center of a picture to that of its first pixel.
 Eigen::Vector2d corner_px(const cv::Mat& image) {
   return -0.5 * Eigen::Vector2d(image.cols - 1, image.rows - 1);
 }
@@ -57,7 +57,7 @@ CoarseTexture CoarseTexture::turned(double angle_rad) const {
   CoarseTexture result;
   result.pixel_pitch_mm = pixel_pitch_mm;
   result.mask.create(static_cast<int>(size.y()) + 2, static_cast<int>(size.x()) + 2);
-  // By whole pixels, so that what is not turned is not blurred.
+  // The texture is moved by whole pixels, so that what is not turned is not blurred.
   const Eigen::Vector2d room((result.mask.cols - mask.cols) / 2, (result.mask.rows - mask.rows) / 2);
   const Eigen::Vector2d moved = turn * corner_px(mask) - corner_px(mask) + room;
   const cv::Matx23d turn_px(turn(0, 0), turn(0, 1), moved.x(), turn(1, 0), turn(1, 1), moved.y());
@@ -102,7 +102,7 @@ namespace gelslam {
 using namespace registration::detail;
 
 double self_similarity(const Surface& surface) {
-  constexpr double kMinShared = 0.5;  // numerics: fewer pixels correlate by chance
+  constexpr double kMinShared = 0.5;  // Fewer pixels correlate by chance.
   if (surface.contact_pixels == 0) return 0.0;
   const CoarseTexture texture(surface);
   if (texture.pixels < 1) return 0.0;

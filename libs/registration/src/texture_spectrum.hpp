@@ -7,8 +7,9 @@
 
 namespace gelslam::registration::detail {
 
-/// Pixels of a surface per pixel that is compared: textures that matter are many pixels wide.
-inline constexpr int kTextureShrink = 2;  // numerics
+/// The number of pixels of a surface, along an axis, per pixel that is compared: textures that matter are
+/// many pixels wide.
+inline constexpr int kTextureShrink = 2;
 
 /// The curvature inside a contact without its mean, 0 outside, at a coarser resolution than the surface's.
 struct CoarseTexture {
@@ -20,7 +21,7 @@ struct CoarseTexture {
 
   CoarseTexture() = default;
   explicit CoarseTexture(const Surface& surface, int shrink = kTextureShrink);
-  /// Turned about the sensor's z axis.
+  /// Returns the texture turned about the sensor's z axis.
   CoarseTexture turned(double angle_rad) const;
 
  private:

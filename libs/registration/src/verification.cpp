@@ -1,3 +1,15 @@
+// Decides whether two registered surfaces show the same place (own; docs/algorithms.md, Verification).
+//
+// The tests follow a registration that converged with enough shared curvature (SCR) and agreeing curvature
+// (CCS; Huang, Kaess, Yuan, RA-L 2024). Texture: the correlation of both curvatures without their means over
+// the shared contact, with a limit that is the higher the less was known of the pose; none for an odometry
+// prior. Free space: the share of either contact that would lie inside gel that the other frame saw bare.
+// Self-similarity, before the registration: a surface that looks like itself after a shift proves no place,
+// unless the prior knows the pose to kObservableSigmaMm.
+//
+// Two places with the same texture and surroundings within one contact cannot be told apart here.
+// Loops are therefore compared with each other as well (backend/src/loop_layers.cpp).
+
 #include "gelslam/registration/verification.hpp"
 
 #include <algorithm>
@@ -12,12 +24,12 @@ namespace {
 
 using namespace registration::detail;
 
-// Share of two contacts that lies in the other's bare gel by chance: on clean logs, rendered and real, none
-// is as large.
-constexpr double kMostContradicted = 0.1;
+// The largest share of two contacts that lies in the other's bare gel by chance: on clean logs, rendered and
+// real, none is as large.
+constexpr double kMaxContradicted = 0.1;
 
-/// Every kTextureShrink-th pixel of `from` in contact that lands on the image of `onto`, and how many of
-/// these would lie inside its bare gel.
+/// Counts every kTextureShrink-th pixel of `from` in contact that lands on the image of `onto`, and how many
+/// of these would lie inside its bare gel.
 struct ProjectedContact {
   int all = 0, in_bare_gel = 0;
 };
@@ -39,8 +51,8 @@ ProjectedContact project_contact(const Surface& from, const Surface& onto, const
   return projected;
 }
 
-/// Share (0..1) of either contact, as far as the other picture covers it, that would have to lie inside the
-/// bare gel of the other: an object there would have been felt.
+/// Returns the share (0..1) of either contact, as far as the other picture covers it, that would have to lie
+/// inside the bare gel of the other: an object there would have been felt.
 double free_space_violation(const Surface& reference, const Surface& target, const Pose& target_T_reference) {
   const ProjectedContact there = project_contact(reference, target, target_T_reference),
                          back = project_contact(target, reference, target_T_reference.inverse());
@@ -49,8 +61,9 @@ double free_space_violation(const Surface& reference, const Surface& target, con
 }
 
 double min_texture_correlation(PlacePrior prior, const VerificationOptions& options) {
-  if (prior == PlacePrior::known) return -1.0;
-  return prior == PlacePrior::suspected ? options.min_texture_correlation : options.sure_texture_correlation;
+  if (prior == PlacePrior::odometry) return -1.0;
+  return prior == PlacePrior::loop_candidate ? options.min_texture_correlation
+                                             : options.sure_texture_correlation;
 }
 
 /// SCR asks how much of the reference is found again. A smaller target may lie in it entirely: then the
@@ -72,7 +85,7 @@ RegistrationResult verify(const NormalFlowReference& reference, const NormalFlow
   const auto repeats = [&](const NormalFlowReference& shown) {
     return shown.self_similarity() > options.max_self_similarity;
   };
-  if ((prior != PlacePrior::known || target_T_reference.worst_sigma_mm() > kObservableSigmaMm) &&
+  if ((prior != PlacePrior::odometry || target_T_reference.worst_sigma_mm() > kObservableSigmaMm) &&
       (repeats(reference) || repeats(target))) {
     result.status = RegistrationStatus::ambiguous;
     return result;
@@ -91,7 +104,7 @@ RegistrationResult verify_registered(const NormalFlowReference& reference, const
   if (!result.ok()) return result;
   if (result.texture_correlation < min_texture_correlation(prior, options))
     result.status = RegistrationStatus::curvature_mismatch;
-  else if (free_space_violation(reference.surface(), target, result.target_T_reference) > kMostContradicted)
+  else if (free_space_violation(reference.surface(), target, result.target_T_reference) > kMaxContradicted)
     result.status = RegistrationStatus::free_space_violation;
   return result;
 }

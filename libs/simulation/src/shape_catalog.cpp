@@ -29,7 +29,8 @@ const std::array<ShapeEntry, 8> kShapes = {{
 
 ShapePtr make_from_file(const ShapeSpec& spec) {
   Mesh mesh = read_mesh(spec.name);
-  if (const std::string doubt = size_doubt(mesh); !doubt.empty()) throw Error(spec.name + " " + doubt);
+  if (const std::string warning = size_warning(mesh); !warning.empty())
+    throw Error(spec.name + " " + warning);
   for (Eigen::Vector3f& vertex : mesh.vertices_mm) vertex *= static_cast<float>(spec.size);
   return make_mesh_shape(mesh);
 }

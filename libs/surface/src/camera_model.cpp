@@ -6,15 +6,15 @@
 namespace gelslam {
 namespace {
 
-/// Half picture widths up to which the lens bends rays farther out.
+/// Returns the radius, in half picture widths, up to which the lens bends rays farther out.
 double last_radius(double k1) {
   return k1 < 0 ? std::sqrt(-1 / (3 * k1)) : std::numeric_limits<double>::infinity();
 }
 
-/// r of r (1 + k r²) = `radius`, by Newton's method, which comes from one side: the function is convex or
-/// concave.
+/// Solves r (1 + k r²) = `radius` for r by Newton's method, which comes from one side: the function is convex
+/// or concave.
 double undistorted(double radius, double k1) {
-  constexpr int kSteps = 20;  // numerics
+  constexpr int kSteps = 20;
   const double last = last_radius(k1);
   double r = std::min(radius, last);
   for (int step = 0; step < kSteps; ++step) {
@@ -38,7 +38,7 @@ std::optional<Eigen::Vector2d> CameraModel::raw_px(const Eigen::Vector2d& px) co
   return principal_px() + half_width * (1 + optics.lens_k1 * r.squaredNorm()) * r;
 }
 
-Eigen::Vector2d CameraModel::rest_px(const Eigen::Vector2d& raw_px) const {
+Eigen::Vector2d CameraModel::rectified_px(const Eigen::Vector2d& raw_px) const {
   const Eigen::Vector2d distorted = (raw_px - principal_px()) / (0.5 * size.width);
   const double radius = distorted.norm();
   const double scale = radius > 0 ? undistorted(radius, optics.lens_k1) / radius : 1.0;

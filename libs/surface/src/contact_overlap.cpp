@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::int16_t kNoContact = std::numeric_limits<std::int16_t>::min();
 
-/// Whether a point is close to the height there, so that it does not lie on the object's other side.
+/// Says whether a point is close to the height there, so that it does not lie on the object's other side.
 bool is_close(const Eigen::Vector3d& point_mm, float height_mm) {
   constexpr double kToleranceMm = 0.5;
   return std::abs(point_mm.z() - static_cast<double>(height_mm)) < kToleranceMm;

@@ -19,7 +19,8 @@ constexpr std::size_t kShortPlanes = 4;   // nx, ny, height, curvature
 constexpr std::size_t kCoarsePlanes = 3;  // nx, ny, height
 constexpr int kCellPx = 4;
 
-/// After the magic and the checksum of all that follows. Little-endian, as all machines that we build for.
+/// The header follows the magic and the checksum of all that follows. It is little-endian, as all machines
+/// that we build for.
 struct PackedHeader {
   std::uint16_t width = 0, height = 0;
   std::uint16_t box_x = 0, box_y = 0, box_width = 0, box_height = 0;
@@ -65,14 +66,14 @@ SensorOptics optics_of(const std::string& bytes) {
 cv::Rect box_of(const PackedHeader& h) { return {h.box_x, h.box_y, h.box_width, h.box_height}; }
 
 std::int16_t steps(float value, float step) {
-  constexpr float kMost = 32767.0F;
-  const float number = std::clamp(value / step, -kMost, kMost);
+  constexpr float kMax = 32767.0F;
+  const float number = std::clamp(value / step, -kMax, kMax);
   return static_cast<std::int16_t>(number +
                                    std::copysign(0.5F, number));  // std::lround() is a call per pixel
 }
 
-/// The median edge detector of JPEG-LS (Weinberger et al. 2000): what the three neighbors that are known
-/// already make of a value.
+/// Predicts a value by the median edge detector of JPEG-LS (Weinberger et al. 2000): what the three neighbors
+/// that are known already make of a value.
 int predicted(int left, int above, int corner) {
   if (corner >= std::max(left, above)) return std::min(left, above);
   if (corner <= std::min(left, above)) return std::max(left, above);
@@ -93,7 +94,8 @@ void predict_all(cv::Mat_<std::int16_t>& plane, Visit&& visit) {
   }
 }
 
-/// Differences from the prediction, small ones of either sign as small numbers; low bytes, then high bytes.
+/// Appends differences from the prediction, small ones of either sign as small numbers; low bytes, then high
+/// bytes.
 void append_plane(cv::Mat_<std::int16_t>& plane, std::string& planes) {
   const std::size_t pixels = plane.total();
   planes.resize(planes.size() + 2 * pixels);
@@ -117,7 +119,7 @@ cv::Mat_<std::int16_t> read_plane(const std::string& planes, std::size_t begin, 
   return plane;
 }
 
-/// The contact and a little around it, in whole cells.
+/// Returns a box of the contact and a little around it, in whole cells.
 cv::Rect detailed_box(const cv::Mat1b& contact) {
   const cv::Rect box = cv::boundingRect(contact);
   if (box.empty()) return {};
@@ -134,7 +136,7 @@ cv::Rect cell_at(int column, int row, cv::Size size) {
   return cv::Rect(kCellPx * column, kCellPx * row, kCellPx, kCellPx) & cv::Rect({}, size);
 }
 
-/// Means over the cells beyond the box: there the gel is smooth.
+/// Appends means over the cells beyond the box: there the gel is smooth.
 void append_coarse_planes(const Surface& surface, const cv::Rect& box, std::string& planes) {
   const cv::Size size = surface.contact.size(), cells = cells_of(size);
   cv::Mat_<std::int16_t> nx(cells, 0), ny(cells, 0), height(cells, 0);
@@ -194,7 +196,7 @@ std::size_t planes_size(const PackedHeader& header) {
   return coarse_size(header) + pixels * (2 * kShortPlanes + 1 + (header.has_confidence ? 1 : 0));
 }
 
-/// The normal of two components as they were rounded. One along the gel stays one with a slope.
+/// Returns the normal of two components as they were rounded. One along the gel stays one with a slope.
 cv::Vec3f normal_of(float x, float y) {
   const float z2 = 1.0F - x * x - y * y;
   if (z2 >= PackedSurface::kNormalStep) return {x, y, std::sqrt(z2)};

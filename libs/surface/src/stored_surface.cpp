@@ -4,7 +4,7 @@
 #include <optional>
 #include <utility>
 
-#include "gelslam/core/remade.hpp"
+#include "gelslam/core/lru_cached.hpp"
 
 namespace gelslam {
 
@@ -14,7 +14,7 @@ struct StoredSurface::Entry {
   bool to_be_packed = false;
   std::optional<PackedSurface> packed;
   /// 1.7 MB each at 320x240. Loop closure and refinement come back to the same few dozen keyframes.
-  Remade<Surface> unpacked;
+  LruCached<Surface> unpacked;
 };
 
 StoredSurface::StoredSurface(SurfacePtr surface) {

@@ -35,8 +35,8 @@ Eigen::Vector2d contact_center_mm(const Surface& surface) {
 }
 
 bool is_possible_picture(cv::Size size, double pixel_pitch_mm) {
-  constexpr int kMaxSidePx = 4096;    // bound
-  constexpr double kMaxSideMm = 200;  // bound
+  constexpr int kMaxSidePx = 4096;
+  constexpr double kMaxSideMm = 200;
   const int side_px = std::max(size.width, size.height);
   return size.width >= 1 && size.height >= 1 && side_px <= kMaxSidePx && pixel_pitch_mm >= kMinPixelPitchMm &&
          pixel_pitch_mm <= kMaxPixelPitchMm && side_px * pixel_pitch_mm <= kMaxSideMm;

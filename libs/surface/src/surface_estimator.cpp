@@ -12,7 +12,7 @@
 #include "heights/contact_mask.hpp"
 #include "heights/height_integrator.hpp"
 #include "heights/normals.hpp"
-#include "heights/rest_grid.hpp"
+#include "heights/rectified_grid.hpp"
 #include "photometry/blocks.hpp"
 #include "photometry/light.hpp"
 #include "photometry/pixel_repair.hpp"
@@ -23,7 +23,7 @@ namespace {
 
 using namespace surface::detail;
 
-// Milliseconds since the last call.
+// Measures the milliseconds since the last call.
 class Stopwatch {
  public:
   double lap_ms() {
@@ -45,23 +45,23 @@ const cv::Mat3b& checked_background(const cv::Mat3b& background) {
   return background;
 }
 
-/// Mean square, per axis, of what a model reads of the bare gel beside its dome.
+/// Returns the mean square, per axis, of what a model reads of the bare gel beside its dome.
 double mean_square_on_bare_gel(const GradientMap& gradient, const CameraModel& camera) {
-  constexpr int kStepPx = 8;  // numerics
+  constexpr int kStepPx = 8;
   double squared = 0, count = 0;
   for (int v = kStepPx / 2; v < camera.size.height; v += kStepPx)
     for (int u = kStepPx / 2; u < camera.size.width; u += kStepPx, count += 2) {
-      const Eigen::Vector2d rest_mm = camera.to_mm(camera.rest_px(Eigen::Vector2d(u, v)));
+      const Eigen::Vector2d rest_mm = camera.to_mm(camera.rectified_px(Eigen::Vector2d(u, v)));
       const Eigen::Vector2d read(gradient.background_gx()(v, u), gradient.background_gy()(v, u));
       squared += (read - camera.rest_slope(camera.rest_point_mm(rest_mm).head<2>())).squaredNorm();
     }
   return squared / count;
 }
 
-/// Surface::model_sigma. A model that is known better counts alike: there, the gel's errors decide. One of
-/// another sensor errs in contacts about as much as on the bare gel: networks of five sensors read 0.03 to
-/// 0.04 of their own gel at rest, and scales that are 2 to 6 % off; borrowed ones 0.21 to 0.36, and 11 to
-/// 30 %, which differ over the gel.
+/// Returns Surface::model_sigma. A model that is known better counts alike: there, the gel's errors decide.
+/// One of another sensor errs in contacts about as much as on the bare gel: networks of five sensors read
+/// 0.03 to 0.04 of their own gel at rest, and scales that are 2 to 6 % off; borrowed ones 0.21 to 0.36, and
+/// 11 to 30 %, which differ over the gel.
 double model_sigma_of(const SlopeUncertainty& uncertainty, const GradientMap& gradient,
                       const CameraModel& camera, double slope_noise) {
   const double stated = std::max(1.0, relative_sigma(uncertainty)),
@@ -90,11 +90,11 @@ struct SurfaceEstimator::Impl {
         gradient(model, pixels.background()),
         slope_noise(gradient.slope_noise()),
         camera(camera_of(model, size, options)),
-        rest_grid(camera),
+        rectified_grid(camera),
         integrator(camera),
         uncertainty(uncertainty_of(model, size, options.pixel_pitch_mm)),
         model_sigma(model_sigma_of(uncertainty, gradient, camera, slope_noise)),
-        confidence(rest_grid.resample(confidence_map(uncertainty, size))),
+        confidence(rectified_grid.resample(confidence_map(uncertainty, size))),
         leveler(size, confidence, slope_noise, model_sigma),
         contact_detector(size, options.pixel_pitch_mm),
         everywhere(all_blocks(size)) {}
@@ -113,11 +113,11 @@ struct SurfaceEstimator::Impl {
     return even;
   }
 
-  // In mm, 0 on the untouched gel. The slopes become the surface's own, on the rest grid.
+  // Returns relief in mm, 0 on the untouched gel. The slopes become the surface's own, on the rectified grid.
   cv::Mat1f relief_from_gradient() {
-    gx = rest_grid.resample(gx);
-    gy = rest_grid.resample(gy);
-    changed = rest_grid.resample_mask(changed_blocks);
+    gx = rectified_grid.resample(gx);
+    gy = rectified_grid.resample(gy);
+    changed = rectified_grid.resample_mask(changed_blocks);
     cv::Mat1f relief_px = integrator.solve(gx, gy);
     const BareGelLeveler::Result gel = leveler.level(relief_px, changed, integrator.solver());
     scatter_mm = gel.scatter_px * static_cast<float>(options.pixel_pitch_mm);
@@ -130,23 +130,23 @@ struct SurfaceEstimator::Impl {
     if (!bare_gel_seen) spread_blocks(changed, changed_px);
     contact_detector.detect(relief_mm, bend, changed_px,
                             {slope_noise, model_sigma, scatter_mm, bare_gel_seen}, contact);
-    rest_grid.remove_beyond(contact);
+    rectified_grid.remove_beyond(contact);
     // Light that is not followed altogether leaves less color than any touch: 2 degrees of slope.
-    constexpr float kLeastLevels = 4;
+    constexpr float kMinLevels = 4;
     if (std::none_of(blocks.begin(), blocks.end(),
-                     [](const cv::Vec3f& color) { return color.dot(color) > kLeastLevels * kLeastLevels; }))
+                     [](const cv::Vec3f& color) { return color.dot(color) > kMinLevels * kMinLevels; }))
       contact = 0;
-    constexpr double kDeepest = 0.25;  // bound: of the narrow side; no gel is thicker (a test picture)
+    constexpr double kDeepest = 0.25;  // of the narrow side; no gel is thicker (a test picture)
     const double mean_mm = cv::mean(relief_mm, contact)[0];
     if (mean_mm < -kDeepest * std::min(size.width, size.height) * options.pixel_pitch_mm) contact = 0;
     return contact;
   }
 
-  // Blocks the next frame's light must not be read from.
+  // Remembers the blocks that the next frame's light must not be read from.
   void remember_contact(const cv::Mat1b& contact) {
     cv::Mat1b contact_blocks;
     gather_blocks(contact, contact_blocks);
-    cv::dilate(rest_grid.raw_mask(contact_blocks), touched_blocks, contact_margin);
+    cv::dilate(rectified_grid.raw_mask(contact_blocks), touched_blocks, contact_margin);
   }
 
   SurfaceOptions options;
@@ -158,7 +158,7 @@ struct SurfaceEstimator::Impl {
   GradientMap gradient;
   double slope_noise;
   CameraModel camera;
-  RestGrid rest_grid;
+  RectifiedGrid rectified_grid;
   HeightIntegrator integrator;
   SlopeUncertainty uncertainty;
   double model_sigma;
@@ -170,7 +170,7 @@ struct SurfaceEstimator::Impl {
   ColorTable colors{};
   cv::Mat3f blocks;   // block means, then their difference to the background
   cv::Mat3b even;     // the picture in the background's light, where the light is uneven
-  cv::Mat1b changed;  // blocks of the rest grid
+  cv::Mat1b changed;  // blocks of the rectified grid
   cv::Mat1b changed_blocks, touched_blocks, everywhere;
   cv::Mat contact_margin = cv::getStructuringElement(cv::MORPH_RECT, cv::Size(7, 7));
   cv::Mat1f gx, gy;
@@ -216,14 +216,14 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
   cv::Mat1b unread;
   if (const cv::Mat1b& covered = self.pixels.covered(); !covered.empty()) {
     // Curvature and the change of normals are differences of neighbors.
-    cv::dilate(self.rest_grid.resample(covered) > 0, unread, cv::Mat());
+    cv::dilate(self.rectified_grid.resample(covered) > 0, unread, cv::Mat());
     surface->confidence.setTo(1, unread & surface->contact);
   }
   self.remember_contact(surface->contact);
   self.timings.contact_ms = watch.lap_ms();
 
   surface->normals = normals_from_gradient(self.gx, self.gy);
-  doubt_steep_slopes(surface->normals, surface->confidence);
+  lower_steep_confidence(surface->normals, surface->confidence);
   surface->curvature = curvature_in_contact(bend, surface->contact, unread);
   self.timings.normals_ms = watch.lap_ms();
   return surface;

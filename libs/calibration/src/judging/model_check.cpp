@@ -99,7 +99,8 @@ ErrorOverPlace error_over_place(const std::vector<PressCheck>& presses, const Ca
   Eigen::ArrayXd place_mm(count), error(count);
   for (Eigen::Index k = 0; k < count; ++k) {
     const PressCheck& press = presses[static_cast<std::size_t>(k)];
-    place_mm[k] = camera.to_mm(camera.rest_px({press.zone.u_px, press.zone.v_px}))(static_cast<int>(axis));
+    place_mm[k] =
+        camera.to_mm(camera.rectified_px({press.zone.u_px, press.zone.v_px}))(static_cast<int>(axis));
     error[k] = press.mean_error[axis];
   }
   place_mm -= place_mm.mean();

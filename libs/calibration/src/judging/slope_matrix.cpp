@@ -16,15 +16,15 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-constexpr double kRimMm = 0.4;          // at a contact's border the gel hangs
-constexpr double kMostOfRadius = 0.85;  // beyond, the sphere is steeper than any gel shows
+constexpr double kRimMm = 0.4;               // at a contact's border the gel is draped
+constexpr double kMaxRadiusFraction = 0.85;  // beyond, the sphere is steeper than any gel shows
 constexpr int kMinPixels = 300;
-constexpr int kIterations = 10;  // numerics
+constexpr int kIterations = 10;
 // Of the variance of what is read: presses of real balls leave 0.5 to 0.99 through five models.
 constexpr double kMinExplained = 0.5;
 // Single presses differ by so much on four sensors: a model errs otherwise at each place.
 constexpr double kPressSigma = 0.15;
-// Own models of four sensors, which are right within 3 %, come out as 0.90 to 1.09: contacts hang, too.
+// Own models of four sensors, which are right within 3 %, come out as 0.90 to 1.09: contacts drape, too.
 constexpr double kMethodSigma = 0.06;
 
 struct Reading {
@@ -69,7 +69,7 @@ std::optional<Matrix2d> read_over_true(const std::vector<Reading>& readings, dou
     for (const Reading& reading : readings) {
       const Vector2d from_center = reading.place_mm - center_mm;
       const double depth2 = radius_mm * radius_mm - from_center.squaredNorm();
-      if (depth2 < (1 - kMostOfRadius * kMostOfRadius) * radius_mm * radius_mm) continue;
+      if (depth2 < (1 - kMaxRadiusFraction * kMaxRadiusFraction) * radius_mm * radius_mm) continue;
       const Vector2d slope = from_center / std::sqrt(depth2) - reading.rest_slope;
       read_true += reading.read * slope.transpose();
       true_true += slope * slope.transpose();

@@ -62,19 +62,19 @@ constexpr double kCommonToAll = 4;
 constexpr double kDistanceError = 0.1;
 
 SensorOptics optics_of(const OpticsNumbers& numbers) {
-  constexpr double kLeast = 1e-6;  // a kilometer
+  constexpr double kMin = 1e-6;  // a kilometer
   return {numbers[0],
           {numbers[1], numbers[2]},
           numbers[3],
-          numbers[4] > kLeast ? 1 / numbers[4] : 0,
+          numbers[4] > kMin ? 1 / numbers[4] : 0,
           {numbers[5], numbers[6]}};
 }
 
 using Grid = ceres::Grid2D<float, 3>;
 using Interpolator = ceres::BiCubicInterpolator<Grid>;
 
-/// Slopes relative to the gel at rest, and relief, on the rest grid of the optics that it was made with: what
-/// was read, whatever the optics are.
+/// Slopes relative to the gel at rest, and relief, on the rectified grid of the optics that it was made with:
+/// what was read, whatever the optics are.
 struct ReadFrame {
   explicit ReadFrame(const SeenFrame& frame)
       : camera(frame.surface->camera()),

@@ -25,7 +25,7 @@ constexpr double kDeepestRim = 0.98;  // of the ball's radius
 
 SeenBall::SeenBall(const CameraModel& camera, const BallZone& zone, double diameter_mm)
     : camera_(camera), zone_(zone), radius_mm_(0.5 * diameter_mm) {
-  const Eigen::Vector2d raw_px(zone.u_px, zone.v_px), rest_mm = camera.to_mm(camera.rest_px(raw_px));
+  const Eigen::Vector2d raw_px(zone.u_px, zone.v_px), rest_mm = camera.to_mm(camera.rectified_px(raw_px));
   const Eigen::Vector3d gel = camera.rest_point_mm(rest_mm);
   const Eigen::Vector2d slope = camera.rest_slope(gel.head<2>());
   axis_ = Eigen::Vector3d(-slope.x(), -slope.y(), 1.0).normalized();
@@ -52,9 +52,9 @@ Eigen::Vector3d SeenBall::from_center_mm(const Eigen::Vector2d& rest_mm) const {
 }
 
 std::array<double, 2> SeenBall::slope(const Eigen::Vector2d& rest_mm) const {
-  constexpr double kLeastDown = 1e-5;  // of the radius
+  constexpr double kMinDown = 1e-5;  // of the radius
   const Eigen::Vector3d point = from_center_mm(rest_mm);
-  const Eigen::Vector2d slope = point.head<2>() / std::max(-point.z(), kLeastDown * radius_mm_) -
+  const Eigen::Vector2d slope = point.head<2>() / std::max(-point.z(), kMinDown * radius_mm_) -
                                 camera_.rest_slope(camera_.rest_point_mm(rest_mm).head<2>());
   return {slope.x(), slope.y()};
 }
@@ -102,7 +102,7 @@ std::optional<double> ball_share_of_labels(const PressSet& set, const std::vecto
 
 /// Labels of another crop lie aside of all contacts by as much.
 std::string common_offset(const PressSet& set, const std::vector<FoundCircle>& found) {
-  constexpr double kMostPx = 3.0;  // hand-made labels of two sensors: within 1.5
+  constexpr double kMaxPx = 3.0;  // hand-made labels of two sensors: within 1.5
   std::vector<double> right_px, down_px;
   for (std::size_t k = 0; k < found.size(); ++k) {
     const auto& label = set.presses[k].label;
@@ -111,7 +111,7 @@ std::string common_offset(const PressSet& set, const std::vector<FoundCircle>& f
     down_px.push_back(label->v_px - found[k].circle.v_px);
   }
   const double right = median(right_px), down = median(down_px);
-  if (right_px.size() < kMinCompared || std::hypot(right, down) < kMostPx) return "";
+  if (right_px.size() < kMinCompared || std::hypot(right, down) < kMaxPx) return "";
   return fmt::format(
       "labels lie aside of the contacts by {:+.1f} px along x and {:+.1f} px along y (median of {}): "
       "were they drawn in pictures of another crop?",
@@ -186,7 +186,7 @@ BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool autom
   require_possible_widths(set, shares);
   const std::optional<double> drawn_share = ball_share_of_labels(set, found);
   BallZones result;
-  result.doubt = common_offset(set, found);
+  result.warning = common_offset(set, found);
   for (std::size_t k = 0; k < set.presses.size(); ++k) {
     const CalibrationPress& press = set.presses[k];
     const ContactCircle circle = press.label.value_or(found[k].circle);

@@ -47,11 +47,11 @@ std::optional<ContactCircle> find_seed(const cv::Mat1f& difference, double cell_
                        std::sqrt(heaviest.cells / std::numbers::pi) * cell_px};
 }
 
-/// A circle of the picture as one of the rest grid.
+/// A circle of the picture as one of the rectified grid.
 PressShape shape_at(const CameraModel& camera, const ContactCircle& circle, double radius_px) {
   const Eigen::Vector2d raw_px(circle.u_px, circle.v_px);
   if (!camera.optics.has_lens()) return {raw_px.x(), raw_px.y(), radius_px, kFirstDecayPx};
-  const Eigen::Vector2d px = camera.rest_px(raw_px);
+  const Eigen::Vector2d px = camera.rectified_px(raw_px);
   return {px.x(), px.y(), rest_px_per_raw_px(camera, raw_px) * radius_px, kFirstDecayPx};
 }
 
@@ -118,7 +118,7 @@ bool has_second_contact(const ContactCircle& first, const cv::Mat1f& difference,
 
 double rest_px_per_raw_px(const CameraModel& camera, const Eigen::Vector2d& raw_px) {
   const auto step = [&](const Eigen::Vector2d& half) -> Eigen::Vector2d {
-    return camera.rest_px(raw_px + half) - camera.rest_px(raw_px - half);
+    return camera.rectified_px(raw_px + half) - camera.rectified_px(raw_px - half);
   };
   const Eigen::Vector2d x = step({0.5, 0.0}), y = step({0.0, 0.5});
   return std::sqrt(std::abs(x.x() * y.y() - x.y() * y.x()));

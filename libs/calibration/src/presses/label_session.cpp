@@ -14,12 +14,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kDoubtfulConfidence = 0.8;  // clear contacts of three sensors: 0.8 and more
-constexpr double kOddDistance = 0.25;        // of the radius, between a label and what was found
+constexpr double kUncertainConfidence = 0.8;  // clear contacts of three sensors: 0.8 and more
+constexpr double kOddDistance = 0.25;         // of the radius, between a label and what was found
 constexpr double kMinOddPx = 5.0;
 constexpr double kMinLabelRadiusPx = 2.0;
 
-std::string doubt_about(const CalibrationPress& press, const FoundCircle& found) {
+std::string warning_about(const CalibrationPress& press, const FoundCircle& found) {
   if (!press.problem.empty()) return press.problem;
   if (!found.problem.empty()) return found.problem;
   if (press.label) {
@@ -28,7 +28,7 @@ std::string doubt_about(const CalibrationPress& press, const FoundCircle& found)
     if (distance_px > std::max(kMinOddPx, kOddDistance * press.label->radius_px))
       return fmt::format("its label lies {:.0f} px beside the contact that was found", distance_px);
   }
-  if (found.confidence < kDoubtfulConfidence) return "the circle is not sure";
+  if (found.confidence < kUncertainConfidence) return "the circle is not sure";
   return "";
 }
 
@@ -61,7 +61,8 @@ void write_decision(const fs::path& press_folder, const ContactCircle& circle, b
 LabelSession::LabelSession(PressSet set, std::vector<FoundCircle> found)
     : set_(std::move(set)), found_(std::move(found)) {
   for (std::size_t k = 0; k < found_.size(); ++k) labels_.push_back(first_label(k));
-  std::stable_partition(labels_.begin(), labels_.end(), [](const PressLabel& l) { return !l.doubt.empty(); });
+  std::stable_partition(labels_.begin(), labels_.end(),
+                        [](const PressLabel& l) { return !l.warning.empty(); });
   if (!labels_.empty() && label().state != LabelState::open) show_next_open();  // stays when there is none
 }
 
@@ -70,7 +71,7 @@ PressLabel LabelSession::first_label(std::size_t press) const {
   const FoundCircle& found = found_[press];
   PressLabel label;
   label.press = press;
-  label.doubt = doubt_about(shown, found);
+  label.warning = warning_about(shown, found);
   if (shown.label) {
     label.circle = *shown.label;
     label.origin = LabelOrigin::from_file;
@@ -98,7 +99,7 @@ LabelCounts LabelSession::counts() const {
   for (const PressLabel& label : labels_) {
     counts.accepted += label.state == LabelState::accepted ? 1 : 0;
     counts.left_out += label.state == LabelState::left_out ? 1 : 0;
-    counts.doubtful += label.state == LabelState::open && !label.doubt.empty() ? 1 : 0;
+    counts.doubtful += label.state == LabelState::open && !label.warning.empty() ? 1 : 0;
   }
   return counts;
 }

@@ -44,7 +44,8 @@ PressPoints points_around(const ContactCircle& contact, const cv::Mat3f& relativ
   PressPoints points;
   for (int v = window.y; v < window.y + window.height; v += stride)
     for (int u = window.x; u < window.x + window.width; u += stride) {
-      const Eigen::Vector2d raw_px(u, v), px = camera.optics.has_lens() ? camera.rest_px(raw_px) : raw_px;
+      const Eigen::Vector2d raw_px(u, v),
+          px = camera.optics.has_lens() ? camera.rectified_px(raw_px) : raw_px;
       points.u_px.push_back(px.x());
       points.v_px.push_back(px.y());
       if (camera.optics.inverse_distance() > 0) {

@@ -10,7 +10,7 @@ namespace gelslam::calibration::detail {
 
 /// Relative color change against the background at some pixels.
 struct PressPoints {
-  std::vector<double> u_px, v_px;  ///< on the rest grid
+  std::vector<double> u_px, v_px;  ///< on the rectified grid
   /// Along x and y, over height: how the point of a ray moves as it rises. Empty for orthographic cameras.
   std::vector<double> rise_x, rise_y;
   std::array<std::vector<double>, 3> change;  ///< B, G, R
@@ -25,7 +25,7 @@ cv::Mat3f relative_change(const cv::Mat3b& bgr, const cv::Mat3b& background);
 PressPoints points_around(const ContactCircle& contact, const cv::Mat3f& relative, const CameraModel& camera,
                           double wanted);
 
-/// A pressed ball, on the rest grid: the gel lies on it inside the radius; outside, the slope falls by a
+/// A pressed ball, on the rectified grid: the gel lies on it inside the radius; outside, the slope falls by a
 /// factor e per `decay_px`. The place is that of its rim.
 struct PressShape {
   double u_px = 0.0, v_px = 0.0, radius_px = 0.0, decay_px = 0.0;

@@ -175,12 +175,13 @@ PressSet read_press_set(const fs::path& folder) {
 }
 
 void prepare(PressSet& set, const SensorOptics& optics, double pixel_pitch_mm, const std::string& device_name,
-             const std::function<void(const std::string&)>& say_doubt) {
+             const std::function<void(const std::string&)>& say_warning) {
   if (!set.optics) set.optics = optics;
   const std::string problem =
       why_impossible(*set.optics, set.background.cols, set.background.rows, pixel_pitch_mm);
   if (!problem.empty()) throw Error(quoted(set.folder) + ": the sensor's optics: " + problem);
-  require_readable_background(set.background, device_name, quoted(set.folder / "background.png"), say_doubt);
+  require_readable_background(set.background, device_name, quoted(set.folder / "background.png"),
+                              say_warning);
   const MarkerFiller filler(set.background);
   for (CalibrationPress& press : set.presses) press.bgr = filler.fill(press.bgr, press.covered);
   set.background = filler.background();

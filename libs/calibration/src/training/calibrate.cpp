@@ -50,7 +50,7 @@ Calibration calibrate(const PressSet& set, const ModelTraining& training, bool a
   model.optics = set.optics;
   progress.begin("checking", static_cast<std::int64_t>(zones.zones.size()));
   ModelCheck check = check_model(model, set, zones.zones, training.pixel_pitch_mm, count);
-  check.add_doubt(zones.doubt);
+  check.add_warning(zones.warning);
   progress.end();
   CalibrationRecord record = record_of(set, check, training);
   return {{std::move(model), std::move(record)}, std::move(check)};

@@ -23,7 +23,7 @@ constexpr Color kShade = theme::rgb(0, 0, 0, 150);
 Color color_of(const PressLabel& label) {
   if (label.state == LabelState::accepted) return theme::kGreen;
   if (label.state == LabelState::left_out) return theme::kLine;
-  return label.doubt.empty() ? theme::kGray : theme::kAmber;
+  return label.warning.empty() ? theme::kGray : theme::kAmber;
 }
 
 void draw_ring(Ui& ui, const PressLayout& layout, const ContactCircle& circle, Color color,
@@ -45,12 +45,12 @@ void draw_cross(Ui& ui, const PressLayout& layout, const ContactCircle& circle, 
 }
 
 void draw_head(Ui& ui, const Box& head, const LabelSession& session) {
-  const std::string& doubt = session.label().doubt;
+  const std::string& warning = session.label().warning;
   ui.begin_panel("##head", head, kMargin);
   ui.text(Face::title, theme::kText, session.progress());
   ui.gap(4);
-  ui.text(Face::body, doubt.empty() ? theme::kDim : theme::kAmber,
-          session.press().name + (doubt.empty() ? "" : ": " + doubt));
+  ui.text(Face::body, warning.empty() ? theme::kDim : theme::kAmber,
+          session.press().name + (warning.empty() ? "" : ": " + warning));
   ui.end_panel();
 }
 
@@ -148,7 +148,7 @@ void draw_press_side(Ui& ui, const Box& side, const LabelSession& session, doubl
   add_paragraph(ui, Face::figure, label.state == LabelState::open ? theme::kText : color_of(label),
                 text_of(label.state), 6);
   add_paragraph(ui, Face::body, theme::kDim, origin_of(session), 6);
-  add_paragraph(ui, Face::body, theme::kAmber, label.doubt, 6);
+  add_paragraph(ui, Face::body, theme::kAmber, label.warning, 6);
   ui.gap(10);
   figure("center", fmt::format("{:.1f}, {:.1f} px", label.circle.u_px, label.circle.v_px));
   figure("radius", fmt::format("{:.1f} px, {:.2f} mm", label.circle.radius_px, contact_mm));

@@ -33,7 +33,7 @@ function packed_normals() {
   const normals = column("nx", 3) || find_normals(), packed = new Float32Array(4 * vertices);
   for (let i = 0; i < vertices; ++i) {
     packed.set(unit([...normals.subarray(3 * i, 3 * i + 3)]), 4 * i);
-    packed[4 * i + 3] = confidence ? confidence[i] / kMostWeight : 0;
+    packed[4 * i + 3] = confidence ? confidence[i] / kMaxWeight : 0;
   }
   return packed;
 }

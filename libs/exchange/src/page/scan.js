@@ -2,7 +2,7 @@ const token = new URLSearchParams(location.search).get("token");
 const address = path => token ? path + (path.includes("?") ? "&" : "?") + "token=" + encodeURIComponent(token) : path;
 const page = Math.random().toString(36).slice(2);  // pages are told the end one by one
 const kOutline = [0.32, 0.83, 0.57], kSensor = [1, 0.59, 0.16];
-const kMostFailures = 300;  // a second each
+const kMaxFailures = 300;  // a second each
 const kPause_ms = 150, kPictureEvery_ms = 300, kTrailLength = 3000;
 
 let version = 0, newest = 0, state = {}, failures = 0, has_view = false, trail = [];
@@ -159,14 +159,14 @@ async function watch() {
     }
     show_rate();
     if (failures > 2 && state.phase === "finished") return;
-    if (failures > kMostFailures) return by("advice").textContent = "gelslam has ended, or cannot be reached. Reload the page to try again.";
+    if (failures > kMaxFailures) return by("advice").textContent = "gelslam has ended, or cannot be reached. Reload the page to try again.";
     const pause_ms = failures > 0 ? 1000 : document.hidden || version < newest ? 0 : kPause_ms;
     if (pause_ms > 0) await new Promise(go_on => setTimeout(go_on, pause_ms));
   }
 }
 
 // What a person may ask for; the end of something asks first.
-async function wish(path) {
+async function send_command(path) {
   try {
     const reply = await fetch(address(path), {method: "POST"});
     say((await reply.text()).trim(), reply.ok ? "green" : "amber");
@@ -178,7 +178,7 @@ function ask(question, meaning, answer, path) {
   by("asked").textContent = question;
   by("means").textContent = meaning;
   by("yes").textContent = answer;
-  by("yes").onclick = () => { by("question").close(); wish(path); };
+  by("yes").onclick = () => { by("question").close(); send_command(path); };
   by("question").showModal();
 }
 by("no").onclick = () => by("question").close();

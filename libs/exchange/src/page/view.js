@@ -6,7 +6,7 @@ const unit = a => a.map(x => x / (Math.hypot(...a) || 1));
 
 // What is to be seen, mm: parts of the surface by key, and lines by name.
 const parts = new Map(), lines = new Map();
-const kWay = [0.41, 0.69, 0.98], kMostWeight = 128;
+const kWay = [0.41, 0.69, 0.98], kMaxWeight = 128;
 let ended = false;  // nothing can be read anew
 
 // What the surface's colors say; maps as in the windows, from low to high.
@@ -126,7 +126,7 @@ function forget(things, key) {
 }
 
 /** Positions are kept by the GPU alone; here only their box and where they face. Normals have a fourth number: weight,
-    as a share of kMostWeight. */
+    as a share of kMaxWeight. */
 function put_part(key, positions, normals, indices) {
   forget(parts, key);
   if (indices.length === 0) return;
@@ -139,7 +139,7 @@ function put_part(key, positions, normals, indices) {
   part.facing = [0, 0, 0];
   for (let i = 0; i < normals.length; ++i) if (i % 4 < 3) part.facing[i % 4] += normals[i];
   const weights = normals.filter((_, i) => i % 4 === 3).sort();
-  part.weight = weights[Math.floor(0.95 * (weights.length - 1))] * kMostWeight / (normals instanceof Float32Array ? 1 : 32767);
+  part.weight = weights[Math.floor(0.95 * (weights.length - 1))] * kMaxWeight / (normals instanceof Float32Array ? 1 : 32767);
   parts.set(key, part);
 }
 function box_of(positions) {

@@ -23,9 +23,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr rlim_t kMostClients = 64;
-constexpr std::size_t kMostRequests = 10'000;  // of one connection
-constexpr std::size_t kMostBytes = 16 * 1024;  // of one request
+constexpr rlim_t kMaxClients = 64;
+constexpr std::size_t kMaxRequests = 10'000;  // of one connection
+constexpr std::size_t kMaxBytes = 16 * 1024;  // of one request
 constexpr std::size_t kBytesAtOnce = 65'536;
 constexpr std::chrono::seconds kTimeToTake{5}, kTimeOfAnswer{30}, kTimeToEnd{3}, kTimeToAskAgain{1};
 
@@ -38,7 +38,7 @@ std::string random_token() {
 std::ptrdiff_t most_clients() {
   rlimit files{};
   ::getrlimit(RLIMIT_NOFILE, &files);
-  return static_cast<std::ptrdiff_t>(std::clamp<rlim_t>(files.rlim_cur / 4, 1, kMostClients));
+  return static_cast<std::ptrdiff_t>(std::clamp<rlim_t>(files.rlim_cur / 4, 1, kMaxClients));
 }
 
 bool wait_for(int socket, short what, Clock::time_point until) {
@@ -75,7 +75,7 @@ class RequestStream final : public httplib::Stream {
  private:
   const int socket_;
   const Clock::time_point until_ = Clock::now() + kTimeToTake;
-  std::size_t bytes_left_ = kMostBytes;
+  std::size_t bytes_left_ = kMaxBytes;
 };
 
 /// A connection, with a thread of its own.
@@ -147,10 +147,10 @@ class Server : public httplib::Server {
 
   void serve(Client& client) {
     bool is_closed = false;
-    for (std::size_t left = kMostRequests; left > 0 && !is_closed; --left) {
+    for (std::size_t left = kMaxRequests; left > 0 && !is_closed; --left) {
       RequestStream stream(client.socket.get());
       client.asks_since = Clock::now();
-      if (left < kMostRequests && !wait_for(client.socket.get(), POLLIN, Clock::now() + kTimeToAskAgain))
+      if (left < kMaxRequests && !wait_for(client.socket.get(), POLLIN, Clock::now() + kTimeToAskAgain))
         break;
       if (!answer(stream, left == 1, is_closed, [&](auto&) { client.asks_since = Client::kIsAnswered; }))
         break;
@@ -216,7 +216,7 @@ class TokenServer final : public HttpServer {
   void set_up() {
     server_.set_tcp_nodelay(true);
     server_.set_keep_alive_timeout(kTimeToAskAgain.count());
-    server_.set_keep_alive_max_count(kMostRequests);
+    server_.set_keep_alive_max_count(kMaxRequests);
     server_.set_socket_options([](socket_t socket) {  // httplib's own let two programs listen at one port
       const int yes = 1;
       ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
@@ -266,12 +266,12 @@ class TokenServer final : public HttpServer {
   void send(HttpReply reply, httplib::Response& response) {
     response.status = reply.status;
     if (is_ending()) return response.set_content(reply.body, reply.type);  // no provider is asked any more
-    if (reply.pieces) {
+    if (reply.chunks) {
       response.set_chunked_content_provider(
-          reply.type, [this, pieces = std::move(reply.pieces)](std::size_t, httplib::DataSink& sink) {
-            const std::optional<std::string> piece = pieces();
-            if (!piece || is_ending()) return sink.done(), true;
-            return piece->empty() ? sink.is_writable() : write(*piece, sink, Clock::now() + kTimeToTake);
+          reply.type, [this, chunks = std::move(reply.chunks)](std::size_t, httplib::DataSink& sink) {
+            const std::optional<std::string> chunk = chunks();
+            if (!chunk || is_ending()) return sink.done(), true;
+            return chunk->empty() ? sink.is_writable() : write(*chunk, sink, Clock::now() + kTimeToTake);
           });
       return;
     }

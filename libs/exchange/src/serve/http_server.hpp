@@ -16,16 +16,16 @@ struct HttpReply {
   int status = 200;
   std::string type = "text/plain; charset=utf-8";
   std::string body = {};
-  /// In place of the body: piece after piece. Waits for the next one for about a second at most; "": there is
+  /// In place of the body: chunk after chunk. Waits for the next one for about a second at most; "": there is
   /// none yet; nothing: the end.
-  std::function<std::optional<std::string>()> pieces = {};
+  std::function<std::optional<std::string>()> chunks = {};
 };
 
 using HttpHandler = std::function<HttpReply(const HttpQuery&)>;
 
 /// HTTP (cpp-httplib) for 64 clients at a time, each on a thread; for another one the one goes that has not
 /// asked for the longest time. Who does not ask within 5 s, in 16 kB, is dropped, who takes nothing for 5 s,
-/// and who does not take an answer within 30 s, a piece within 5 s. Refused are requests without the token,
+/// and who does not take an answer within 30 s, a chunk within 5 s. Refused are requests without the token,
 /// with a body, and those of other sites' pages.
 class HttpServer {
  public:

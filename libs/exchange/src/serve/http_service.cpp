@@ -79,13 +79,13 @@ std::vector<std::string> shown_hosts(const std::string& host) {
 }
 
 void check_token(const std::string& token, const std::string& host) {
-  constexpr std::size_t kLeastLetters = 8;  // 47 bits
+  constexpr std::size_t kMinLetters = 8;  // 47 bits
   const bool is_local = host.starts_with("127.") || host == "::1" || host == "localhost";
   const auto fits = [](unsigned char c) { return std::isalnum(c) != 0 || c == '-' || c == '_'; };
   if (!std::all_of(token.begin(), token.end(), fits))
     throw Error("--token " + token + ": should have letters of English, digits, - and _ only");
-  if (!is_local && !token.empty() && token.size() < kLeastLetters)
-    throw Error("--token: others can guess it; give at least " + std::to_string(kLeastLetters) +
+  if (!is_local && !token.empty() && token.size() < kMinLetters)
+    throw Error("--token: others can guess it; give at least " + std::to_string(kMinLetters) +
                 " letters, or none for a random one");
 }
 
@@ -141,7 +141,7 @@ class ScanService final : public HttpService {
 
  private:
   std::map<std::string, HttpHandler> handlers() {
-    const auto wish = [this](ScanWish what, const char* done) {
+    const auto command = [this](ScanCommand what, const char* done) {
       return [=, this](const HttpQuery&) { return ask(what, done); };
     };
     return {
@@ -153,8 +153,8 @@ class ScanService final : public HttpService {
         {"GET /picture.jpg", [this](const HttpQuery&) { return picture(); }},
         {"GET /mesh.ply", [this](const HttpQuery&) { return mesh_reply(false); }},
         {"GET /mesh.glb", [this](const HttpQuery&) { return mesh_reply(true); }},
-        {"POST /stop", wish(ScanWish::stop, "Stopping.")},
-        {"POST /new", wish(ScanWish::new_scan, "The new scan begins when this one is saved.")},
+        {"POST /stop", command(ScanCommand::stop, "Stopping.")},
+        {"POST /new", command(ScanCommand::new_scan, "The new scan begins when this one is saved.")},
     };
   }
 
@@ -187,12 +187,12 @@ class ScanService final : public HttpService {
     const std::string name = format == query.end() ? "ndjson" : format->second;
     if (name != "ndjson" && (name != "tum" || !has_tum_))
       return refuse(400, "format=" + name + ": should be ndjson" + (has_tum_ ? " or tum" : ""));
-    const LineWishes wishes{name == "tum", query.contains("surface"), query.contains("images")};
+    const StreamOptions options{name == "tum", query.contains("surface"), query.contains("images")};
     const std::shared_ptr<void> counted(nullptr, [this](void*) { --readers_; });
     ++readers_;
-    if (wishes.images) lower_thread_priority();  // of this client's thread, which may encode pictures
-    return {.type = wishes.tum ? "text/plain" : "application/x-ndjson",
-            .pieces = [reader = lines_.open(wishes), counted] {
+    if (options.images) lower_thread_priority();  // of this client's thread, which may encode pictures
+    return {.type = options.tum ? "text/plain" : "application/x-ndjson",
+            .chunks = [reader = lines_.open(options), counted] {
               return reader->next(Clock::now() + std::chrono::seconds(1));
             }};
   }
@@ -248,12 +248,12 @@ class ScanService final : public HttpService {
     return {.type = as_glb ? "model/gltf-binary" : "application/octet-stream", .body = bytes};
   }
 
-  HttpReply ask(ScanWish wish, const char* done) {
+  HttpReply ask(ScanCommand command, const char* done) {
     const std::lock_guard lock(mutex_);
     if (!scan_.ask) return refuse(409, "The scan is over.");
-    const std::string why = refusal(wish, scan_.status(), scan_.another);
+    const std::string why = refusal(command, scan_.status(), scan_.another);
     if (!why.empty()) return refuse(409, why);
-    scan_.ask(wish);
+    scan_.ask(command);
     return {.body = std::string(done) + "\n"};
   }
 

@@ -35,13 +35,13 @@ std::int16_t share_of_largest(float number) {
 }
 
 void append_mesh(std::string& bytes, const Mesh& mesh) {
-  constexpr float kMostWeight = 128;
+  constexpr float kMaxWeight = 128;
   std::vector<std::int16_t> normals(4 * mesh.vertices_mm.size());
   for (std::size_t i = 0; i < mesh.normals.size(); ++i)
     for (std::size_t k = 0; k < 3; ++k)
       normals[4 * i + k] = share_of_largest(mesh.normals[i][static_cast<int>(k)]);
   for (std::size_t i = 0; i < mesh.confidence.size(); ++i)
-    normals[4 * i + 3] = share_of_largest(mesh.confidence[i] / kMostWeight);
+    normals[4 * i + 3] = share_of_largest(mesh.confidence[i] / kMaxWeight);
   append(bytes, mesh.vertices_mm);
   append(bytes, normals);
   append(bytes, mesh.triangles);

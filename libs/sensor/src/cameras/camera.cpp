@@ -230,7 +230,7 @@ class V4l2Camera final : public CameraSource {
   double rate_hz() const override { return format_.rate_hz; }
   std::int64_t lost_frames() const override { return lost_; }
   const std::vector<CameraSetting>& settings() const override { return settings_; }
-  std::string absence() const override {
+  std::string disconnect_reason() const override {
     return is_away_ && !stopped_ ? fmt::format("connect it again within {:g} s", options_.reconnect_timeout_s)
                                  : "";
   }
@@ -248,7 +248,8 @@ class V4l2Camera final : public CameraSource {
     if (damaged > 0)
       append_sentence(text, path_ + ": " + counted(damaged, "frame") +
                                 " came damaged from the driver; check cable and port");
-    if (away_s_ > 0) append_sentence(text, fmt::format("the camera was away for {:.1f} s", away_s_.load()));
+    if (disconnected_s_ > 0)
+      append_sentence(text, fmt::format("the camera was away for {:.1f} s", disconnected_s_.load()));
     if (clock_step_us_ != 0)
       append_sentence(text, fmt::format("the system's clock was set by {:.1f} s; times go on as they began",
                                         1e-6 * static_cast<double>(clock_step_us_)));
@@ -328,10 +329,10 @@ class V4l2Camera final : public CameraSource {
   /// Of the driver, which counts from anew when the camera comes back.
   std::uint32_t sequence_step() {
     if (is_away_)
-      return std::max(1u, static_cast<std::uint32_t>(std::lround(away_s_now() * format_.rate_hz)));
+      return std::max(1u, static_cast<std::uint32_t>(std::lround(disconnected_s_now() * format_.rate_hz)));
     return delivered_ == 0 ? 1 : captured_.sequence - last_sequence_;
   }
-  double away_s_now() const {
+  double disconnected_s_now() const {
     return std::chrono::duration<double>(captured_.arrived - last_arrival_).count();
   }
 
@@ -349,10 +350,10 @@ class V4l2Camera final : public CameraSource {
 
     RawFrame frame;
     if (is_away_.exchange(false)) {
-      away_s_ += away_s_now();
-      ++returns_;
+      disconnected_s_ += disconnected_s_now();
+      ++reconnects_;
     }
-    frame.returns = returns_;
+    frame.reconnects = reconnects_;
     frame.encoding = options_.encoding;
     frame.bytes = std::move(captured_.bytes);
     frame.width_px = options_.width_px;
@@ -402,10 +403,10 @@ class V4l2Camera final : public CameraSource {
   const std::vector<CameraSetting> settings_;
   const std::string path_;
   std::string opening_warning_, why_away_;
-  std::vector<std::string> others_;    // cameras of its name that were there when it was lost
-  std::atomic<bool> is_away_ = false;  // until a frame comes
-  std::atomic<double> away_s_ = 0;     // all together
-  int returns_ = 0;
+  std::vector<std::string> others_;         // cameras of its name that were there when it was lost
+  std::atomic<bool> is_away_ = false;       // until a frame comes
+  std::atomic<double> disconnected_s_ = 0;  // all together
+  int reconnects_ = 0;
 
   CapturedFrame captured_;
   std::int64_t delivered_ = 0, sequence_ = 0;

@@ -65,7 +65,7 @@ struct FrameDecoder::Impl {
     return denominator;
   }
 
-  /// The window is that of the raw picture, whatever scale it was decoded at.
+  /// The window is that of the raw image, whatever scale it was decoded at.
   cv::Mat3b fit(const cv::Mat3b& picture, cv::Size raw, int denominator) const {
     const cv::Size size = profile ? cv::Size(profile->width_px, profile->height_px) : raw;
     if (picture.size() == size && raw == size) return picture.clone();

@@ -31,7 +31,7 @@ struct Series {
   bool is_unix = false;                  ///< since 1970
   std::vector<std::int64_t> numbers{};   ///< of the frames, from 0, with gaps where names leave some out
   double rate_hz = 0;
-  std::string doubt = {};  ///< for people
+  std::string warning = {};  ///< for people
 
   double time_s(std::size_t i) const {
     return times_us.empty() ? static_cast<double>(numbers[i]) / rate_hz
@@ -202,8 +202,8 @@ std::vector<std::int64_t> frame_numbers(const std::vector<std::int64_t>& named) 
 }
 
 /// Where a clock was set back, pictures of two times mix: two steps together make the usual one. Else "".
-std::string doubt_of(const std::vector<std::int64_t>& unix_us, std::int64_t usual_us,
-                     const std::vector<fs::path>& images) {
+std::string warning_of(const std::vector<std::int64_t>& unix_us, std::int64_t usual_us,
+                       const std::vector<fs::path>& images) {
   constexpr int kFewestMixed = 6;
   int mixed = 0;
   for (std::size_t i = 2; i < unix_us.size(); ++i) {
@@ -234,10 +234,10 @@ std::string others_than(const Places& most, const fs::path& folder, const std::v
     others.push_back(name);
   }
   if (others.empty()) return "";
-  constexpr std::size_t kMostSensors = 4;  // more series are names of another kind
+  constexpr std::size_t kMaxSensors = 4;  // more series are names of another kind
   const auto several = [](const auto& names) { return names.second.size() > 1; };
   const std::size_t count = series.size() + (most.empty() ? 0 : 1);
-  if (count > 1 && count <= kMostSensors && std::ranges::all_of(series, several))
+  if (count > 1 && count <= kMaxSensors && std::ranges::all_of(series, several))
     throw Error(
         fmt::format("{}: holds several series of pictures ({}, {}); give each a folder of its own",
                     folder.string(), series.begin()->second.front(),
@@ -252,7 +252,7 @@ std::string others_than(const Places& most, const fs::path& folder, const std::v
 Series series_of(const fs::path& folder, std::vector<fs::path> images, double profile_rate_hz) {
   const auto& [naming, places] = most_of(images);
   Series series;
-  series.doubt = others_than(places, folder, images);
+  series.warning = others_than(places, folder, images);
   series.rate_hz = profile_rate_hz;
   if (places.empty()) {
     series.images = std::move(images);
@@ -270,7 +270,7 @@ Series series_of(const fs::path& folder, std::vector<fs::path> images, double pr
   series.numbers = frame_numbers(naming->is_time() ? std::vector<std::int64_t>(values.size()) : values);
   if (!naming->is_time()) return series;
   if (const auto twice = std::ranges::adjacent_find(values); twice != values.end()) {
-    append_sentence(series.doubt,
+    append_sentence(series.warning,
                     fmt::format("{}: its name gives no time of its own; times are counted at {:g} Hz",
                                 series.images[static_cast<std::size_t>(twice - values.begin())].string(),
                                 profile_rate_hz));
@@ -280,7 +280,7 @@ Series series_of(const fs::path& folder, std::vector<fs::path> images, double pr
   series.is_unix = naming->kind == Naming::Kind::unix_time;
   const std::int64_t usual_us = quantile(steps_of(series.times_us), 0.5);
   series.rate_hz = 1e6 / static_cast<double>(usual_us);
-  append_sentence(series.doubt, doubt_of(series.times_us, usual_us, series.images));
+  append_sentence(series.warning, warning_of(series.times_us, usual_us, series.images));
   return series;
 }
 
@@ -309,7 +309,7 @@ class ImageFolderSource final : public RawFrameSource {
                        series_.order, series_.rate_hz, series_.times_us.empty() ? "" : " by these times",
                        series_.missing());
   }
-  std::string warning() const override { return series_.doubt; }
+  std::string warning() const override { return series_.warning; }
   std::int64_t lost_frames() const override {
     return index_ == 0 ? 0 : series_.numbers[index_ - 1] + 1 - static_cast<std::int64_t>(index_);
   }

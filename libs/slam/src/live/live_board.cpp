@@ -162,7 +162,7 @@ void LiveBoard::describe_touch(LiveStatus& status) const {
   if (joined()) {
     status.track = TrackStatus::tracked;
     status.state = "tracking";
-    status.reason = touch_->doubt;
+    status.reason = touch_->warning;
     const double drift_mm = 2 * touch_->place->map_T_frame.worst_sigma_mm();
     if (drift_mm <= kLargeDriftMm) return;
     append_sentence(status.reason, fmt::format("may be off by {:.1f} mm", drift_mm));

@@ -81,7 +81,7 @@ class LiveSlam final : public LiveSession, private LiveContext {
   std::optional<GrowingRun> run_;
   std::unique_ptr<LogRecorder> recorder_;  // null: nothing is recorded
   std::atomic<bool> paused_{false}, leaves_out_{false}, stopped_{false};
-  std::string session_doubt_;  // once written_: why the session is not whole, or ""
+  std::string session_warning_;  // once written_: why the session is not whole, or ""
 
   mutable std::mutex mutex_;  // for what follows
   RunReport report_;
@@ -145,7 +145,7 @@ void LiveSlam::make_threads() {
   threads_.push_back(thread([this] {
     lower_thread_priority();
     const auto say = [this](const std::string& problem) { board.warn_about("the session", problem); };
-    if (run_) session_doubt_ = run_->write_session(measured, say);
+    if (run_) session_warning_ = run_->write_session(measured, say);
     measured.close();  // nobody reads it
     written_.count_down();
   }));
@@ -257,7 +257,7 @@ Run LiveSlam::save(SlamMap map, bool partial, ProgressSink& progress) {
   }
   board.set_state("saving");
   if (run_) {
-    run_->save(finished, session_doubt_);
+    run_->save(finished, session_warning_);
     const std::lock_guard lock(mutex_);
     run_->put_in_place();
   }
@@ -281,10 +281,10 @@ LiveStatus LiveSlam::status() const {
     status.state = "paused";
     status.reason = status.advice = "";
   }
-  if (std::string absence = source_->absence(); !absence.empty()) {
+  if (std::string reason = source_->disconnect_reason(); !reason.empty()) {
     status.state = "the camera is away";
     status.reason = "";
-    status.advice = std::move(absence);
+    status.advice = std::move(reason);
     status.track = TrackStatus::lost;
   }
   const std::lock_guard lock(mutex_);
@@ -293,7 +293,7 @@ LiveStatus LiveSlam::status() const {
   status.saved_drift_mm = report_.uncertainty.drift_mm.amount;
   status.saved_drift_deg = report_.uncertainty.drift_deg.amount;
   status.touched = describe(report_.touched);
-  status.reservations = report_.reservations;
+  status.result_warnings = report_.reservations;
   return status;
 }
 

@@ -22,8 +22,8 @@ void SurfaceStage::run() {
   while (const std::optional<RawFramePtr> frame = context_.raw.pop()) {
     std::optional<TactileImage> image = decode(**frame);
     if (!image) continue;
-    if ((*frame)->returns != returns_) {
-      returns_ = (*frame)->returns;
+    if ((*frame)->reconnects != reconnects_) {
+      reconnects_ = (*frame)->reconnects;
       context_.surfaced.push_beyond_limit(BreakTrial{});
       frames_.compare_background();
       report_background();
@@ -41,7 +41,7 @@ void SurfaceStage::run() {
       return;
     }
     if (had_background)
-      for (const std::string& doubt : frames_.doubts()) context_.board.warn(doubt);
+      for (const std::string& warning : frames_.warnings()) context_.board.warn(warning);
     const LiveClock::time_point arrived = (*frame)->arrived;
     if (!context_.surfaced.push(
             SurfacedFrame{{std::move(*image), std::move(surface)}, arrived, arrived - (*frame)->age}))
@@ -66,7 +66,7 @@ BackgroundFrames SurfaceStage::background_frames() const {
 
 void SurfaceStage::report_background() {
   if (frames_.has_background()) {
-    for (const std::string& doubt : frames_.doubts()) context_.board.warn(doubt);
+    for (const std::string& warning : frames_.warnings()) context_.board.warn(warning);
     context_.board.set_phase(LivePhase::scanning);
     return;
   }
@@ -100,8 +100,8 @@ void TrackingStage::handle(const SurfacedFrame& frame) {
   if (frame.surface)
     context_.timer.add("capture to pose",
                        std::chrono::duration<double, std::milli>(LiveClock::now() - frame.captured).count());
-  if (tracked.status == TrackStatus::tracked) hidden_.pass(record);
-  LiveTouch touch{record, image.bgr, frame.surface, hidden_.words(), in_map};
+  if (tracked.status == TrackStatus::tracked) unobservable_.pass(record);
+  LiveTouch touch{record, image.bgr, frame.surface, unobservable_.words(), in_map};
   const std::string why_lost = tracked.status == TrackStatus::lost
                                    ? std::string(describe(tracked.registration.status))
                                    : std::string();

@@ -73,7 +73,7 @@ class SurfaceStage {
   LiveContext& context_;
   FrameDecoder decoder_;
   FrameToSurface frames_;
-  int returns_ = 0;                            // of the last frame
+  int reconnects_ = 0;                         // of the last frame
   std::deque<RawFramePtr> background_frames_;  // the newest ones, until they are accepted
 };
 
@@ -93,7 +93,7 @@ class TrackingStage {
 
   LiveContext& context_;
   TrialMap trial_map_;
-  HiddenMotions hidden_;
+  UnobservableMotions unobservable_;
   std::vector<NewKeyframe> newer_;  // that the newest map does not have yet
 };
 

@@ -85,12 +85,12 @@ StateWords state_words(const LiveStatus& status, bool keys) {
     words.advice = status.log_bytes > 0 ? "Not all may be saved; gelslam reconstruct makes it from the log."
                                         : "Not all may be saved.";
   } else if (status.phase == LivePhase::finished) {
-    if (!status.reservations.empty()) {
+    if (!status.result_warnings.empty()) {
       words.tone = Tone::amber;
       if (!status.run_folder.empty()) words.advice = "Saved.";
     }
     if (!status.touched.empty()) words.advice += " " + sentences(status.touched);
-    for (const std::string& reservation : status.reservations) words.advice += " " + sentences(reservation);
+    for (const std::string& warning : status.result_warnings) words.advice += " " + sentences(warning);
   }
   if (keys) words.advice += key_hint(status, words);
   return words;
@@ -118,10 +118,10 @@ std::vector<Figure> further_figures(const LiveStatus& s) {
           {"Log", s.log_bytes > 0 ? bytes_text(s.log_bytes) : "none"}};
 }
 
-std::string refusal(ScanWish wish, const LiveStatus& status, bool another) {
+std::string refusal(ScanCommand command, const LiveStatus& status, bool another) {
   const bool over = status.phase == LivePhase::finishing || status.phase == LivePhase::finished;
-  if (wish == ScanWish::new_scan && !status.is_scan) return "This is no scan: it can be stopped only.";
-  if (wish == ScanWish::new_scan) return another ? "" : "There is no camera for another scan.";
+  if (command == ScanCommand::new_scan && !status.is_scan) return "This is no scan: it can be stopped only.";
+  if (command == ScanCommand::new_scan) return another ? "" : "There is no camera for another scan.";
   return over ? "The scan is over." : "";
 }
 

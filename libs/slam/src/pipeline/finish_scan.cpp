@@ -47,11 +47,11 @@ std::vector<RunReport::Log> part_logs(const SlamMap& map) {
 }
 
 /// "1 piece not joined; 16 frames not in the mesh; next time cross places that you touched before", or "".
-std::string not_in_mesh(int pieces, std::int64_t frames) {
+std::string not_in_mesh(int components, std::int64_t frames) {
   std::string text;
-  if (pieces > 0) text = counted(pieces, "piece") + " not joined";
+  if (components > 0) text = counted(components, "piece") + " not joined";
   if (frames > 0) append_sentence(text, counted(frames, "frame") + " not in the mesh");
-  if (pieces > 0) append_sentence(text, "next time cross places that you touched before");
+  if (components > 0) append_sentence(text, "next time cross places that you touched before");
   return text;
 }
 
@@ -98,7 +98,7 @@ std::string little_in_mesh(const RunReport::Touched& touched) {
   std::string text = fmt::format("only {:.0f} % of what was touched is in the mesh",
                                  100 * touched.in_mesh_cm2 / touched.area_cm2);
   const double rim_cm2 = touched.area_cm2 - touched.in_mesh_cm2 - touched.not_joined_cm2;
-  if (rim_cm2 > touched.not_joined_cm2)  // else the pieces are to be joined, which is said
+  if (rim_cm2 > touched.not_joined_cm2)  // else the components are to be joined, which is said
     append_sentence(text, "touch the missing places again in the middle of the gel");
   return text;
 }
@@ -112,7 +112,7 @@ std::string why_no_mesh(const RunReport::Frames& frames) {
 }
 
 /// What a user has to know beside the result.
-std::vector<std::string> reservations(const SlamMap& map, const RunReport& report) {
+std::vector<std::string> result_warnings(const SlamMap& map, const RunReport& report) {
   double farthest_mm = 0;
   for (const StampedPose& pose : map.trajectory())
     farthest_mm = std::max(farthest_mm, pose.map_T_sensor.translation().norm());
@@ -150,7 +150,7 @@ void count(const Run& run, RunReport& report) {
   report.gradient_scale = {map.gradient_scale().x, map.gradient_scale().y};
   report.mesh.vertices = run.mesh.vertices_mm.size();
   report.mesh.triangles = run.mesh.triangles.size();
-  report.reservations = reservations(map, report);
+  report.reservations = result_warnings(map, report);
 }
 
 }  // namespace

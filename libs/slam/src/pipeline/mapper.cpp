@@ -17,7 +17,7 @@ namespace gelslam {
 
 namespace {
 
-constexpr int kOverlapRounds = 2;  // numerics: the first one's corrections show more overlaps
+constexpr int kOverlapRounds = 2;  // The first one's corrections show more overlaps.
 
 /// By keyframe id.
 std::vector<int> tracked_frames(const std::vector<FrameRecord>& frames, std::size_t keyframes) {
@@ -40,8 +40,9 @@ int first_continuing(const ScanRecord& scan) {
   return scan.last_keyframe() + 1;
 }
 
-/// The keyframes whose places relative to each other are known (tells_place()), by id. Of several such groups
-/// the one that had most `frames` before keyframe `continuing` came; the oldest of equals. `map`: of `edges`.
+/// The keyframes whose places relative to each other are known (constrains_pose()), by id. Of several such
+/// groups the one that had most `frames` before keyframe `continuing` came; the oldest of equals. `map`: of
+/// `edges`.
 std::vector<bool> placed_keyframes(const std::vector<PoseGraphEdge>& edges, const MapSnapshot& map,
                                    const std::vector<int>& frames, int continuing) {
   UnionFind groups(static_cast<int>(frames.size()));
@@ -49,7 +50,7 @@ std::vector<bool> placed_keyframes(const std::vector<PoseGraphEdge>& edges, cons
     for (std::size_t i = 0; i < edges.size(); ++i) {
       const int from = edges[i].from, to = edges[i].to;
       if ((std::max(from, to) >= continuing) == continues && !map.edges[i].outlier &&
-          groups.root(from) != groups.root(to) && tells_place(edges[i]))
+          groups.root(from) != groups.root(to) && constrains_pose(edges[i]))
         groups.join(from, to);
     }
   };

@@ -50,7 +50,7 @@ RunReport report_of(const SurfaceStream& stream, const std::filesystem::path& lo
   RunReport report;
   report.log = std::filesystem::absolute(log).lexically_normal().string();
   report.log_description = stream.description();
-  report.warnings = stream.background_doubts();
+  report.warnings = stream.background_warnings();
   if (std::string warning = stream.warning(); !warning.empty()) report.warnings.push_back(std::move(warning));
   report.frames.left_out = stream.left_out();
   return report;
@@ -76,10 +76,10 @@ Run reconstruct(const ReconstructRequest& request, ProgressSink& progress,
   if (continued_run.empty()) so_far.parts = {part_of(config, log)};
   std::optional<GrowingRun> folder;
   SessionQueue measured{1};
-  std::future<std::string> session_doubt;
+  std::future<std::string> session_warning;
   if (is_kept) {
     folder = begin_run(wanted, config, so_far.next_frame());
-    session_doubt =
+    session_warning =
         std::async(std::launch::async, [&] { return folder->write_session(measured, [](const auto&) {}); });
   }
   const QueueCloser end{measured};
@@ -96,7 +96,7 @@ Run reconstruct(const ReconstructRequest& request, ProgressSink& progress,
   report.partial = stopped || stop_requested();
   Run run = finish_scan(config, std::move(map), std::move(report), timer, start, &progress);
   if (is_kept) {
-    folder->save(run, session_doubt.get());
+    folder->save(run, session_warning.get());
     folder->put_in_place();
   }
   return run;

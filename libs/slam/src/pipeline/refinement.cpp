@@ -118,9 +118,10 @@ std::vector<PoseGraphEdge> find_overlap_edges(const std::vector<std::shared_ptr<
       const std::optional<UncertainPose> motion = motion_between(from, to);
       UncertainPose older_T_newer = motion.value_or(UncertainPose{});
       older_T_newer.pose = older.component_T_keyframe.inverse() * newer.component_T_keyframe;
-      const RegistrationResult result = verify(
-          *newer.keyframe->reference.get(), *older.keyframe->reference.get(), older_T_newer,
-          motion ? PlacePrior::known : PlacePrior::suspected, options.registration, options.verification);
+      const RegistrationResult result =
+          verify(*newer.keyframe->reference.get(), *older.keyframe->reference.get(), older_T_newer,
+                 motion ? PlacePrior::odometry : PlacePrior::loop_candidate, options.registration,
+                 options.verification);
       if (result.ok())
         found[i].push_back({from, to, result.target_T_reference, result.information, EdgeKind::loop,
                             result.shared_center_mm});

@@ -15,7 +15,7 @@ namespace gelslam {
 namespace {
 
 // In how many times the background's frames it is looked for where a log does not begin with it.
-constexpr std::size_t kLookAhead = 4;  // bound: all of them are held
+constexpr std::size_t kLookAhead = 4;  // All of them are held in memory.
 
 std::string ended_early(std::size_t frames, const LogInput& input, int wanted) {
   if (input.background_frames)
@@ -68,7 +68,7 @@ SurfacePtr FrameToSurface::push(cv::Mat3b& bgr, std::int64_t index) {
     surface = estimator_->estimate(bgr);
   }
   if (!estimator_->light_is_followed() && !std::exchange(light_is_lost_, true))
-    doubts_.emplace_back(
+    warnings_.emplace_back(
         "light changes over the gel by more than can be taken off: surfaces are wrong there; shade the "
         "sensor");
   const SurfaceTimings& times = estimator_->timings();
@@ -97,11 +97,11 @@ void FrameToSurface::gather_background(const cv::Mat3b& bgr, std::int64_t index)
     throw Error("the named frames should show the bare gel, but " + refusal_.reason);
   const bool is_refused = refusal_.markers || (refusal_.contact && !named_);
   if (is_refused && !force_) {
-    if (refusal_.contact) name_doubts(background_image(pictures));
+    if (refusal_.contact) explain_refusal(background_image(pictures));
     return;
   }
   if (refusal_.contact)
-    doubts_.emplace_back(
+    warnings_.emplace_back(
         "the background shows contact, and surfaces may be wrong: record the bare gel again");
   refusal_ = {};
   candidates_.clear();
@@ -109,18 +109,18 @@ void FrameToSurface::gather_background(const cv::Mat3b& bgr, std::int64_t index)
 }
 
 /// Other lamps or another model are likelier than an imprint that is read, but not than motion that is seen.
-void FrameToSurface::name_doubts(const cv::Mat3b& background) {
-  std::string doubts;
+void FrameToSurface::explain_refusal(const cv::Mat3b& background) {
+  std::string warnings;
   if (!refusal_.turned)
-    for (const std::string& doubt :
+    for (const std::string& warning :
          judge_background(MarkerFiller(background).background(), config_.sensor.device_name, &model_))
-      if (doubt != kMakerModelDoubt) append_sentence(doubts, doubt);
-  if (!refusal_.moves) std::swap(doubts, refusal_.reason);
-  append_sentence(refusal_.reason, doubts);
+      if (warning != kMakerModelWarning) append_sentence(warnings, warning);
+  if (!refusal_.moves) std::swap(warnings, refusal_.reason);
+  append_sentence(refusal_.reason, warnings);
 }
 
 /// With what a log begins with.
-void FrameToSurface::doubt_background(const std::deque<TactileImage>& first) {
+void FrameToSurface::compare_named_background(const std::deque<TactileImage>& first) {
   const std::vector<cv::Mat3b> pictures = brightened(first);
   const cv::Mat3b seen = background_image(pictures);
   const BackgroundDrift drift = measure_drift(background_cells(background_), background_cells(seen));
@@ -133,7 +133,7 @@ void FrameToSurface::doubt_background(const std::deque<TactileImage>& first) {
                config_.slam.tracker.contact_threshold_px)
     difference = "something touches the gel in it, or in these";
   if (!difference.empty())
-    doubts_.push_back("the background picture differs from the first frames of the log: " + difference);
+    warnings_.push_back("the background picture differs from the first frames of the log: " + difference);
 }
 
 void FrameToSurface::compare_background() {
@@ -175,18 +175,18 @@ std::optional<BareStretch> FrameToSurface::take_bare_stretch(const std::deque<Ta
                                 brightened(some_of(*open_frame_source(log, config_.sensor))));
   if (!stretch) return std::nullopt;
   if (stretch->imprint_mm > 0)
-    doubts_.push_back(fmt::format(
+    warnings_.push_back(fmt::format(
         "all of the log shows what looks like an imprint, about {:.1f} mm deep: it counts as the gel's own "
         "(wear, light)",
         stretch->imprint_mm));
   const auto first = pictures.begin() + static_cast<std::ptrdiff_t>(stretch->begin);
   set_background(background_image({first, first + static_cast<std::ptrdiff_t>(stretch->count)}));
   if (stretch->begin > 0 || stretch->count < most)
-    doubts_.push_back("the background is that of frames " + std::to_string(seen[stretch->begin].index) +
-                      " to " + std::to_string(seen[stretch->begin + stretch->count - 1].index) +
-                      (stretch->begin > 0
-                           ? ", not the old ones before; name others as background frames"
-                           : fmt::format(": of the {} asked for, only these show the bare gel", most)));
+    warnings_.push_back("the background is that of frames " + std::to_string(seen[stretch->begin].index) +
+                        " to " + std::to_string(seen[stretch->begin + stretch->count - 1].index) +
+                        (stretch->begin > 0
+                             ? ", not the old ones before; name others as background frames"
+                             : fmt::format(": of the {} asked for, only these show the bare gel", most)));
   return stretch;
 }
 
@@ -194,9 +194,9 @@ void FrameToSurface::set_background(const cv::Mat3b& background) {
   const auto markers = find_marker_dots(background);
   if (markers && !markers->are_readable() && !force_)
     throw Error(markers->sentence() + " (force continues anyway)");
-  for (std::string& doubt :
+  for (std::string& warning :
        judge_background(background, config_.sensor.device_name, &model_, config_.surface.pixel_pitch_mm))
-    doubts_.push_back(std::move(doubt));
+    warnings_.push_back(std::move(warning));
   estimator_.emplace(model_, background, config_.surface);
   background_ = background;
 }
@@ -213,7 +213,7 @@ SurfaceStream::SurfaceStream(std::unique_ptr<FrameSource> source, const LogInput
   std::deque<TactileImage> seen;
   if (frames_.has_background() && !ask) {
     read_ahead(ahead_, static_cast<std::size_t>(config.background_frames));
-    if (!ahead_.empty()) frames_.doubt_background(ahead_);
+    if (!ahead_.empty()) frames_.compare_named_background(ahead_);
   }
   while (!frames_.has_background()) {
     std::optional<TactileImage> image = source_->next();

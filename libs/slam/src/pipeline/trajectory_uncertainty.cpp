@@ -14,9 +14,9 @@ namespace gelslam {
 namespace {
 
 // Where surfaces fit each other at all, no pose is known this badly.
-constexpr double kSenselessMm = 10.0, kSenselessDeg = 90.0;  // message
+constexpr double kImplausibleMm = 10.0, kImplausibleDeg = 90.0;
 
-constexpr std::array<const char*, 6> kMotions = {"x", "y", "z", "rx", "ry", "rz"};  // layout
+constexpr std::array<const char*, 6> kMotions = {"x", "y", "z", "rx", "ry", "rz"};
 
 /// What one pose in twenty exceeds: a touch that is faint for a moment, or begins, is no drift.
 RunReport::Drift large_drift(std::vector<RunReport::Drift> poses) {
@@ -30,18 +30,18 @@ RunReport::Drift large_drift(std::vector<RunReport::Drift> poses) {
 
 RunReport::Uncertainty trajectory_uncertainty(const std::vector<FrameRecord>& frames,
                                               const MapSnapshot& map) {
-  HiddenMotions hidden;
+  UnobservableMotions unobservable;
   std::vector<RunReport::Drift> mm, deg;
   for (const FrameRecord& frame : frames) {
     const MapSnapshot::Node* node = map.find(frame.keyframe);
     if (node == nullptr || !node->placed) continue;
-    hidden.pass(frame);
+    unobservable.pass(frame);
     const Matrix6d covariance = map.pose_of(frame)->map_T_frame.covariance;
     mm.push_back({2 * worst_sigma(covariance.bottomRightCorner<3, 3>()), frame.frame, frame.time_s});
     const double two_sigmas_deg = 2 * kDegreesPerRadian * worst_sigma(covariance.topLeftCorner<3, 3>());
     deg.push_back({std::min(180.0, two_sigmas_deg), frame.frame, frame.time_s});
   }
-  return {large_drift(std::move(mm)), large_drift(std::move(deg)), hidden.all()};
+  return {large_drift(std::move(mm)), large_drift(std::move(deg)), unobservable.all()};
 }
 
 std::vector<std::string> describe(const RunReport::Uncertainty& uncertainty, double farthest_mm) {
@@ -50,10 +50,10 @@ std::vector<std::string> describe(const RunReport::Uncertainty& uncertainty, dou
   if (mm > kLargeDriftMm) amounts = fmt::format("{:.2g} mm", mm);
   if (deg > kLargeDriftDeg) amounts += fmt::format("{}{:.0f} degrees", amounts.empty() ? "" : " and ", deg);
   if (!amounts.empty()) {
-    const bool senseless = deg > kSenselessDeg && mm > kSenselessMm;
+    const bool implausible = deg > kImplausibleDeg && mm > kImplausibleMm;
     const bool has_left = farthest_mm > std::max(mm, kLargeDriftMm);
     return {"poses may be off by " + amounts +
-            (senseless   ? ": is the picture mirrored, or the model another sensor's?"
+            (implausible ? ": is the picture mirrored, or the model another sensor's?"
              : !has_left ? ": press on texture"
              : uncertainty.not_observable.empty() ? ": return to where you began"
                                                   : ": return to where you began, and press on texture")};
@@ -62,11 +62,11 @@ std::vector<std::string> describe(const RunReport::Uncertainty& uncertainty, dou
   std::array<bool, 6> observable = {true, true, true, true, true, true};
   std::int64_t frames = 0;
   double first_time_s = uncertainty.not_observable.front().first_time_s;
-  for (const RunReport::Hidden& hidden : uncertainty.not_observable) {
+  for (const RunReport::UnobservableMotion& unobservable : uncertainty.not_observable) {
     for (std::size_t motion = 0; motion < kMotions.size(); ++motion)
-      if (hidden.motion == kMotions[motion]) observable[motion] = false;
-    frames = std::max(frames, hidden.frames);
-    first_time_s = std::min(first_time_s, hidden.first_time_s);
+      if (unobservable.motion == kMotions[motion]) observable[motion] = false;
+    frames = std::max(frames, unobservable.frames);
+    first_time_s = std::min(first_time_s, unobservable.first_time_s);
   }
   return {fmt::format("{} in {}, from {:.1f} s on: press on texture", describe_observability(observable),
                       counted(frames, "frame"), first_time_s)};
@@ -77,7 +77,7 @@ Vector6d sigma_of(const Matrix6d& rotation_first) {
 }
 
 std::string describe_drift(const Vector6d& sigma) {
-  constexpr double kTwoSigma = 2.0;  // message
+  constexpr double kTwoSigma = 2.0;
   constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
   std::string where;
   const auto add = [&](const std::string& amount, const char* preposition, std::size_t axis) {
@@ -93,15 +93,15 @@ std::string describe_drift(const Vector6d& sigma) {
   return where.empty() ? "" : "may be off by " + where;
 }
 
-void HiddenMotions::pass(const FrameRecord& frame) {
+void UnobservableMotions::pass(const FrameRecord& frame) {
   if (std::exchange(trial_, frame.trial) != frame.trial)
     for (Motion& motion : motions_) motion = {.counted = motion.counted};
   for (std::size_t axis = 0; axis < motions_.size(); ++axis) {
-    auto& [is_shown, differing, waiting, counted] = motions_[axis];
+    auto& [is_observable, differing, waiting, counted] = motions_[axis];
     const bool observable = frame.observable[axis];
-    differing = observable == is_shown ? 0 : differing + 1;
+    differing = observable == is_observable ? 0 : differing + 1;
     if (differing > kLastingFrames) {
-      is_shown = observable;
+      is_observable = observable;
       differing = 0;
     }
     if (observable) {
@@ -109,7 +109,7 @@ void HiddenMotions::pass(const FrameRecord& frame) {
       continue;
     }
     if (waiting.frames++ == 0) waiting = {kMotions[axis], frame.frame, frame.time_s, 1};
-    if (is_shown) continue;
+    if (is_observable) continue;
     const std::int64_t frames = counted.frames + waiting.frames;
     if (counted.frames == 0) counted = waiting;
     counted.frames = frames;
@@ -117,14 +117,14 @@ void HiddenMotions::pass(const FrameRecord& frame) {
   }
 }
 
-std::string HiddenMotions::words() const {
+std::string UnobservableMotions::words() const {
   std::array<bool, 6> observable{};
-  for (std::size_t axis = 0; axis < motions_.size(); ++axis) observable[axis] = motions_[axis].is_shown;
+  for (std::size_t axis = 0; axis < motions_.size(); ++axis) observable[axis] = motions_[axis].is_observable;
   return describe_observability(observable);
 }
 
-std::vector<RunReport::Hidden> HiddenMotions::all() const {
-  std::vector<RunReport::Hidden> found;
+std::vector<RunReport::UnobservableMotion> UnobservableMotions::all() const {
+  std::vector<RunReport::UnobservableMotion> found;
   for (const Motion& motion : motions_)
     if (motion.counted.frames > 0) found.push_back(motion.counted);
   return found;

@@ -17,9 +17,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kApplicationId = 0x47534C4D;  // layout: GSLM
-constexpr int kVersion = 6;                 // layout
-constexpr int kVersions = 256;              // layout: beyond it is the scan's own number
+constexpr int kApplicationId = 0x47534C4D;  // "GSLM" in ASCII
+constexpr int kVersion = 6;
+constexpr int kVersions = 256;  // Beyond it is the scan's own number.
 constexpr int kLargestValueBytes = 1 << 28, kBusyMs = 10'000;
 
 /// docs/file-formats.md has their meaning.

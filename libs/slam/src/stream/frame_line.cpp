@@ -13,7 +13,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// What is uncertain about a tracked frame: the degenerate directions, and how far its pose may be off.
-std::string reservations(const TrackedFrame& frame, const Vector6d& sigma) {
+std::string pose_warning(const TrackedFrame& frame, const Vector6d& sigma) {
   const std::array<bool, 6>& observable = frame.registration.observable;
   Vector6d of_observable = sigma;
   for (std::size_t axis = 0; axis < observable.size(); ++axis)
@@ -28,7 +28,7 @@ std::string reason(const TrackedFrame& frame, const std::optional<Matrix6d>& cov
     return "the bare gel; contact is detected by comparing with it";
   if (frame.status == TrackStatus::no_contact) return "nothing touches the sensor";
   if (frame.status == TrackStatus::lost) return std::string(describe(frame.registration.status));
-  return covariance ? reservations(frame, sigma_of(*covariance)) : "";
+  return covariance ? pose_warning(frame, sigma_of(*covariance)) : "";
 }
 
 Json three_numbers(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }

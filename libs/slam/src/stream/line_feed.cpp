@@ -74,8 +74,8 @@ std::string dropped_line(bool tum, std::uint64_t lines) {
 
 }  // namespace
 
-std::shared_ptr<LineFeed::Reader> LineFeed::open(const LineWishes& wishes) {
-  return std::make_shared<Reader>(*this, wishes);
+std::shared_ptr<LineFeed::Reader> LineFeed::open(const StreamOptions& options) {
+  return std::make_shared<Reader>(*this, options);
 }
 
 bool LineFeed::has_readers() const {
@@ -96,7 +96,8 @@ void LineFeed::set_map(std::shared_ptr<const MapSnapshot> map, int scan) {
   map_ = std::move(map);
   scan_ = scan;
   for (Reader* reader : readers_)
-    if (reader->wishes_.surface && reader->queue_.size() < kQueuedFrames) reader->queue_.push_newest(nullptr);
+    if (reader->options_.surface && reader->queue_.size() < kQueuedFrames)
+      reader->queue_.push_newest(nullptr);
 }
 
 void LineFeed::close() {
@@ -105,8 +106,8 @@ void LineFeed::close() {
   for (Reader* reader : readers_) reader->queue_.close();
 }
 
-LineFeed::Reader::Reader(LineFeed& feed, const LineWishes& wishes)
-    : feed_(feed), wishes_(wishes), queue_(kQueuedFrames) {
+LineFeed::Reader::Reader(LineFeed& feed, const StreamOptions& options)
+    : feed_(feed), options_(options), queue_(kQueuedFrames) {
   const std::lock_guard lock(feed_.mutex_);
   next_number_ = feed_.written_;
   if (feed_.closed_) queue_.close();
@@ -119,7 +120,7 @@ LineFeed::Reader::~Reader() {
 }
 
 std::optional<std::string> LineFeed::Reader::next(std::chrono::steady_clock::time_point until) {
-  if (wishes_.surface && !wishes_.tum)
+  if (options_.surface && !options_.tum)
     if (std::string lines = lines_of_map(); !lines.empty()) return lines;
   if (!queue_.wait_until(until)) return std::nullopt;
   const auto frame = queue_.try_pop();
@@ -128,9 +129,9 @@ std::optional<std::string> LineFeed::Reader::next(std::chrono::steady_clock::tim
 
 std::string LineFeed::Reader::lines_of(const StreamedFrame& frame) {
   const std::uint64_t lost = frame.number - std::exchange(next_number_, frame.number + 1);
-  std::string lines = lost > 0 ? dropped_line(wishes_.tum, lost) : "";
-  lines += wishes_.tum ? frame.tum : frame.ndjson;
-  if (wishes_.images && !wishes_.tum && frame.image_line.valid()) lines += frame.image_line.get();
+  std::string lines = lost > 0 ? dropped_line(options_.tum, lost) : "";
+  lines += options_.tum ? frame.tum : frame.ndjson;
+  if (options_.images && !options_.tum && frame.image_line.valid()) lines += frame.image_line.get();
   return lines;
 }
 
@@ -164,8 +165,8 @@ constexpr int kLookAgainMs = 50;
 
 }  // namespace
 
-LineOutput::LineOutput(LineFeed& feed, const LineWishes& wishes)
-    : feed_(feed), thread_([this, reader = feed.open(wishes)] { run(*reader); }) {}
+LineOutput::LineOutput(LineFeed& feed, const StreamOptions& options)
+    : feed_(feed), thread_([this, reader = feed.open(options)] { run(*reader); }) {}
 
 void LineOutput::run(LineFeed::Reader& lines) {
   sigset_t broken_pipe;  // a reader that is gone is no reason to end the program

@@ -7,14 +7,14 @@ namespace {
 
 // 1 - g·X / D is the cosine between ray and normal over that of an upright surface: a surface that is seen
 // has a positive one. Noise may read others.
-constexpr float kLeastFacing = 0.1F;  // numerics
+constexpr float kMinFacing = 0.1F;
 
-/// Derivatives of w by rest coordinates, of slopes.
+/// Computes the derivatives of w by rest coordinates from slopes.
 GELSLAM_CLONES void derivatives_of_row(const float* gx, const float* gy, const float* x_mm, float y_mm,
                                        float inverse_distance, int length, float* dx, float* dy) {
   for (int u = 0; u < length; ++u) {
     const float facing = 1.0F - (gx[u] * x_mm[u] + gy[u] * y_mm) * inverse_distance;
-    const float stretch = 1.0F / (facing > kLeastFacing ? facing : kLeastFacing);
+    const float stretch = 1.0F / (facing > kMinFacing ? facing : kMinFacing);
     dx[u] = gx[u] * stretch;
     dy[u] = gy[u] * stretch;
   }
@@ -24,7 +24,7 @@ GELSLAM_CLONES void add_row(const float* from, int length, float factor, float* 
   for (int u = 0; u < length; ++u) to[u] += factor * from[u];
 }
 
-/// z = D (exp(w / D) - 1), by the power series, in which D may be infinite.
+/// Computes z = D (exp(w / D) - 1), by the power series, in which D may be infinite.
 GELSLAM_CLONES void heights_of_row(float* w, float inverse_distance, int length) {
   for (int u = 0; u < length; ++u) {
     const float t = w[u] * inverse_distance;
@@ -32,7 +32,7 @@ GELSLAM_CLONES void heights_of_row(float* w, float inverse_distance, int length)
   }
 }
 
-/// w = D ln(1 + z / D), with t = z / (2 D + z): 2 D artanh(t).
+/// Computes w = D ln(1 + z / D), with t = z / (2 D + z): 2 D artanh(t).
 GELSLAM_CLONES void reliefs_of_row(float* z, float inverse_distance, int length) {
   for (int u = 0; u < length; ++u) {
     const float q = 2.0F / (2.0F + z[u] * inverse_distance), t = 0.5F * z[u] * inverse_distance * q,

@@ -8,10 +8,10 @@
 
 namespace gelslam::surface::detail {
 
-/// Heights from the slopes that a camera sees (own). Behind a camera at distance D, w = D ln(1 + z / D) has
-/// the derivatives grad w = g / (1 - g·X / D) by the rest coordinates X, where g are the surface's slopes.
-/// Relief is w less that of the gel at rest: 0 where nothing touches, and for an orthographic camera above a
-/// flat gel the height itself.
+/// Integrates heights from the slopes that a camera sees (own). Behind a camera at distance D, w = D ln(1 + z
+/// / D) has the derivatives grad w = g / (1 - g·X / D) by the rest coordinates X, where g are the surface's
+/// slopes. Relief is w less that of the gel at rest: 0 where nothing touches, and for an orthographic camera
+/// above a flat gel the height itself.
 class HeightIntegrator {
  public:
   explicit HeightIntegrator(const CameraModel& camera);
@@ -19,11 +19,12 @@ class HeightIntegrator {
   /// gx, gy: slopes relative to the gel at rest, dimensionless; they become the surface's own. Returns the
   /// relief of PoissonSolver's squares, in pixels, up to a constant.
   cv::Mat1f solve(cv::Mat1f& gx, cv::Mat1f& gy);
-  /// Relief of the pixels, mm. `squares`: what solve() returned; smooth relief may have been added.
+  /// Returns the relief of the pixels, mm. `squares`: what solve() returned; smooth relief may have been
+  /// added.
   cv::Mat1f relief_mm(const cv::Mat1f& squares) { return poisson_.pixels(squares, pitch_mm_); }
-  /// As solve() left it.
+  /// Returns the solver as solve() left it.
   const PoissonSolver& solver() const { return poisson_; }
-  /// Relief becomes height in the sensor frame.
+  /// Turns relief into height in the sensor frame.
   void to_height(cv::Mat1f& relief_mm) const;
 
  private:

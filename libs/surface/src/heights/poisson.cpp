@@ -1,3 +1,17 @@
+// Heights from a map of gradients: the least-squares solution of the Poisson equation Δh = div g with free
+// (Neumann) borders.
+//
+// Unknowns are the mean heights of squares of 2x2 pixels, a fourth of the pixels. The difference between two
+// neighboring squares is the sum of the edge gradients between their middles, where an edge gradient is the
+// mean of its two pixels'. The cosine transform along rows diagonalizes the discrete Laplacian in u, and
+// leaves one tridiagonal system in v per frequency, which elimination solves exactly. Frequency 0 is singular
+// (the constant is free) and is integrated by itself, in double precision.
+//
+// Pixels follow from the squares' means and gradients, then two Chebyshev steps of relaxation remove steps
+// between squares. A consistent gradient field comes back exactly. Gradients that contradict each other are
+// averaged: an error of one place bends the heights all around, which is why bare gel is leveled afterwards
+// (bare_gel.cpp).
+
 #include "heights/poisson.hpp"
 
 #include <algorithm>
@@ -38,22 +52,22 @@ struct GradientRow {
   const float *gx, *gy;
 };
 
-// Of squares of four pixels: height differences from the middle of a square half way to its neighbors', so
+// For squares of four pixels: height differences from the middle of a square half way to its neighbors', so
 // that those of two neighbors add up to what their eight pixels' edge gradients say; and a quarter of how far
 // opposite corners lie above the others.
 struct SquareRow {
   float *rightward, *leftward, *downward, *upward, *twist;
 };
-constexpr int kStepsPerSquare = 5;  // layout
+constexpr int kStepsPerSquare = 5;
 
-// Row v of them; nothing beyond the image.
+// Returns row v of the squares' steps; nothing beyond the image.
 SquareRow square_row(cv::Mat1f& steps, int v) {
   const int first = kStepsPerSquare * v;
   if (first < 0 || first >= steps.rows) return {};
   return {steps[first], steps[first + 1], steps[first + 2], steps[first + 3], steps[first + 4]};
 }
 
-// No difference between the last two.
+// Doubles the last square: there is no difference between the last two.
 void double_last(const SquareRow& row, std::size_t squares) {
   const std::size_t last = squares - 1;
   row.leftward[last] = -row.rightward[last - 1];
@@ -61,7 +75,7 @@ void double_last(const SquareRow& row, std::size_t squares) {
   row.upward[last] = row.upward[last - 1];
 }
 
-// From two rows of gradients. What is missing of an odd last square is like what is there.
+// Makes squares of two rows of gradients. What is missing of an odd last square is like what is there.
 GELSLAM_CLONES void join_squares(const GradientRow& upper, const GradientRow& lower, std::size_t width,
                                  const SquareRow& to) {
   const auto join = [&](std::size_t u, std::size_t left, std::size_t right) {
@@ -79,7 +93,7 @@ GELSLAM_CLONES void join_squares(const GradientRow& upper, const GradientRow& lo
   if (width % 2 != 0) join(width / 2, width - 1, width - 1);
 }
 
-// The inverse, given the mean heights of the squares.
+// Does the inverse, given the mean heights of the squares.
 GELSLAM_CLONES void split_squares(const float* middle, const SquareRow& from, std::size_t squares,
                                   float scale, float* upper, float* lower) {
 #pragma GCC ivdep
@@ -94,7 +108,7 @@ GELSLAM_CLONES void split_squares(const float* middle, const SquareRow& from, st
   }
 }
 
-// One step of relaxation: toward what a pixel's neighbors and the edge gradients between say of it. The
+// Takes one step of relaxation toward what a pixel's neighbors and the edge gradients between say of it. The
 // picture's border stays.
 GELSLAM_CLONES void relax_row(const float* above, const float* row, const float* below,
                               const GradientRow& middle, const float* gy_above, const float* gy_below,
@@ -109,7 +123,7 @@ GELSLAM_CLONES void relax_row(const float* above, const float* row, const float*
   relaxed[width - 1] = row[width - 1];
 }
 
-// Divergence of the differences between squares. Nothing flows through the border of the image.
+// Computes the divergence of the differences between squares. Nothing flows through the border of the image.
 GELSLAM_CLONES void square_divergence(const SquareRow& above, const SquareRow& row, const SquareRow& below,
                                       std::size_t squares, float* source) {
   std::fill_n(source, squares, 0.0F);
@@ -121,8 +135,8 @@ GELSLAM_CLONES void square_divergence(const SquareRow& above, const SquareRow& r
     for (std::size_t u = 0; u < squares; ++u) source[u] += row.downward[u] + below.upward[u];
 }
 
-// The constant along rows: second differences in v alone, integrated twice in double because nothing damps
-// rounding.
+// Solves for the constant along rows: second differences in v alone, integrated twice in double because
+// nothing damps rounding.
 void integrate_constant(cv::Mat1f& spectrum) {
   double flux = 0.0, height = 0.0;
   for (int v = 0; v < spectrum.rows; ++v) {

@@ -25,11 +25,11 @@ using namespace surface::detail;
 // a video's compression changes single blocks of 8 or 16 pixels, a third of such a window at most. Of 40 logs
 // as MJPEG, MPEG-4 and H.264 at ffmpeg's defaults, 25 windows differ by at most 2.4 gray levels, and by 1.6
 // between the means of half of the frames; with a ball that rolls a quarter pixel per frame, by 2.6 and 2.9.
-constexpr int kWindowBlocks = 7;  // numerics: side of the kernel
+constexpr int kWindowBlocks = 7;  // side of the kernel
 constexpr float kMovingLevels = 3.0F, kDriftingLevels = 2.0F;
 constexpr int kMinMovingBlocks = 25;  // a contact of 500 pixels covers 30
 // Of a camera's pictures few pixels repeat exactly; where most do, a codec left them out.
-constexpr double kRepeatedShare = 0.5;  // message
+constexpr double kRepeatedShare = 0.5;
 
 constexpr double kSettledGainError = 0.01;  // lamps flicker by less
 
@@ -44,13 +44,13 @@ constexpr double kImprint = 0.0029, kMakersImprint = 0.0040;
 constexpr double kLastingShare = 0.7;
 constexpr double kSteepShare = 0.5;      // of the steepest slope: those of an imprint
 constexpr int kBorderPx = 3 * kBlockPx;  // the model extrapolates there
-constexpr int kMarkerMarginPx = 8;       // numerics: two sigma of the smoothing
+constexpr int kMarkerMarginPx = 8;       // two sigma of the smoothing
 
-constexpr std::size_t kLeastBareFrames = 3;  // fewer are hardly better than one, and may be chance
-constexpr int kMostTouchedPercent = 50;      // of the picture, by what is pressed in
-constexpr double kAlikeImprint = 2.0;        // of bare gel, from stretch to stretch of a log: up to 1.7
+constexpr std::size_t kMinBareFrames = 3;  // fewer are hardly better than one, and may be chance
+constexpr int kMaxTouchedPercent = 50;     // of the picture, by what is pressed in
+constexpr double kAlikeImprint = 2.0;      // of bare gel, from stretch to stretch of a log: up to 1.7
 
-// Of the values where `judged` is set; 0 where there are none.
+// Returns a percentile of the values where `judged` is set; 0 where there are none.
 double percentile(const cv::Mat1f& values, const cv::Mat1b& judged, double share) {
   std::vector<float> chosen;
   for (int v = 0; v < values.rows; ++v)
@@ -59,7 +59,7 @@ double percentile(const cv::Mat1f& values, const cv::Mat1b& judged, double share
   return chosen.empty() ? 0.0 : static_cast<double>(quantile_in_place(chosen, share));
 }
 
-// The map without its smooth part.
+// Returns the map without its smooth part.
 cv::Mat1f local_part(const cv::Mat1f& map, double smooth_px, double broad_px) {
   cv::Mat1f smooth, broad, local;
   cv::GaussianBlur(map, smooth, cv::Size(), smooth_px, smooth_px, cv::BORDER_REPLICATE);
@@ -82,7 +82,8 @@ void remove_rows(const cv::Mat3f& reference, cv::Mat3f& difference) {
   }
 }
 
-// Percentage of the image where two pictures differ, apart from their light; 0 when it is insignificant.
+// Returns the percentage of the image where two pictures differ, apart from their light; 0 when it is
+// insignificant.
 int differing_percent(const cv::Mat3f& blocks, const cv::Mat3f& reference_blocks, float levels) {
   LightTracker tracker(reference_blocks);
   cv::Mat3f difference = blocks.clone();
@@ -98,7 +99,7 @@ int differing_percent(const cv::Mat3f& blocks, const cv::Mat3f& reference_blocks
   return count < kMinMovingBlocks ? 0 : std::max(1, 100 * static_cast<int>(count) / total);
 }
 
-// A hint, where pictures that differ may do so because a video was compressed too much; else "".
+// Returns a hint, where pictures that differ may do so because a video was compressed too much; else "".
 std::string compression_hint(const std::vector<cv::Mat3b>& frames) {
   std::size_t repeated = 0, total = 0;
   for (std::size_t i = 1; i < frames.size(); ++i) {
@@ -133,7 +134,7 @@ std::string find_motion(const std::vector<cv::Mat3b>& frames, const cv::Mat3b& m
          std::to_string(percent) + " % of the image" + compression_hint(frames);
 }
 
-// Behind the last frame in a row that shows what frame `begin` and those after it show.
+// Returns the index behind the last frame in a row that shows what frame `begin` and those after it show.
 std::size_t end_of_agreement(const std::vector<cv::Mat3f>& blocks, std::size_t begin) {
   cv::Mat3f sum = blocks[begin].clone();
   std::size_t end = begin + 1;
@@ -196,8 +197,8 @@ Imprint find_imprint(const cv::Mat3b& picture, const GradientModel& model, doubl
   return imprint;
 }
 
-// Whether all pictures of a log show the background's imprint, and some of them something else, too. Where
-// none does, an object may have rested on the gel all the time.
+// Says whether all pictures of a log show the background's imprint, and some of them something else, too.
+// Where none does, an object may have rested on the gel all the time.
 bool is_of_the_gel(const Imprint& imprint, const cv::Mat3b& background, const std::vector<cv::Mat3b>& log,
                    const GradientModel& model) {
   const MarkerFiller markers(background);
@@ -296,7 +297,7 @@ std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frame
   for (std::size_t begin = 0, end = 0; begin < frames.size(); begin = end) {
     end = end_of_agreement(blocks, begin);
     const std::size_t count = std::min(end - begin, most);
-    if (count < std::min(kLeastBareFrames, most)) continue;
+    if (count < std::min(kMinBareFrames, most)) continue;
     const auto first = frames.begin() + static_cast<std::ptrdiff_t>(begin);
     const std::vector<cv::Mat3b> used(first, first + static_cast<std::ptrdiff_t>(count));
     const cv::Mat3b mean = background_image(used);
@@ -320,7 +321,7 @@ std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frame
   // A log begins with the bare gel, or with pictures of another light or gel, which are not seen again.
   const auto is_seen_again = [&blocks](const Candidate& candidate) {
     const auto seen = std::count_if(blocks.begin(), blocks.end(), [&](const cv::Mat3f& frame) {
-      return differing_percent(frame, candidate.blocks, kMovingLevels) <= kMostTouchedPercent;
+      return differing_percent(frame, candidate.blocks, kMovingLevels) <= kMaxTouchedPercent;
     });
     return 2 * seen >= std::ssize(blocks);
   };

@@ -19,11 +19,11 @@ namespace {
 
 // What is said of a background, and which presses one folder takes; no surface depends on it.
 // The surface stage follows the light within these; a model was seen to stay good there.
-constexpr double kLightLimitLevels = 12.0;  // message
+constexpr double kLightLimitLevels = 12.0;
 // Two sensors of one kind differ by 10 and more; the same gel weeks later by less than 2.
-constexpr double kGelLimitLevels = 4.0, kCellLimitLevels = 20.0;  // message
+constexpr double kGelLimitLevels = 4.0, kCellLimitLevels = 20.0;
 // Of the change, what is left when red and blue are swapped back: noise and wear.
-constexpr double kSwappedShare = 0.5;  // message
+constexpr double kSwappedShare = 0.5;
 
 /// What differs, and what to do about it.
 std::pair<std::string, std::string> words_for(const BackgroundDrift& drift) {
@@ -56,7 +56,7 @@ cv::Mat3f flipped(const cv::Mat3f& cells, int code) {
   return result;
 }
 
-/// All but the words.
+/// Compares everything but the words.
 BackgroundDrift compare(const cv::Mat3f& then, const cv::Mat3f& now) {
   const auto [gain, offset] = follow_light(then, now);
   BackgroundDrift drift;

@@ -74,7 +74,7 @@ RedOverBlue red_over_blue(const cv::Mat3f& bgr) {
   return {down / down_2, side / side_2};
 }
 
-/// Of a picture whose colors lie along one of its sides as a GelSight Mini's lamps lay them.
+/// Judges a picture whose colors lie along one of its sides as a GelSight Mini's lamps lay them.
 std::string judge_mini_orientation(const RedOverBlue& slope, bool blue_leads) {
   if (slope.downward > -kRedBlueSlope || std::abs(slope.sideways) > kRedBlueSlope) return "";
   if (!blue_leads) return "red and blue seem to be swapped: the top is reddish and the bottom bluish";
@@ -107,7 +107,7 @@ double median_slope(const cv::Mat3b& mean, const GradientModel& model) {
   return quantile_in_place(slopes, 0.5);
 }
 
-/// Gray levels. Throws Error when the picture is too small.
+/// Returns gray levels. Throws Error when the picture is too small.
 cv::Mat3f as_numbers(const cv::Mat3b& mean) {
   constexpr int least_px = 32;
   if (std::min(mean.cols, mean.rows) < least_px)
@@ -152,11 +152,11 @@ std::vector<std::string> judge_background(const cv::Mat3b& picture, const std::s
   const auto markers = find_marker_dots(picture);
   const cv::Mat3b mean = MarkerFiller(picture).background();
   const cv::Mat3f bgr = as_numbers(mean);
-  std::vector<std::string> doubts;
+  std::vector<std::string> warnings;
   const cv::Scalar channels = cv::mean(bgr);
   const double brightness = (channels[0] + channels[1] + channels[2]) / 3;
   if (brightness < kDarkLevel) {
-    doubts.push_back(
+    warnings.push_back(
         fmt::format("the picture is very dark (mean {:.0f} of 255): are the sensor's lamps on, and is the "
                     "exposure right?",
                     brightness));
@@ -164,50 +164,50 @@ std::vector<std::string> judge_background(const cv::Mat3b& picture, const std::s
   const ChannelRange range = channel_range(bgr);
   const double saturated = share_above(range.most, surface::detail::kFullLevel);
   if (saturated > kSpoiltShare) {
-    doubts.push_back(
+    warnings.push_back(
         fmt::format("{:.1f} % of the picture is saturated: shorten the exposure; slopes cannot be read there",
                     100 * saturated));
   }
   if (cv::mean(range.most)[0] - cv::mean(range.least)[0] < kMinColor) {
     // The other judgements need color.
-    doubts.push_back("the picture has no color, from which slopes are read: is it the right camera?");
-    return doubts;
+    warnings.push_back("the picture has no color, from which slopes are read: is it the right camera?");
+    return warnings;
   }
-  if (markers) doubts.push_back(markers->sentence());
+  if (markers) warnings.push_back(markers->sentence());
   if (markers && pixel_pitch_mm > 0 && is_gelsight_mini(device_name))
     if (const double times = markers->spacing_px * pixel_pitch_mm / kDotSpacingMm;
         std::abs(times - 1) > kPitchTolerance)
-      doubts.push_back(fmt::format(
+      warnings.push_back(fmt::format(
           "by the markers, {:.1f} mm apart, ppmm is {:.4f}: set it in the configuration; with {:.4f} "
           "lengths are {:.2f} times too {}",
           kDotSpacingMm, pixel_pitch_mm / times, pixel_pitch_mm, std::max(times, 1 / times),
           times > 1 ? "large" : "small"));
   const double stains = markers ? 0.0 : stained_share(mean);
   if (stains > kSpoiltShare) {
-    doubts.push_back(
+    warnings.push_back(
         fmt::format("{:.1f} % of the gel differ sharply from what is around: clean it, and touch nothing for "
                     "the background",
                     100 * stains));
   }
   const std::string lamps = judge_lamps(mean, device_name);
-  if (!lamps.empty()) doubts.push_back(lamps);
+  if (!lamps.empty()) warnings.push_back(lamps);
   if (model != nullptr && model->wide && model->wide->gives_normals) {
-    doubts.emplace_back(kMakerModelDoubt);
+    warnings.emplace_back(kMakerModelWarning);
   } else if (model != nullptr && lamps.empty()) {
     const double slope = median_slope(mean, *model);
     if (slope > surface::detail::kBareSlope) {
-      doubts.push_back(fmt::format(
+      warnings.push_back(fmt::format(
           "the model reads the bare gel as sloped ({:.2f}): is it this sensor's? With a new gel or exposure, "
           "calibrate anew",
           slope));
     }
   }
-  return doubts;
+  return warnings;
 }
 
 void require_readable_background(const cv::Mat3b& background, const std::string& device_name,
                                  const std::string& name,
-                                 const std::function<void(const std::string&)>& say_doubt) {
+                                 const std::function<void(const std::string&)>& say_warning) {
   const auto markers = find_marker_dots(background);
   if (markers && !markers->are_readable()) throw Error(name + ": " + markers->sentence());
   const std::string lamps = judge_lamps(background, device_name);
@@ -215,7 +215,8 @@ void require_readable_background(const cv::Mat3b& background, const std::string&
     throw Error(name + ": " + lamps +
                 " (take presses and background again, the right way round; if the sensor is no " +
                 device_name + ", name it in a configuration)");
-  for (const std::string& doubt : judge_background(background, device_name)) say_doubt(name + ": " + doubt);
+  for (const std::string& warning : judge_background(background, device_name))
+    say_warning(name + ": " + warning);
 }
 
 }  // namespace gelslam

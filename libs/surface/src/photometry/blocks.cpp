@@ -17,7 +17,7 @@ constexpr float kMinChangeLevels = 0.8F;
 constexpr float kQuartilesAboveNoise = 4.5F;
 // Six times a camera's noise. A quartile beyond it is no noise, but a texture that covers the whole gel.
 constexpr float kMaxNoiseLevels = 2.2F;
-constexpr int kMarginBlocks = 2;  // numerics: kernel radius
+constexpr int kMarginBlocks = 2;  // the kernel's radius
 
 GELSLAM_CLONES void add_row(const unsigned char* pixels, int channels, unsigned short* sums) {
   for (int i = 0; i < channels; ++i) sums[i] = static_cast<unsigned short>(sums[i] + pixels[i]);

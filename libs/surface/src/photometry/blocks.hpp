@@ -5,15 +5,16 @@
 
 namespace gelslam::surface::detail {
 
-inline constexpr int kBlockPx = 4;  // numerics: sampling
+inline constexpr int kBlockPx = 4;
 
-/// Size of the grid of 4x4-pixel blocks over an image; blocks at the right and lower border may be cut.
+/// Returns the size of the grid of 4x4-pixel blocks over an image; blocks at the right and lower border may
+/// be cut.
 cv::Size block_grid(cv::Size image);
 
-/// A block mask that holds all.
+/// Returns a block mask that holds all.
 cv::Mat1b all_blocks(cv::Size image);
 
-/// Mean color of each block, exact up to rounding of float.
+/// Computes the mean color of each block, exact up to rounding of float.
 class BlockAverager {
  public:
   void average(const cv::Mat3b& bgr, cv::Mat3f& means);
@@ -22,13 +23,13 @@ class BlockAverager {
   std::vector<unsigned short> column_sums_;
 };
 
-/// The same for a single picture.
+/// Does the same for a single picture.
 cv::Mat3f average_blocks(const cv::Mat3b& bgr);
 
 /// Spreads a block mask (0 or 255) to pixels.
 void spread_blocks(const cv::Mat1b& blocks, cv::Mat1b& pixels);
 
-/// 255 for every block that holds a set pixel.
+/// Sets 255 for every block that holds a set pixel.
 void gather_blocks(const cv::Mat1b& pixels, cv::Mat1b& blocks);
 
 /// Finds where a picture differs from the background by more than noise. A shallow slope shifts the color of

@@ -1,3 +1,17 @@
+// Follows how the light differs from that of the background picture, so that slopes are read in the
+// background's light (own).
+//
+// Model: each color channel of a block of bare gel is gain · background + offset; where light is uneven, both
+// change with a smooth field, which is the same for all channels. The coefficients are the least-squares fit
+// over blocks that agree, with Tukey weights of kAgreeLevels gray levels (iteratively reweighted), and are
+// shrunk towards no change by what leaning gel looks like (kLeaningLevels). A slope brightens some colors and
+// darkens others; a change that all colors have in common is light, and the field is made of that, smoothed
+// over a pyramid and continued across a contact.
+//
+// The fit starts from the last frame's light. Where too few blocks agree, it starts again from median gains
+// with a wide kernel. A contact that covers most of the gel leaves too little to fit: the last light stays.
+// is_followed_ is false where all colors of many blocks changed together and no such light explains it.
+
 #include "photometry/light.hpp"
 
 #include <algorithm>
@@ -12,34 +26,35 @@
 namespace gelslam::surface::detail {
 namespace {
 
-// Gray levels. A block's color differs by less (noise of its mean is below 1) unless the gel leans by more
-// than about 1 degree (2.7 levels).
+// The limit in gray levels up to which a block agrees with a light. A block's color differs by less (noise of
+// its mean is below 1) unless the gel leans by more than about 1 degree (2.7 levels).
 constexpr double kAgreeLevels = 3.0;
-// Gray levels (root mean square over the gel). Gel leans by some hundredths of a degree far around a contact.
-// That looks like light, and averaging over blocks does not remove it, so no term is known better.
+// How well a term of the light can be known, in gray levels (root mean square over the gel). Gel leans by
+// some hundredths of a degree far around a contact. That looks like light, and averaging over blocks does not
+// remove it, so no term is known better.
 constexpr double kLeaningLevels = 0.1;
-// Of a term's variance over the gel: one that differs by less from those before it cannot be told from them
-// (noise of the background's blocks is that share of how its brightness varies).
-constexpr double kMinOwnShare = 1e-3;    // numerics
+// The least share of a term's variance over the gel: one that differs by less from those before it cannot be
+// told from them (noise of the background's blocks is that share of how its brightness varies).
+constexpr double kMinOwnShare = 1e-3;
 constexpr double kMinShare = 0.1;        // of all blocks, to believe in a light
 constexpr double kExplainedShare = 0.6;  // of the blocks not excluded: no need to look for more
 // A contact that covers half of the gel must not look like a change of light.
 constexpr double kClearlyMore = 1.3;
-constexpr double kWidening = 8;  // numerics: of the kernel at first where the light changed suddenly
-constexpr int kMaxFits = 3;      // numerics
+constexpr double kWidening = 8;  // of the kernel at first, where the light changed suddenly
+constexpr int kMaxFits = 3;
 // A lamp weaker than this does not tell slopes; a gain larger than its inverse does not come from lamps.
 constexpr double kMinGain = 0.25;
-// Of all blocks: as many must differ from an even light by the brightness of all colors alone, and agree with
-// a field. Touches let 0.05 agree more (steep gel is darker), a band of 8 gray levels that enters the picture
-// 0.09.
+// The share of all blocks that must differ from an even light by the brightness of all colors alone, and
+// agree with a field. Touches let 0.05 agree more (steep gel is darker), a band of 8 gray levels that enters
+// the picture 0.09.
 constexpr double kShadedShare = 0.07;
-// Of all blocks: more whose colors have brightness in common, for the larger part, and agree with no light
-// are not what noise (0.23) or touches (0.20, real ones) leave.
-constexpr double kUnfollowedShare = 0.3;  // message
-constexpr float kMostlyAlike = 1.25F;     // message: what differs is half of what colors have in common
-// As much as this share of a block weighs what is around a place, for the field there.
+// The share of all blocks from which on light is not followed: more whose colors have brightness in common,
+// for the larger part, and agree with no light are not what noise (0.23) or touches (0.20, real ones) leave.
+constexpr double kUnfollowedShare = 0.3;
+constexpr float kMostlyAlike = 1.25F;  // what differs is half of what colors have in common
+// What is around a place weighs as much as this share of a block, for the field there.
 constexpr double kRidge = 0.01;
-constexpr std::size_t kFinestLevel = 2, kLevels = 6;  // numerics: cells of 16 to 128 pixels
+constexpr std::size_t kFinestLevel = 2, kLevels = 6;  // cells of 16 to 128 pixels
 
 /// A channel's light in 32 bits.
 struct ChannelLight {
@@ -76,9 +91,9 @@ void convert(const Light& light, const cv::Mat_<Pixel>& from, cv::Mat_<Pixel>& t
       }
 }
 
-/// Tukey's weights of a row's blocks for residuals up to a limit in gray levels, and weights times residual
-/// brightness. How many are not 0. `alike`: share of the residual that all channels have in common, not
-/// counted.
+/// Computes Tukey's weights of a row's blocks for residuals up to a limit in gray levels, and weights times
+/// residual brightness. How many are not 0. `alike`: share of the residual that all channels have in common,
+/// not counted.
 GELSLAM_CLONES int weigh_row(const cv::Vec3f* now, const cv::Vec3f* background, const unsigned char* excluded,
                              const float* field, std::size_t count, const ChannelLights& light, float limit,
                              float alike, float* weights, float* shades) {
@@ -102,9 +117,9 @@ GELSLAM_CLONES int weigh_row(const cv::Vec3f* now, const cv::Vec3f* background, 
   return agree;
 }
 
-/// The values `sums` / `weights`, smoothed, where there are weights; where there are none, as around in the
-/// same rows, then as around: level by level of a pyramid, each drawn toward the coarser one, the first
-/// toward its rows' means. (A lamp that flickers while a shutter rolls changes rows.)
+/// Returns the values `sums` / `weights`, smoothed, where there are weights; where there are none, as around
+/// in the same rows, then as around: level by level of a pyramid, each drawn toward the coarser one, the
+/// first toward its rows' means. (A lamp that flickers while a shutter rolls changes rows.)
 cv::Mat1f smooth_field(const cv::Mat1f& sums, const cv::Mat1f& weights) {
   cv::Mat rows, row_weights;
   cv::reduce(sums, rows, 1, cv::REDUCE_SUM);
@@ -132,7 +147,7 @@ struct Moments {
   double powers[3][3] = {}, changes[2][2] = {};
 };
 
-/// Adds a row of blocks. `degree`: of the field.
+/// Adds a row of blocks. `degree` is that of the field.
 template <std::size_t degree>
 void add_row_moments(const cv::Vec3f* now, const cv::Vec3f* background, const float* weights,
                      const float* field, std::size_t count, int channel, Moments& moments) {
@@ -151,9 +166,9 @@ void add_row_moments(const cv::Vec3f* now, const cv::Vec3f* background, const fl
   }
 }
 
-/// The first `terms` coefficients of each channel's change by least squares, shrunk. Cholesky factors make
-/// the terms independent: what each explains beyond those before it, in all channels, is compared with what
-/// leaning gel looks like.
+/// Returns the first `terms` coefficients of each channel's change by least squares, shrunk. Cholesky factors
+/// make the terms independent: what each explains beyond those before it, in all channels, is compared with
+/// what leaning gel looks like.
 std::array<Light::Coefficients, 3> shrunk_solution(const std::array<Moments, 3>& moments, std::size_t terms) {
   using Square = std::array<Light::Coefficients, kLightTerms.size()>;
   std::array<Square, 3> factors{};
@@ -229,7 +244,7 @@ LightTracker::LightTracker(const cv::Mat3f& background_blocks, bool uneven)
       weights_(background_blocks.size()),
       shades_(background_blocks.size()) {}
 
-/// How many blocks agree with a light, up to a limit in gray levels.
+/// Returns how many blocks agree with a light, up to a limit in gray levels.
 int LightTracker::weigh(const Light& light, double limit, float alike) {
   int agree = 0;
   const ChannelLights lights = channel_lights(light);
@@ -241,7 +256,7 @@ int LightTracker::weigh(const Light& light, double limit, float alike) {
   return agree;
 }
 
-/// Fits the coefficients to the weighted blocks. False where no lamp has such a gain.
+/// Fits the coefficients to the weighted blocks. Returns false where no lamp has such a gain.
 bool LightTracker::regress(Light& light) const {
   std::array<Moments, 3> moments;
   const cv::Mat1f& field = light.is_even() ? no_field_ : light.field;
@@ -258,8 +273,8 @@ bool LightTracker::regress(Light& light) const {
   });
 }
 
-/// Fitted again and again while the kernel narrows. Agrees with no block where too few are left. A field
-/// begins where colors agree but for their common brightness, and grows by what is left of it.
+/// Fits a light again and again while the kernel narrows. It agrees with no block where too few are left. A
+/// field begins where colors agree but for their common brightness, and grows by what is left of it.
 LightTracker::Fit LightTracker::fit(Light light, double widening) {
   const int enough = static_cast<int>(kMinShare * static_cast<double>(blocks_.total()));
   const bool is_even = light.is_even();
@@ -276,7 +291,7 @@ LightTracker::Fit LightTracker::fit(Light light, double widening) {
   }
 }
 
-/// Gains only: per channel the median ratio over the blocks.
+/// Returns a light of gains only: per channel the median ratio over the blocks.
 Light LightTracker::median_gains() const {
   Light light;
   std::vector<float> ratios;
@@ -297,8 +312,8 @@ Light LightTracker::median_gains() const {
   return light;
 }
 
-/// An even light, or, where that leaves many blocks that all colors together set apart, the same or the last
-/// one with a field.
+/// Returns the even light, or, where that leaves many blocks that all colors together set apart, the same or
+/// the last one with a field.
 LightTracker::Fit LightTracker::with_field(Fit even, const Light* last) {
   if (!may_be_uneven_ || even.agree == 0) return even;
   const int more = even.agree + static_cast<int>(kShadedShare * static_cast<double>(blocks_.total()));

@@ -5,9 +5,9 @@
 
 namespace gelslam::surface::detail {
 
-/// How the light differs from when the background was taken. In each channel untouched gel is seen as the sum
-/// of coefficient * background^b * field^f over kLightTerms: gain and offset of the whole picture, and stray
-/// light, a shadow or a lamp that flickers while a shutter rolls, of one color and anywhere.
+/// Says how the light differs from when the background was taken. In each channel untouched gel is seen as
+/// the sum of coefficient * background^b * field^f over kLightTerms: gain and offset of the whole picture,
+/// and stray light, a shadow or a lamp that flickers while a shutter rolls, of one color and anywhere.
 struct Light {
   using Coefficients = std::array<double, 4>;
 
@@ -24,13 +24,13 @@ struct LightTerm {
 };
 inline constexpr std::array<LightTerm, 4> kLightTerms{{{1, 0}, {0, 0}, {1, 1}, {0, 1}}};
 
-/// For each channel and 8-bit value the gray level it would have had in the background's light.
+/// Holds for each channel and 8-bit value the gray level it would have had in the background's light.
 using ColorTable = std::array<std::array<float, 256>, 3>;
 ColorTable color_table(const Light& even_light);
 
-/// A picture as it would have been in the background's light.
+/// Makes a picture as it would have been in the background's light.
 void to_background_light(const Light& light, const cv::Mat3b& bgr, cv::Mat3b& result);
-/// Means of its blocks, in place.
+/// Does the same to the means of a picture's blocks, in place.
 void to_background_light(const Light& light, cv::Mat3f& means);
 
 /// Follows the light from frame to frame (own): a regression of block means outside the last contact on the
@@ -46,7 +46,7 @@ class LightTracker {
 
   /// `blocks`: block means of the frame; `touched`: 255 where the object touches (may be empty).
   const Light& update(const cv::Mat3f& blocks, const cv::Mat1b& touched);
-  /// False where all colors of the last picture changed together and no light says how.
+  /// Returns false where all colors of the last picture changed together and no light says how.
   bool is_followed() const { return is_followed_; }
 
  private:

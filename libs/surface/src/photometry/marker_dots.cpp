@@ -28,7 +28,7 @@ struct Dot {
   double u_px = 0.0, v_px = 0.0, diameter_px = 0.0;
 };
 
-/// Logarithm of the brightness against that of the surroundings.
+/// Returns the logarithm of the brightness against that of the surroundings.
 cv::Mat1f darkness(const cv::Mat3b& background, double pixel) {
   cv::Mat1f brightness(background.size());
   std::transform(background.begin(), background.end(), brightness.begin(),

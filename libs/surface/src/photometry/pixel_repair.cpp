@@ -23,13 +23,13 @@ constexpr double kInkShare = 0.65;  // of a gel with markers; real presses leave
 // By this much lens and JPEG spread a spot: slopes of real presses between markers are read as well as with
 // 4, and flatter with 2.
 constexpr int kSpreadPx = 3;
-constexpr int kSmoothRounds = 20;  // numerics: over a dot of ten pixels' radius
+constexpr int kSmoothRounds = 20;  // over a dot of ten pixels' radius
 // No slope brightens all colors by more: it takes from one what it gives to another. Real presses reach 30.
 constexpr int kMaxBrighter = 35;
 constexpr double kUnlitLevel = 10;  // dark pixels in unlit regions carry no information
 constexpr int kOtherLightIn = 8;    // more than one in 8 pixels dark, or bright: the light changed
 
-/// Values of a row that lie further beyond those of both neighbors than `levels`.
+/// Counts values of a row that lie further beyond those of both neighbors than `levels`.
 GELSLAM_CLONES int count_outliers(const unsigned char* value, int count, unsigned char levels) {
   int found = 0;
   for (int i = 3; i < count - 3; ++i) {
@@ -50,7 +50,7 @@ bool has_wrong_values(const cv::Mat3b& bgr) {
   return found * kBlockPx * kWrongValueIn > 3 * static_cast<std::int64_t>(bgr.total());
 }
 
-/// Three values from `i` on, of a pixel or of two neighbors.
+/// Looks at three values from `i` on, of a pixel or of two neighbors.
 bool is_dark(const unsigned char* value, const unsigned char* below, int i) {
   return (value[i] < below[i]) & (value[i + 1] < below[i + 1]) & (value[i + 2] < below[i + 2]);
 }
@@ -67,7 +67,7 @@ bool is_full(const unsigned char* value, int i) {
   return (a & b) | (b & c) | (c & a);
 }
 
-/// False where no pixel of a row is dark, bright or full.
+/// Returns false where no pixel of a row is dark, bright or full.
 GELSLAM_CLONES bool may_show_spots(const unsigned char* value, const unsigned char* below,
                                    const unsigned char* above, int count) {
   unsigned char found = 0;
@@ -129,7 +129,7 @@ const cv::Mat3b& PixelRepair::replace_wrong_values(const cv::Mat3b& bgr) {
   return median_;
 }
 
-/// The median ratio to the background of every 64th pixel, at least 1.
+/// Returns the median ratio to the background of every 64th pixel, at least 1.
 cv::Vec3f PixelRepair::gain_of_light(const cv::Mat3b& bgr) const {
   cv::Vec3f gain;
   std::vector<float> ratios;
@@ -144,7 +144,7 @@ cv::Vec3f PixelRepair::gain_of_light(const cv::Mat3b& bgr) const {
   return gain;
 }
 
-/// Fills readable_; false where all of the picture is.
+/// Fills readable_. Returns false where all of the picture is.
 bool PixelRepair::find_spots(const cv::Mat3b& bgr) {
   std::vector<int> rows;
   for (int v = 0; v < bgr.rows; ++v)
@@ -175,7 +175,7 @@ bool PixelRepair::find_spots(const cv::Mat3b& bgr) {
   return true;
 }
 
-/// From up to three blocks away. The middle of a larger spot is taken for bare gel.
+/// Fills spots from up to three blocks away. The middle of a larger spot is taken for bare gel.
 const cv::Mat3b& PixelRepair::fill_spots(const cv::Mat3b& bgr, int smooth_rounds) {
   cv::subtract(bgr, background_, difference_, cv::noArray(), CV_32F);
   difference_.setTo(cv::Scalar::all(0), readable_ == 0);
@@ -188,7 +188,7 @@ const cv::Mat3b& PixelRepair::fill_spots(const cv::Mat3b& bgr, int smooth_rounds
   }
   for (int v = 0; v < bgr.rows; ++v)
     for (int u = 0; u < bgr.cols; ++u) {
-      constexpr float kRounding = 1e-3F;  // numerics
+      constexpr float kRounding = 1e-3F;
       const float weight = weight_(v, u);
       cv::Vec3f& difference = difference_(v, u);
       if (readable_(v, u) != 0)
@@ -209,10 +209,10 @@ const cv::Mat3b& PixelRepair::fill_spots(const cv::Mat3b& bgr, int smooth_rounds
   return filled_;
 }
 
-/// Toward the harmonic function between the edges of each spot, which continues a contact's shading across a
-/// marker (successive over-relaxation).
+/// Moves what is filled toward the harmonic function between the edges of each spot, which continues a
+/// contact's shading across a marker (successive over-relaxation).
 void PixelRepair::smooth_filled(int rounds) {
-  constexpr float kOverRelaxation = 1.7F;  // numerics
+  constexpr float kOverRelaxation = 1.7F;
   const int rows = difference_.rows, cols = difference_.cols;
   std::vector<cv::Point> places;
   if (rounds > 0) cv::findNonZero(readable_ == 0, places);

@@ -26,11 +26,11 @@ class PixelRepair {
  public:
   explicit PixelRepair(const cv::Mat3b& background);
 
-  /// The background without wrong values and markers.
+  /// Returns the background without wrong values and markers.
   const cv::Mat3b& background() const { return background_; }
-  /// `bgr` itself where nothing is wrong; else a copy, valid until the next call.
+  /// Returns `bgr` itself where nothing is wrong; else a copy, valid until the next call.
   const cv::Mat3b& clean(const cv::Mat3b& bgr);
-  /// Of the last picture: 255 where it was filled in; empty: nowhere.
+  /// Returns, of the last picture, 255 where it was filled in; empty: nowhere.
   const cv::Mat1b& covered() const { return covered_; }
 
  private:

@@ -14,17 +14,18 @@ namespace gelslam::surface::detail {
 
 namespace {
 
-constexpr float kMaxAngleRad = 1.5F;  // numerics: keeps tan finite; no gel is steeper
-// Range of a color within a block up to which the network is taken to be linear there.
-constexpr int kSmoothLevels = 10;         // speed
-constexpr float kToUnit = 1.0F / 255.0F;  // layout
+constexpr float kMaxAngleRad = 1.5F;  // Keeps tan finite; no gel is steeper.
+// The range of a color within a block up to which the network is taken to be linear there.
+constexpr int kSmoothLevels = 10;
+constexpr float kToUnit = 1.0F / 255.0F;
 // Own models of five sensors have 0.006 to 0.010. With 0.0078, that of the rendered sequences, 14 pairs of
 // real logs lose 53 frames instead of 35, and rendered sets are alike.
 constexpr double kUsualSlopePerLevel = 0.0065;
 constexpr int kBlockArea = kBlockPx * kBlockPx;
 
-/// Angles of the pixels of block `i` of a tile, along the derivatives from its middle. `color`: channel by
-/// channel; `column`, `row`: of its first pixel; `angle`: one output after the other, kNetworkTile apart.
+/// Computes the angles of the pixels of block `i` of a tile, along the derivatives from its middle. `color`:
+/// channel by channel; `column`, `row`: of its first pixel; `angle`: one output after the other, kNetworkTile
+/// apart.
 GELSLAM_CLONES void extend_block(const NetworkTile& tile, const NetworkJacobian& jacobian, std::size_t i,
                                  const float* color, const float* column, const float* row, float* angle) {
   constexpr std::size_t kInputs = GradientModel::kShape.sizes.front();
@@ -45,7 +46,7 @@ GELSLAM_CLONES void extend_block(const NetworkTile& tile, const NetworkJacobian&
 
 }  // namespace
 
-// By the power series of sine and cosine, without branches or calls.
+// Computes tangents by the power series of sine and cosine, without branches or calls.
 GELSLAM_CLONES void tangents(NetworkTile::Values<2>& angles_rad) {
   for (std::size_t first = 0; first < angles_rad.size(); first += kLanes) {
     Lanes x;
@@ -82,9 +83,10 @@ GradientMap::GradientMap(const GradientModel& model, const cv::Mat3b& background
   slope_noise_ = slope_per_level(background) / kUsualSlopePerLevel;
 }
 
-/// Root mean square, over the colors of the bare gel, of the change of a slope by one gray level of a color.
+/// Returns the root mean square, over the colors of the bare gel, of the change of a slope by one gray level
+/// of a color.
 double GradientMap::slope_per_level(const cv::Mat3b& background) {
-  constexpr int kStepPx = 2 * kBlockPx;  // numerics
+  constexpr int kStepPx = 2 * kBlockPx;
   const ColorTable unchanged = color_table(Light{});
   const auto [xx, xy, yx, yy] = slope_matrix_;
   double squares = 0, count = 0;
@@ -104,7 +106,7 @@ double GradientMap::slope_per_level(const cv::Mat3b& background) {
   return std::sqrt(squares / count) * static_cast<double>(kToUnit);
 }
 
-/// Of the angles that the network reads, in place.
+/// Makes slopes of the angles that the network reads, in place.
 void GradientMap::to_slopes() {
   tangents(angles_);
   if (slope_matrix_ == GradientModel{}.slope_matrix) return;
@@ -129,7 +131,7 @@ void GradientMap::compute(const cv::Mat3b& bgr, const ColorTable& colors, const 
   run_rough(bgr, colors);
 }
 
-/// By the range of each color within a block.
+/// Sorts blocks by the range of each color within a block.
 void GradientMap::sort_blocks(const cv::Mat3b& bgr, const cv::Mat1b& blocks) {
   smooth_.clear();
   rough_.clear();
@@ -161,7 +163,8 @@ void GradientMap::sort_blocks(const cv::Mat3b& bgr, const cv::Mat1b& blocks) {
   }
 }
 
-/// The largest of the three, of a whole block in the row of blocks that `least_` and `most_` describe.
+/// Returns the largest of the three, of a whole block in the row of blocks that `least_` and `most_`
+/// describe.
 int GradientMap::color_range(int left) const {
   int range = 0;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -176,7 +179,8 @@ int GradientMap::color_range(int left) const {
   return range;
 }
 
-/// At the mean color and the middle of each block, and from there along the derivatives.
+/// Evaluates the network at the mean color and the middle of each block, and from there along the
+/// derivatives.
 void GradientMap::run_smooth(const cv::Mat3b& bgr, const ColorTable& colors) {
   constexpr std::size_t kBlocksAtOnce = kNetworkTile / kBlockArea;  // whose pixels fill a tile
   colors_of_blocks_.resize(3 * kBlockArea * kNetworkTile);
@@ -216,7 +220,7 @@ void GradientMap::run_smooth(const cv::Mat3b& bgr, const ColorTable& colors) {
   }
 }
 
-/// The angles of whole blocks, one after the other.
+/// Writes the angles of whole blocks, one after the other.
 void GradientMap::write_blocks(const cv::Point* corners, std::size_t blocks) {
   to_slopes();
   const float* slope_x = angles_.data();

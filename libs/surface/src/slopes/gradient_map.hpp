@@ -11,14 +11,15 @@ namespace gelslam::surface::detail {
 
 /// Bare gel is read flatter than this: 0.01 to 0.06 as the median over all pixels (another sensor's model
 /// reads 0.24 or more), 0.08 at its steepest places (the shallowest ball press 0.14).
-inline constexpr double kBareSlope = 0.105;  // message
+inline constexpr double kBareSlope = 0.105;
 
-/// Slope angles to slopes, in place: tan with a relative error below 1e-6; angles are limited to 1.5 rad.
+/// Turns slope angles to slopes, in place: tan with a relative error below 1e-6; angles are limited to 1.5
+/// rad.
 void tangents(NetworkTile::Values<2>& angles_rad);
 
-/// Gradient of the gel's height over a whole image, relative to the background image. In a block of 4x4
-/// pixels of nearly the same color the network is evaluated once, with its derivatives: it is linear but for
-/// the few ReLUs that switch within the block.
+/// Computes the gradient of the gel's height over a whole image, relative to the background image. In a block
+/// of 4x4 pixels of nearly the same color the network is evaluated once, with its derivatives: it is linear
+/// but for the few ReLUs that switch within the block.
 class GradientMap {
  public:
   GradientMap(const GradientModel& model, const cv::Mat3b& background);
@@ -29,10 +30,10 @@ class GradientMap {
   void compute(const cv::Mat3b& bgr, const ColorTable& colors, const cv::Mat1b& blocks, cv::Mat1f& gx,
                cv::Mat1f& gy);
 
-  /// What the model says about the background itself: a bias that is smooth if nothing touches there.
+  /// Returns what the model says about the background itself: a bias that is smooth if nothing touches there.
   const cv::Mat1f& background_gx() const { return background_gx_; }
   const cv::Mat1f& background_gy() const { return background_gy_; }
-  /// Surface::slope_noise.
+  /// Returns Surface::slope_noise.
   double slope_noise() const { return slope_noise_; }
 
  private:

@@ -22,10 +22,10 @@ struct TensorEntry {
   std::vector<std::int64_t> stride;  ///< in numbers, as long as shape
 };
 
-/// The named tensors in the `data.pkl` of a PyTorch state_dict, or of a checkpoint's dictionary with an entry
-/// `state_dict` or `model_state_dict` (pickle protocols 2 to 5), laid out as torch.save does. Runs no code:
-/// it knows the opcodes and globals such a file needs and throws Error on anything else, naming it. At most
-/// kMaxPickleBytes.
+/// Reads the named tensors in the `data.pkl` of a PyTorch state_dict, or of a checkpoint's dictionary with an
+/// entry `state_dict` or `model_state_dict` (pickle protocols 2 to 5), laid out as torch.save does. Runs no
+/// code: it knows the opcodes and globals such a file needs and throws Error on anything else, naming it. At
+/// most kMaxPickleBytes.
 std::vector<TensorEntry> read_state_dict_pickle(std::string_view pickle);
 
 }  // namespace gelslam::surface::detail

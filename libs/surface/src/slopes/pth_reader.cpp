@@ -111,12 +111,12 @@ class StateDict {
     }
   }
 
-  /// How many rows the tensor of this name has; 0: there is none, or it is another kind.
+  /// Returns how many rows the tensor of this name has; 0: there is none, or it is another kind.
   std::int64_t rows(const std::string& name) const {
     const auto found = std::ranges::find(entries_, name, &TensorEntry::name);
     return found != entries_.end() && !found->shape.empty() ? found->shape[0] : 0;
   }
-  /// The numbers of the one tensor of this name; refuses the network where it has another shape.
+  /// Returns the numbers of the one tensor of this name; refuses the network where it has another shape.
   Values take(const std::string& name, const Shape& shape) {
     const auto found = std::ranges::find(entries_, name, &TensorEntry::name);
     if (found == entries_.end() || found->shape != shape) refuse();
@@ -152,13 +152,13 @@ class StateDict {
   std::size_t taken_ = 0;
 };
 
-/// Weights row-major [out][in].
+/// A layer with weights row-major [out][in].
 struct Layer {
   std::int64_t inputs, outputs;
   Values weight, bias;
 };
 
-/// What a batch normalization does to the layer's outputs, done to its numbers.
+/// Does to a layer's numbers what a batch normalization does to its outputs.
 void fold_normalization(StateDict& dict, const std::string& norm, Layer& layer) {
   constexpr double epsilon = 1e-5;  // PyTorch's, which no file states
   const Shape shape = {layer.outputs};
@@ -181,7 +181,7 @@ using Layers = std::array<Layer, NetworkShape::kLayers>;
 // 0.91 times the slopes along x, y (0.98 to 1.27; 0.70 to 1.05). This is the inverse.
 constexpr std::array<float, 4> kMakersSlopes = {0.868F, -0.048F, -0.057F, 1.102F};
 
-/// Filled up with neurons without effect, to the sizes that can be evaluated.
+/// Returns a model filled up with neurons without effect, to the sizes that can be evaluated.
 GradientModel model_of(const Layers& layers, bool gives_normals) {
   NetworkShape shape = GradientModel::kShape;
   bool wide = false;

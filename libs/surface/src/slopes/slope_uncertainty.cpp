@@ -13,9 +13,9 @@ constexpr double kBorderSigmaRad = 0.4, kBorderLengthMm = 1.6;
 
 // How much of a change of the true slope networks read, on balls of two sensors: all of it up to 25 degrees,
 // falling to 0.15 at 31, the steepest that they read (docs/benchmarks/slopes.png).
-constexpr double kFollowedDeg = 25, kFallDeg = 7, kLeastFollowed = 0.15;
+constexpr double kFollowedDeg = 25, kFallDeg = 7, kMinFollowed = 0.15;
 
-constexpr int kFilledIn = 1;  // layout: in Surface::confidence
+constexpr int kFilledIn = 1;  // The sentinel of Surface::confidence.
 
 }  // namespace
 
@@ -58,7 +58,7 @@ cv::Mat1b confidence_map(const SlopeUncertainty& uncertainty, cv::Size picture) 
   return map;
 }
 
-void doubt_steep_slopes(const cv::Mat3f& normals, cv::Mat1b& confidence) {
+void lower_steep_confidence(const cv::Mat3f& normals, cv::Mat1b& confidence) {
   const double followed_nz = std::cos(kFollowedDeg * CV_PI / 180);
   std::transform(normals.begin(), normals.end(), confidence.begin(), confidence.begin(),
                  [=](const cv::Vec3f& normal, unsigned char known) -> unsigned char {
@@ -66,7 +66,7 @@ void doubt_steep_slopes(const cv::Mat3f& normals, cv::Mat1b& confidence) {
                    if (known <= kFilledIn || nz >= followed_nz) return known;
                    const double slope_deg = std::acos(nz) * 180 / CV_PI;
                    const double followed =
-                       std::max(kLeastFollowed, (kFollowedDeg + kFallDeg - slope_deg) / kFallDeg);
+                       std::max(kMinFollowed, (kFollowedDeg + kFallDeg - slope_deg) / kFallDeg);
                    return static_cast<unsigned char>(std::max(kFilledIn + 1.0, known * followed));
                  });
 }

@@ -155,7 +155,7 @@ void ViewWindow::show_time() {
   const auto& all_s = history()->keyframes_s;
   const auto next = std::ranges::upper_bound(all_s, time_s);
   if (next == all_s.begin() || time_s >= history()->end_s()) return first_scene_.set_touch({});
-  const Session& session = history()->session;
+  const SavedMap& session = history()->session;
   const MapSnapshot::Node& node = session.nodes[static_cast<std::size_t>(next - all_s.begin()) - 1];
   first_scene_.set_touch({node.surface.get(), session.gradient_scale.mean(), {{node.component_T_keyframe}}});
 }
@@ -296,7 +296,7 @@ namespace fs = std::filesystem;
 
 /// Times count from the first log's start.
 RunHistory read_history(RunFiles files) {
-  RunHistory history{load_session(files.folder), {}, std::move(files.trajectory)};
+  RunHistory history{load_saved_map(files.folder), {}, std::move(files.trajectory)};
   for (StampedPose& pose : history.trajectory) pose.time_s -= files.start_s();
   for (const StampedPose& keyframe : files.keyframes)
     history.keyframes_s.push_back(keyframe.time_s - files.start_s());
@@ -347,7 +347,7 @@ MapSnapshot RunHistory::map_at(double time_s) const {
 
 std::vector<std::vector<Pose>> RunHistory::trajectory_at(double time_s) const {
   const auto end = std::ranges::upper_bound(trajectory, time_s, {}, &StampedPose::time_s);
-  return unbroken_pieces({trajectory.begin(), end});
+  return unbroken_segments({trajectory.begin(), end});
 }
 
 ViewContent load_view(const fs::path& run_or_mesh) {

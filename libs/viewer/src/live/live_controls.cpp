@@ -94,7 +94,7 @@ void LiveControls::ask_to_close() {
 
 void LiveControls::ask_for_new_scan(double now_s) {
   const LiveStatus status = session_.status();
-  const std::string why = refusal(ScanWish::new_scan, status, !next_run_folder_.empty());
+  const std::string why = refusal(ScanCommand::new_scan, status, !next_run_folder_.empty());
   if (!why.empty()) return complain(why, now_s);
   const LivePhase phase = status.phase;
   if (phase == LivePhase::finished) {

@@ -108,7 +108,7 @@ void draw_diagnostics(Ui& ui, const Box& view, const LiveFrame& frame) {
 
 namespace {
 
-constexpr double kCardPadding = 20, kCardMargin = 18, kMostWidth = 720, kLeastHeight = 180;  // design pixels
+constexpr double kCardPadding = 20, kCardMargin = 18, kMaxWidth = 720, kMinHeight = 180;  // design pixels
 constexpr Color kSensor = theme::rgb(255, 150, 40);  ///< as the sensor's outline in the scene
 
 struct Step {
@@ -173,8 +173,8 @@ std::vector<Figure> facts_of(const LiveFrame& frame) {
 }  // namespace
 
 void draw_start(Ui& ui, const Box& view, const LiveFrame& frame) {
-  if (view.height < ui.px(kLeastHeight)) return;
-  const float width = std::min(ui.px(kMostWidth), view.width - ui.px(2 * kCardMargin));
+  if (view.height < ui.px(kMinHeight)) return;
+  const float width = std::min(ui.px(kMaxWidth), view.width - ui.px(2 * kCardMargin));
   ui.begin_panel("##start", {view.x + 0.5F * view.width, view.y + 0.5F * view.height, width, 0}, kCardPadding,
                  10, 0.5F, 0.5F);
   const bool has_room = width >= ui.px(560) && view.height >= ui.px(330);
@@ -191,7 +191,7 @@ void draw_start(Ui& ui, const Box& view, const LiveFrame& frame) {
 }
 
 float draw_end(Ui& ui, const Box& view, const LiveFrame& frame) {
-  if (view.height < ui.px(kLeastHeight)) return 0;
+  if (view.height < ui.px(kMinHeight)) return 0;
   const float width = std::min(ui.px(380), view.width - ui.px(2 * kCardMargin));
   ui.begin_panel("##end", {view.x + ui.px(kCardMargin), view.y + ui.px(10), width, 0}, 16, 10);
   for (const Figure& fact : facts_of(frame)) {

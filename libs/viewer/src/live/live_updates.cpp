@@ -47,9 +47,11 @@ bool LiveWindow::poll_updates() {
   touch_place_ = touch_ ? map_->pose_of(*touch_) : std::nullopt;
   if (touch_ && !touch_place_) touch_place_ = touch_->place;  // the mapper may be busy for long
   // What is not joined to the map grows beside it.
-  if (piece_.follow(*map_, touch_.get(), touch_place_)) scene_.set_piece(piece_.mesh());
-  if (piece_.is_apart() && !piece_.is_shown()) piece_.place_beside(scene_.bounds_mm(), camera_);
-  scene_.place_piece(piece_.map_T_piece());
+  if (unjoined_preview_.follow(*map_, touch_.get(), touch_place_))
+    scene_.set_unjoined(unjoined_preview_.mesh());
+  if (unjoined_preview_.is_apart() && !unjoined_preview_.is_shown())
+    unjoined_preview_.place_beside(scene_.bounds_mm(), camera_);
+  scene_.place_unjoined(unjoined_preview_.map_T_unjoined());
   place_touch();
   return true;
 }
@@ -66,7 +68,7 @@ void LiveWindow::place_touch() {
   map_T_touch_.reset();
   TouchPatch patch;
   if (touch_place_ && touch_->surface) {
-    map_T_touch_ = piece_.map_T_touch();
+    map_T_touch_ = unjoined_preview_.map_T_touch();
     if (touch_place_->component == map_->shown_component) map_T_touch_ = touch_place_->map_T_frame.pose;
     if (map_T_touch_) patch = {touch_->surface, map_->gradient_scale.mean(), {{*map_T_touch_}}};
   }
@@ -74,16 +76,16 @@ void LiveWindow::place_touch() {
 }
 
 void LiveWindow::rebuild_trajectory() {
-  std::vector<std::vector<Pose>> pieces;
+  std::vector<std::vector<Pose>> segments;
   int trial = -1;
   for (const FrameRecord& sample : samples_) {
     const auto place = map_->pose_of(sample);
     if (!place || place->component != map_->shown_component) continue;
-    if (pieces.empty() || sample.trial != trial) pieces.emplace_back();
+    if (segments.empty() || sample.trial != trial) segments.emplace_back();
     trial = sample.trial;
-    pieces.back().push_back(place->map_T_frame.pose);
+    segments.back().push_back(place->map_T_frame.pose);
   }
-  scene_.set_trajectory(pieces);
+  scene_.set_trajectory(segments);
   trajectory_is_old_ = false;
 }
 

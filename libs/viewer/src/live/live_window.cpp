@@ -53,9 +53,9 @@ bool LiveWindow::advance(double now_s, double dt_s) {
 /// What lies beside the map is to be seen together with it.
 bool LiveWindow::follow_touch(double dt_s) {
   if (!controls_.follows()) return false;
-  if (piece_.is_shown()) {
+  if (unjoined_preview_.is_shown()) {
     Eigen::AlignedBox3f both = scene_.bounds_mm();
-    both.extend(piece_.box_mm());
+    both.extend(unjoined_preview_.box_mm());
     return glide(camera_.fitted(both, viewport()), dt_s);
   }
   if (!map_T_touch_) return false;
@@ -68,7 +68,7 @@ bool LiveWindow::follow_touch(double dt_s) {
 void LiveWindow::look_at_figures(double now_s) {
   frame_.status = session_.status();
   frame_.words = state_words(frame_.status);
-  if (piece_.is_apart() && frame_.words.state == "lost")
+  if (unjoined_preview_.is_apart() && frame_.words.state == "lost")
     frame_.words.advice += " What you touch grows beside the map until then.";
   const std::filesystem::path folder = frame_.status.run_folder.empty()
                                            ? options_.picture_folder

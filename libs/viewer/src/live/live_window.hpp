@@ -12,7 +12,7 @@
 
 namespace gelslam::viewer::detail {
 
-/// What a person can do with a live scan: calls to the session, and wishes for the window.
+/// What a person can do with a live scan: calls to the session, and requests to the window.
 class LiveControls : public SceneControls {
  public:
   /// As of WindowOptions.
@@ -108,8 +108,8 @@ class LiveWindow : public SceneLoop {
   std::shared_ptr<const LiveTouch> touch_;
   std::optional<MapPlace> touch_place_;
   std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
-  UnjoinedPreview piece_;
-  std::optional<Pose> map_T_touch_;  ///< also in the piece
+  UnjoinedPreview unjoined_preview_;
+  std::optional<Pose> map_T_touch_;  ///< also in an unjoined component
   bool trajectory_is_old_ = false;
   std::vector<FrameRecord> samples_;  ///< of the sensor's trajectory
   double figures_s_ = -1e9;

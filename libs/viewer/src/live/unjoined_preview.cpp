@@ -3,7 +3,7 @@
 namespace gelslam::viewer::detail {
 namespace {
 
-constexpr float kGapMm = 3;  ///< between map and piece
+constexpr float kGapMm = 3;  ///< between map and component
 
 Eigen::AlignedBox3f box_of(const TouchMesh& mesh) {
   Eigen::AlignedBox3f box;

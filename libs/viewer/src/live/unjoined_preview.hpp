@@ -23,8 +23,8 @@ class UnjoinedPreview {
   bool is_apart() const { return anchor_ >= 0; }
   bool is_shown() const { return map_T_anchor_.has_value(); }
   const TouchMesh& mesh() const { return mesh_; }
-  const std::optional<Pose>& map_T_piece() const { return map_T_anchor_; }  ///< nothing: it is not shown
-  /// Where the touch lies in the map's frame; nothing when it is not part of the piece.
+  const std::optional<Pose>& map_T_unjoined() const { return map_T_anchor_; }  ///< nothing: it is not shown
+  /// Where the touch lies in the map's frame; nothing when it is not part of the component.
   std::optional<Pose> map_T_touch() const;
   Eigen::AlignedBox3f box_mm() const;  ///< in the map's frame, with the touch
 

@@ -14,13 +14,13 @@ using Eigen::Matrix4f;
 using Eigen::Vector3f;
 
 constexpr float kTouchLiftMm = 0.25F;  ///< the map below the touch may be so much off before it hides it
-constexpr float kPieceOpacity = 0.8F, kHiddenLineOpacity = 0.16F, kHiddenGhostOpacity = 0.3F;
+constexpr float kUnjoinedOpacity = 0.8F, kHiddenLineOpacity = 0.16F, kHiddenGhostOpacity = 0.3F;
 constexpr float kMinCurvature = 0.05F;  ///< 1/mm; smoother surfaces are not made to look rough
 
 constexpr float kSmoothBorder = 0.2F;                 ///< weight; at the last triangle there is nearly none
 constexpr float kFirmWeight = 2.5F;                   ///< of so many keyframes a surface is seen well
 constexpr double kCertainMm = 0.1, kUncertainMm = 1;  ///< two standard deviations: tint begins, is full
-const Vector3f kTouchGlow(1.0F, 0.36F, 0.05F), kPieceGlow(0.06F, 0.50F, 0.95F);
+const Vector3f kTouchGlow(1.0F, 0.36F, 0.05F), kUnjoinedGlow(0.06F, 0.50F, 0.95F);
 
 std::vector<std::array<std::uint8_t, 3>> colors_of(SceneColor color) {
   return color_map_rgb(color == SceneColor::distance ? ColorMap::distance
@@ -33,8 +33,8 @@ std::vector<std::array<std::uint8_t, 3>> colors_of(SceneColor color) {
 Eigen::AlignedBox3f Scene::drawn_box() const {
   Eigen::AlignedBox3f box = mesh_.box_mm();
   box.extend(trajectory_box_mm_);
-  if (map_T_piece_ && !piece_box_mm_.isEmpty())
-    box.extend(piece_box_mm_.transformed(map_T_piece_->cast<float>()));
+  if (map_T_unjoined_ && !unjoined_box_mm_.isEmpty())
+    box.extend(unjoined_box_mm_.transformed(map_T_unjoined_->cast<float>()));
   for (const TouchPatch::Place& place : touch_.places) {
     const double reach = 0.5 * touch_.surface->pixel_pitch_mm *
                          std::hypot(touch_.surface->contact.cols, touch_.surface->contact.rows);
@@ -97,16 +97,16 @@ void Scene::draw_mesh(const Matrix4f& clip_T_map, const Matrix4f& camera_T_map, 
   }
 }
 
-void Scene::draw_piece(const Matrix4f& clip_T_camera, const Matrix4f& camera_T_map) {
-  if (!map_T_piece_) return;
+void Scene::draw_unjoined(const Matrix4f& clip_T_camera, const Matrix4f& camera_T_map) {
+  if (!map_T_unjoined_) return;
   touch_program_.use();
   touch_program_.set("clip_T_camera", clip_T_camera);
-  touch_program_.set("camera_T_sensor", Matrix4f(camera_T_map * map_T_piece_->matrix().cast<float>()));
+  touch_program_.set("camera_T_sensor", Matrix4f(camera_T_map * map_T_unjoined_->matrix().cast<float>()));
   touch_program_.set("lift_mm", 0.5F * kTouchLiftMm);  // the touch lies over it
   touch_program_.set("through", 0);
-  touch_program_.set("glow_rgb", kPieceGlow);
-  touch_program_.set("opacity", kPieceOpacity);
-  piece_.draw();
+  touch_program_.set("glow_rgb", kUnjoinedGlow);
+  touch_program_.set("opacity", kUnjoinedOpacity);
+  unjoined_.draw();
 }
 
 void Scene::draw_touch(const Matrix4f& clip_T_camera, const Matrix4f& camera_T_map) {
@@ -168,10 +168,10 @@ void Scene::set_touch(TouchPatch touch) {
   touch_ = std::move(touch);
 }
 
-void Scene::set_piece(const TouchMesh& mesh) {
-  piece_.set(mesh.vertices, mesh.triangles);
-  piece_box_mm_.setEmpty();
-  for (const TouchMesh::Vertex& vertex : mesh.vertices) piece_box_mm_.extend(vertex.position_mm);
+void Scene::set_unjoined(const TouchMesh& mesh) {
+  unjoined_.set(mesh.vertices, mesh.triangles);
+  unjoined_box_mm_.setEmpty();
+  for (const TouchMesh::Vertex& vertex : mesh.vertices) unjoined_box_mm_.extend(vertex.position_mm);
 }
 
 void Scene::set_trajectory(const std::vector<std::vector<Pose>>& map_T_sensor) {
@@ -184,8 +184,8 @@ void Scene::set_trajectory(const std::vector<std::vector<Pose>>& map_T_sensor) {
 void Scene::set_map(const MapSnapshot& map) {
   keyframes_.set(keyframe_lines(map));
   edges_.set(edge_lines(map));
-  const cv::Mat4b doubt = doubt_by_keyframe(map, kCertainMm, kUncertainMm);
-  fill_texture(certainty_.name(), doubt.cols, doubt.rows, doubt.ptr());
+  const cv::Mat4b uncertainty = uncertainty_by_keyframe(map, kCertainMm, kUncertainMm);
+  fill_texture(certainty_.name(), uncertainty.cols, uncertainty.rows, uncertainty.ptr());
 }
 
 void Scene::draw(const OrbitCamera& camera, const Viewport& viewport, const SceneStyle& style) {
@@ -203,7 +203,7 @@ void Scene::draw(const OrbitCamera& camera, const Viewport& viewport, const Scen
   draw_mesh(clip_T_map, camera_T_map, style);
   glEnable(GL_BLEND);
   glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
-  draw_piece(clip_T_camera, camera_T_map);
+  draw_unjoined(clip_T_camera, camera_T_map);
   if (style.touch) draw_touch(clip_T_camera, camera_T_map);
   glDepthMask(GL_FALSE);
   draw_all_lines(clip_T_map, viewport, style);

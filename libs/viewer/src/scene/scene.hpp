@@ -26,8 +26,10 @@ class Scene {
 
   void set_touch(TouchPatch touch);
   /// What was touched and is not part of the map yet, drawn in a color of its own.
-  void set_piece(const TouchMesh& mesh);
-  void place_piece(const std::optional<Pose>& map_T_piece) { map_T_piece_ = map_T_piece; }  ///< or hides it
+  void set_unjoined(const TouchMesh& mesh);
+  void place_unjoined(const std::optional<Pose>& map_T_unjoined) {
+    map_T_unjoined_ = map_T_unjoined;
+  }  ///< or hides it
   /// Stretches of tracking, each a chain of sensor poses; they are not joined.
   void set_trajectory(const std::vector<std::vector<Pose>>& map_T_sensor);
   /// Keyframes and edges of the shown component.
@@ -50,7 +52,7 @@ class Scene {
   void draw_background();
   void draw_mesh(const Eigen::Matrix4f& clip_T_map, const Eigen::Matrix4f& camera_T_map,
                  const SceneStyle& style);
-  void draw_piece(const Eigen::Matrix4f& clip_T_camera, const Eigen::Matrix4f& camera_T_map);
+  void draw_unjoined(const Eigen::Matrix4f& clip_T_camera, const Eigen::Matrix4f& camera_T_map);
   void draw_touch(const Eigen::Matrix4f& clip_T_camera, const Eigen::Matrix4f& camera_T_map);
   void draw_lines(const SceneLines& lines);
   void draw_all_lines(const Eigen::Matrix4f& clip_T_map, const Viewport& viewport, const SceneStyle& style);
@@ -60,13 +62,13 @@ class Scene {
   GlProgram line_program_{kLineVertexShader, kLineFragmentShader};
   GlProgram background_program_{kBackgroundVertexShader, kBackgroundFragmentShader};
   GlVertexArray no_vertices_;
-  GlTexture color_map_, certainty_;  ///< the last by keyframe id, as doubt_by_keyframe()
+  GlTexture color_map_, certainty_;  ///< the last by keyframe id, as uncertainty_by_keyframe()
   SceneColor color_map_for_ = SceneColor::plain;
   SceneMesh mesh_;
-  GlTriangles touch_mesh_, piece_;
+  GlTriangles touch_mesh_, unjoined_;
   SceneLines outline_, trajectory_, keyframes_, edges_;
-  std::optional<Pose> map_T_piece_;
-  Eigen::AlignedBox3f piece_box_mm_;  ///< in its own frame
+  std::optional<Pose> map_T_unjoined_;
+  Eigen::AlignedBox3f unjoined_box_mm_;  ///< in its own frame
   TouchPatch touch_;
   Eigen::AlignedBox3f trajectory_box_mm_;
   float distance_limit_mm_ = 1;

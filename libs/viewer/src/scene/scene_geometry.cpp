@@ -61,7 +61,7 @@ std::uint32_t signed_10_bits(float value) {
 }  // namespace
 
 std::vector<PackedVertex> pack(const Mesh& mesh, const std::vector<float>& values) {
-  constexpr float kMostConfidence = 6e4F;  // of a half float
+  constexpr float kMaxConfidence = 6e4F;  // of a half float
   const std::vector<Vector3f> normals = unit_normals(mesh);
   const std::vector<float> curvature = curvature_of(mesh, normals);
   std::vector<PackedVertex> packed(normals.size());
@@ -70,7 +70,7 @@ std::vector<PackedVertex> pack(const Mesh& mesh, const std::vector<float>& value
     packed[i] = {mesh.vertices_mm[i],
                  signed_10_bits(n.x()) | signed_10_bits(n.y()) << 10 | signed_10_bits(n.z()) << 20,
                  Eigen::half(curvature[i]),
-                 Eigen::half(mesh.confidence.empty() ? 0 : std::min(mesh.confidence[i], kMostConfidence)),
+                 Eigen::half(mesh.confidence.empty() ? 0 : std::min(mesh.confidence[i], kMaxConfidence)),
                  values.empty() ? kNoValue : values[i]};
   }
   return packed;
@@ -92,16 +92,16 @@ float round_limit_mm(const std::vector<float>& distance_mm) {
   return 10 * power;
 }
 
-cv::Mat4b doubt_by_keyframe(const MapSnapshot& map, double from_mm, double to_mm) {
+cv::Mat4b uncertainty_by_keyframe(const MapSnapshot& map, double from_mm, double to_mm) {
   const int last = map.nodes.empty() ? 0 : map.nodes.back().keyframe;
-  cv::Mat4b doubt(1 + last / kDoubtColumns, kDoubtColumns, cv::Vec4b(0, 0, 0, 255));
+  cv::Mat4b uncertainty(1 + last / kUncertaintyColumns, kUncertaintyColumns, cv::Vec4b(0, 0, 0, 255));
   for (const MapSnapshot::Node& node : map.nodes) {
     if (node.component != map.shown_component) continue;
     const double sigma_mm = map.pose_of({.keyframe = node.keyframe})->map_T_frame.worst_sigma_mm();
-    doubt(node.keyframe / kDoubtColumns, node.keyframe % kDoubtColumns)[0] =
+    uncertainty(node.keyframe / kUncertaintyColumns, node.keyframe % kUncertaintyColumns)[0] =
         cv::saturate_cast<uchar>(255 * (2 * sigma_mm - from_mm) / (to_mm - from_mm));
   }
-  return doubt;
+  return uncertainty;
 }
 
 namespace {

@@ -52,9 +52,9 @@ bool is_shown(const MapSnapshot& map, const MapSnapshot::Node& node) {
 
 std::vector<SceneLine> trajectory_lines(const std::vector<std::vector<Pose>>& map_T_sensor) {
   std::vector<SceneLine> lines;
-  for (const std::vector<Pose>& piece : map_T_sensor) {
-    for (std::size_t i = 1; i < piece.size(); ++i)
-      lines.push_back({anchor(piece[i - 1]), anchor(piece[i]), kTrajectory, 2.5F});
+  for (const std::vector<Pose>& segment : map_T_sensor) {
+    for (std::size_t i = 1; i < segment.size(); ++i)
+      lines.push_back({anchor(segment[i - 1]), anchor(segment[i]), kTrajectory, 2.5F});
   }
   return lines;
 }

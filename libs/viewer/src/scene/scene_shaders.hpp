@@ -40,8 +40,8 @@ vec3 to_linear(vec3 c) { return pow(c, vec3(2.2)); }
 vec3 tinted_clay() {
   float thin = 1.0 - smoothstep(0.3, 1.0, weight / firm_weight);
   ivec2 place = ivec2(int(keyframe) % 256, int(keyframe) / 256);
-  float doubt = keyframe < 0.0 ? 0.0 : texelFetch(certainty, place, 0).r;
-  return mix(mix(clay, vec3(0.20, 0.36, 0.62), 0.55 * thin), vec3(0.70, 0.34, 0.06), 0.6 * doubt);
+  float uncertainty = keyframe < 0.0 ? 0.0 : texelFetch(certainty, place, 0).r;
+  return mix(mix(clay, vec3(0.20, 0.36, 0.62), 0.55 * thin), vec3(0.70, 0.34, 0.06), 0.6 * uncertainty);
 }
 
 vec3 surface_color() {

@@ -86,9 +86,9 @@ void SceneLoop::show_not_in_mesh(Scene& scene, const MapSnapshot& map, const std
   if (shown && !std::exchange(knows_not_in_mesh_, true)) {
     std::vector<TouchedSquare> squares;
     touched_surface(map, mesh(), 0, &squares);
-    scene.set_piece(make_touch_mesh(squares));
+    scene.set_unjoined(make_touch_mesh(squares));
   }
-  scene.place_piece(shown ? std::optional(Pose::Identity()) : std::nullopt);
+  scene.place_unjoined(shown ? std::optional(Pose::Identity()) : std::nullopt);
 }
 
 bool SceneLoop::glide(const OrbitCamera& goal, double dt_s) {

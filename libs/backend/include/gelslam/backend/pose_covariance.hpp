@@ -8,10 +8,10 @@
 
 namespace gelslam {
 
-/// What all edges of a solved graph together know.
+/// Holds what all edges of a solved graph together know.
 struct PoseCovariances {
-  /// Every node as it was solved, relative to the gauge of its component: its noise for a gradient scale that
-  /// is known, and how it follows the scale.
+  /// Every node has its pose as it was solved, relative to the gauge of its component, its noise for a
+  /// gradient scale that is known, and how it follows the scale.
   std::map<int, UncertainMotion> component_T_node;
   ScaleCovariance scale = ScaleCovariance::Zero();  ///< of the gradient scale, common to all edges
 };

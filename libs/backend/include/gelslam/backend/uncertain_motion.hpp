@@ -12,19 +12,19 @@ namespace gelslam {
 
 /// The four factors of true slope (gx, gy) = (I - F) * read slope, with F = ((xx, xy), (yx, yy)) along the
 /// sensor's axes, in the order xx, xy, yx, yy (0: no correction). xx and yy are the gradient scale.
-inline constexpr int kScaleTerms = 4;  // layout
+inline constexpr int kScaleTerms = 4;
 using MotionByScale = Eigen::Matrix<double, 6, kScaleTerms>;
 
-/// How the motion that an edge measures changes, as a right perturbation, when the slopes it was measured
-/// from are corrected. The rotation of the measured motion is split into a tilt (rx, ry, 0) after a twist
-/// about z. The correction does not change the twist; the tilt becomes (rx - yy rx + yx ry, ry - xx ry + xy
-/// rx, 0). The shared center, whose depth is scaled by the mean of xx and yy in either frame, stays the place
-/// where the frames touch: slopes that are read too steep change tilts and depths, but not x and y. Source:
-/// own.
+/// Returns how the motion that an edge measures changes, as a right perturbation, when the slopes it was
+/// measured from are corrected. The rotation of the measured motion is split into a tilt (rx, ry, 0) after a
+/// twist about z. The correction does not change the twist; the tilt becomes (rx - yy rx + yx ry, ry - xx ry
+/// + xy rx, 0). The shared center, whose depth is scaled by the mean of xx and yy in either frame, stays the
+/// place where the frames touch: slopes that are read too steep change tilts and depths, but not x and y.
+/// Source: own.
 MotionByScale motion_by_gradient_scale(const PoseGraphEdge& edge);
 
-/// The factors as unknowns that all edges share, where the prior standard deviation of the gradient scale is
-/// `sigma`.
+/// Returns the factors as unknowns that all edges share, where the prior standard deviation of the gradient
+/// scale is `sigma`.
 SharedUnknowns gradient_scale_unknowns(const std::vector<PoseGraphEdge>& edges, double sigma);
 
 /// Solves for the poses and, where it explains a good part of what loops contradict, for the gradient scale;
@@ -38,7 +38,8 @@ PoseGraphSolution solve_with_gradient_scale(const std::map<int, Pose>& initial_m
 
 /// Covariance of the factors.
 using ScaleCovariance = Eigen::Matrix<double, kScaleTerms, kScaleTerms>;
-/// Before anything was measured, where the prior standard deviation of the gradient scale is `sigma`.
+/// Returns the covariance of the factors before anything was measured, where the prior standard deviation of
+/// the gradient scale is `sigma`.
 ScaleCovariance prior_scale_covariance(double sigma);
 
 /// A motion and its uncertainty: its noise, and the gradient scale, a cause common to all measurements.
@@ -47,25 +48,25 @@ struct UncertainMotion {
   /// How the motion changes, as a right perturbation, when the gradient scale is corrected.
   MotionByScale by_scale = MotionByScale::Zero();
 
-  /// Noise and gradient scale together.
+  /// Returns the covariance of noise and gradient scale together.
   Matrix6d total_covariance(const ScaleCovariance& scale) const;
-  /// The motion with slopes corrected by the factors; as it is for no factors.
+  /// Returns the motion with slopes corrected by the factors, or as it is for no factors.
   UncertainMotion corrected(const Eigen::VectorXd& factors) const;
 };
 
-/// The motion that an edge measures. Along directions without information, overlapping frames are known to a
-/// radian and to the sensor's width.
+/// Returns the motion that an edge measures. Along directions without information, overlapping frames are
+/// known to a radian and to the sensor's width.
 UncertainMotion uncertain_motion(const PoseGraphEdge& edge);
 
-/// Whether an edge tells where its surfaces lie on each other: two standard deviations are below 5 mm, where
-/// they touch, and 20 degrees. A contact is some 8 mm wide.
-bool tells_place(const PoseGraphEdge& edge);
+/// Says whether an edge tells where its surfaces lie on each other: two standard deviations are below 5 mm,
+/// where they touch, and 20 degrees. A contact is some 8 mm wide.
+bool constrains_pose(const PoseGraphEdge& edge);
 
-/// a_T_b and b_T_c to a_T_c, measured independently.
+/// Composes a_T_b and b_T_c, measured independently, to a_T_c.
 UncertainMotion compose(const UncertainMotion& a, const UncertainMotion& b);
 
-/// How precisely a graph's edges determine the motion between two of its nodes: by the edges of one short
-/// path between them, without a solve; nothing where none lead. What is an `outlier`
+/// Returns how precisely a graph's edges determine the motion between two of its nodes: by the edges of one
+/// short path between them, without a solve; nothing where none lead. What is an `outlier`
 /// (PoseGraphSolution::edge_outlier of these edges) leads nowhere. A gradient scale common to all edges
 /// counts (see pose_graph.hpp).
 std::function<std::optional<UncertainPose>(int from, int to)> motions_between(

@@ -58,7 +58,7 @@ void for_each_pixel(const SeenBall& ball, const CalibrationPress& press, const V
   for (int v = box.y; v < box.y + box.height; ++v)
     for (int u = box.x; u < box.x + box.width; ++u) {
       if (!press.shows_gel(u, v)) continue;
-      const Eigen::Vector2d rest_mm = ball.camera().to_mm(ball.camera().rest_px(Eigen::Vector2d(u, v)));
+      const Eigen::Vector2d rest_mm = ball.camera().to_mm(ball.camera().rectified_px(Eigen::Vector2d(u, v)));
       if (ball.is_in_zone(rest_mm)) visit(u, v, rest_mm);
     }
 }
@@ -71,7 +71,7 @@ struct RejectedPress {
 struct BallZones {
   std::vector<BallZone> zones;          ///< in the set's order
   std::vector<RejectedPress> rejected;  ///< presses that cannot be used, and why
-  std::string doubt;                    ///< for people: all labels lie aside of what the pictures show; or ""
+  std::string warning;                  ///< for people: all labels lie aside of what the pictures show; or ""
 };
 
 /// Finds the zones of all presses. A label's center is kept; at which share of its radius the gel leaves

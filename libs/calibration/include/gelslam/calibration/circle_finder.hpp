@@ -29,8 +29,8 @@ FoundCircle find_circle(const cv::Mat3b& bgr, const cv::Mat3b& background, const
 /// Contacts are found with a ball this many times as large, whose slopes limit no width.
 inline constexpr double kFlatterBall = 4.0;
 
-/// Length of the camera's raw pixels at some place over those of the rest grid: less than 1 where the lens
-/// magnifies.
+/// Length of the camera's raw pixels at some place over those of the rectified grid: less than 1 where the
+/// lens magnifies.
 double rest_px_per_raw_px(const CameraModel& camera, const Eigen::Vector2d& raw_px);
 
 }  // namespace gelslam

@@ -18,7 +18,7 @@ struct PressLabel {
   ContactCircle circle;
   LabelState state = LabelState::open;
   LabelOrigin origin = LabelOrigin::found;
-  std::string doubt;     ///< for people: why to look closely; empty when there is no reason
+  std::string warning;   ///< for people: why to look closely; empty when there is no reason
   bool is_saved = true;  ///< the press's folder holds this circle and state
 };
 

@@ -38,10 +38,10 @@ struct ModelCheck {
   std::vector<std::string> reasons;  ///< for people: what is not good, worst first; empty when all is
 
   /// A reason to recalibrate that lies in the presses; "" is none.
-  void add_doubt(const std::string& doubt) {
-    if (doubt.empty()) return;
+  void add_warning(const std::string& warning) {
+    if (warning.empty()) return;
     verdict = Verdict::recalibrate;
-    reasons.insert(reasons.begin(), doubt);
+    reasons.insert(reasons.begin(), warning);
   }
 };
 

@@ -66,9 +66,9 @@ PressSet read_press_set(const std::filesystem::path& folder);
 
 /// Readies a set for labels and training: fills in markers, in the background, too, notes them in `covered`,
 /// and sets `optics` where it has none. Throws Error for optics that no sensor has, and like
-/// require_readable_background(); doubts go to `say_doubt`.
+/// require_readable_background(); warnings go to `say_warning`.
 void prepare(PressSet& set, const SensorOptics& optics, double pixel_pitch_mm, const std::string& device_name,
-             const std::function<void(const std::string&)>& say_doubt);
+             const std::function<void(const std::string&)>& say_warning);
 
 /// label.npz: `center` (u, v) and `radius` in pixels, numbers of any kind. Throws Error when damaged.
 ContactCircle read_label(const std::filesystem::path& path);

@@ -18,7 +18,7 @@ struct PoseGraphEdge {
   /// Center of what both frames showed, as measured, in the `to` frame: where the frames touch. Used by
   /// motion_by_gradient_scale().
   Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
-  /// A loop that is too weak to join two pieces alone (consistent_edges). solve_pose_graph() ignores it.
+  /// A loop that is too weak to join two components alone (consistent_edges). solve_pose_graph() ignores it.
   bool tentative = false;
 };
 

@@ -24,7 +24,7 @@ struct RunReport {
   struct Frames {
     std::int64_t total = 0, background = 0, no_contact = 0, tracked = 0, lost = 0;
     std::int64_t in_map = 0;
-    std::int64_t not_in_mesh = 0;  ///< tracked, but in another piece, or at a place that is not known
+    std::int64_t not_in_mesh = 0;  ///< tracked, but in another component, or at a place that is not known
     std::int64_t left_out = 0;     ///< damaged or dropped
   };
   /// Of poses in the map, in their worst direction: one in twenty is known worse.
@@ -34,7 +34,7 @@ struct RunReport {
     double time_s = 0;
   };
   /// A motion of the sensor that was not observable for a while.
-  struct Hidden {
+  struct UnobservableMotion {
     std::string motion;            ///< x, y, z, rx, ry, rz
     std::int64_t first_frame = 0;  ///< in which it was not
     double first_time_s = 0;
@@ -42,7 +42,7 @@ struct RunReport {
   };
   struct Uncertainty {
     Drift drift_mm, drift_deg;
-    std::vector<Hidden> not_observable;
+    std::vector<UnobservableMotion> not_observable;
   };
   struct GradientScale {
     double x = 1, y = 1;
@@ -85,7 +85,7 @@ struct RunReport {
   std::optional<Live> live;
   std::map<std::string, StageStatistics> stages;  ///< by name
 
-  /// All that was tracked is in the mesh: no piece is left, nor a frame.
+  /// All that was tracked is in the mesh: no component is left, nor a frame.
   bool complete() const { return components < 2 && frames.not_in_mesh == 0; }
   /// There is a mesh, and most of what touched was tracked.
   bool good() const { return mesh.triangles > 0 && frames.lost <= frames.tracked; }

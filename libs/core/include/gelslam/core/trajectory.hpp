@@ -38,7 +38,7 @@ std::vector<StampedPose> read_tum(const std::filesystem::path& path);
 std::string tum_line(double time_s, const Pose& pose_mm);
 
 /// Cut where nothing was tracked for more than a quarter of a second.
-std::vector<std::vector<Pose>> unbroken_pieces(std::span<const StampedPose> trajectory);
+std::vector<std::vector<Pose>> unbroken_segments(std::span<const StampedPose> trajectory);
 
 /// The covariances of a trajectory that has them: N x 6 x 6, in its order; x y z rx ry rz, meters and
 /// radians, along the axes of the sensor.

@@ -33,10 +33,10 @@ struct Evaluation {
   std::optional<int> trials;
   std::optional<int> components;
   std::optional<MeshEvaluation> mesh;
-  std::string trajectory_doubt;  ///< why the true poses may be in another unit or notation, or ""
+  std::string trajectory_warning;  ///< why the true poses may be in another unit or notation, or ""
 
   /// That, or why the truth may be that of another object, or "".
-  std::string doubt() const;
+  std::string warning() const;
 };
 
 /// Where a run's mesh lies on the true object, with both meshes in the object's frame.

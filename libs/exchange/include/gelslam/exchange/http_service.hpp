@@ -18,8 +18,8 @@ struct WatchedScan {
   std::function<LiveStatus()> status;
   std::function<std::shared_ptr<const LiveTouch>()> touch;
   std::function<std::shared_ptr<const MapSnapshot>()> map;
-  std::function<void(ScanWish)> ask;  ///< what refusal() does not refuse
-  bool another = false;               ///< of refusal()
+  std::function<void(ScanCommand)> ask;  ///< what refusal() does not refuse
+  bool another = false;                  ///< of refusal()
 };
 
 /// The scan for browsers and programs: a page, poses as they come, the surface, and what a person may ask of

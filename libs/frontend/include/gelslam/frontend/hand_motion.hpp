@@ -11,7 +11,7 @@ struct MotionState {
   Vector6d velocity = Vector6d::Zero();  ///< per second, along the frame's axes, as far as it was shown
   Eigen::Vector3d center_mm = Eigen::Vector3d::Zero();  ///< of the contact, in the frame
 
-  /// In the frame itself, which is the reference from now on.
+  /// Returns the state relative to the frame itself, which is the reference from now on.
   MotionState in_itself() const { return {{}, velocity, center_mm}; }
 };
 
@@ -25,9 +25,9 @@ struct ExpectedMotion {
   PosePrior prior() const;  ///< of frame_T_reference
 };
 
-/// How a hand moves an object: at the velocity that the surfaces have shown, and along all other directions
-/// at random, as fast as along those that they show. The speed is learned with a short memory, down to that
-/// of a hand at rest.
+/// Models how a hand moves an object: at the velocity that the surfaces have shown, and along all other
+/// directions at random, as fast as along those that they show. The speed is learned with a short memory,
+/// down to that of a hand at rest.
 ///
 /// The error of a direction that is hardly shown (the gel's own pattern, dragged dots, a network's noise)
 /// persists from frame to frame. So the prior of a step alone tells how far a frame may move the pose, and
@@ -35,10 +35,10 @@ struct ExpectedMotion {
 /// the motion itself is KISS-ICP's idea (Vizzo et al., RA-L 2023, §III-D).
 class HandMotion {
  public:
-  /// The motion goes on.
+  /// Predicts the next frame, `elapsed_s` later, if the motion goes on.
   ExpectedMotion expect(const MotionState& before, double elapsed_s) const;
 
-  /// The state after a registration from expected.prior(), which also tells how fast the hand moves.
+  /// Returns the state after a registration from expected.prior(), which also tells how fast the hand moves.
   MotionState correct(const ExpectedMotion& expected, const RegistrationResult& registration);
 
  private:

@@ -18,15 +18,16 @@ struct Keyframe {
   int trial = 0;
   StoredSurface surface;
   StoredReference reference;
-  /// In the first frame of its trial, as tracked. Identity of a keyframe that was read from a session: the
-  /// scan goes on with another trial.
+  /// The pose in the first frame of its trial, as tracked. It is the identity for a keyframe that was read
+  /// from a session: the scan goes on with another trial.
   Pose trial_T_keyframe = Pose::Identity();
-  /// It is kept for the part of the object that it alone shows (TurningPoints). It hangs at the keyframe that
-  /// it was registered to: no frame refers to it, no loops and overlaps are looked for, so it bends no pose.
+  /// It is kept for the part of the object that it alone shows (TurningPoints). It is attached to the
+  /// keyframe that it was registered to: no frame refers to it, no loops and overlaps are looked for, so it
+  /// bends no pose.
   bool is_patch = false;
 };
 
-/// The motion from a keyframe to what was registered to it.
+/// Returns the motion from a keyframe to what was registered to it.
 PoseGraphEdge odometry_edge(int from, int to, const RegistrationResult& registration);
 
 /// A keyframe as the tracker hands it out.

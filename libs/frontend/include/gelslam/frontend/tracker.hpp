@@ -31,7 +31,7 @@ struct TrackerOptions {
 
 enum class TrackStatus { background, no_contact, tracked, lost };
 
-/// "background", "no_contact", "tracked", "lost": as in the NDJSON stream.
+/// Returns "background", "no_contact", "tracked" or "lost", as in the NDJSON stream.
 std::string_view name(TrackStatus status);
 
 /// What is known of a frame right after it was registered.
@@ -79,11 +79,12 @@ class Tracker {
   /// `surface` is null for a frame of the background. `unix_us`: TactileImage::unix_us.
   TrackedFrame track(std::int64_t frame, double time_s, const SurfacePtr& surface, std::int64_t unix_us = 0);
 
-  /// The log ends, or frames were left out on purpose and the object may have moved: the next frame in
-  /// contact starts a new trial. Returns what was touched last, if no keyframe shows it yet.
+  /// Says that the log ends, or that frames were left out on purpose and the object may have moved: the next
+  /// frame in contact starts a new trial. Returns what was touched last, if no keyframe shows it yet.
   std::vector<NewKeyframe> end_trial();
 
-  /// Before the first frame: a scan is continued whose last keyframe and trial had these numbers.
+  /// To be called before the first frame, where a scan is continued whose last keyframe and trial had these
+  /// numbers.
   void continue_after(int keyframe_id, int trial);
 
  private:

@@ -23,20 +23,21 @@ class TurningPoints {
     std::optional<PoseGraphEdge> edge{};  ///< only passed through
   };
 
-  /// `min_unseen`: share of its contact that a frame must have shown alone.
+  /// `min_unseen` is the share of its contact that a frame must have shown alone.
   explicit TurningPoints(double min_unseen) : min_unseen_(min_unseen) {}
 
-  /// Forgets all: a trial begins, with this keyframe.
+  /// Forgets all, because a trial begins with this keyframe.
   void begin_trial(const Touch& keyframe);
 
-  /// The next tracked frame of the trial. Returns a turning point that this frame has left behind, which is a
-  /// patch from now on.
+  /// Takes the next tracked frame of the trial. Returns a turning point that this frame has left behind,
+  /// which is a patch from now on.
   std::optional<Touch> pass(const Touch& touch);
 
-  /// A keyframe of the trial. Returns a turning point that it does not show; it comes before this keyframe.
+  /// Takes a keyframe of the trial. Returns a turning point that it does not show; it comes before this
+  /// keyframe.
   std::optional<Touch> add_keyframe(const Touch& keyframe);
 
-  /// The trial is over. Returns a turning point that was not left behind yet.
+  /// Ends the trial. Returns a turning point that was not left behind yet.
   std::optional<Touch> end_trial();
 
  private:

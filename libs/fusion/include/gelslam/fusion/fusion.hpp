@@ -21,10 +21,10 @@ struct FusionOptions {
   double voxel_size_mm = 0.08;  ///< edge of the mesh's cells; about 1.25 pixels of the sensor
   double truncation_mm = 1.0;   ///< sheets of one side less than about 0.85 of this apart become one
   double min_weight = 0.06;     ///< best single weight at which the mesh ends (a clean pixel: 0.95)
-  /// islands: pieces smaller than this, or that a single keyframe shows beside a larger piece, are left out;
+  /// islands: shells smaller than this, or that a single keyframe shows beside a larger shell, are left out;
   /// 0 keeps all
-  double min_piece_mm2 = 1.0;
-  int threads = 0;  ///< speed: 0: all cores; the result does not depend on it
+  double min_shell_mm2 = 1.0;
+  int threads = 0;  ///< 0: all cores; the result does not depend on it
 };
 
 /// One surface from many overlapping patches: no stacked sheets, no seams, closed where touched, open

@@ -10,9 +10,9 @@ namespace gelslam {
 struct IncrementalOptions {
   /// A patch is moved in the mesh when its center or a corner has moved by more than this since it was put
   /// there, or the gradient scale by more than max_scale_change (a share). 0: at any change.
-  double max_displacement_mm = 0.02;  // speed: the mesh that is saved is made of the poses as they are
-  double max_scale_change = 0.005;    // speed
-  int warm_blocks = 4096;  ///< speed: blocks whose sums are kept ready for the next patch: 6 or 12 kB each
+  double max_displacement_mm = 0.02;  // The mesh that is saved is made of the poses as they are.
+  double max_scale_change = 0.005;
+  int warm_blocks = 4096;  ///< blocks whose sums are kept ready for the next patch: 6 or 12 kB each
 };
 
 /// The surface of fuse() while it grows: patches come, move and go, and only the blocks they pass through are
@@ -37,10 +37,10 @@ class IncrementalFusion {
   bool work();
 
   /// Does all work that is left, on `threads` threads (0: all cores), and returns the whole surface as one
-  /// mesh with shared vertices, without islands (FusionOptions::min_piece_mm2): the end of fuse(). The same
+  /// mesh with shared vertices, without islands (FusionOptions::min_shell_mm2): the end of fuse(). The same
   /// bytes for any number of threads and any history. It must be the last call. Throws Error like work().
   /// `progress` (may be null) receives the task "fusing".
-  Mesh finish(int threads, double min_piece_mm2, ProgressSink* progress = nullptr,
+  Mesh finish(int threads, double min_shell_mm2, ProgressSink* progress = nullptr,
               std::int64_t* islands = nullptr);
 
   /// Blocks whose surface has changed since the last call, by key. Together with all taken before they meet

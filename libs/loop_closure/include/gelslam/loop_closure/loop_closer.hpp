@@ -11,15 +11,15 @@
 namespace gelslam {
 
 struct LoopClosureOptions {
-  int max_features = 300;  // speed: per keyframe, the strongest
+  int max_features = 300;  // per keyframe, the strongest
   int min_sift_inliers = 8;
-  int max_candidates = 20;  // speed: keyframes that are compared feature by feature, after voting
-  /// Per keyframe, the most alike first.
-  int max_constraints = 6;  // speed: more loops to one place add little
+  int max_candidates = 20;  // keyframes that are compared feature by feature, after voting
+  /// The most loops per keyframe; the most alike are taken first.
+  int max_constraints = 6;  // more loops to one place cost time and add little
 };
 
-/// verify() between two keyframes at a suspected place, as an edge from the older one. Nothing when they do
-/// not show the same surface.
+/// Applies verify() between two keyframes that may show one place, and returns an edge from the older one, or
+/// nothing when they do not show the same surface.
 std::optional<PoseGraphEdge> verify_loop(const Keyframe& older, const Keyframe& newer,
                                          const Pose& older_T_newer, const NormalFlowOptions& registration,
                                          const VerificationOptions& verification);

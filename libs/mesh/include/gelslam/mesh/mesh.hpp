@@ -30,7 +30,7 @@ double volume_mm3(const Mesh& mesh);
 void check_measurable(const Mesh& mesh);
 /// What is wrong with the size of a thing that a touch sensor should feel, and a wrong unit explains: "is
 /// 29400 mm large; check its unit". "" from 1 mm to 2 m.
-std::string size_doubt(const Mesh& mesh);
+std::string size_warning(const Mesh& mesh);
 /// Median length of the triangles' sides, mm, but at least half the side in an even mesh of the same area and
 /// as many vertices: the area in squares of this size is at most four times as many, however unlike the
 /// triangles are. 0 without triangles.
@@ -44,18 +44,18 @@ struct MeshBlock {
   std::vector<int> keyframe;  ///< per vertex: id of the keyframe that sees it best
 };
 
-/// Connected pieces of a mesh: triangles that share a vertex belong to one piece.
-struct MeshPieces {
-  std::vector<int> of_triangle;  ///< the piece of each triangle, counted by its first triangle
-  std::vector<double> area_mm2;  ///< of each piece
+/// Shells of a mesh: triangles that share a vertex belong to one shell.
+struct MeshShells {
+  std::vector<int> of_triangle;  ///< the shell of each triangle, counted by its first triangle
+  std::vector<double> area_mm2;  ///< of each shell
   int largest = -1;              ///< by area; -1 for a mesh without triangles
   double largest_share = 0;      ///< of the area
 };
 
-MeshPieces find_pieces(const Mesh& mesh);
+MeshShells find_shells(const Mesh& mesh);
 
-/// The largest piece alone, with the vertices that it uses, in their order.
-Mesh largest_piece(const Mesh& mesh);
+/// The largest shell alone, with the vertices that it uses, in their order.
+Mesh largest_shell(const Mesh& mesh);
 
 /// Some triangles of a mesh (three vertices each), with the vertices that they use, in their order.
 Mesh submesh(const Mesh& mesh, const std::vector<Eigen::Vector3i>& triangles);

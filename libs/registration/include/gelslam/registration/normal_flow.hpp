@@ -8,35 +8,37 @@
 
 namespace gelslam {
 
-/// Slopes of the two as noisy as the noisier's: times this, in Surface::slope_noise.
+/// The noise of both slopes, taken to be that of the noisier surface, in units of Surface::slope_noise.
 double shared_noise(const Surface& a, const Surface& b);
 
-/// What has a unit is that of a surface with a slope_noise of 1, and grows with it.
+/// The options of NormalFlow. Values with a unit hold for a surface with a slope_noise of 1, and grow with
+/// it.
 struct NormalFlowOptions {
-  int max_samples = 3000;       // numerics: pixels of the reference's contact
-  int max_iterations = 50;      // numerics
-  int min_iterations = 2;       // numerics
-  int min_shared_samples = 10;  // numerics: fewer hardly determine five numbers
+  int max_samples = 3000;  // pixels of the reference's contact
+  int max_iterations = 50;
+  int min_iterations = 2;
+  int min_shared_samples = 10;  // fewer hardly determine five numbers
   CurvatureLimits curvature;
   double robust_scale_rad = 0.05;  ///< Cauchy scale on normal residuals: dirt and scratches move with the gel
   double normal_noise_rad = 0.02;  ///< least standard deviation of one normal
   double height_noise_mm = 0.004;  ///< standard deviation of the mean height over a contact
-  /// Relative error of the length of a roll: slopes are read too steep or too flat.
+  /// Relative error of the length of a roll, because slopes are read too steep or too flat.
   double gradient_scale_error = 0.06;
 };
 
-/// How much a surface looks like itself after a shift of at least a millimeter, -1..1: the largest normalized
-/// cross-correlation of its curvature (mean removed) with itself over shifts that keep half of the contact
-/// shared. Near 1 for a knurl, a cloth or a straight ridge: registration then succeeds at several places.
-/// Source: own; masked correlation after Padfield, IEEE TIP 2012.
+/// Says how much a surface looks like itself after a shift of at least a millimeter, -1..1: the largest
+/// normalized cross-correlation of its curvature (mean removed) with itself over shifts that keep half of the
+/// contact shared. Near 1 for a knurl, a cloth or a straight ridge: registration then succeeds at several
+/// places. Source: own; masked correlation after Padfield, IEEE TIP 2012.
 double self_similarity(const Surface& surface);
 
-/// The same of a surface, computed when it is first asked for. Shared by references of one surface.
+/// Holds the self-similarity of a surface, which is computed when it is first asked for. References of one
+/// surface share it.
 struct SelfSimilarity;
 using SelfSimilarityPtr = std::shared_ptr<SelfSimilarity>;
 SelfSimilarityPtr make_self_similarity();
 
-/// What is computed once per keyframe: samples, their points, normals, and how normals change over the
+/// Holds what is computed once per keyframe: samples, their points, normals, and how normals change over the
 /// surface (inverse compositional; Baker & Matthews 2004; Huang et al., RA-L 2024, §IV). Immutable, shareable
 /// between threads.
 class NormalFlowReference {
@@ -57,8 +59,8 @@ class NormalFlowReference {
   std::unique_ptr<const Impl> impl_;
 };
 
-/// What registration needs of a surface that is kept for long: made when it is asked for, and kept for as
-/// long as somebody uses it or it was used a short while ago. Cheap to copy. Thread-safe.
+/// Holds what registration needs of a surface that is kept for long. It is made when it is asked for, and
+/// kept for as long as somebody uses it or it was used a short while ago. Cheap to copy. Thread-safe.
 class StoredReference {
  public:
   StoredReference() = default;                                        ///< none
@@ -66,7 +68,7 @@ class StoredReference {
   StoredReference(StoredSurface surface, const NormalFlowOptions& options);
 
   explicit operator bool() const { return entry_ != nullptr; }
-  /// Must not be called when there is none. Hold the result while you use it.
+  /// It must not be called when there is none. Hold the result while you use it.
   std::shared_ptr<const NormalFlowReference> get() const;
   std::shared_ptr<const NormalFlowReference> operator->() const { return get(); }
 
@@ -75,8 +77,8 @@ class StoredReference {
   std::shared_ptr<Entry> entry_;
 };
 
-/// The most probable pose: aligns the reference's surface normals with the target's, weighed against the
-/// prior by the information that both surfaces share. Never throws on weak data: the result's status says
+/// Finds the most probable pose: it aligns the reference's surface normals with the target's, weighed against
+/// the prior by the information that both surfaces share. Never throws on weak data: the result's status says
 /// what happened, and the pose is the best estimate either way.
 RegistrationResult register_normal_flow(const NormalFlowReference& reference, const Surface& target,
                                         const PosePrior& prior, const NormalFlowOptions& options);

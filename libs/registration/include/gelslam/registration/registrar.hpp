@@ -9,10 +9,10 @@ namespace gelslam {
 
 /// A surface made ready for others to be registered to it. Immutable, shareable between threads.
 struct PreparedReference {
-  /// What every method's result is judged by (judge_pose), and what loop closure goes on with.
+  /// Every method's result is judged by these samples (judge_pose), and loop closure goes on with them.
   std::shared_ptr<const NormalFlowReference> samples;
-  /// From the prior's pose, where the method uses a start at all. Never throws on weak data: the result's
-  /// status says what happened.
+  /// Registers a target from the prior's pose, where the method uses a start at all. Never throws on weak
+  /// data: the result's status says what happened.
   std::function<RegistrationResult(const Surface& target, const PosePrior& prior)> register_to;
 };
 

@@ -39,18 +39,19 @@ enum class RegistrationStatus {
 /// A sentence for a person: "too little overlap".
 std::string_view describe(RegistrationStatus status);
 
-/// Of a pose that nothing tells: kMinPeriodMm along every axis, turns by kMmPerRad.
+/// The covariance of a pose of which nothing is known: kMinPeriodMm along every axis, turns by kMmPerRad.
 Matrix6d unknown_pose_covariance();
 
-/// What is known of target_T_reference before the surfaces are compared. What they do not show stays as it is
-/// here. Its covariance: by what a pattern of the gel may have held the pose back.
+/// Says what is known of target_T_reference before the surfaces are compared. What they do not show stays as
+/// it is here. The covariance says by how much a pattern of the gel may have held the pose back.
 struct PosePrior : UncertainPose {
   Matrix6d step_covariance = Matrix6d::Identity();  ///< of the last motion alone: how far the pose may move
   Pose start = Pose::Identity();                    ///< the initial guess
 
   PosePrior(const UncertainPose& target_T_reference, const Matrix6d& of_step)
       : UncertainPose(target_T_reference), step_covariance(of_step), start(pose) {}
-  /// An initial guess: unknown_pose_covariance() besides what it states itself.
+  /// Makes a prior of an initial guess: its step covariance is unknown_pose_covariance() besides what the
+  /// guess states itself.
   PosePrior(const UncertainPose& target_T_reference);  // NOLINT: a pose is a start
   PosePrior(const Pose& target_T_reference) : PosePrior(UncertainPose{target_T_reference}) {}  // NOLINT
 };
@@ -61,8 +62,8 @@ struct RegistrationResult {
   /// Inverse covariance (rad, mm) of the right perturbation: true = target_T_reference * exp(noise); order rx
   /// ry rz tx ty tz, axes of the reference frame. Small along directions that the surface does not show.
   Matrix6d information = Matrix6d::Zero();
-  /// Right perturbations as columns, of which the surfaces may show one and not another: `information` is
-  /// that of each.
+  /// Right perturbations as columns. The surfaces may show one of them and not another; `information` is that
+  /// of each.
   Matrix6d directions = Matrix6d::Identity();
   double scr = 0.0;  ///< shared curvature ratio, 0..1
   double ccs = 0.0;  ///< curvature cosine similarity, -1..1
@@ -75,16 +76,16 @@ struct RegistrationResult {
   /// of the shared contact as read, in the reference's frame
   Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
   int iterations = 0;
-  /// x y z rx ry rz along the axes of the target's sensor frame: whether both surfaces show this motion well
-  /// enough to know it to 0.25 mm or 0.05 rad even where a pattern of the gel pulls against it. z: whether
-  /// both show bare gel.
+  /// Says for x y z rx ry rz, along the axes of the target's sensor frame, whether both surfaces show this
+  /// motion well enough to know it to 0.25 mm or 0.05 rad even where a pattern of the gel pulls against it;
+  /// for z, whether both show bare gel.
   std::array<bool, 6> observable{};
 
   bool ok() const { return status == RegistrationStatus::converged; }
 };
 
-/// What the surface does not show, in words: "sliding along x is not observable", or "" when
-/// it shows all six motions.
+/// Says in words what the surface does not show: "sliding along x is not observable", or "" when it shows all
+/// six motions.
 std::string describe_observability(const std::array<bool, 6>& observable);
 
 }  // namespace gelslam

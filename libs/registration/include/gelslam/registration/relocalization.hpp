@@ -6,15 +6,15 @@
 
 namespace gelslam {
 
-/// Where NormalFlow may start (target_T_reference) when the motion was too large for it to follow: shifts and
-/// twists about that of `expected` at which the two textures agree, at any distance, the best first, six at
-/// most, with the tilt that the normals have there. Empty when the textures are too
-/// faint, or differ in size or pitch. Source: own.
+/// Proposes where NormalFlow may start (target_T_reference) when the motion was too large for it to follow:
+/// shifts and twists about that of `expected` at which the two textures agree, at any distance, the best
+/// first, six at most, with the tilt that the normals have there. Empty when the textures are too faint, or
+/// differ in size or pitch. Source: own.
 std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target, const Pose& expected,
                                 const VerificationOptions& options = {});
 
-/// Whether all motions are observable but that along z, which comes from the heights. If one is not, the part
-/// of the object that the target shows is not known.
+/// Says whether all motions are observable but that along z, which comes from the heights. If one is not, the
+/// part of the object that the target shows is not known.
 bool is_located(const RegistrationResult& registration);
 
 /// Finds the one place where the target fits on the reference, among all shifts and among twists about that

@@ -26,8 +26,8 @@ struct RawFrame {
   std::int64_t sequence = 0;        ///< the driver's count; a gap is a frame that the driver lost
   std::chrono::steady_clock::time_point arrived;  ///< when this program got it
   std::chrono::steady_clock::duration age{};      ///< since its capture, when it arrived; 0: not known
-  int returns =
-      0;  ///< how often the camera was away before: since the last time the gel may be another one's
+  /// How often the camera came back before: since the last time the gel may be another one's.
+  int reconnects = 0;
 };
 
 inline std::int64_t microseconds_of(std::chrono::nanoseconds duration) {
@@ -61,7 +61,7 @@ class RawFrameSource {
   /// For people: "GelSight Mini R0B 28KX, /dev/video2, MJPG 3280x2464, 25 Hz". From any thread.
   virtual std::string description() const = 0;
   /// What people are to do where next() waits for a camera that is away, or "". From any thread.
-  virtual std::string absence() const { return ""; }
+  virtual std::string disconnect_reason() const { return ""; }
   /// Frames that the driver lost between the ones delivered.
   virtual std::int64_t lost_frames() const { return 0; }
   /// What was wrong so far, as sentences for people, or "". Of a camera from any thread.

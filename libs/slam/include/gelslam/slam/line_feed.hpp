@@ -31,7 +31,7 @@ struct StreamedFrame {
 };
 
 /// What a reader wants of each frame. Surface and images come as NDJSON only.
-struct LineWishes {
+struct StreamOptions {
   bool tum = false, surface = false, images = false;
 };
 
@@ -42,7 +42,7 @@ class LineFeed {
   class Reader;
 
   /// From the next frame on. With `surface`, first all keyframes of the map. The feed has to outlive it.
-  std::shared_ptr<Reader> open(const LineWishes& wishes);
+  std::shared_ptr<Reader> open(const StreamOptions& options);
   bool has_readers() const;
 
   void write(StreamedFrame frame);
@@ -62,7 +62,7 @@ class LineFeed {
 /// One reader's lines. Not thread-safe.
 class LineFeed::Reader {
  public:
-  Reader(LineFeed& feed, const LineWishes& wishes);
+  Reader(LineFeed& feed, const StreamOptions& options);
   ~Reader();
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;
@@ -76,7 +76,7 @@ class LineFeed::Reader {
   std::string lines_of_map();
 
   LineFeed& feed_;
-  const LineWishes wishes_;
+  const StreamOptions options_;
   BoundedQueue<std::shared_ptr<const StreamedFrame>> queue_;  // null: the map has changed
   std::uint64_t next_number_;
   std::set<int> keyframes_;                  // that were sent of this scan
@@ -87,7 +87,7 @@ class LineFeed::Reader {
 /// Lines of a feed to standard output, on a thread of its own.
 class LineOutput {
  public:
-  LineOutput(LineFeed& feed, const LineWishes& wishes);
+  LineOutput(LineFeed& feed, const StreamOptions& options);
   ~LineOutput() { finish(); }
 
   /// Closes the feed; its reader gets up to a second for what is still queued. False when it could not be

@@ -53,15 +53,16 @@ struct LiveStatus {
   GradientScale gradient_scale;
   /// Two standard deviations of the pose that is known worst, of what was saved; 0: nothing was.
   double saved_drift_mm = 0, saved_drift_deg = 0;
-  std::string touched;                    ///< describe(RunReport::touched) of what was saved; or ""
-  std::vector<std::string> reservations;  ///< reservations() of what was saved; say them when finished
+  std::string touched;  ///< describe(RunReport::touched) of what was saved; or ""
+  std::vector<std::string>
+      result_warnings;  ///< RunReport::reservations of what was saved; say them when finished
 };
 
 /// The newest frame that went through the tracker.
 struct LiveTouch : FrameRecord {
   cv::Mat3b image{};                ///< at the profile's resolution
   SurfacePtr surface{};             ///< null while the background is measured
-  std::string doubt{};              ///< what has not been observable for a while, in words; or ""
+  std::string warning{};            ///< what has not been observable for a while, in words; or ""
   std::optional<MapPlace> place{};  ///< as soon as it was tracked or localized
 };
 

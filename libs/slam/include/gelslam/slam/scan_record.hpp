@@ -20,7 +20,7 @@ inline constexpr double kMaxTimeS = 1e12;
 inline constexpr int kMaxScanFrames = 24 * 3600 * 30;
 
 /// Times go on from part to part: a new one begins this long after the last frame.
-inline constexpr double kBetweenPartsS = 1.0;  // layout
+inline constexpr double kBetweenPartsS = 1.0;
 
 /// The result of tracking one frame: small enough to keep one per frame of a long log.
 struct FrameRecord {

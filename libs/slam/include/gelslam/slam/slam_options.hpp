@@ -8,7 +8,7 @@
 namespace gelslam {
 
 struct RefinementOptions {
-  int max_pairs_per_keyframe = 12;  // speed: those that overlap most; 0: no refinement
+  int max_pairs_per_keyframe = 12;  // those that overlap most; 0: no refinement
 };
 
 struct GradientScaleOptions {

@@ -34,9 +34,9 @@ std::vector<Figure> usual_figures(const LiveStatus& status);
 std::vector<Figure> further_figures(const LiveStatus& status);
 
 /// What a person asks of a scan that goes on.
-enum class ScanWish { stop, new_scan };
-/// Why a wish cannot be granted, or "". `another`: there is a camera for another scan.
-std::string refusal(ScanWish wish, const LiveStatus& status, bool another);
+enum class ScanCommand { stop, new_scan };
+/// Why a command is refused, or "". `another`: there is a camera for another scan.
+std::string refusal(ScanCommand command, const LiveStatus& status, bool another);
 
 std::string text_of_count(std::int64_t n);  ///< "12 345"
 std::string text_of_ms(double ms);          ///< "4.2 ms", "18 ms", "1.3 s"; "-" when it is not known

@@ -65,14 +65,14 @@ bool has_session(const std::filesystem::path& folder);
 ScanRecord read_scan(const std::filesystem::path& run, const NormalFlowOptions& registration);
 
 /// The map that was saved: its keyframes in the anchor's frame, and edges also of others.
-struct Session : MapSnapshot {
+struct SavedMap : MapSnapshot {
   std::string warning;  ///< that the scan went on after this map was saved, for the user; or ""
 };
 
 /// The map's patches. Nothing where the scan was not finished. Throws Error as read_scan(). Surfaces are
 /// unpacked when they are used.
-std::optional<Session> find_session(const std::filesystem::path& run);
+std::optional<SavedMap> find_saved_map(const std::filesystem::path& run);
 /// The same; throws Error where the scan was not finished, or its last save is not complete.
-Session load_session(const std::filesystem::path& run);
+SavedMap load_saved_map(const std::filesystem::path& run);
 
 }  // namespace gelslam

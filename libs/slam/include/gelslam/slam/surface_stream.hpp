@@ -36,8 +36,8 @@ class FrameToSurface {
   /// with. Nothing where there is none.
   std::optional<BareStretch> take_bare_stretch(const std::deque<TactileImage>& seen,
                                                const std::filesystem::path& log);
-  /// Adds to the doubts how the background that was named differs from what a log begins with.
-  void doubt_background(const std::deque<TactileImage>& first);
+  /// Adds to the warnings how the background that was named differs from what a log begins with.
+  void compare_named_background(const std::deque<TactileImage>& first);
   bool has_background() const { return estimator_.has_value() && !compares_; }
   /// The camera was away: pictures go into a second background, which is compared with the first one.
   void compare_background();
@@ -47,12 +47,12 @@ class FrameToSurface {
   const BackgroundCheck& refusal() const { return refusal_; }
   /// What makes the background doubtful, as sentences for the user, complete once there is a background;
   /// later that light was not followed.
-  const std::vector<std::string>& doubts() const { return doubts_; }
+  const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
   void gather_background(const cv::Mat3b& bgr, std::int64_t index);
   void set_background(const cv::Mat3b& background);
-  void name_doubts(const cv::Mat3b& background);
+  void explain_refusal(const cv::Mat3b& background);
   std::vector<cv::Mat3b> brightened(const std::deque<TactileImage>& images) const;
   void compare_with(const cv::Mat3b& background);
 
@@ -65,7 +65,7 @@ class FrameToSurface {
   std::deque<cv::Mat3b> candidates_;
   std::int64_t last_for_background_ = -1;
   BackgroundCheck refusal_;
-  std::vector<std::string> doubts_;
+  std::vector<std::string> warnings_;
   std::optional<SurfaceEstimator> estimator_;
   cv::Mat3b background_;
   bool compares_ = false, light_is_lost_ = false;
@@ -94,8 +94,8 @@ class SurfaceStream {
   std::optional<Item> next();
   std::optional<std::int64_t> frame_count() const { return source_->frame_count(); }
   std::string description() const { return source_->description(); }
-  /// FrameToSurface::doubts().
-  const std::vector<std::string>& background_doubts() const { return frames_.doubts(); }
+  /// FrameToSurface::warnings().
+  const std::vector<std::string>& background_warnings() const { return frames_.warnings(); }
   /// Damaged pictures so far.
   std::int64_t left_out() const { return source_->left_out(); }
   /// What was wrong with the log, for the user, or "" (complete at the end).

@@ -11,7 +11,7 @@
 namespace gelslam {
 
 /// How far the poses of a finished map may be off, of the frames whose keyframe is placed in it. What was not
-/// observable for a while (HiddenMotions), by motion.
+/// observable for a while (UnobservableMotions), by motion.
 RunReport::Uncertainty trajectory_uncertainty(const std::vector<FrameRecord>& frames, const MapSnapshot& map);
 
 /// "poses may be off by 1.6 mm and 6 degrees: return to where you began" where the drift is large
@@ -24,28 +24,28 @@ std::vector<std::string> describe(const RunReport::Uncertainty& uncertainty, dou
 Vector6d sigma_of(const Matrix6d& rotation_first);
 
 /// Two standard deviations of a pose from which on drift is reported.
-inline constexpr double kLargeDriftMm = 1.0, kLargeDriftDeg = 5.0;  // message
+inline constexpr double kLargeDriftMm = 1.0, kLargeDriftDeg = 5.0;
 
 /// "may be off by 1.6 mm along x, 6 degrees about y": where the drift is large; else "". Translation first.
 std::string describe_drift(const Vector6d& sigma);
 
 /// Motions that are not observable: a change counts once it has lasted. Counted in frames, so that a log says
 /// the same at any rate.
-class HiddenMotions {
+class UnobservableMotions {
  public:
   void pass(const FrameRecord& frame);  ///< that has a keyframe
 
   /// describe_observability() of what has lasted; "" at the start of a trial.
   std::string words() const;
   /// Stretches that have lasted, by motion.
-  std::vector<RunReport::Hidden> all() const;
+  std::vector<RunReport::UnobservableMotion> all() const;
 
  private:
-  static constexpr int kLastingFrames = 12;  // message: half a second at 25 Hz
+  static constexpr int kLastingFrames = 12;  // half a second at 25 Hz
   struct Motion {
-    bool is_shown = true;
+    bool is_observable = true;
     int differing = 0;  ///< frames since one agreed with it
-    RunReport::Hidden waiting{}, counted{};
+    RunReport::UnobservableMotion waiting{}, counted{};
   };
 
   int trial_ = -1;

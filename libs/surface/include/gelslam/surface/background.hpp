@@ -17,13 +17,13 @@ namespace surface::detail {
 class PixelRepair;
 }
 
-/// Mean of images of one size, rounded to the nearest gray level. Throws Error when there are none or sizes
-/// differ.
+/// Returns the mean of images of one size, rounded to the nearest gray level. Throws Error when there are
+/// none or sizes differ.
 cv::Mat3b mean_image(const std::vector<cv::Mat3b>& images);
 
-/// Mean of pictures of the bare gel, each scaled per channel to the brightness of the last where they differ
-/// by more than a hundredth: a camera's exposure may still settle in the first of them. Throws like
-/// mean_image.
+/// Returns the mean of pictures of the bare gel, each scaled per channel to the brightness of the last where
+/// they differ by more than a hundredth: a camera's exposure may still settle in the first of them. Throws
+/// like mean_image.
 cv::Mat3b background_image(const std::vector<cv::Mat3b>& frames);
 
 /// Brightness now over then, and gray levels added, of B, G, R.
@@ -31,9 +31,9 @@ struct EvenLight {
   std::array<double, 3> gain{1.0, 1.0, 1.0}, offset{0.0, 0.0, 0.0};
 };
 
-/// How the light has changed between two pictures of mean colors of one size, as surfaces follow it from
-/// frame to frame: per channel now = gain * then + offset, fitted robustly. No change where they have nothing
-/// in common.
+/// Returns how the light has changed between two pictures of mean colors of one size, as surfaces follow it
+/// from frame to frame: per channel now = gain * then + offset, fitted robustly. No change where they have
+/// nothing in common.
 EvenLight follow_light(const cv::Mat3f& then, const cv::Mat3f& now);
 
 /// Dots printed on a gel, by which other programs measure shear. Slopes cannot be read through them.
@@ -44,9 +44,10 @@ struct MarkerDots {
   cv::Mat1b mask{};
   double covered_share = 0.0;  ///< of the picture by the mask
   std::vector<cv::Point2d> centers_px{};
-  /// Enough bare gel is seen between the dots to fill them in from around: at most 40 % is covered.
+  /// Says whether enough bare gel is seen between the dots to fill them in from around: at most 40 % is
+  /// covered.
   bool are_readable() const;
-  /// For the user: "the gel has 63 markers, ...; their pixels are filled in", or why not.
+  /// Returns a sentence for the user: "the gel has 63 markers, ...; their pixels are filled in", or why not.
   std::string sentence() const;
 };
 
@@ -55,7 +56,7 @@ struct MarkerDots {
 /// none, or the picture is smaller than 32 pixels.
 std::optional<MarkerDots> find_marker_dots(const cv::Mat3b& background);
 
-/// Pictures of a gel with markers as if it had none (own). Another gel's pictures stay as they are.
+/// Makes pictures of a gel with markers as if it had none (own). Another gel's pictures stay as they are.
 class MarkerFiller {
  public:
   explicit MarkerFiller(const cv::Mat3b& background);
@@ -77,18 +78,17 @@ struct BackgroundCheck {
   bool markers = false;  ///< too many on the gel: slopes cannot be read, touched or not
   bool turned = false;   ///< red and blue swapped, or upside down, which looks like contact
   std::string reason{};  ///< for the user; empty when there is neither
-  /// What a person at the camera is told where there is contact.
+  /// Returns what a person at the camera is told where there is contact.
   std::string request() const {
     return (turned ? "" : "take the object off the gel, or continue with force if there is none: ") + reason;
   }
 };
 
-/// Whether pictures that should show the bare gel show contact (own): something moves between them, or the
-/// gel has too many markers (MarkerDots::are_readable), or the model reads an imprint in their
+/// Says whether pictures that should show the bare gel show contact (own): something moves between them, or
+/// the gel has too many markers (MarkerDots::are_readable), or the model reads an imprint in their
 /// background_image (slopes or curvature that are steep locally; the bare gel shows at most a smooth bias).
-/// Then judge_orientation() is reported first: wrong colors are read as an imprint. A flat object
-/// that does not move cannot be told from bare gel. Throws Error like mean_image, and when the model does not
-/// fit.
+/// Then judge_orientation() is reported first: wrong colors are read as an imprint. A flat object that does
+/// not move cannot be told from bare gel. Throws Error like mean_image, and when the model does not fit.
 BackgroundCheck check_background(const std::vector<cv::Mat3b>& frames, const GradientModel& model,
                                  const SurfaceOptions& options, const std::string& device_name = "");
 
@@ -109,16 +109,16 @@ std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frame
                                              const std::vector<cv::Mat3b>& log = {});
 
 /// Message for users of the maker's model (WideNetwork::gives_normals).
-inline constexpr const char* kMakerModelDoubt =
+inline constexpr const char* kMakerModelWarning =
     "the maker's model does not know this sensor, and heights may be wrong by a sixth: press a ball (gelslam "
     "calibrate scale)";
 
-/// What makes a picture of the bare gel doubtful, as sentences for the user (own): too dark, saturated,
-/// without color, markers, dirt or a tear, and judge_lamps. With `model` also a bare gel that the model reads
-/// as sloped: another sensor's model, another gel, another exposure; with the maker's model, what such a
-/// model does not know. With a pitch also one by which printed dots are not as far apart as the maker's.
-/// Contact is check_background's job. The limits lie well apart from four real sensors' backgrounds. Throws
-/// Error when the picture is smaller than 32 pixels.
+/// Returns what makes a picture of the bare gel doubtful, as sentences for the user (own): too dark,
+/// saturated, without color, markers, dirt or a tear, and judge_lamps. With `model` also a bare gel that the
+/// model reads as sloped: another sensor's model, another gel, another exposure; with the maker's model, what
+/// such a model does not know. With a pitch also one by which printed dots are not as far apart as the
+/// maker's. Contact is check_background's job. The limits lie well apart from four real sensors' backgrounds.
+/// Throws Error when the picture is smaller than 32 pixels.
 std::vector<std::string> judge_background(const cv::Mat3b& mean, const std::string& device_name,
                                           const GradientModel* model = nullptr, double pixel_pitch_mm = 0);
 
@@ -137,9 +137,9 @@ std::string judge_lamps(const cv::Mat3b& mean, const std::string& device_name);
 std::string judge_orientation(const cv::Mat3b& mean, const std::string& device_name);
 
 /// Throws Error for a background that no calibration can use: a gel with too many markers, red and blue
-/// swapped. Other doubts are reported by `say_doubt`. `name` stands for the background in messages.
+/// swapped. Other warnings are reported by `say_warning`. `name` stands for the background in messages.
 void require_readable_background(const cv::Mat3b& background, const std::string& device_name,
                                  const std::string& name,
-                                 const std::function<void(const std::string&)>& say_doubt);
+                                 const std::function<void(const std::string&)>& say_warning);
 
 }  // namespace gelslam

@@ -30,8 +30,8 @@ double common_difference(const cv::Mat3f& cells, const cv::Mat3f& reference);
 /// 1.9, from those of other sensors by 8 or more.
 inline constexpr double kMaxLightLevels = 6.0;
 
-/// False where the untouched part of a picture has another color than the background of its size, as in
-/// another light, gel or sensor. Exposure counts; touches on less than half of the picture do not.
+/// Returns false where the untouched part of a picture has another color than the background of its size, as
+/// in another light, gel or sensor. Exposure counts; touches on less than half of the picture do not.
 bool has_same_light(const cv::Mat3b& picture, const cv::Mat3b& background);
 
 }  // namespace gelslam

@@ -10,9 +10,9 @@
 namespace gelslam {
 
 /// Which points of the sensor frame the pixels of a picture show, and where points appear. Pixels are those
-/// of the rest grid, regular in the plane z = 0 about the principal point: pixel (u, v) is the ray that meets
-/// the plane at X = ((u - W/2 + 1/2) * pitch, (v - H/2 + 1/2) * pitch), in mm ("rest coordinates"). The
-/// camera's raw picture has as many pixels; without a lens they are the same. Pixels may be fractions.
+/// of the rectified grid, regular in the plane z = 0 about the principal point: pixel (u, v) is the ray that
+/// meets the plane at X = ((u - W/2 + 1/2) * pitch, (v - H/2 + 1/2) * pitch), in mm ("rest coordinates"). The
+/// camera's raw image has as many pixels; without a lens they are the same. Pixels may be fractions.
 struct CameraModel {
   cv::Size size;
   double pitch_mm = 0;
@@ -20,10 +20,10 @@ struct CameraModel {
 
   bool operator==(const CameraModel&) const = default;
 
-  /// Pixel coordinates of the sensor's origin.
+  /// Returns the pixel coordinates of the sensor's origin.
   Eigen::Vector2d center_px() const { return {0.5 * size.width - 0.5, 0.5 * size.height - 0.5}; }
 
-  /// Rest coordinates of a pixel.
+  /// Returns the rest coordinates of a pixel.
   template <typename Scalar>
   Eigen::Matrix<Scalar, 2, 1> to_mm(const Eigen::Matrix<Scalar, 2, 1>& px) const {
     return (px - center_px().cast<Scalar>()) * static_cast<Scalar>(pitch_mm);
@@ -31,7 +31,7 @@ struct CameraModel {
   Eigen::Vector2d to_mm(cv::Point pixel) const { return to_mm(Eigen::Vector2d(pixel.x, pixel.y)); }
   Eigen::Vector2d to_px(const Eigen::Vector2d& rest_mm) const { return rest_mm / pitch_mm + center_px(); }
 
-  /// The point of height z that the ray of rest coordinates X shows.
+  /// Returns the point of height z that the ray of rest coordinates X shows.
   template <typename Scalar>
   Eigen::Matrix<Scalar, 3, 1> point_mm(const Eigen::Matrix<Scalar, 2, 1>& rest_mm, Scalar height_mm) const {
     const Scalar scale = 1 + height_mm * static_cast<Scalar>(optics.inverse_distance());
@@ -41,13 +41,13 @@ struct CameraModel {
     return point_mm(to_mm(pixel), height_mm);
   }
 
-  /// Rest coordinates of the ray through a point.
+  /// Returns the rest coordinates of the ray through a point.
   template <typename Scalar>
   Eigen::Matrix<Scalar, 2, 1> project(const Eigen::Matrix<Scalar, 3, 1>& point_mm) const {
     return point_mm.template head<2>() / (1 + point_mm.z() * static_cast<Scalar>(optics.inverse_distance()));
   }
 
-  /// The pixel that shows a point; none beyond the picture, behind the camera and for NaN.
+  /// Returns the pixel that shows a point; none beyond the picture, behind the camera and for NaN.
   std::optional<cv::Point> pixel_at(const Eigen::Vector3d& point_mm) const {
     if (!(1 + point_mm.z() * optics.inverse_distance() > 0)) return std::nullopt;
     return pixel_of(to_px(project(point_mm)));
@@ -58,7 +58,7 @@ struct CameraModel {
     return cv::Point(static_cast<int>(std::lround(px.x())), static_cast<int>(std::lround(px.y())));
   }
 
-  /// The gel at rest, at a point of the sensor frame, and its slopes there.
+  /// Returns the height of the gel at rest, at a point of the sensor frame, and its slopes there.
   double rest_height_mm(const Eigen::Vector2d& xy_mm) const {
     return -(optics.gel_dome_per_mm[0] * xy_mm.x() * xy_mm.x() +
              optics.gel_dome_per_mm[1] * xy_mm.y() * xy_mm.y());
@@ -66,7 +66,7 @@ struct CameraModel {
   Eigen::Vector2d rest_slope(const Eigen::Vector2d& xy_mm) const {
     return {-2 * optics.gel_dome_per_mm[0] * xy_mm.x(), -2 * optics.gel_dome_per_mm[1] * xy_mm.y()};
   }
-  /// The point of the gel at rest that the ray of rest coordinates X shows.
+  /// Returns the point of the gel at rest that the ray of rest coordinates X shows.
   Eigen::Vector3d rest_point_mm(const Eigen::Vector2d& rest_mm) const {
     // z = -q (1 + z / distance)²
     const double q = -rest_height_mm(rest_mm);
@@ -74,11 +74,12 @@ struct CameraModel {
     return {scale * rest_mm.x(), scale * rest_mm.y(), -q * scale * scale};
   }
 
-  /// Where a pixel of the rest grid lies in the raw picture; none where it bends rays back (a strong negative
-  /// k1 far out).
+  /// Returns where a pixel of the rectified grid lies in the raw image; none where it bends rays back (a
+  /// strong negative k1 far out).
   std::optional<Eigen::Vector2d> raw_px(const Eigen::Vector2d& px) const;
-  /// The inverse; the nearest where the lens bends no ray to `raw_px`.
-  Eigen::Vector2d rest_px(const Eigen::Vector2d& raw_px) const;
+  /// Returns the inverse: the pixel of the rectified grid at `raw_px`, or the nearest one where the lens
+  /// bends no ray to it.
+  Eigen::Vector2d rectified_px(const Eigen::Vector2d& raw_px) const;
 
  private:
   Eigen::Vector2d principal_px() const {

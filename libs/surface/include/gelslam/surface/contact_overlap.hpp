@@ -11,8 +11,8 @@
 
 namespace gelslam {
 
-/// Share of a contact's points (coarse_contact_points_mm()) that lie in another contact, a Surface or a
-/// ContactRelief; 0 where there are none.
+/// Returns the share of a contact's points (coarse_contact_points_mm()) that lie in another contact, a
+/// Surface or a ContactRelief; 0 where there are none.
 template <typename Contact>
 double shown_share(const std::vector<Eigen::Vector3d>& points_mm, const Contact& other,
                    const Pose& other_T_points) {
@@ -30,10 +30,10 @@ struct ContactExtent {
 
 ContactExtent extent_of(const std::vector<Eigen::Vector3d>& points_mm);
 
-/// Whether two contacts can share anything: their spheres meet and both are seen from the same side.
+/// Says whether two contacts can share anything: their spheres meet and both are seen from the same side.
 bool may_overlap(const ContactExtent& a, const ContactExtent& b, const Pose& a_T_b);
 
-/// What shows() needs of a surface, in little memory: where its contact lies and how high, in cells of
+/// Holds what shows() needs of a surface, in little memory: where its contact lies and how high, in cells of
 /// several pixels, each by the pixel in its middle; heights are rounded as PackedSurface rounds them.
 class ContactRelief {
  public:

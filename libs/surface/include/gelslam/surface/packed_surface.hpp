@@ -9,7 +9,7 @@
 
 namespace gelslam {
 
-/// What is known of a surface without its maps.
+/// Holds what is known of a surface without its maps.
 struct SurfaceFacts {
   cv::Size size;
   double pixel_pitch_mm = 0;

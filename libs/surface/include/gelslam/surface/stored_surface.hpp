@@ -13,12 +13,12 @@ class StoredSurface {
   StoredSurface() = default;          ///< none
   StoredSurface(SurfacePtr surface);  ///< as it is: not packed
   explicit StoredSurface(PackedSurface packed);
-  /// To be packed when it is first asked for: tracking does not wait for that. From then on it is the same as
-  /// StoredSurface(PackedSurface(*surface)).
+  /// Makes a surface that is packed when it is first asked for: tracking does not wait for that. From then on
+  /// it is the same as StoredSurface(PackedSurface(*surface)).
   static StoredSurface packed_later(SurfacePtr surface);
 
   explicit operator bool() const { return entry_ != nullptr; }
-  /// Must not be called when there is none. Hold the result while you use it: `const Surface& s =
+  /// It must not be called when there is none. Hold the result while you use it: `const Surface& s =
   /// *stored.get();` would dangle.
   SurfacePtr get() const;
   SurfacePtr operator->() const { return get(); }
@@ -26,7 +26,7 @@ class StoredSurface {
   SurfaceFacts facts() const;    ///< without unpacking
   bool maps_agree() const;       ///< heights, normals and contact are of one size: always so of a packed one
 
-  /// The same stored surface, not an equal one.
+  /// Says whether both are the same stored surface, not an equal one.
   friend bool operator==(const StoredSurface& a, const StoredSurface& b) { return a.entry_ == b.entry_; }
 
  private:

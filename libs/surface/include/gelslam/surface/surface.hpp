@@ -13,10 +13,10 @@ namespace gelslam {
 inline constexpr float kMaxCurvature = 0.7F;
 
 /// Bounds that hold for any sensor.
-inline constexpr double kMinPixelPitchMm = 0.001, kMaxPixelPitchMm = 1;  // bound
+inline constexpr double kMinPixelPitchMm = 0.001, kMaxPixelPitchMm = 1;
 
-/// Whether a sensor may have such pictures: sides of at most 4096 pixels and 200 mm. Files that say otherwise
-/// are forged or damaged, and would take all memory.
+/// Says whether a sensor may have such pictures: sides of at most 4096 pixels and 200 mm. Files that say
+/// otherwise are forged or damaged, and would take all memory.
 bool is_possible_picture(cv::Size size, double pixel_pitch_mm);
 
 /// What the gel's surface looks like in one frame. All maps are HxW, continuous, in the sensor frame:
@@ -25,14 +25,14 @@ struct Surface {
   cv::Mat1f height_mm;  ///< of the gel at rest where nothing touches: 0, or its dome; lower in contact
   cv::Mat3f normals;    ///< unit, (-gx, -gy, 1) normalized; z > 0
   cv::Mat1b contact;    ///< 255 where the object touches, else 0
-  /// Information that the normals carry, 255 (best / sigma)² (confidence_map(), doubt_steep_slopes()), at
+  /// Information that the normals carry, 255 (best / sigma)² (confidence_map(), lower_steep_confidence()), at
   /// least 2 in contact; 1 where they were filled in from around (is_read()), 0 elsewhere. Empty: the same
   /// all over the contact.
   cv::Mat1b confidence;
   /// Smoothed Laplacian of height (1/pixel), 0 outside contact, clipped to +-kMaxCurvature.
   cv::Mat1f curvature;
   double pixel_pitch_mm = 0.0634;
-  SensorOptics optics;  ///< of the camera that saw it; maps are on its rest grid
+  SensorOptics optics;  ///< of the camera that saw it; maps are on its rectified grid
   /// Standard deviation of slopes at the best place, over what is assumed of a sensor's own model (own): at
   /// least 1; more as the model states it, or as it reads the bare gel as sloped.
   double model_sigma = 1.0;
@@ -40,11 +40,12 @@ struct Surface {
   /// slopes that the model reads change with a gray level. Slopes that are read larger have larger noise.
   double slope_noise = 1.0;
   int contact_pixels = 0;  ///< number of set pixels in `contact`
-  /// Bare gel was seen, and has the heights of the gel at rest. Else heights are right among themselves only.
+  /// Says that bare gel was seen, and has the heights of the gel at rest. Else heights are right among
+  /// themselves only.
   bool zero_is_bare_gel = true;
 
   CameraModel camera() const { return {contact.size(), pixel_pitch_mm, optics}; }
-  /// The point of the sensor frame that a pixel shows.
+  /// Returns the point of the sensor frame that a pixel shows.
   Eigen::Vector3d point_mm(cv::Point pixel) const {
     return camera().point_mm(pixel, static_cast<double>(height_mm(pixel)));
   }
@@ -53,16 +54,16 @@ struct Surface {
 using SurfacePtr = std::shared_ptr<const Surface>;
 
 /// Distance of the points along rows and columns: dense enough to tell which patches overlap.
-constexpr int kContactPointStepPx = 8;  // numerics
+constexpr int kContactPointStepPx = 8;
 
-/// Points of the contact on a coarse grid, in the sensor frame.
+/// Returns points of the contact on a coarse grid, in the sensor frame.
 std::vector<Eigen::Vector3d> coarse_contact_points_mm(const Surface& surface);
 
-/// The middle of the contact, x and y in the sensor frame; the origin where there is none.
+/// Returns the middle of the contact, x and y in the sensor frame; the origin where there is none.
 Eigen::Vector2d contact_center_mm(const Surface& surface);
 
-/// Whether a point of the sensor frame lies in the contact and close to its height (so not on the object's
-/// other side).
+/// Says whether a point of the sensor frame lies in the contact and close to its height (so not on the
+/// object's other side).
 bool shows(const Surface& surface, const Eigen::Vector3d& point_mm);
 
 /// Read slope over true slope, along the sensor's x and along its y: networks trained on presses of balls err

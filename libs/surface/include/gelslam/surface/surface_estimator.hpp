@@ -11,12 +11,12 @@ namespace gelslam {
 struct SurfaceOptions {
   double pixel_pitch_mm = 0.0634;
   SensorOptics optics;  ///< where the model does not say its sensor's
-  /// follow lamps and stray light (own; per channel gain, offset, and a smooth field)
+  /// Follow lamps and stray light (own), per channel by gain, offset, and a smooth field.
   bool compensate_light = true;
-  bool gradient_everywhere = false;  ///< speed: unchanged pixels go through the network, too
+  bool gradient_everywhere = false;  ///< unchanged pixels go through the network, too
 };
 
-/// The camera whose pictures the model reads. Throws Error for optics that no sensor has.
+/// Returns the camera whose pictures the model reads. Throws Error for optics that no sensor has.
 CameraModel camera_of(const GradientModel& model, cv::Size picture, const SurfaceOptions& options);
 
 /// Wall-clock milliseconds of one estimate(), by stage.
@@ -40,10 +40,10 @@ class SurfaceEstimator {
   /// Throws Error when the image's size differs from the background's.
   SurfacePtr estimate(const cv::Mat3b& bgr);
 
-  /// False where light changed over the last picture by more than is taken off.
+  /// Returns false where light changed over the last picture by more than is taken off.
   bool light_is_followed() const;
 
-  /// Timings of the last estimate().
+  /// Returns the timings of the last estimate().
   const SurfaceTimings& timings() const;
 
  private:

@@ -112,7 +112,7 @@ class Controls {
   bool shows_help() const { return shows_help_; }
   bool shows_panels() const { return shows_panels_; }
   bool wants_to_close() const { return wants_to_close_; }
-  bool take_screenshot() { return std::exchange(screenshot_, false); }  ///< a wish is handed out once
+  bool take_screenshot() { return std::exchange(screenshot_, false); }  ///< a request is handed out once
 
  protected:
   virtual void act(Action action, double now_s) = 0;  ///< what is not common to all windows; close, too

@@ -12,7 +12,7 @@ namespace gelslam {
 /// A large object that is made when it is asked for, and kept for as long as somebody uses it or it is one of
 /// the 32 of its type that were used last. Thread-safe.
 template <typename T>
-class Remade {
+class LruCached {
  public:
   template <typename Make>
   std::shared_ptr<const T> get(const Make& make) {

@@ -1,4 +1,4 @@
-#include "heights/rest_grid.hpp"
+#include "heights/rectified_grid.hpp"
 
 #include <algorithm>
 #include <opencv2/core.hpp>
@@ -9,7 +9,7 @@
 namespace gelslam::surface::detail {
 namespace {
 
-constexpr double kNowhere = -1e4;  // layout: beyond any picture
+constexpr double kNowhere = -1e4;  // A coordinate beyond any picture.
 
 /// `from(pixel)`: where a pixel of the result comes from. `cell_px`: pixels of the picture along one of the
 /// grid.
@@ -26,9 +26,9 @@ cv::Mat2f positions(cv::Size grid, int cell_px, const From& from) {
   return at;
 }
 
-RestGrid::Places places_of(const cv::Mat2f& at) {
+RectifiedGrid::Places places_of(const cv::Mat2f& at) {
   const int last_column = at.cols - 2, last_row = at.rows - 2;
-  RestGrid::Places places;
+  RectifiedGrid::Places places;
   for (const cv::Vec2f& px : at) {
     const float x = std::clamp(px[0], 0.0F, static_cast<float>(at.cols - 1)),
                 y = std::clamp(px[1], 0.0F, static_cast<float>(at.rows - 1));
@@ -51,7 +51,7 @@ GELSLAM_CLONES void interpolate(const float* raw, int columns, const std::int32_
   }
 }
 
-cv::Mat1f taken(const cv::Mat1f& map, const RestGrid::Places& places) {
+cv::Mat1f taken(const cv::Mat1f& map, const RectifiedGrid::Places& places) {
   if (places.first.empty()) return map;
   const cv::Mat1f raw = map.isContinuous() ? map : map.clone();
   cv::Mat1f result(map.size());
@@ -60,7 +60,7 @@ cv::Mat1f taken(const cv::Mat1f& map, const RestGrid::Places& places) {
   return result;
 }
 
-cv::Mat1b taken(const cv::Mat1b& map, const RestGrid::Places& places) {
+cv::Mat1b taken(const cv::Mat1b& map, const RectifiedGrid::Places& places) {
   if (places.first.empty()) return map;
   cv::Mat1f values;
   map.convertTo(values, CV_32F);
@@ -69,23 +69,23 @@ cv::Mat1b taken(const cv::Mat1b& map, const RestGrid::Places& places) {
   return result;
 }
 
-cv::Mat1b mask_of(const cv::Mat1b& blocks, const RestGrid::Places& places) {
+cv::Mat1b mask_of(const cv::Mat1b& blocks, const RectifiedGrid::Places& places) {
   return places.first.empty() ? blocks : cv::Mat1b(taken(blocks, places) > 127);
 }
 
 }  // namespace
 
-RestGrid::RestGrid(const CameraModel& camera) {
+RectifiedGrid::RectifiedGrid(const CameraModel& camera) {
   if (!camera.optics.has_lens()) return;
   const auto raw_of = [&](const Eigen::Vector2d& px) {
     return camera.raw_px(px).value_or(Eigen::Vector2d(kNowhere, kNowhere));
   };
   const cv::Size blocks = block_grid(camera.size);
   const cv::Mat2f pixels = positions(camera.size, 1, raw_of);
-  to_rest_ = places_of(pixels);
-  blocks_to_rest_ = places_of(positions(blocks, kBlockPx, raw_of));
-  blocks_to_raw_ =
-      places_of(positions(blocks, kBlockPx, [&](const Eigen::Vector2d& px) { return camera.rest_px(px); }));
+  to_rectified_ = places_of(pixels);
+  blocks_to_rectified_ = places_of(positions(blocks, kBlockPx, raw_of));
+  blocks_to_raw_ = places_of(
+      positions(blocks, kBlockPx, [&](const Eigen::Vector2d& px) { return camera.rectified_px(px); }));
   beyond_.create(camera.size);
   for (int v = 0; v < beyond_.rows; ++v)
     for (int u = 0; u < beyond_.cols; ++u) {
@@ -94,20 +94,20 @@ RestGrid::RestGrid(const CameraModel& camera) {
     }
 }
 
-cv::Mat1f RestGrid::resample(const cv::Mat1f& raw) const { return taken(raw, to_rest_); }
+cv::Mat1f RectifiedGrid::resample(const cv::Mat1f& raw) const { return taken(raw, to_rectified_); }
 
-cv::Mat1b RestGrid::resample(const cv::Mat1b& raw) const { return taken(raw, to_rest_); }
+cv::Mat1b RectifiedGrid::resample(const cv::Mat1b& raw) const { return taken(raw, to_rectified_); }
 
-cv::Mat1b RestGrid::resample_mask(const cv::Mat1b& raw_blocks) const {
-  return mask_of(raw_blocks, blocks_to_rest_);
+cv::Mat1b RectifiedGrid::resample_mask(const cv::Mat1b& raw_blocks) const {
+  return mask_of(raw_blocks, blocks_to_rectified_);
 }
 
-cv::Mat1b RestGrid::raw_mask(const cv::Mat1b& rest_blocks) const {
-  return mask_of(rest_blocks, blocks_to_raw_);
+cv::Mat1b RectifiedGrid::raw_mask(const cv::Mat1b& rectified_blocks) const {
+  return mask_of(rectified_blocks, blocks_to_raw_);
 }
 
-void RestGrid::remove_beyond(cv::Mat1b& rest) const {
-  if (!beyond_.empty()) rest.setTo(0, beyond_);
+void RectifiedGrid::remove_beyond(cv::Mat1b& rectified) const {
+  if (!beyond_.empty()) rectified.setTo(0, beyond_);
 }
 
 }  // namespace gelslam::surface::detail
