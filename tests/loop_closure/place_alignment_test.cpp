@@ -55,27 +55,6 @@ TEST(Overlap, AgreesAtTheTrueTransformOnly) {
   EXPECT_EQ(judge_pose(newer, *older, away, {}).shared_samples, 0);
 }
 
-// Heights of a model whose slopes err three times as much differ by more at the right place, too.
-TEST(Overlap, HeightsHaveToAgreeAsFarAsTheModelIsKnown) {
-  const Field texture = random_texture(11);
-  const Pose second = place(1.5, -0.4, 70, 3, 5), truth = place(0, 0).inverse() * second;
-  const auto lies_deeper_by = [&](double gap_mm, double older_sigma, double newer_sigma) {
-    Surface older = *feel(texture, place(0, 0)), newer = *feel(texture, second);
-    older.height_mm -= gap_mm;
-    older.model_sigma = older_sigma;
-    newer.model_sigma = newer_sigma;
-    const NormalFlowReference reference(std::make_shared<Surface>(newer), {});
-    return verify_registered(reference, older, judge_pose(reference, older, truth, {}),
-                             PlacePrior::loop_candidate, {})
-        .status;
-  };
-  EXPECT_EQ(lies_deeper_by(0.05, 1, 1), RegistrationStatus::converged);
-  EXPECT_EQ(lies_deeper_by(0.15, 1, 1), RegistrationStatus::curvature_mismatch);
-  EXPECT_EQ(lies_deeper_by(0.15, 3, 1), RegistrationStatus::converged);
-  EXPECT_EQ(lies_deeper_by(0.15, 1, 3), RegistrationStatus::converged);
-  EXPECT_EQ(lies_deeper_by(0.4, 3, 3), RegistrationStatus::curvature_mismatch);
-}
-
 // ---- repeated patterns ----
 
 TEST(SelfSimilarity, TellsAPatternFromATexture) {

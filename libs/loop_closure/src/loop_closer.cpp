@@ -95,10 +95,9 @@ std::vector<PoseGraphEdge> LoopCloser::Impl::search(const PlaceFeatures& feature
   for (const Candidate& candidate : compare(features, among)) {
     if (static_cast<int>(loops.size()) >= wanted) break;
     const Keyframe& older = candidate.place->keyframe;
-    const std::optional<Pose> pose = lift(*older.surface.get(), *newer.surface.get(),
-                                          candidate.place->features, features, candidate.inliers);
-    if (!pose) continue;
-    const auto loop = verify_loop(older, newer, *pose, registration, verification);
+    const Pose older_T_newer = lift(*older.surface.get(), *newer.surface.get(), candidate.place->features,
+                                    features, candidate.inliers);
+    const auto loop = verify_loop(older, newer, older_T_newer, registration, verification);
     if (loop) loops.push_back(*loop);
   }
   return loops;

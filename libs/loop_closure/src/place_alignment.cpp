@@ -1,8 +1,8 @@
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <random>
 
+#include "gelslam/registration/relocalization.hpp"
 #include "place_features.hpp"
 
 namespace gelslam::loop_closure::detail {
@@ -58,36 +58,20 @@ bool may_be_one_place(const PointPair& a, const PointPair& b, double threshold_p
   return std::min(older, newer) > 3 * threshold_px && std::abs(older - newer) < 2 * threshold_px;
 }
 
-Eigen::Vector3d point_mm(const Surface& surface, const Eigen::Vector2f& pixel) {
-  const int u = std::clamp(static_cast<int>(std::lround(pixel.x())), 0, surface.height_mm.cols - 1);
-  const int v = std::clamp(static_cast<int>(std::lround(pixel.y())), 0, surface.height_mm.rows - 1);
-  const CameraModel camera = surface.camera();
-  return camera.point_mm(camera.to_mm(Eigen::Vector2d(pixel.cast<double>())),
-                         static_cast<double>(surface.height_mm(v, u)));
-}
-
-// Returns the mean normal over 7x7 pixels, because a matched point is where texture is steep, and one pixel
-// off there reads another normal.
-Eigen::Vector3d normal_around(const Surface& surface, const Eigen::Vector2f& pixel) {
-  constexpr int kRadius = 3;
-  const int u = static_cast<int>(std::lround(pixel.x())), v = static_cast<int>(std::lround(pixel.y()));
-  Eigen::Vector3d sum(0, 0, 1e-9);
-  for (int y = std::max(0, v - kRadius); y <= std::min(surface.normals.rows - 1, v + kRadius); ++y)
-    for (int x = std::max(0, u - kRadius); x <= std::min(surface.normals.cols - 1, u + kRadius); ++x) {
-      const cv::Vec3f& n = surface.normals(y, x);
-      sum += Eigen::Vector3d(n[0], n[1], n[2]);
-    }
-  return sum.normalized();
+std::vector<PointPair> pairs_of(const PlaceFeatures& older, const PlaceFeatures& newer,
+                                const std::vector<Match>& matches) {
+  std::vector<PointPair> pairs;
+  for (const Match& m : matches)
+    pairs.push_back(
+        {older.pixels[static_cast<std::size_t>(m.a)], newer.pixels[static_cast<std::size_t>(m.b)]});
+  return pairs;
 }
 
 }  // namespace
 
 std::vector<Match> rigid_inliers(const PlaceFeatures& older, const PlaceFeatures& newer,
                                  const std::vector<Match>& matches, double threshold_px, int iterations) {
-  std::vector<PointPair> pairs;
-  for (const Match& m : matches)
-    pairs.push_back(
-        {older.pixels[static_cast<std::size_t>(m.a)], newer.pixels[static_cast<std::size_t>(m.b)]});
+  const std::vector<PointPair> pairs = pairs_of(older, newer, matches);
   if (pairs.size() < 2) return {};
 
   std::mt19937_64 random;  // with its standard seed: the same input gives the same answer
@@ -111,37 +95,12 @@ std::vector<Match> rigid_inliers(const PlaceFeatures& older, const PlaceFeatures
   return result;
 }
 
-std::optional<Pose> lift(const Surface& older, const Surface& newer, const PlaceFeatures& older_features,
-                         const PlaceFeatures& newer_features, const std::vector<Match>& matches) {
-  if (matches.size() < 3) return std::nullopt;
-  std::vector<Eigen::Vector3d> a, b;
-  Eigen::Vector3d center_a = Eigen::Vector3d::Zero(), center_b = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d correlation = Eigen::Matrix3d::Zero();
-  for (const Match& m : matches) {
-    const Eigen::Vector2f pixel_a = older_features.pixels[static_cast<std::size_t>(m.a)];
-    const Eigen::Vector2f pixel_b = newer_features.pixels[static_cast<std::size_t>(m.b)];
-    a.push_back(point_mm(older, pixel_a));
-    b.push_back(point_mm(newer, pixel_b));
-    center_a += a.back() / static_cast<double>(matches.size());
-    center_b += b.back() / static_cast<double>(matches.size());
-    correlation += normal_around(older, pixel_a) * normal_around(newer, pixel_b).transpose();
-  }
-  double spread = 1e-12;
-  Eigen::Matrix3d point_correlation = Eigen::Matrix3d::Zero();
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    point_correlation += (a[i] - center_a) * (b[i] - center_b).transpose();
-    spread += (a[i] - center_a).squaredNorm();
-  }
-  // The rotation is that of Kabsch (1976) for points and normals: points over their spread weigh as much as
-  // unit normals do.
-  correlation += point_correlation * (static_cast<double>(a.size()) / spread);
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correlation, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const double handedness = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1.0 : 1.0;
-  Pose older_T_newer = Pose::Identity();
-  older_T_newer.linear() =
-      svd.matrixU() * Eigen::Vector3d(1, 1, handedness).asDiagonal() * svd.matrixV().transpose();
-  older_T_newer.translation() = center_a - older_T_newer.linear() * center_b;
-  return older_T_newer;
+Pose lift(const Surface& older, const Surface& newer, const PlaceFeatures& older_features,
+          const PlaceFeatures& newer_features, const std::vector<Match>& matches) {
+  const Rigid2 older_T_newer = fit(pairs_of(older_features, newer_features, matches));
+  const Eigen::Vector2f center = newer.camera().center_px().cast<float>();
+  return coarse_pose(newer, older, std::atan2(older_T_newer.rotation(1, 0), older_T_newer.rotation(0, 0)),
+                     older.camera().to_mm(Eigen::Vector2d((older_T_newer * center).cast<double>())));
 }
 
 }  // namespace gelslam::loop_closure::detail

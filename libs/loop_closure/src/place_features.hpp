@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "gelslam/core/se3.hpp"
@@ -43,9 +42,9 @@ std::vector<Match> match_features(const PlaceFeatures& a, const PlaceFeatures& b
 std::vector<Match> rigid_inliers(const PlaceFeatures& older, const PlaceFeatures& newer,
                                  const std::vector<Match>& matches, double threshold_px, int iterations);
 
-/// Returns older_T_newer from matched points and the normals there: the points give twist and shift, the
-/// normals tilt. Nothing with fewer than 3 matches.
-std::optional<Pose> lift(const Surface& older, const Surface& newer, const PlaceFeatures& older_features,
-                         const PlaceFeatures& newer_features, const std::vector<Match>& matches);
+/// Returns older_T_newer: the rotation and shift of the matches, with the tilt and shift along z that normals
+/// and points tell there (coarse_pose).
+Pose lift(const Surface& older, const Surface& newer, const PlaceFeatures& older_features,
+          const PlaceFeatures& newer_features, const std::vector<Match>& matches);
 
 }  // namespace gelslam::loop_closure::detail

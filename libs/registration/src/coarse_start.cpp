@@ -90,21 +90,20 @@ double twist_of(const Pose& pose) { return std::atan2(pose.linear()(1, 0), pose.
 
 Eigen::Vector3d vector(const cv::Vec3f& v) { return {v[0], v[1], v[2]}; }
 
-/// Returns the pose of a candidate: its twist, the tilt at which the normals that meet there agree best, and
-/// the shift that brings the points that meet there together.
-Pose pose_at(const Candidate& candidate, const Surface& reference, const Surface& target) {
-  const CameraModel camera = target.camera();
-  const Eigen::Vector2d shift_mm = candidate.shift_px * kShrink * camera.pitch_mm;
-  const Eigen::Matrix3d twist =
-      Eigen::AngleAxisd(candidate.twist_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+}  // namespace
+
+Pose coarse_pose(const Surface& reference, const Surface& target, double twist_rad,
+                 const Eigen::Vector2d& shift_mm) {
+  const CameraModel camera = target.camera(), from = reference.camera();
+  const Eigen::Matrix3d twist = Eigen::AngleAxisd(twist_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   Eigen::Vector3d reference_sum = Eigen::Vector3d::Zero(), target_sum = Eigen::Vector3d::Zero();
   Eigen::Vector2d gap = Eigen::Vector2d::Zero();
   double weight = 0;
   int count = 0;
-  for (int v = kShrink / 2; v < camera.size.height; v += kShrink)
-    for (int u = kShrink / 2; u < camera.size.width; u += kShrink) {
+  for (int v = kShrink / 2; v < from.size.height; v += kShrink)
+    for (int u = kShrink / 2; u < from.size.width; u += kShrink) {
       if (!reference.contact(v, u)) continue;
-      const Eigen::Vector2d q = twist.topLeftCorner<2, 2>() * camera.to_mm(cv::Point(u, v)) + shift_mm;
+      const Eigen::Vector2d q = twist.topLeftCorner<2, 2>() * from.to_mm(cv::Point(u, v)) + shift_mm;
       const std::optional<cv::Point> at = camera.pixel_of(camera.to_px(q));
       if (!at || !target.contact(*at)) continue;
       const Eigen::Vector3d normal = twist * vector(reference.normals(v, u));
@@ -124,8 +123,6 @@ Pose pose_at(const Candidate& candidate, const Surface& reference, const Surface
   start.translation() = (target_sum - start.linear() * reference_sum) / count;
   return start;
 }
-
-}  // namespace
 
 std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target, const Pose& expected,
                                 const VerificationOptions& options) {
@@ -152,7 +149,8 @@ std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target,
               min_similarity, min_shared_px, peaks);
   std::vector<Pose> starts;
   for (const Candidate& candidate : best_candidates(std::move(peaks), kMinPeriodMm / texture.pixel_pitch_mm))
-    starts.push_back(pose_at(candidate, reference, target));
+    starts.push_back(
+        coarse_pose(reference, target, candidate.twist_rad, candidate.shift_px * texture.pixel_pitch_mm));
   return starts;
 }
 
