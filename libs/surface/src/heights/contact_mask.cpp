@@ -22,10 +22,11 @@ constexpr double kSpeckMm = 0.13;
 constexpr double kMaxHoleMm2 = 2.6 * kRimLengthMm * 2.6 * kRimLengthMm;
 constexpr double kMinDepthMm = 0.015;  // what the network's own noise integrates to
 constexpr double kScattersAboveGel = 4;
-// Heights err by this share of the deepest place, if slopes err as those of a sensor's own model do. The
-// pressure errs by it with any model: its error is that of the curvature, which no wrong scale or tilt
-// enlarges.
+// Heights err by this share of the deepest place, if slopes err as those of a sensor's own model do.
 constexpr double kErrorOfDepth = 0.05;
+// The pressure errs by this share of the deepest place with any model: its error is that of the curvature,
+// which no wrong scale or tilt enlarges. 0.02 to 0.05 keep islands out.
+constexpr double kErrorOfPressure = 0.03;
 
 }  // namespace
 
@@ -63,7 +64,7 @@ void ContactDetector::find_pressed(const cv::Mat1f& height_mm, const cv::Mat1f& 
   cv::addWeighted(height_mm, kPressedShare - 1, curvature_per_px, kRimLengthMm * kRimLengthMm / pitch_mm_, 0,
                   pressure_);
   cv::GaussianBlur(pressure_, pressure_, {}, kSmoothedMm / pitch_mm_);
-  cv::compare(pressure_, kErrorOfDepth * deepest_mm, contact, cv::CMP_GT);
+  cv::compare(pressure_, kErrorOfPressure * deepest_mm, contact, cv::CMP_GT);
   cv::bitwise_and(contact, below_, contact);
 }
 
