@@ -13,9 +13,9 @@ namespace gelslam {
 std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target, const Pose& expected,
                                 const VerificationOptions& options = {});
 
-/// Returns target_T_reference for a twist and a shift in the plane z = 0 (mm) at which two pictures agree: with
-/// the tilt at which the normals that meet there agree best, and the shift that brings the points that meet
-/// there together. Without tilt and shift along z where no contacts meet. Source: own.
+/// Returns target_T_reference for a twist and a shift in the plane z = 0 (mm) at which two pictures agree:
+/// with the tilt at which the normals that meet there agree best, and the shift that brings the points that
+/// meet there together. Without tilt and shift along z where no contacts meet. Source: own.
 Pose coarse_pose(const Surface& reference, const Surface& target, double twist_rad,
                  const Eigen::Vector2d& shift_mm);
 
