@@ -47,6 +47,7 @@ std::vector<std::size_t> inliers(const std::vector<PointPair>& pairs, const Rigi
 
 std::vector<PointPair> pick(const std::vector<PointPair>& pairs, const std::vector<std::size_t>& chosen) {
   std::vector<PointPair> result;
+  result.reserve(chosen.size());
   for (const std::size_t i : chosen) result.push_back(pairs[i]);
   return result;
 }
@@ -61,6 +62,7 @@ bool may_be_one_place(const PointPair& a, const PointPair& b, double threshold_p
 std::vector<PointPair> pairs_of(const PlaceFeatures& older, const PlaceFeatures& newer,
                                 const std::vector<Match>& matches) {
   std::vector<PointPair> pairs;
+  pairs.reserve(matches.size());
   for (const Match& m : matches)
     pairs.push_back(
         {older.pixels[static_cast<std::size_t>(m.a)], newer.pixels[static_cast<std::size_t>(m.b)]});
@@ -91,6 +93,7 @@ std::vector<Match> rigid_inliers(const PlaceFeatures& older, const PlaceFeatures
     best = std::move(found);
   }
   std::vector<Match> result;
+  result.reserve(best.size());
   for (const std::size_t i : best) result.push_back(matches[i]);
   return result;
 }
