@@ -75,7 +75,7 @@ surface_a, surface_b = map(_g.Sensor("nnmodel.pth", background=bgr), (_touches[2
 
 
 def run(*command, **options):
-    return subprocess.run([str(word) for word in command], capture_output=True, text=True, timeout=100, **options)
+    return subprocess.run([str(word) for word in command], capture_output=True, text=True, timeout=200, **options)
 
 
 class Block:
