@@ -38,7 +38,7 @@ struct Place {
 
 struct Candidate {
   const Place* place;
-  std::vector<Match> inliers;
+  RigidMotion place_T_newer;
 };
 
 }  // namespace loop_closure::detail
@@ -77,14 +77,13 @@ std::vector<Candidate> LoopCloser::Impl::compare(const PlaceFeatures& features,
   if (features.size() < options.min_sift_inliers) return result;
   for (const int i : with) {
     const Place& place = places[static_cast<std::size_t>(i)];
-    Candidate candidate{&place, rigid_inliers(place.features, features,
+    Candidate candidate{&place, align_rigidly(place.features, features,
                                               match_features(place.features, features, kMaxMatchRatio),
                                               kRansacThresholdPx, kRansacIterations)};
-    if (static_cast<int>(candidate.inliers.size()) >= options.min_sift_inliers)
-      result.push_back(std::move(candidate));
+    if (candidate.place_T_newer.inliers >= options.min_sift_inliers) result.push_back(std::move(candidate));
   }
   std::stable_sort(result.begin(), result.end(), [](const Candidate& a, const Candidate& b) {
-    return a.inliers.size() > b.inliers.size();
+    return a.place_T_newer.inliers > b.place_T_newer.inliers;
   });
   return result;
 }
@@ -95,8 +94,7 @@ std::vector<PoseGraphEdge> LoopCloser::Impl::search(const PlaceFeatures& feature
   for (const Candidate& candidate : compare(features, among)) {
     if (static_cast<int>(loops.size()) >= wanted) break;
     const Keyframe& older = candidate.place->keyframe;
-    const Pose older_T_newer = lift(*older.surface.get(), *newer.surface.get(), candidate.place->features,
-                                    features, candidate.inliers);
+    const Pose older_T_newer = lift(*older.surface.get(), *newer.surface.get(), candidate.place_T_newer);
     const auto loop = verify_loop(older, newer, older_T_newer, registration, verification);
     if (loop) loops.push_back(*loop);
   }

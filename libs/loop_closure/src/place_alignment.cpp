@@ -8,19 +8,12 @@
 namespace gelslam::loop_closure::detail {
 namespace {
 
-struct Rigid2 {
-  Eigen::Matrix2f rotation;
-  Eigen::Vector2f shift;
-
-  Eigen::Vector2f operator*(const Eigen::Vector2f& p) const { return rotation * p + shift; }
-};
-
 struct PointPair {
   Eigen::Vector2f older, newer;
 };
 
 // Fits a rigid motion by least squares (Umeyama 1991 in two dimensions, without scale).
-Rigid2 fit(const std::vector<PointPair>& pairs) {
+RigidMotion fit(const std::vector<PointPair>& pairs) {
   Eigen::Vector2f older = Eigen::Vector2f::Zero(), newer = Eigen::Vector2f::Zero();
   for (const PointPair& p : pairs) older += p.older, newer += p.newer;
   older /= static_cast<float>(pairs.size());
@@ -31,13 +24,13 @@ Rigid2 fit(const std::vector<PointPair>& pairs) {
     cosine += a.dot(b);
     sine += a.x() * b.y() - a.y() * b.x();
   }
-  Rigid2 result;
+  RigidMotion result;
   result.rotation = Eigen::Rotation2Df(std::atan2(sine, cosine)).toRotationMatrix();
   result.shift = older - result.rotation * newer;
   return result;
 }
 
-std::vector<std::size_t> inliers(const std::vector<PointPair>& pairs, const Rigid2& older_T_newer,
+std::vector<std::size_t> inliers(const std::vector<PointPair>& pairs, const RigidMotion& older_T_newer,
                                  double threshold_px) {
   std::vector<std::size_t> result;
   for (std::size_t i = 0; i < pairs.size(); ++i)
@@ -59,21 +52,15 @@ bool may_be_one_place(const PointPair& a, const PointPair& b, double threshold_p
   return std::min(older, newer) > 3 * threshold_px && std::abs(older - newer) < 2 * threshold_px;
 }
 
-std::vector<PointPair> pairs_of(const PlaceFeatures& older, const PlaceFeatures& newer,
-                                const std::vector<Match>& matches) {
+}  // namespace
+
+RigidMotion align_rigidly(const PlaceFeatures& older, const PlaceFeatures& newer,
+                          const std::vector<Match>& matches, double threshold_px, int iterations) {
   std::vector<PointPair> pairs;
   pairs.reserve(matches.size());
   for (const Match& m : matches)
     pairs.push_back(
         {older.pixels[static_cast<std::size_t>(m.a)], newer.pixels[static_cast<std::size_t>(m.b)]});
-  return pairs;
-}
-
-}  // namespace
-
-std::vector<Match> rigid_inliers(const PlaceFeatures& older, const PlaceFeatures& newer,
-                                 const std::vector<Match>& matches, double threshold_px, int iterations) {
-  const std::vector<PointPair> pairs = pairs_of(older, newer, matches);
   if (pairs.size() < 2) return {};
 
   std::mt19937_64 random;  // with its standard seed: the same input gives the same answer
@@ -87,20 +74,18 @@ std::vector<Match> rigid_inliers(const PlaceFeatures& older, const PlaceFeatures
     std::vector<std::size_t> found = inliers(pairs, fit({a, b}), threshold_px);
     if (found.size() > best.size()) best = std::move(found);
   }
+  RigidMotion motion;
   while (best.size() >= 2) {
-    std::vector<std::size_t> found = inliers(pairs, fit(pick(pairs, best)), threshold_px);
+    motion = fit(pick(pairs, best));
+    std::vector<std::size_t> found = inliers(pairs, motion, threshold_px);
     if (found.size() <= best.size()) break;
     best = std::move(found);
   }
-  std::vector<Match> result;
-  result.reserve(best.size());
-  for (const std::size_t i : best) result.push_back(matches[i]);
-  return result;
+  motion.inliers = static_cast<int>(best.size());
+  return motion;
 }
 
-Pose lift(const Surface& older, const Surface& newer, const PlaceFeatures& older_features,
-          const PlaceFeatures& newer_features, const std::vector<Match>& matches) {
-  const Rigid2 older_T_newer = fit(pairs_of(older_features, newer_features, matches));
+Pose lift(const Surface& older, const Surface& newer, const RigidMotion& older_T_newer) {
   const Eigen::Vector2f center = newer.camera().center_px().cast<float>();
   return coarse_pose(newer, older, std::atan2(older_T_newer.rotation(1, 0), older_T_newer.rotation(0, 0)),
                      older.camera().to_mm(Eigen::Vector2d((older_T_newer * center).cast<double>())));

@@ -36,15 +36,22 @@ struct Match {
 /// directions (Lowe 2004, `max_ratio` on distances): what looks like several places is no evidence for one.
 std::vector<Match> match_features(const PlaceFeatures& a, const PlaceFeatures& b, double max_ratio);
 
-/// Returns the matches (a = older, b = newer) that one rotation and shift in the image explains. Rigid, not
-/// similar: the scale changes by a few per cent with depth at most, so a place has one. Same input, same
-/// answer (explicit seed).
-std::vector<Match> rigid_inliers(const PlaceFeatures& older, const PlaceFeatures& newer,
-                                 const std::vector<Match>& matches, double threshold_px, int iterations);
+/// A rotation and a shift in the image: pixels of one surface to pixels of another.
+struct RigidMotion {
+  Eigen::Matrix2f rotation = Eigen::Matrix2f::Identity();
+  Eigen::Vector2f shift = Eigen::Vector2f::Zero();
+  int inliers = 0;  ///< the matches that it explains
 
-/// Returns older_T_newer: the rotation and shift of the matches, with the tilt and shift along z that normals
+  Eigen::Vector2f operator*(const Eigen::Vector2f& p) const { return rotation * p + shift; }
+};
+
+/// Returns the older_T_newer that explains most matches (a = older, b = newer). Rigid, not similar: the scale
+/// changes by a few per cent with depth at most, so a place has one. Same input, same answer (explicit seed).
+RigidMotion align_rigidly(const PlaceFeatures& older, const PlaceFeatures& newer,
+                          const std::vector<Match>& matches, double threshold_px, int iterations);
+
+/// Returns older_T_newer in space: the motion in the image with the tilt and the shift along z that normals
 /// and points tell there (coarse_pose).
-Pose lift(const Surface& older, const Surface& newer, const PlaceFeatures& older_features,
-          const PlaceFeatures& newer_features, const std::vector<Match>& matches);
+Pose lift(const Surface& older, const Surface& newer, const RigidMotion& older_T_newer);
 
 }  // namespace gelslam::loop_closure::detail
