@@ -41,10 +41,10 @@ start() {
   prober=$!
   until grep -q "frame 2 " "$tmp/out"; do sleep 0.1; done
 }
-start 10
+start 50  # 10 s: the control's program takes more than one to begin when the emulated processor is busy
 control "Inject V4L2_BUF_FLAG_ERROR" 1
 wait $prober
-has "decoded: 10" "$tmp/out"
+has "decoded: 50" "$tmp/out"
 has "1 frame came damaged from the driver" "$tmp/out"
 (($(lost) >= 1)) || fail "a damaged frame is a lost one"
 
