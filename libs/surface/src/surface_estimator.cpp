@@ -96,7 +96,7 @@ struct SurfaceEstimator::Impl {
         model_sigma(model_sigma_of(uncertainty, gradient, camera, slope_noise)),
         confidence(rectified_grid.resample(confidence_map(uncertainty, size))),
         leveler(size, confidence, slope_noise, model_sigma),
-        contact_detector(size, options.pixel_pitch_mm),
+        contact_detector(options.pixel_pitch_mm),
         everywhere(all_blocks(size)) {}
 
   // Fills colors (the frame's light) and changed_blocks (where the gradient is needed). Returns the picture

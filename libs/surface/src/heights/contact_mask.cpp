@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <opencv2/imgproc.hpp>
 
 #include "photometry/blocks.hpp"
@@ -35,59 +34,51 @@ cv::Rect grown(const cv::Rect& box, int margin, cv::Size image) {
   return (box + cv::Size(2 * margin, 2 * margin) - cv::Point(margin, margin)) & cv::Rect({}, image);
 }
 
-ContactDetector::ContactDetector(cv::Size size, double pixel_pitch_mm)
-    : pitch_mm_(pixel_pitch_mm), pressure_(size) {
+ContactDetector::ContactDetector(double pixel_pitch_mm) : pitch_mm_(pixel_pitch_mm) {
   const int side_px = 2 * static_cast<int>(std::lround(kSpeckMm / pitch_mm_)) + 1;
   speck_ = cv::getStructuringElement(cv::MORPH_RECT, {side_px, side_px});
 }
 
 void ContactDetector::detect(const cv::Mat1f& height_mm, const cv::Mat1f& curvature_per_px,
                              const cv::Mat1b& changed, const HeightQuality& quality, cv::Mat1b& contact) {
-  if (quality.bare_gel_is_seen) {
-    find_pressed(height_mm, curvature_per_px, quality, contact);
-  } else {
-    below_ = cv::Mat1b(changed.size(), static_cast<unsigned char>(255));
+  if (!quality.bare_gel_is_seen) {
     changed.copyTo(contact);
+    close(cv::Mat1b(contact.size(), static_cast<unsigned char>(255)), contact);
+    return;
   }
-  fill_small_holes(below_, contact);
-  cv::morphologyEx(contact, contact, cv::MORPH_OPEN, speck_);
-}
-
-void ContactDetector::find_pressed(const cv::Mat1f& height_mm, const cv::Mat1f& curvature_per_px,
-                                   const HeightQuality& quality, cv::Mat1b& contact) {
   cv::resize(height_mm, blocks_, block_grid(height_mm.size()), 0, 0, cv::INTER_AREA);
   const double deepest_mm = -static_cast<double>(*std::min_element(blocks_.begin(), blocks_.end()));
   const double error_mm = std::max({quality.slope_noise * kMinDepthMm,
                                     kScattersAboveGel * static_cast<double>(quality.bare_scatter_mm),
                                     kErrorOfDepth * quality.model_sigma * deepest_mm});
   cv::compare(height_mm, -error_mm, below_, cv::CMP_LT);
-  cv::addWeighted(height_mm, kPressedShare - 1, curvature_per_px, kRimLengthMm * kRimLengthMm / pitch_mm_, 0,
-                  pressure_);
-  cv::GaussianBlur(pressure_, pressure_, {}, kSmoothedMm / pitch_mm_);
-  cv::compare(pressure_, kErrorOfPressure * deepest_mm, contact, cv::CMP_GT);
-  cv::bitwise_and(contact, below_, contact);
+  contact = cv::Mat1b::zeros(height_mm.size());
+  // The box of all contact, as far as the average of the pressure reaches.
+  const double smoothed_px = kSmoothedMm / pitch_mm_;
+  const cv::Rect box =
+      grown(cv::boundingRect(below_), static_cast<int>(std::ceil(4 * smoothed_px)), contact.size());
+  if (box.empty()) return;
+  cv::Mat1b pressed = contact(box);
+  cv::addWeighted(height_mm(box), kPressedShare - 1, curvature_per_px(box),
+                  kRimLengthMm * kRimLengthMm / pitch_mm_, 0, pressure_);
+  cv::GaussianBlur(pressure_, pressure_, {}, smoothed_px);
+  cv::compare(pressure_, kErrorOfPressure * deepest_mm, pressed, cv::CMP_GT);
+  cv::bitwise_and(pressed, below_(box), pressed);
+  close(below_(box), pressed);
 }
 
-/// `below`: where the gel is not at rest. A hole that reaches the picture's border is open.
-void ContactDetector::fill_small_holes(const cv::Mat1b& below, cv::Mat1b& contact) {
-  cv::bitwise_not(contact, holes_);
-  const int count = cv::connectedComponents(holes_, labels_, 4, CV_32S);
-  constexpr int kOpen = std::numeric_limits<int>::max();
-  area_px_.assign(static_cast<std::size_t>(count), 0);
-  const auto area_px = [&](int v, int u) -> int& {
-    return area_px_[static_cast<std::size_t>(labels_(v, u))];
-  };
-  area_px_[0] = kOpen;  // the contact
-  for (int v = 0; v < contact.rows; ++v) area_px(v, 0) = area_px(v, contact.cols - 1) = kOpen;
-  for (int u = 0; u < contact.cols; ++u) area_px(0, u) = area_px(contact.rows - 1, u) = kOpen;
-  if (std::all_of(area_px_.begin(), area_px_.end(), [](int area) { return area == kOpen; })) return;
-  for (int v = 0; v < contact.rows; ++v)
-    for (int u = 0; u < contact.cols; ++u)
-      if (int& area = area_px(v, u); area != kOpen) ++area;
-  const double largest_px = kMaxHoleMm2 / (pitch_mm_ * pitch_mm_);
-  for (int v = 0; v < contact.rows; ++v)
-    for (int u = 0; u < contact.cols; ++u)
-      if (area_px(v, u) < largest_px && below(v, u)) contact(v, u) = 255;
+/// Fills small holes where the gel is `below` its level at rest, and removes specks. A hole that reaches the
+/// border is open.
+void ContactDetector::close(const cv::Mat1b& below, cv::Mat1b& contact) {
+  cv::findContours(contact, contours_, hierarchy_, cv::RETR_CCOMP, cv::CHAIN_APPROX_SIMPLE);
+  holes_ = cv::Mat1b::zeros(contact.size());
+  for (std::size_t i = 0; i < contours_.size(); ++i) {
+    const bool is_hole = hierarchy_[i][3] >= 0;
+    if (is_hole && cv::contourArea(contours_[i]) < kMaxHoleMm2 / (pitch_mm_ * pitch_mm_))
+      cv::drawContours(holes_, contours_, static_cast<int>(i), 255, cv::FILLED);
+  }
+  contact.setTo(255, holes_ & below);
+  cv::morphologyEx(contact, contact, cv::MORPH_OPEN, speck_);
 }
 
 }  // namespace gelslam::surface::detail

@@ -31,7 +31,7 @@ struct HeightQuality {
 /// holes are filled, for what contact encloses is touched.
 class ContactDetector {
  public:
-  ContactDetector(cv::Size size, double pixel_pitch_mm);
+  explicit ContactDetector(double pixel_pitch_mm);
 
   /// `height_mm`: relative to the gel at rest, negative in contact; `curvature_per_px`: divergence() of the
   /// slopes; `changed`: where the picture differs from the background, read where no bare gel is seen. Fills
@@ -40,16 +40,14 @@ class ContactDetector {
               const HeightQuality& quality, cv::Mat1b& contact);
 
  private:
-  void find_pressed(const cv::Mat1f& height_mm, const cv::Mat1f& curvature_per_px,
-                    const HeightQuality& quality, cv::Mat1b& contact);
-  void fill_small_holes(const cv::Mat1b& below, cv::Mat1b& contact);
+  void close(const cv::Mat1b& below, cv::Mat1b& contact);
 
   double pitch_mm_;
   cv::Mat speck_;
   cv::Mat1f pressure_, blocks_;
   cv::Mat1b below_, holes_;
-  cv::Mat1i labels_;
-  std::vector<int> area_px_;  // of each hole
+  std::vector<std::vector<cv::Point>> contours_;
+  std::vector<cv::Vec4i> hierarchy_;  // of the contours
 };
 
 }  // namespace gelslam::surface::detail
