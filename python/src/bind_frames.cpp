@@ -1,7 +1,6 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include <cmath>
 #include <mutex>
 
 #include "arrays.hpp"
@@ -158,8 +157,9 @@ class Recorder {
 
   void write(const cv::Mat3b& bgr, double time_s) {
     const std::lock_guard lock(mutex_);
-    if (!std::isfinite(time_s)) throw Error("time_s is not a finite number");
-    if (time_s < 0) throw Error("time_s is negative; count the seconds from the first picture");
+    constexpr double kMostS = 1e9;  // where LogWriter clamps
+    if (!(time_s >= 0 && time_s <= kMostS))
+      throw Error("time_s is not between 0 and 1e9; count the seconds from the first picture");
     if (time_s < last_s_) throw Error("time_s is before that of the picture before");
     if (closed_) throw Error("the log is closed");
     RawFrame frame;
