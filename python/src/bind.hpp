@@ -58,18 +58,10 @@ class WithGil {
   std::optional<py::gil_scoped_acquire> gil_;
 };
 
-/// For every class: what was made without its constructor (`__new__`) has no attributes.
-inline const py::custom_type_setup kMadeWhole([](PyHeapTypeObject* type) {
-  type->ht_type.tp_getattro = [](PyObject* self, PyObject* name) -> PyObject* {
-    const auto* instance = reinterpret_cast<const py::detail::instance*>(self);
-    // A part of another object is not owned, and has no holder.
-    const bool is_made = !instance->simple_layout || instance->simple_holder_constructed || !instance->owned;
-    if (!is_made && PyUnicode_Check(name) && !std::string_view(PyUnicode_AsUTF8(name)).starts_with("__")) {
-      PyErr_Format(PyExc_TypeError, "a gelslam.%s was not made by its constructor", Py_TYPE(self)->tp_name);
-      return nullptr;
-    }
-    return PyObject_GenericGetAttr(self, name);
-  };
+/// For every class. Without a `__new__` of its own, pickling by protocol 0 or 1 would ask pybind11's base
+/// class, which ends the interpreter.
+inline const py::custom_type_setup kOwnNew([](PyHeapTypeObject* type) {
+  type->ht_type.tp_new = py::detail::pybind11_object_new;
 });
 
 /// Each adds its classes and functions to the module.

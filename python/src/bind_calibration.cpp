@@ -60,7 +60,7 @@ py::tuple gradient_scale(const PythonCalibration& calibration) {
 }  // namespace
 
 void bind_calibration(py::module_& module) {
-  py::class_<PythonCalibration>(module, "Calibration", kMadeWhole,
+  py::class_<PythonCalibration>(module, "Calibration", kOwnNew,
                                 "How a new model reads the presses that it was trained on.")
       .def_readonly("verdict", &PythonCalibration::verdict, "\"good\", \"usable\" or \"recalibrate\".")
       .def_readonly("reasons", &PythonCalibration::reasons, "What is not good, worst first: list of str.")

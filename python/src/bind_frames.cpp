@@ -1,7 +1,6 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include <cmath>
 #include <mutex>
 
 #include "arrays.hpp"
@@ -120,10 +119,10 @@ py::tuple next_frame(Source& source) {
 
 void add_log(py::module_& module) {
   using Release = py::call_guard<WithoutGil>;
-  py::class_<LogReader, std::shared_ptr<LogReader>>(module, "_LogReader", kMadeWhole)
+  py::class_<LogReader, std::shared_ptr<LogReader>>(module, "_LogReader", kOwnNew)
       .def("__iter__", [](const py::object& self) { return self; })
       .def("__next__", &next_frame<LogReader>);
-  py::class_<Log>(module, "Log", kMadeWhole,
+  py::class_<Log>(module, "Log", kOwnNew,
                   R"(A recorded log; iterating gives (image, time_s), each time from the beginning.
 
 image: HxWx3 uint8, BGR, at the configuration's size. time_s: seconds since the first frame. len() counts damaged frames,
@@ -158,8 +157,9 @@ class Recorder {
 
   void write(const cv::Mat3b& bgr, double time_s) {
     const std::lock_guard lock(mutex_);
-    if (!std::isfinite(time_s)) throw Error("time_s is not a finite number");
-    if (time_s < 0) throw Error("time_s is negative; count the seconds from the first picture");
+    constexpr double kMostS = 1e9;  // where LogWriter clamps
+    if (!(time_s >= 0 && time_s <= kMostS))
+      throw Error("time_s is not between 0 and 1e9; count the seconds from the first picture");
     if (time_s < last_s_) throw Error("time_s is before that of the picture before");
     if (closed_) throw Error("the log is closed");
     RawFrame frame;
@@ -194,7 +194,7 @@ class Recorder {
 
 void add_recorder(py::module_& module) {
   using Release = py::call_guard<WithoutGil>;
-  py::class_<Recorder>(module, "Recorder", kMadeWhole,
+  py::class_<Recorder>(module, "Recorder", kOwnNew,
                        R"(Writes pictures into a log (.mkv) without loss, as `gelslam record --resized`.
 
 config, model: stored in the log. Close it, or use `with`; what was written before a crash can be read. For a camera's
@@ -293,7 +293,7 @@ class Camera {
 
 void add_camera(py::module_& module) {
   using Release = py::call_guard<WithoutGil>;
-  py::class_<Camera>(module, "Camera", kMadeWhole,
+  py::class_<Camera>(module, "Camera", kOwnNew,
                      R"(A sensor's camera; iterating gives (image, time_s), as of a Log.
 
 device: "auto", "/dev/video2", "2", part of the camera's name, or "simulated" to try programs without one. Exposure, gain and focus are held. Close it, or use

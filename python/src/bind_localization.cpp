@@ -143,7 +143,7 @@ std::unique_ptr<MapLocalizer> make_localizer(std::shared_ptr<Sensor> sensor, con
 }
 
 void add_map(py::module_& module) {
-  py::class_<PythonMap> map(module, "Map", kMadeWhole,
+  py::class_<PythonMap> map(module, "Map", kOwnNew,
                             R"(Surfaces at known poses, in which a Localizer finds the sensor.
 
 path: a run folder, or a folder that `gelslam map` or save() made. The map's frame is the run's, or
@@ -172,7 +172,7 @@ reconstruct().)");
 }
 
 void add_place(py::module_& module) {
-  py::class_<PlaceHypothesis>(module, "Place", kMadeWhole, "A place in a map where the sensor may be.")
+  py::class_<PlaceHypothesis>(module, "Place", kOwnNew, "A place in a map where the sensor may be.")
       .def_property_readonly("map_T_sensor", &pose_of_place, "4x4: sensor to map, translation in meters.")
       .def_readonly("probability", &PlaceHypothesis::probability,
                     "0..1; what is missing to 1 in sum: elsewhere, or not in the map.")
@@ -188,8 +188,7 @@ void add_place(py::module_& module) {
 }
 
 void add_located_frame(py::module_& module) {
-  py::class_<PythonPlacedFrame>(module, "LocatedFrame", kMadeWhole,
-                                "What is known of a frame's place in a Map.")
+  py::class_<PythonPlacedFrame>(module, "LocatedFrame", kOwnNew, "What is known of a frame's place in a Map.")
       .def_readonly("status", &PythonPlacedFrame::status_name,
                     "\"localized\": one place is certain; \"ambiguous\": several are possible; \"not in the "
                     "map\"; or \"no_contact\".")
@@ -212,7 +211,7 @@ void add_located_frame(py::module_& module) {
 }
 
 void add_localizer(py::module_& module) {
-  py::class_<MapLocalizer>(module, "Localizer", kMadeWhole,
+  py::class_<MapLocalizer>(module, "Localizer", kOwnNew,
                            R"(Finds the sensor in a Map, as `gelslam track --map` does.
 
 The pose is that in the map, from the first touch on. sensor: of the map's pixel pitch; its configuration may be that of

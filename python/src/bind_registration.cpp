@@ -43,7 +43,7 @@ std::string reason_of(const RegistrationResult& result) {
 }
 
 void bind_registration(py::module_& module) {
-  py::class_<RegistrationResult>(module, "Registration", kMadeWhole, R"(How two surfaces lie to each other.
+  py::class_<RegistrationResult>(module, "Registration", kOwnNew, R"(How two surfaces lie to each other.
 
 Matrices of translations and rotations have the order x, y, z, rx, ry, rz, in meters and radians.)")
       .def_property_readonly(

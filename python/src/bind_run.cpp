@@ -79,7 +79,7 @@ const MetricMesh& mesh_of(const py::object& self) { return self.cast<const Metri
 
 void add_mesh(py::module_& module) {
   py::class_<MetricMesh, std::shared_ptr<MetricMesh>>(
-      module, "Mesh", kMadeWhole, "A triangle mesh in the map's frame. The arrays are read-only.")
+      module, "Mesh", kOwnNew, "A triangle mesh in the map's frame. The arrays are read-only.")
       .def_property_readonly(
           "vertices", [](const py::object& self) { return vectors_view(mesh_of(self).vertices_m, self); },
           "Nx3 float32, meters.")
@@ -209,7 +209,7 @@ TouchedSurface surface_of(const PythonKeyframe& self) {
 }
 
 void add_keyframe(py::module_& module) {
-  py::class_<PythonKeyframe>(module, "Keyframe", kMadeWhole, "A frame whose surface is in the map.")
+  py::class_<PythonKeyframe>(module, "Keyframe", kOwnNew, "A frame whose surface is in the map.")
       .def_readonly("frame", &PythonKeyframe::frame, "Number of the frame in the log, from 0.")
       .def_readonly("time_s", &PythonKeyframe::time_s, "Its time, by the clock of Run.times.")
       .def_property_readonly(
@@ -235,7 +235,7 @@ py::object report_of(const PythonRun& self) {
 }
 
 void add_run(py::module_& module) {
-  py::class_<PythonRun>(module, "Run", kMadeWhole, R"(A reconstruction: surface, trajectory and figures.
+  py::class_<PythonRun>(module, "Run", kOwnNew, R"(A reconstruction: surface, trajectory and figures.
 
 The map's frame is that of the sensor at its first full contact: x right, y down, z out of the gel.)")
       .def(py::init(&read_run), py::arg("path"), py::call_guard<WithoutGil>(),

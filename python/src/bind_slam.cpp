@@ -112,7 +112,7 @@ std::optional<py::array_t<double>> frame_covariance(const PythonFrame& self) {
 }
 
 void add_frame(py::module_& module) {
-  py::class_<PythonFrame>(module, "TrackedFrame", kMadeWhole,
+  py::class_<PythonFrame>(module, "TrackedFrame", kOwnNew,
                           R"(What is known of a frame right after it was tracked.
 
 A trial is an unbroken stretch of tracking. Its frame is that of the sensor in its first tracked frame.)")
@@ -195,7 +195,7 @@ void FrameTimes::check(double time_s) {
 void bind_slam(py::module_& module) {
   add_frame(module);
   using Release = py::call_guard<WithoutGil>;
-  py::class_<Slam>(module, "Slam", kMadeWhole,
+  py::class_<Slam>(module, "Slam", kOwnNew,
                    R"(Tracks and maps frame by frame, for instance those of a camera.
 
 Keeps keyframes only. Its map is the one that reconstruct() makes of the same pictures. Threads that call it wait for

@@ -192,7 +192,7 @@ TouchedSurface surface_of_height(const Floats& height_mm, const Flags& contact, 
 }
 
 void add_surface(py::module_& module) {
-  py::class_<TouchedSurface>(module, "Surface", kMadeWhole,
+  py::class_<TouchedSurface>(module, "Surface", kOwnNew,
                              R"(What the gel's surface looks like in one picture.
 
 All maps have H rows and W columns. Frame: x right, y down, z out of the gel toward the object; the origin is the
@@ -290,7 +290,7 @@ std::shared_ptr<Sensor> sensor_of_surfaces(int width_px, int height_px, double p
 }
 
 void add_sensor(py::module_& module) {
-  py::class_<Sensor, std::shared_ptr<Sensor>>(module, "Sensor", kMadeWhole,
+  py::class_<Sensor, std::shared_ptr<Sensor>>(module, "Sensor", kOwnNew,
                                               R"(A tactile sensor: pictures become surfaces.
 
 model: nnmodel.pth, a model of `gelslam calibrate`, or a log that holds one.

@@ -25,6 +25,9 @@ void translate_errors(std::exception_ptr thrown) {
   }
 }
 
+/// Memory for what no constructor has made (`__new__`) is asked for when it is first used.
+void* refuse_unmade(std::size_t) { throw py::type_error("the object was not made by its constructor"); }
+
 }  // namespace
 
 PYBIND11_MODULE(_core, module) {
@@ -39,5 +42,9 @@ PYBIND11_MODULE(_core, module) {
   gelslam::python::bind_localization(module);
   gelslam::python::bind_frames(module);
   gelslam::python::bind_calibration(module);
+  for (const auto& [name, value] : module.attr("__dict__").cast<py::dict>())
+    if (py::isinstance<py::type>(value))
+      if (auto* const type = py::detail::get_type_info(reinterpret_cast<PyTypeObject*>(value.ptr())))
+        type->operator_new = refuse_unmade;
   py::module_::import("atexit").attr("register")(py::cpp_function(&gelslam::python::end_calls));
 }

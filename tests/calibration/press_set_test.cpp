@@ -97,10 +97,12 @@ TEST(PressSet, ReadsTheCatalogOfWindows) {
 TEST(PressSet, ReadsACatalogWithDecimalCommas) {
   const TemporaryFolder folder;
   write_folder(folder.path(), small_set());
-  write_bytes(folder / "catalog.csv", "experiment_reldir;diameter(mm)\n6mm/0;6,31\n9mm/0;9,5\n");
+  fs::rename(folder / "6mm", folder / "6,31mm");
+  write_bytes(folder / "catalog.csv", "experiment_reldir;diameter(mm)\n6,31mm/0;6,31\n9mm/0;9,5\n");
   const PressSet read = read_press_set(folder.path());
   EXPECT_EQ(read.presses.at(0).diameter_mm, 6.31);
   EXPECT_EQ(read.presses.at(1).diameter_mm, 9.5);
+  EXPECT_EQ(read.presses[0].name, "6,31mm/0");
   EXPECT_EQ(read.presses[1].name, "9mm/0");
 }
 

@@ -38,6 +38,20 @@ TEST_F(ViewCommand, WritesAPictureOfTheSizeAskedFor) {
   EXPECT_GT(deviation[1], 15) << "more than background";
 }
 
+/// Sanitizers reserve more than these limits.
+TEST_F(ViewCommand, WithLittleMemoryItEndsByItself) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP();
+#endif
+  for (const char* kilobytes : {"500000", "550000", "600000", "620000", "700000", "760000"})
+    for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
+             {"info", run_}, {"view", run_, "--snapshot", png_, "--overwrite"}}) {
+      std::vector<std::string> arguments{"-c", "ulimit -v $0; exec \"$@\"", kilobytes, GELSLAM_PROGRAM};
+      arguments.insert(arguments.end(), words.begin(), words.end());
+      EXPECT_GE(run_program("/bin/sh", arguments).exit_code, 0) << words[0] << " in kB: " << kilobytes;
+    }
+}
+
 TEST_F(ViewCommand, MistakesAreOneLine) {
   expect_mistake({(folder_ / "nowhere").string(), "--snapshot", png_}, "no such file or folder");
   expect_mistake({"--snapshot", png_}, "SOURCE is required");

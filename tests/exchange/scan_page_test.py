@@ -4,6 +4,7 @@ import os
 import pathlib
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -65,6 +66,17 @@ class SimulatedCamera(unittest.TestCase):
         self.assertEqual(program.wait(timeout=60), 0)
         done = subprocess.run([PROGRAM, "reconstruct", WORK / "again-3/log.mkv", "-o", WORK / "again-offline", "--overwrite"])
         self.assertEqual(done.returncode, 0)
+
+    def test_ctrl_c_between_two_scans_ends_the_program(self):
+        for wait_s in (0.0, 0.2, 0.5):
+            shutil.rmtree(WORK / "between-2", ignore_errors=True)
+            program = self.scan("between", "--serve", "0")
+            address, token = program.stderr.readline().removeprefix("serving ").strip().split("?")
+            time.sleep(2)
+            urlopen(Request(f"{address}new?{token}", method="POST"))
+            time.sleep(wait_s)
+            program.send_signal(signal.SIGINT)
+            self.assertIn(program.wait(timeout=10), (0, 1), "1: nothing was touched")
 
     def test_an_end_without_a_touch_is_no_success(self):
         program = self.scan("untouched", "--seconds", "0.3")

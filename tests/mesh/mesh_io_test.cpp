@@ -212,7 +212,8 @@ TEST_F(MeshIo, ObjsOfOtherProgramsAreRead) {
   for (const char* obj :
        {"\xef\xbb\xbfv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1\\\n2 3\n",
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\\\r\n3\n",
-        "v 0 0 0 1 0.5 0.5 0.5\nv 1 0 0 1 0 0 0\nv 0 1 0 1 0 0 0\nf 1 2 3\n"}) {
+        "v 0 0 0 1 0.5 0.5 0.5\nv 1 0 0 1 0 0 0\nv 0 1 0 1 0 0 0\nf 1 2 3\n",
+        "# C:\\made by\\\nv 0 0 0 # a\nv 1 0 0\nv 0 1 0\nf 1 2 3 # b\n"}) {
     const Mesh mesh = read_mesh(file_with("odd.obj", obj), 1.0);
     EXPECT_EQ(mesh.vertices_mm.size(), 3u) << obj;
     EXPECT_NEAR(area_mm2(mesh), 0.5, 1e-6) << obj;

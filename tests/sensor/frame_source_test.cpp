@@ -305,7 +305,12 @@ TEST(ImageFolderSource, NamesOfManyKinds) {
              "cam_20240229_000001_000"},
             "the date and time",
             {0, 0.04, 0.08, 1.04}},
+           {{"2024-02-29 00:00:00+01:00", "2024-02-29 00:00:00.040000+01:00",
+             "2024-02-29 00:00:00.080000+01:00", "2024-02-29 00:00:01+01:00"},
+            "the date and time",
+            {0, 0.04, 0.08, 1}},
            {{"0008", "0009", "000a", "000b"}, "the hexadecimal numbers", counted},
+           {{"e", "f", "10", "11"}, "the hexadecimal numbers", counted},
            {{"frame_0F", "frame_10", "frame_11", "frame_12"}, "the hexadecimal numbers", counted},
            {{"frame0008", "frame0009", "frame0010", "frame0011"}, "the numbers", counted},
            {{"a1x", "a2x", "a10x", "a11x"}, "the numbers", counted},
@@ -320,14 +325,14 @@ TEST(ImageFolderSource, NamesOfManyKinds) {
         cv::imwrite((folder / (example.names[i] + ".png")).string(),
                     numbered_picture(static_cast<int>(i), 64, 48));
       const bool can_tell = with_others && example.said != "their names";
-      if (can_tell) write_pictures(folder, {"thumbnail.png", "average-of-all.png"});
+      if (can_tell) write_pictures(folder, {"thumbnail.png", "average-of-all.png", "frame.png"});
       const auto source = open_raw_log(folder.path(), small_sensor());
       EXPECT_THAT(source->description(), HasSubstr("of 4 images in the order of " + example.said));
       const Played played = play(folder.path());
       EXPECT_THAT(played.numbers, ElementsAre(0, 1, 2, 3)) << example.names[0];
       for (std::size_t i = 0; i < 4; ++i)
         EXPECT_NEAR(played.times_s.at(i), example.times_s[i], 1e-6) << example.names[i];
-      EXPECT_EQ(played.warning.find("2 pictures are not named like") != std::string::npos, can_tell)
+      EXPECT_EQ(played.warning.find("3 pictures are not named like") != std::string::npos, can_tell)
           << played.warning;
     }
   }

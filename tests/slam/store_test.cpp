@@ -250,9 +250,13 @@ TEST(Store, AFullDiskIsAnErrorAndWhatWasWrittenIsRead) {
   EXPECT_THAT(message, HasSubstr("session.db: cannot be written: "));
   EXPECT_GT(added, 1);
   EXPECT_EQ(read_scan(folder.path(), {}).keyframes.size(), static_cast<std::size_t>(added));
-  const TemporaryFolder whole;
-  const FileSizeLimit limit(2500);
-  EXPECT_THAT(refusal([&] { write_store(whole.path(), small_map()); }), HasSubstr("cannot be written"));
+  for (const rlim_t bytes : {2500, 4096, 100'000}) {
+    const TemporaryFolder whole;
+    const FileSizeLimit limit(bytes);
+    EXPECT_THAT(refusal([&] { write_store(whole.path(), small_map()); }),
+                testing::AllOf(HasSubstr("cannot be written"), testing::Not(HasSubstr("Success"))))
+        << bytes;
+  }
 }
 
 }  // namespace

@@ -151,7 +151,8 @@ Trial make_trial(const Object& object, const std::vector<Pose>& poses, Sensor& s
   held.rotate(Eigen::AngleAxisd(uniform(-M_PI, M_PI), Eigen::Vector3d::UnitZ()));
   held.rotate(Eigen::AngleAxisd(uniform(-0.08, 0.08), Eigen::Vector3d::UnitX()));
   held.rotate(Eigen::AngleAxisd(uniform(-0.08, 0.08), Eigen::Vector3d::UnitY()));
-  held.pretranslate(Eigen::Vector3d(uniform(-1, 1), uniform(-1, 1), 0));
+  const double y_mm = uniform(-1, 1), x_mm = uniform(-1, 1);  // operands would have no order
+  held.pretranslate(Eigen::Vector3d(x_mm, y_mm, 0));
   const double depth_mm = uniform(0.8, 1.2) * ordinary_indentation_mm(object.shape->kind());
   Trial trial;
   sensor.restart();

@@ -66,22 +66,24 @@ std::string plain_stl(const std::filesystem::path& path) {
   return bytes;
 }
 
-/// As Assimp takes an OBJ: without a byte order mark, lines whole, and no colors behind a vertex, which some
-/// programs give an opacity, too.
+/// As Assimp takes an OBJ: without a byte order mark and comments, lines whole, and no colors behind a
+/// vertex, which some programs give an opacity, too.
 std::string plain_obj(const std::filesystem::path& path) {
-  std::string text = read_file(path), plain;
+  std::string text = read_file(path), plain, line;
   if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);
-  for (const char* end : {"\\\r\n", "\\\n"})
-    for (std::size_t at = 0; (at = text.find(end, at)) != std::string::npos;)
-      text.replace(at, std::strlen(end), " ");
   std::istringstream lines(std::move(text));
-  for (std::string line; std::getline(lines, line); plain += '\n') {
+  for (std::string part; std::getline(lines, part);) {
+    line += part.substr(0, part.find_first_of("#\r"));  // a comment may end in a backslash, too
+    if (line.ends_with('\\')) {
+      line.back() = ' ';
+      if (lines.peek() != EOF) continue;
+    }
     std::istringstream words(line);
     std::vector<std::string> numbers{std::istream_iterator<std::string>(words), {}};
     if (numbers.size() > 7 && numbers.front() == "v")
-      plain += fmt::format("v {} {} {}", numbers[1], numbers[2], numbers[3]);
-    else
-      plain += line;
+      line = fmt::format("v {} {} {}", numbers[1], numbers[2], numbers[3]);
+    plain += line + '\n';
+    line.clear();
   }
   return plain;
 }

@@ -5,34 +5,20 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
 #include <limits>
 #include <optional>
 #include <sstream>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <utility>
 #include <vector>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 #include "mesh_formats.hpp"
 
 namespace gelslam::mesh::detail {
 namespace {
-
-/// The whole file. Throws Error when it cannot be opened or read, or is larger than 8 GB.
-std::string read_file_bytes(const std::filesystem::path& path) {
-  constexpr std::uintmax_t kMaxBytes = 8ull << 30;
-  std::error_code ec;
-  const std::uintmax_t size = std::filesystem::file_size(path, ec);
-  if (ec) throw Error("it cannot be opened: " + ec.message());
-  if (size > kMaxBytes) throw Error("it is larger than 8 GB");
-  std::ifstream file(path, std::ios::binary);
-  std::string bytes(static_cast<std::size_t>(size), '\0');
-  if (!file.read(bytes.data(), static_cast<std::streamsize>(size))) throw Error("it cannot be read");
-  return bytes;
-}
 
 constexpr std::size_t kMaxHeaderBytes = 64 * 1024;
 constexpr std::size_t kMaxElements = 16;
@@ -290,7 +276,7 @@ bool read_faces(const Element& element, Cursor& cursor, Mesh& mesh) {
 }  // namespace
 
 Mesh read_ply(const std::filesystem::path& path, double mm_per_unit) {
-  const std::string bytes = read_file_bytes(path);
+  const std::string bytes = read_file(path);
   const Header header = parse_header(bytes);
   Cursor cursor(std::string_view(bytes).substr(header.size_bytes), header.format);
   Mesh mesh;

@@ -53,7 +53,10 @@ float incidence(float cosine) {
   return 0.5F * (cosine + std::sqrt(cosine * cosine + softness * softness));
 }
 
-void draw_spot(cv::Mat1f& map, float u, float v, float radius, float value) {
+/// Value, radius and place, v and u, in the order in which they are drawn by chance: arguments of a function
+/// have none.
+void draw_spot(cv::Mat1f& map, const cv::Vec4f& spot) {
+  const auto [value, radius, v, u] = std::array{spot[0], spot[1], spot[2], spot[3]};
   const int reach = static_cast<int>(std::ceil(radius * 2.5F));
   for (int y = std::max(0, static_cast<int>(v) - reach);
        y <= std::min(map.rows - 1, static_cast<int>(v) + reach); ++y)
@@ -68,15 +71,14 @@ void draw_spot(cv::Mat1f& map, float u, float v, float radius, float value) {
 cv::Mat1f speckled_albedo(const cv::Size& size, Random& random) {
   cv::Mat1f albedo(size, 1.0F);
   for (int k = 0; k < 45; ++k)
-    draw_spot(albedo, static_cast<float>(random.uniform(0, size.width)),
-              static_cast<float>(random.uniform(0, size.height)),
-              static_cast<float>(random.uniform(1.0, 2.8)), static_cast<float>(random.uniform(-0.45, 0.25)));
+    draw_spot(albedo, cv::Vec4d{random.uniform(-0.45, 0.25), random.uniform(1.0, 2.8),
+                                random.uniform(0, size.height), random.uniform(0, size.width)});
   for (int k = 0; k < 6; ++k) {  // hairs and scratches
     float u = static_cast<float>(random.uniform(0, size.width)),
           v = static_cast<float>(random.uniform(0, size.height));
     double angle = random.uniform(0, 2 * std::numbers::pi);
     for (int step = 0; step < 40; ++step) {
-      draw_spot(albedo, u, v, 0.8F, -0.12F);
+      draw_spot(albedo, {-0.12F, 0.8F, v, u});
       angle += random.uniform(-0.2, 0.2);
       u += static_cast<float>(std::cos(angle)), v += static_cast<float>(std::sin(angle));
     }
@@ -90,9 +92,8 @@ cv::Mat1f speckled_albedo(const cv::Size& size, Random& random) {
 cv::Mat2f grain_slopes(const cv::Size& size, double pitch_mm, int grains, Random& random) {
   cv::Mat1f hills(size, 0.0F);
   for (int k = 0; k < grains; ++k)
-    draw_spot(hills, static_cast<float>(random.uniform(0, size.width)),
-              static_cast<float>(random.uniform(0, size.height)),
-              static_cast<float>(random.uniform(1.5, 3.5)), -static_cast<float>(random.uniform(0.02, 0.06)));
+    draw_spot(hills, cv::Vec4d{-random.uniform(0.02, 0.06), random.uniform(1.5, 3.5),
+                               random.uniform(0, size.height), random.uniform(0, size.width)});
   cv::Mat1f dx, dy;
   cv::Sobel(hills, dx, CV_32F, 1, 0, 3, 0.125 / pitch_mm);
   cv::Sobel(hills, dy, CV_32F, 0, 1, 3, 0.125 / pitch_mm);

@@ -59,8 +59,8 @@ class Coin final : public ImplicitShape {
     Random random(dials.seed);
     for (Glyph& glyph : glyphs_)
       for (Vector2f& end : glyph)
-        end = Vector2f(static_cast<float>(random.uniform(-0.75, 0.75)),
-                       static_cast<float>(random.uniform(-1, 1)));
+        end.y() = static_cast<float>(random.uniform(-1, 1)),
+        end.x() = static_cast<float>(random.uniform(-0.75, 0.75));
   }
 
  private:

@@ -74,7 +74,7 @@ std::vector<CalibrationPress> read_catalog(const fs::path& path) {
     const std::string where = quoted(path) + " line " + std::to_string(number);
     if (line.size() > kMaxLine) throw Error(where + " is too long");
     if (has_semicolons) {
-      std::ranges::replace(line, ',', '.');
+      std::replace(line.begin() + static_cast<std::ptrdiff_t>(line.rfind(';') + 1), line.end(), ',', '.');
       std::ranges::replace(line, ';', ',');
     }
     presses.push_back(parse_line(line, where));

@@ -88,13 +88,25 @@ std::int64_t date_us(const std::smatch& parts) {
   return duration_cast<std::chrono::microseconds>(time.time_since_epoch()).count() + fraction_us(parts[8]);
 }
 
+bool have_as_many_digits(const Places& places) {
+  return std::ranges::all_of(
+      places, [&](const Place& place) { return place.digits.size() == places.front().digits.size(); });
+}
+
 /// Seconds as programs print them: all with as many digits behind the point, or without zeros at the end.
 bool are_decimals(const Places& places) {
   const auto has_point = [](const Place& place) { return !place.digits.empty(); };
   const auto ends_in_zero = [](const Place& p) { return p.digits.size() > 1 && p.digits.ends_with('0'); };
-  const auto as_many = [&](const Place& p) { return p.digits.size() == places.front().digits.size(); };
   return 2 * std::ranges::count_if(places, has_point) > std::ssize(places) &&
-         (std::ranges::all_of(places, as_many) || std::ranges::none_of(places, ends_in_zero));
+         (have_as_many_digits(places) || std::ranges::none_of(places, ends_in_zero));
+}
+
+/// Without zeros in front a counter leaves out less than the six in sixteen that decimal numbers would.
+bool are_hexadecimal(const Places& places) {
+  const auto padded = [](const Place& p) { return p.digits.size() > 1 && p.digits.starts_with('0'); };
+  const auto [first, last] = std::ranges::minmax(places, {}, &Place::value);
+  return have_as_many_digits(places) ||
+         (std::ranges::none_of(places, padded) && 4 * (last.value - first.value) < 5 * std::ssize(places));
 }
 
 const std::vector<Naming>& namings() {
@@ -121,19 +133,16 @@ const std::vector<Naming>& namings() {
        },
        always},
       {"the date and time", Kind::time,  // of a clock that may be anywhere
-       std::regex(R"((|.*?[^0-9])([0-9]{4})[-_.]?([0-9]{2})[-_.]?([0-9]{2})[-_ T]?([0-9]{2})[-_:.]?)"
-                  R"(([0-9]{2})[-_:.]?([0-9]{2})(?:[-_.,]?([0-9]{3}|[0-9]{6}|[0-9]{9}))?Z?)"),
+       std::regex(
+           R"((|.*?[^0-9])([0-9]{4})[-_.]?([0-9]{2})[-_.]?([0-9]{2})[-_ T]?([0-9]{2})[-_:.]?)"
+           R"(([0-9]{2})[-_:.]?([0-9]{2})(?:[-_.,]?([0-9]{3}|[0-9]{6}|[0-9]{9}))?(?:Z|[-+][0-9]{2}[:][0-9]{2})?)"),
        date_us, always},
       {"the seconds", Kind::time, std::regex(R"((|.*?[^0-9])([0-9]{1,9})(?:\.([0-9]+))?)"),
        [](const std::smatch& parts) { return number(parts[2]) * kSecondUs + fraction_us(parts[3]); },
        are_decimals},
       {"the hexadecimal numbers", Kind::hexadecimal, std::regex(R"((|.*?[^0-9A-Fa-f])([0-9A-Fa-f]{1,15}))"),
-       [](const std::smatch& parts) { return number(parts[2], 16); },
-       [](const Places& places) {
-         return std::ranges::all_of(
-             places, [&](const Place& place) { return place.digits.size() == places.front().digits.size(); });
-       }},
-      {"the numbers", Kind::number, std::regex(R"((.*?)([0-9]{0,9}))"),
+       [](const std::smatch& parts) { return number(parts[2], 16); }, are_hexadecimal},
+      {"the numbers", Kind::number, std::regex(R"(((?=.*[0-9]).*?)([0-9]{0,9}))"),
        [](const std::smatch& parts) { return number(parts[2]); }, always}};
   return known;
 }

@@ -137,7 +137,7 @@ void Database::fail(const SQLite::Exception& error) const {
                  code)) {
     why = kNotASession;
   } else if (error.getErrorCode() >= 0) {
-    const bool of_system = code == SQLITE_IOERR || code == SQLITE_CANTOPEN;
+    const bool of_system = (code == SQLITE_IOERR && system != 0) || code == SQLITE_CANTOPEN;
     why = std::string(access_ == Access::read ? "cannot be read: " : "cannot be written: ") +
           (of_system ? std::strerror(system) : error.getErrorStr());
   }

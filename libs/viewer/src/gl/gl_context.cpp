@@ -7,7 +7,9 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <new>
 #include <string_view>
+#include <thread>
 #include <utility>
 
 #include "gelslam/core/error.hpp"
@@ -146,6 +148,12 @@ void GlContext::create_window(const WindowLoopOptions& options, int samples) {
     throw Error("cannot open a window with OpenGL 3.3: " + reason + "; " + kWithoutWindow);
   }
   glfwMakeContextCurrent(window_);
+}
+
+/// Throws std::bad_alloc where there is less than what Mesa's software renderer takes, with its threads:
+/// where it gets no more, it ends the program.
+GlContext::GlContext() {
+  ::operator delete(::operator new((512 + 64 * std::size_t{std::thread::hardware_concurrency()}) << 20));
 }
 
 std::unique_ptr<GlContext> GlContext::window(const WindowLoopOptions& options) {

@@ -31,7 +31,7 @@ class GlContext {
   GLFWwindow* glfw_window() const { return window_; }  ///< null for EGL
 
  private:
-  GlContext() = default;
+  GlContext();
   bool open_egl();
   void open_window(const WindowLoopOptions& options, int samples);
   void create_window(const WindowLoopOptions& options, int samples);
