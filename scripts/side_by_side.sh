@@ -11,7 +11,7 @@
 parse "" 3 1000 "$@"
 public=${arguments[0]} out=${arguments[1]}
 repetitions=${REPETITIONS:-3} core=${CORE:-$(($(nproc) - 1))} gelslam=${GELSLAM_PROGRAM:-$root/build/bin/gelslam}
-[[ -f $public/run_reference.py ]] || fail "$public: no run_reference.py"
+[[ -n ${GELSLAM:-} || -d $public/gelslam ]] || fail "$public: no checkouts of the public system; see scripts/public_system.sh"
 [[ -x $gelslam ]] || fail "$gelslam: not built; see scripts/build.sh"
 mkdir -p "$out"
 echo "system,log,repetition,processor_s" >"$out/runs.csv"
