@@ -101,10 +101,12 @@ def accuracy(study):
                         "tracked_" + label: some["frames.tracked"].sum()})
     shown = network[network.index.str.startswith(("track_", "hard_"))]["error_over_sigma"].explode().astype(float)
     figures.update({"sigma_median": shown.median(), "sigma_most": statistics.quantiles(shown, n=20)[-1]})
-    demos = [read(study / f"demo{seed}.json")["mesh"]["known_pose"]["accuracy"]["mean_mm"] for seed in range(1, 11)]
-    figures.update({"demo": statistics.fmean(demos), "demo_least": min(demos), "demo_most": max(demos)})
     draw("accuracy", study / "network.json")
     return figures
+
+
+def demo(study):
+    return mean_and_range("mesh", [read(path)["mesh"]["known_pose"]["accuracy"]["mean_mm"] for path in study.glob("*.json")])
 
 
 def live(study):
@@ -210,7 +212,7 @@ def public(study):
     return figures
 
 
-PARTS = {"accuracy": accuracy, "stability": stability, "mechanisms": mechanisms, "calibration": calibration, "real": real, "live": live,
+PARTS = {"accuracy": accuracy, "demo": demo, "stability": stability, "mechanisms": mechanisms, "calibration": calibration, "real": real, "live": live,
          "real_live": real, "followed": followed, "long": long, "speed": speed, "public": public}
 
 

@@ -6,10 +6,10 @@
 #
 # DATA: rendered sequences with truth, and presses of real sensors. REAL: a folder of logs of real sensors:
 # NAME/{left,right}.avi, NAME/background_{left,right}.png, NAME/pair.json (ppmm, start, end). Neither can be downloaded.
-# The parts "followed" and "long" need none of it (DATA: any folder), for they simulate what they measure.
+# The parts "demo", "followed" and "long" need none of it (DATA: any folder), for they simulate what they measure.
 # NO_BUILD=1 takes what is built. PUBLIC=DIR also runs the public system (scripts/public_system.sh).
 #
-#   --only    of: models accuracy stability mechanisms calibration real live real_live followed long speed public
+#   --only    of: models accuracy demo stability mechanisms calibration real live real_live followed long speed public
 #             (accuracy and calibration need models; from live on an idle machine is needed)
 #
 # Tables stay in build/results. Needs jq and python3-opencv, too.
@@ -57,12 +57,14 @@ accuracy() {
   check accuracy/optics_own --extra="--model $out/models/optics.json" "${optics[@]}"
   sed '/^device_config:/a\  optics: {lens_k1: 0, camera_distance_mm: 0, gel_dome_per_mm: [0, 0]}' "${optics[0]}/config.yaml" >"$out/accuracy/flat.yaml"
   check accuracy/optics_flat --extra="--config $out/accuracy/flat.yaml --model $data/optics/calibration/model/nnmodel.pth" "${optics[@]}"
-  # scripts/demo.sh, with ten seeds of the hand
+}
+
+demo() {  # scripts/demo.sh, with ten seeds of the hand
   for seed in {1..10}; do echo "$seed"; done | xargs -P 2 -I{} bash -ec '
     "$0" simulate scan --object pebble --size 0.5 --indentation 0.8 --motion allover --frames 400 --seed {} -o "$1/log{}" -q
     "$0" reconstruct "$1/log{}" -o "$1/run{}" -q
-    "$0" evaluate "$1/run{}" --truth "$1/log{}" --json >"$1/demo{}.json"' "$gelslam" "$out/accuracy"
-  rm -r "$out"/accuracy/{log,run}*
+    "$0" evaluate "$1/run{}" --truth "$1/log{}" --json >"$1/{}.json"' "$gelslam" "$out/demo"
+  rm -r "$out"/demo/{log,run}*
 }
 
 stability() {
@@ -146,7 +148,7 @@ public() {
   done
 }
 
-for part in models accuracy stability mechanisms calibration ${real:+real} live ${real:+real_live} followed long speed ${PUBLIC:+public}; do
+for part in models accuracy demo stability mechanisms calibration ${real:+real} live ${real:+real_live} followed long speed ${PUBLIC:+public}; do
   [[ -z $only || ,$only, == *,$part,* ]] || continue
   say "$part, $(date +%H:%M:%S)"
   rm -rf "${out:?}/$part"
