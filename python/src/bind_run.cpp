@@ -126,6 +126,12 @@ void add_mesh(py::module_& module) {
       });
 }
 
+std::vector<std::string> warnings_of(const PythonRun& run) {
+  std::vector<std::string> warnings = run.report.warnings;
+  warnings.insert(warnings.end(), run.report.reservations.begin(), run.report.reservations.end());
+  return warnings;
+}
+
 PythonRun read_run(const fs::path& folder) {
   RunFiles files = read_run_files(folder);
   return {.run = nullptr,
@@ -266,10 +272,13 @@ The map's frame is that of the sensor at its first full contact: x right, y down
       .def_property_readonly(
           "report", &report_of,
           "dict: the figures of report.json: frames, keyframes, loops, partial, warnings...")
+      .def_property_readonly("warnings", &warnings_of,
+                             "list of str: what was wrong with the log or its background, what is not in the "
+                             "mesh, how far poses\nmay be off, and what was not observable. The last three "
+                             "are also given as Python warnings. Their\nfigures: report[\"uncertainty\"].")
       .def_property_readonly(
           "reservations", [](const PythonRun& self) { return self.report.reservations; },
-          "list of str: what is not in the mesh, how far poses may be off, and what was not "
-          "observable; also given\nas warnings. Its figures: report[\"uncertainty\"].")
+          "The warnings without those about the log, by their older name.")
       .def("save", &save, py::arg("path"), py::kw_only(), py::arg("overwrite") = false,
            "Writes a run folder: mesh, trajectory, keyframes, pose graph, configuration, report.")
       .def("__repr__", [](const PythonRun& self) {

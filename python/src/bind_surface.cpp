@@ -324,7 +324,9 @@ Threads that call it wait for each other.)")
       .def_property_readonly(
           "pixel_pitch_mm", [](const Sensor& self) { return self.config().surface.pixel_pitch_mm; },
           "Millimeters per pixel.")
-      .def_property_readonly("doubts", &Sensor::warnings, "What makes the background doubtful: list of str.");
+      .def_property_readonly("warnings", &Sensor::warnings,
+                             "list of str: what is wrong with the background. Also given as Python warnings.")
+      .def_property_readonly("doubts", &Sensor::warnings, "The warnings, by their older name.");
 }
 
 }  // namespace
