@@ -176,8 +176,8 @@ std::string write_output(const ExportArguments& a, const RunContents& run, Progr
     write_mesh(a.output, run.mesh, output_unit(a), colors);
   }
   progress.end();
-  return fmt::format("{} vertices, {} triangles, in {}", run.mesh.vertices_mm.size(),
-                     run.mesh.triangles.size(), short_name(output_unit(a)));
+  const std::string faces = ending == ".xyz" ? "" : fmt::format(", {} triangles", run.mesh.triangles.size());
+  return fmt::format("{} vertices{}, in {}", run.mesh.vertices_mm.size(), faces, short_name(output_unit(a)));
 }
 
 int export_run(const ExportArguments& a) {

@@ -101,6 +101,7 @@ TEST(Export, SaysUnitAndLoosePieces) {
   EXPECT_THAT(stl, HasSubstr("2 triangles, in mm\n"));
   EXPECT_THAT(stl, HasSubstr("2 loose pieces: the largest has 75.0 % of the area"));
   EXPECT_THAT(exported({"-o", (folder / "a.ply").string()}), HasSubstr("2 triangles, in m\n"));
+  EXPECT_THAT(exported({"-o", (folder / "a.xyz").string()}), HasSubstr("6 vertices, in mm\n"));
   EXPECT_THAT(exported({"-o", (folder / "a.obj").string(), "--unit", "m"}), HasSubstr("in m\n"));
   EXPECT_EQ(exported({"-q", "-o", (folder / "b.ply").string()}), "");
   EXPECT_THAT(info(folder / "a.stl").out, HasSubstr("11 x 3 x 0 mm; its unit is mm"));
