@@ -1,3 +1,12 @@
+// Motions between any two keyframes along odometry and joining loops, with their covariances.
+//
+// The chosen edges are searched breadth first from each keyframe that no tree has yet, which gives spanning
+// trees. Each node keeps its pose in the root and the covariance of that pose, to first order: the sum of the
+// covariances of the edges between root and node, each transported to the root by the adjoint. The motion
+// between two nodes is the quotient of their poses. Its covariance is the sum of both, without the edges that
+// both paths share: those above their lowest common ancestor, which count twice. The error by the gradient
+// scale is common to all edges, so its derivatives (by_scale) add up, and no squares of them.
+
 #include "motion_forest.hpp"
 
 #include <Eigen/Cholesky>

@@ -22,7 +22,7 @@ std::string at_line(const std::filesystem::path& path, std::size_t line_number) 
   return path.string() + ", line " + std::to_string(line_number);
 }
 
-/// Exactly eight numbers separated by blanks; false otherwise.
+/// Reads a line of exactly eight numbers that are separated by blanks; returns false for any other line.
 bool parse_numbers(const std::string& line, std::array<double, 8>& numbers) {
   const char* position = line.data();
   const char* const end = line.data() + line.size();
@@ -83,7 +83,7 @@ std::string tum_line(double time_s, const Pose& pose_mm) {
   Eigen::Quaterniond q(pose_mm.linear());
   if (q.w() < 0) q.coeffs() = -q.coeffs();
   const Eigen::Vector3d t = pose_mm.translation() * 1e-3;
-  constexpr double kTwelveDigitsS = 1e6;  // below this they hold microseconds
+  constexpr double kTwelveDigitsS = 1e6;  // smaller times need no more than twelve digits for microseconds
   return (time_s < kTwelveDigitsS ? fmt::format("{:.12g}", time_s) : fmt::format("{:.6f}", time_s)) +
          fmt::format(" {:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g}\n", t.x(), t.y(), t.z(), q.x(),
                      q.y(), q.z(), q.w());

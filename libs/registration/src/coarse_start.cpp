@@ -29,8 +29,9 @@ constexpr double kTwistStepRad = 0.12;  // Textures turned by more than half of 
 // The search goes so many steps to either side of the expected twist: two standard deviations of a twist of
 // which nothing is known.
 constexpr int kTwistSteps = static_cast<int>(2 * kMinPeriodMm / kMmPerRad / kTwistStepRad);
-constexpr int kShrink = 4;         // A fourth of the shortest period is found; registration does the rest.
-constexpr int kMaxCandidates = 6;  // The best are kept; more would be periods of one pattern.
+// Four pixels are a fourth of the shortest period (kMinPeriodMm), fine enough for registration to converge.
+constexpr int kShrink = 4;
+constexpr int kMaxCandidates = 6;  // More candidates would be periods of one pattern.
 
 /// A candidate: the reference, turned by `twist_rad` and shifted, agrees with the target.
 struct Candidate {
@@ -97,7 +98,7 @@ Pose coarse_pose(const Surface& reference, const Surface& target, double twist_r
   const CameraModel camera = target.camera(), from = reference.camera();
   const Eigen::Matrix3d twist = Eigen::AngleAxisd(twist_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   Eigen::Vector3d reference_sum = Eigen::Vector3d::Zero(), target_sum = Eigen::Vector3d::Zero();
-  Eigen::Vector2d gap = Eigen::Vector2d::Zero();
+  Eigen::Vector2d normal_change = Eigen::Vector2d::Zero();
   double weight = 0;
   int count = 0;
   for (int v = kShrink / 2; v < from.size.height; v += kShrink)
@@ -107,7 +108,7 @@ Pose coarse_pose(const Surface& reference, const Surface& target, double twist_r
       const std::optional<cv::Point> at = camera.pixel_of(camera.to_px(q));
       if (!at || !target.contact(*at)) continue;
       const Eigen::Vector3d normal = twist * vector(reference.normals(v, u));
-      gap += normal.z() * (vector(target.normals(*at)) - normal).head<2>();
+      normal_change += normal.z() * (vector(target.normals(*at)) - normal).head<2>();
       weight += normal.z() * normal.z();
       reference_sum += reference.point_mm({u, v});
       target_sum += camera.point_mm(q, static_cast<double>(target.height_mm(*at)));
@@ -118,7 +119,7 @@ Pose coarse_pose(const Surface& reference, const Surface& target, double twist_r
   start.translation().head<2>() = shift_mm;
   if (count == 0) return start;
   // To first order a small turn w changes a normal by w x n.
-  const Eigen::Vector3d tilt(-gap.y() / weight, gap.x() / weight, 0.0);
+  const Eigen::Vector3d tilt(-normal_change.y() / weight, normal_change.x() / weight, 0.0);
   start.linear() = so3_exp(tilt) * twist;
   start.translation() = (target_sum - start.linear() * reference_sum) / count;
   return start;
@@ -145,8 +146,8 @@ std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target,
   const TextureSpectrum target_spectrum(target_texture, size);
   std::vector<Candidate> peaks;
   for (std::size_t i = 0; i < turned.size(); ++i)
-    add_peaks(turned[i], target_texture, TextureSpectrum(turned[i], size).laid_on(target_spectrum), twists[i],
-              min_similarity, min_shared_px, peaks);
+    add_peaks(turned[i], target_texture, TextureSpectrum(turned[i], size).correlated_with(target_spectrum),
+              twists[i], min_similarity, min_shared_px, peaks);
   std::vector<Pose> starts;
   for (const Candidate& candidate : best_candidates(std::move(peaks), kMinPeriodMm / texture.pixel_pitch_mm))
     starts.push_back(

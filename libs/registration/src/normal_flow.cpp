@@ -44,7 +44,8 @@ Vector6d with_tz(const Vector5d& step, const Viewpoint& view) {
   return xi;
 }
 
-/// Returns the prior's information about the step, along directions that are independent of each other.
+/// Returns the prior's information about the step, in the basis of the observable directions and without the
+/// correlations between them.
 Matrix5d information_of(const PosePrior& prior, const ObservableDirections& along) {
   const Matrix5d step = prior.step_covariance.topLeftCorner<kParameters, kParameters>();
   const Vector5d variance = (along.dual_basis.transpose() * step * along.dual_basis).diagonal();
@@ -60,10 +61,11 @@ void project_observable(const ObservableDirections& directions, NormalEquations&
       directions.dual_basis * directions.signal_fraction.asDiagonal() * directions.dual_basis.transpose();
 }
 
-// The registration has converged after this many steps in a row that do not make the residuals smaller by
+// The second pass is left out where both surfaces show at least this fraction of every direction.
+constexpr double kHardlyNoise = 0.9;
+// The registration has converged after kPatience steps in a row that do not make the residuals smaller by
 // more than the noise of one sample: on a surface with little texture, further steps only wander. Where most
-// of the residuals is noise, progress is hard to see, and more such steps are taken.
-constexpr double kHardlyNoise = 0.9;  // A second pass is left out where all directions show more.
+// of the residuals is noise, progress is hard to see, and kPatienceInNoise such steps are taken.
 constexpr int kPatience = 3, kPatienceInNoise = 20;
 
 /// Watches whether the residuals still get smaller.
@@ -144,11 +146,11 @@ class Alignment {
     if (!converge(prior, nullptr, noise_variance, result)) return result;
     const ObservableDirections directions = finish(prior, result);
     if (directions.signal_fraction.minCoeff() > kHardlyNoise) return result;
-    // Noise has moved the pose along directions that the surfaces hardly show.
-    RegistrationResult weighed = result;
-    if (!converge(prior, &directions, noise_variance, weighed)) return result;
-    finish(prior, weighed);
-    return weighed;
+    // In the first pass noise has moved the pose along directions that the surfaces hardly show.
+    RegistrationResult second = result;
+    if (!converge(prior, &directions, noise_variance, second)) return result;
+    finish(prior, second);
+    return second;
   }
 
   /// Judges a pose as it is.

@@ -83,7 +83,7 @@ TextureSpectrum::TextureSpectrum(const CoarseTexture& texture, cv::Size size)
       squared_(spectrum(squared(texture.curvature), size)),
       mask_(spectrum(texture.mask, size)) {}
 
-TextureSpectrum::Agreement TextureSpectrum::laid_on(const TextureSpectrum& other) const {
+TextureSpectrum::Agreement TextureSpectrum::correlated_with(const TextureSpectrum& other) const {
   const cv::Mat1f dot = correlate(curvature_, other.curvature_), energy = correlate(squared_, other.mask_),
                   other_energy = correlate(mask_, other.squared_);
   Agreement agreement{cv::Mat1f(dot.size(), 0.0F), correlate(mask_, other.mask_)};
@@ -107,7 +107,7 @@ double self_similarity(const Surface& surface) {
   const CoarseTexture texture(surface);
   if (texture.pixels < 1) return 0.0;
   const TextureSpectrum spectrum(texture, texture.mask.size() * 2);
-  const auto [similarity, shared] = spectrum.laid_on(spectrum);
+  const auto [similarity, shared] = spectrum.correlated_with(spectrum);
   const double min_shift_px = kMinPeriodMm / texture.pixel_pitch_mm;
   double largest = 0.0;
   for (int y = 0; y < similarity.rows; ++y)

@@ -28,8 +28,8 @@ struct CoarseTexture {
   void crop_to_contact();
 };
 
-/// The Fourier transform of a texture, padded to `size`: that of both together, for it to be compared with
-/// another at all shifts at once.
+/// The Fourier transform of a texture, by which it is compared with another one at all shifts at once. Both
+/// are padded to the same `size`, the sum of the sizes of both textures.
 class TextureSpectrum {
  public:
   TextureSpectrum(const CoarseTexture& texture, cv::Size size);
@@ -40,7 +40,7 @@ class TextureSpectrum {
     cv::Mat1f similarity;  ///< normalized cross-correlation over what is shared, -1..1
     cv::Mat1f shared;      ///< pixels
   };
-  Agreement laid_on(const TextureSpectrum& other) const;
+  Agreement correlated_with(const TextureSpectrum& other) const;
 
  private:
   cv::Mat curvature_, squared_, mask_;

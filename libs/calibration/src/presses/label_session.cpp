@@ -14,8 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kUncertainConfidence = 0.8;  // clear contacts of three sensors: 0.8 and more
-constexpr double kOddDistance = 0.25;         // of the radius, between a label and what was found
+constexpr double kUncertainConfidence = 0.8;  // clear contacts of three sensors had 0.8 and more
+constexpr double kOddDistance = 0.25;         // between label and circle that was found, over the radius
 constexpr double kMinOddPx = 5.0;
 constexpr double kMinLabelRadiusPx = 2.0;
 
@@ -32,7 +32,7 @@ std::string warning_about(const CalibrationPress& press, const FoundCircle& foun
   return "";
 }
 
-/// Where a person starts when nothing was found.
+/// The circle that a person moves into place when none was found.
 ContactCircle circle_in_the_middle(const cv::Size& picture) {
   return {0.5 * picture.width, 0.5 * picture.height, 0.125 * picture.height};
 }
@@ -112,7 +112,7 @@ std::string LabelSession::progress() const {
   return text;
 }
 
-/// Found in the picture, or put there by a person.
+/// Says whether the circle was found in the picture or put there by a person.
 bool LabelSession::has_contact(const PressLabel& label) const {
   return label.origin != LabelOrigin::found ||
          (found_[label.press].problem.empty() && set_.presses[label.press].problem.empty());
@@ -170,7 +170,7 @@ std::size_t LabelSession::accept_rest() {
 
 void LabelSession::show(std::size_t label) { current_ = std::min(label, labels_.size() - 1); }
 
-/// The next one after this, or else the first one; false where none is open.
+/// Shows the next open press after this one, or else the first open one; returns false where none is open.
 bool LabelSession::show_next_open() {
   for (std::size_t step = 1; step <= labels_.size(); ++step) {
     const std::size_t k = (current_ + step) % labels_.size();

@@ -17,9 +17,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMaxPressesOfABall = 100'000;  // of one ball: ends the search for a free one
+constexpr int kMaxPressesOfABall = 100'000;  // where the search for a free name ends
 constexpr const char* kCatalogHeader = "experiment_reldir,diameter(mm)\n";
-// Training refuses pictures whose color differs by 6 levels (norm) from the background's.
+// The limit leaves a margin: training refuses presses whose color differs by 6 levels (norm) from the
+// background's.
 constexpr double kMaxFolderLightLevels = 4.0;
 
 void make_folders(const fs::path& path) {
@@ -36,7 +37,8 @@ std::string read_catalog_text(const fs::path& path) {
   return text;
 }
 
-/// Makes the first <n>/ that is not there: the system sees to it that two programs never get the same.
+/// Makes the first folder <n>/ that does not exist yet. Creating it is atomic, so two programs never get the
+/// same one.
 std::string free_name(const fs::path& folder, double diameter_mm) {
   const std::string ball = fmt::format("{:.3f}mm", diameter_mm);
   make_folders(folder / ball);
@@ -73,7 +75,7 @@ void PressFolder::write_background(const cv::Mat3b& background) {
   if (!earlier_.background.empty()) return;
   make_folders(folder_);
   FolderLock lock = lock_.holds() ? std::move(lock_) : FolderLock(folder_);
-  // Neither was there at the start.
+  // Neither file was there when this program began.
   if (fs::exists(folder_ / "background.png") || fs::exists(folder_ / "catalog.csv"))
     throw Error("meanwhile another program has collected into " + quoted(folder_) + ": begin again");
   write_png(folder_ / "background.png", background);

@@ -43,23 +43,23 @@ struct Series {
   }
 };
 
-/// A picture, and what its name says of its place.
-struct Place {
+/// A picture of a folder, and the number or time that its name states.
+struct Entry {
   fs::path image;
-  std::int64_t value = 0;   ///< us of a time
-  std::string digits = {};  ///< behind a point; all of a hexadecimal number
+  std::int64_t value = 0;   ///< the number, or the time in us
+  std::string digits = {};  ///< those behind the decimal point; for a hexadecimal number all digits
 };
-using Places = std::vector<Place>;
+using Entries = std::vector<Entry>;
 
-/// A way to name pictures. What it does not take of a name is the same in a series, but for digits.
+/// A way to name pictures: a prefix, and a number or a time. In a series all prefixes are equal except for
+/// their digits.
 struct Naming {
   enum class Kind { number, hexadecimal, time, unix_time };
   std::string words;
   Kind kind;
-  std::regex
-      form;  ///< of a name without its ending; its first part is what is not taken, its last the digits
-  std::int64_t (*value)(const std::smatch& parts);  ///< below 0: none
-  bool (*fits)(const Places& places);  ///< what must hold for most pictures of a folder, together
+  std::regex form;  ///< of a name without its ending; the first group is the prefix, the last one the digits
+  std::int64_t (*value)(const std::smatch& parts);  ///< negative if the name does not state one
+  bool (*fits)(const Entries& entries);  ///< whether the pictures of a series may be named like this
 
   bool is_time() const { return kind == Kind::time || kind == Kind::unix_time; }
 };
@@ -70,10 +70,10 @@ std::int64_t number(const std::string& digits, int base = 10) {
   return digits.empty() ? 0 : std::stoll(digits, nullptr, base);
 }
 
-/// The first six of the digits behind a point.
+/// Returns the microseconds that the digits behind a decimal point mean.
 std::int64_t fraction_us(const std::string& digits) { return number((digits + "000000").substr(0, 6)); }
 
-/// -1 for times that no log of our days has.
+/// Returns -1 for a time before 2001, which no log has.
 std::int64_t of_this_century(std::int64_t unix_us) {
   constexpr std::int64_t kFirstUs = 1'000'000'000 * kSecondUs;  // 2001
   return unix_us >= kFirstUs && unix_us < kMaxUnixUs ? unix_us : -1;
@@ -88,38 +88,41 @@ std::int64_t date_us(const std::smatch& parts) {
   return duration_cast<std::chrono::microseconds>(time.time_since_epoch()).count() + fraction_us(parts[8]);
 }
 
-bool have_as_many_digits(const Places& places) {
+bool have_as_many_digits(const Entries& entries) {
   return std::ranges::all_of(
-      places, [&](const Place& place) { return place.digits.size() == places.front().digits.size(); });
+      entries, [&](const Entry& entry) { return entry.digits.size() == entries.front().digits.size(); });
 }
 
-/// Seconds as programs print them: all with as many digits behind the point, or without zeros at the end.
-bool are_decimals(const Places& places) {
-  const auto has_point = [](const Place& place) { return !place.digits.empty(); };
-  const auto ends_in_zero = [](const Place& p) { return p.digits.size() > 1 && p.digits.ends_with('0'); };
-  return 2 * std::ranges::count_if(places, has_point) > std::ssize(places) &&
-         (have_as_many_digits(places) || std::ranges::none_of(places, ends_in_zero));
+/// Says whether names are seconds as programs print them: all with as many digits behind the point, or all
+/// without zeros at the end.
+bool are_decimals(const Entries& entries) {
+  const auto has_point = [](const Entry& entry) { return !entry.digits.empty(); };
+  const auto ends_in_zero = [](const Entry& p) { return p.digits.size() > 1 && p.digits.ends_with('0'); };
+  return 2 * std::ranges::count_if(entries, has_point) > std::ssize(entries) &&
+         (have_as_many_digits(entries) || std::ranges::none_of(entries, ends_in_zero));
 }
 
-/// Without zeros in front a counter leaves out less than the six in sixteen that decimal numbers would.
-bool are_hexadecimal(const Places& places) {
-  const auto padded = [](const Place& p) { return p.digits.size() > 1 && p.digits.starts_with('0'); };
-  const auto [first, last] = std::ranges::minmax(places, {}, &Place::value);
-  return have_as_many_digits(places) ||
-         (std::ranges::none_of(places, padded) && 4 * (last.value - first.value) < 5 * std::ssize(places));
+/// Says whether names are hexadecimal numbers rather than decimal ones. Numbers that are padded with zeros
+/// all have the same length. Without padding the test is how many numbers are missing: decimal numbers that
+/// are read as hexadecimal ones leave out six of sixteen, and a counter may leave out at most a fifth.
+bool are_hexadecimal(const Entries& entries) {
+  const auto padded = [](const Entry& p) { return p.digits.size() > 1 && p.digits.starts_with('0'); };
+  const auto [first, last] = std::ranges::minmax(entries, {}, &Entry::value);
+  return have_as_many_digits(entries) ||
+         (std::ranges::none_of(entries, padded) && 4 * (last.value - first.value) < 5 * std::ssize(entries));
 }
 
 const std::vector<Naming>& namings() {
   using Kind = Naming::Kind;
-  const auto always = [](const Places&) { return true; };
+  const auto always = [](const Entries&) { return true; };
   static const std::vector<Naming> known{
       {"the seconds and nanoseconds since 1970", Kind::unix_time,
        std::regex(R"((|.*?[^0-9])([0-9]{10})[._]([0-9]{1,9}))"),
        [](const std::smatch& parts) {
          return of_this_century(number(parts[2]) * kSecondUs + number(parts[3]) / 1000);
        },
-       [](const Places& places) {
-         return std::ranges::any_of(places, [](const Place& place) { return place.digits.size() == 9; });
+       [](const Entries& entries) {
+         return std::ranges::any_of(entries, [](const Entry& entry) { return entry.digits.size() == 9; });
        }},
       {"the seconds since 1970", Kind::unix_time, std::regex(R"((|.*?[^0-9])([0-9]{10})(?:\.([0-9]+))?)"),
        [](const std::smatch& parts) {
@@ -152,36 +155,36 @@ std::string without_digits(std::string text) {
   return text;
 }
 
-/// By what is not taken of their names.
-std::map<std::string, Places> places_by(const Naming& naming, const std::vector<fs::path>& images) {
-  std::map<std::string, Places> places;
+/// Groups pictures by their prefix.
+std::map<std::string, Entries> by_prefix(const Naming& naming, const std::vector<fs::path>& images) {
+  std::map<std::string, Entries> entries;
   std::smatch parts;
   for (const fs::path& image : images) {
     const std::string stem = image.stem().string();
     if (!std::regex_match(stem, parts, naming.form)) continue;
     if (const std::int64_t value = naming.value(parts); value >= 0)
-      places[without_digits(parts[1])].push_back({image, value, parts[parts.size() - 1]});
+      entries[without_digits(parts[1])].push_back({image, value, parts[parts.size() - 1]});
   }
-  return places;
+  return entries;
 }
 
-/// The pictures of most names, and how these are to be read.
-std::pair<const Naming*, Places> most_of(const std::vector<fs::path>& images) {
+/// Returns the largest series of pictures, and how their names are read.
+std::pair<const Naming*, Entries> largest_series(const std::vector<fs::path>& images) {
   const auto largest = [&](const Naming& naming) {
-    const auto places = places_by(naming, images);
+    const auto entries = by_prefix(naming, images);
     const auto most =
-        std::ranges::max_element(places, {}, [](const auto& series) { return series.second.size(); });
-    return most == places.end() ? Places() : most->second;
+        std::ranges::max_element(entries, {}, [](const auto& series) { return series.second.size(); });
+    return most == entries.end() ? Entries() : most->second;
   };
   const Naming* plain = &namings().back();
-  const Places plain_places = largest(*plain);
+  const Entries plain_entries = largest(*plain);
   for (const Naming& naming : namings()) {
     const std::size_t least =
-        naming.kind == Naming::Kind::hexadecimal ? plain_places.size() + 1 : images.size() / 2 + 1;
-    Places places = largest(naming);
-    if (places.size() < std::max<std::size_t>(least, 2) || !naming.fits(places)) continue;
-    std::ranges::stable_sort(places, {}, [&](const Place& p) { return &naming == plain ? 0 : p.value; });
-    return {&naming, places};
+        naming.kind == Naming::Kind::hexadecimal ? plain_entries.size() + 1 : images.size() / 2 + 1;
+    Entries entries = largest(naming);
+    if (entries.size() < std::max<std::size_t>(least, 2) || !naming.fits(entries)) continue;
+    std::ranges::stable_sort(entries, {}, [&](const Entry& p) { return &naming == plain ? 0 : p.value; });
+    return {&naming, entries};
   }
   return {plain, {}};
 }
@@ -196,8 +199,8 @@ bool increases(const std::vector<std::int64_t>& values) {
   return std::ranges::adjacent_find(values, std::greater_equal<>()) == values.end();
 }
 
-/// Frame numbers from 0 by the numbers in names, where most of these differ by the same step and the others
-/// by several: a recorder that left some out. Else all in a row.
+/// Returns frame numbers from 0. Where most numbers in names differ by the same step and the others by
+/// several such steps, a recorder left some frames out, and so do these. Otherwise they leave out none.
 std::vector<std::int64_t> frame_numbers(const std::vector<std::int64_t>& named) {
   std::vector<std::int64_t> numbers(named.size());
   std::iota(numbers.begin(), numbers.end(), 0);
@@ -210,7 +213,8 @@ std::vector<std::int64_t> frame_numbers(const std::vector<std::int64_t>& named) 
   return numbers;
 }
 
-/// Where a clock was set back, pictures of two times mix: two steps together make the usual one. Else "".
+/// Returns a warning if a clock seems to have been set back, and otherwise "". Then pictures of two times
+/// mix: two steps together make the usual one.
 std::string warning_of(const std::vector<std::int64_t>& unix_us, std::int64_t usual_us,
                        const std::vector<fs::path>& images) {
   constexpr int kFewestMixed = 6;
@@ -228,10 +232,10 @@ std::string warning_of(const std::vector<std::int64_t>& unix_us, std::int64_t us
 /// Throws Error where the names are those of several logs, or of one log in two formats: left_1.png and
 /// right_1.png, 1.png and 1.jpg. Returns what is to be said of single pictures of other names, which are left
 /// out; of the names of `images`, `most` are of one series.
-std::string others_than(const Places& most, const fs::path& folder, const std::vector<fs::path>& images) {
+std::string others_than(const Entries& most, const fs::path& folder, const std::vector<fs::path>& images) {
   std::set<std::string> stems;
   std::set<fs::path> of_most;
-  for (const Place& place : most) of_most.insert(place.image);
+  for (const Entry& entry : most) of_most.insert(entry.image);
   std::map<std::string, std::vector<std::string>> series;
   std::vector<std::string> others;
   for (const fs::path& image : images) {
@@ -257,13 +261,13 @@ std::string others_than(const Places& most, const fs::path& folder, const std::v
                      most.front().image.filename().string(), others.front());
 }
 
-/// In the order of their names, of which the largest part is named alike.
+/// Orders the pictures of a folder by the numbers or times in the names of the largest series.
 Series series_of(const fs::path& folder, std::vector<fs::path> images, double profile_rate_hz) {
-  const auto& [naming, places] = most_of(images);
+  const auto& [naming, entries] = largest_series(images);
   Series series;
-  series.warning = others_than(places, folder, images);
+  series.warning = others_than(entries, folder, images);
   series.rate_hz = profile_rate_hz;
-  if (places.empty()) {
+  if (entries.empty()) {
     series.images = std::move(images);
     series.order = "in the order of their names";
     series.numbers.resize(series.images.size());
@@ -271,9 +275,9 @@ Series series_of(const fs::path& folder, std::vector<fs::path> images, double pr
     return series;
   }
   std::vector<std::int64_t> values;
-  for (const Place& place : places) {
-    series.images.push_back(place.image);
-    values.push_back(place.value);
+  for (const Entry& entry : entries) {
+    series.images.push_back(entry.image);
+    values.push_back(entry.value);
   }
   series.order = "in the order of " + naming->words + " in their names";
   series.numbers = frame_numbers(naming->is_time() ? std::vector<std::int64_t>(values.size()) : values);

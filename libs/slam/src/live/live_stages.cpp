@@ -18,7 +18,7 @@ SurfaceStage::SurfaceStage(LiveContext& context)
 }
 
 void SurfaceStage::run() {
-  const auto most_background_frames = static_cast<std::size_t>(context_.options.config.background_frames);
+  const auto max_background_frames = static_cast<std::size_t>(context_.options.config.background_frames);
   while (const std::optional<RawFramePtr> frame = context_.raw.pop()) {
     std::optional<TactileImage> image = decode(**frame);
     if (!image) continue;
@@ -32,10 +32,11 @@ void SurfaceStage::run() {
     SurfacePtr surface = frames_.push(image->bgr, image->index);
     if (!had_background) {
       background_frames_.push_back(*frame);
-      if (background_frames_.size() > most_background_frames) background_frames_.pop_front();
+      if (background_frames_.size() > max_background_frames) background_frames_.pop_front();
       report_background();
     }
     if (!frames_.difference().empty()) {
+      // Another gel lies in the camera that was connected again: the scan ends with what was seen before.
       context_.board.warn(frames_.difference());
       context_.lost = true;
       return;
@@ -109,7 +110,7 @@ void TrackingStage::handle(const SurfacedFrame& frame) {
   hand_on(tracked.new_keyframes);
 }
 
-/// To the mapper.
+/// Passes keyframes to the mapping thread.
 void TrackingStage::hand_on(const std::vector<NewKeyframe>& keyframes) {
   for (const NewKeyframe& added : keyframes) context_.keyframes.push_beyond_limit(added);
 }
@@ -126,7 +127,8 @@ void FusionStage::stop() {
   changed_.notify_one();
 }
 
-/// The newest map, if it was not taken yet; waits for one when there is no other work.
+/// Returns the newest map if it was not taken yet, and otherwise null. It waits for a map when there is no
+/// other work.
 std::shared_ptr<const MapSnapshot> FusionStage::wait_for_map(bool work_left) {
   std::unique_lock lock(mutex_);
   if (!work_left) changed_.wait(lock, [this] { return stopped_ || newest_; });
@@ -145,7 +147,8 @@ void FusionStage::run() {
   }
 }
 
-/// A patch that cannot be fused is reported; fusion goes on without it, at once.
+/// Fuses a part of what is left, and returns whether work is left. A patch that cannot be fused is reported,
+/// and fusion goes on without it.
 bool FusionStage::work() {
   const auto scope = context_.timer.measure("fusion");
   try {
@@ -200,13 +203,15 @@ void MappingStage::publish() {
   context_.board.set_map(std::move(map));
 }
 
-/// Without a keyframe.
+/// Returns until when the mapping thread waits for a keyframe: until the pose graph may be solved for new
+/// loops.
 LiveClock::time_point MappingStage::next_work() {
   return mapper().has_new_loops() ? next_optimization_ : LiveClock::now() + std::chrono::hours(1);
 }
 
-/// A full solve moves the whole map, and the mesh has to follow: only after new loops, and for at most a
-/// tenth of the time.
+/// Solves the pose graph if it has new loops, and returns whether it did. A full solve moves the whole map,
+/// and the mesh has to follow it. Between two solves there is therefore a pause of at least 1 s and of nine
+/// times what the last one took.
 bool MappingStage::optimize_if_due() {
   const LiveClock::time_point start = LiveClock::now();
   if (!mapper().has_new_loops() || start < next_optimization_) return false;

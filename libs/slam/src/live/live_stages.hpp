@@ -47,7 +47,7 @@ struct LiveContext {
   StageTimer timer;
   LiveBoard board;
   std::atomic<bool> aborted{false};
-  std::atomic<bool> lost{false};  ///< the source, or its gel: the scan ends early
+  std::atomic<bool> lost{false};  ///< the source is lost (not track), or has another gel: the scan ends early
 
   static constexpr std::size_t kQueuedFrames = 2;  ///< what is older is not worth its latency
   BoundedQueue<RawFramePtr> raw{kQueuedFrames};

@@ -166,7 +166,7 @@ cv::Mat1f BareGelLeveler::integrate_where_flat(const LineHeights& lines) {
                                                                   (x * x + y * y) /
                                                                   (kUsualSlopeRad * kUsualSlopeRad);
     }
-  constexpr float kHardly = 1e-4F;  // numerics: only makes the solution unique
+  constexpr float kHardly = 1e-4F;  // makes the solution unique and hardly changes it
   return solve(steps, variance, kHardly, cv::Mat1f(grid_, 0.0F));
 }
 

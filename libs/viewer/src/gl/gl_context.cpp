@@ -115,7 +115,7 @@ void GlContext::open_window(const WindowLoopOptions& options, int samples) {
   glfwShowWindow(window_);
 }
 
-/// No larger than the screen has room for, frame included: what hangs over its edge cannot be reached.
+/// No larger than the screen has room for, frame included: what lies beyond its edge cannot be reached.
 void GlContext::fit_to_screen() {
   int width = 0, height = 0, left = 0, top = 0, right = 0, bottom = 0, room_x = 0, room_y = 0, room_width = 0,
       room_height = 0;
