@@ -47,8 +47,8 @@ cv::Mat1b contact_of(const cv::Mat1f& height_mm, double pitch_mm = kPitchMm,
   cv::Sobel(height_mm, gx, CV_32F, 1, 0, 1, 0.5 / pitch_mm, 0, cv::BORDER_REPLICATE);
   cv::Sobel(height_mm, gy, CV_32F, 0, 1, 1, 0.5 / pitch_mm, 0, cv::BORDER_REPLICATE);
   cv::Mat1b contact;
-  ContactDetector(pitch_mm)
-      .detect(height_mm, divergence(gx, gy), deeper_than_half(height_mm), quality, contact);
+  ContactDetector(pitch_mm).detect(height_mm, divergence(gx, gy), deeper_than_half(height_mm), quality,
+                                   contact);
   return contact;
 }
 
