@@ -66,6 +66,15 @@ double min_texture_correlation(PlacePrior prior, const VerificationOptions& opti
                                              : options.sure_texture_correlation;
 }
 
+/// SCR asks how much of the reference is found again. A smaller target may lie in it entirely: then the
+/// question is put the other way round.
+bool shows_all_of(const NormalFlowReference& target, const NormalFlowReference& reference,
+                  const RegistrationResult& result, const NormalFlowOptions& options) {
+  return result.status == RegistrationStatus::too_little_overlap &&
+         target.surface().contact_pixels < reference.surface().contact_pixels &&
+         judge_pose(target, reference.surface(), result.target_T_reference.inverse(), options).ok();
+}
+
 }  // namespace
 
 RegistrationResult verify(const NormalFlowReference& reference, const NormalFlowReference& target,
@@ -83,9 +92,9 @@ RegistrationResult verify(const NormalFlowReference& reference, const NormalFlow
   }
   NormalFlowOptions gates = registration;
   gates.curvature = options.curvature;
-  return verify_registered(reference, target.surface(),
-                           register_normal_flow(reference, target.surface(), target_T_reference, gates),
-                           prior, options);
+  result = register_normal_flow(reference, target.surface(), target_T_reference, gates);
+  if (shows_all_of(target, reference, result, gates)) result.status = RegistrationStatus::converged;
+  return verify_registered(reference, target.surface(), result, prior, options);
 }
 
 RegistrationResult verify_registered(const NormalFlowReference& reference, const Surface& target,
