@@ -19,6 +19,7 @@ void add_calibrate_train_command(CLI::App& calibrate, int& exit_code);
 struct PressOptions {
   std::filesystem::path folder, config;
   bool quiet = false;
+  bool force = false;  ///< presses whose untouched gel does not look like the background, too
   // From the configuration, once read_presses() has read it.
   double pitch_mm = 0.0634;
 

@@ -12,6 +12,8 @@ void PressOptions::add_to(CLI::App& command) {
       ->required();
   command.add_option("--config", config,
                      "The sensor's configuration: its name and pixel pitch (default: GelSight Mini)");
+  command.add_flag("--force", force,
+                   "Use presses whose untouched gel does not look like the background, too");
   add_quiet_flag(command, quiet);
 }
 
@@ -19,7 +21,7 @@ PressSet read_presses(PressOptions& options, const ModelFile& model) {
   const Config config = find_config({.config = options.config});
   if (model.record) options.pitch_mm = model.record->pixel_pitch_mm;
   if (!options.config.empty()) options.pitch_mm = config.surface.pixel_pitch_mm;
-  PressSet set = read_press_set(options.folder);
+  PressSet set = read_press_set(options.folder, options.force);
   if (model.model.optics) set.optics = model.model.optics;
   prepare(set, config.surface.optics, options.pitch_mm, config.sensor.device_name,
           [](const std::string& warning) { print_line("note: " + warning); });

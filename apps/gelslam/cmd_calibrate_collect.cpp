@@ -52,7 +52,7 @@ int label_presses(const CollectArguments& arguments, PressWindowOptions window) 
   if (!arguments.collect.folder.empty() || arguments.collect.diameter_mm > 0)
     throw Error(quoted(arguments.input) + " holds presses to be labeled: leave out --output and --diameter");
   const FolderLock lock(arguments.input);
-  PressOptions options{arguments.input, arguments.config, arguments.quiet};
+  PressOptions options{arguments.input, arguments.config, arguments.quiet, arguments.collect.any_background};
   PressSet set = read_presses(options);
   window.pixel_pitch_mm = options.pitch_mm;
   LabelSession labels = find_circles(std::move(set), options.pitch_mm, arguments.quiet);

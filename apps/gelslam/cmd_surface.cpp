@@ -1,6 +1,6 @@
 #include <fmt/core.h>
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -120,13 +120,15 @@ CheckedSurface estimate(const SurfaceArguments& arguments) {
   cv::Mat3b background = read_sensor_image(arguments.background, config, arguments.force);
   cv::Mat3b picture = read_sensor_image(arguments.image, config, arguments.force);
   CheckedSurface result;
-  if (!has_same_light(picture, background))
-    result.mismatch = "the untouched gel does not look like the background: another light, gel or sensor";
+  if (!shows_same_gel(picture, background))
+    result.mismatch =
+        "the untouched gel does not look like the background in any light that can be followed: another gel "
+        "or sensor";
   StageTimer timer;
-  FrameToSurface frames(config, {}, arguments.force, timer);
+  FrameToSurface frames(config, {}, arguments.force, timer, FrameRange{0, 0});  // a background that is named
   frames.push(background, 0);
   if (!frames.has_background())
-    throw Error(quoted(arguments.background) + " should show the bare gel, but " + frames.refusal().reason +
+    throw Error(quoted(arguments.background) + ": " + frames.refusal().reason +
                 " (--force continues anyway)");
   result.warnings = frames.warnings();
   result.surface = frames.push(picture, 1);
@@ -137,34 +139,40 @@ CheckedSurface estimate(const SurfaceArguments& arguments) {
   return result;
 }
 
-/// Of the ball that fits the middle of the contact best: least squares over |p|^2 = 2 c p + d around the
-/// deepest point. Nothing where no ball fits.
-std::optional<double> ball_diameter_mm(const Surface& surface) {
-  constexpr double kMaxErrorMm = 0.02;
+struct BallDiameter {
+  double mm, sigma_mm;
+};
+
+/// Returns the diameter of the ball that fits the middle of the contact, around its deepest point: normals of
+/// a ball of radius R change by -1 / R with the position, which is fitted by weighted least squares. A model
+/// that reads too steep or too flat errs alike all over the contact, so the standard deviation is the whole
+/// residual of the slopes over the slopes themselves. Nothing where that is more than half of the diameter.
+std::optional<BallDiameter> ball_diameter(const Surface& surface) {
   cv::Point deepest;
   cv::minMaxLoc(surface.height_mm, nullptr, nullptr, &deepest);
   const double reach_px = 0.5 * std::sqrt(surface.contact_pixels / CV_PI);
-  std::vector<Eigen::Vector4d> rows;
+  double weights = 0, squared_mm = 0, squared_slope = 0, product = 0;
+  Eigen::Vector2d sum_mm(0, 0), sum_slope(0, 0);
   for (int v = 0; v < surface.contact.rows; ++v)
-    for (int u = 0; u < surface.contact.cols; ++u)
-      if (surface.contact(v, u) != 0 && std::hypot(u - deepest.x, v - deepest.y) < reach_px) {
-        rows.emplace_back();
-        rows.back() << surface.point_mm({u, v}), 1.0;
-      }
-  Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
-  Eigen::Vector4d right = Eigen::Vector4d::Zero();
-  for (const Eigen::Vector4d& row : rows) {
-    normal += row * row.transpose();
-    right += row.head<3>().squaredNorm() * row;
-  }
-  const Eigen::Vector4d solution = normal.ldlt().solve(right);
-  const Eigen::Vector3d center_mm = 0.5 * solution.head<3>();
-  const double radius_mm = std::sqrt(solution[3] + center_mm.squaredNorm());
-  double squared = 0.0;
-  for (const Eigen::Vector4d& row : rows)
-    squared += std::pow((row.head<3>() - center_mm).norm() - radius_mm, 2);
-  const bool fits = std::sqrt(squared / static_cast<double>(rows.size())) < kMaxErrorMm;  // false for NaN
-  return fits ? std::optional(2.0 * radius_mm) : std::nullopt;
+    for (int u = 0; u < surface.contact.cols; ++u) {
+      if (surface.contact(v, u) == 0 || std::hypot(u - deepest.x, v - deepest.y) >= reach_px) continue;
+      const double weight = surface.confidence(v, u);
+      const Eigen::Vector2d at_mm = surface.point_mm({u, v}).head<2>();
+      const Eigen::Vector2d slope(surface.normals(v, u)[0], surface.normals(v, u)[1]);
+      weights += weight;
+      sum_mm += weight * at_mm;
+      sum_slope += weight * slope;
+      squared_mm += weight * at_mm.squaredNorm();
+      squared_slope += weight * slope.squaredNorm();
+      product += weight * at_mm.dot(slope);
+    }
+  const double moment = squared_mm - sum_mm.squaredNorm() / weights;
+  const double curvature = (sum_mm.dot(sum_slope) / weights - product) / moment;  // 1/mm
+  const double explained = curvature * curvature * moment,
+               residual = squared_slope - sum_slope.squaredNorm() / weights - explained;
+  const double relative = std::sqrt(std::max(0.0, residual) / explained);
+  if (!(curvature > 0 && relative < 0.5)) return std::nullopt;  // also NaN
+  return BallDiameter{2 / curvature, 2 / curvature * relative};
 }
 
 int run_surface(const SurfaceArguments& arguments) {
@@ -178,12 +186,14 @@ int run_surface(const SurfaceArguments& arguments) {
   folder.commit();
   double deepest_mm = 0.0;
   cv::minMaxLoc(surface->height_mm, &deepest_mm, nullptr);
-  const auto ball_mm = ball_diameter_mm(*surface);
+  const auto ball = ball_diameter(*surface);
   for (const std::string& warning : warnings) print_line("warning: " + warning);
   if (!mismatch.empty()) print_line("warning: " + mismatch);
   if (!arguments.quiet)
     std::cout << fmt::format("contact {} pixels, deepest {:.3f} mm", surface->contact_pixels, -deepest_mm)
-              << (ball_mm ? fmt::format("; its middle is round as a ball of {:.2f} mm", *ball_mm) : "")
+              << (ball ? fmt::format("; its middle is round as a ball of {:.1f} +- {:.1f} mm", ball->mm,
+                                     ball->sigma_mm)
+                       : "")
               << "\n";
   return surface->contact_pixels > 0 && mismatch.empty() ? kExitDone : kExitNotGood;
 }

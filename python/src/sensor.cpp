@@ -10,6 +10,7 @@
 #include "gelslam/sensor/image_input.hpp"
 #include "gelslam/surface/background.hpp"
 #include "gelslam/surface/background_drift.hpp"
+#include "gelslam/surface/model_file.hpp"
 #include "gelslam/surface/slopes.hpp"
 
 namespace gelslam::python {
@@ -43,7 +44,10 @@ Sensor::Sensor(const Config& config)
 TouchedSurface Sensor::estimate(const cv::Mat3b& bgr, const std::string& name) {
   if (!estimator_) throw Error(name + ": this sensor has no model: give surfaces");
   const cv::Mat3b picture = fitted(bgr, name);
-  if (!config_.surface.compensate_light && !has_same_light(picture, background_)) {
+  constexpr double kSameLightLevels = 4.0;  // presses in the background's light differ by 2 at most
+  if (!config_.surface.compensate_light &&
+      measure_drift(background_cells(background_), background_cells(picture)).light_change_levels >
+          kSameLightLevels) {
     const WithGil acquire;
     warn(name + ": the gel has not the background's light, which is not followed: the surface is wrong");
   }

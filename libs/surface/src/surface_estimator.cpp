@@ -125,7 +125,8 @@ struct SurfaceEstimator::Impl {
     return integrator.relief_mm(relief_px);
   }
 
-  cv::Mat1b contact_of(const cv::Mat1f& relief_mm, const cv::Mat1f& bend) {
+  // Flattens what is no picture of a gel.
+  cv::Mat1b contact_of(cv::Mat1f& relief_mm, const cv::Mat1f& bend) {
     cv::Mat1b contact, changed_px(size);
     if (!bare_gel_seen) spread_blocks(changed, changed_px);
     contact_detector.detect(relief_mm, bend, changed_px,
@@ -136,9 +137,10 @@ struct SurfaceEstimator::Impl {
     if (std::none_of(blocks.begin(), blocks.end(),
                      [](const cv::Vec3f& color) { return color.dot(color) > kMinLevels * kMinLevels; }))
       contact = 0;
-    constexpr double kDeepest = 0.25;  // of the narrow side; no gel is thicker (a test picture)
-    const double mean_mm = cv::mean(relief_mm, contact)[0];
-    if (mean_mm < -kDeepest * std::min(size.width, size.height) * options.pixel_pitch_mm) contact = 0;
+    constexpr double kThickest = 0.25;  // of the narrow side: no gel is so thick (a test picture)
+    const double thickest_mm = kThickest * std::min(size.width, size.height) * options.pixel_pitch_mm;
+    if (cv::norm(relief_mm, cv::NORM_INF) > thickest_mm)
+      for (cv::Mat* map : std::initializer_list<cv::Mat*>{&relief_mm, &gx, &gy, &contact}) map->setTo(0);
     return contact;
   }
 

@@ -70,7 +70,7 @@ struct PressCollector::Impl {
   void begin_background(const cv::Mat3b& bgr, const cv::Mat3f& cells, const std::string& why);
   void take_background();
   std::optional<CollectedPress> watch(const cv::Mat3b& bgr, const cv::Mat3f& cells);
-  void look_at_light(const cv::Mat3f& cells);
+  void look_at_light(const cv::Mat3b& bgr);
   void begin_touch();
   std::optional<CollectedPress> end_touch();
   bool slides(const ChangedPiece& piece);
@@ -125,15 +125,13 @@ void PressCollector::Impl::take_background() {
   status = {CollectPhase::ready, "", std::nullopt};
 }
 
-/// Lamps that warm up, a lamp that fails, an exposure that was changed: nothing that follows would fit.
-void PressCollector::Impl::look_at_light(const cv::Mat3f& cells) {
-  const double change = common_difference(cells, bare_cells);
-  const bool was_changed = std::exchange(light_changed, change > kMaxLightLevels);
+/// A lamp that fails: nothing that follows would fit.
+void PressCollector::Impl::look_at_light(const cv::Mat3b& bgr) {
+  const bool was_changed = std::exchange(light_changed, !shows_same_gel(bgr, background));
   if (light_changed)
-    status.warning = fmt::format(
-        "the light has changed by {:.0f} gray levels since the bare gel was seen: nothing is taken until it "
-        "is as it was; else begin again in another folder",
-        change);
+    status.warning =
+        "the light has changed over the gel since it was seen bare: nothing is taken until it is as it was; "
+        "else begin again in another folder";
   else if (was_changed)
     status.warning.clear();
 }
@@ -197,14 +195,13 @@ void PressCollector::Impl::judge_hold() {
 }
 
 std::optional<CollectedPress> PressCollector::Impl::watch(const cv::Mat3b& bgr, const cv::Mat3f& cells) {
+  look_at_light(bgr);
+  if (light_changed) return std::nullopt;
   const std::vector<ChangedPiece> pieces = changed_pieces(cell_difference(cells, bare_cells), touch_level());
   const bool was_touched = status.phase != CollectPhase::ready;
   if (pieces.empty() || pieces.front().cells < kMinTouchedCells) {
-    if (was_touched) return end_touch();
-    look_at_light(cells);
-    return std::nullopt;
+    return was_touched ? end_touch() : std::nullopt;
   }
-  if (light_changed) return std::nullopt;
   if (!was_touched) begin_touch();
   const bool sliding = slides(pieces.front());
   if (anchor.empty() || largest(cell_difference(cells, anchor)) > still_level()) {
@@ -224,14 +221,16 @@ std::optional<CollectedPress> PressCollector::add(const cv::Mat3b& bgr) {
   if (bgr.cols < kCellsAcross || bgr.rows < 32)
     throw Error("pictures of " + size_text(bgr.cols, bgr.rows) +
                 " are too small to calibrate with: at least 80x32");
-  const cv::Mat3f cells = shrink_to_cells(bgr);
   if (impl_->size.empty()) impl_->size = bgr.size();
   if (bgr.size() != impl_->size)
     throw Error("the picture is " + size_text(bgr.cols, bgr.rows) + " but the first ones were " +
                 size_text(impl_->size.width, impl_->size.height) + ": all must come from one sensor");
-  if (!impl_->background.empty()) return impl_->watch(bgr, cells);
-  impl_->look_at_bare_gel(bgr, cells);
-  return std::nullopt;
+  if (impl_->background.empty()) {
+    impl_->look_at_bare_gel(bgr, shrink_to_cells(bgr));
+    return std::nullopt;
+  }
+  const cv::Mat3b followed = in_light_of(impl_->background, bgr);
+  return impl_->watch(followed, shrink_to_cells(followed));
 }
 
 std::optional<CollectedPress> PressCollector::finish() { return std::exchange(impl_->best, std::nullopt); }
@@ -245,6 +244,7 @@ void PressCollector::set_background(const cv::Mat3b& background) {
     throw Error("the background is " + size_text(background.cols, background.rows) +
                 " but the pictures are " + size_text(impl_->background.cols, impl_->background.rows) +
                 ": another sensor?");
+  impl_->bare_cells = shrink_to_cells(in_light_of(background, impl_->background));
   impl_->background = background.clone();
 }
 

@@ -19,9 +19,6 @@ namespace fs = std::filesystem;
 
 constexpr int kMaxPressesOfABall = 100'000;  // where the search for a free name ends
 constexpr const char* kCatalogHeader = "experiment_reldir,diameter(mm)\n";
-// The limit leaves a margin: training refuses presses whose color differs by 6 levels (norm) from the
-// background's.
-constexpr double kMaxFolderLightLevels = 4.0;
 
 void make_folders(const fs::path& path) {
   std::error_code failure;
@@ -91,11 +88,9 @@ void PressFolder::require_same_gel(const cv::Mat3b& now) const {
                 ", the sensor now gives " + size_text(now.cols, now.rows) +
                 ": another sensor needs a folder of its own");
   const BackgroundDrift drift = measure_drift(background_cells(then), background_cells(now));
-  if (drift.gel_changed || drift.light_change_levels > kMaxFolderLightLevels)
-    throw Error(quoted(folder_) + " holds presses under another gel or light (" +
-                fmt::format("light {:.1f}, gel {:.1f} gray levels", drift.light_change_levels,
-                            drift.gel_change_levels) +
-                " off); begin a new folder");
+  if (drift.gel_changed)
+    throw Error(quoted(folder_) + " holds presses of another gel, or in a light that cannot be followed (" +
+                fmt::format("{:.1f} gray levels off", drift.gel_change_levels) + "); begin a new folder");
 }
 
 std::string PressFolder::add(const CollectedPress& press) {

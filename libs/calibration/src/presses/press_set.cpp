@@ -129,7 +129,7 @@ cv::Mat3b read_press_picture(const fs::path& path, const cv::Size& wanted) {
   return bgr;
 }
 
-void read_press(const PressSet& set, CalibrationPress& press) {
+void read_press(const PressSet& set, bool any_gel, CalibrationPress& press) {
   const fs::path folder = set.folder / press.name;
   press.left_out = fs::exists(folder / kLeftOutFile);
   const fs::path label = folder / (press.left_out ? kLeftOutFile : kLabelFile);
@@ -137,8 +137,11 @@ void read_press(const PressSet& set, CalibrationPress& press) {
   try {
     press.bgr = read_press_picture(folder / "gelsight.png", set.background.size());
     if (fs::exists(label)) press.label = read_label(label);
-    if (!has_same_light(press.bgr, set.background))
-      throw Error("its untouched gel does not look like background.png: another light, gel, sensor or crop");
+    if (!any_gel && !shows_same_gel(press.bgr, set.background))
+      throw Error(
+          "its untouched gel does not look like background.png in any light that can be followed: another "
+          "gel, sensor or crop (--force takes it anyway)");
+    press.bgr = in_light_of(set.background, press.bgr);
   } catch (const Error& error) {
     press.problem = error.what();
   }
@@ -163,14 +166,14 @@ void write_label(const fs::path& path, const ContactCircle& circle) {
   write_zip(path, {{"center.npy", format_npy({2}, center)}, {"radius.npy", format_npy({}, radius)}});
 }
 
-PressSet read_press_set(const fs::path& folder) {
+PressSet read_press_set(const fs::path& folder, bool any_gel) {
   if (!fs::is_directory(folder)) throw Error(quoted(folder) + " is no folder of ball presses");
   PressSet set;
   set.folder = folder;
   set.presses = read_catalog(folder / "catalog.csv");
   set.background = read_background(folder / "background.png");
   set.optics = find_optics(folder / "catalog.csv");
-  for (CalibrationPress& press : set.presses) read_press(set, press);
+  for (CalibrationPress& press : set.presses) read_press(set, any_gel, press);
   return set;
 }
 

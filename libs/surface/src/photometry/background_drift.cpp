@@ -13,14 +13,19 @@
 #include "gelslam/core/median.hpp"
 #include "gelslam/surface/background.hpp"
 #include "gelslam/surface/model_file.hpp"
+#include "photometry/blocks.hpp"
+#include "photometry/light.hpp"
 
 namespace gelslam {
 namespace {
 
+using namespace surface::detail;
+
 // What is said of a background, and which presses one folder takes; no surface depends on it.
 // The surface stage follows the light within these; a model was seen to stay good there.
 constexpr double kLightLimitLevels = 12.0;
-// Two sensors of one kind differ by 10 and more; the same gel weeks later by less than 2.
+// Two sensors of one kind differ by 10 and more; the same gel weeks later by less than 2. Of the untouched
+// part of 228 presses of three sensors at most 2.9, and 5.6 or more from the background of another sensor.
 constexpr double kGelLimitLevels = 4.0, kCellLimitLevels = 20.0;
 // Of the change, what is left when red and blue are swapped back: noise and wear.
 constexpr double kSwappedShare = 0.5;
@@ -112,15 +117,33 @@ BackgroundDrift measure_drift(const cv::Mat3f& then, const cv::Mat3f& now) {
   return drift;
 }
 
-bool has_same_light(const cv::Mat3b& picture, const cv::Mat3b& background) {
-  return common_difference(background_cells(picture), background_cells(background)) <= kMaxLightLevels;
+cv::Mat3b in_light_of(const cv::Mat3b& background, const cv::Mat3b& picture) {
+  LightTracker tracker(average_blocks(background), true);
+  const Light& light = tracker.update(average_blocks(picture), {});
+  cv::Mat3b result;
+  if (!light.is_even()) {
+    to_background_light(light, picture, result);
+  } else if (light.channels == Light{}.channels) {
+    result = picture;
+  } else {
+    const ColorTable table = color_table(light);
+    cv::Mat3b levels(1, 256);
+    for (int c = 0; c < 3; ++c)
+      for (int level = 0; level < 256; ++level)
+        levels(level)[c] = cv::saturate_cast<unsigned char>(
+            table[static_cast<std::size_t>(c)][static_cast<std::size_t>(level)]);
+    cv::LUT(picture, levels, result);
+  }
+  return result;
 }
 
-double common_difference(const cv::Mat3f& cells, const cv::Mat3f& reference) {
+bool shows_same_gel(const cv::Mat3b& picture, const cv::Mat3b& background) {
+  const cv::Mat3f seen = background_cells(in_light_of(background, picture)),
+                  expected = background_cells(background);
   std::vector<double> levels;
-  std::transform(cells.begin(), cells.end(), reference.begin(), std::back_inserter(levels),
+  std::transform(seen.begin(), seen.end(), expected.begin(), std::back_inserter(levels),
                  [](const cv::Vec3f& a, const cv::Vec3f& b) { return cv::norm(a, b); });
-  return median(levels);
+  return median(levels) <= kGelLimitLevels;
 }
 
 }  // namespace gelslam

@@ -61,8 +61,9 @@ struct PressSet {
 /// Reads all of it. A picture that is missing, damaged, empty or of another size than the background, and a
 /// label that is no circle, are its press's `problem`. Throws Error, naming the file and what to do: no
 /// folder, catalog or background, a damaged line, a name that leaves the folder or comes twice, more than
-/// 2000 presses.
-PressSet read_press_set(const std::filesystem::path& folder);
+/// 2000 presses. Pictures are turned into the light of the background (in_light_of()); one that does not show
+/// its gel is a problem, too, unless `any_gel`.
+PressSet read_press_set(const std::filesystem::path& folder, bool any_gel = false);
 
 /// Readies a set for labels and training: fills in markers, in the background, too, notes them in `covered`,
 /// and sets `optics` where it has none. Throws Error for optics that no sensor has, and like

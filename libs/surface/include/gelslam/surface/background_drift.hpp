@@ -23,15 +23,13 @@ struct BackgroundDrift {
 /// follow_light() does not explain is a change of the gel (another one, dirt, wear).
 BackgroundDrift measure_drift(const cv::Mat3f& then, const cv::Mat3f& now);
 
-/// Half of the cells differ by more (norm over the channels, gray levels): a touch changes fewer of them,
-/// another light all of them, also one that brightens one side and darkens the other.
-double common_difference(const cv::Mat3f& cells, const cv::Mat3f& reference);
-/// More is another light, gel or sensor: 224 presses of three sensors differ from their background by at most
-/// 1.9, from those of other sensors by 8 or more.
-inline constexpr double kMaxLightLevels = 6.0;
+/// Returns a picture as it would have been in the light of a background of its size, followed as surfaces
+/// follow it from frame to frame. The picture itself where the light is the same.
+cv::Mat3b in_light_of(const cv::Mat3b& background, const cv::Mat3b& picture);
 
-/// Returns false where the untouched part of a picture has another color than the background of its size, as
-/// in another light, gel or sensor. Exposure counts; touches on less than half of the picture do not.
-bool has_same_light(const cv::Mat3b& picture, const cv::Mat3b& background);
+/// Says whether the untouched part of a picture shows the gel of a background of its size, in any light that
+/// in_light_of() takes off. False: another gel or sensor, or a light that it cannot take off. Touches on less
+/// than half of the picture do not count.
+bool shows_same_gel(const cv::Mat3b& picture, const cv::Mat3b& background);
 
 }  // namespace gelslam
