@@ -1,14 +1,13 @@
 // Finds where a frame lies on a reference after a registration from the expected pose has failed (own).
 //
 // coarse_starts() proposes up to six poses at which the textures agree. A registration of at most
-// kStartIterations steps refines each of them, and verify_registered() judges it: as a loop candidate within
-// kMinPeriodMm of the expected pose, as unknown beyond, where all motions but z must be observable, too. Of
+// kStartIterations steps refines each of them, and verify_registered() judges it as a pose that nothing else
+// suggests; farther than kMinPeriodMm from the expected pose, all motions but z must be observable, too. Of
 // the candidates that pass, the one with the smallest residual of normals is taken.
 //
 // The status is `ambiguous` if another pose, farther away than half a period along an observable axis, fits
-// nearly as well (VerificationOptions::rival_residual), even if it passed only the weaker test. Without any
-// candidate the failed registration is returned. A place beyond the 20 degrees of twist that coarse_starts()
-// searches is not found.
+// nearly as well (VerificationOptions::rival_residual). Without any candidate the failed registration is
+// returned. A place beyond the 20 degrees of twist that coarse_starts() searches is not found.
 
 #include "gelslam/registration/relocalization.hpp"
 
@@ -62,7 +61,7 @@ bool is_located(const RegistrationResult& registration) {
 RegistrationResult relocalize(const NormalFlowReference& reference, const Surface& target,
                               const Pose& expected, const RegistrationResult& failed,
                               const NormalFlowOptions& normal_flow, const VerificationOptions& options) {
-  std::vector<RegistrationResult> candidates, rivals;
+  std::vector<RegistrationResult> candidates;
   NormalFlowOptions from_start = normal_flow;
   from_start.max_iterations = std::min(from_start.max_iterations, kStartIterations);
   PosePrior prior(expected);
@@ -70,14 +69,9 @@ RegistrationResult relocalize(const NormalFlowReference& reference, const Surfac
     prior.start = start;
     const RegistrationResult candidate = register_normal_flow(reference, target, prior, from_start);
     const bool expected_there = distance_mm(candidate, expected) <= kMinPeriodMm;
-    const auto fits = [&](PlacePrior prior_kind) {
-      return verify_registered(reference, target, candidate, prior_kind, options).ok();
-    };
-    if (expected_there ? fits(PlacePrior::loop_candidate)
-                       : is_located(candidate) && fits(PlacePrior::unknown))
+    if ((expected_there || is_located(candidate)) &&
+        verify_registered(reference, target, candidate, PlacePrior::unknown, options).ok())
       candidates.push_back(candidate);
-    else if (fits(PlacePrior::loop_candidate))
-      rivals.push_back(candidate);
   }
   if (candidates.empty()) return failed;
   RegistrationResult best =
@@ -90,8 +84,7 @@ RegistrationResult relocalize(const NormalFlowReference& reference, const Surfac
   const auto is_rival = [&](const RegistrationResult& candidate) {
     return candidate.normal_rmse_rad < rival_rmse_rad && is_elsewhere(best, candidate.target_T_reference);
   };
-  if (std::any_of(candidates.begin(), candidates.end(), is_rival) ||
-      std::any_of(rivals.begin(), rivals.end(), is_rival))
+  if (std::any_of(candidates.begin(), candidates.end(), is_rival))
     best.status = RegistrationStatus::ambiguous;
   return best;
 }
