@@ -65,7 +65,7 @@ int run_check(CheckArguments& arguments) {
   for (const RejectedPress& press : zones.rejected)
     print_line("left out: " + set.presses[press.press].name + ": " + press.reason);
   progress.begin("checking", std::ssize(zones.zones));
-  ModelCheck check = check_model(file.model, set, zones.zones, arguments.presses.pitch_mm, show);
+  ModelCheck check = check_model({&file.model, 1}, set, zones.zones, arguments.presses.pitch_mm, show);
   progress.end();
   check.add_warning(zones.warning);
   if (file.record && is_trained_on(*file.record, set, check))

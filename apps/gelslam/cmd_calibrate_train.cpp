@@ -33,9 +33,11 @@ int run_train(TrainArguments& arguments) {
   is_pth ? write_pth_model(arguments.output, calibration.file.model)
          : write_model_file(arguments.output, calibration.file);
   if (!arguments.pth.empty()) write_pth_model(arguments.pth, calibration.file.model);
-  fmt::print("trained on {} presses; on these: slope error {:.2f} degrees, gradient scale x {:.3f} y {:.3f}",
-             check.presses.size(), check.slopes.all.mean_abs_error_deg(), check.slopes.all.scale_x(),
-             check.slopes.all.scale_y());
+  fmt::print(
+      "trained on {} presses; models of half of them read the other half with: slope error {:.2f} degrees, "
+      "gradient scale x {:.3f} y {:.3f}",
+      check.presses.size(), check.slopes.all.mean_abs_error_deg(), check.slopes.all.scale_x(),
+      check.slopes.all.scale_y());
   for (const DiameterCheck& ball : check.diameters)
     fmt::print(", {:.2f} mm ball {:+.1f} %", ball.diameter_mm, 100.0 * ball.radius_error());
   fmt::print("\n");

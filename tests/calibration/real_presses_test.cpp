@@ -50,7 +50,7 @@ TEST_F(RealPresses, AModelThatDoesNotFitIsCheckedInSilence) {
   const BallZones zones = find_ball_zones(set, 0.0474, true);
   ::testing::internal::CaptureStderr();
   const ModelCheck check =
-      check_model(read_model(data_ / "calibration/model/nnmodel.pth"), set, zones.zones, 0.0474);
+      check_model(std::array{read_model(data_ / "calibration/model/nnmodel.pth")}, set, zones.zones, 0.0474);
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
   EXPECT_EQ(check.verdict, Verdict::recalibrate);
 }

@@ -66,7 +66,8 @@ TEST(HeldOutSigma, IsMeasuredWherePressesAreAndTheDefaultElsewhere) {
     if (zone.u_px + zone.radius_px < 0.5 * set.background.cols) left.push_back(zone);
   ASSERT_GT(left.size(), 2U);
   NoProgress quiet;
-  const std::vector<float> sigma = held_out_sigma_rad(set, left, {kPitchMm, 1, 600}, quiet);
+  const std::vector<float> sigma =
+      held_out_sigma_rad(train_halves(set, left, {kPitchMm, 1, 600}, quiet), set, kPitchMm);
   const cv::Mat1f standard = default_uncertainty(set.background.size(), kPitchMm).sigma_rad;
   ASSERT_EQ(sigma.size(), standard.total());
   int lower = 0;
@@ -91,8 +92,10 @@ TEST(HeldOutSigma, HasBothBallsInBothHalvesHoweverTheyAlternate) {
                            [&](const BallZone& zone) { return set.presses[zone.press].diameter_mm; });
   EXPECT_NE(zones[1].press, in_blocks[1].press);
   NoProgress quiet;
-  EXPECT_EQ(held_out_sigma_rad(set, zones, {kPitchMm, 1, 40}, quiet),
-            held_out_sigma_rad(set, in_blocks, {kPitchMm, 1, 40}, quiet));
+  const auto sigma = [&](const std::vector<BallZone>& of) {
+    return held_out_sigma_rad(train_halves(set, of, {kPitchMm, 1, 40}, quiet), set, kPitchMm);
+  };
+  EXPECT_EQ(sigma(zones), sigma(in_blocks));
 }
 
 // Whatever a covered pixel shows: training and check are the same as with the gel there.
@@ -128,10 +131,14 @@ TEST(ModelCheck, NoticesAModelThatReadsTooSteep) {
   GradientModel steep = model;
   for (float& weight : steep.weight(3)) weight *= 1.2F;
   for (float& bias : steep.bias(3)) bias *= 1.2F;
-  const ModelCheck good = check_model(model, set, zones.zones, kPitchMm),
-                   bad = check_model(steep, set, zones.zones, kPitchMm);
+  const ModelCheck good = check_model({&model, 1}, set, zones.zones, kPitchMm),
+                   bad = check_model({&steep, 1}, set, zones.zones, kPitchMm);
   EXPECT_NEAR(bad.slopes.all.scale() / good.slopes.all.scale(), 1.2, 0.03);
   EXPECT_EQ(bad.verdict, Verdict::recalibrate);
+  // As halves read what they were not trained on.
+  const ModelCheck in_turn = check_model(std::array{model, steep}, set, zones.zones, kPitchMm);
+  for (std::size_t k = 0; k < in_turn.presses.size(); ++k)
+    EXPECT_EQ(in_turn.presses[k].mean_abs_error_deg, (k % 2 ? bad : good).presses[k].mean_abs_error_deg) << k;
 }
 
 TEST(ModelCheck, SaysWhenAllPressesAreDeep) {
@@ -142,10 +149,10 @@ TEST(ModelCheck, SaysWhenAllPressesAreDeep) {
   BallZones zones = zones_of_labelled();
   const GradientModel& model = rough_model();
   const auto asks_for_less = ::testing::Contains(HasSubstr("some less deep"));
-  EXPECT_THAT(check_model(model, set, zones.zones, kPitchMm).reasons, ::testing::Not(asks_for_less));
+  EXPECT_THAT(check_model({&model, 1}, set, zones.zones, kPitchMm).reasons, ::testing::Not(asks_for_less));
   for (BallZone& zone : zones.zones)
     zone.radius_px = 0.55 * 0.5 * set.presses[zone.press].diameter_mm / kPitchMm;  // 33 degrees
-  EXPECT_THAT(check_model(model, set, zones.zones, kPitchMm).reasons, asks_for_less);
+  EXPECT_THAT(check_model({&model, 1}, set, zones.zones, kPitchMm).reasons, asks_for_less);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "gelslam/core/target_clones.hpp"
+#include "gelslam/surface/surface.hpp"
 
 namespace gelslam::registration::detail {
 namespace {
@@ -210,9 +211,7 @@ void warp_residuals(const Samples& samples, const TargetView& target, const floa
       const float in_target = look_up(u[i], v[i], x[i], y[i], z[i]), in_reference = samples.weight[first + i];
       const bool inside = in_target > 0.0f;
       if (!inside) x[i] = y[i] = z[i] = 0.0f;
-      // Variances add up: 1 / (1/a + 1/b), and 1 where both are best.
-      const float both = in_target * in_reference;
-      residuals.weight[first + i] = inside ? both / (in_target + in_reference - both) : 0.0f;
+      residuals.weight[first + i] = inside ? shared_confidence(in_target, in_reference) : 0.0f;
     }
     rotate_and_subtract(x, y, z, rotation, &samples.nx[first], &samples.ny[first], &samples.nz[first],
                         &residuals.rx[first], &residuals.ry[first], &residuals.rz[first], count);

@@ -160,16 +160,16 @@ const char* verdict_name(Verdict verdict) {
   return verdict == Verdict::good ? "good" : verdict == Verdict::usable ? "usable" : "recalibrate";
 }
 
-ModelCheck check_model(const GradientModel& model, const PressSet& set, const std::vector<BallZone>& zones,
-                       double pixel_pitch_mm, const std::function<void(std::size_t)>& progress) {
+ModelCheck check_model(std::span<const GradientModel> models, const PressSet& set,
+                       const std::vector<BallZone>& zones, double pixel_pitch_mm,
+                       const std::function<void(std::size_t)>& progress) {
   if (zones.empty()) throw Error("'" + set.folder.string() + "': no press can be used to check a model");
   SurfaceOptions options;
   options.pixel_pitch_mm = pixel_pitch_mm;
   options.optics = set.optics.value_or(SensorOptics{});
-  // What a press does to the colors around it would be taken for a change of light (1 % of a real ball's
-  // radius), and single pictures have no light to follow from one to the next.
-  options.compensate_light = false;
-  SurfaceEstimator estimator(model, set.background, options);
+  options.compensate_light = false;  // the pictures are in the background's light (read_press_set())
+  std::vector<SurfaceEstimator> estimators;
+  for (const GradientModel& model : models) estimators.emplace_back(model, set.background, options);
   ModelCheck check;
   std::vector<double> rim_slopes;
   struct Size {
@@ -177,18 +177,19 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
     std::size_t presses = 0;
   };
   std::map<double, Size> sizes;
-  for (const BallZone& zone : zones) {
+  for (std::size_t k = 0; k < zones.size(); ++k) {
+    const BallZone& zone = zones[k];
     const CalibrationPress& press = set.presses[zone.press];
     rim_slopes.push_back(rim_slope(zone.radius_px, press.ball_px(pixel_pitch_mm)));
     SlopeSums slopes;
     std::array<double, 2> error{};
-    for (const ZoneReading& pixel : read_zone(model, set, zone, pixel_pitch_mm)) {
+    for (const ZoneReading& pixel : read_zone(models[k % models.size()], set, zone, pixel_pitch_mm)) {
       slopes.add(pixel);
       check.slopes.add(pixel, press.bgr.size());
       for (std::size_t axis = 0; axis < 2; ++axis) error[axis] += pixel.read[axis] - pixel.labeled[axis];
     }
     for (double& sum : error) sum /= std::max(1.0, slopes.pixels);
-    const SurfacePtr surface = estimator.estimate(press.bgr);
+    const SurfacePtr surface = estimators[k % models.size()].estimate(press.bgr);
     const auto radius_mm = fit_ball_radius_mm(*surface, press, zone, 0.5 * press.diameter_mm);
     check.presses.push_back({zone, slopes.mean_abs_error_deg(), error, radius_mm});
     Size& size = sizes[press.diameter_mm];

@@ -241,9 +241,9 @@ class Adjustment {
   /// Of the difference of two normals.
   static double weight_of(const ReadFrame& from, cv::Point pixel, const ReadFrame& to, cv::Point other) {
     if (from.confidence.empty() || to.confidence.empty()) return 1;
-    constexpr double kBest = 255;
-    return std::sqrt(2 / (kBest / std::max<int>(1, from.confidence(pixel)) +
-                          kBest / std::max<int>(1, to.confidence(other))));
+    constexpr float kBest = 255;
+    return std::sqrt(shared_confidence(static_cast<float>(std::max<int>(1, from.confidence(pixel))) / kBest,
+                                       static_cast<float>(std::max<int>(1, to.confidence(other))) / kBest));
   }
 
   void add(const Pair& pair, const std::vector<SeenFrame>& seen) {

@@ -46,10 +46,11 @@ Calibration calibrate(const PressSet& set, const ModelTraining& training, bool a
   require_good_coverage(set, zones);
 
   GradientModel model = train_model(set, zones.zones, training, progress);
-  model.sigma_rad = held_out_sigma_rad(set, zones.zones, training, progress);
+  const HalfModels halves = train_halves(set, zones.zones, training, progress);
+  model.sigma_rad = held_out_sigma_rad(halves, set, training.pixel_pitch_mm);
   model.optics = set.optics;
   progress.begin("checking", static_cast<std::int64_t>(zones.zones.size()));
-  ModelCheck check = check_model(model, set, zones.zones, training.pixel_pitch_mm, count);
+  ModelCheck check = check_model(halves.models, set, halves.zones, training.pixel_pitch_mm, count);
   check.add_warning(zones.warning);
   progress.end();
   CalibrationRecord record = record_of(set, check, training);

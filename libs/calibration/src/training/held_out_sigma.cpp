@@ -30,33 +30,38 @@ constexpr double kDefaultCount = 0.02;
 
 }  // namespace
 
-std::vector<float> held_out_sigma_rad(const PressSet& set, const std::vector<BallZone>& zones,
-                                      const ModelTraining& training, ProgressSink& progress) {
+HalfModels train_halves(const PressSet& set, const std::vector<BallZone>& zones,
+                        const ModelTraining& training, ProgressSink& progress) {
   ModelTraining half = training;
   half.steps = std::max(1, training.steps / 2);
-  cv::Mat1d variance;
-  default_uncertainty(set.background.size(), training.pixel_pitch_mm).sigma_rad.convertTo(variance, CV_64F);
-  cv::multiply(variance, variance, variance);
-  variance *= kDefaultCount;
-  cv::Mat1d presses(variance.size(), kDefaultCount);
-  std::vector<BallZone> by_ball = zones;  // else balls that alternate would be halves of their own
-  std::ranges::stable_sort(by_ball, {},
+  HalfModels halves{{}, zones};
+  // Else balls that alternate would be halves of their own.
+  std::ranges::stable_sort(halves.zones, {},
                            [&](const BallZone& zone) { return set.presses[zone.press].diameter_mm; });
   for (const std::size_t held_out : {0, 1}) {
     std::vector<BallZone> taken;
-    for (std::size_t k = 1 - held_out; k < by_ball.size(); k += 2) taken.push_back(by_ball[k]);
-    const GradientModel model = train_model(set, taken, half, progress);
-    for (std::size_t k = held_out; k < by_ball.size(); k += 2) {
-      CellErrors errors;
-      for (const ZoneReading& pixel : read_zone(model, set, by_ball[k], training.pixel_pitch_mm))
-        errors.add(pixel, set.background.size());
-      for (int row = 0; row < variance.rows; ++row)
-        for (int column = 0; column < variance.cols; ++column) {
-          if (errors.count(row, column) < kMinPressCellPixels) continue;
-          variance(row, column) += errors.squares(row, column) / errors.count(row, column);
-          presses(row, column) += 1;
-        }
-    }
+    for (std::size_t k = 1 - held_out; k < zones.size(); k += 2) taken.push_back(halves.zones[k]);
+    halves.models[held_out] = train_model(set, taken, half, progress);
+  }
+  return halves;
+}
+
+std::vector<float> held_out_sigma_rad(const HalfModels& halves, const PressSet& set, double pixel_pitch_mm) {
+  cv::Mat1d variance;
+  default_uncertainty(set.background.size(), pixel_pitch_mm).sigma_rad.convertTo(variance, CV_64F);
+  cv::multiply(variance, variance, variance);
+  variance *= kDefaultCount;
+  cv::Mat1d presses(variance.size(), kDefaultCount);
+  for (std::size_t k = 0; k < halves.zones.size(); ++k) {
+    CellErrors errors;
+    for (const ZoneReading& pixel : read_zone(halves.models[k % 2], set, halves.zones[k], pixel_pitch_mm))
+      errors.add(pixel, set.background.size());
+    for (int row = 0; row < variance.rows; ++row)
+      for (int column = 0; column < variance.cols; ++column) {
+        if (errors.count(row, column) < kMinPressCellPixels) continue;
+        variance(row, column) += errors.squares(row, column) / errors.count(row, column);
+        presses(row, column) += 1;
+      }
   }
   std::vector<float> sigma_rad;
   for (int row = 0; row < variance.rows; ++row)

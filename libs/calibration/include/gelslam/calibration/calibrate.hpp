@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -24,14 +25,22 @@ struct ModelTraining {
 GradientModel train_model(const PressSet& set, const std::vector<BallZone>& zones,
                           const ModelTraining& training, ProgressSink& progress);
 
-/// The standard deviation of the slopes that such a model reads (GradientModel::sigma_rad), from presses not
-/// trained on: two models, each of every second zone and half of the steps, read the other's. A cell counts
-/// every press once, and default_uncertainty() a little: where no press was, it remains. Throws as
-/// train_model.
-std::vector<float> held_out_sigma_rad(const PressSet& set, const std::vector<BallZone>& zones,
-                                      const ModelTraining& training, ProgressSink& progress);
+/// Two models, each trained on every second zone of each ball with half of the steps. Model k % 2 was not
+/// trained on zone k.
+struct HalfModels {
+  std::array<GradientModel, 2> models;
+  std::vector<BallZone> zones;
+};
+/// Throws as train_model.
+HalfModels train_halves(const PressSet& set, const std::vector<BallZone>& zones,
+                        const ModelTraining& training, ProgressSink& progress);
 
-/// A trained model, and how it reads the presses it was trained on.
+/// Returns the standard deviation of the slopes that a model of the whole set reads
+/// (GradientModel::sigma_rad), from the errors of its halves on presses that they were not trained on. A cell
+/// counts every press once, and default_uncertainty() a little: where no press was, it remains.
+std::vector<float> held_out_sigma_rad(const HalfModels& halves, const PressSet& set, double pixel_pitch_mm);
+
+/// A trained model, and how its halves read presses that they were not trained on.
 struct Calibration {
   ModelFile file;
   ModelCheck check;

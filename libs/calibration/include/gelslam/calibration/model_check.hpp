@@ -3,6 +3,7 @@
 #include <array>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -45,9 +46,11 @@ struct ModelCheck {
   }
 };
 
-/// Reads every zone, reconstructs every ball (in the light as it is) and judges. `progress`, if given, is
-/// called with the number of presses done. Throws Error without zones, or when the model does not fit.
-ModelCheck check_model(const GradientModel& model, const PressSet& set, const std::vector<BallZone>& zones,
-                       double pixel_pitch_mm, const std::function<void(std::size_t)>& progress = nullptr);
+/// Reads every zone, reconstructs every ball (in the light as it is) and judges. Of several models each reads
+/// the zones in turn. `progress`, if given, is called with the number of presses done. Throws Error without
+/// zones, or when a model does not fit.
+ModelCheck check_model(std::span<const GradientModel> models, const PressSet& set,
+                       const std::vector<BallZone>& zones, double pixel_pitch_mm,
+                       const std::function<void(std::size_t)>& progress = nullptr);
 
 }  // namespace gelslam

@@ -53,6 +53,11 @@ struct Surface {
 
 using SurfacePtr = std::shared_ptr<const Surface>;
 
+/// Returns the information of the difference of two normals, given that of each: Surface::confidence over
+/// 255, above 0. The variances 1/a and 1/b add up, and the variance at the best place counts once: with it
+/// counted twice, poses of still pictures moved more often on real logs (docs/lab-notes.md).
+inline float shared_confidence(float a, float b) { return a * b / (a + b - a * b); }
+
 /// Distance of the points along rows and columns: dense enough to tell which patches overlap.
 constexpr int kContactPointStepPx = 8;
 
