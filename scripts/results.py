@@ -20,6 +20,7 @@ import numpy as np
 import pandas as pd
 from scipy.stats import chi2
 
+import plot_ablation
 from check_sequences import in_mean, references, within_100_um
 from plot_side_by_side import medians
 from plotting import COLORS, NAMES, OURS, PUBLIC, color, logarithmic, plt, save
@@ -130,19 +131,26 @@ def stability(study):
 
 
 def mechanisms(study):
-    figures = {}
-    for folder, logs in ((study, "logs"), (study / "optics", "optics_logs")):
-        rows = pd.read_json(folder / "ablation_ratios.json")
-        for mechanism, mine in rows.groupby("without", sort=False):
-            name, of_optics = mechanism.replace(" ", "_"), mechanism in ("lens", "perspective", "dome")
-            ratios = spread(name, mine["error"].dropna())
-            if folder != study:
-                figures[name] = ratios[name]
-            elif not of_optics:
-                figures.update({**ratios, name + "_silent": mine["silent_without"].sum(), "silent_with": mine["silent_with"].sum()})
-        figures[logs] = rows["sequence"].nunique()
-    draw("ablation", study)
-    return figures
+    """Of the optics; what the other mechanisms are worth was measured with programs that can leave them out (left_out)."""
+    rows = pd.read_json(study / "ablation_ratios.json")
+    figures = {name: statistics.geometric_mean(mine["error"].dropna()) for name, mine in rows.groupby("without")}
+    return {**figures, "optics_logs": rows["sequence"].nunique()}
+
+
+def left_out():
+    """The table of mechanisms that were left out one by one, from docs/benchmarks/left_out*.csv."""
+    logs, real = (pd.read_csv(CHARTS / name, keep_default_na=False) for name in ("left_out.csv", "left_out_real.csv"))
+    lines = ["| without | rendered logs: error (largest ratio of a log) | undetected errors | real logs: fingers; moved; in the map; breaks | kept for |",
+             "|---|---|---|---|---|"]
+    for row in real.itertuples(index=False):
+        mine = logs[logs["without"] == row.without]
+        worst = mine.loc[mine["error"].idxmax()] if len(mine) else None
+        changed = "every log the same" if len(mine) and (mine["error"] == 1).all() else None
+        error = "1" if worst is None else changed or f"{statistics.geometric_mean(mine['error']):.2f} ({worst['error']:.2f}, `{worst['sequence']}`)"
+        silent = logs.groupby("without")["silent_with"].sum().iloc[0] if worst is None else mine["silent_without"].sum()
+        poses = f"{row.fingers_deg}°; {row.moved_5}, {row.moved_25}; {row.in_map}; {row.breaks}" if row.breaks != "" else "not measured"
+        lines.append(f"| {row.without} | {error} | {silent} | {poses} | {row.kept_for} |")
+    return "\n".join(lines)
 
 
 def calibration(study):
@@ -277,7 +285,7 @@ def commits(results):
 
 def filled(template, results):
     """The page that a template gives. Throws KeyError for a figure that the results do not have."""
-    known = {"commits": commits(results)}
+    known = {"commits": commits(results), "left_out": left_out()}
     for part, result in results.items():
         known.update({f"{part}.{name}": value for name, value in result["figures"].items()})
         known[part + ".machine"] = result.get("machine")
@@ -298,6 +306,7 @@ def measure(out, results):
         results[part] = {"commit": (out / part / "commit").read_text().strip(), "machine": (out / part / "machine").read_text().strip(),
                          "figures": figures}
     FILE.write_text(json.dumps(results, indent=1) + "\n")
+    plot_ablation.draw(pd.read_csv(CHARTS / "left_out.csv").assign(model="network"), CHARTS / "ablation.png")
     for draw_chart, parts in JOINT:
         if parts <= there:
             draw_chart(out, {part: r["figures"] for part, r in results.items()})

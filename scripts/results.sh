@@ -75,8 +75,7 @@ stability() {
 }
 
 mechanisms() {
-  "$lab" ablation "$data"/sequences/{track,hard}_*/ "$data/ablation" --threads 2 -o "$out/mechanisms" >/dev/null
-  "$lab" ablation "${optics[@]}" --only lens,perspective,dome --threads 2 -o "$out/mechanisms/optics" >/dev/null
+  "$lab" ablation "${optics[@]}" --only lens,perspective,dome --threads 2 -o "$out/mechanisms" >/dev/null
 }
 
 calibration() {
