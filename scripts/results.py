@@ -184,6 +184,10 @@ def long(study):
                                     "at_end_mm", "drift_aligned_mm", "mesh_mm")}
 
 
+def growth(study):
+    return {f"{row['frames']}_{name}": value for row in read(study / "map_growth.json") for name, value in row.items()}
+
+
 def speed(study):
     rows = pd.read_json(study / "speed_accuracy.json")
     default = rows[(rows["method"] == "normalflow") & (rows["knob"] == "default")].iloc[0]
@@ -221,7 +225,7 @@ def public(study):
 
 
 PARTS = {"accuracy": accuracy, "demo": demo, "stability": stability, "mechanisms": mechanisms, "calibration": calibration, "real": real, "live": live,
-         "real_live": real, "followed": followed, "long": long, "speed": speed, "public": public}
+         "real_live": real, "followed": followed, "long": long, "growth": growth, "speed": speed, "public": public}
 
 
 def draw(name, study):

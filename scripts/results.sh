@@ -6,10 +6,10 @@
 #
 # DATA: rendered sequences with truth, and presses of real sensors. REAL: a folder of logs of real sensors:
 # NAME/{left,right}.avi, NAME/background_{left,right}.png, NAME/pair.json (ppmm, start, end). Neither can be downloaded.
-# The parts "demo", "followed" and "long" need none of it (DATA: any folder), for they simulate what they measure.
+# The parts "demo", "followed", "long" and "growth" need none of it (DATA: any folder), for they simulate what they measure.
 # NO_BUILD=1 takes what is built. PUBLIC=DIR also runs the public system (scripts/public_system.sh).
 #
-#   --only    of: models accuracy demo stability mechanisms calibration real live real_live followed long speed public
+#   --only    of: models accuracy demo stability mechanisms calibration real live real_live followed long growth speed public
 #             (accuracy and calibration need models; from live on an idle machine is needed)
 #
 # Tables stay in build/results. Needs jq and python3-opencv, too.
@@ -121,6 +121,11 @@ long() {
   "$lab" long-scan --frames 10000 -o "$out/long" >"$out/long/table.txt"
 }
 
+growth() {
+  scripts/map_growth.py "$out/growth" --gelslam "$gelslam" >"$out/growth/table.txt"
+  rm -rf "$out"/growth/{scan,part,next,killed,fused,live,run_*}
+}
+
 speed() {
   "$lab" speed-accuracy "$data"/sequences/{track,hard,scan}_*/ --slow-every 12 -o "$out/speed" >/dev/null
   "$lab" soak "$data/sequences/track_coin" --minutes 1 >"$out/speed/soak.txt"
@@ -147,7 +152,7 @@ public() {
   done
 }
 
-for part in models accuracy demo stability mechanisms calibration ${real:+real} live ${real:+real_live} followed long speed ${PUBLIC:+public}; do
+for part in models accuracy demo stability mechanisms calibration ${real:+real} live ${real:+real_live} followed long growth speed ${PUBLIC:+public}; do
   [[ -z $only || ,$only, == *,$part,* ]] || continue
   say "$part, $(date +%H:%M:%S)"
   rm -rf "${out:?}/$part"

@@ -23,7 +23,7 @@ ScanRecord scan_of(const Sensor& sensor, const OptionalPath& run) {
   return {.parts = {part_of(sensor.config(), "")}};
 }
 
-/// Tracking and mapping, frame by frame. Calls from several threads wait for each other.
+/// Tracking and mapping, frame by frame. Calls of process() and finish() wait for each other.
 class Slam {
  public:
   Slam(std::shared_ptr<Sensor> sensor, const OptionalPath& continue_from)
@@ -48,13 +48,11 @@ class Slam {
   }
 
   MetricMesh mesh(ProgressSink& progress) const {
-    const std::lock_guard lock(mutex_);
-    return MetricMesh(fuse_map(slam_.finish(false, &progress), sensor_->config().slam.fusion, &progress));
+    return MetricMesh(fuse_map(map_so_far(progress), sensor_->config().slam.fusion, &progress));
   }
 
   std::vector<StampedPose> trajectory(ProgressSink& progress) const {
-    const std::lock_guard lock(mutex_);
-    return slam_.finish(false, &progress).trajectory();
+    return map_so_far(progress).trajectory();
   }
 
   PythonRun finish(ProgressSink& progress) {
@@ -75,6 +73,17 @@ class Slam {
         first_time_s_(scan.next_time_s()),
         frames_(scan.next_frame()) {
     if (!scan.frames.empty()) times_.begin_after(scan.frames.back().time_s);
+  }
+
+  /// Tracking goes on while it is solved.
+  SlamMap map_so_far(ProgressSink& progress) const {
+    ScanRecord scan;
+    {
+      const std::lock_guard lock(mutex_);
+      scan = slam_.measured();
+    }
+    return solve_scan(
+        std::move(scan), sensor_->config().slam, false, [] { return false; }, &progress);
   }
 
   const std::shared_ptr<Sensor> sensor_;
@@ -198,8 +207,8 @@ void bind_slam(py::module_& module) {
   py::class_<Slam>(module, "Slam", kOwnNew,
                    R"(Tracks and maps frame by frame, for instance those of a camera.
 
-Keeps keyframes only. Its map is the one that reconstruct() makes of the same pictures. Threads that call it wait for
-each other. continue_from: a run folder whose scan it goes on with, of the same object, sensor and model.)")
+Keeps keyframes only. Its map is the one that reconstruct() makes of the same pictures. Threads that call process() and
+finish() wait for each other. continue_from: a run folder whose scan it goes on with, of the same object, sensor and model.)")
       .def(py::init<std::shared_ptr<Sensor>, const OptionalPath&>(), py::arg("sensor").none(false),
            py::kw_only(), py::arg("continue_from") = py::none(), Release())
       .def(
@@ -218,7 +227,8 @@ each other. continue_from: a run folder whose scan it goes on with, of the same 
           },
           py::arg("image"), py::arg("time_s"), "The same for a picture (HxWx3 uint8, BGR).")
       .def("mesh", &interruptible<&Slam::mesh, const Slam>,
-           "The surface as far as it is known, a Mesh. Takes tenths of a second; tracking may go on.")
+           "The surface as far as it is known, a Mesh. Takes tenths of a second; meanwhile another thread "
+           "may track.")
       .def(
           "trajectory",
           [](Slam& self) {
@@ -226,7 +236,7 @@ each other. continue_from: a run folder whose scan it goes on with, of the same 
             return py::make_tuple(times_of(poses), poses_of(poses));
           },
           "(times, poses) of all frames in the map as far as it is known, as Run.times and Run.trajectory; "
-          "poses of earlier\nframes change when a loop is closed. Takes tenths of a second.")
+          "poses of earlier\nframes change when a loop is closed. As mesh().")
       .def(
           "finish",
           [](Slam& self) {

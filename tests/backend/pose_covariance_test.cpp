@@ -86,6 +86,22 @@ TEST(PoseCovariance, OtherComponentsAndOutliersSayNothing) {
   EXPECT_LT(relative_gap(found.at(2), covariances(trials(1, 3, 5), 0, 0.0).at(2)), 1e-3);
 }
 
+TEST(PoseCovariance, OfAPartThatOnlyOutliersJoinSaysThatNothingWasMeasured) {
+  Graph graph = trials(2, 3, 5);
+  for (const int id : {0, 1, 2}) {
+    Vector6d far = Vector6d::Zero();
+    far[4] = 50.0 * (id + 1);
+    graph.join(id, id + 3, EdgeKind::loop, far);
+  }
+  PoseGraphSolution solution = solve_pose_graph(graph.truth, graph.edges, {});
+  for (std::size_t i = 0; i < graph.edges.size(); ++i)
+    solution.edge_outlier[i] = graph.edges[i].kind == EdgeKind::loop;
+  const auto known = pose_covariances(graph.edges, solution, 0, {}, 0.0).component_T_node;
+  EXPECT_LT(known.at(2).from_T_to.worst_sigma_mm(), 1.0);
+  EXPECT_NEAR(known.at(3).from_T_to.worst_sigma_mm(), 20.0, 0.1) << "the first loop's width";
+  EXPECT_GT(known.at(5).from_T_to.worst_sigma_mm(), 20.0);
+}
+
 // Poses and scale together, by the inverse of all of it. What follows a node composes with it by its noise
 // for a known scale and by how it follows the scale.
 TEST(PoseCovariance, FollowsTheScaleAsTheDenseInverseSays) {

@@ -182,7 +182,7 @@ TEST_F(Service, NamesEveryAddressOfThisMachineAndATokenOfItsOwn) {
               testing::Each(StartsWith("http://[")));
 }
 
-TEST_F(Service, TellsThePageTheWayOnceForEachMap) {
+TEST_F(Service, TellsThePageWhatIsNewOfTheWay) {
   auto moved = std::make_shared<MapSnapshot>();
   moved->version = 7;
   for (int i = 0; i < 4; ++i) {
@@ -194,9 +194,20 @@ TEST_F(Service, TellsThePageTheWayOnceForEachMap) {
     moved->nodes.push_back(node);
   }
   map = moved;
+  const json whole = json::parse(R"({"kept": 0, "points": [[0, 0, 0, 0], [0, 1, 0, 0], [1, 2, 0, 0]]})");
   const json first = changes("since=0&map=6");
-  EXPECT_EQ(first.at("path"), json::parse("[[0.0,0.0,0.0,1.0,0.0,0.0],[2.0,0.0,0.0]]"));
-  EXPECT_FALSE(changes("since=0&map=" + first.at("map").get<std::string>()).contains("path"));
+  EXPECT_EQ(first.at("path"), whole);
+  EXPECT_EQ(first.at("map"), "7");
+  EXPECT_FALSE(changes("since=0&map=7").contains("path"));
+  EXPECT_EQ(changes("since=0&map=7&page=other").at("path"), whole);
+  moved = std::make_shared<MapSnapshot>(*moved);
+  moved->version = 8;
+  moved->nodes[2].component_T_keyframe.translation().y() = 0.5;
+  moved->nodes[3].placed = true;
+  map = moved;
+  EXPECT_EQ(changes("since=0&map=7").at("path"),
+            json::parse(R"({"kept": 2, "points": [[1, 2, 0.5, 0], [1, 3, 0, 0]]})"));
+  EXPECT_EQ(changes("since=0&map=7").at("path").at("kept"), 0) << "the answer before was lost";
 }
 
 TEST_F(Service, TheEndWaitsForEveryOpenPage) {

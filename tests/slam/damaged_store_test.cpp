@@ -174,7 +174,7 @@ TEST_F(DamagedStore, WhatLeadsToNoKeyframeIsLeftOut) {
   EXPECT_EQ(record.frames.back().keyframe, -1);
   Mapper mapper{SlamOptions{}};
   mapper.restore(record);
-  EXPECT_GE(mapper.finish(record.frames, false, [] { return false; }).components, 1);
+  EXPECT_GE(solve_scan(mapper.measured(record.frames), {}, false, [] { return false; }).components, 1);
 }
 
 }  // namespace

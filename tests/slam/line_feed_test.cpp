@@ -107,12 +107,31 @@ TEST(LineFeed, EachKeyframeComesOnceBeforeTheMapThatNamesIt) {
   lines = parsed(all_of(*reader));
   ASSERT_EQ(lines.size(), 2u);
   EXPECT_EQ(lines[0]["keyframe"], 2);
-  EXPECT_EQ(lines[1]["keyframes"].size(), 2u);
   feed.set_map(map_of({0}), 1);  // another scan counts anew
   lines = parsed(all_of(*reader));
   ASSERT_EQ(lines.size(), 2u);
   EXPECT_EQ(lines[0]["scan"], 1);
+  EXPECT_EQ(lines[1]["keyframes"].size(), 1u);
   EXPECT_EQ(all_of(*without), "");
+}
+
+TEST(LineFeed, AMapNamesWhatIsNewOrHasMovedHoweverLargeItIs) {
+  LineFeed feed;
+  const auto reader = feed.open({.surface = true});
+  const auto named = [&](const std::shared_ptr<MapSnapshot>& map) {
+    feed.set_map(map, 0);
+    const auto lines = parsed(all_of(*reader));
+    std::vector<int> ids;
+    for (const auto& keyframe : lines.back()["keyframes"]) ids.push_back(keyframe["keyframe"]);
+    return ids;
+  };
+  EXPECT_EQ(named(map_of({0, 1, 2})), (std::vector{0, 1, 2}));
+  EXPECT_EQ(named(map_of({0, 1, 2, 3})), (std::vector{3}));
+  const auto moved = map_of({0, 1, 2, 3, 4});
+  moved->nodes[1].component_T_keyframe.translation().x() = 1e-9;
+  moved->nodes[2].component = 2;
+  EXPECT_EQ(named(moved), (std::vector{1, 2, 4}));
+  EXPECT_EQ(named(map_of({0, 1, 2, 3, 4})), (std::vector{1, 2})) << "back again";
 }
 
 /// While it lives, standard output goes to another descriptor.

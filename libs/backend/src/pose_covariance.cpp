@@ -1,11 +1,12 @@
 // Covariances of all poses of a solved pose graph, and how each pose follows the gradient scale.
 //
 // At the solution, the information of the poses is H = Σ JᵀJ over the whitened Jacobians of the edges that
-// are no outliers, a loop with the weight that its robust kernel leaves it. Each component has a gauge, whose
-// covariance is 0: the anchor, or its smallest node. The covariance of a node is a diagonal block of H⁻¹. A
-// sparse Cholesky factor H = L Lᵀ gives the entries of the inverse where L has entries, from the last column
-// to the first (selected inverse; Takahashi et al. 1973), which costs about as much as the factorization, and
-// not as much as a dense inverse.
+// are no outliers, a loop with the weight that its robust kernel leaves it. Where nothing but outliers joins
+// two parts of a component, the first of them counts as an overlap of which nothing was measured. Each
+// component has a gauge, whose covariance is 0: the anchor, or its smallest node. The covariance of a node is
+// a diagonal block of H⁻¹. A sparse Cholesky factor H = L Lᵀ gives the entries of the inverse where L has
+// entries, from the last column to the first (selected inverse; Takahashi et al. 1973), which costs about as
+// much as the factorization, and not as much as a dense inverse.
 //
 // With shared factors s of the gradient scale, x follows them by dx/ds = -H⁻¹ Hxs, and the covariance of s is
 // the inverse of its Schur complement, its prior included. Both are linearizations at the solution:
@@ -88,11 +89,16 @@ Information information_of(const std::vector<PoseGraphEdge>& edges, const PoseGr
     all.row_of[id] = is_gauge ? -1 : std::exchange(rows, rows + 6);
   }
   all.with_scale = ByScale::Zero(rows, kScaleTerms);
+  UnionFind known(all.row_of.empty() ? 0 : all.row_of.rbegin()->first + 1);
+  for (std::size_t i = 0; i < edges.size(); ++i)
+    if (!solution.edge_outlier[i]) known.join(edges[i].from, edges[i].to);
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const PoseGraphEdge& edge = edges[i];
-    if (solution.edge_outlier[i]) continue;
-    Matrix6d whitening = whitening_matrix(edge.information);
-    if (edge.kind == EdgeKind::loop)
+    const bool outlier = solution.edge_outlier[i];
+    if (outlier && known.root(edge.from) == known.root(edge.to)) continue;
+    known.join(edge.from, edge.to);
+    Matrix6d whitening = whitening_matrix(outlier ? Matrix6d::Zero() : edge.information);
+    if (edge.kind == EdgeKind::loop && !outlier)
       whitening *= std::sqrt(robust_weight(solution.edge_residual[i], options.loop_loss_scale));
     const Pose to_T_from =
         solution.component_T_node.at(edge.to).inverse() * solution.component_T_node.at(edge.from);

@@ -276,25 +276,17 @@ PoseGraphSolution solve(const Graph& graph, const PoseGraphOptions& options) {
   estimate.nodes = graph.nodes;
   estimate.unknowns = Eigen::VectorXd::Zero(graph.prior_whitening.rows());
   evaluate(graph, options, estimate);
-  const double initial_cost = estimate.cost;
-  if (graph.edges.empty()) {
-    PoseGraphSolution solution = describe(graph, estimate);
-    solution.converged = true;
-    return solution;
-  }
+  if (graph.edges.empty()) return describe(graph, estimate);
 
   Solver solver(graph, options);
-  const ceres::Solver::Summary first = solver.solve(estimate);
+  int iterations = static_cast<int>(solver.solve(estimate).iterations.size());
   evaluate(graph, options, estimate);
-  int iterations = static_cast<int>(first.iterations.size());
   if (estimate.worst_loop > kMaxMismatch) {
     Estimate second = solve_from_wide_kernel(solver, graph, options, estimate, iterations);
     if (second.cost < estimate.cost) estimate = std::move(second);
   }
   PoseGraphSolution solution = describe(graph, estimate);
-  solution.initial_cost = initial_cost;
   solution.iterations = iterations;
-  solution.converged = first.termination_type == ceres::CONVERGENCE;
   return solution;
 }
 

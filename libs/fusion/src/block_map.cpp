@@ -13,9 +13,9 @@ bool is_before(const PatchPtr& a, const PatchPtr& b) {
   return a->keyframe() != b->keyframe() ? a->keyframe() < b->keyframe() : a < b;
 }
 
-PatchList plain(const std::vector<PatchPtr>& patches) {
+PatchList opened(const std::vector<PatchPtr>& patches) {
   PatchList list;
-  for (const PatchPtr& p : patches) list.push_back(p.get());
+  for (const PatchPtr& p : patches) list.push_back(p->opened());
   return list;
 }
 
@@ -144,8 +144,8 @@ void BlockMap::update_distances(std::int64_t key, Block& block, std::vector<Patc
   // With more changes than that, starting again is cheaper.
   const bool in_steps = block.sums && gone.size() + come.size() < block.used.size();
   if (in_steps) {
-    for (const PatchPtr& patch : gone) block.sums->take(at, *patch, field_);
-    for (const PatchPtr& patch : come) block.sums->add(at, *patch, field_);
+    for (const PatchPtr& patch : gone) block.sums->take(at, patch->opened(), field_);
+    for (const PatchPtr& patch : come) block.sums->add(at, patch->opened(), field_);
   }
   if (in_steps && block.sums->valid()) {
     block.sums->write_distances(field_, block.distances);
@@ -154,7 +154,7 @@ void BlockMap::update_distances(std::int64_t key, Block& block, std::vector<Patc
       block.sums = std::make_unique<BlockSums>();
       ++warm_;
     }
-    sample_block(at, plain(block.used), field_, *block.sums, block.distances);
+    sample_block(at, opened(block.used), field_, *block.sums, block.distances);
   }
   drop_if_unobserved(block.distances);
   keep_warm(key, block);
@@ -177,21 +177,22 @@ void BlockMap::keep_warm(std::int64_t key, Block& block) {
   }
 }
 
-BlockSurface BlockMap::vertices_of(std::int64_t key, const Block& block) const {
+BlockSurface BlockMap::vertices_of(std::int64_t key, const std::vector<PatchPtr>& used) const {
   std::array<const std::vector<float>*, kBlockNeighbors> upper{};
   for (int n = 0; n < kBlockNeighbors; ++n) {
     const Block* neighbor = find(key + neighbor_step(n));
     if (neighbor) upper[index(n)] = &neighbor->distances;
   }
   BlockSurface surface;
-  place_vertices(lattice(key), upper, plain(block.used), field_, surface);
+  if (upper[0] == nullptr || upper[0]->empty()) return surface;  // nothing is opened for it
+  place_vertices(lattice(key), upper, opened(used), field_, surface);
   return surface;
 }
 
 void BlockMap::place(std::int64_t key, std::vector<std::int64_t>& to_mesh) {
   Block* block = find(key);
   if (!block) return;
-  const BlockSurface surface = vertices_of(key, *block);
+  const BlockSurface surface = vertices_of(key, block->used);
   if (surface == block->surface) return;
   block->surface = BlockSurface(surface);  // the copy has no spare capacity
   for (int n = 0; n < kBlockNeighbors; ++n) to_mesh.push_back(key + neighbor_step(n));
@@ -215,13 +216,13 @@ std::array<const BlockSurface*, kBlockNeighbors> BlockMap::lower_surfaces(std::i
 }
 
 Mesh BlockMap::mesh_all(int threads, ProgressSink* progress, std::vector<int>& keyframe) {
-  std::vector<std::int64_t> keys;
+  dirty_.clear();
   for (auto& [key, block] : blocks_) {
     block.sums.reset();
-    keys.push_back(key);
+    block.dirty = false;
+    mark_dirty(key, block);
   }
-  std::sort(keys.begin(), keys.end());
-  dirty_.clear();
+  std::vector<std::int64_t> keys = take_dirty(blocks_.size());  // so that few patches are open at a time
   uses_.clear();
   warm_ = 0;
   ParallelProgress fusing(progress, "fusing", keys.size());
@@ -230,14 +231,17 @@ Mesh BlockMap::mesh_all(int threads, ProgressSink* progress, std::vector<int>& k
   };
 
   for_each_block([&](std::size_t i, Block& block) {
-    block.dirty = false;
-    block.used = block.wanted();
     thread_local BlockSums sums;
-    sample_block(lattice(keys[i]), plain(block.used), field_, sums, block.distances);
+    sample_block(lattice(keys[i]), opened(block.wanted()), field_, sums, block.distances);
     drop_if_unobserved(block.distances);
     fusing.step();  // what follows takes a small part of the time
   });
-  for_each_block([&](std::size_t i, Block& block) { block.surface = vertices_of(keys[i], block); });
+  for_each_block([&](std::size_t i, Block& block) {
+    block.surface = vertices_of(keys[i], block.wanted());
+    std::vector<Listing>().swap(block.listed);
+  });
+  for_each_block([](std::size_t, Block& block) { std::vector<float>().swap(block.distances); });
+  std::sort(keys.begin(), keys.end());
 
   std::unordered_map<const BlockSurface*, int> first_vertex;
   Mesh mesh;

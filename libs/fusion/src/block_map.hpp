@@ -79,7 +79,7 @@ class BlockMap {
   BlockLattice lattice(std::int64_t key) const { return {block_coordinate(key) * kBlockEdge, voxel_}; }
   void mark_dirty(std::int64_t key, Block& block);
   std::array<const BlockSurface*, kBlockNeighbors> lower_surfaces(std::int64_t key) const;
-  BlockSurface vertices_of(std::int64_t key, const Block& block) const;
+  BlockSurface vertices_of(std::int64_t key, const std::vector<PatchPtr>& used) const;
   void update_distances(std::int64_t key, Block& block, std::vector<PatchPtr> wanted);
   void keep_warm(std::int64_t key, Block& block);
 

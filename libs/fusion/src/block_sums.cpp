@@ -24,17 +24,17 @@ void BlockSums::gather(const BlockLattice& lattice, const PatchList& patches, co
   for (auto& side : sides_) side.clear();
   choose_axis(lattice, patches, field);
   valid_ = !axis_.isZero() && patches.size() < kMaxSummedPatches;
-  for (std::size_t i = 0; valid_ && i < patches.size(); ++i) change(lattice, *patches[i], field, 1);
+  for (std::size_t i = 0; valid_ && i < patches.size(); ++i) change(lattice, patches[i], field, 1);
 }
 
 /// Chooses the mean touch direction at a few voxels, with opposite directions reversed.
 void BlockSums::choose_axis(const BlockLattice& lattice, const PatchList& patches, const Field& field) {
   constexpr int stride = 3;
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-  for (const Patch* patch : patches) {
+  for (const Patch& patch : patches) {
     for_each_voxel(lattice, stride, [&](std::size_t, const Eigen::Vector3f& point) {
       Observation o;
-      if (!patch->observe(point, field.truncation_mm(), o)) return;
+      if (!patch.observe(point, field.truncation_mm(), o)) return;
       sum += o.direction.dot(sum) < 0 ? Eigen::Vector3f(-o.direction) : o.direction;
     });
   }

@@ -6,8 +6,8 @@ namespace gelslam::fusion::detail {
 
 float Field::log_weight(const Eigen::Vector3f& point_mm, const PatchList& listed) const {
   float best = 0;
-  for (const Patch* patch : listed)
-    if (Patch::Reading reading; patch->read(point_mm, truncation_mm_, reading))
+  for (const Patch& patch : listed)
+    if (Patch::Reading reading; patch.read(point_mm, truncation_mm_, reading))
       best = std::max(best, reading.weight);
   return log_weight(best);
 }
@@ -16,9 +16,9 @@ bool Field::evaluate(const Eigen::Vector3f& point_mm, const PatchList& listed,
                      std::vector<Observation>& scratch, FieldValue& out) const {
   scratch.clear();
   float best = 0;
-  for (const Patch* patch : listed) {
+  for (const Patch& patch : listed) {
     Observation o;
-    if (!patch->observe(point_mm, truncation_mm_, o)) continue;
+    if (!patch.observe(point_mm, truncation_mm_, o)) continue;
     scratch.push_back(o);
     best = std::max(best, o.weight);
   }

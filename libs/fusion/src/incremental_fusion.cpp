@@ -171,6 +171,7 @@ Mesh IncrementalFusion::finish(int threads, double min_shell_mm2, ProgressSink* 
                                std::int64_t* islands) {
   std::vector<int> keyframe;
   const Mesh mesh = impl_->finish(threads, progress, keyframe);
+  impl_.reset();  // what follows takes memory, too
   return without_islands(mesh, keyframe, min_shell_mm2, islands);
 }
 

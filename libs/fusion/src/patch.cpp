@@ -43,11 +43,17 @@ cv::Mat signed_distance_mm(const cv::Mat& mask, double pixel_pitch_mm) {
 /// most of the rim begins: W itself throws away good views, and the mean gets noisier. The mesh would end
 /// 0.2 mm within what has weight, for it takes two voxels beyond its end to end smoothly; e brings its end
 /// to the contact's border, but for a voxel. Gel between two crests that are closer than twice kBridgedMm
-/// stays within a tenth of their depth and belongs to the surface.
-cv::Mat1f mask_weight(const cv::Mat1b& contact, double pixel_pitch_mm) {
-  cv::Mat1f distance_mm = signed_distance_mm(contact, pixel_pitch_mm);
+/// stays within a tenth of their depth and belongs to the surface. Of the pixels in `box`, which holds the
+/// contact.
+cv::Mat1f mask_weight(const cv::Mat1b& contact, const cv::Rect& box, double pixel_pitch_mm) {
+  // All that is closed and a pixel beyond: there, distances are those over the whole picture.
+  const int margin = 1 + static_cast<int>(std::ceil(kBridgedMm / pixel_pitch_mm));
+  const cv::Rect around = (box - cv::Point(margin, margin) + cv::Size(2 * margin, 2 * margin)) &
+                          cv::Rect(cv::Point(), contact.size());
+  cv::Mat1f distance_mm = signed_distance_mm(contact(around), pixel_pitch_mm);
   const cv::Mat closed_mm = signed_distance_mm(distance_mm > -kBridgedMm, pixel_pitch_mm) - kBridgedMm;
   cv::max(distance_mm, closed_mm, distance_mm);
+  distance_mm = distance_mm(box - around.tl());
   for (float& d : distance_mm) {
     const double covered_mm = static_cast<double>(d) + kBeyondMm;
     d = covered_mm > 0 ? static_cast<float>(std::sqrt(0.5 * (std::tanh(covered_mm / kRimFadeMm - 3) + 1)))
@@ -99,11 +105,23 @@ std::optional<Patch> Patch::prepare(const PosedSurface& posed, double gradient_s
 
   Patch patch;
   patch.keyframe_ = posed.id;
-  patch.width_ = box.width;
-  patch.height_ = box.height;
-  const cv::Mat1f weight = mask_weight(s.contact, s.pixel_pitch_mm);
+  patch.box_ = box;
+  patch.source_ = std::make_shared<Source>(posed.surface, gradient_scale);
+  patch.inverse_pitch_ = static_cast<float>(1.0 / s.pixel_pitch_mm);
+  patch.inverse_distance_ = static_cast<float>(s.optics.inverse_distance());
+  const Eigen::Vector2d center_px = s.camera().center_px();
+  patch.u_origin_ = static_cast<float>(center_px.x() - box.x);
+  patch.v_origin_ = static_cast<float>(center_px.y() - box.y);
+  patch.u_end_ = static_cast<float>(box.width - 1);
+  patch.v_end_ = static_cast<float>(box.height - 1);
+  patch.set_pose(posed.map_T_keyframe);
+  return patch;
+}
+
+Patch::Pixels Patch::make_pixels(const Surface& s, const cv::Rect& box, double gradient_scale) {
+  const cv::Mat1f weight = mask_weight(s.contact, box, s.pixel_pitch_mm);
   const float inverse_scale = static_cast<float>(1.0 / gradient_scale);
-  std::vector<Pixel> pixels(static_cast<std::size_t>(box.area()));
+  Pixels pixels(static_cast<std::size_t>(box.area()));
   for (int v = 0; v < box.height; ++v) {
     for (int u = 0; u < box.width; ++u) {
       const cv::Point at(box.x + u, box.y + v);
@@ -113,21 +131,21 @@ std::optional<Patch> Patch::prepare(const PosedSurface& posed, double gradient_s
       const float height_mm = s.height_mm(at) * inverse_scale;
       if (!tilted.allFinite() || !std::isfinite(height_mm)) continue;  // weight 0: it shows nothing
       // A steep slope's height is uncertain by 1/nz: its information falls with nz squared.
-      const float known = weight(at) * tilted.z() * tilted.z() *
+      const float known = weight(v, u) * tilted.z() * tilted.z() *
                           image_border_weight(at.x, at.y, s.contact.size(), s.pixel_pitch_mm);
       pixels[static_cast<std::size_t>(v * box.width + u)] = {
           height_mm, std::min(known, is_read(s, at) ? 1.0f : kUnreadWeight), tilted.x(), tilted.y()};
     }
   }
-  patch.pixels_ = std::make_shared<const std::vector<Pixel>>(std::move(pixels));
-  patch.inverse_pitch_ = static_cast<float>(1.0 / s.pixel_pitch_mm);
-  patch.inverse_distance_ = static_cast<float>(s.optics.inverse_distance());
-  const Eigen::Vector2d center_px = s.camera().center_px();
-  patch.u_origin_ = static_cast<float>(center_px.x() - box.x);
-  patch.v_origin_ = static_cast<float>(center_px.y() - box.y);
-  patch.u_end_ = static_cast<float>(box.width - 1);
-  patch.v_end_ = static_cast<float>(box.height - 1);
-  patch.set_pose(posed.map_T_keyframe);
+  return pixels;
+}
+
+Patch Patch::opened() const {
+  Patch patch = *this;
+  patch.pixels_ = source_->pixels.get([this] {
+    return std::make_shared<const Pixels>(
+        make_pixels(*source_->surface.get(), box_, source_->gradient_scale));
+  });
   return patch;
 }
 

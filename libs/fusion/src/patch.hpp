@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "gelslam/core/lru_cached.hpp"
 #include "gelslam/fusion/fusion.hpp"
 
 namespace gelslam::fusion::detail {
@@ -21,8 +22,8 @@ struct Observation {
   int keyframe = 0;           ///< whose patch it is
 };
 
-/// A keyframe's heights, weights and slopes over the box that holds its contact, ready for look-ups from the
-/// map.
+/// A keyframe's heights, weights and slopes over the box that holds its contact, for look-ups from the map.
+/// What is kept of it is small: its pixels are made again when it is opened.
 class Patch {
  public:
   /// Empty where the keyframe has no contact. `gradient_scale` divides heights and slopes.
@@ -30,6 +31,9 @@ class Patch {
 
   /// The same patch elsewhere; both share the pixels.
   Patch moved_to(const Pose& map_T_keyframe) const;
+
+  /// The patch with its pixels, which only such a one can be asked for.
+  Patch opened() const;
 
   int keyframe() const { return keyframe_; }
 
@@ -52,8 +56,8 @@ class Patch {
     if (!(u >= 0 && v >= 0 && u < u_end_ && v < v_end_)) return false;
     const int iu = static_cast<int>(u), iv = static_cast<int>(v);
     const float fu = u - static_cast<float>(iu), fv = v - static_cast<float>(iv);
-    const Pixel* row = pixels_->data() + (iv * width_ + iu);
-    const Pixel &a = row[0], &b = row[1], &c = row[width_], &d = row[width_ + 1];
+    const Pixel* row = pixels_->data() + (iv * box_.width + iu);
+    const Pixel &a = row[0], &b = row[1], &c = row[box_.width], &d = row[box_.width + 1];
     const float wa = (1 - fu) * (1 - fv), wb = fu * (1 - fv), wc = (1 - fu) * fv, wd = fu * fv;
     const float weight = wa * a.weight + wb * b.weight + wc * c.weight + wd * d.weight;
     if (weight < kMinPixelWeight) return false;
@@ -96,9 +100,9 @@ class Patch {
   /// with point and outward normal in the map frame.
   template <typename Visit>
   void for_each_point(int stride, Visit&& visit) const {
-    for (int v = 0; v < height_; v += stride) {
-      for (int u = 0; u < width_; u += stride) {
-        const Pixel& pixel = (*pixels_)[static_cast<std::size_t>(v * width_ + u)];
+    for (int v = 0; v < box_.height; v += stride) {
+      for (int u = 0; u < box_.width; u += stride) {
+        const Pixel& pixel = (*pixels_)[static_cast<std::size_t>(v * box_.width + u)];
         if (pixel.weight <= kMinPixelWeight) continue;
         const float stretch = 1 + pixel.height_mm * inverse_distance_;
         const Eigen::Vector3f p(stretch * ((static_cast<float>(u) - u_origin_) / inverse_pitch_),
@@ -120,17 +124,27 @@ class Patch {
   struct Pixel {
     float height_mm = 0, weight = 0, nx = 0, ny = 0;
   };
+  using Pixels = std::vector<Pixel>;
+  static Pixels make_pixels(const Surface& surface, const cv::Rect& box, double gradient_scale);
+
+  /// What pixels are made of.
+  struct Source {
+    StoredSurface surface;
+    double gradient_scale;
+    LruCached<Pixels, 256> pixels;  ///< up to 1.2 MB each at 320x240: as many as meet around a dense place
+  };
 
   Eigen::Matrix3f sensor_R_map_;
   Eigen::Vector3f sensor_t_map_, origin_, x_axis_, y_axis_, z_axis_;
   float inverse_pitch_ = 0, inverse_distance_ = 0, u_origin_ = 0, v_origin_ = 0, u_end_ = 0, v_end_ = 0;
-  int width_ = 0, height_ = 0;
+  cv::Rect box_;
   int keyframe_ = 0;
-  std::shared_ptr<const std::vector<Pixel>> pixels_;
+  std::shared_ptr<Source> source_;
+  std::shared_ptr<const Pixels> pixels_;  ///< null until opened
 };
 
-/// The patches that are asked at a place.
-using PatchList = std::vector<const Patch*>;
+/// The patches that are asked at a place, opened.
+using PatchList = std::vector<Patch>;
 
 /// Throws Error when the surface is missing, its maps differ in size, or its pose is not finite.
 void check_patch(const PosedSurface& posed);

@@ -77,7 +77,7 @@ PlacedPatch PatchPlaces::make(int id, const PlacedPatch& before) const {
   std::optional<Patch> patch = same_pixels ? before.patch->moved_to(now.posed.map_T_keyframe)
                                            : Patch::prepare(now.posed, gradient_scale_);
   if (!patch) return now;
-  now.blocks = blocks_of(*patch, reach_);
+  now.blocks = blocks_of(patch->opened(), reach_);
   now.patch = std::make_shared<const Patch>(std::move(*patch));
   return now;
 }

@@ -99,7 +99,7 @@ class Bridge:
         self._start(None)
 
     def _start(self, scan):
-        self.scan, self.points, self.map = scan, {}, None
+        self.scan, self.points, self.places, self.shown = scan, {}, {}, -1
         self.trial, self.home = None, None  # home: the component whose frame is the map frame
         self.map_T_trial = self.map_T_sensor = np.eye(4)
 
@@ -116,9 +116,10 @@ class Bridge:
         elif kind == 'keyframe':
             self.points[message['keyframe']] = np.reshape(message['points'], (-1, 3))
         elif kind == 'map':
-            self.map = message
-            if message['shown_component'] >= 0:
-                self.home = message['shown_component']
+            self.places.update((moved['keyframe'], moved) for moved in message['keyframes'])
+            self.shown = message['shown_component']
+            if self.shown >= 0:
+                self.home = self.shown
             yield SurfaceItem()
         elif kind == 'dropped' and not self.dropped:
             self.dropped = True
@@ -174,9 +175,9 @@ class Bridge:
     def surface(self):
         """Return points x y z of the shown component, N x 3 float32, in the map frame."""
         parts = [np.empty((0, 3))]
-        for keyframe in self.map['keyframes']:
-            points = self.points.get(keyframe['keyframe'])
-            if keyframe['component'] == self.map['shown_component'] and points is not None:
+        for name, keyframe in self.places.items():
+            points = self.points.get(name)
+            if keyframe['component'] == self.shown and points is not None:
                 place = matrix(keyframe['map_pose'])
                 parts.append(points @ place[:3, :3].T + place[:3, 3])
         return np.concatenate(parts).astype(np.float32)

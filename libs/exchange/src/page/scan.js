@@ -5,7 +5,7 @@ const kOutline = [0.32, 0.83, 0.57], kSensor = [1, 0.59, 0.16];
 const kMaxFailures = 300;  // a second each
 const kPause_ms = 150, kPictureEvery_ms = 300, kTrailLength = 3000;
 
-let version = 0, newest = 0, state = {}, failures = 0, has_view = false, trail = [];
+let version = 0, newest = 0, state = {}, failures = 0, has_view = false, trail = [], path = [];
 const rate = {since: performance.now(), bytes: 0, pictures: 0};
 
 function say(text, tone) {
@@ -27,6 +27,16 @@ function take_blocks(buffer, at) {
 function follow_surface() {
   if (parts.size > 0 && !touched) has_view ? fit() : show_all();
   has_view = parts.size > 0;
+}
+/** Trials are strips. */
+function follow_path({kept, points}) {
+  path = path.slice(0, kept).concat(points);
+  const strips = [];
+  path.forEach(([trial, ...place], i) => {
+    if (i === 0 || trial !== path[i - 1][0]) strips.push([]);
+    strips.at(-1).push(...place);
+  });
+  show_way(strips, strips.flat());
 }
 /** Of tracking without a surface: where the sensor was. */
 function follow_trail() {
@@ -139,7 +149,7 @@ async function look() {
     if (state.cleared) for (const key of [...parts.keys()]) forget(parts, key);
     take_blocks(buffer, 4 + size);
     if (state.blocks.length > 0) follow_surface();
-    if (state.path) show_way(state.path, state.path.flat());
+    if (state.path) follow_path(state.path);
     follow_trail();
     show_touch();
     if (state.phase === "finished" && phase !== "finished" && !touched) show_all();

@@ -213,11 +213,14 @@ class ScanService final : public HttpService {
     Json json = look();  // before the mesh: what is finished has its last one
     if (mesh_ != nullptr) changes = mesh_->since(since, kVerticesAtOnce);
     const std::lock_guard lock(mutex_);
-    if (map_) json["map"] = std::to_string(map_->version);
-    if (map_ && json["map"] != asked("map")) json["path"] = path_json(*map_);
     const Clock::time_point now = Clock::now();
     std::erase_if(pages_, [&](const auto& page) { return now - page.second.seen > kPageIsOpen; });
-    pages_[asked("page")] = {now, knows_end && since == changes.newest};
+    Page& page = pages_[asked("page")];
+    const bool has_map = page.map && std::to_string(page.map->version) == asked("map");
+    if (map_) json["map"] = std::to_string(map_->version);
+    if (map_ && !(has_map && page.map == map_))
+      json["path"] = path_json(*map_, has_map ? page.map.get() : nullptr);
+    page = {now, knows_end && since == changes.newest, map_};
     return {.type = "application/octet-stream", .body = encode_changes(std::move(json), changes)};
   }
 
@@ -265,8 +268,9 @@ class ScanService final : public HttpService {
   std::pair<std::uint64_t, std::string> files_[2];  // PLY, GLB; of this version of the mesh
 
   struct Page {
-    Clock::time_point seen;  // when it last looked
-    bool told;               // the end, with the last mesh: it says so itself
+    Clock::time_point seen;                  // when it last looked
+    bool told;                               // the end, with the last mesh: it says so itself
+    std::shared_ptr<const MapSnapshot> map;  // sent last; null: none
   };
   std::mutex mutex_;  // for what follows
   std::map<std::string, Page> pages_;

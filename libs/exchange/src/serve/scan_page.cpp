@@ -30,6 +30,17 @@ void append(std::string& bytes, const std::vector<T>& numbers) {
   bytes.append(reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(T));
 }
 
+/// Of each keyframe its trial and where it is.
+Json path_of(const MapSnapshot& map) {
+  Json points = Json::array();
+  for (const MapSnapshot::Node& node : map.nodes) {
+    if (!node.placed) continue;
+    points.push_back(Json::array({node.trial}));
+    append_point(points.back(), node.component_T_keyframe.translation());
+  }
+  return points;
+}
+
 std::int16_t share_of_largest(float number) {
   return static_cast<std::int16_t>(std::lround(32767 * std::clamp(number, -1.0F, 1.0F)));
 }
@@ -111,15 +122,12 @@ Json touch_json(const LiveTouch& touch, const MapSnapshot* map) {
   return json;
 }
 
-Json path_json(const MapSnapshot& map) {
-  Json strips = Json::array();
-  int trial = -1;
-  for (const MapSnapshot::Node& node : map.nodes) {
-    if (!node.placed) continue;
-    if (std::exchange(trial, node.trial) != node.trial) strips.push_back(Json::array());
-    append_point(strips.back(), node.component_T_keyframe.translation());
-  }
-  return strips;
+Json path_json(const MapSnapshot& map, const MapSnapshot* known) {
+  Json points = path_of(map);
+  const Json before = known != nullptr ? path_of(*known) : Json::array();
+  const auto kept = std::ranges::mismatch(points, before).in1 - points.begin();
+  points.erase(points.begin(), points.begin() + kept);
+  return {{"kept", kept}, {"points", std::move(points)}};
 }
 
 std::string encode_changes(Json json, const MeshFeed::Changes& changes) {

@@ -15,8 +15,9 @@ nlohmann::ordered_json status_json(const LiveStatus& status);
 /// sides). Null without contact; without a place there are none in the map.
 nlohmann::ordered_json touch_json(const LiveTouch& touch, const MapSnapshot* map);
 
-/// The way of the sensor over the shown map, mm: a strip of keyframes for each trial.
-nlohmann::ordered_json path_json(const MapSnapshot& map);
+/// The way of the sensor over the shown map: how many keyframes are where `known` (may be null) has them, and
+/// those that follow, each as its trial and its place (mm).
+nlohmann::ordered_json path_json(const MapSnapshot& map, const MapSnapshot* known);
 
 /// For the page: the size of the JSON (4 bytes), JSON, and blocks, each as positions (3 float), normals (3
 /// int16, times 32767) and weights (int16, times 32767/128), and triangles (3 int). Little-endian.

@@ -129,13 +129,15 @@ void LiveBoard::set_touch(LiveTouch touch, const std::string& why_lost, LiveCloc
 }
 
 void LiveBoard::set_map(std::shared_ptr<const MapSnapshot> newest) {
-  const std::lock_guard lock(mutex_);
-  map_ = std::move(newest);
+  const auto loops = std::ranges::count(newest->edges, EdgeKind::loop, &MapSnapshot::Edge::kind);
+  const int trials = count_different(*newest, &MapSnapshot::Node::trial),
+            components = count_different(*newest, &MapSnapshot::Node::component);
+  const std::lock_guard lock(mutex_);  // tracking may wait for it
+  map_.swap(newest);                   // and the map before goes when it is released
   status_.keyframes = static_cast<int>(map_->nodes.size());
-  status_.loops = static_cast<int>(std::count_if(
-      map_->edges.begin(), map_->edges.end(), [](const auto& edge) { return edge.kind == EdgeKind::loop; }));
-  status_.trials = count_different(*map_, &MapSnapshot::Node::trial);
-  status_.components = count_different(*map_, &MapSnapshot::Node::component);
+  status_.loops = static_cast<int>(loops);
+  status_.trials = trials;
+  status_.components = components;
   status_.gradient_scale = map_->gradient_scale;
 }
 

@@ -179,6 +179,7 @@ constexpr std::chrono::milliseconds kMaxUpdateInterval{200};
 void MappingStage::run() {
   if (!context_.so_far.keyframes.empty()) mapper().optimize();
   publish();
+  mapper().remember_places();  // before a keyframe waits for it
   while (context_.keyframes.wait_until(next_work())) {
     // What has arrived is handled before the graph is solved once for all of it. A time limit keeps the
     // displayed map current.

@@ -182,7 +182,7 @@ Run finish_scan(const Config& config, const ScanRecord& record, const std::strin
     const auto scope = timer.measure("finish/poses");
     Mapper mapper(config.slam);
     mapper.restore(record);
-    map = mapper.finish(record.frames, true, stop_requested, &progress);
+    map = solve_scan(mapper.measured(record.frames), config.slam, true, stop_requested, &progress);
   }
   RunReport report;
   report.log_description = log_description;

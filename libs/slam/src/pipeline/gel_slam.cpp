@@ -6,7 +6,8 @@
 namespace gelslam {
 
 GelSlam::GelSlam(const SlamOptions& options, const ScanRecord& so_far, SessionQueue* session)
-    : tracker_(options.tracker, options.registration, options.verification),
+    : options_(options),
+      tracker_(options.tracker, options.registration, options.verification),
       mapper_(options),
       frames_(so_far.frames),
       session_(session) {

@@ -1,7 +1,6 @@
 #include "gelslam/slam/mapper.hpp"
 
 #include <algorithm>
-#include <iterator>
 #include <optional>
 #include <set>
 #include <utility>
@@ -40,19 +39,15 @@ int first_continuing(const ScanRecord& scan) {
   return scan.last_keyframe() + 1;
 }
 
-/// The keyframes whose places relative to each other are known (constrains_pose()), by id. Of several such
-/// groups the one that had most `frames` before keyframe `continuing` came; the oldest of equals. `map`: of
-/// `edges`.
-std::vector<bool> placed_keyframes(const std::vector<PoseGraphEdge>& edges, const MapSnapshot& map,
-                                   const std::vector<int>& frames, int continuing) {
+/// The keyframes whose places relative to each other are known, by id. Of several such groups the one that
+/// had most `frames` before keyframe `continuing` came; the oldest of equals.
+std::vector<bool> placed_keyframes(const MapSnapshot& map, const std::vector<int>& frames, int continuing) {
   UnionFind groups(static_cast<int>(frames.size()));
   const auto join = [&](bool continues) {
-    for (std::size_t i = 0; i < edges.size(); ++i) {
-      const int from = edges[i].from, to = edges[i].to;
-      if ((std::max(from, to) >= continuing) == continues && !map.edges[i].outlier &&
-          groups.root(from) != groups.root(to) && constrains_pose(edges[i]))
-        groups.join(from, to);
-    }
+    for (const MapSnapshot::Edge& edge : map.edges)
+      if ((std::max(edge.from, edge.to) >= continuing) == continues && !edge.outlier && edge.constrains &&
+          groups.root(edge.from) != groups.root(edge.to))
+        groups.join(edge.from, edge.to);
   };
   join(false);
   std::map<int, int> per_group;
@@ -90,10 +85,18 @@ std::vector<PoseGraphEdge> chosen(const std::vector<PoseGraphEdge>& edges, const
   return kept;
 }
 
-/// Where a solve of all poses starts.
-std::map<int, Pose> poses_of(const MapSnapshot& map) {
+/// Where a solve of all poses starts: where the fewest edges put every keyframe. A long way along odometry
+/// bends too far for loops to find back.
+std::map<int, Pose> spread(const ScanRecord& scan, const std::vector<PoseGraphEdge>& edges) {
+  const auto motion = motions_between(edges, std::vector<bool>(edges.size(), false), 0);
+  UnionFind components(static_cast<int>(scan.keyframes.size()));
+  for (const PoseGraphEdge& edge : edges) components.join(edge.from, edge.to);
   std::map<int, Pose> poses;
-  for (const MapSnapshot::Node& node : map.nodes) poses.emplace(node.keyframe, node.component_T_keyframe);
+  for (const auto& keyframe : scan.keyframes) {
+    if (!keyframe) continue;
+    const int id = keyframe->id, first = components.root(id);
+    poses[id] = first == id ? Pose(Pose::Identity()) : motion(first, id)->pose;
+  }
   return poses;
 }
 
@@ -107,10 +110,11 @@ PoseGraphSolution solve_poses(const std::map<int, Pose>& initial, const std::vec
 }
 
 /// Leaves out what contradicts the other edges, and solves for all poses.
-void solve_map(SlamMap& map, const std::map<int, Pose>& initial, double scale_sigma,
-               const SlamOptions& options) {
+void solve_map(SlamMap& map, double scale_sigma, const SlamOptions& options) {
   map.solved_edges = chosen(map.solved_edges, consistent_edges(map.solved_edges, scale_sigma));
-  map.solution = solve_poses(initial, map.solved_edges, scale_sigma, options);
+  const std::map<int, Pose>& known = map.solution.component_T_node;
+  map.solution = solve_poses(known.empty() ? spread(map, map.solved_edges) : known, map.solved_edges,
+                             scale_sigma, options);
 }
 
 /// Registers keyframes that should overlap, and solves again; in rounds.
@@ -121,9 +125,28 @@ void add_overlap_edges(SlamMap& map, double scale_sigma, const SlamOptions& opti
         find_overlap_edges(map.keyframes, map.solution, map.solved_edges, options, stop_requested, &progress);
     if (found.empty()) return;
     map.solved_edges.insert(map.solved_edges.end(), found.begin(), found.end());
-    solve_map(map, map.solution.component_T_node, scale_sigma, options);
+    solve_map(map, scale_sigma, options);
     if (stop_requested()) return;  // what was found before counts
   }
+}
+
+PoseCovariances covariances(const std::vector<PoseGraphEdge>& edges, const PoseGraphSolution& solution,
+                            int anchor, double scale_sigma, const SlamOptions& options) {
+  return pose_covariances(edges, solution, anchor, options.pose_graph,
+                          options.gradient_scale.estimate ? scale_sigma : 0.0);
+}
+
+/// What was measured, and nothing concluded from it.
+SlamMap unsolved(ScanRecord scan) {
+  SlamMap map;
+  static_cast<ScanRecord&>(map) = std::move(scan);
+  map.solved_edges = map.edges;
+  map.in_map.resize(map.keyframes.size());
+  for (FrameRecord& frame : map.frames) {
+    if (!map.has_keyframe(frame.keyframe)) frame.keyframe = -1;  // it has not reached the mapper yet
+    map.trials = std::max(map.trials, frame.trial + 1);
+  }
+  return map;
 }
 
 /// The map is what is placed, in the frame of its anchor. Returns that keyframe's id.
@@ -135,7 +158,7 @@ int choose_map_and_anchor(SlamMap& map) {
   for (const auto& [id, component] : map.solution.component_of_node) components.insert(component);
   map.components = static_cast<int>(components.size());
   const int continuing = first_continuing(map);
-  map.in_map = placed_keyframes(map.solved_edges, snapshot_of(map, map.solved_edges, map.solution, {}),
+  map.in_map = placed_keyframes(snapshot_of(map, map.solved_edges, map.solution, {}),
                                 tracked_frames(map.frames, map.keyframes.size()), continuing);
   const int anchor = choose_anchor(map.keyframes, map.in_map, continuing);
   map.anchor_frame = map.keyframes[index(anchor)]->frame;
@@ -153,8 +176,7 @@ std::vector<PoseGraphEdge> Mapper::add_keyframe(const NewKeyframe& added, bool s
   const int id = keyframe->id;
   measured_.keyframes.resize(static_cast<std::size_t>(id) + 1);
   measured_.keyframes.back() = keyframe;
-  if (added.edge)
-    for (auto* edges : {&measured_.edges, &live_edges_}) edges->push_back(*added.edge);
+  if (added.edge) measured_.edges.push_back(*added.edge);
   live_.add(added, options_.gradient_scale);
   measured_.searched.resize(measured_.keyframes.size());
   if (!search_loops || keyframe->is_patch) return {};
@@ -165,7 +187,7 @@ std::vector<PoseGraphEdge> Mapper::add_keyframe(const NewKeyframe& added, bool s
 }
 
 std::vector<PoseGraphEdge> Mapper::search_loops(const Keyframe& keyframe) {
-  loop_closer_.keep(std::exchange(restored_, {}));
+  remember_places();
   std::vector<PoseGraphEdge> loops = loop_closer_.add(keyframe);
   new_loops_ += static_cast<int>(loops.size());
   return loops;
@@ -188,82 +210,47 @@ std::map<int, std::vector<PoseGraphEdge>> Mapper::restore(const ScanRecord& reco
   // As if all had been found in one go.
   std::stable_sort(measured_.edges.begin(), measured_.edges.end(),
                    [](const auto& a, const auto& b) { return a.to < b.to; });
-  live_ = chained();
-  std::ranges::copy_if(measured_.edges, std::back_inserter(live_edges_),
-                       [](const PoseGraphEdge& edge) { return edge.kind == EdgeKind::odometry; });
   return found;
-}
-
-/// Every keyframe where its links put it.
-MapSnapshot Mapper::chained() const {
-  std::map<int, PoseGraphEdge> links;
-  for (const PoseGraphEdge& edge : measured_.edges)
-    if (edge.kind == EdgeKind::odometry) links.emplace(edge.to, edge);
-  MapSnapshot map;
-  for (const auto& keyframe : measured_.keyframes) {
-    if (!keyframe) continue;
-    const auto link = links.find(keyframe->id);
-    map.add({keyframe, link == links.end() ? std::nullopt : std::optional(link->second)},
-            options_.gradient_scale);
-  }
-  return map;
 }
 
 void Mapper::optimize() {
   const double scale_sigma = gradient_scale_sigma(measured_.keyframes, options_.gradient_scale);
-  live_edges_ = chosen(measured_.edges, consistent_edges(measured_.edges, scale_sigma));
-  const PoseGraphSolution solution = solve_poses(poses_of(live_), live_edges_, scale_sigma, options_);
+  const auto edges = chosen(measured_.edges, consistent_edges(measured_.edges, scale_sigma));
+  const PoseGraphSolution solution = solve_poses(spread(measured_, edges), edges, scale_sigma, options_);
   const std::uint64_t version = live_.version + 1;
-  live_ = snapshot_of(measured_, live_edges_, solution, covariances(live_edges_, solution, -1));
+  live_ = snapshot_of(measured_, edges, solution, covariances(edges, solution, -1, scale_sigma, options_));
   live_.version = version;
   new_loops_ = 0;
 }
 
-PoseCovariances Mapper::covariances(const std::vector<PoseGraphEdge>& edges,
-                                    const PoseGraphSolution& solution, int anchor) const {
-  const double scale_sigma = options_.gradient_scale.estimate
-                                 ? gradient_scale_sigma(measured_.keyframes, options_.gradient_scale)
-                                 : 0.0;
-  return pose_covariances(edges, solution, anchor, options_.pose_graph, scale_sigma);
-}
-
 MapSnapshot Mapper::snapshot() const {
   MapSnapshot snapshot = live_;
-  show(snapshot, placed_keyframes(live_edges_, live_, std::vector<int>(measured_.keyframes.size(), 1),
-                                  first_continuing(measured_)));
+  show(snapshot,
+       placed_keyframes(live_, std::vector<int>(measured_.keyframes.size(), 1), first_continuing(measured_)));
   return snapshot;
 }
 
-/// What was measured, and nothing concluded from it.
-SlamMap Mapper::measured_map(const std::vector<FrameRecord>& frames) const {
-  SlamMap map;
-  static_cast<ScanRecord&>(map) = measured_;
-  map.solved_edges = map.edges;
-  map.in_map.resize(map.keyframes.size());
-  map.frames = frames;
-  for (FrameRecord& frame : map.frames) {
-    if (!map.has_keyframe(frame.keyframe)) frame.keyframe = -1;  // it has not reached the mapper yet
-    map.trials = std::max(map.trials, frame.trial + 1);
-  }
-  return map;
+ScanRecord Mapper::measured(const std::vector<FrameRecord>& frames) const {
+  ScanRecord scan = measured_;
+  scan.frames = frames;
+  return scan;
 }
 
-SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
-                       const std::function<bool()>& stop_requested, ProgressSink* progress) const {
-  ParallelProgress closing(progress, "closing loops", kOverlapRounds * measured_.keyframes.size());
-  SlamMap map = measured_map(frames);
-  const std::map<int, Pose> initial = poses_of(chained());
-  if (initial.empty()) {
+SlamMap solve_scan(ScanRecord scan, const SlamOptions& options, bool refine,
+                   const std::function<bool()>& stop_requested, ProgressSink* progress) {
+  ParallelProgress closing(progress, "closing loops", kOverlapRounds * scan.keyframes.size());
+  SlamMap map = unsolved(std::move(scan));
+  const double scale_sigma = gradient_scale_sigma(map.keyframes, options.gradient_scale);
+  solve_map(map, scale_sigma, options);
+  if (map.solution.component_T_node.empty()) {
     closing.end();
     return map;
   }
-  const double scale_sigma = gradient_scale_sigma(measured_.keyframes, options_.gradient_scale);
-  solve_map(map, initial, scale_sigma, options_);
-  if (refine && options_.refinement.max_pairs_per_keyframe > 0)
-    add_overlap_edges(map, scale_sigma, options_, stop_requested, closing);
+  if (refine && options.refinement.max_pairs_per_keyframe > 0)
+    add_overlap_edges(map, scale_sigma, options, stop_requested, closing);
   closing.end();
   const int anchor = choose_map_and_anchor(map);
-  map.covariances = covariances(map.solved_edges, map.solution, anchor);
+  map.covariances = covariances(map.solved_edges, map.solution, anchor, scale_sigma, options);
   map.uncertainty = trajectory_uncertainty(map.frames, snapshot_of(map));
   return map;
 }

@@ -86,7 +86,9 @@ void MapSnapshot::add(const NewKeyframe& added, const GradientScaleOptions& opti
                    .surface = keyframe.surface,
                    .covariance = motion.from_T_to.covariance,
                    .by_scale = motion.by_scale});
-  if (added.edge) edges.push_back({added.edge->from, added.edge->to, added.edge->kind, false});
+  if (added.edge)
+    edges.push_back(
+        {added.edge->from, added.edge->to, added.edge->kind, false, constrains_pose(*added.edge)});
   ++version;
 }
 
@@ -154,7 +156,8 @@ MapSnapshot snapshot_of(const ScanRecord& scan, const std::vector<PoseGraphEdge>
                               .by_scale = motion.by_scale});
   }
   for (std::size_t i = 0; i < solution.edge_outlier.size(); ++i)
-    snapshot.edges.push_back({edges[i].from, edges[i].to, edges[i].kind, solution.edge_outlier[i]});
+    snapshot.edges.push_back(
+        {edges[i].from, edges[i].to, edges[i].kind, solution.edge_outlier[i], constrains_pose(edges[i])});
   snapshot.gradient_scale = gradient_scale_of(solution.shared_unknowns);
   snapshot.scale_factors = solution.shared_unknowns;
   snapshot.scale_covariance = covariances.scale;

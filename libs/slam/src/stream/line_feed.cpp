@@ -44,12 +44,18 @@ std::string keyframe_line(const MapSnapshot::Node& node, int scan) {
   return line.dump() + "\n";
 }
 
-std::string map_line(const MapSnapshot& map, int scan) {
+/// `before` (may be null) is the map that the reader has: only what is elsewhere now is named.
+std::string map_line(const MapSnapshot& map, const MapSnapshot* before, int scan) {
   Json keyframes = Json::array();
-  for (const MapSnapshot::Node& node : map.nodes)
+  for (const MapSnapshot::Node& node : map.nodes) {
+    const MapSnapshot::Node* known = before != nullptr ? before->find(node.keyframe) : nullptr;
+    if (known != nullptr && known->component == node.component &&
+        known->component_T_keyframe.matrix() == node.component_T_keyframe.matrix())
+      continue;
     keyframes.push_back({{"keyframe", node.keyframe},
                          {"component", node.component},
                          {"map_pose", row_major_meters(node.component_T_keyframe)}});
+  }
   const Json line = {{"type", "map"},
                      {"scan", scan},
                      {"version", map.version},
@@ -144,16 +150,17 @@ std::string LineFeed::Reader::lines_of_map() {
     map = feed_.map_;
     scan = feed_.scan_;
   }
-  if (scan != std::exchange(scan_, scan)) keyframes_.clear();
+  if (scan != std::exchange(scan_, scan)) newest_keyframe_ = -1, sent_ = nullptr;
   if (!map || map == sent_) return "";
   std::string lines;
   for (const MapSnapshot::Node& node : map->nodes) {
-    if (!node.surface || !keyframes_.insert(node.keyframe).second) continue;
-    lines += keyframe_line(node, scan);
+    if (node.keyframe <= newest_keyframe_) continue;
+    newest_keyframe_ = node.keyframe;
+    if (node.surface) lines += keyframe_line(node, scan);
     if (lines.size() > kBytesOfKeyframes) return lines;
   }
-  sent_ = map;
-  return lines + map_line(*map, scan);
+  const auto before = std::exchange(sent_, map);
+  return lines + map_line(*map, before.get(), scan);
 }
 
 namespace {

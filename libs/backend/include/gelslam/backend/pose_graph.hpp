@@ -41,10 +41,8 @@ struct PoseGraphSolution {
   Eigen::VectorXd shared_unknowns;       ///< empty when none were asked for
   std::vector<double> edge_residual;     ///< whitened residual norm per edge, in the order edges were given
   std::vector<bool> edge_outlier;  ///< loops that the rest of the graph contradicts; never true for odometry
-  double initial_cost = 0,
-         final_cost = 0;  ///< robust cost, before and after
+  double final_cost = 0;           ///< robust cost
   int iterations = 0;
-  bool converged = false;
 };
 
 /// Solves an SE(3) pose graph with Ceres. Components not joined by edges are separate components, each with

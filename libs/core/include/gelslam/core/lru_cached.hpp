@@ -10,8 +10,8 @@
 namespace gelslam {
 
 /// A large object that is made when it is asked for, and kept for as long as somebody uses it or it is one of
-/// the 32 of its type that were used last. Thread-safe.
-template <typename T>
+/// the `capacity` of its type that were used last. Thread-safe.
+template <typename T, std::size_t capacity = 32>
 class LruCached {
  public:
   template <typename Make>
@@ -38,13 +38,12 @@ class LruCached {
         return;
       }
       kept_.push_back(object);
-      if (kept_.size() <= kCapacity) return;
+      if (kept_.size() <= capacity) return;
       dropped = std::move(kept_.front());
       kept_.pop_front();
     }
 
    private:
-    static constexpr std::size_t kCapacity = 32;
     std::mutex mutex_;
     std::deque<std::shared_ptr<const T>> kept_;  // the last used at the end
   };

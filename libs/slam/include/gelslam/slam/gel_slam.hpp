@@ -53,6 +53,9 @@ class GelSlam {
   /// Of the thread that closes loops.
   Mapper& mapper() { return mapper_; }
 
+  /// All that was measured so far.
+  ScanRecord measured() const { return mapper_.measured(frames_); }
+
   /// Optimize: all keyframes' poses in the frame of the map's anchor, and how well they are known. May be
   /// called while no other function is; frames may follow. `refine` true: with overlap edges; false: with the
   /// edges that are known, which takes tenths of a second. `progress` (may be null) receives the task
@@ -60,13 +63,14 @@ class GelSlam {
   SlamMap finish(
       bool refine = true, ProgressSink* progress = nullptr,
       const std::function<bool()>& stop_requested = [] { return false; }) const {
-    return mapper_.finish(frames_, refine, stop_requested, progress);
+    return solve_scan(measured(), options_, refine, stop_requested, progress);
   }
 
  private:
   void keep(const std::vector<NewKeyframe>& keyframes);
   void keep_loops(int keyframe, const std::vector<PoseGraphEdge>& loops);
 
+  SlamOptions options_;
   Tracker tracker_;
   Mapper mapper_;
   std::vector<FrameRecord> frames_;

@@ -79,7 +79,7 @@ class LineFeed::Reader {
   const StreamOptions options_;
   BoundedQueue<std::shared_ptr<const StreamedFrame>> queue_;  // null: the map has changed
   std::uint64_t next_number_;
-  std::set<int> keyframes_;                  // that were sent of this scan
+  int newest_keyframe_ = -1;                 // that was sent of this scan; they come in order
   std::shared_ptr<const MapSnapshot> sent_;  // the last map
   int scan_ = 0;
 };

@@ -38,6 +38,7 @@ struct MapSnapshot {
     int from = 0, to = 0;  ///< keyframe ids
     EdgeKind kind = EdgeKind::odometry;
     bool outlier = false;
+    bool constrains = false;  ///< constrains_pose()
   };
   std::uint64_t version = 0;
   std::vector<Node> nodes;  ///< by id, ascending
