@@ -16,8 +16,6 @@ namespace gelslam {
 
 namespace {
 
-constexpr int kOverlapRounds = 2;  // The first one's corrections show more overlaps.
-
 /// By keyframe id.
 std::vector<int> tracked_frames(const std::vector<FrameRecord>& frames, std::size_t keyframes) {
   std::vector<int> count(keyframes, 0);
@@ -117,17 +115,14 @@ void solve_map(SlamMap& map, double scale_sigma, const SlamOptions& options) {
                              scale_sigma, options);
 }
 
-/// Registers keyframes that should overlap, and solves again; in rounds.
+/// Registers keyframes that should overlap, and solves again.
 void add_overlap_edges(SlamMap& map, double scale_sigma, const SlamOptions& options,
                        const std::function<bool()>& stop_requested, ParallelProgress& progress) {
-  for (int round = 0; round < kOverlapRounds; ++round) {
-    const std::vector<PoseGraphEdge> found =
-        find_overlap_edges(map.keyframes, map.solution, map.solved_edges, options, stop_requested, &progress);
-    if (found.empty()) return;
-    map.solved_edges.insert(map.solved_edges.end(), found.begin(), found.end());
-    solve_map(map, scale_sigma, options);
-    if (stop_requested()) return;  // what was found before counts
-  }
+  const std::vector<PoseGraphEdge> found =
+      find_overlap_edges(map.keyframes, map.solution, map.solved_edges, options, stop_requested, &progress);
+  if (found.empty()) return;
+  map.solved_edges.insert(map.solved_edges.end(), found.begin(), found.end());
+  solve_map(map, scale_sigma, options);
 }
 
 PoseCovariances covariances(const std::vector<PoseGraphEdge>& edges, const PoseGraphSolution& solution,
@@ -238,7 +233,7 @@ ScanRecord Mapper::measured(const std::vector<FrameRecord>& frames) const {
 
 SlamMap solve_scan(ScanRecord scan, const SlamOptions& options, bool refine,
                    const std::function<bool()>& stop_requested, ProgressSink* progress) {
-  ParallelProgress closing(progress, "closing loops", kOverlapRounds * scan.keyframes.size());
+  ParallelProgress closing(progress, "closing loops", scan.keyframes.size());
   SlamMap map = unsolved(std::move(scan));
   const double scale_sigma = gradient_scale_sigma(map.keyframes, options.gradient_scale);
   solve_map(map, scale_sigma, options);

@@ -119,21 +119,11 @@ BackgroundDrift measure_drift(const cv::Mat3f& then, const cv::Mat3f& now) {
 
 cv::Mat3b in_light_of(const cv::Mat3b& background, const cv::Mat3b& picture) {
   LightTracker tracker(average_blocks(background), true);
-  const Light& light = tracker.update(average_blocks(picture), {});
+  cv::Mat3f levels;
+  picture.convertTo(levels, CV_32F);
+  to_background_light(tracker.update(average_blocks(picture), {}), levels);
   cv::Mat3b result;
-  if (!light.is_even()) {
-    to_background_light(light, picture, result);
-  } else if (light.channels == Light{}.channels) {
-    result = picture;
-  } else {
-    const ColorTable table = color_table(light);
-    cv::Mat3b levels(1, 256);
-    for (int c = 0; c < 3; ++c)
-      for (int level = 0; level < 256; ++level)
-        levels(level)[c] = cv::saturate_cast<unsigned char>(
-            table[static_cast<std::size_t>(c)][static_cast<std::size_t>(level)]);
-    cv::LUT(picture, levels, result);
-  }
+  levels.convertTo(result, CV_8U);
   return result;
 }
 
