@@ -28,8 +28,8 @@ class Mapper {
   std::vector<PoseGraphEdge> add_keyframe(const NewKeyframe& added, bool search_loops = true);
 
   /// Continues a scan, before the first keyframe: its parts and keyframes with what is known of them. Loops
-  /// of keyframes that were not searched yet are searched now, and returned by keyframe. The map has them from
-  /// optimize() on.
+  /// of keyframes that were not searched yet are searched now, and returned by keyframe. The map has them
+  /// from optimize() on.
   std::map<int, std::vector<PoseGraphEdge>> restore(const ScanRecord& record);
 
   /// Makes the features of restored keyframes, a core's second for 50 of them; else the first search does.
