@@ -134,7 +134,7 @@ struct SurfaceEstimator::Impl {
     rectified_grid.remove_beyond(contact);
     constexpr double kThickest = 0.25;  // of the narrow side: no gel is so thick (a test picture)
     const double thickest_mm = kThickest * std::min(size.width, size.height) * options.pixel_pitch_mm;
-    if (cv::norm(relief_mm, cv::NORM_INF) > thickest_mm)
+    if (cv::mean(relief_mm, contact)[0] < -thickest_mm)
       for (cv::Mat* map : std::initializer_list<cv::Mat*>{&relief_mm, &gx, &gy, &contact}) map->setTo(0);
     return contact;
   }
