@@ -51,10 +51,12 @@ TEST(CalibrateCommand, RefusesGelsWithTooManyMarkersAndSwappedColors) {
   const ProgramResult other = calibrate(
       {"collect", swapped_presses, "--headless", "-q", "--config", (folder / "other.yaml").string()});
   EXPECT_LE(other.exit_code, 1) << "lamps that are not known are not judged: " << other.err;
-  PressSet other_light = few_presses().set;
-  other_light.background = cv::Mat3b(other_light.background * 0.75);
-  write_folder(folder / "light", other_light);
-  const ProgramResult once = calibrate({"collect", (folder / "light").string(), "--headless"});
+  PressSet other_gel = few_presses().set;
+  other_gel.background = other_gel.background.clone();
+  for (int u = 0; u < other_gel.background.cols; ++u)
+    other_gel.background.col(u) *= 0.75 + 0.5 * u / other_gel.background.cols;
+  write_folder(folder / "gel", other_gel);
+  const ProgramResult once = calibrate({"collect", (folder / "gel").string(), "--headless"});
   EXPECT_EQ(once.exit_code, 1);
   EXPECT_THAT(once.err, HasSubstr(" and 15 others: its untouched gel does not look like background.png"));
   set.background = set.background.clone();
