@@ -132,6 +132,11 @@ struct SurfaceEstimator::Impl {
     contact_detector.detect(relief_mm, bend, changed_px,
                             {slope_noise, model_sigma, scatter_mm, bare_gel_seen}, contact);
     rectified_grid.remove_beyond(contact);
+    // Light that is not followed altogether leaves less color than any touch: 2 degrees of slope.
+    constexpr float kMinLevels = 4;
+    if (std::none_of(blocks.begin(), blocks.end(),
+                     [](const cv::Vec3f& color) { return color.dot(color) > kMinLevels * kMinLevels; }))
+      contact = 0;
     constexpr double kThickest = 0.25;  // of the narrow side: no gel is so thick (a test picture)
     const double thickest_mm = kThickest * std::min(size.width, size.height) * options.pixel_pitch_mm;
     if (cv::mean(relief_mm, contact)[0] < -thickest_mm)
