@@ -49,7 +49,7 @@ TEST(Placement, AWarmStartIsKeptWhenTheFirstLoopDoesNotFit) {
   ASSERT_EQ(std::count(cold.edge_outlier.begin(), cold.edge_outlier.end(), true), 1);
   const PoseGraphSolution warm = solve_pose_graph(cold.component_T_node, graph.edges, {});
   EXPECT_NEAR(warm.final_cost, cold.final_cost, 1e-6 * cold.final_cost);
-  EXPECT_LE(warm.iterations, 3);
+  EXPECT_LT(worst_error(warm.component_T_node, cold.component_T_node).deg, 0.01);
 }
 
 }  // namespace

@@ -140,7 +140,7 @@ void read_press(const PressSet& set, bool any_gel, CalibrationPress& press) {
     if (!any_gel && !shows_same_gel(press.bgr, set.background))
       throw Error(
           "its untouched gel does not look like background.png in any light that can be followed: another "
-          "gel, sensor or crop (--force takes it anyway)");
+          "gel, sensor or crop (force takes it anyway)");
     press.bgr = in_light_of(set.background, press.bgr);
   } catch (const Error& error) {
     press.problem = error.what();
