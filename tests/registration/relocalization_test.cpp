@@ -65,6 +65,18 @@ TEST(Relocalization, WhatSlidesAlongARidgeIsAtNoOtherPlace) {
   EXPECT_FALSE(search(ridges, motion(0, 0, 0, 3, 0, 0.4)).place.ok());
 }
 
+TEST(Relocalization, APatternThatRepeatsItselfIsAmbiguous) {
+  const Field waffle = [](const Eigen::Vector3d& p) {
+    const double k = 2 * M_PI / 2.5;  // periods of 2.5 mm
+    const double height = 0.06 * (std::cos(k * p.x()) + std::cos(k * p.y()));
+    return std::pair{p.z() - height,
+                     Eigen::Vector3d(0.06 * k * std::sin(k * p.x()), 0.06 * k * std::sin(k * p.y()), 1)};
+  };
+  const Search s = search(waffle, motion(0, 0, 10, 4.6, 1.2, 0.4));
+  EXPECT_FALSE(s.alone.ok()) << "no need to look";
+  EXPECT_EQ(s.place.status, RegistrationStatus::ambiguous);
+}
+
 TEST(Relocalization, WhereTheObjectWouldHaveBeenFeltItIsNot) {
   // The same texture, cut off by the contact's border: further on, either would lie in gel that the other saw
   // bare.
