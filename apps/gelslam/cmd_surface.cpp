@@ -120,7 +120,7 @@ CheckedSurface estimate(const SurfaceArguments& arguments) {
   cv::Mat3b background = read_sensor_image(arguments.background, config, arguments.force);
   cv::Mat3b picture = read_sensor_image(arguments.image, config, arguments.force);
   CheckedSurface result;
-  if (!shows_same_gel(picture, background))
+  if (!shows_same_gel(in_light_of(background, picture), background))
     result.mismatch =
         "the untouched gel does not look like the background in any light that can be followed: another gel "
         "or sensor";

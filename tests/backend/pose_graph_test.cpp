@@ -27,6 +27,7 @@ TEST(PoseGraph, RecoversTruthFromNoiseFreeEdgesWhateverTheStart) {
   std::map<int, Pose> start = graph.truth;
   for (auto& [id, pose] : start)
     if (id > 0) pose = pose * se3_exp(noise.tangent(0.05, 1.0));
+  EXPECT_GT(worst_error(start, graph.truth).deg, 1.0);
   const PoseGraphSolution solution = solve_pose_graph(start, graph.edges, {});
   EXPECT_LT(solution.final_cost, 1e-8);
   const WorstError error = worst_error(solution.component_T_node, graph.truth);

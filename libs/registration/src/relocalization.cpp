@@ -50,13 +50,15 @@ bool is_elsewhere(const RegistrationResult& result, const Pose& other) {
   return false;
 }
 
-}  // namespace
-
+/// Says whether all motions are observable but that along z, which comes from the heights. If one is not, the
+/// part of the object that the target shows is not known.
 bool is_located(const RegistrationResult& registration) {
   for (std::size_t axis = 0; axis < registration.observable.size(); ++axis)
     if (axis != 2 && !registration.observable[axis]) return false;
   return true;
 }
+
+}  // namespace
 
 RegistrationResult relocalize(const NormalFlowReference& reference, const Surface& target,
                               const Pose& expected, const RegistrationResult& failed,

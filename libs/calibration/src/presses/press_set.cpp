@@ -137,11 +137,12 @@ void read_press(const PressSet& set, bool any_gel, CalibrationPress& press) {
   try {
     press.bgr = read_press_picture(folder / "gelsight.png", set.background.size());
     if (fs::exists(label)) press.label = read_label(label);
-    if (!any_gel && !shows_same_gel(press.bgr, set.background))
+    const cv::Mat3b followed = in_light_of(set.background, press.bgr);
+    if (!any_gel && !shows_same_gel(followed, set.background))
       throw Error(
           "its untouched gel does not look like background.png in any light that can be followed: another "
           "gel, sensor or crop (force takes it anyway)");
-    press.bgr = in_light_of(set.background, press.bgr);
+    press.bgr = followed;
   } catch (const Error& error) {
     press.problem = error.what();
   }

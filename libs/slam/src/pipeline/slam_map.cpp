@@ -8,6 +8,13 @@
 #include "gelslam/slam/map_snapshot.hpp"
 
 namespace gelslam {
+namespace {
+
+MapSnapshot::Edge shown_edge(const PoseGraphEdge& edge, bool outlier) {
+  return {edge.from, edge.to, edge.kind, outlier, constrains_pose(edge)};
+}
+
+}  // namespace
 
 FrameRecord record_of(const TrackedFrame& tracked) {
   FrameRecord record{tracked.frame,
@@ -86,9 +93,7 @@ void MapSnapshot::add(const NewKeyframe& added, const GradientScaleOptions& opti
                    .surface = keyframe.surface,
                    .covariance = motion.from_T_to.covariance,
                    .by_scale = motion.by_scale});
-  if (added.edge)
-    edges.push_back(
-        {added.edge->from, added.edge->to, added.edge->kind, false, constrains_pose(*added.edge)});
+  if (added.edge) edges.push_back(shown_edge(*added.edge, false));
   ++version;
 }
 
@@ -156,8 +161,7 @@ MapSnapshot snapshot_of(const ScanRecord& scan, const std::vector<PoseGraphEdge>
                               .by_scale = motion.by_scale});
   }
   for (std::size_t i = 0; i < solution.edge_outlier.size(); ++i)
-    snapshot.edges.push_back(
-        {edges[i].from, edges[i].to, edges[i].kind, solution.edge_outlier[i], constrains_pose(edges[i])});
+    snapshot.edges.push_back(shown_edge(edges[i], solution.edge_outlier[i]));
   snapshot.gradient_scale = gradient_scale_of(solution.shared_unknowns);
   snapshot.scale_factors = solution.shared_unknowns;
   snapshot.scale_covariance = covariances.scale;

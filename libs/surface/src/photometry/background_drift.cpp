@@ -127,9 +127,8 @@ cv::Mat3b in_light_of(const cv::Mat3b& background, const cv::Mat3b& picture) {
   return result;
 }
 
-bool shows_same_gel(const cv::Mat3b& picture, const cv::Mat3b& background) {
-  const cv::Mat3f seen = background_cells(in_light_of(background, picture)),
-                  expected = background_cells(background);
+bool shows_same_gel(const cv::Mat3b& followed, const cv::Mat3b& background) {
+  const cv::Mat3f seen = background_cells(followed), expected = background_cells(background);
   std::vector<double> levels;
   std::transform(seen.begin(), seen.end(), expected.begin(), std::back_inserter(levels),
                  [](const cv::Vec3f& a, const cv::Vec3f& b) { return cv::norm(a, b); });

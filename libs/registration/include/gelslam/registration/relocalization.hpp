@@ -19,15 +19,11 @@ std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target,
 Pose coarse_pose(const Surface& reference, const Surface& target, double twist_rad,
                  const Eigen::Vector2d& shift_mm);
 
-/// Says whether all motions are observable but that along z, which comes from the heights. If one is not, the
-/// part of the object that the target shows is not known.
-bool is_located(const RegistrationResult& registration);
-
 /// Finds the one place where the target fits on the reference, among all shifts and among twists about that
 /// of `expected` (target_T_reference), after a registration from there has `failed`. Every place has to pass
-/// verify_registered(), and one that was not expected, is_located(). Status `ambiguous`: several places fit,
-/// as on a pattern that repeats itself. `failed`, as it is: there is no place. Poses come from NormalFlow.
-/// Costs up to six registrations. Source: own.
+/// verify_registered(), and at one that was not expected all motions but z must be observable. Status
+/// `ambiguous`: several places fit, as on a pattern that repeats itself. `failed`, as it is: there is no
+/// place. Poses come from NormalFlow. Costs up to six registrations. Source: own.
 RegistrationResult relocalize(const NormalFlowReference& reference, const Surface& target,
                               const Pose& expected, const RegistrationResult& failed,
                               const NormalFlowOptions& normal_flow, const VerificationOptions& options);

@@ -27,9 +27,9 @@ BackgroundDrift measure_drift(const cv::Mat3f& then, const cv::Mat3f& now);
 /// follow it from frame to frame. The picture itself where the light is the same.
 cv::Mat3b in_light_of(const cv::Mat3b& background, const cv::Mat3b& picture);
 
-/// Says whether the untouched part of a picture shows the gel of a background of its size, in any light that
-/// in_light_of() takes off. False: another gel or sensor, or a light that it cannot take off. Touches on less
-/// than half of the picture do not count.
-bool shows_same_gel(const cv::Mat3b& picture, const cv::Mat3b& background);
+/// Says whether the untouched part of a picture that in_light_of() has turned into a background's light shows
+/// the gel of that background. False: another gel or sensor, or a light that cannot be taken off. Touches on
+/// less than half of the picture do not count.
+bool shows_same_gel(const cv::Mat3b& followed, const cv::Mat3b& background);
 
 }  // namespace gelslam
