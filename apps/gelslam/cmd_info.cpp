@@ -131,7 +131,7 @@ void add_mesh(InfoReport& report, const fs::path& file, const Mesh& mesh) {
 
 void add_session(InfoReport& report, const fs::path& run) {
   attempt(report, [&] {
-    const std::optional<SavedMap> session = find_saved_map(run);
+    const std::optional<MapSnapshot> session = find_saved_map(run);
     if (!session) refuse_unfinished(run);
     if (!session->warning.empty()) report.problems.push_back(session->warning);
     if (fs::exists(run / "report.json")) read_scan(run, {});

@@ -20,6 +20,8 @@
 #include "gelslam/localization/maps.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/sensor/raw_log.hpp"
+#include "gelslam/slam/line_feed.hpp"
+#include "gelslam/viewer/map_window.hpp"
 #include "reports.hpp"
 #include "stream_arguments.hpp"
 #include "terminal_progress.hpp"
@@ -85,8 +87,8 @@ class FrameStopper {
   std::atomic<bool> stopped_ = false;
 };
 
-SavedMap read_map_for(const Config& config, const std::string& map) {
-  SavedMap session = read_map(map);
+MapSnapshot read_map_for(const Config& config, const std::string& map) {
+  MapSnapshot session = read_map(map);
   if (!session.warning.empty()) warn(session.warning);
   check_pixel_pitch(posed_surfaces(session), config.sensor.pixel_pitch_mm, map);
   return session;
@@ -114,15 +116,13 @@ class PoseOutlet {
     status_.is_scan = false;
     watch_ = service_->watch(std::move(scan));
   }
-  void write(PoseLine line, const std::string& source) {
+  void write(const std::shared_ptr<const FrameReport>& report, const std::string& source) {
     if (!service_) {  // not both: a pipe that nobody reads would hold up the service
-      std::cout << (tum_ ? line.tum : line.ndjson) << std::flush;
+      std::cout << (tum_ ? tum_line(*report) : ndjson_line(*report)) << std::flush;
       return;
     }
-    show(line, source);
-    StreamedFrame frame{std::move(line.ndjson), std::move(line.tum), line.touch.frame, line.touch.time_s};
-    frame.picture = line.touch.image;
-    feed_.write(std::move(frame));
+    show(report, source);
+    feed_.write(*report);
   }
   void end() {
     const std::lock_guard lock(mutex_);
@@ -135,14 +135,17 @@ class PoseOutlet {
     const std::lock_guard lock(mutex_);
     return shown;
   }
-  void show(const PoseLine& line, const std::string& source) {
-    auto touch = std::make_shared<const LiveTouch>(line.touch);
+  void show(const std::shared_ptr<const FrameReport>& touch, const std::string& source) {
+    const FrameReport& report = *touch;
+    const TrackStatus status = report.tracked.status;
+    const bool touches = status == TrackStatus::tracked || status == TrackStatus::lost;
+    const bool lost = touches && report.known_place() == nullptr;
     const std::lock_guard lock(mutex_);
-    touch_ = std::move(touch);
-    status_.phase = line.touch.surface ? LivePhase::scanning : LivePhase::background;
-    status_.track = line.touch.status;
-    status_.state = line.state;
-    status_.reason = line.reason;
+    touch_ = touch;
+    status_.phase = report.surface ? LivePhase::scanning : LivePhase::background;
+    status_.track = lost ? TrackStatus::lost : status;
+    status_.state = lost || (touches && report.localization) ? status_name(report) : "";
+    status_.reason = lost ? reason_of(report) : "";
     status_.source = source;
     ++status_.frames;
   }
@@ -151,7 +154,7 @@ class PoseOutlet {
   LineFeed feed_;
   mutable std::mutex mutex_;  // for what follows
   LiveStatus status_;
-  std::shared_ptr<const LiveTouch> touch_;
+  std::shared_ptr<const FrameReport> touch_;
   std::unique_ptr<HttpService> service_;
   std::shared_ptr<void> watch_;
 };
@@ -159,13 +162,22 @@ class PoseOutlet {
 /// What became of a stream, in a line for who does not read it.
 struct PoseSummary {
   std::int64_t frames = 0, posed = 0;
-  LiveTouch first;                         ///< that had a pose
+  std::int64_t first_frame = 0;  ///< that had a pose
+  double first_s = 0;
+  Eigen::Vector3d first_mm = Eigen::Vector3d::Zero();
   std::map<std::string, int> why_without;  ///< frames with contact, by what was said of them
 
-  void add(const PoseLine& line) {
+  void add(const FrameReport& report) {
     ++frames;
-    if (line.touch.place && posed++ == 0) first = line.touch;
-    if (!line.touch.place && !line.state.empty()) ++why_without[line.state + ": " + line.reason];
+    const TrackedFrame& tracked = report.tracked;
+    if (const MapPlace* place = report.known_place()) {
+      if (posed++ > 0) return;
+      first_frame = tracked.frame;
+      first_s = tracked.time_s;
+      first_mm = place->map_T_frame.pose.translation();
+    } else if (tracked.status == TrackStatus::tracked || tracked.status == TrackStatus::lost) {
+      ++why_without[fmt::format("{}: {}", status_name(report), reason_of(report))];
+    }
   }
   std::string words(bool in_map) const {
     const char* what = in_map ? "localized" : "tracked";
@@ -174,23 +186,27 @@ struct PoseSummary {
       const auto& why = std::ranges::max_element(why_without, {}, [](const auto& w) { return w.second; });
       return fmt::format("never {}: {} ({} of {})", what, why->first, why->second, counted(frames, "frame"));
     }
-    const Eigen::Vector3d at = first.place->map_T_frame.pose.translation();
-    const std::string place = fmt::format(" at ({:.1f}, {:.1f}, {:.1f}) mm", at.x(), at.y(), at.z());
+    const std::string place =
+        fmt::format(" at ({:.1f}, {:.1f}, {:.1f}) mm", first_mm.x(), first_mm.y(), first_mm.z());
     return fmt::format("{} in {} of {}, first in frame {} ({:.2f} s){}", what, posed,
-                       counted(frames, "frame"), first.frame, first.time_s, in_map ? place : "");
+                       counted(frames, "frame"), first_frame, first_s, in_map ? place : "");
   }
 };
 
-/// All frames of the stream to the outlet, until `stopped`.
-PoseSummary write_poses(SurfaceStream& stream, const PoseOutput& output, PoseOutlet& outlet,
-                        const FrameStopper& stopper, ProgressSink& progress) {
+/// All frames of the stream to the outlet and `touches` (may be null), until `stopped`.
+PoseSummary write_poses(SurfaceStream& stream, const FrameLocator& locate, PoseOutlet& outlet,
+                        LocatedTouches* touches, const FrameStopper& stopper, ProgressSink& progress) {
   for (const std::string& warning : stream.background_warnings()) warn(warning);
   progress.begin("tracking", stream.frame_count());
   PoseSummary summary;
   while (const std::optional<SurfaceStream::Item> item = stream.next()) {
-    PoseLine line = output(*item);
-    summary.add(line);
-    outlet.write(std::move(line), stream.description());
+    const auto report = std::make_shared<const FrameReport>(locate(*item));
+    summary.add(*report);
+    outlet.write(report, stream.description());
+    if (touches != nullptr) {
+      touches->newest = report;
+      if (report->localization && !report->localization->hypotheses.empty()) touches->placed = report;
+    }
     progress.update(summary.frames);
     if (stopper.stopped() || !std::cout) break;
   }
@@ -225,7 +241,7 @@ SurfaceStream open_stream(const TrackArguments& arguments, const LogInput& input
 }
 
 /// The mesh in a map's folder; where there is none, the fused surfaces of `session`. Throws Error.
-ShownMap read_shown_map(const std::string& folder, const SavedMap& session, ProgressSink& progress) {
+ShownMap read_shown_map(const std::string& folder, const MapSnapshot& session, ProgressSink& progress) {
   const std::filesystem::path mesh = std::filesystem::path(folder) / "mesh.ply";
   ShownMap map{folder, {}, session.gradient_scale.mean()};
   if (std::filesystem::exists(mesh))
@@ -270,7 +286,7 @@ int run(TrackArguments& arguments) {
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet || shows_poses);
   FrameStopper stopper;  // beyond the outlet, whose clients may stop it
   PoseOutlet outlet(arguments.stream, arguments.quiet);
-  const SavedMap map = arguments.map.empty() ? SavedMap() : read_map_for(config, arguments.map);
+  const MapSnapshot map = arguments.map.empty() ? MapSnapshot() : read_map_for(config, arguments.map);
   WindowOptions window = arguments.window.window_options();
   const ShownMap shown =
       arguments.window.shows_map() ? read_shown_map(arguments.map, map, *progress) : ShownMap();
@@ -285,10 +301,10 @@ int run(TrackArguments& arguments) {
       surfaces = std::make_shared<const SurfaceMap>(posed_surfaces(map), config.slam, progress.get());
     StageTimer timer;
     SurfaceStream stream = open_stream(arguments, input, config, stopper, timer);
-    const PoseOutput output =
-        surfaces ? map_output(surfaces, config.slam, arguments.window.shows_map() ? &touches : nullptr)
-                 : trial_output(config.slam);
-    return write_poses(stream, output, outlet, stopper, *progress);
+    const FrameLocator locate =
+        surfaces ? locate_in_map(surfaces, config.slam) : locate_in_trials(config.slam);
+    return write_poses(stream, locate, outlet, arguments.window.shows_map() ? &touches : nullptr, stopper,
+                       *progress);
   };
   PoseSummary summary;
   if (arguments.window.window) {

@@ -19,7 +19,6 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/raw_log.hpp"
-#include "gelslam/slam/pose_stream.hpp"
 #include "gelslam/viewer/window.hpp"
 #include "gelslam/viewer/window_host.hpp"
 #include "reports.hpp"
@@ -162,8 +161,7 @@ LiveOptions LiveArguments::options(const Config& config) const {
   options.run_folder = continued.empty() ? run_folder : continued;
   if (!continued.empty()) options.continued = continue_in_place(continued, config);
   stream.check();
-  if (!stream.target.empty() || !stream.serve.address.empty())
-    options.stream = std::make_shared<PoseStream>();
+  if (!stream.target.empty() || !stream.serve.address.empty()) options.stream = std::make_shared<LineFeed>();
   if (!headless || !snapshot.empty() || !stream.serve.address.empty())
     options.mesh_feed = std::make_shared<MeshFeed>();
   return options;
@@ -192,10 +190,10 @@ struct Listeners {
   Listeners(const LiveOptions& options, const StreamArguments& arguments, bool quiet)
       : stream(options.stream), mesh(options.mesh_feed) {
     if (!stream) return;
-    service = open_service(arguments.serve, stream->feed(), mesh.get(), quiet);
+    service = open_service(arguments.serve, *stream, mesh.get(), quiet);
     if (!arguments.target.empty())
       output = std::make_unique<LineOutput>(
-          stream->feed(), StreamOptions{arguments.is_tum(), arguments.surface, arguments.images});
+          *stream, StreamOptions{arguments.is_tum(), arguments.surface, arguments.images});
   }
 
   void start_scan() {
@@ -204,11 +202,11 @@ struct Listeners {
   }
   void finish() {
     if (output && !output->finish()) std::cout.setstate(std::ios::badbit);  // main() says so
-    if (stream) stream->feed().close();
+    if (stream) stream->close();
     if (service) service->finish();
   }
 
-  const std::shared_ptr<PoseStream> stream;
+  const std::shared_ptr<LineFeed> stream;
   const std::shared_ptr<MeshFeed> mesh;
   std::unique_ptr<HttpService> service;
   std::unique_ptr<LineOutput> output;

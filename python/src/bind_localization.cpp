@@ -27,7 +27,7 @@ struct PythonMap {
 };
 
 PythonMap open_map(const fs::path& path) {
-  SavedMap session;
+  MapSnapshot session;
   {
     const WithoutGil release;
     session = read_map(path);
@@ -70,15 +70,10 @@ py::array_t<double> poses_of_map(const PythonMap& self) {
   return poses_of(poses);
 }
 
-struct PythonPlacedFrame {
-  PythonFrame frame;
-  PlaceStatus status;
-  std::string status_name, reason;
-  std::vector<PlaceHypothesis> places;
+struct LocatedFrame {
+  FrameReport report;
 
-  const PlaceHypothesis* certain() const {
-    return status == PlaceStatus::localized ? &places.front() : nullptr;
-  }
+  const std::vector<PlaceHypothesis>& places() const { return report.localization->hypotheses; }
 };
 
 py::array_t<double> pose_of_place(const PlaceHypothesis& place) { return array_of(place.map_T_sensor.pose); }
@@ -93,9 +88,9 @@ py::array_t<double> sigma_rad_of_place(const PlaceHypothesis& place) {
 }
 
 template <auto part>
-std::optional<py::array_t<double>> of_certain(const PythonPlacedFrame& self) {
-  if (!self.certain()) return std::nullopt;
-  return part(*self.certain());
+std::optional<py::array_t<double>> of_certain(const LocatedFrame& self) {
+  if (!self.report.in_map) return std::nullopt;
+  return part(self.places().front());
 }
 
 /// Finds the sensor in a map. Calls from several threads wait for each other.
@@ -103,20 +98,18 @@ class MapLocalizer {
  public:
   MapLocalizer(std::shared_ptr<Sensor> sensor, const PythonMap& map, ProgressSink& progress)
       : sensor_(std::move(sensor)),
-        localizer_(surfaces_of(*sensor_, map, progress), sensor_->config().slam),
-        trial_map_(sensor_->config().slam.gradient_scale) {}
+        localizer_(surfaces_of(*sensor_, map, progress), sensor_->config().slam) {}
 
-  PythonPlacedFrame process(const SurfacePtr& surface, double time_s) {
+  LocatedFrame process(const SurfacePtr& surface, double time_s) {
     const std::lock_guard lock(mutex_);
     require_pixels(*surface, sensor_->background().size(), sensor_->config().surface.pixel_pitch_mm,
                    "surface");
     times_.check(time_s);
-    LocalizedFrame found = localizer_.process(frames_++, time_s, surface);
-    const std::string status(status_name(found));
-    return {with_covariance(std::move(found.tracked), trial_map_), found.status, status,
-            std::move(found.reason), std::move(found.hypotheses)};
+    LocatedFrame frame{localizer_.process(frames_++, time_s, surface)};
+    frame.report.surface = nullptr;  // takes memory, and the caller has it
+    return frame;
   }
-  PythonPlacedFrame process(const cv::Mat3b& bgr, double time_s) {
+  LocatedFrame process(const cv::Mat3b& bgr, double time_s) {
     return process(sensor_->estimate(bgr, "image").maps, time_s);
   }
 
@@ -130,7 +123,6 @@ class MapLocalizer {
   const std::shared_ptr<Sensor> sensor_;
   std::mutex mutex_;
   Localizer localizer_;
-  TrialMap trial_map_;
   std::int64_t frames_ = 0;
   FrameTimes times_;
 };
@@ -188,25 +180,28 @@ void add_place(py::module_& module) {
 }
 
 void add_located_frame(py::module_& module) {
-  py::class_<PythonPlacedFrame>(module, "LocatedFrame", kOwnNew, "What is known of a frame's place in a Map.")
-      .def_readonly("status", &PythonPlacedFrame::status_name,
-                    "\"localized\": one place is certain; \"ambiguous\": several are possible; \"not in the "
-                    "map\"; or \"no_contact\".")
+  py::class_<LocatedFrame>(module, "LocatedFrame", kOwnNew, "What is known of a frame's place in a Map.")
+      .def_property_readonly(
+          "status", [](const LocatedFrame& self) { return std::string(status_name(self.report)); },
+          "\"localized\": one place is certain; \"ambiguous\": several are possible; \"not in the "
+          "map\"; or \"no_contact\".")
       .def_property_readonly("map_T_sensor", &of_certain<&pose_of_place>,
                              "4x4: sensor to map, translation in meters; None unless localized.")
       .def_property_readonly("covariance", &of_certain<&covariance_of_place>, "As of a Place; or None.")
       .def_property_readonly("sigma_mm", &of_certain<&sigma_mm_of_place>, "As of a Place; or None.")
       .def_property_readonly("sigma_rad", &of_certain<&sigma_rad_of_place>, "As of a Place; or None.")
-      .def_readonly(
-          "places", &PythonPlacedFrame::places,
+      .def_property_readonly(
+          "places", &LocatedFrame::places,
           "list of Place: where the sensor may be, the most probable first. Localized: one is certain.")
-      .def_readonly("reason", &PythonPlacedFrame::reason, "Why no place is certain, or \"\".")
+      .def_property_readonly(
+          "reason", [](const LocatedFrame& self) { return self.report.localization->reason; },
+          "Why no place is certain, or \"\".")
       .def_readonly(
-          "tracked", &PythonPlacedFrame::frame,
+          "tracked", &LocatedFrame::report,
           "The TrackedFrame: the pose within the trial, without the map; which motions are observable.")
-      .def("__repr__", [](const PythonPlacedFrame& self) {
-        return "<gelslam.LocatedFrame " + std::to_string(self.frame.tracked.frame) + ", " + self.status_name +
-               ">";
+      .def("__repr__", [](const LocatedFrame& self) {
+        return "<gelslam.LocatedFrame " + std::to_string(self.report.tracked.frame) + ", " +
+               std::string(status_name(self.report)) + ">";
       });
 }
 

@@ -29,7 +29,7 @@ class Slam {
   Slam(std::shared_ptr<Sensor> sensor, const OptionalPath& continue_from)
       : Slam(sensor, scan_of(*sensor, continue_from)) {}
 
-  PythonFrame process(const cv::Mat3b& bgr, double time_s) {
+  FrameReport process(const cv::Mat3b& bgr, double time_s) {
     SurfacePtr surface;
     {
       const auto scope = timer_.measure("surface");
@@ -38,13 +38,14 @@ class Slam {
     return process(std::move(surface), time_s);
   }
 
-  PythonFrame process(SurfacePtr surface, double time_s) {
+  FrameReport process(SurfacePtr surface, double time_s) {
     const std::lock_guard lock(mutex_);
     require_pixels(*surface, sensor_->background().size(), sensor_->config().surface.pixel_pitch_mm,
                    "surface");
     times_.check(first_time_s_ + time_s);
-    return with_covariance(slam_.process(frames_++, first_time_s_ + time_s, std::move(surface), timer_),
-                           trial_map_);
+    FrameReport report{slam_.process(frames_++, first_time_s_ + time_s, std::move(surface), timer_)};
+    report.in_trial = trial_map_.add(report.tracked);
+    return report;
   }
 
   MetricMesh mesh(ProgressSink& progress) const {
@@ -104,39 +105,45 @@ auto interruptible(AnySlam& slam) {
   return (slam.*work)(silent);
 }
 
-std::optional<py::array_t<double>> trial_pose(const PythonFrame& self) {
+std::optional<py::array_t<double>> trial_pose(const FrameReport& self) {
   if (self.tracked.status != TrackStatus::tracked) return std::nullopt;
   return array_of(self.tracked.trial_T_frame);
 }
 
 template <auto part>
-std::optional<py::array_t<double>> sigma_part(const PythonFrame& self) {
-  if (!self.covariance) return std::nullopt;
-  return part(sigma_of(*self.covariance));
+std::optional<py::array_t<double>> sigma_part(const FrameReport& self) {
+  if (!self.in_trial) return std::nullopt;
+  return part(sigma_of(self.in_trial->map_T_frame.covariance));
 }
 
-std::optional<py::array_t<double>> frame_covariance(const PythonFrame& self) {
-  if (!self.covariance) return std::nullopt;
-  return scaled_array_of(*self.covariance, kMetersPerMm);
+std::optional<py::array_t<double>> frame_covariance(const FrameReport& self) {
+  if (!self.in_trial) return std::nullopt;
+  return scaled_array_of(self.in_trial->map_T_frame.covariance, kMetersPerMm);
+}
+
+std::vector<std::int64_t> new_keyframes(const FrameReport& self) {
+  std::vector<std::int64_t> frames;
+  for (const NewKeyframe& added : self.tracked.new_keyframes) frames.push_back(added.keyframe->frame);
+  return frames;
 }
 
 void add_frame(py::module_& module) {
-  py::class_<PythonFrame>(module, "TrackedFrame", kOwnNew,
+  py::class_<FrameReport>(module, "TrackedFrame", kOwnNew,
                           R"(What is known of a frame right after it was tracked.
 
 A trial is an unbroken stretch of tracking. Its frame is that of the sensor in its first tracked frame.)")
       .def_property_readonly(
-          "frame", [](const PythonFrame& self) { return self.tracked.frame; },
+          "frame", [](const FrameReport& self) { return self.tracked.frame; },
           "Counts frames from 0; of a continued scan from its end.")
       .def_property_readonly(
-          "time_s", [](const PythonFrame& self) { return self.tracked.time_s; },
+          "time_s", [](const FrameReport& self) { return self.tracked.time_s; },
           "As given, seconds; of a continued scan counted on from its end.")
       .def_property_readonly(
-          "status", [](const PythonFrame& self) { return std::string(name(self.tracked.status)); },
+          "status", [](const FrameReport& self) { return std::string(name(self.tracked.status)); },
           "\"tracked\", \"no_contact\" or \"lost\".")
       .def_property_readonly(
           "trial",
-          [](const PythonFrame& self) -> std::optional<int> {
+          [](const FrameReport& self) -> std::optional<int> {
             if (self.tracked.trial < 0) return std::nullopt;
             return self.tracked.trial;
           },
@@ -151,18 +158,18 @@ A trial is an unbroken stretch of tracking. Its frame is that of the sensor in i
       .def_property_readonly("covariance", &frame_covariance,
                              "6x6: of `noise` in true = trial_T_sensor * exp(noise): x, y, z, rx, ry, rz, "
                              "along the sensor's\naxes; meters and radians; or None.")
-      .def_readonly("new_keyframes", &PythonFrame::keyframes,
-                    "list of int: the frames that became keyframes now: this one or earlier ones.")
+      .def_property_readonly("new_keyframes", &new_keyframes,
+                             "list of int: the frames that became keyframes now: this one or earlier ones.")
       .def_property_readonly(
           "registration",
-          [](const PythonFrame& self) -> std::optional<RegistrationResult> {
+          [](const FrameReport& self) -> std::optional<RegistrationResult> {
             if (self.tracked.trial < 0) return std::nullopt;
             return self.tracked.registration;
           },
           "Registration to the keyframe, or None.")
       .def_property_readonly(
           "reason",
-          [](const PythonFrame& self) -> std::string {
+          [](const FrameReport& self) -> std::string {
             switch (self.tracked.status) {
               case TrackStatus::no_contact:
                 return "nothing touches the sensor";
@@ -173,23 +180,13 @@ A trial is an unbroken stretch of tracking. Its frame is that of the sensor in i
             }
           },
           "Why it is not tracked; or which motions are not observable; or \"\".")
-      .def("__repr__", [](const PythonFrame& self) {
+      .def("__repr__", [](const FrameReport& self) {
         return "<gelslam.TrackedFrame " + std::to_string(self.tracked.frame) + ", " +
                std::string(name(self.tracked.status)) + ">";
       });
 }
 
 }  // namespace
-
-PythonFrame with_covariance(TrackedFrame tracked, TrialMap& map) {
-  PythonFrame frame;
-  if (const auto place = map.add(tracked)) frame.covariance = place->map_T_frame.covariance;
-  for (const NewKeyframe& added : tracked.new_keyframes) frame.keyframes.push_back(added.keyframe->frame);
-  tracked.new_keyframes.clear();  // they belong to the map, and take memory
-  tracked.keyframe.reset();
-  frame.tracked = std::move(tracked);
-  return frame;
-}
 
 py::array_t<double> sigma_mm_of(const Vector6d& sigma) { return py::array_t<double>(3, sigma.data()); }
 py::array_t<double> sigma_rad_of(const Vector6d& sigma) { return py::array_t<double>(3, sigma.data() + 3); }

@@ -2,25 +2,13 @@
 
 #include <pybind11/numpy.h>
 
-#include <cstdint>
 #include <optional>
-#include <vector>
 
-#include "gelslam/frontend/tracker.hpp"
-#include "gelslam/slam/map_snapshot.hpp"
+#include "gelslam/slam/frame_report.hpp"
 
 namespace gelslam::python {
 
 namespace py = pybind11;
-
-/// What is known of a frame right after it was tracked.
-struct PythonFrame {
-  TrackedFrame tracked;                 ///< without keyframes
-  std::optional<Matrix6d> covariance;   ///< of the pose in its trial (TrialMap)
-  std::vector<std::int64_t> keyframes;  ///< frames that became one
-};
-
-PythonFrame with_covariance(TrackedFrame tracked, TrialMap& map);
 
 /// One standard deviation along and about x, y, z, for Python.
 py::array_t<double> sigma_mm_of(const Vector6d& sigma);

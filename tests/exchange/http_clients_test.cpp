@@ -178,8 +178,7 @@ TEST_F(Service, AReaderThatStallsDelaysNobodyAndIsDropped) {
     say(*client, "GET /poses?token=word HTTP/1.1\r\nHost: localhost\r\n\r\n");
     hear_until(*client, "\r\n\r\n");
   }
-  StreamedFrame large;
-  large.ndjson = std::string(100'000, 'x') + "\n";
+  const FrameReport large{.localization = Localization{.reason = std::string(100'000, 'x')}};
   for (int k = 0; k < 100; ++k) {
     const auto begin = std::chrono::steady_clock::now();
     lines.write(large);

@@ -87,7 +87,7 @@ class Service : public testing::Test {
   LineFeed lines;
   MeshFeed mesh;
   LiveStatus status;
-  std::shared_ptr<const LiveTouch> touch;
+  std::shared_ptr<const FrameReport> touch;
   std::shared_ptr<const MapSnapshot> map = std::make_shared<MapSnapshot>();
   std::vector<ScanCommand> asked;
   std::unique_ptr<HttpService> service;

@@ -69,7 +69,7 @@ TEST_F(Service, TrackingCanOnlyBeStoppedAndHasNothingToSave) {
 }
 
 TEST_F(Service, ShowsTheSensorWhereItWasLocalized) {
-  auto tracked = std::make_shared<LiveTouch>();
+  auto tracked = std::make_shared<FrameReport>();
   auto surface = std::make_shared<Surface>();
   surface->contact = cv::Mat1b(4, 6, uchar{255});
   surface->height_mm = cv::Mat1f(4, 6, -1.0F);
@@ -78,9 +78,9 @@ TEST_F(Service, ShowsTheSensorWhereItWasLocalized) {
   map = nullptr;
   touch = tracked;
   EXPECT_EQ(state().at("touch").at("sensor").size(), 0) << "without contact, or lost";
-  tracked->place = MapPlace{{Pose(Eigen::Translation3d(100, 0, 0))}};
+  tracked->in_map = MapPlace{{Pose(Eigen::Translation3d(100, 0, 0))}};
   const double x = state().at("touch").at("sensor").at(0);
-  tracked->place = MapPlace{{Pose(Eigen::Translation3d(7, 0, 0))}};
+  tracked->in_map = MapPlace{{Pose(Eigen::Translation3d(7, 0, 0))}};
   EXPECT_NEAR(state().at("touch").at("sensor").at(0), x - 93, 1e-9);
 }
 
@@ -91,12 +91,13 @@ TEST_F(Service, GivesLinesAsTheyCome) {
   hear_until(client, "\r\n\r\n");
   hear_until(tum, "\r\n\r\n");
   std::this_thread::sleep_for(1200ms);  // nothing comes for a while
-  StreamedFrame frame;
-  frame.ndjson = "{\"frame\":1}\n";
-  frame.tum = "0.1 2 3\n";
+  FrameReport frame{.in_map = MapPlace{{Pose(Eigen::Translation3d(0, 2, 3))}},
+                    .localization = Localization{}};
+  frame.tracked.frame = 17;
+  frame.tracked.time_s = 0.25;
   lines.write(frame);
-  EXPECT_THAT(hear_until(client, "\n\r\n"), HasSubstr("{\"frame\":1}\n"));
-  EXPECT_THAT(hear_until(tum, "\n\r\n"), HasSubstr("0.1 2 3\n"));
+  EXPECT_THAT(hear_until(client, "\n\r\n"), HasSubstr("{\"type\":\"frame\",\"frame\":17,\"time_s\":0.25,"));
+  EXPECT_THAT(hear_until(tum, "\n\r\n"), HasSubstr("0.25 0 0.002 0.003 0 0 0 1\n"));
   lines.close();
   EXPECT_THAT(hear_until(client, "0\r\n\r\n"), HasSubstr("0\r\n\r\n")) << "ends as HTTP ends";
   EXPECT_THAT(request("GET /poses?format=xml"), HasSubstr("should be ndjson or tum"));

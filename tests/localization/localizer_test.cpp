@@ -34,9 +34,9 @@ struct TouchedMap {
   explicit TouchedMap(const std::vector<PosedSurface>& map)
       : localizer(std::make_shared<const SurfaceMap>(map, SlamOptions{}), SlamOptions{}) {}
 
-  LocalizedFrame at(const Field& texture, const Pose& map_T_sensor) {
+  Localization at(const Field& texture, const Pose& map_T_sensor) {
     const int now = frame++;
-    return localizer.process(now, now * kFrameS, feel(texture, map_T_sensor, kSmall));
+    return *localizer.process(now, now * kFrameS, feel(texture, map_T_sensor, kSmall)).localization;
   }
   void lift() {
     auto bare = std::make_shared<Surface>(*feel(plane(), place(0, 0)));
@@ -60,7 +60,7 @@ TEST(Localizer, FindsThePlaceAtTheFirstTouch) {
   const Field texture = random_texture(1);
   TouchedMap session(map_of(texture, -9, 9));
   for (const Pose& truth : {place(5.1, 0.7, 120, -3, 4), place(-7.3, -1, -75, 1, 2)}) {
-    const LocalizedFrame found = session.at(texture, truth);
+    const Localization found = session.at(texture, truth);
     ASSERT_EQ(found.status, PlaceStatus::localized) << found.reason;
     EXPECT_GE(found.hypotheses.front().probability, 0.95);
     EXPECT_LT(error_mm(found.hypotheses.front(), truth), 0.05);
@@ -72,7 +72,7 @@ TEST(Localizer, SaysHowWrongThePoseMayBe) {
   const Field texture = random_texture(2);
   TouchedMap session(map_of(texture, -3, 3));
   const Pose truth = place(0.9, 0.4, 33, 2, 2);
-  const LocalizedFrame found = session.at(texture, truth);
+  const Localization found = session.at(texture, truth);
   ASSERT_EQ(found.status, PlaceStatus::localized) << found.reason;
   const PlaceHypothesis& best = found.hypotheses.front();
   const Vector6d error = se3_log(best.map_T_sensor.pose.inverse() * truth);
@@ -86,7 +86,7 @@ TEST(Localizer, AnotherObjectIsNotInTheMap) {
   TouchedMap session(map_of(random_texture(3), -3, 3));
   const Field other = random_texture(4);
   for (int k = 0; k < 4; ++k) {
-    const LocalizedFrame found = session.at(other, place(0.3 * k, 0, 3 * k));
+    const Localization found = session.at(other, place(0.3 * k, 0, 3 * k));
     EXPECT_EQ(found.status, PlaceStatus::unknown);
     EXPECT_FALSE(found.reason.empty());
   }
@@ -103,8 +103,10 @@ TEST(Localizer, AFrameThatFitsALittleWorseSaysNothingAgainstThePlace) {
     double most = 0;
     for (int k = 0; k < 8; ++k) {
       const int now = session.frame++;
-      const LocalizedFrame found = session.localizer.process(
-          now, now * kFrameS, feel(texture, place(0.5, 0.3, 20), {42.0 + 4 * k, 32.0 + 3 * k}));
+      const Localization found =
+          *session.localizer
+               .process(now, now * kFrameS, feel(texture, place(0.5, 0.3, 20), {42.0 + 4 * k, 32.0 + 3 * k}))
+               .localization;
       if (found.hypotheses.size() != 1) continue;
       EXPECT_GE(found.hypotheses.front().probability, most - 1e-3) << "seed " << seed << " frame " << k;
       most = found.hypotheses.front().probability;
@@ -127,7 +129,7 @@ TEST(Localizer, ASymmetricObjectHasTwoEqualHypothesesHoweverLongItIsRolled) {
   TouchedMap session(map_of(texture, -9, 9));
   for (int k = 0; k < 15; ++k) {
     const Pose truth = place(2.5 + 0.3 * k, 0.5, 10 + 2 * k);
-    const LocalizedFrame found = session.at(texture, truth);
+    const Localization found = session.at(texture, truth);
     ASSERT_EQ(found.status, PlaceStatus::ambiguous) << k << " " << found.reason;
     ASSERT_EQ(found.hypotheses.size(), 2u) << k;
     EXPECT_NEAR(found.hypotheses[0].probability, found.hypotheses[1].probability, 0.2);
@@ -143,7 +145,7 @@ TEST(Localizer, RollingOnDecidesBetweenHypotheses) {
   std::vector<PosedSurface> map = map_of(random_texture(7), -12, -6);
   for (const PosedSurface& patch : map_of(texture, -3, 12, 100)) map.push_back(patch);
   TouchedMap session(map);
-  LocalizedFrame found = session.at(texture, place(2, 0, 10));
+  Localization found = session.at(texture, place(2, 0, 10));
   EXPECT_EQ(found.status, PlaceStatus::ambiguous);
   EXPECT_EQ(found.hypotheses.size(), 2u);
   Pose truth;
@@ -160,7 +162,7 @@ TEST(Localizer, ThePoseInTheMapDoesNotDrift) {
   for (int k = 0; k < kFrames; ++k) {
     const double phase = 2 * M_PI * k / (kFrames / 2);
     const Pose truth = place(4 * std::sin(phase), std::sin(2 * phase), 20 * std::sin(phase));
-    const LocalizedFrame found = session.at(texture, truth);
+    const Localization found = session.at(texture, truth);
     ASSERT_EQ(found.status, PlaceStatus::localized) << k << " " << found.reason;
     (k < kFrames / 2 ? first_mm : last_mm) += error_mm(found.hypotheses.front(), truth) / (kFrames / 2);
   }
@@ -173,7 +175,7 @@ TEST(Localizer, BeyondTheMapItSaysSoAndComesBack) {
   std::vector<PlaceStatus> states;
   for (int k = 0; k <= 60; ++k) {
     const double x = -3 + 11 * std::sin(M_PI * k / 60);
-    const LocalizedFrame found = session.at(texture, place(x, 0, 10));
+    const Localization found = session.at(texture, place(x, 0, 10));
     states.push_back(found.status);
     if (found.status == PlaceStatus::localized) {
       EXPECT_LT(error_mm(found.hypotheses.front(), place(x, 0, 10)), 0.1) << k;

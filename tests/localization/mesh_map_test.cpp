@@ -102,7 +102,7 @@ TEST(MeshMap, AnObjectThatWasNeverTouchedIsFound) {
         Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();
     const PosedSurface truth = touch_of_pebble(looking_inward(direction, k));
     Localizer localizer(map, {});
-    const LocalizedFrame found = localizer.process(0, 0, truth.surface.get());
+    const Localization found = *localizer.process(0, 0, truth.surface.get()).localization;
     if (found.hypotheses.empty()) continue;
     const bool is_right = pose_distance_mm(found.hypotheses.front().map_T_sensor.pose, truth.map_T_keyframe,
                                            Eigen::Vector3d::Zero()) < 0.5;

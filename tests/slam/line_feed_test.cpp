@@ -16,11 +16,27 @@ namespace {
 
 using namespace std::chrono_literals;
 
-StreamedFrame frame(int number) {
-  StreamedFrame frame;
-  frame.ndjson = std::to_string(number) + "\n";
-  frame.tum = "tum " + frame.ndjson;
+FrameReport frame(int number) {
+  FrameReport frame{.in_map = MapPlace{}, .localization = Localization{}};
+  frame.tracked.frame = number;
+  frame.tracked.time_s = number;
   return frame;
+}
+
+/// The numbers of the frames in lines of either format, then "dropped N" and "end".
+std::string frames_in(const std::string& text) {
+  std::string numbers;
+  for (const std::string& line : test::lines_of(text)) {
+    const bool is_json = line.starts_with("{");
+    const auto json = is_json ? nlohmann::json::parse(line) : nlohmann::json();
+    if (!is_json)
+      numbers += line.substr(0, line.find(' ')) + " ";
+    else if (json.at("type") == "dropped")
+      numbers += "dropped " + json.at("lines").dump() + " ";
+    else
+      numbers += json.at("frame").dump() + " ";
+  }
+  return numbers;
 }
 
 /// What comes until nothing has come for a while; "end" at the end.
@@ -42,12 +58,12 @@ TEST(LineFeed, GivesEachReaderItsFormatFromWhereItCame) {
   feed.write(frame(1));
   const auto late = feed.open({});
   feed.write(frame(2));
-  EXPECT_EQ(all_of(*early), "1\n2\n");
-  EXPECT_EQ(all_of(*tum), "tum 1\ntum 2\n");
-  EXPECT_EQ(all_of(*late), "2\n");
+  EXPECT_EQ(frames_in(all_of(*early)), "1 2 ");
+  EXPECT_EQ(frames_in(all_of(*tum)), "1 2 ");
+  EXPECT_EQ(frames_in(all_of(*late)), "2 ");
   feed.write(frame(3));
   feed.close();
-  EXPECT_EQ(all_of(*late), "3\nend") << "what is queued still comes";
+  EXPECT_EQ(frames_in(all_of(*late)), "3 end ") << "what is queued still comes";
   EXPECT_EQ(all_of(*feed.open({})), "end");
 }
 
@@ -55,20 +71,20 @@ TEST(LineFeed, ASlowReaderLosesTheOldestAndIsTold) {
   LineFeed feed;
   const auto slow = feed.open({});
   for (int k = 0; k < 1000; ++k) feed.write(frame(k));
-  EXPECT_EQ(*slow->next({}), "{\"type\":\"dropped\",\"lines\":744}\n744\n");
-  EXPECT_EQ(*slow->next({}), "745\n");
+  EXPECT_EQ(frames_in(*slow->next({})), "dropped 744 744 ");
+  EXPECT_EQ(frames_in(*slow->next({})), "745 ");
   for (int k = 1000; k < 1003; ++k) feed.write(frame(k));
-  EXPECT_EQ(*slow->next({}), "{\"type\":\"dropped\",\"lines\":1}\n747\n");
+  EXPECT_EQ(frames_in(*slow->next({})), "dropped 1 747 ");
 }
 
 TEST(LineFeed, EncodesAPictureOnceForAllReaders) {
   LineFeed feed;
   const auto first = feed.open({.images = true}), second = feed.open({.images = true});
-  StreamedFrame seen = frame(0);
-  seen.picture = cv::Mat3b(24, 32, cv::Vec3b(10, 200, 30));
+  FrameReport seen = frame(0);
+  seen.image = cv::Mat3b(24, 32, cv::Vec3b(10, 200, 30));
   feed.write(seen);
   const std::string line = all_of(*first);
-  seen.picture.setTo(cv::Scalar::all(255));
+  seen.image.setTo(cv::Scalar::all(255));
   EXPECT_GT(line.size(), 300u);
   EXPECT_EQ(all_of(*second), line);
 }
@@ -96,18 +112,19 @@ std::shared_ptr<MapSnapshot> map_of(const std::vector<int>& ids) {
 
 TEST(LineFeed, EachKeyframeComesOnceBeforeTheMapThatNamesIt) {
   LineFeed feed;
-  feed.set_map(map_of({0, 1}), 0);
+  feed.set_map(map_of({0, 1}));
   const auto reader = feed.open({.surface = true}), without = feed.open({});
   auto lines = parsed(all_of(*reader));
   ASSERT_EQ(lines.size(), 3u);
   EXPECT_EQ(lines[0]["keyframe"], 0);
   EXPECT_EQ(lines[1]["points"].size(), 24u * 32u);
   EXPECT_EQ(lines[2]["type"], "map");
-  feed.set_map(map_of({0, 2}), 0);  // 1 is missing
+  feed.set_map(map_of({0, 2}));  // 1 is missing
   lines = parsed(all_of(*reader));
   ASSERT_EQ(lines.size(), 2u);
   EXPECT_EQ(lines[0]["keyframe"], 2);
-  feed.set_map(map_of({0}), 1);  // another scan counts anew
+  feed.start_scan();  // it counts anew
+  feed.set_map(map_of({0}));
   lines = parsed(all_of(*reader));
   ASSERT_EQ(lines.size(), 2u);
   EXPECT_EQ(lines[0]["scan"], 1);
@@ -119,7 +136,7 @@ TEST(LineFeed, AMapNamesWhatIsNewOrHasMovedHoweverLargeItIs) {
   LineFeed feed;
   const auto reader = feed.open({.surface = true});
   const auto named = [&](const std::shared_ptr<MapSnapshot>& map) {
-    feed.set_map(map, 0);
+    feed.set_map(map);
     const auto lines = parsed(all_of(*reader));
     std::vector<int> ids;
     for (const auto& keyframe : lines.back()["keyframes"]) ids.push_back(keyframe["keyframe"]);
@@ -167,9 +184,8 @@ TEST(LineOutput, EndsThoughItsReaderDoesNotRead) {
   const RedirectedOutput redirected(pipe_ends[1]);
   LineFeed feed;
   LineOutput output(feed, {});
-  StreamedFrame large;
-  large.ndjson.assign(1 << 20, 'x');  // more than a pipe holds
-  feed.write(large);
+  // More than a pipe holds.
+  feed.write({.localization = Localization{.reason = std::string(1 << 20, 'x')}});
   EXPECT_TRUE(output.finish());
   ::close(pipe_ends[0]);
   ::close(pipe_ends[1]);

@@ -109,7 +109,7 @@ class Live : public testing::Test {
   }
   /// In the source's thread: until the tracker has seen this frame.
   void wait_for_touch(std::int64_t index) {
-    EXPECT_TRUE(comes_true([&] { return session->touch() && session->touch()->frame >= index; }));
+    EXPECT_TRUE(comes_true([&] { return session->touch() && session->touch()->tracked.frame >= index; }));
   }
   std::string read(const fs::path& file) const { return read_bytes(options.run_folder / file); }
 

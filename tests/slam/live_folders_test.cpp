@@ -13,7 +13,6 @@
 #include "cameras/v4l2_camera.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/frame_source.hpp"
-#include "gelslam/slam/pose_stream.hpp"
 #include "gelslam/slam/store.hpp"
 #include "live_fixture.hpp"
 
@@ -60,14 +59,14 @@ TEST_F(Live, TheNextScanHasTheSameBackgroundAndALogThatStandsAlone) {
 TEST_F(Live, AStreamShowsTheKeyframesOfTheScanThatGoesOn) {
   const int before = start().wait().keyframes;
   continue_run();
-  options.stream = std::make_shared<PoseStream>();
+  options.stream = std::make_shared<LineFeed>();
   std::future<std::string> heard;
   source->before(30, [&] {
-    auto reader = options.stream->feed().open({.surface = true});
+    auto reader = options.stream->open({.surface = true});
     heard = std::async(std::launch::async, [reader] { return hear_all(*reader); });
   });
   const int all = start().wait().keyframes;
-  options.stream->feed().close();
+  options.stream->close();
   std::set<int> ids;
   for (const std::string& line : lines_of(heard.get())) {
     const auto json = nlohmann::json::parse(line);

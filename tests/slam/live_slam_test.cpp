@@ -168,7 +168,7 @@ TEST_F(Live, ALogWaitsForTheEndOfAPause) {
   Pictures& pictures = *source;
   session = begin_live_scan(pace(std::move(source), Pace::as_taken), options);
   pictures.open();
-  EXPECT_TRUE(comes_true([&] { return session->touch() && session->touch()->frame == 29; }));
+  EXPECT_TRUE(comes_true([&] { return session->touch() && session->touch()->tracked.frame == 29; }));
   EXPECT_EQ(session->status().frames, 30) << "frame 30 waits";
   session->set_paused(false);
   const RunReport summary = session->wait();

@@ -116,7 +116,7 @@ TEST(Store, HoldsTheMap) {
   const TemporaryFolder folder;
   const SlamMap map = small_map();
   write_store(folder.path(), map);
-  const SavedMap session = load_saved_map(folder.path());
+  const MapSnapshot session = load_saved_map(folder.path());
   ASSERT_EQ(session.nodes.size(), 2u);
   EXPECT_EQ(session.warning, "");
   EXPECT_DOUBLE_EQ(session.gradient_scale.mean(), 1.0);

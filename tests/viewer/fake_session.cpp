@@ -121,15 +121,15 @@ void FakeSession::advance(int frames) {
     const int place =
         static_cast<int>(frame_ / frames_per_place_ % static_cast<std::int64_t>(places_.size()));
     const FakePlace& at = places_[static_cast<std::size_t>(place)];
-    auto touch = std::make_shared<LiveTouch>();
-    touch->frame = frame_;
-    touch->time_s = static_cast<double>(frame_) / 25;
+    auto touch = std::make_shared<FrameReport>();
+    touch->tracked.frame = frame_;
+    touch->tracked.time_s = static_cast<double>(frame_) / 25;
+    touch->tracked.status = TrackStatus::tracked;
+    touch->tracked.keyframe = std::make_shared<const Keyframe>(Keyframe{place, frame_});
+    touch->tracked.trial = 0;
     touch->image = gel_picture(*at.surface);
     touch->surface = at.surface;
-    touch->status = TrackStatus::tracked;
-    touch->keyframe = place;
-    touch->trial = 0;
-    touch->place = MapPlace{{at.map_T_sensor}};
+    touch->in_map = MapPlace{{at.map_T_sensor}};
     touch_ = std::move(touch);
     if (place >= status_.keyframes && !mapper_is_busy) {
       uncover(place);
@@ -156,7 +156,7 @@ void FakeSession::say(LivePhase phase, const std::string& state, TrackStatus tra
 }
 
 void FakeSession::release() {
-  auto touch = std::make_shared<LiveTouch>(*touch_);
+  auto touch = std::make_shared<FrameReport>(*touch_);
   auto surface = std::make_shared<Surface>(*touch_->surface);
   const cv::Size size = surface->contact.size();
   surface->contact = cv::Mat1b(size, uchar{0});  // new maps: the old ones are shared
@@ -165,10 +165,10 @@ void FakeSession::release() {
   surface->contact_pixels = 0;
   touch->image = gel_picture(*surface);
   touch->surface = surface;
-  touch->status = TrackStatus::no_contact;
-  touch->keyframe = -1;
-  touch->place.reset();
-  ++touch->frame;
+  touch->tracked.status = TrackStatus::no_contact;
+  touch->tracked.keyframe = nullptr;
+  touch->in_map.reset();
+  ++touch->tracked.frame;
   touch_ = std::move(touch);
   say(LivePhase::scanning, "no contact", TrackStatus::no_contact);
 }

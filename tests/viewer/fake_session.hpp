@@ -38,7 +38,7 @@ class FakeSession : public LiveSession {
   int looks_until_finished = -1;
 
   LiveStatus status() const override;
-  std::shared_ptr<const LiveTouch> touch() const override { return touch_; }
+  std::shared_ptr<const FrameReport> touch() const override { return touch_; }
   std::shared_ptr<const MapSnapshot> map() const override { return map_; }
   std::shared_ptr<const MeshFeed> mesh() const override { return mesh_; }
   void set_paused(bool paused) override;
@@ -58,7 +58,7 @@ class FakeSession : public LiveSession {
   std::uint64_t version_ = 0;
   mutable LiveStatus status_;
   mutable int looks_ = 0;
-  std::shared_ptr<const LiveTouch> touch_;
+  std::shared_ptr<const FrameReport> touch_;
   std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
   std::shared_ptr<MeshFeed> mesh_ = std::make_shared<MeshFeed>();
 };

@@ -56,13 +56,11 @@ class MapWindowPicture : public testing::Test {
   }
   void put(PlaceStatus status, std::vector<PlaceHypothesis> places, const std::string& reason = "",
            TrackStatus track = TrackStatus::tracked) {
-    auto touch = std::make_shared<LocatedTouch>();
+    auto touch = std::make_shared<FrameReport>();
     touch->surface = round_touch(0);
-    touch->picture = cv::Mat3b(120, 160, cv::Vec3b(90, 120, 60));
-    touch->place.tracked.status = track;
-    touch->place.status = status;
-    touch->place.hypotheses = std::move(places);
-    touch->place.reason = reason;
+    touch->image = cv::Mat3b(120, 160, cv::Vec3b(90, 120, 60));
+    touch->tracked.status = track;
+    touch->localization = Localization{status, std::move(places), reason};
     touches_.newest = touch;
   }
   cv::Mat3b picture(const std::string& name) {

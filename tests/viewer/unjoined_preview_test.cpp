@@ -26,19 +26,20 @@ class UnjoinedPreviewTest : public testing::Test {
     touch(3);
   }
   void touch(int keyframe) {
-    auto touch = std::make_shared<LiveTouch>();
+    auto touch = std::make_shared<FrameReport>();
     touch->surface = test::round_touch();
-    touch->status = TrackStatus::tracked;
-    touch->keyframe = keyframe;
-    touch->keyframe_T_frame = at(0, 0.5, 0);
+    touch->tracked.status = TrackStatus::tracked;
+    touch->tracked.keyframe = std::make_shared<const Keyframe>(Keyframe{keyframe});
+    touch->tracked.keyframe_T_frame = at(0, 0.5, 0);
     touch_ = touch;
   }
   bool follow() {
-    return unjoined_.follow(map_, touch_.get(), touch_ ? map_.pose_of(*touch_) : std::nullopt);
+    return unjoined_.follow(map_, touch_.get(),
+                            touch_ ? map_.pose_of(record_of(touch_->tracked)) : std::nullopt);
   }
 
   MapSnapshot map_;
-  std::shared_ptr<const LiveTouch> touch_;
+  std::shared_ptr<const FrameReport> touch_;
   UnjoinedPreview unjoined_;
   const Eigen::AlignedBox3f box_{Eigen::Vector3f(-5, -5, -1), Eigen::Vector3f(5, 5, 1)};
 };

@@ -87,8 +87,8 @@ TEST(WindowOnADisplay, AMapIsShownUntilSomebodyEndsIt) {
   LocatedTouches touches;
   std::jthread locating([&](const std::stop_token& token) {  // goes on while the window draws
     for (std::int64_t frame = 0; !token.stop_requested(); ++frame) {
-      auto touch = std::make_shared<LocatedTouch>();
-      touch->place.tracked.status = frame < 3 ? TrackStatus::background : TrackStatus::no_contact;
+      auto touch = std::make_shared<FrameReport>();
+      touch->tracked.status = frame < 3 ? TrackStatus::background : TrackStatus::no_contact;
       touches.newest = touch;
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }

@@ -123,7 +123,7 @@ struct Score {
   int trials = 0, frames = 0, first_right = 0, first_sure = 0, later_sure = 0, sure_wrong = 0;
   std::vector<double> mm, deg, first_ms, hypotheses;
 
-  void add_sure(const LocalizedFrame& found, const Pose& truth) {
+  void add_sure(const Localization& found, const Pose& truth) {
     ++frames;
     if (found.status != PlaceStatus::localized) return;
     const PoseError error = error_of(found.hypotheses.front(), truth);
@@ -179,8 +179,11 @@ void judge(const Trial& trial, const StudyMap& map, Score& score) {
   bool sure = false;
   for (std::size_t k = 0; k < trial.surfaces.size() && !sure; ++k) {
     const std::clock_t start = std::clock();  // processor time: other work on the machine does not count
-    const LocalizedFrame found = localizer.process(
-        static_cast<std::int64_t>(k), kRollStride * kFrameS * static_cast<double>(k), trial.surfaces[k]);
+    const Localization found =
+        *localizer
+             .process(static_cast<std::int64_t>(k), kRollStride * kFrameS * static_cast<double>(k),
+                      trial.surfaces[k])
+             .localization;
     const double ms = 1000.0 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
     score.add_sure(found, truth(k));
     sure = found.status == PlaceStatus::localized;

@@ -39,33 +39,25 @@ std::string reason_without_track(const TrackedFrame& tracked) {
 
 }  // namespace
 
-std::string_view status_name(const LocalizedFrame& frame) {
-  const TrackStatus tracked = frame.tracked.status;
-  if (frame.status == PlaceStatus::unknown &&
-      (tracked == TrackStatus::background || tracked == TrackStatus::no_contact))
-    return name(tracked);
-  constexpr std::string_view names[] = {"not in the map", "localized", "ambiguous"};
-  return names[static_cast<std::size_t>(frame.status)];
-}
-
 Localizer::Localizer(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options)
     : map_(std::move(map)),
       options_(options),
-      tracker_(options.tracker, options.registration, options.verification) {}
+      tracker_(options.tracker, options.registration, options.verification),
+      trial_map_(options.gradient_scale) {}
 
-LocalizedFrame Localizer::process(std::int64_t frame, double time_s, SurfacePtr surface,
-                                  std::int64_t unix_us) {
-  LocalizedFrame result;
-  result.tracked = tracker_.track(frame, time_s, surface, unix_us);
-  if (result.tracked.status != TrackStatus::tracked) {
-    result.reason = reason_without_track(result.tracked);
-    return result;
+FrameReport Localizer::process(std::int64_t frame, double time_s, SurfacePtr surface, std::int64_t unix_us) {
+  FrameReport report{.tracked = tracker_.track(frame, time_s, surface, unix_us), .surface = surface};
+  const TrackedFrame& tracked = report.tracked;
+  report.in_trial = trial_map_.add(tracked);
+  if (tracked.status != TrackStatus::tracked) {
+    report.localization = Localization{.reason = reason_without_track(tracked)};
+    return report;
   }
-  const Touch touch = make_touch(result.tracked, std::move(surface));
-  if (result.tracked.trial != trial_)
+  const Touch touch = make_touch(tracked, std::move(surface));
+  if (tracked.trial != trial_)
     begin_trial(touch);
   else
-    predict(result.tracked);
+    predict(tracked);
   if (touches_.empty() || touches_.back().reference_id != touch.reference_id) begin_touch(touch);
   correct(touch);
   if (!is_certain() && shows_new_surface(touch)) {
@@ -79,8 +71,10 @@ LocalizedFrame Localizer::process(std::int64_t frame, double time_s, SurfacePtr 
     weigh(touch);
   }
   remove_refuted(touch);
-  conclude(touch, result);
-  return result;
+  report.localization = conclude(touch);
+  if (report.localization->status == PlaceStatus::localized)
+    report.in_map = MapPlace{report.localization->hypotheses.front().map_T_sensor};
+  return report;
 }
 
 Localizer::Touch Localizer::make_touch(const TrackedFrame& tracked, SurfacePtr surface) const {
@@ -286,19 +280,20 @@ bool Localizer::is_certain() const {
   return std::any_of(shares.begin(), shares.end(), [](double share) { return share >= kCertain; });
 }
 
-void Localizer::conclude(const Touch& touch, LocalizedFrame& result) const {
+Localization Localizer::conclude(const Touch& touch) const {
+  Localization result;
   const std::vector<double> shares = probabilities();
   for (std::size_t i = 0; i < hypotheses_.size(); ++i)
     result.hypotheses.push_back({hypotheses_[i].map_T_sensor, shares[i]});
   if (hypotheses_.empty()) {
     result.reason = "no place of the map looks like this touch";
-    return;
+    return result;
   }
   const Hypothesis& best = hypotheses_.front();
   if (touch.time_s - best.last_fit_s > options_.tracker.patience_s) {
     result.hypotheses.clear();
     result.reason = "beyond what the map shows";
-    return;
+    return result;
   }
   result.status = PlaceStatus::ambiguous;
   if (shares.front() < kCertain) {
@@ -312,6 +307,7 @@ void Localizer::conclude(const Touch& touch, LocalizedFrame& result) const {
     result.status = PlaceStatus::localized;
     result.hypotheses.resize(1);
   }
+  return result;
 }
 
 }  // namespace gelslam

@@ -33,7 +33,7 @@ SlamMap slam_map_of(const std::vector<PosedSurface>& patches) {
 
 }  // namespace
 
-SavedMap read_map(const std::filesystem::path& folder) {
+MapSnapshot read_map(const std::filesystem::path& folder) {
   if (has_session(folder)) return load_saved_map(folder);
   throw Error(folder.string() + ": no map; give a run folder, or a folder made by gelslam map");
 }

@@ -172,7 +172,7 @@ class ScanService final : public HttpService {
       touch_ = scan_.touch();
       const bool touches = touch_ && status.phase < LivePhase::finishing;
       last_ = status_json(status);
-      last_["frame"] = touch_ ? Json(touch_->frame) : Json(nullptr);
+      last_["frame"] = touch_ ? Json(touch_->tracked.frame) : Json(nullptr);
       last_["touch"] = touches ? touch_json(*touch_, map_.get()) : Json(nullptr);
       last_["surface"] = mesh_ != nullptr;
       last_["scan"] = status.is_scan;
@@ -277,7 +277,7 @@ class ScanService final : public HttpService {
   WatchedScan scan_;
   Json last_ = {
       {"phase", "background"}, {"state", "background"}, {"tone", "gray"}, {"headline", "Getting ready"}};
-  std::shared_ptr<const LiveTouch> touch_, pictured_;
+  std::shared_ptr<const FrameReport> touch_, pictured_;
   std::shared_ptr<const MapSnapshot> map_;
   std::string jpeg_;
   std::unique_ptr<HttpServer> server_;

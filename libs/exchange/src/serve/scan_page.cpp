@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "gelslam/slam/pose_stream.hpp"
 #include "gelslam/slam/status_text.hpp"
 
 namespace gelslam::exchange::detail {
@@ -88,12 +87,12 @@ Json status_json(const LiveStatus& s) {
   return json;
 }
 
-Json touch_json(const LiveTouch& touch, const MapSnapshot* map) {
+Json touch_json(const FrameReport& touch, const MapSnapshot* map) {
   if (!touch.surface || touch.surface->contact_pixels == 0) return nullptr;
   const Surface& surface = *touch.surface;
   std::optional<Pose> map_T_touch;
-  if (touch.place && (map == nullptr || touch.place->component == map->shown_component))
-    map_T_touch = touch.place->map_T_frame.pose;
+  if (touch.in_map && (map == nullptr || touch.in_map->component == map->shown_component))
+    map_T_touch = touch.in_map->map_T_frame.pose;
   const double scale = map != nullptr ? map->gradient_scale.mean() : 1;
   const CameraModel camera = surface.camera();
   const cv::Size size = surface.contact.size();

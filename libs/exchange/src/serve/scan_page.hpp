@@ -13,7 +13,7 @@ nlohmann::ordered_json status_json(const LiveStatus& status);
 
 /// Where the sensor is and what it touches: outlines in the map (mm), and in the picture (shares of its
 /// sides). Null without contact; without a place there are none in the map.
-nlohmann::ordered_json touch_json(const LiveTouch& touch, const MapSnapshot* map);
+nlohmann::ordered_json touch_json(const FrameReport& touch, const MapSnapshot* map);
 
 /// The way of the sensor over the shown map: how many keyframes are where `known` (may be null) has them, and
 /// those that follow, each as its trial and its place (mm).

@@ -119,11 +119,13 @@ void LiveBoard::set_log_bytes(std::int64_t bytes) {
   status_.log_bytes = bytes;
 }
 
-void LiveBoard::set_touch(LiveTouch touch, const std::string& why_lost, LiveClock::time_point captured) {
-  auto newest = std::make_shared<const LiveTouch>(std::move(touch));
+void LiveBoard::set_touch(FrameReport touch, LiveClock::time_point captured) {
+  auto newest = std::make_shared<const FrameReport>(std::move(touch));
   const LiveClock::time_point now = LiveClock::now();
   const std::lock_guard lock(mutex_);
-  if (!touch_ || touch_->trial != newest->trial) why_lost_ = why_lost;
+  const TrackedFrame& frame = newest->tracked;
+  if (!touch_ || touch_->tracked.trial != frame.trial)
+    why_lost_ = frame.status == TrackStatus::lost ? describe(frame.registration.status) : "";
   touch_ = std::move(newest);
   meter_.posed(now, 1000.0 * seconds(now - captured));
 }
@@ -148,13 +150,14 @@ void LiveBoard::show_saved(const SlamMap& saved) {
 }
 
 bool LiveBoard::has_contact() const {
-  return touch_ && touch_->status != TrackStatus::no_contact && touch_->status != TrackStatus::background;
+  return touch_ && touch_->tracked.status != TrackStatus::no_contact &&
+         touch_->tracked.status != TrackStatus::background;
 }
 
 /// What is touched now belongs to the shown map. A trial that the mapper has not seen yet counts as joined as
 /// long as there is nothing it could be joined to.
 bool LiveBoard::joined() const {
-  return touch_->place && (map_->shown_component < 0 || touch_->place->component == map_->shown_component);
+  return touch_->in_map && (map_->shown_component < 0 || touch_->in_map->component == map_->shown_component);
 }
 
 void LiveBoard::describe_touch(LiveStatus& status) const {
@@ -165,7 +168,7 @@ void LiveBoard::describe_touch(LiveStatus& status) const {
     status.track = TrackStatus::tracked;
     status.state = "tracking";
     status.reason = touch_->warning;
-    const double drift_mm = 2 * touch_->place->map_T_frame.worst_sigma_mm();
+    const double drift_mm = 2 * touch_->in_map->map_T_frame.worst_sigma_mm();
     if (drift_mm <= kLargeDriftMm) return;
     append_sentence(status.reason, fmt::format("may be off by {:.1f} mm", drift_mm));
     status.advice = "return to the start";
@@ -195,7 +198,7 @@ LiveStatus LiveBoard::status() const {
   return status;
 }
 
-std::shared_ptr<const LiveTouch> LiveBoard::touch() const {
+std::shared_ptr<const FrameReport> LiveBoard::touch() const {
   const std::lock_guard lock(mutex_);
   return touch_;
 }

@@ -54,14 +54,14 @@ class LiveBoard {
     status_.*frames += more;
   }
   void set_log_bytes(std::int64_t bytes);
-  void set_touch(LiveTouch touch, const std::string& why_lost, LiveClock::time_point captured);
+  void set_touch(FrameReport touch, LiveClock::time_point captured);
   void set_map(std::shared_ptr<const MapSnapshot> map);
   /// In place of what was good enough while it grew: what was saved.
   void show_saved(const SlamMap& map);
 
   // The window.
   LiveStatus status() const;
-  std::shared_ptr<const LiveTouch> touch() const;
+  std::shared_ptr<const FrameReport> touch() const;
   std::shared_ptr<const MapSnapshot> map() const;
 
  private:
@@ -79,7 +79,7 @@ class LiveBoard {
   LiveStatus status_;  // without its warnings
   std::vector<Warning> warnings_;
   LiveMeter meter_;
-  std::shared_ptr<const LiveTouch> touch_;
+  std::shared_ptr<const FrameReport> touch_;
   std::string why_lost_;
   std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
 };

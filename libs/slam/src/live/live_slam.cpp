@@ -9,7 +9,6 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/sensor/log_recorder.hpp"
-#include "gelslam/slam/pose_stream.hpp"
 #include "live/live_stages.hpp"
 #include "run_folder/run_writer.hpp"
 
@@ -49,7 +48,7 @@ class LiveSlam final : public LiveSession, private LiveContext {
   }
 
   LiveStatus status() const override;
-  std::shared_ptr<const LiveTouch> touch() const override { return board.touch(); }
+  std::shared_ptr<const FrameReport> touch() const override { return board.touch(); }
   std::shared_ptr<const MapSnapshot> map() const override { return board.map(); }
   std::shared_ptr<const MeshFeed> mesh() const override { return options.mesh_feed; }
 

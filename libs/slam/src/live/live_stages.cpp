@@ -5,7 +5,6 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
-#include "gelslam/slam/pose_stream.hpp"
 
 namespace gelslam::slam::detail {
 
@@ -94,19 +93,18 @@ void TrackingStage::handle(const SurfacedFrame& frame) {
   const FrameRecord record = record_of(tracked);
   newer_.insert(newer_.end(), tracked.new_keyframes.begin(), tracked.new_keyframes.end());
   std::erase_if(newer_, [&](const NewKeyframe& added) { return map->find(added.keyframe->id) != nullptr; });
-  const std::optional<MapPlace> in_map = map->pose_of(record, newer_);
-  if (context_.options.stream)
-    context_.options.stream->write(
-        {tracked, frame.surface.get(), trial_map_.add(tracked), in_map, 0, image.bgr}, *map);
+  if (tracked.status == TrackStatus::tracked) unobservable_.pass(record);
+  FrameReport report{.tracked = tracked,
+                     .image = image.bgr,
+                     .surface = frame.surface,
+                     .in_trial = trial_map_.add(tracked),
+                     .in_map = map->pose_of(record, newer_),
+                     .warning = unobservable_.words()};
+  if (context_.options.stream) context_.options.stream->write(report);
   if (frame.surface)
     context_.timer.add("capture to pose",
                        std::chrono::duration<double, std::milli>(LiveClock::now() - frame.captured).count());
-  if (tracked.status == TrackStatus::tracked) unobservable_.pass(record);
-  LiveTouch touch{record, image.bgr, frame.surface, unobservable_.words(), in_map};
-  const std::string why_lost = tracked.status == TrackStatus::lost
-                                   ? std::string(describe(tracked.registration.status))
-                                   : std::string();
-  context_.board.set_touch(std::move(touch), why_lost, frame.captured);
+  context_.board.set_touch(std::move(report), frame.captured);
   hand_on(tracked.new_keyframes);
 }
 
@@ -199,7 +197,7 @@ void MappingStage::run() {
 
 void MappingStage::publish() {
   auto map = std::make_shared<const MapSnapshot>(mapper().snapshot());
-  if (context_.options.stream) context_.options.stream->write_map(map);
+  if (context_.options.stream) context_.options.stream->set_map(map);
   if (context_.options.mesh_feed) fusion_.set_map(map);
   context_.board.set_map(std::move(map));
 }

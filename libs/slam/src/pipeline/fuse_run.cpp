@@ -94,7 +94,7 @@ FuseSummary fuse_run(const FuseRequest& request, ProgressSink& progress,
   Config config = config_of(request);
   if (request.keep_all) config.slam.fusion.min_shell_mm2 = 0;
   Target target(request);
-  const std::optional<SavedMap> session = find_saved_map(request.run);
+  const std::optional<MapSnapshot> session = find_saved_map(request.run);
   if (!session || !session->warning.empty() || is_unfinished(request.run))
     return finish_killed(request, config, target, progress, stop_requested);
   if (session->nodes.empty()) throw Error(request.run.string() + ": holds no keyframe to fuse");

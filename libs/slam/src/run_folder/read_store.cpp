@@ -228,7 +228,7 @@ std::map<int, Pose> read_poses(SQLite::Database& database, std::vector<int>& ids
 
 /// Returns the ids of all keyframes that were not taken back.
 std::vector<int> read_patches(SQLite::Database& database, const std::map<int, Pose>& map_T_keyframe,
-                              SavedMap& session) {
+                              MapSnapshot& session) {
   std::vector<int> ids;
   Rows rows(database, "SELECT id, surface FROM keyframes ORDER BY 1");
   while (rows.next()) {
@@ -242,7 +242,7 @@ std::vector<int> read_patches(SQLite::Database& database, const std::map<int, Po
   return ids;
 }
 
-void read_map_edges(SQLite::Database& database, SavedMap& session) {
+void read_map_edges(SQLite::Database& database, MapSnapshot& session) {
   Rows rows(database, "SELECT id, from_keyframe, to_keyframe, kind, outlier FROM map_edges ORDER BY 1");
   while (rows.next())
     session.edges.push_back({id_in(rows, 1), id_in(rows, 2), kind_in(rows, 3), flag_in(rows, 4)});
@@ -278,12 +278,12 @@ ScanRecord read_scan(const fs::path& run, const NormalFlowOptions& registration)
   return record;
 }
 
-std::optional<SavedMap> find_saved_map(const fs::path& run) {
+std::optional<MapSnapshot> find_saved_map(const fs::path& run) {
   return Database(session_file(run), Access::read)
-      .with([&](SQLite::Database& database) -> std::optional<SavedMap> {
+      .with([&](SQLite::Database& database) -> std::optional<MapSnapshot> {
         Rows map(database, "SELECT rowid, gradient_scale, last_frame FROM map");
         if (!map.next()) return std::nullopt;
-        SavedMap session;
+        MapSnapshot session;
         session.gradient_scale.x = session.gradient_scale.y = map.number(1, 10);
         if (!(session.gradient_scale.x > 0.1)) refuse("impossible gradient scale");
         std::vector<int> placed;
@@ -302,8 +302,8 @@ std::optional<SavedMap> find_saved_map(const fs::path& run) {
       });
 }
 
-SavedMap load_saved_map(const fs::path& run) {
-  std::optional<SavedMap> session = is_unfinished(run) ? std::nullopt : find_saved_map(run);
+MapSnapshot load_saved_map(const fs::path& run) {
+  std::optional<MapSnapshot> session = is_unfinished(run) ? std::nullopt : find_saved_map(run);
   if (!session) refuse_unfinished(run);
   return *std::move(session);
 }

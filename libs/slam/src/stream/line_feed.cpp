@@ -12,7 +12,6 @@
 
 #include "gelslam/core/text.hpp"
 #include "gelslam/image/codecs.hpp"
-#include "gelslam/slam/pose_stream.hpp"
 
 namespace gelslam {
 namespace {
@@ -64,12 +63,9 @@ std::string map_line(const MapSnapshot& map, const MapSnapshot* before, int scan
   return line.dump() + "\n";
 }
 
-std::string image_line(const StreamedFrame& frame) {
-  const std::vector<std::uint8_t> jpeg = encode_jpeg(frame.picture);
-  const Json line = {
-      {"type", "image"},        {"frame", frame.frame},
-      {"time_s", frame.time_s}, {"time_unix_s", unix_s(frame.unix_us)},
-      {"scan", frame.scan},     {"jpeg", base64({reinterpret_cast<const char*>(jpeg.data()), jpeg.size()})}};
+std::string image_line(Json line, const cv::Mat3b& image) {
+  const std::vector<std::uint8_t> jpeg = encode_jpeg(image);
+  line["jpeg"] = base64({reinterpret_cast<const char*>(jpeg.data()), jpeg.size()});
   return line.dump() + "\n";
 }
 
@@ -89,21 +85,41 @@ bool LineFeed::has_readers() const {
   return !readers_.empty();
 }
 
-void LineFeed::write(StreamedFrame frame) {
-  if (!frame.picture.empty()) frame.image_line = std::async(std::launch::deferred, image_line, frame).share();
-  const std::lock_guard lock(mutex_);
-  frame.number = written_++;
-  const auto shared = std::make_shared<const StreamedFrame>(std::move(frame));
-  for (Reader* reader : readers_) reader->queue_.push_newest(shared);
+void LineFeed::write(const FrameReport& report) {
+  std::unique_lock lock(mutex_);
+  if (readers_.empty()) return;
+  const int scan = scan_;
+  const std::shared_ptr<const MapSnapshot> map = map_;
+  lock.unlock();  // readers may come and go meanwhile
+  auto lines = std::make_shared<Lines>();
+  lines->ndjson = ndjson_line(report, scan);
+  const TrackedFrame& frame = report.tracked;
+  const MapPlace* place = report.known_place();
+  if (place != nullptr && (!map || map->nodes.empty() || place->component == map->nodes.front().component))
+    lines->tum = tum_line(report);
+  if (!report.image.empty()) {
+    Json line = {{"type", "image"}, {"frame", frame.frame}, {"time_s", frame.time_s}};
+    line["time_unix_s"] = unix_s(frame.unix_us);
+    line["scan"] = scan;
+    lines->image = std::async(std::launch::deferred, image_line, std::move(line), report.image).share();
+  }
+  lock.lock();
+  lines->number = written_++;
+  for (Reader* reader : readers_) reader->queue_.push_newest(lines);
 }
 
-void LineFeed::set_map(std::shared_ptr<const MapSnapshot> map, int scan) {
+void LineFeed::set_map(std::shared_ptr<const MapSnapshot> map) {
   const std::lock_guard lock(mutex_);
   map_ = std::move(map);
-  scan_ = scan;
   for (Reader* reader : readers_)
     if (reader->options_.surface && reader->queue_.size() < kQueuedFrames)
       reader->queue_.push_newest(nullptr);
+}
+
+void LineFeed::start_scan() {
+  const std::lock_guard lock(mutex_);
+  ++scan_;
+  map_ = nullptr;
 }
 
 void LineFeed::close() {
@@ -133,11 +149,11 @@ std::optional<std::string> LineFeed::Reader::next(std::chrono::steady_clock::tim
   return frame && *frame ? lines_of(**frame) : "";
 }
 
-std::string LineFeed::Reader::lines_of(const StreamedFrame& frame) {
+std::string LineFeed::Reader::lines_of(const Lines& frame) {
   const std::uint64_t lost = frame.number - std::exchange(next_number_, frame.number + 1);
   std::string lines = lost > 0 ? dropped_line(options_.tum, lost) : "";
   lines += options_.tum ? frame.tum : frame.ndjson;
-  if (options_.images && !options_.tum && frame.image_line.valid()) lines += frame.image_line.get();
+  if (options_.images && !options_.tum && frame.image.valid()) lines += frame.image.get();
   return lines;
 }
 

@@ -155,7 +155,7 @@ void ViewWindow::show_time() {
   const auto& all_s = history()->keyframes_s;
   const auto next = std::ranges::upper_bound(all_s, time_s);
   if (next == all_s.begin() || time_s >= history()->end_s()) return first_scene_.set_touch({});
-  const SavedMap& session = history()->session;
+  const MapSnapshot& session = history()->session;
   const MapSnapshot::Node& node = session.nodes[static_cast<std::size_t>(next - all_s.begin()) - 1];
   first_scene_.set_touch({node.surface.get(), session.gradient_scale.mean(), {{node.component_T_keyframe}}});
 }

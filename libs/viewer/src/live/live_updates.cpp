@@ -44,8 +44,8 @@ bool LiveWindow::poll_updates() {
     news = true;
   }
   if (!news) return false;
-  touch_place_ = touch_ ? map_->pose_of(*touch_) : std::nullopt;
-  if (touch_ && !touch_place_) touch_place_ = touch_->place;  // the mapper may be busy for long
+  touch_place_ = touch_ ? map_->pose_of(record_of(touch_->tracked)) : std::nullopt;
+  if (touch_ && !touch_place_) touch_place_ = touch_->in_map;  // the mapper may be busy for long
   // What is not joined to the map grows beside it.
   if (unjoined_preview_.follow(*map_, touch_.get(), touch_place_))
     scene_.set_unjoined(unjoined_preview_.mesh());
@@ -56,10 +56,10 @@ bool LiveWindow::poll_updates() {
   return true;
 }
 
-void LiveWindow::take_touch(const std::shared_ptr<const LiveTouch>& touch) {
+void LiveWindow::take_touch(const std::shared_ptr<const FrameReport>& touch) {
   touch_ = touch;
   if (!touch) return;
-  if (touch->keyframe >= 0) samples_.push_back(*touch);
+  if (touch->tracked.keyframe) samples_.push_back(record_of(touch->tracked));
   frame_.tactile.set(tactile_picture(touch->image, touch->surface.get()));
   if (touch->surface) frame_.normals.set(normal_picture(*touch->surface));
 }

@@ -93,7 +93,7 @@ class LiveWindow : public SceneLoop {
   const Scene& scene(std::size_t /*part*/) const override { return scene_; }
 
   bool poll_updates();  ///< true when something has come that is to be drawn
-  void take_touch(const std::shared_ptr<const LiveTouch>& touch);
+  void take_touch(const std::shared_ptr<const FrameReport>& touch);
   void place_touch();
   void rebuild_trajectory();
   void look_at_figures(double now_s);
@@ -105,7 +105,7 @@ class LiveWindow : public SceneLoop {
   LiveFrame frame_;
   Scene scene_;
   std::uint64_t mesh_version_ = 0;
-  std::shared_ptr<const LiveTouch> touch_;
+  std::shared_ptr<const FrameReport> touch_;
   std::optional<MapPlace> touch_place_;
   std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
   UnjoinedPreview unjoined_preview_;

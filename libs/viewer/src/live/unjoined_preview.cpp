@@ -13,7 +13,7 @@ Eigen::AlignedBox3f box_of(const TouchMesh& mesh) {
 
 }  // namespace
 
-bool UnjoinedPreview::follow(const MapSnapshot& map, const LiveTouch* touch,
+bool UnjoinedPreview::follow(const MapSnapshot& map, const FrameReport* touch,
                              const std::optional<MapPlace>& place) {
   const bool touching = place && touch->surface;
   anchor_T_touch_.reset();

@@ -16,7 +16,7 @@ class UnjoinedPreview {
  public:
   /// Of a new map or touch; true when the shape has changed.
   /// `place`: the touch's; null or none without contact.
-  bool follow(const MapSnapshot& map, const LiveTouch* touch, const std::optional<MapPlace>& place);
+  bool follow(const MapSnapshot& map, const FrameReport* touch, const std::optional<MapPlace>& place);
   /// Where it begins to lie: beside what the map shows to this camera.
   void place_beside(const Eigen::AlignedBox3f& map_box_mm, const OrbitCamera& camera);
 

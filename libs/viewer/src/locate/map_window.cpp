@@ -37,13 +37,13 @@ std::string percent(double share) { return fmt::format("{:.0f} %", 100 * share);
 
 }  // namespace
 
-StateWords place_words(const LocatedTouch* touch) {
-  if (touch == nullptr || touch->place.tracked.status == TrackStatus::background)
+StateWords place_words(const FrameReport* touch) {
+  if (touch == nullptr || touch->tracked.status == TrackStatus::background)
     return {"background", Tone::blue, "Getting ready",
             "Keep the gel free until the map is read and the background is measured."};
-  const LocalizedFrame& place = touch->place;
-  if (place.tracked.status == TrackStatus::no_contact)
+  if (touch->tracked.status == TrackStatus::no_contact)
     return {"no_contact", Tone::gray, "No contact", "Press the sensor on the object."};
+  const Localization& place = *touch->localization;
   const std::size_t count = place.hypotheses.size();
   if (place.status == PlaceStatus::localized)
     return {"localized", Tone::green, "Localized", "σ " + sigma_words(place.hypotheses.front())};
@@ -65,25 +65,25 @@ MapWindow::MapWindow(const ShownMap& map, const LocatedTouches& touches, const W
 
 const std::vector<PlaceHypothesis>& MapWindow::places() const {
   static const std::vector<PlaceHypothesis> kNone;
-  return touch_ ? touch_->place.hypotheses : kNone;
+  return touch_ && touch_->localization ? touch_->localization->hypotheses : kNone;
 }
 
 bool MapWindow::advance(double /*now_s*/, double dt_s) {
-  const std::shared_ptr<const LocatedTouch> touch = touches_.newest;
+  const std::shared_ptr<const FrameReport> touch = touches_.newest;
   const bool is_new = touch != touch_;
   if (is_new) show(touch);
   if (touches_.have_ended) frame_.status.warnings = {"There are no more frames. Q closes."};
   return move_camera(dt_s) || follow_touch(dt_s) || is_new;
 }
 
-void MapWindow::show(const std::shared_ptr<const LocatedTouch>& touch) {
+void MapWindow::show(const std::shared_ptr<const FrameReport>& touch) {
   touch_ = touch;
   frame_.words = place_words(touch.get());
-  frame_.tactile.set(tactile_picture(touch->picture, touch->surface.get()));
+  frame_.tactile.set(tactile_picture(touch->image, touch->surface.get()));
   if (touch->surface) frame_.normals.set(normal_picture(*touch->surface));
   TouchPatch patch{touch->surface, map_.gradient_scale};
   for (const PlaceHypothesis& place : places()) {
-    const double opacity = touch->place.status == PlaceStatus::localized
+    const double opacity = touch->localization->status == PlaceStatus::localized
                                ? 1
                                : kGhostOpacity * place.probability / places().front().probability;
     patch.places.push_back({place.map_T_sensor.pose, opacity});
@@ -132,7 +132,7 @@ void MapWindow::draw_frame(Ui& ui, double now_s) {
 
 /// At the lower edge of the sensor's outline of each of several places; dim behind the object.
 void MapWindow::draw_probabilities(Ui& ui) const {
-  if (!touch_ || touch_->place.status != PlaceStatus::ambiguous) return;
+  if (places().empty() || touch_->localization->status != PlaceStatus::ambiguous) return;
   for (const PlaceHypothesis& place : places()) {
     const double edge_mm = 0.5 * touch_->surface->contact.rows * touch_->surface->pixel_pitch_mm;
     const Eigen::Vector3f edge = (place.map_T_sensor.pose * Eigen::Vector3d(0, edge_mm, 0)).cast<float>();
@@ -147,7 +147,7 @@ void MapWindow::draw_probabilities(Ui& ui) const {
 
 void MapWindow::draw_side(Ui& ui, const Box& side) const {
   ui.begin_panel("##side", side, 14);
-  ui.row(Face::small, map_.name, duration_text(touch_ ? touch_->place.tracked.time_s : 0));
+  ui.row(Face::small, map_.name, duration_text(touch_ ? touch_->tracked.time_s : 0));
   ui.gap(8);
   draw_pictures(ui, kPicturesShare * ui.room().height, frame_);
   ui.gap(12);

@@ -8,7 +8,7 @@
 namespace gelslam::viewer::detail {
 
 /// What a frame's place means, or that there is no frame yet.
-StateWords place_words(const LocatedTouch* touch);
+StateWords place_words(const FrameReport* touch);
 
 /// The window of a sensor in a known map, frame by frame.
 class MapWindow : public SceneLoop {
@@ -26,7 +26,7 @@ class MapWindow : public SceneLoop {
   OrbitCamera whole_view(const Viewport& viewport) const override;
   const Scene& scene(std::size_t /*part*/) const override { return scene_; }
 
-  void show(const std::shared_ptr<const LocatedTouch>& touch);
+  void show(const std::shared_ptr<const FrameReport>& touch);
   bool follow_touch(double dt_s);
   void draw_probabilities(Ui& ui) const;
   void draw_side(Ui& ui, const Box& side) const;
@@ -36,8 +36,8 @@ class MapWindow : public SceneLoop {
   const LocatedTouches& touches_;
   SceneControls controls_;
   Scene scene_;
-  std::shared_ptr<const LocatedTouch> touch_;  ///< shown
-  LiveFrame frame_;                            ///< words and pictures of it
+  std::shared_ptr<const FrameReport> touch_;  ///< shown
+  LiveFrame frame_;                           ///< words and pictures of it
   bool camera_is_set_ = false;
 };
 

@@ -16,7 +16,7 @@ namespace gelslam {
 /// once.
 struct WatchedScan {
   std::function<LiveStatus()> status;
-  std::function<std::shared_ptr<const LiveTouch>()> touch;
+  std::function<std::shared_ptr<const FrameReport>()> touch;
   std::function<std::shared_ptr<const MapSnapshot>()> map;
   std::function<void(ScanCommand)> ask;  ///< what refusal() does not refuse
   bool another = false;                  ///< of refusal()

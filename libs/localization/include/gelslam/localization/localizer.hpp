@@ -2,34 +2,13 @@
 
 #include <cstdint>
 #include <memory>
-#include <string>
-#include <string_view>
 #include <vector>
 
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/localization/surface_map.hpp"
+#include "gelslam/slam/frame_report.hpp"
 
 namespace gelslam {
-
-/// A place where the sensor may be.
-struct PlaceHypothesis {
-  UncertainPose map_T_sensor;
-  double probability = 0;  ///< the rest to 1, over all hypotheses: elsewhere, or not in the map
-};
-
-enum class PlaceStatus { unknown, localized, ambiguous };
-
-/// What is known of a frame's place in the map.
-struct LocalizedFrame {
-  TrackedFrame tracked;  ///< within the trial, without the map
-  PlaceStatus status = PlaceStatus::unknown;
-  /// The most probable first; only one when localized, none when unknown.
-  std::vector<PlaceHypothesis> hypotheses;
-  std::string reason;  ///< why there is no certain place, for people
-};
-
-/// "localized", "ambiguous" or "not in the map"; "background" or "no_contact" where nothing touches.
-std::string_view status_name(const LocalizedFrame& frame);
 
 /// The sensor's pose in a known map, from the first touch on: a filter over hypotheses. Each touch moves
 /// every hypothesis as it was tracked, registers it to the map there and weighs it by how well it fits. As
@@ -41,8 +20,8 @@ class Localizer {
  public:
   Localizer(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options);
 
-  /// Finds the next frame; frames must come in order.
-  LocalizedFrame process(std::int64_t frame, double time_s, SurfacePtr surface, std::int64_t unix_us = 0);
+  /// Finds the next frame; frames must come in order. Its place in the trial is known without the map.
+  FrameReport process(std::int64_t frame, double time_s, SurfacePtr surface, std::int64_t unix_us = 0);
 
  private:
   /// A frame by which hypotheses are judged.
@@ -84,11 +63,12 @@ class Localizer {
   void weigh(const Touch& frame);
   void remove_refuted(const Touch& touch);
   std::vector<double> probabilities() const;
-  void conclude(const Touch& touch, LocalizedFrame& result) const;
+  Localization conclude(const Touch& touch) const;
 
   std::shared_ptr<const SurfaceMap> map_;
   SlamOptions options_;
   Tracker tracker_;
+  TrialMap trial_map_;
   int trial_ = -1;
   Pose trial_T_sensor_ = Pose::Identity();  ///< of the frame before
   std::vector<Hypothesis> hypotheses_;

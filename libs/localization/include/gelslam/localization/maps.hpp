@@ -38,7 +38,7 @@ MeshMap make_mesh_map(const Mesh& mesh, const MeshMapOptions& options, ProgressS
 
 /// The surfaces of a map, at their places in its frame: of a run folder, or of a folder that `gelslam map`
 /// made. Throws Error when there is none, or it is damaged.
-SavedMap read_map(const std::filesystem::path& folder);
+MapSnapshot read_map(const std::filesystem::path& folder);
 
 /// Throws Error unless a map's surfaces have this pixel pitch: those of another one would never be found.
 /// `name` stands for the map in messages.

@@ -6,37 +6,24 @@
 #include <future>
 #include <memory>
 #include <mutex>
-#include <opencv2/core/mat.hpp>
 #include <optional>
 #include <set>
 #include <string>
 #include <thread>
 
 #include "gelslam/core/bounded_queue.hpp"
-#include "gelslam/slam/map_snapshot.hpp"
+#include "gelslam/slam/frame_report.hpp"
 
 namespace gelslam {
-
-/// A frame as other programs read it.
-struct StreamedFrame {
-  std::string ndjson, tum;  ///< lines with their ends; `tum` is "" for a frame without a pose
-  std::int64_t frame = 0;
-  double time_s = 0;
-  std::int64_t unix_us = 0;  ///< TactileImage::unix_us
-  int scan = 0;
-  cv::Mat3b picture{};  ///< what the sensor saw; shared, not copied
-  // By the feed.
-  std::uint64_t number = 0;
-  std::shared_future<std::string> image_line{};  ///< made once, by the first reader that wants it
-};
 
 /// What a reader wants of each frame. Surface and images come as NDJSON only.
 struct StreamOptions {
   bool tum = false, surface = false, images = false;
 };
 
-/// Lines to any number of readers, each at its own pace: write() never waits. A reader has a queue of 256
-/// frames; one that is slower loses the oldest, and is told how many. All functions are thread-safe.
+/// Frames as lines for other programs (docs/streaming.md), to any number of readers, each at its own pace:
+/// write() never waits. A reader has a queue of 256 frames; one that is slower loses the oldest, and is told
+/// how many. All functions are thread-safe.
 class LineFeed {
  public:
   class Reader;
@@ -45,12 +32,22 @@ class LineFeed {
   std::shared_ptr<Reader> open(const StreamOptions& options);
   bool has_readers() const;
 
-  void write(StreamedFrame frame);
-  void set_map(std::shared_ptr<const MapSnapshot> map, int scan);
+  /// Every frame, in order. A line of `tum` has a pose in the frame of the first contact, or of a Localizer's
+  /// map.
+  void write(const FrameReport& report);
+  void set_map(std::shared_ptr<const MapSnapshot> map);  ///< the map has changed
+  /// Frames and maps that follow belong to another scan.
+  void start_scan();
   /// Readers get what is queued, then they end.
   void close();
 
  private:
+  struct Lines {
+    std::string ndjson, tum;                // with their ends; `tum` is "" without a pose
+    std::shared_future<std::string> image;  // made once, by the first reader that wants it
+    std::uint64_t number;
+  };
+
   mutable std::mutex mutex_;
   std::set<Reader*> readers_;
   std::uint64_t written_ = 0;
@@ -72,12 +69,12 @@ class LineFeed::Reader {
 
  private:
   friend class LineFeed;
-  std::string lines_of(const StreamedFrame& frame);
+  std::string lines_of(const Lines& frame);
   std::string lines_of_map();
 
   LineFeed& feed_;
   const StreamOptions options_;
-  BoundedQueue<std::shared_ptr<const StreamedFrame>> queue_;  // null: the map has changed
+  BoundedQueue<std::shared_ptr<const Lines>> queue_;  // null: the map has changed
   std::uint64_t next_number_;
   int newest_keyframe_ = -1;                 // that was sent of this scan; they come in order
   std::shared_ptr<const MapSnapshot> sent_;  // the last map

@@ -4,18 +4,16 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "gelslam/core/run_report.hpp"
-#include "gelslam/frontend/tracker.hpp"
 #include "gelslam/sensor/raw_frame.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
 #include "gelslam/slam/continue_scan.hpp"
-#include "gelslam/slam/map_snapshot.hpp"
+#include "gelslam/slam/line_feed.hpp"
 #include "gelslam/slam/mesh_feed.hpp"
 #include "gelslam/slam/reconstruct.hpp"
 #include "gelslam/slam/slam_map.hpp"
@@ -58,14 +56,6 @@ struct LiveStatus {
       result_warnings;  ///< RunReport::reservations of what was saved; say them when finished
 };
 
-/// The newest frame that went through the tracker.
-struct LiveTouch : FrameRecord {
-  cv::Mat3b image{};                ///< at the profile's resolution
-  SurfacePtr surface{};             ///< null while the background is measured
-  std::string warning{};            ///< what has not been observable for a while, in words; or ""
-  std::optional<MapPlace> place{};  ///< as soon as it was tracked or localized
-};
-
 /// As they came from the camera.
 using BackgroundFrames = std::vector<std::shared_ptr<const RawFrame>>;
 
@@ -75,7 +65,8 @@ class LiveSession {
  public:
   virtual ~LiveSession() = default;
   virtual LiveStatus status() const = 0;
-  virtual std::shared_ptr<const LiveTouch> touch() const = 0;  ///< null before the first frame
+  /// The newest frame that was tracked; null before the first.
+  virtual std::shared_ptr<const FrameReport> touch() const = 0;
   virtual std::shared_ptr<const MapSnapshot> map() const = 0;  ///< never null
   /// LiveOptions::mesh_feed.
   virtual std::shared_ptr<const MeshFeed> mesh() const = 0;
@@ -92,8 +83,6 @@ class LiveSession {
   virtual BackgroundFrames background_frames() const = 0;
 };
 
-class PoseStream;
-
 struct LiveOptions {
   Config config;                     ///< with the model path resolved
   std::filesystem::path log;         ///< what is replayed; empty for a camera
@@ -108,8 +97,8 @@ struct LiveOptions {
   std::optional<ContinuedScan> continued = {};  ///< the scan in `run_folder` goes on
   /// Record every frame that arrives into the run folder's log.mkv, with these attachments.
   std::optional<LogAttachments> record;
-  std::int64_t keep_free_bytes = 0;    ///< LogRecorderOptions
-  std::shared_ptr<PoseStream> stream;  ///< gets every frame's pose; null: none
+  std::int64_t keep_free_bytes = 0;  ///< LogRecorderOptions
+  std::shared_ptr<LineFeed> stream;  ///< gets every frame and map; null: none
   /// Gets the mesh of the shown component as it grows, then the saved one; null: nobody looks at it.
   std::shared_ptr<MeshFeed> mesh_feed;
   /// What can wait (RawFrameSource::hold()) does until this is true; what a camera sees before is recorded,

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -47,6 +48,7 @@ struct MapSnapshot {
   GradientScale gradient_scale;   ///< of the surfaces: heights and slopes are to be divided by it
   Eigen::VectorXd scale_factors;  ///< PoseGraphSolution::shared_unknowns: motions are corrected by them
   ScaleCovariance scale_covariance = ScaleCovariance::Zero();
+  std::string warning;  ///< of one that was read: that the scan went on after it was saved; or ""
 
   const Node* find(int keyframe) const;  ///< null when it is not there
   /// The next keyframe, where its link puts it. The first of all says how well its model's scale is known.

@@ -4,7 +4,6 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "gelslam/fusion/fusion.hpp"
@@ -64,15 +63,10 @@ bool has_session(const std::filesystem::path& folder);
 /// or of another version.
 ScanRecord read_scan(const std::filesystem::path& run, const NormalFlowOptions& registration);
 
-/// The map that was saved: its keyframes in the anchor's frame, and edges also of others.
-struct SavedMap : MapSnapshot {
-  std::string warning;  ///< that the scan went on after this map was saved, for the user; or ""
-};
-
-/// The map's patches. Nothing where the scan was not finished. Throws Error as read_scan(). Surfaces are
-/// unpacked when they are used.
-std::optional<SavedMap> find_saved_map(const std::filesystem::path& run);
+/// The map that was saved: its keyframes in the anchor's frame, and edges also of others. Nothing where the
+/// scan was not finished. Throws Error as read_scan(). Surfaces are unpacked when they are used.
+std::optional<MapSnapshot> find_saved_map(const std::filesystem::path& run);
 /// The same; throws Error where the scan was not finished, or its last save is not complete.
-SavedMap load_saved_map(const std::filesystem::path& run);
+MapSnapshot load_saved_map(const std::filesystem::path& run);
 
 }  // namespace gelslam

@@ -3,11 +3,10 @@
 #include <atomic>
 #include <filesystem>
 #include <memory>
-#include <opencv2/core/mat.hpp>
 #include <string>
 
-#include "gelslam/localization/localizer.hpp"
 #include "gelslam/mesh/mesh.hpp"
+#include "gelslam/slam/frame_report.hpp"
 #include "gelslam/viewer/window.hpp"
 
 namespace gelslam {
@@ -19,17 +18,11 @@ struct ShownMap {
   double gradient_scale = 1.0;  ///< heights of touches are divided by it
 };
 
-/// A frame, and where the sensor may be.
-struct LocatedTouch {
-  cv::Mat3b picture;   ///< empty for a frame of the background
-  SurfacePtr surface;  ///< null for the same
-  LocalizedFrame place;
-};
-
-/// Hands frames from the thread that locates them to the window, so that neither waits for the other.
+/// Hands frames of a Localizer from the thread that locates them to the window, so that neither waits for the
+/// other.
 struct LocatedTouches {
-  std::atomic<std::shared_ptr<const LocatedTouch>> newest;  ///< null before the first
-  std::atomic<std::shared_ptr<const LocatedTouch>> placed;  ///< the newest that may be somewhere in the map
+  std::atomic<std::shared_ptr<const FrameReport>> newest;  ///< null before the first
+  std::atomic<std::shared_ptr<const FrameReport>> placed;  ///< the newest that may be somewhere in the map
   std::atomic<bool> have_ended = false;
 };
 

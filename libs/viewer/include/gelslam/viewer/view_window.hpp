@@ -16,7 +16,7 @@ namespace gelslam {
 /// How a run came about, for looking back: times are seconds since the log's first frame, poses in the map
 /// frame, mm.
 struct RunHistory {
-  SavedMap session;
+  MapSnapshot session;
   std::vector<double> keyframes_s;      ///< of session.nodes, ascending
   std::vector<StampedPose> trajectory;  ///< ascending in time
 

@@ -1,6 +1,6 @@
 // What a stream says of frames, and where the map puts them.
 
-#include "gelslam/slam/pose_stream.hpp"
+#include "gelslam/slam/frame_report.hpp"
 
 #include <gtest/gtest.h>
 
@@ -68,7 +68,8 @@ TEST(NdjsonLine, StatesPoseCovarianceAndContactInTheirUnits) {
       covariance.topRightCorner<3, 3>(), covariance.topLeftCorner<3, 3>();
   const MapPlace in_trial{{frame.trial_T_frame, rotation_first}, 0};
   const MapPlace place{{any_pose(random), 4 * rotation_first}, 1};
-  const std::string line = ndjson_line({frame, surface.get(), in_trial, place, 4});
+  const std::string line =
+      ndjson_line({.tracked = frame, .surface = surface, .in_trial = in_trial, .in_map = place}, 4);
   ASSERT_EQ(line.find('\n'), line.size() - 1);
   const json object = json::parse(line);
   EXPECT_EQ(object.at("type"), "frame");
@@ -109,7 +110,7 @@ TEST(NdjsonLine, SaysNullOfWhatIsNotKnown) {
     EXPECT_TRUE(object.at(key).is_null()) << key;
   frame.status = TrackStatus::no_contact;
   const SurfacePtr bare = pressed(0, 0, 0, 0);
-  object = json::parse(ndjson_line({frame, bare.get()}));
+  object = json::parse(ndjson_line({.tracked = frame, .surface = bare}));
   EXPECT_EQ(object.at("contact").at("area_mm2"), 0);
   EXPECT_TRUE(object.at("contact").at("center_mm").is_null());
 }
