@@ -102,7 +102,7 @@ std::vector<std::string> wait_in_terminal(const LiveSession& session, bool quiet
 std::string report_text(RunReport r, const LiveStatus& status, const std::vector<std::string>& warned,
                         bool quiet) {
   for (const std::string& said : warned) std::erase(r.warnings, said);
-  std::string text = warning_words(r.warnings) + warning_words(r.reservations);
+  std::string text = warning_words(r.warnings) + warning_words(r.result_warnings);
   if (quiet) return text;
   for (const std::string& part : r.parts) text += one_line(part) + "\n";
   text += fmt::format("{} in {:.1f} s, {} lost by the camera, {} dropped, {} damaged\n",

@@ -40,14 +40,14 @@ std::string warning_words(const std::vector<std::string>& warnings) {
 }
 
 void print_run_warnings(const std::filesystem::path& run_folder) {
-  if (const auto report = find_report(run_folder)) std::cerr << warning_words(report->reservations);
+  if (const auto report = find_report(run_folder)) std::cerr << warning_words(report->result_warnings);
 }
 
 std::string run_words(const RunReport& r, const std::string& run_folder, bool quiet) {
   std::string text;
   if (r.partial) text += "stopped early: this is what was seen so far\n";
   text += warning_words(r.warnings);
-  const std::string last = warning_words(r.reservations);
+  const std::string last = warning_words(r.result_warnings);
   if (quiet) return text + last;
   for (const std::string& part : r.parts) text += one_line(part) + "\n";
   text += fmt::format("{} of {} frames tracked, {}\n{}{}, in {} s: {}\n", r.frames.tracked, r.frames.total,

@@ -128,7 +128,7 @@ void add_mesh(py::module_& module) {
 
 std::vector<std::string> warnings_of(const PythonRun& run) {
   std::vector<std::string> warnings = run.report.warnings;
-  warnings.insert(warnings.end(), run.report.reservations.begin(), run.report.reservations.end());
+  warnings.insert(warnings.end(), run.report.result_warnings.begin(), run.report.result_warnings.end());
   return warnings;
 }
 
@@ -276,9 +276,6 @@ The map's frame is that of the sensor at its first full contact: x right, y down
                              "list of str: what was wrong with the log or its background, what is not in the "
                              "mesh, how far poses\nmay be off, and what was not observable. The last three "
                              "are also given as Python warnings. Their\nfigures: report[\"uncertainty\"].")
-      .def_property_readonly(
-          "reservations", [](const PythonRun& self) { return self.report.reservations; },
-          "The warnings without those about the log, by their older name.")
       .def("save", &save, py::arg("path"), py::kw_only(), py::arg("overwrite") = false,
            "Writes a run folder: mesh, trajectory, keyframes, pose graph, configuration, report.")
       .def("__repr__", [](const PythonRun& self) {
@@ -359,7 +356,7 @@ PythonRun python_run(Run run) {
 }
 
 void warn_of(const PythonRun& run) {
-  for (const std::string& sentence : run.report.reservations) warn(sentence);
+  for (const std::string& sentence : run.report.result_warnings) warn(sentence);
 }
 
 Config config_of(const OptionalPath& config, const OptionalPath& model) {

@@ -57,7 +57,7 @@ TEST(Info, ARunSaysWhatItLacks) {
   const TemporaryFolder folder;
   RunReport report;
   report.warnings = {"the gel may be dirty", "is it this sensor's model?"};
-  report.reservations = {"2 pieces not joined", "poses may be off by 2 mm"};
+  report.result_warnings = {"2 pieces not joined", "poses may be off by 2 mm"};
   write_bytes(folder / "report.json", report_json(report));
   write_bytes(folder / "trajectory.tum", "0.4 0 0 0 0 0 0 1\n0.8 0.003 0.004 0 0 0 0 1\n");
   const std::string missing = "2 pieces not joined";

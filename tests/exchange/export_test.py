@@ -177,7 +177,7 @@ class Export(unittest.TestCase):
         doubtful = WORK / "doubtful"
         shutil.copytree(RUN, doubtful, dirs_exist_ok=True)
         report = json.loads((doubtful / "report.json").read_text())
-        report["reservations"], report["warnings"] = ["2 pieces not joined"], ["the gel may be dirty"]
+        report["result_warnings"], report["warnings"] = ["2 pieces not joined"], ["the gel may be dirty"]
         (doubtful / "report.json").write_text(json.dumps(report))
         ply, said = export("doubtful.ply", source=doubtful)
         self.assertIn("warning: 2 pieces not joined\n", said)

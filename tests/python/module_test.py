@@ -313,15 +313,13 @@ class Module(unittest.TestCase):
 
     def test_what_is_uncertain_is_said(self):
         self.assertEqual(self.run_.warnings, [])
-        self.assertEqual(self.run_.reservations, [])
-        self.assertEqual(self.run_.report["reservations"], [])
+        self.assertEqual(self.run_.report["result_warnings"], [])
         doubtful = self.folder / "doubtful"
         self.run_.save(doubtful)
         report = json.loads((doubtful / "report.json").read_text())
-        report["warnings"], report["reservations"] = ["the log is cut off"], ["poses may be off by 2 mm"]
+        report["warnings"], report["result_warnings"] = ["the log is cut off"], ["poses may be off by 2 mm"]
         (doubtful / "report.json").write_text(json.dumps(report))
         self.assertEqual(gelslam.Run(doubtful).warnings, ["the log is cut off", "poses may be off by 2 mm"])
-        self.assertEqual(gelslam.Run(doubtful).reservations, ["poses may be off by 2 mm"])
 
     def test_surface_arrays(self):
         surface = simulated.sensor(self.images)(self.images[A])

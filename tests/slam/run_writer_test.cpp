@@ -208,7 +208,7 @@ TEST(Report, SaysWhatIsNotInTheMesh) {
   EXPECT_EQ(report.frames.in_map + 2, report.frames.tracked);
   EXPECT_EQ(report.frames.in_map, std::ssize(map.trajectory())) << "one set of figures";
   EXPECT_THAT(
-      report.reservations,
+      report.result_warnings,
       testing::ElementsAre("1 piece not joined; 2 frames not in the mesh; next time cross places "
                            "that you touched before",
                            "only 77 % of what was touched is in the mesh",
@@ -228,7 +228,7 @@ TEST(Report, BlamesTheSpeedOfLostFramesOnlyWhereItWasHigher) {
     }
     map.frames.push_back({.frame = 4, .time_s = 0.16, .status = TrackStatus::lost});
     EXPECT_THAT(
-        finished(map).report.reservations,
+        finished(map).report.result_warnings,
         testing::Contains(last_mm < 1 ? "1 of 5 touched frames are lost; press a little deeper"
                                       : "1 of 5 touched frames are lost, after motions of 75 mm/s and "
                                         "0 degrees/s; 25 mm/s and 0 degrees/s were followed (medians); "
@@ -247,7 +247,7 @@ TEST(Report, SaysWhatToDoWhereMuchOfWhatWasTouchedIsNotInTheMesh) {
           .report;
   EXPECT_LT(report.touched.in_mesh_cm2, 0.9 * report.touched.area_cm2);
   EXPECT_THAT(
-      report.reservations.at(0),
+      report.result_warnings.at(0),
       testing::MatchesRegex("only [0-9]+ % of what was touched is in the mesh; touch the missing places "
                             "again in the middle of the gel"));
 }
@@ -263,12 +263,12 @@ TEST(Report, SaysHowFarPosesMayBeOff) {
   EXPECT_EQ(report.uncertainty.drift_mm.frame, 3);
   EXPECT_EQ(report.uncertainty.not_observable.at(0).motion, "rz");
   EXPECT_EQ(report.uncertainty.not_observable.at(0).first_frame, 1);
-  EXPECT_THAT(report.reservations,
+  EXPECT_THAT(report.result_warnings,
               testing::ElementsAre("poses may be off by 2.5 mm: return to where you began, and press on "
                                    "texture"));
   const RunReport whole = finished(map_with_a_false_loop()).report;
   EXPECT_TRUE(whole.complete());
-  EXPECT_TRUE(whole.reservations.empty());
+  EXPECT_TRUE(whole.result_warnings.empty());
 }
 
 /// All members, also those that most runs do not have.

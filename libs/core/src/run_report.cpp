@@ -25,7 +25,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Touched, area_cm2, in_mesh_cm2, no
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Live, rate_hz, arrived, lost_by_camera, dropped, damaged)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport::Stage, count, median_ms, p99_ms, max_ms, total_ms)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunReport, program, log, log_description, model, optics, partial, warnings,
-                                   reservations, parts, logs, anchor_frame, frames, uncertainty, keyframes,
+                                   result_warnings, parts, logs, anchor_frame, frames, uncertainty, keyframes,
                                    trials, components, loops, loop_outliers, gradient_scale, mesh, touched,
                                    seconds, stages)
 

@@ -60,7 +60,7 @@ void add_report(RunContents& run) {
   add_figures(run, report);
   run.warnings = report.warnings;
   if (report.partial) run.warnings.emplace_back("The run ended before its log did.");
-  run.warnings.insert(run.warnings.end(), report.reservations.begin(), report.reservations.end());
+  run.warnings.insert(run.warnings.end(), report.result_warnings.begin(), report.result_warnings.end());
   run.logs = report.logs;
   if (run.logs.empty()) run.logs.push_back({report.log, run.start_s()});
   for (auto& [name, words] : run.figures) leave_out_folders(words, run.logs);

@@ -292,7 +292,7 @@ LiveStatus LiveSlam::status() const {
   status.saved_drift_mm = report_.uncertainty.drift_mm.amount;
   status.saved_drift_deg = report_.uncertainty.drift_deg.amount;
   status.touched = describe(report_.touched);
-  status.result_warnings = report_.reservations;
+  status.result_warnings = report_.result_warnings;
   return status;
 }
 

@@ -150,7 +150,7 @@ void count(const Run& run, RunReport& report) {
   report.gradient_scale = {map.gradient_scale().x, map.gradient_scale().y};
   report.mesh.vertices = run.mesh.vertices_mm.size();
   report.mesh.triangles = run.mesh.triangles.size();
-  report.reservations = result_warnings(map, report);
+  report.result_warnings = result_warnings(map, report);
 }
 
 }  // namespace

@@ -312,7 +312,7 @@ ViewContent load_run(const fs::path& run) {
   if (!fs::exists(run / "mesh.ply"))
     throw Error(run.string() + ": holds no mesh.ply; give a run folder or a mesh file");
   ViewContent content{name_of(run), read_mesh(run / "mesh.ply"), std::nullopt};
-  if (files.report) content.warnings = files.report->reservations;
+  if (files.report) content.warnings = files.report->result_warnings;
   if (fs::exists(run / "session.db")) content.history = read_history(std::move(files));
   return content;
 }

@@ -53,7 +53,7 @@ struct LiveStatus {
   double saved_drift_mm = 0, saved_drift_deg = 0;
   std::string touched;  ///< describe(RunReport::touched) of what was saved; or ""
   std::vector<std::string>
-      result_warnings;  ///< RunReport::reservations of what was saved; say them when finished
+      result_warnings;  ///< RunReport::result_warnings of what was saved; say them when finished
 };
 
 /// As they came from the camera.

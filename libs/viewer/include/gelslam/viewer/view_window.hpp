@@ -33,7 +33,7 @@ struct ViewContent {
   std::string name;                        ///< of the file or folder, for people
   Mesh mesh;                               ///< mm
   std::optional<RunHistory> history;       ///< of a run that kept its session
-  std::vector<std::string> warnings = {};  ///< RunReport::reservations of a run
+  std::vector<std::string> warnings = {};  ///< RunReport::result_warnings of a run
 };
 
 /// Opens a run folder (mesh.ply, and session.db, keyframes.tum, trajectory.tum where they are)
