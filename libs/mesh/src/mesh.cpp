@@ -67,6 +67,7 @@ std::string size_warning(const Mesh& mesh) {
 
 double typical_edge_mm(const Mesh& mesh) {
   std::vector<double> edges_mm;
+  edges_mm.reserve(3 * mesh.triangles.size());
   for (const Eigen::Vector3i& t : mesh.triangles) {
     const auto [a, b, c] = corners_mm(mesh, t);
     edges_mm.insert(edges_mm.end(), {(a - b).norm(), (b - c).norm(), (c - a).norm()});
@@ -111,7 +112,12 @@ Mesh submesh(const Mesh& mesh, const std::vector<Eigen::Vector3i>& triangles) {
   std::vector<int> kept(mesh.vertices_mm.size(), -1);
   for (const Eigen::Vector3i& t : triangles)
     for (const int corner : t) kept[static_cast<std::size_t>(corner)] = 0;
+  const auto vertices = static_cast<std::size_t>(std::count(kept.begin(), kept.end(), 0));
   Mesh result;
+  result.vertices_mm.reserve(vertices);
+  if (!mesh.normals.empty()) result.normals.reserve(vertices);
+  if (!mesh.confidence.empty()) result.confidence.reserve(vertices);
+  result.triangles.reserve(triangles.size());
   for (std::size_t v = 0; v < kept.size(); ++v) {
     if (kept[v] < 0) continue;
     kept[v] = static_cast<int>(result.vertices_mm.size());
