@@ -1,5 +1,6 @@
 #include "gelslam/core/process.hpp"
 
+#include <malloc.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -38,6 +39,12 @@ double resident_memory_mb() {
   double total_pages = 0, resident_pages = 0;
   if (!(statm >> total_pages >> resident_pages)) return 0.0;
   return resident_pages * static_cast<double>(::sysconf(_SC_PAGESIZE)) / (1024.0 * 1024.0);
+}
+
+void return_free_memory() {
+#ifdef __GLIBC__
+  ::malloc_trim(0);
+#endif
 }
 
 void lower_thread_priority() {

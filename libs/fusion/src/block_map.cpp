@@ -2,12 +2,16 @@
 
 #include <cmath>
 #include <iterator>
+#include <span>
 
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/parallel.hpp"
 
 namespace gelslam::fusion::detail {
 namespace {
+
+/// In mesh_all(): their distances take 8 MB, and threads wait for each other once in some tenths of a second.
+constexpr std::size_t kBlocksAtOnce = 4096;
 
 bool is_before(const PatchPtr& a, const PatchPtr& b) {
   return a->keyframe() != b->keyframe() ? a->keyframe() < b->keyframe() : a < b;
@@ -72,7 +76,7 @@ MeshBlock compact(std::int64_t key, const std::vector<NamedTriangle>& triangles,
     const int a = rename(t[0]), b = rename(t[1]), c = rename(t[2]);
     block.mesh.triangles.emplace_back(a, b, c);
   }
-  return block;
+  return MeshBlock(block);  // the copy has no spare capacity
 }
 
 }  // namespace
@@ -216,35 +220,48 @@ std::array<const BlockSurface*, kBlockNeighbors> BlockMap::lower_surfaces(std::i
 }
 
 Mesh BlockMap::mesh_all(int threads, ProgressSink* progress, std::vector<int>& keyframe) {
-  dirty_.clear();
+  std::vector<std::int64_t> keys;
   for (auto& [key, block] : blocks_) {
     block.sums.reset();
-    block.dirty = false;
-    mark_dirty(key, block);
+    block.dirty = true;
+    keys.push_back(key);
   }
-  std::vector<std::int64_t> keys = take_dirty(blocks_.size());  // so that few patches are open at a time
-  uses_.clear();
-  warm_ = 0;
+  // Neighbors are near each other along the curve, so that few patches are open at a time. Upper ones come
+  // later, so that nobody asks for a block's distances once it has its vertices.
+  std::ranges::sort(keys, {}, place_along_curve);
   ParallelProgress fusing(progress, "fusing", keys.size());
-  const auto for_each_block = [&](const auto& work) {
-    parallel_for(keys.size(), threads, [&](std::size_t i) { work(i, *find(keys[i])); });
-  };
-
-  for_each_block([&](std::size_t i, Block& block) {
-    thread_local BlockSums sums;
-    sample_block(lattice(keys[i]), opened(block.wanted()), field_, sums, block.distances);
-    drop_if_unobserved(block.distances);
-    fusing.step();  // what follows takes a small part of the time
-  });
-  for_each_block([&](std::size_t i, Block& block) {
-    block.surface = vertices_of(keys[i], block.wanted());
-    std::vector<Listing>().swap(block.listed);
-  });
-  for_each_block([](std::size_t, Block& block) { std::vector<float>().swap(block.distances); });
+  for (std::size_t begin = 0; begin < keys.size(); begin += kBlocksAtOnce) {
+    const auto some = std::span(keys).subspan(begin, std::min(kBlocksAtOnce, keys.size() - begin));
+    std::vector<std::int64_t> unsampled;
+    for (const std::int64_t key : some)
+      for (int n = 0; n < kBlockNeighbors; ++n)
+        if (Block* block = find(key + neighbor_step(n)); block && std::exchange(block->dirty, false))
+          unsampled.push_back(key + neighbor_step(n));
+    parallel_for(unsampled.size(), threads, [&](std::size_t i) {
+      thread_local BlockSums sums;
+      Block& block = *find(unsampled[i]);
+      sample_block(lattice(unsampled[i]), opened(block.wanted()), field_, sums, block.distances);
+      drop_if_unobserved(block.distances);
+      fusing.step();  // what follows takes a small part of the time
+    });
+    parallel_for(some.size(), threads, [&](std::size_t i) {
+      Block& block = *find(some[i]);
+      const BlockSurface surface = vertices_of(some[i], block.wanted());
+      block.surface = BlockSurface(surface);
+      std::vector<Listing>().swap(block.listed);
+    });
+    for (const std::int64_t key : some) std::vector<float>().swap(find(key)->distances);
+  }
   std::sort(keys.begin(), keys.end());
 
   std::unordered_map<const BlockSurface*, int> first_vertex;
+  std::size_t vertices = 0;
+  for (const auto& [key, block] : blocks_) vertices += block.surface.positions.size();
   Mesh mesh;
+  mesh.vertices_mm.reserve(vertices);
+  mesh.normals.reserve(vertices);
+  mesh.confidence.reserve(vertices);
+  keyframe.reserve(vertices);
   for (const std::int64_t key : keys) {
     const BlockSurface& surface = find(key)->surface;
     first_vertex.emplace(&surface, static_cast<int>(mesh.vertices_mm.size()));
@@ -254,8 +271,8 @@ Mesh BlockMap::mesh_all(int threads, ProgressSink* progress, std::vector<int>& k
     mesh.confidence.insert(mesh.confidence.end(), surface.weights.begin(), surface.weights.end());
   }
   std::vector<std::vector<Eigen::Vector3i>> triangles(keys.size());
-  for_each_block([&](std::size_t i, Block& block) {
-    if (block.surface.cells.empty()) return;
+  parallel_for(keys.size(), threads, [&](std::size_t i) {
+    if (find(keys[i])->surface.cells.empty()) return;
     const auto lower = lower_surfaces(keys[i]);
     const auto in_mesh = [&](const VertexName& name) {
       return first_vertex.at(lower[index(name.neighbor)]) + name.vertex;
@@ -263,6 +280,10 @@ Mesh BlockMap::mesh_all(int threads, ProgressSink* progress, std::vector<int>& k
     for (const NamedTriangle& t : join_vertices(lower))
       triangles[i].emplace_back(in_mesh(t[0]), in_mesh(t[1]), in_mesh(t[2]));
   });
+  blocks_.clear();
+  std::size_t count = 0;
+  for (const auto& of_block : triangles) count += of_block.size();
+  mesh.triangles.reserve(count);
   for (const auto& of_block : triangles)
     mesh.triangles.insert(mesh.triangles.end(), of_block.begin(), of_block.end());
   fusing.end();

@@ -66,6 +66,14 @@ std::int64_t neighbor_step(int neighbor) {
   return step;
 }
 
+std::uint64_t place_along_curve(std::int64_t key) {
+  std::uint64_t place = 0;
+  for (int bit = kCoordinateBits - 1; bit >= 0; --bit)
+    for (int axis = 2; axis >= 0; --axis)
+      place = place << 1 | (static_cast<std::uint64_t>(key) >> (axis * kCoordinateBits + bit) & 1);
+  return place;
+}
+
 /// The patch's points, moved along their normals by up to the reach, and dilated so that the spacing of the
 /// samples leaves no gap.
 std::vector<PassedBlock> blocks_of(const Patch& patch, const BlockReach& reach) {

@@ -20,6 +20,8 @@ std::int64_t block_key(const Eigen::Vector3i& block_coordinate);
 Eigen::Vector3i block_coordinate(std::int64_t key);
 /// What to add to a block's key to get that of its upper neighbor.
 std::int64_t neighbor_step(int neighbor);
+/// Its place along a curve that passes all blocks and stays near what it has passed (Morton 1966).
+std::uint64_t place_along_curve(std::int64_t key);
 
 /// How far a patch reaches.
 struct BlockReach {

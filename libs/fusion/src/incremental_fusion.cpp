@@ -10,6 +10,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/parallel.hpp"
+#include "gelslam/core/process.hpp"
 #include "gelslam/mesh/mesh.hpp"
 #include "patch_places.hpp"
 
@@ -53,6 +54,7 @@ Mesh without_islands(const Mesh& mesh, const std::vector<int>& keyframe, double 
         shells.area_mm2[shell] >= min_area_mm2 && (min_area_mm2 == 0 || all_alike || is_kept[shell]);
   if (islands != nullptr) *islands = std::count(is_kept.begin(), is_kept.end(), false);
   std::vector<Eigen::Vector3i> kept;
+  kept.reserve(mesh.triangles.size());
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
     if (is_kept[index(shells.of_triangle[i])]) kept.push_back(mesh.triangles[i]);
   return submesh(mesh, kept);
@@ -92,6 +94,7 @@ class IncrementalFusion::Impl {
 
   Mesh finish(int threads, ProgressSink* progress, std::vector<int>& keyframe) {
     place_all(threads);
+    places_.forget();  // what is done with a patch then is done with its memory
     return blocks_.mesh_all(threads, progress, keyframe);
   }
 
@@ -172,6 +175,7 @@ Mesh IncrementalFusion::finish(int threads, double min_shell_mm2, ProgressSink* 
   std::vector<int> keyframe;
   const Mesh mesh = impl_->finish(threads, progress, keyframe);
   impl_.reset();  // what follows takes memory, too
+  return_free_memory();
   return without_islands(mesh, keyframe, min_shell_mm2, islands);
 }
 

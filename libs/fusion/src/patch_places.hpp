@@ -46,6 +46,8 @@ class PatchPlaces {
   PlacedPatch make(int id, const PlacedPatch& before) const;
   void put_in(int id, PlacedPatch now);
 
+  void forget() { *this = PatchPlaces(reach_, options_); }
+
  private:
   static std::optional<int> newest(const std::set<int>& ids) {
     return ids.empty() ? std::nullopt : std::optional<int>(*ids.rbegin());

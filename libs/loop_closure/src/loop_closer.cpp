@@ -31,14 +31,9 @@ constexpr double kMaxMatchRatio = 0.9;
 constexpr double kRansacThresholdPx = 3.0;  // features are located to a share of a pixel, whatever it shows
 constexpr int kRansacIterations = 100;
 
-struct Place {
-  Keyframe keyframe;
-  PlaceFeatures features;
-};
-
 struct Candidate {
-  const Place* place;
-  RigidMotion place_T_newer;
+  const Keyframe* older;
+  RigidMotion older_T_newer;
 };
 
 }  // namespace loop_closure::detail
@@ -49,8 +44,8 @@ struct LoopCloser::Impl {
   LoopClosureOptions options;
   NormalFlowOptions registration;
   VerificationOptions verification;
-  std::vector<Place> places;
-  PlaceIndex index;
+  std::vector<Keyframe> places;
+  PlaceIndex index;  // of their features
 
   std::size_t neighbors(const Keyframe& keyframe) const;
   std::vector<Candidate> compare(const PlaceFeatures& features, const std::vector<int>& with) const;
@@ -65,7 +60,7 @@ std::size_t LoopCloser::Impl::neighbors(const Keyframe& keyframe) const {
   constexpr std::size_t kMaxNeighbors = 12;
   std::size_t count = 0;
   while (count < std::min(kMaxNeighbors, places.size()) &&
-         places[places.size() - 1 - count].keyframe.trial == keyframe.trial)
+         places[places.size() - 1 - count].trial == keyframe.trial)
     ++count;
   return count;
 }
@@ -76,14 +71,14 @@ std::vector<Candidate> LoopCloser::Impl::compare(const PlaceFeatures& features,
   std::vector<Candidate> result;
   if (features.size() < options.min_sift_inliers) return result;
   for (const int i : with) {
-    const Place& place = places[static_cast<std::size_t>(i)];
-    Candidate candidate{&place, align_rigidly(place.features, features,
-                                              match_features(place.features, features, kMaxMatchRatio),
-                                              kRansacThresholdPx, kRansacIterations)};
-    if (candidate.place_T_newer.inliers >= options.min_sift_inliers) result.push_back(std::move(candidate));
+    const PlaceFeatures& older = index.features(i);
+    Candidate candidate{&places[static_cast<std::size_t>(i)],
+                        align_rigidly(older, features, match_features(older, features, kMaxMatchRatio),
+                                      kRansacThresholdPx, kRansacIterations)};
+    if (candidate.older_T_newer.inliers >= options.min_sift_inliers) result.push_back(std::move(candidate));
   }
   std::stable_sort(result.begin(), result.end(), [](const Candidate& a, const Candidate& b) {
-    return a.place_T_newer.inliers > b.place_T_newer.inliers;
+    return a.older_T_newer.inliers > b.older_T_newer.inliers;
   });
   return result;
 }
@@ -93,8 +88,8 @@ std::vector<PoseGraphEdge> LoopCloser::Impl::search(const PlaceFeatures& feature
   std::vector<PoseGraphEdge> loops;
   for (const Candidate& candidate : compare(features, among)) {
     if (static_cast<int>(loops.size()) >= wanted) break;
-    const Keyframe& older = candidate.place->keyframe;
-    const Pose older_T_newer = lift(*older.surface.get(), *newer.surface.get(), candidate.place_T_newer);
+    const Keyframe& older = *candidate.older;
+    const Pose older_T_newer = lift(*older.surface.get(), *newer.surface.get(), candidate.older_T_newer);
     const auto loop = verify_loop(older, newer, older_T_newer, registration, verification);
     if (loop) loops.push_back(*loop);
   }
@@ -102,11 +97,11 @@ std::vector<PoseGraphEdge> LoopCloser::Impl::search(const PlaceFeatures& feature
 }
 
 void LoopCloser::Impl::keep(const Keyframe& keyframe, PlaceFeatures features) {
-  if (!places.empty() && keyframe.id <= places.back().keyframe.id)
+  if (!places.empty() && keyframe.id <= places.back().id)
     throw Error("loop closure: keyframe " + std::to_string(keyframe.id) + " comes after " +
-                std::to_string(places.back().keyframe.id) + "; ids must grow");
-  index.add(features);
-  places.push_back({keyframe, std::move(features)});
+                std::to_string(places.back().id) + "; ids must grow");
+  index.add(std::move(features));
+  places.push_back(keyframe);
 }
 
 // The newer keyframe is the reference of the registration: its result is then older_T_newer with the

@@ -53,6 +53,7 @@ PlaceFeatures extract_features(const Surface& surface, const LoopClosureOptions&
   cv::Mat1f descriptors;
   const cv::Rect box = around(mask);
   sift->detectAndCompute(gray_curvature(surface, mask)(box), mask(box), keypoints, descriptors);
+  features.descriptors.reserve(descriptors.total());
   for (int i = 0; i < descriptors.rows; ++i) {
     const cv::Point2f& p = keypoints[static_cast<std::size_t>(i)].pt;
     features.pixels.emplace_back(p.x + static_cast<float>(box.x), p.y + static_cast<float>(box.y));

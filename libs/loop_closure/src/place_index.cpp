@@ -57,25 +57,26 @@ void PlaceIndex::for_neighbors(const std::uint8_t* descriptor, See see) const {
     const std::uint32_t bucket = bucket_of(values);
     for (const std::uint32_t probe : {bucket, bucket ^ (1U << least_sure)})
       for (const int i : tables_[static_cast<std::size_t>(table)][probe]) {
+        const int keyframe = keyframe_of_[static_cast<std::size_t>(i)];
         int distance = 0;
-        squared_distances(descriptor, descriptors_.data() + static_cast<std::ptrdiff_t>(i) * kDescriptorSize,
+        squared_distances(descriptor, features(keyframe).descriptor(number_of_[static_cast<std::size_t>(i)]),
                           1, &distance);
-        see(keyframe_of_[static_cast<std::size_t>(i)], distance);
+        see(keyframe, distance);
       }
   }
 }
 
-void PlaceIndex::add(const PlaceFeatures& features) {
+void PlaceIndex::add(PlaceFeatures features) {
   Projected projected;
   for (int i = 0; i < features.size(); ++i) {
     project(features.descriptor(i), projected);
     for (int table = 0; table < kTables; ++table)
       tables_[static_cast<std::size_t>(table)][bucket_of(projected.data() + table * kBits)].push_back(
           static_cast<int>(keyframe_of_.size()));
-    keyframe_of_.push_back(keyframes_);
+    keyframe_of_.push_back(static_cast<int>(features_.size()));
+    number_of_.push_back(i);
   }
-  descriptors_.insert(descriptors_.end(), features.descriptors.begin(), features.descriptors.end());
-  ++keyframes_;
+  features_.push_back(std::move(features));
 }
 
 std::vector<int> PlaceIndex::most_alike(const PlaceFeatures& features, int searched, int count) const {

@@ -18,7 +18,8 @@ class PlaceIndex {
   PlaceIndex();
 
   /// Keyframes are numbered 0, 1, 2 ... in the order they are added.
-  void add(const PlaceFeatures& features);
+  void add(PlaceFeatures features);
+  const PlaceFeatures& features(int keyframe) const { return features_[static_cast<std::size_t>(keyframe)]; }
 
   /// Returns the `count` keyframes with most votes among the first `searched`, best first; ties to the older.
   std::vector<int> most_alike(const PlaceFeatures& features, int searched, int count) const;
@@ -38,11 +39,10 @@ class PlaceIndex {
   template <typename See>
   void for_neighbors(const std::uint8_t* descriptor, See see) const;
 
-  int keyframes_ = 0;
   std::vector<float> projections_;                             // kDescriptorSize rows of kProjections
   std::array<std::vector<std::vector<int>>, kTables> tables_;  // bucket -> descriptors
-  std::vector<std::uint8_t> descriptors_;                      // of all keyframes, one after the other
-  std::vector<int> keyframe_of_;                               // of a descriptor, ascending
+  std::vector<PlaceFeatures> features_;                        // by keyframe
+  std::vector<int> keyframe_of_, number_of_;                   // of a descriptor: where it is
 };
 
 }  // namespace gelslam::loop_closure::detail

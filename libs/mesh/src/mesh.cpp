@@ -67,6 +67,7 @@ std::string size_warning(const Mesh& mesh) {
 
 double typical_edge_mm(const Mesh& mesh) {
   std::vector<double> edges_mm;
+  edges_mm.reserve(3 * mesh.triangles.size());
   for (const Eigen::Vector3i& t : mesh.triangles) {
     const auto [a, b, c] = corners_mm(mesh, t);
     edges_mm.insert(edges_mm.end(), {(a - b).norm(), (b - c).norm(), (c - a).norm()});
@@ -108,18 +109,29 @@ Mesh largest_shell(const Mesh& mesh) {
 }
 
 Mesh submesh(const Mesh& mesh, const std::vector<Eigen::Vector3i>& triangles) {
-  std::vector<int> kept(mesh.vertices_mm.size(), -1);
-  for (const Eigen::Vector3i& t : triangles)
-    for (const int corner : t) kept[static_cast<std::size_t>(corner)] = 0;
-  Mesh result;
-  for (std::size_t v = 0; v < kept.size(); ++v) {
-    if (kept[v] < 0) continue;
-    kept[v] = static_cast<int>(result.vertices_mm.size());
-    result.vertices_mm.push_back(mesh.vertices_mm[v]);
-    if (!mesh.normals.empty()) result.normals.push_back(mesh.normals[v]);
-    if (!mesh.confidence.empty()) result.confidence.push_back(mesh.confidence[v]);
+  // Of a part of a large mesh, a short range: it is cut into parts without looking at all of it each time.
+  int first = static_cast<int>(mesh.vertices_mm.size()), end = 0;
+  for (const Eigen::Vector3i& t : triangles) {
+    first = std::min(first, t.minCoeff());
+    end = std::max(end, t.maxCoeff() + 1);
   }
-  const auto moved = [&](int corner) { return kept[static_cast<std::size_t>(corner)]; };
+  std::vector<int> kept(static_cast<std::size_t>(std::max(end - first, 0)), -1);
+  for (const Eigen::Vector3i& t : triangles)
+    for (const int corner : t) kept[index(corner - first)] = 0;
+  const auto vertices = static_cast<std::size_t>(std::count(kept.begin(), kept.end(), 0));
+  Mesh result;
+  result.vertices_mm.reserve(vertices);
+  if (!mesh.normals.empty()) result.normals.reserve(vertices);
+  if (!mesh.confidence.empty()) result.confidence.reserve(vertices);
+  result.triangles.reserve(triangles.size());
+  for (int v = first; v < end; ++v) {
+    if (kept[index(v - first)] < 0) continue;
+    kept[index(v - first)] = static_cast<int>(result.vertices_mm.size());
+    result.vertices_mm.push_back(mesh.vertices_mm[index(v)]);
+    if (!mesh.normals.empty()) result.normals.push_back(mesh.normals[index(v)]);
+    if (!mesh.confidence.empty()) result.confidence.push_back(mesh.confidence[index(v)]);
+  }
+  const auto moved = [&](int corner) { return kept[index(corner - first)]; };
   for (const Eigen::Vector3i& t : triangles) result.triangles.push_back(t.unaryExpr(moved));
   return result;
 }

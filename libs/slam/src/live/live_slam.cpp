@@ -221,13 +221,15 @@ void LiveSlam::report_log() {
 void LiveSlam::finish() {
   board.set_phase(LivePhase::finishing);
   BoardProgress progress(board);
+  fusion_.stop();
+  fusion_thread_.join();  // what it draws must not come after what is saved, which needs its memory
+  return_free_memory();
   SlamMap map;
   {
     const auto scope = timer.measure("finish/poses");
     map = slam->finish(!aborted, &progress, [this] { return aborted.load(); });
   }
-  fusion_.stop();
-  fusion_thread_.join();  // what it drew must not come after what is saved
+  slam.reset();
   captured_.wait();
   const Run saved = save(std::move(map), aborted || lost || failed(), progress);
   if (options.mesh_feed) {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "gelslam/core/median.hpp"
+#include "gelslam/core/process.hpp"
 #include "gelslam/core/se3.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/slam/continue_scan.hpp"
@@ -165,6 +166,7 @@ Run finish_scan(const Config& config, SlamMap map, RunReport report, StageTimer&
   Run run{config, std::move(map), {}, std::move(report)};
   {
     const auto scope = timer.measure("finish/fusion");
+    return_free_memory();
     run.mesh = fuse_map(run.map, config.slam.fusion, progress, &run.report.mesh.islands_left_out);
     run.report.touched = touched_surface(snapshot_of(run.map), run.mesh, config.slam.fusion.threads);
   }

@@ -1,6 +1,7 @@
 #include "gelslam/slam/reconstruct.hpp"
 
 #include <future>
+#include <memory>
 
 #include "gelslam/core/bounded_queue.hpp"
 #include "gelslam/core/run_folder.hpp"
@@ -83,15 +84,16 @@ Run reconstruct(const ReconstructRequest& request, ProgressSink& progress,
         std::async(std::launch::async, [&] { return folder->write_session(measured, [](const auto&) {}); });
   }
   const QueueCloser end{measured};
-  GelSlam slam(config.slam, so_far, is_kept ? &measured : nullptr);
-  const bool stopped = track_log(stream, slam, so_far, timer, progress, stop_requested);
+  auto slam = std::make_unique<GelSlam>(config.slam, so_far, is_kept ? &measured : nullptr);
+  const bool stopped = track_log(stream, *slam, so_far, timer, progress, stop_requested);
   measured.close();
   SlamMap map;
   {
     const auto scope = timer.measure("finish/poses");
     // Stopped while tracking: what was seen is refined all the same. Stopped now: the rest is left out.
-    map = slam.finish(/*refine=*/true, &progress, [&] { return !stopped && stop_requested(); });
+    map = slam->finish(/*refine=*/true, &progress, [&] { return !stopped && stop_requested(); });
   }
+  slam.reset();  // what follows takes memory, too
   RunReport report = report_of(stream, log);
   report.partial = stopped || stop_requested();
   Run run = finish_scan(config, std::move(map), std::move(report), timer, start, &progress);

@@ -38,6 +38,7 @@ TouchedPatch patch_of(const Surface& surface, double gradient_scale) {
       sides_mm.push_back({kWhole * (point_mm(u + kHalf - 1, v) - point_mm(u - kHalf, v)),
                           kWhole * (point_mm(u, v + kHalf - 1) - point_mm(u, v - kHalf))});
     }
+  sides_mm.shrink_to_fit();
   return {points_mm, std::move(sides_mm), kHalf * surface.pixel_pitch_mm, extent_of(points_mm),
           ContactRelief(surface, /*cell_px=*/4)};
 }
@@ -63,13 +64,14 @@ RunReport::Touched touched_surface(const MapSnapshot& map, const Mesh& mesh, int
                                    std::vector<TouchedSquare>* not_in_mesh) {
   const std::vector<MapSnapshot::Node>& nodes = map.nodes;
   if (nodes.empty()) return {};
+  double reach_mm = typical_edge_mm(mesh);  // a place of the mesh is nearer to a vertex
   std::vector<std::optional<TouchedPatch>> patches(nodes.size());
   parallel_for(nodes.size(), threads, [&](std::size_t i) {
     patches[i] = patch_of(*nodes[i].surface.get(), map.gradient_scale.mean());
   });
-  double reach_mm = typical_edge_mm(mesh);  // a place of the mesh is nearer to a vertex
   for (const auto& patch : patches) reach_mm = std::max(reach_mm, patch->half_square_mm);
   std::vector<Eigen::Vector3d> vertices_mm;
+  vertices_mm.reserve(mesh.vertices_mm.size());
   for (const Eigen::Vector3f& vertex : mesh.vertices_mm) vertices_mm.push_back(vertex.cast<double>());
   const PointGrid vertices(std::move(vertices_mm), reach_mm);
   std::vector<RunReport::Touched> touched(nodes.size());

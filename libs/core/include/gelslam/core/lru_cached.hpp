@@ -10,10 +10,15 @@
 namespace gelslam {
 
 /// A large object that is made when it is asked for, and kept for as long as somebody uses it or it is one of
-/// the `capacity` of its type that were used last. Thread-safe.
+/// the `capacity` of its type that were used last; no longer when nobody can ask for it. Thread-safe.
 template <typename T, std::size_t capacity = 32>
 class LruCached {
  public:
+  LruCached() = default;
+  ~LruCached() {
+    if (const auto object = made_.lock()) recently_used().drop(object);
+  }
+
   template <typename Make>
   std::shared_ptr<const T> get(const Make& make) {
     std::shared_ptr<const T> object;
@@ -41,6 +46,11 @@ class LruCached {
       if (kept_.size() <= capacity) return;
       dropped = std::move(kept_.front());
       kept_.pop_front();
+    }
+
+    void drop(const std::shared_ptr<const T>& object) {
+      const std::lock_guard lock(mutex_);
+      std::erase(kept_, object);
     }
 
    private:

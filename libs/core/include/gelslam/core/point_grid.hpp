@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -15,7 +16,8 @@ class PointGrid {
  public:
   PointGrid(std::vector<Eigen::Vector3d> points, double cell_width)
       : points_(std::move(points)), cell_width_(cell_width) {
-    for (std::size_t i = 0; i < points_.size(); ++i) by_cell_.emplace_back(cell(points_[i]), i);
+    by_cell_.reserve(points_.size());
+    for (std::uint32_t i = 0; i < points_.size(); ++i) by_cell_.emplace_back(cell(points_[i]), i);
     std::sort(by_cell_.begin(), by_cell_.end());
   }
 
@@ -34,7 +36,7 @@ class PointGrid {
 
  private:
   using Cell = std::array<int, 3>;
-  using Entry = std::pair<Cell, std::size_t>;
+  using Entry = std::pair<Cell, std::uint32_t>;
 
   Cell cell(const Eigen::Vector3d& point) const {
     const Eigen::Vector3i at = (point / cell_width_).array().floor().cast<int>();
