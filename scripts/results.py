@@ -185,6 +185,7 @@ def long(study):
 
 
 def growth(study):
+    draw("map_growth", study)
     return {f"{row['frames']}_{name}": value for row in read(study / "map_growth.json") for name, value in row.items()}
 
 

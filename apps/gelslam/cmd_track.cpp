@@ -17,15 +17,16 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/fusion/fusion.hpp"
+#include "gelslam/localization/localizer.hpp"
 #include "gelslam/localization/maps.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/line_feed.hpp"
+#include "gelslam/slam/surface_stream.hpp"
 #include "gelslam/viewer/map_window.hpp"
 #include "reports.hpp"
 #include "stream_arguments.hpp"
 #include "terminal_progress.hpp"
-#include "track_output.hpp"
 
 namespace gelslam {
 namespace {
@@ -92,6 +93,32 @@ MapSnapshot read_map_for(const Config& config, const std::string& map) {
   if (!session.warning.empty()) warn(session.warning);
   check_pixel_pitch(posed_surfaces(session), config.sensor.pixel_pitch_mm, map);
   return session;
+}
+
+/// What is known of a frame; to be called for every frame in order. Its `in_map` is its pose in the output.
+using FrameLocator = std::function<FrameReport(const SurfaceStream::Item&)>;
+
+/// Poses in the frame of `map`; where it is null, in the frame of the trial.
+FrameLocator make_locator(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options) {
+  if (map) {
+    const auto localizer = std::make_shared<Localizer>(std::move(map), options);
+    return [localizer](const SurfaceStream::Item& item) {
+      const TactileImage& image = item.image;
+      FrameReport report = localizer->process(image.index, image.time_s, item.surface, image.unix_us);
+      report.image = image.bgr;
+      return report;
+    };
+  }
+  const auto tracker = std::make_shared<Tracker>(options.tracker, options.registration, options.verification);
+  const auto trials = std::make_shared<TrialMap>(options.gradient_scale);
+  return [tracker, trials](const SurfaceStream::Item& item) {
+    const TactileImage& image = item.image;
+    FrameReport report{.tracked = tracker->track(image.index, image.time_s, item.surface, image.unix_us),
+                       .image = image.bgr,
+                       .surface = item.surface};
+    report.in_trial = report.in_map = trials->add(report.tracked);
+    return report;
+  };
 }
 
 /// Where a frame's line goes, and what the service shows. Standard output waits for its reader, so that a
@@ -301,10 +328,8 @@ int run(TrackArguments& arguments) {
       surfaces = std::make_shared<const SurfaceMap>(posed_surfaces(map), config.slam, progress.get());
     StageTimer timer;
     SurfaceStream stream = open_stream(arguments, input, config, stopper, timer);
-    const FrameLocator locate =
-        surfaces ? locate_in_map(surfaces, config.slam) : locate_in_trials(config.slam);
-    return write_poses(stream, locate, outlet, arguments.window.shows_map() ? &touches : nullptr, stopper,
-                       *progress);
+    return write_poses(stream, make_locator(std::move(surfaces), config.slam), outlet,
+                       arguments.window.shows_map() ? &touches : nullptr, stopper, *progress);
   };
   PoseSummary summary;
   if (arguments.window.window) {

@@ -99,6 +99,34 @@ TEST_P(CalibratedInformation, ErrorsOverSigmasHaveTheRightSize) {
 
 INSTANTIATE_TEST_SUITE_P(Models, CalibratedInformation, testing::Values(1.0, 0.3));
 
+/// The same touch with the same noise, in pictures of more or fewer pixels.
+TEST(Information, PixelsOfAnotherSizeTellTheSame) {
+  const Field field = textured_plane(1);
+  const Pose above = motion(0, 0, 0, 0, 0, 0.5), first_T_second = motion(1, -1, 2, 0.3, 0.2);
+  const auto sigma_of_pixels = [&](double larger) {
+    View view;
+    view.width_px = static_cast<int>(larger * view.width_px);
+    view.height_px = static_cast<int>(larger * view.height_px);
+    view.contact_width_px *= larger;
+    view.contact_height_px *= larger;
+    view.pixel_pitch_mm /= larger;
+    const auto read = [&](const Pose& object_T_sensor, std::uint64_t seed) {
+      return with_noise(*touch(field, object_T_sensor, view), 0.01, seed, 3 * larger);
+    };
+    const SurfacePtr first = read(above, 1), second = read(above * first_T_second, 2);
+    const RegistrationResult result =
+        register_normal_flow(NormalFlowReference(second, {}), *first, first_T_second, {});
+    EXPECT_TRUE(result.ok()) << describe(result.status);
+    return Vector6d(result.information.inverse().diagonal().cwiseSqrt());
+  };
+  const Vector6d usual = sigma_of_pixels(1);
+  for (const double larger : {0.75, 1.5}) {
+    const Vector6d ratio = sigma_of_pixels(larger).cwiseQuotient(usual);
+    EXPECT_GT(ratio.minCoeff(), 0.9) << larger << ": " << ratio.transpose();
+    EXPECT_LT(ratio.maxCoeff(), 1.1) << larger << ": " << ratio.transpose();
+  }
+}
+
 /// Once a sensor reads slopes wrong, a longer roll is worse known, and in the direction in which it rolled
 /// most.
 TEST(Information, LessIsKnownOfALongerMotion) {

@@ -51,7 +51,7 @@ Leveled leveled(const Reading& reading, BareGelLeveler& leveler) {
   return {poisson.pixels(squares), seen};
 }
 Leveled leveled(const Reading& reading) {
-  BareGelLeveler leveler(kSensor, {}, 1, kBorrowedModel);
+  BareGelLeveler leveler({kSensor, kPitchMm}, {}, 1, kBorrowedModel);
   return leveled(reading, leveler);
 }
 
@@ -86,7 +86,7 @@ TEST(BareGel, ErrorsAreSpreadWhereSlopesAreLeastCertain) {
   const Reading reading = read(truth, [](int u) { return u > 250 ? 0.8 : 1.0; });
   const cv::Mat1b confidence = confidence_map(default_uncertainty(kSensor, kPitchMm), kSensor);
   const auto deepest_mm = [&](const cv::Mat1b& known) {
-    BareGelLeveler leveler(kSensor, known, 1, kBorrowedModel);
+    BareGelLeveler leveler({kSensor, kPitchMm}, known, 1, kBorrowedModel);
     return kPitchMm * leveled(reading, leveler).height(120, 250);
   };
   EXPECT_LT(std::abs(deepest_mm(confidence) + 1.0), 0.5 * std::abs(deepest_mm(cv::Mat1b()) + 1.0));
@@ -146,7 +146,8 @@ TEST(BareGel, StaysBareOrPressedWhileHeightsHardlyChange) {
     return leveled(read(truth, [](int) { return 1.0; }), leveler).height(120, 160);
   };
   // The limit is 4 pixels: 0.4 times the depth of the rim, as cells show it.
-  BareGelLeveler bare(kSensor, {}, 1, kBorrowedModel), pressed(kSensor, {}, 1, kBorrowedModel);
+  BareGelLeveler bare({kSensor, kPitchMm}, {}, 1, kBorrowedModel),
+      pressed({kSensor, kPitchMm}, {}, 1, kBorrowedModel);
   EXPECT_NEAR(fields_height(bare, 3.2), 0, 0.1);
   EXPECT_NEAR(fields_height(bare, 4.7), 0, 0.1);
   EXPECT_NEAR(fields_height(pressed, 8), -8, 0.1);
@@ -159,7 +160,8 @@ double left_of_tilt(cv::Size size) {
   cv::Mat1f height = pixel_map<float>({(size.width + 1) / 2, (size.height + 1) / 2},  // of squares
                                       [](int u, int v) { return 0.005 * (u - v); });
   const cv::Mat1b unchanged(size, static_cast<unsigned char>(0));
-  BareGelLeveler(size, {}, 1, kBorrowedModel).level(height, in_blocks(unchanged), PoissonSolver(size));
+  BareGelLeveler({size, kPitchMm}, {}, 1, kBorrowedModel)
+      .level(height, in_blocks(unchanged), PoissonSolver(size));
   return cv::norm(height(cv::Rect(4, 4, height.cols - 8, height.rows - 8)), cv::NORM_INF);
 }
 

@@ -35,8 +35,8 @@ TEST(GradientSurfaces, GiveBackADentAndItsContact) {
   EXPECT_NEAR(-n[1] / n[2], gy(59, 99), 1e-6);
   EXPECT_NEAR(surface->curvature(59, 79), -2 * dent_px(0, 0) / 400.0, 0.001);
   EXPECT_EQ(surface->curvature(59, 119), 0);
-  EXPECT_EQ(surface->contact(59, 97), 255);
-  EXPECT_EQ(surface->contact(59, 98), 0) << "eroded by 120/48 = 2 pixels";
+  EXPECT_EQ(surface->contact(59, 93), 255);
+  EXPECT_EQ(surface->contact(59, 94), 0) << "eroded by 0.3 mm = 5 pixels";
   EXPECT_EQ(surface->contact_pixels, cv::countNonZero(surface->contact));
 }
 

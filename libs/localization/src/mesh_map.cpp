@@ -125,7 +125,7 @@ std::optional<PosedSurface> touch_at(const SurfacePlace& place, const Shape& sha
   cv::Mat1b touched;
   cv::remap(gel.contact, touched, view.place_px, cv::noArray(), cv::INTER_NEAREST);
   // GradientSurfaces erodes what it is given: together this closes the pits that the gel bridges.
-  cv::dilate(touched, touched, GradientSurfaces::border(options.camera.size));
+  cv::dilate(touched, touched, GradientSurfaces::border(options.camera.pitch_mm));
   PosedSurface patch;
   patch.surface = GradientSurfaces(options.camera).make(slope[0], slope[1], touched);
   patch.map_T_keyframe = sensor_T_object->inverse();
@@ -135,7 +135,7 @@ std::optional<PosedSurface> touch_at(const SurfacePlace& place, const Shape& sha
 
 Covered covered_by(const PosedSurface& patch) {
   const Eigen::Vector3d center = extent_of(coarse_contact_points_mm(*patch.surface.get())).center_mm;
-  const double area = patch.surface->contact_pixels * std::pow(patch.surface->pixel_pitch_mm, 2);
+  const double area = patch.surface->contact_mm2();
   return {patch.map_T_keyframe * center, -patch.map_T_keyframe.linear().col(2),
           kInnerShare * std::sqrt(area / std::numbers::pi)};
 }

@@ -28,7 +28,7 @@ namespace loop_closure::detail {
 
 // The largest distance of a match over that of the second best: repeated patterns fail here.
 constexpr double kMaxMatchRatio = 0.9;
-constexpr double kRansacThresholdPx = 3.0;  // features are located to a share of a pixel, whatever it shows
+constexpr double kRansacThresholdMm = 0.19;  // features are located to a share of it, whatever they show
 constexpr int kRansacIterations = 100;
 
 struct Candidate {
@@ -72,9 +72,11 @@ std::vector<Candidate> LoopCloser::Impl::compare(const PlaceFeatures& features,
   if (features.size() < options.min_sift_inliers) return result;
   for (const int i : with) {
     const PlaceFeatures& older = index.features(i);
-    Candidate candidate{&places[static_cast<std::size_t>(i)],
-                        align_rigidly(older, features, match_features(older, features, kMaxMatchRatio),
-                                      kRansacThresholdPx, kRansacIterations)};
+    const Keyframe& place = places[static_cast<std::size_t>(i)];
+    const double threshold_px = kRansacThresholdMm / place.surface.facts().pixel_pitch_mm;
+    Candidate candidate{
+        &place, align_rigidly(older, features, match_features(older, features, kMaxMatchRatio), threshold_px,
+                              kRansacIterations)};
     if (candidate.older_T_newer.inliers >= options.min_sift_inliers) result.push_back(std::move(candidate));
   }
   std::stable_sort(result.begin(), result.end(), [](const Candidate& a, const Candidate& b) {

@@ -8,11 +8,11 @@
 namespace gelslam::loop_closure::detail {
 namespace {
 
-constexpr double kMinFullScale = 0.05;  // 1/pixel; a sensor's noise leaves a fifth of it
+constexpr double kMinFullScalePerMm = 0.789;  // a sensor's noise leaves a fifth of it
 constexpr double kSiftContrast = 0.02;
 
 cv::Mat1b inner_contact(const Surface& surface) {
-  const int margin = std::max(1, surface.contact.rows / 48);
+  const auto margin = static_cast<int>(std::lround(kRimMm / surface.pixel_pitch_mm));
   cv::Mat1b padded, eroded;
   // The image's border is a border of what is known of the contact, too.
   cv::copyMakeBorder(surface.contact, padded, margin, margin, margin, margin, cv::BORDER_CONSTANT, 0);
@@ -26,7 +26,8 @@ cv::Mat1b inner_contact(const Surface& surface) {
 // still match. The floor keeps a smooth surface's noise from becoming features.
 cv::Mat1b gray_curvature(const Surface& surface, const cv::Mat1b& mask) {
   const double rms = std::sqrt(cv::mean(surface.curvature.mul(surface.curvature), mask)[0]);
-  const double full_scale = std::clamp(4.0 * rms, kMinFullScale, static_cast<double>(kMaxCurvature));
+  const double full_scale = std::clamp(4.0 * rms, kMinFullScalePerMm * surface.pixel_pitch_mm,
+                                       kMaxCurvaturePerMm * surface.pixel_pitch_mm);
   cv::Mat1b gray;
   surface.curvature.convertTo(gray, CV_8U, 127.5 / full_scale, 127.5);
   return gray;

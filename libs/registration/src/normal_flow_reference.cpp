@@ -64,7 +64,8 @@ NormalFlowReference::NormalFlowReference(SurfacePtr surface, const NormalFlowOpt
   impl->self_similarity = std::move(self_similarity);
   const std::vector<cv::Point> pixels = select_samples(*surface, options.max_samples);
   const cv::Mat1b& confidence = surface->confidence.empty() ? surface->contact : surface->confidence;
-  const float rim_px = static_cast<float>(surface->contact.rows) / 60.0f;
+  constexpr double kRimWidthMm = 0.2536;
+  const auto rim_px = static_cast<float>(kRimWidthMm / surface->pixel_pitch_mm);
   cv::Mat1f to_border_px;
   cv::distanceTransform(surface->contact, to_border_px, cv::DIST_L2, 3);
   const float pitch = static_cast<float>(surface->pixel_pitch_mm);

@@ -16,7 +16,7 @@ struct CurvatureAgreement {
   double shared_ratio = 0;         // SCR
   double cosine_similarity = 0;    // CCS
   double texture_correlation = 0;  // of curvatures without their means: 0 where only noise is left
-  double rms_per_px = 0;           // of the reference's curvature
+  double rms_per_mm = 0;           // of the reference's curvature
 };
 
 CurvatureAgreement compare_curvature(const NormalFlowReference::Impl& reference, const Surface& target,
@@ -43,7 +43,7 @@ CurvatureAgreement compare_curvature(const NormalFlowReference::Impl& reference,
   if (all > 0) agreement.shared_ratio = shared / all;
   if (reference2 > 0 && target2 > 0) agreement.cosine_similarity = dot / std::sqrt(reference2 * target2);
   if (count == 0) return agreement;
-  agreement.rms_per_px = std::sqrt(reference2 / count);
+  agreement.rms_per_mm = std::sqrt(reference2 / count) / reference.surface->pixel_pitch_mm;
   const double spread2 = (reference2 - sum * sum / count) * (target2 - target_sum * target_sum / count);
   if (spread2 > 0) agreement.texture_correlation = (dot - sum * target_sum / count) / std::sqrt(spread2);
   return agreement;
@@ -84,16 +84,18 @@ std::array<bool, 6> observability(const RegistrationResult& result, bool heights
 /// Returns the share of noise that agrees with noise by chance: one over the root of the number of patches
 /// that it is made of.
 double share_by_chance(double shared_share, const NormalFlowReference::Impl& reference) {
-  const double patches = shared_share * reference.surface->contact_pixels / kNoisePatchPx;
+  const double patches = shared_share * reference.surface->contact_mm2() / kNoisePatchMm2;
   return 1.0 / std::sqrt(2.0 * std::max(1.0, patches));
 }
 
-/// Where normals turn by less than their noise from pixel to pixel, CCS compares noise: there the normals'
-/// agreement has to do.
+/// Where normals turn by less than their noise from one pixel of a GelSight Mini to the next, CCS compares
+/// noise: there the normals' agreement has to do.
 bool curvature_matches(const CurvatureAgreement& agreement, double normal_rmse_rad,
                        const NormalFlowOptions& options) {
   if (agreement.cosine_similarity >= options.curvature.min_ccs) return true;
-  return agreement.rms_per_px < options.normal_noise_rad && !is_far_above_noise(normal_rmse_rad, options);
+  constexpr double kPixelMm = 0.0634;
+  return agreement.rms_per_mm * kPixelMm < options.normal_noise_rad &&
+         !is_far_above_noise(normal_rmse_rad, options);
 }
 
 RegistrationStatus judge(const RegistrationResult& result, const CurvatureAgreement& agreement,
@@ -153,7 +155,7 @@ double normal_variance(double normal_rmse_rad, const NormalFlowOptions& options)
 double variance_in_sums(double normal_rmse_rad, const NormalFlowReference::Impl& reference,
                         const NormalFlowOptions& options) {
   const double samples_per_patch =
-      kNoisePatchPx * reference.samples.size() / std::max(1, reference.surface->contact_pixels);
+      kNoisePatchMm2 * reference.samples.size() / std::max(kNoisePatchMm2, reference.surface->contact_mm2());
   return 0.5 * normal_variance(normal_rmse_rad, options) * std::max(1.0, samples_per_patch);
 }
 
@@ -212,8 +214,7 @@ ObservableDirections assess(const NormalFlowReference::Impl& reference, const Su
       observable_directions(texture, share_by_chance(shared_share, reference));
   const bool heights_known = reference.surface->zero_is_bare_gel && target.zero_is_bare_gel;
   const double model_sigma = std::max(reference.surface->model_sigma, target.model_sigma);
-  const double shared_mm2 = shared_share * reference.surface->contact_pixels *
-                            reference.surface->pixel_pitch_mm * reference.surface->pixel_pitch_mm;
+  const double shared_mm2 = shared_share * reference.surface->contact_mm2();
   result.information =
       pose_information(directions, shared_mm2, model_sigma,
                        variance_in_sums(result.normal_rmse_rad, reference, options), prior, result, options);

@@ -52,8 +52,8 @@ inline Matrix6d origin_from_center(const Eigen::Vector3d& center_mm) {
   return matrix;
 }
 
-/// Neighboring normals share their noise over so many pixels.
-inline constexpr double kNoisePatchPx = 25.0;
+/// Neighboring normals share their noise over such an area: 5 x 5 pixels of a GelSight Mini.
+inline constexpr double kNoisePatchMm2 = 0.1005;
 
 /// Returns the variance of one normal, given the residual of the registration.
 double normal_variance(double normal_rmse_rad, const NormalFlowOptions& options);

@@ -95,7 +95,7 @@ struct SurfaceEstimator::Impl {
         uncertainty(uncertainty_of(model, size, options.pixel_pitch_mm)),
         model_sigma(model_sigma_of(uncertainty, gradient, camera, slope_noise)),
         confidence(rectified_grid.resample(confidence_map(uncertainty, size))),
-        leveler(size, confidence, slope_noise, model_sigma),
+        leveler(camera, confidence, slope_noise, model_sigma),
         contact_detector(options.pixel_pitch_mm),
         everywhere(all_blocks(size)) {}
 
@@ -226,7 +226,7 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
 
   surface->normals = normals_from_gradient(self.gx, self.gy);
   lower_steep_confidence(surface->normals, surface->confidence);
-  surface->curvature = curvature_in_contact(bend, surface->contact, unread);
+  surface->curvature = curvature_in_contact(bend, surface->contact, surface->pixel_pitch_mm, unread);
   self.timings.normals_ms = watch.lap_ms();
   return surface;
 }

@@ -55,8 +55,7 @@ Json hypothesis_json(const PlaceHypothesis& hypothesis) {
 
 Json contact_of(const Surface* surface) {
   if (surface == nullptr) return nullptr;
-  const double pitch_mm = surface->pixel_pitch_mm;
-  Json contact = {{"area_mm2", surface->contact_pixels * pitch_mm * pitch_mm}, {"center_mm", nullptr}};
+  Json contact = {{"area_mm2", surface->contact_mm2()}, {"center_mm", nullptr}};
   if (surface->contact_pixels == 0) return contact;
   const Eigen::Vector2d center_mm = contact_center_mm(*surface);
   contact["center_mm"] = {center_mm.x(), center_mm.y()};

@@ -18,13 +18,15 @@ namespace {
 constexpr int kCellPx = 2 * kBlockPx;
 constexpr int kCellSquares = kCellPx / 2;  // PoissonSolver's
 constexpr float kBareSlopeRad = 0.01F;     // what unchanged gel may tilt; color changes show more
-constexpr float kBareHeightPx = 0.15F;     // 0.01 mm on a GelSight Mini
-constexpr double kMinBareShare = 0.01;     // of the picture; less is no reference
-constexpr float kUsualSlopeRad = 0.25F;    // within a contact
+constexpr double kBareHeightMm = 0.00951;
+constexpr double kSlopePatchMm = 0.5072;  // slopes err alike over it
+constexpr double kMinBareShare = 0.01;    // of the picture; less is no reference
+constexpr float kUsualSlopeRad = 0.25F;   // within a contact
 // Slopes that are read too flat on one flank of a contact let bare gel beyond it come out too low by a share
 // of the contact's depth, at least by 0.02 mm, if slopes err as those of a sensor's own model do; a borrowed
 // model, which errs three to four times as much, reads a third too flat. Pressed faces lie lower than that.
-constexpr float kMaxFall = 0.11F, kMinFallPx = 0.3F;
+constexpr float kMaxFall = 0.11F;
+constexpr double kMinFallMm = 0.01902;
 // Gel that was bare in the frame before is likely so, and has to lie that much lower to be taken for pressed:
 // else a picture that stands still shows the one and the other in turns. A coin's field lies at half of the
 // depth of its rim, which is 1.25 falls.
@@ -77,11 +79,14 @@ GELSLAM_CLONES void solve_band(float* band, float* x, int count, int stride) {
 
 }  // namespace
 
-BareGelLeveler::BareGelLeveler(cv::Size size, const cv::Mat1b& confidence, double slope_noise,
+BareGelLeveler::BareGelLeveler(const CameraModel& camera, const cv::Mat1b& confidence, double slope_noise,
                                double model_sigma)
-    : grid_((size.width + kCellPx - 1) / kCellPx, (size.height + kCellPx - 1) / kCellPx),
+    : grid_((camera.size.width + kCellPx - 1) / kCellPx, (camera.size.height + kCellPx - 1) / kCellPx),
       noise_(static_cast<float>(slope_noise)),
       slope_error_(static_cast<float>(model_sigma)),
+      bare_height_px_(static_cast<float>(kBareHeightMm / camera.pitch_mm)),
+      min_fall_px_(static_cast<float>(kMinFallMm / camera.pitch_mm)),
+      slope_patch_px_(static_cast<float>(kSlopePatchMm / camera.pitch_mm)),
       changed_variance_(grid_, static_cast<float>(kBestSlopeSigmaRad * kBestSlopeSigmaRad)),
       were_bare_(grid_, static_cast<unsigned char>(0)) {
   if (confidence.empty()) return;
@@ -105,7 +110,7 @@ void BareGelLeveler::mark_unchanged(const cv::Mat1b& changed) {
 bool BareGelLeveler::remove_pressed(const cv::Mat1f& heights) {
   const float highest = highest_of(heights);
   const float lowest = *std::min_element(heights.begin(), heights.end());
-  const float fall = slope_error_ * std::max(kMaxFall * (highest - lowest), kMinFallPx);
+  const float fall = slope_error_ * std::max(kMaxFall * (highest - lowest), min_fall_px_);
 
   struct Piece {
     float height = 0, cells = 0, were_bare = 0;  // sums
@@ -187,7 +192,7 @@ cv::Mat1f BareGelLeveler::solve(const LineHeights& steps, const cv::Mat1f& varia
   const auto couple = [&](int a, int b) {  // a < b
     const cv::Point from = cell(a), to = cell(b);
     const cv::Mat1f& line = from.y == to.y ? steps.along_rows : steps.along_columns;
-    const float weight = 2.0F / (kCellPx * kCellPx * (variance(from) + variance(to)));
+    const float weight = 2.0F / (kCellPx * slope_patch_px_ * (variance(from) + variance(to)));
     const float pull = weight * (line(to) - line(from));
     row(a)[0] += weight;
     row(b)[0] += weight;
@@ -213,7 +218,7 @@ void BareGelLeveler::add_correction(cv::Mat1f& height_px) {
   variance.setTo(kBareSlopeRad * kBareSlopeRad, bare_);
   const cv::Mat1f none(grid_, 0.0F);
   const cv::Mat1f correction =
-      solve({none, none}, variance, 1.0F / (kBareHeightPx * kBareHeightPx), cv::Mat1f(-height_));
+      solve({none, none}, variance, 1.0F / (bare_height_px_ * bare_height_px_), cv::Mat1f(-height_));
   cv::resize(correction, fine_, cv::Size(grid_.width * kCellSquares, grid_.height * kCellSquares), 0, 0,
              cv::INTER_LINEAR);
   height_px += noise_ * fine_(cv::Rect(cv::Point(), height_px.size()));

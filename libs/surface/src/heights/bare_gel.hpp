@@ -3,6 +3,7 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
+#include "gelslam/surface/camera_model.hpp"
 #include "heights/poisson.hpp"
 
 namespace gelslam::surface::detail {
@@ -20,9 +21,9 @@ namespace gelslam::surface::detail {
 /// a contact whose flanks contradict each other instead of across it.
 class BareGelLeveler {
  public:
-  /// `size`: of the picture; `confidence`: confidence_map(); empty: slopes are known equally well everywhere;
+  /// `confidence`: confidence_map(); empty: slopes are known equally well everywhere;
   /// `slope_noise`, `model_sigma`: Surface's.
-  explicit BareGelLeveler(cv::Size size, const cv::Mat1b& confidence = {}, double slope_noise = 1,
+  explicit BareGelLeveler(const CameraModel& camera, const cv::Mat1b& confidence = {}, double slope_noise = 1,
                           double model_sigma = 1);
 
   struct Result {
@@ -45,6 +46,7 @@ class BareGelLeveler {
 
   cv::Size grid_;
   float noise_, slope_error_;
+  float bare_height_px_, min_fall_px_, slope_patch_px_;
   cv::Mat1f changed_variance_;  // of slopes in cells that changed
   cv::Mat1f height_;            // of the cells, as given, over the noise
   cv::Mat1b were_bare_;         // cells, in the frame before

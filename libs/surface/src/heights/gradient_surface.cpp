@@ -1,3 +1,4 @@
+#include <cmath>
 #include <opencv2/imgproc.hpp>
 
 #include "gelslam/surface/slopes.hpp"
@@ -11,15 +12,15 @@ namespace gelslam {
 using namespace surface::detail;
 
 struct GradientSurfaces::Impl {
-  explicit Impl(const CameraModel& model) : camera(model), integrator(camera), leveler(camera.size) {}
+  explicit Impl(const CameraModel& model) : camera(model), integrator(camera), leveler(camera) {}
 
   CameraModel camera;
   HeightIntegrator integrator;
   BareGelLeveler leveler;
 };
 
-cv::Mat GradientSurfaces::border(cv::Size picture) {
-  const int side_px = 2 * (picture.height / 48) + 1;
+cv::Mat GradientSurfaces::border(double pixel_pitch_mm) {
+  const int side_px = 2 * static_cast<int>(std::lround(kRimMm / pixel_pitch_mm)) + 1;
   return cv::getStructuringElement(cv::MORPH_RECT, {side_px, side_px});
 }
 
@@ -45,10 +46,10 @@ SurfacePtr GradientSurfaces::make(const cv::Mat1f& relative_gx, const cv::Mat1f&
   surface->zero_is_bare_gel = impl_->leveler.level(relief_px, blocks, impl_->integrator.solver()).seen;
   surface->height_mm = impl_->integrator.relief_mm(relief_px);
   impl_->integrator.to_height(surface->height_mm);
-  cv::erode(touched != 0, surface->contact, border(touched.size()));
+  cv::erode(touched != 0, surface->contact, border(impl_->camera.pitch_mm));
   surface->contact_pixels = cv::countNonZero(surface->contact);
   surface->normals = normals_from_gradient(gx, gy);
-  surface->curvature = curvature_in_contact(divergence(gx, gy), surface->contact);
+  surface->curvature = curvature_in_contact(divergence(gx, gy), surface->contact, surface->pixel_pitch_mm);
   return surface;
 }
 

@@ -13,6 +13,7 @@ cv::Mat3f normals_from_gradient(const cv::Mat1f& gx, const cv::Mat1f& gy);
 
 /// Returns curvature as Surface has it, of divergence(). `unread`: pixels whose gradients, or their
 /// neighbors', say nothing (255): 0 there, and left out of smoothing; empty: none.
-cv::Mat1f curvature_in_contact(const cv::Mat1f& bend, const cv::Mat1b& contact, const cv::Mat1b& unread = {});
+cv::Mat1f curvature_in_contact(const cv::Mat1f& bend, const cv::Mat1b& contact, double pixel_pitch_mm,
+                               const cv::Mat1b& unread = {});
 
 }  // namespace gelslam::surface::detail

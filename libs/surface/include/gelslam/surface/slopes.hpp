@@ -32,7 +32,7 @@ class GradientSurfaces {
   SurfacePtr make(const cv::Mat1f& gx, const cv::Mat1f& gy, const cv::Mat1b& touched);
 
   /// Returns what contacts are eroded with: a square of H/48 pixels around each, as in the public systems.
-  static cv::Mat border(cv::Size picture);
+  static cv::Mat border(double pixel_pitch_mm);
 
  private:
   struct Impl;

@@ -9,8 +9,10 @@
 
 namespace gelslam {
 
-/// Curvature is clipped to +- this, 1/pixel: about the sharpest crease that a gel shows.
-inline constexpr float kMaxCurvature = 0.7F;
+/// Curvature is clipped to +- this, 1/mm: about the sharpest crease that a gel shows.
+inline constexpr double kMaxCurvaturePerMm = 11.04;
+/// The outermost gel of a contact spans from the object to the gel at rest and shows neither.
+inline constexpr double kRimMm = 0.3;
 
 /// Bounds that hold for any sensor.
 inline constexpr double kMinPixelPitchMm = 0.001, kMaxPixelPitchMm = 1;
@@ -29,7 +31,7 @@ struct Surface {
   /// least 2 in contact; 1 where they were filled in from around (is_read()), 0 elsewhere. Empty: the same
   /// all over the contact.
   cv::Mat1b confidence;
-  /// Smoothed Laplacian of height (1/pixel), 0 outside contact, clipped to +-kMaxCurvature.
+  /// Smoothed Laplacian of height (1/pixel), 0 outside contact, clipped.
   cv::Mat1f curvature;
   double pixel_pitch_mm = 0.0634;
   SensorOptics optics;  ///< of the camera that saw it; maps are on its rectified grid
@@ -45,6 +47,7 @@ struct Surface {
   bool zero_is_bare_gel = true;
 
   CameraModel camera() const { return {contact.size(), pixel_pitch_mm, optics}; }
+  double contact_mm2() const { return contact_pixels * pixel_pitch_mm * pixel_pitch_mm; }
   /// Returns the point of the sensor frame that a pixel shows.
   Eigen::Vector3d point_mm(cv::Point pixel) const {
     return camera().point_mm(pixel, static_cast<double>(height_mm(pixel)));
