@@ -1,10 +1,11 @@
-// One picture of a log is replaced by another: by one that was damaged on its way from the camera, or by one
-// that does not belong there. What all the others show stays as it is.
+// The same touch in other pictures. One picture of a log is replaced by another: by one that was damaged on
+// its way from the camera, or by one that does not belong there. Or all pictures have more or fewer pixels.
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "../support/pixel_map.hpp"
@@ -73,11 +74,14 @@ cv::Mat3b block_shifted(const cv::Mat3b& bgr) {
   return result;
 }
 
-SlamMap map_of(const std::vector<cv::Mat3b>& pictures, const cv::Mat3b& background) {
+/// `larger`: the pictures' sides, over those of kSize.
+SlamMap map_of(const std::vector<cv::Mat3b>& pictures, const cv::Mat3b& background, double larger = 1) {
   SurfaceOptions options;
-  options.pixel_pitch_mm = kPitchMm;
+  options.pixel_pitch_mm = kPitchMm / larger;
   SurfaceEstimator estimator(linear_gel_model(), background, options);
-  GelSlam slam{SlamOptions{}};
+  SlamOptions slam_options;
+  slam_options.tracker.contact_threshold_px = static_cast<int>(500 * larger * larger);
+  GelSlam slam{slam_options};
   StageTimer timer;
   for (std::size_t i = 0; i < pictures.size(); ++i)
     slam.process(static_cast<std::int64_t>(i), 0.04 * static_cast<double>(i), estimator.estimate(pictures[i]),
@@ -129,6 +133,33 @@ TEST(ReplacedPicture, LeavesNoTraceInTheMapAndTheMesh) {
       ASSERT_TRUE(map.has_pose(map.frames[i]));
       expect_within(gap(first_T_frame(whole, i), first_T_frame(map, i)), 0.3, 0.03);
     }
+  }
+}
+
+cv::Mat3b resized(const cv::Mat3b& picture, double larger) {
+  cv::Mat3b result;
+  cv::resize(picture, result, {}, larger, larger, larger > 1 ? cv::INTER_CUBIC : cv::INTER_AREA);
+  return result;
+}
+
+TEST(ResizedPictures, HaveTheSameMotionsAndSigmas) {
+  const cv::Mat3b bare = picture_of(cv::Mat1f(kSize, 0.0F), 99);
+  std::vector<cv::Mat3b> pictures;
+  for (int i = 0; i < static_cast<int>(kFrames); ++i) pictures.push_back(picture_of(height_of(i), i));
+  const SlamMap usual = map_of(pictures, bare);
+  for (const double larger : {0.75, 1.5}) {
+    std::vector<cv::Mat3b> others;
+    for (const cv::Mat3b& picture : pictures) others.push_back(resized(picture, larger));
+    const SlamMap map = map_of(others, resized(bare, larger), larger);
+    double sigma = 0, usual_sigma = 0;
+    for (std::size_t i = 0; i < kFrames; ++i) {
+      SCOPED_TRACE("times " + std::to_string(larger) + ", frame " + std::to_string(i));
+      ASSERT_TRUE(map.has_pose(map.frames[i]));
+      expect_within(gap(first_T_frame(usual, i), first_T_frame(map, i)), 0.3, 0.02);
+      sigma += std::sqrt(map.frames[i].covariance.trace());
+      usual_sigma += std::sqrt(usual.frames[i].covariance.trace());
+    }
+    EXPECT_NEAR(sigma / usual_sigma, 1, 0.15) << larger;
   }
 }
 
