@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "../support/analytic_surface.hpp"
@@ -281,6 +282,9 @@ TEST(Report, IsReadAsItWasWritten) {
   report.stages["tracking"] = {"tracking", 3, 1, 2, 3, 6};
   const std::string json = report_json(report);
   EXPECT_EQ(report_json(parse_report(json, "x")), json);
+  std::string older = json;
+  older.replace(older.find("result_warnings"), std::strlen("result_warnings"), "reservations");
+  EXPECT_EQ(report_json(parse_report(older, "x")), json) << "by their older name";
   const RunReport again = parse_report(json, "x");
   EXPECT_EQ(again.logs.at(1).first_time_s, 12);
   EXPECT_EQ(again.live->damaged, 3);

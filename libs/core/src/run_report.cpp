@@ -86,6 +86,7 @@ RunReport parse_report(const std::string& text, const std::filesystem::path& fil
   if (json.contains("mesh") && json["mesh"].is_object())
     json["mesh"].emplace("islands_left_out", 0);  // older runs do not say it
   json.emplace("touched", RunReport::Touched{});  // the same
+  if (json.contains("reservations")) json.emplace("result_warnings", json["reservations"]);  // so called then
   if (const std::string member = wrong_member(json, RunReport()); !member.empty())
     throw Error(damaged + ": " + member + " is missing or not as it should be");
   try {
