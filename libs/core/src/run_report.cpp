@@ -51,7 +51,7 @@ std::string wrong_member(const Json& json, const Json& model) {
     if (member.is_number() != value.is_number() || (!value.is_number() && member.type() != value.type()))
       return key;
     const std::string within = value.is_object() ? wrong_member(member, value) : "";
-    if (!within.empty()) return key + "." + within;
+    if (!within.empty()) return fmt::format("{}.{}", key, within);
   }
   return "";
 }

@@ -50,6 +50,7 @@ struct Covered {
 
 PointGrid grid_of(const std::vector<SurfacePlace>& places) {
   std::vector<Eigen::Vector3d> points_mm;
+  points_mm.reserve(places.size());
   for (const SurfacePlace& place : places) points_mm.push_back(place.point_mm);
   return {std::move(points_mm), kNormalRadiusMm};
 }

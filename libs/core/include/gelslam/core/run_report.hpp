@@ -70,11 +70,11 @@ struct RunReport {
   std::optional<bool> saved;  ///< false: a live scan of which nothing was saved yet
   /// Microseconds since 1970 at the log's first picture; none: the trajectory's times count from there.
   std::optional<std::int64_t> start_unix_us;
-  std::vector<std::string> warnings;      ///< what was not right with the log, for people
+  std::vector<std::string> warnings;         ///< what was not right with the log, for people
   std::vector<std::string> result_warnings;  ///< what is not in the mesh, or uncertain
-  std::vector<std::string> parts;         ///< of a scan in parts: what became of each
-  std::vector<Log> logs;                  ///< the same parts'
-  std::int64_t anchor_frame = -1;         ///< -1: nothing touched
+  std::vector<std::string> parts;            ///< of a scan in parts: what became of each
+  std::vector<Log> logs;                     ///< the same parts'
+  std::int64_t anchor_frame = -1;            ///< -1: nothing touched
   Frames frames;
   Uncertainty uncertainty;
   int keyframes = 0, trials = 0, components = 0, loops = 0, loop_outliers = 0;

@@ -10,7 +10,7 @@
 #include "gelslam/slam/map_snapshot.hpp"
 #include "gelslam/slam/slam_map.hpp"
 
-namespace SQLite {
+namespace SQLite {  // NOLINT: not ours
 class Database;
 }
 
