@@ -45,6 +45,7 @@ class Examples(unittest.TestCase):
         self.assertTrue((self.folder / "mesh.ply").read_bytes().startswith(b"ply"))
 
     @unittest.skipUnless(shutil.which("jupyter-nbconvert"), "no jupyter-nbconvert (scripts/setup.sh --tests)")
+    @unittest.skipIf("GELSLAM_OTHER_FLAGS" in os.environ, "the notebook runs the program of the module (.ci/sanitize has none)")
     def test_first_touch(self):
         environment = {name: value for name, value in os.environ.items() if name != "MPLBACKEND"}  # the notebook's own
         done = subprocess.run(["jupyter-nbconvert", "--to", "notebook", "--execute", "--output-dir", self.folder,
