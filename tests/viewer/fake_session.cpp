@@ -125,7 +125,10 @@ void FakeSession::advance(int frames) {
     touch->tracked.frame = frame_;
     touch->tracked.time_s = static_cast<double>(frame_) / 25;
     touch->tracked.status = TrackStatus::tracked;
-    touch->tracked.keyframe = std::make_shared<const Keyframe>(Keyframe{place, frame_});
+    auto keyframe = std::make_shared<Keyframe>();
+    keyframe->id = place;
+    keyframe->frame = frame_;
+    touch->tracked.keyframe = std::move(keyframe);
     touch->tracked.trial = 0;
     touch->image = gel_picture(*at.surface);
     touch->surface = at.surface;

@@ -25,11 +25,13 @@ class UnjoinedPreviewTest : public testing::Test {
     }
     touch(3);
   }
-  void touch(int keyframe) {
+  void touch(int id) {
+    auto keyframe = std::make_shared<Keyframe>();
+    keyframe->id = id;
     auto touch = std::make_shared<FrameReport>();
     touch->surface = test::round_touch();
     touch->tracked.status = TrackStatus::tracked;
-    touch->tracked.keyframe = std::make_shared<const Keyframe>(Keyframe{keyframe});
+    touch->tracked.keyframe = std::move(keyframe);
     touch->tracked.keyframe_T_frame = at(0, 0.5, 0);
     touch_ = touch;
   }
