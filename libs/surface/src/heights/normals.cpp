@@ -60,13 +60,12 @@ cv::Mat1f divergence(const cv::Mat1f& gx, const cv::Mat1f& gy) {
 
 cv::Mat1f curvature_in_contact(const cv::Mat1f& bend, const cv::Mat1b& contact, double pixel_pitch_mm,
                                const cv::Mat1b& unread) {
-  constexpr double kSmoothedMm = 0.125;  // to each side
-  const auto reach_px = static_cast<int>(std::lround(kSmoothedMm / pixel_pitch_mm));
+  constexpr int kSmoothedPx = 2;  // to each side: the noise is that of pixels
   cv::Mat1f curvature(contact.size(), 0.0F), smooth;
   const cv::Rect box = cv::boundingRect(contact);
   if (box.empty()) return curvature;
-  const cv::Rect around = grown(box, reach_px, contact.size());
-  const cv::Size kernel(2 * reach_px + 1, 2 * reach_px + 1);
+  const cv::Rect around = grown(box, kSmoothedPx, contact.size());
+  const cv::Size kernel(2 * kSmoothedPx + 1, 2 * kSmoothedPx + 1);
   cv::Mat1f sharp = bend(around).clone();
   if (!unread.empty()) sharp.setTo(0.0, unread(around));
   cv::GaussianBlur(sharp, smooth, kernel, 0.0);
