@@ -6,7 +6,7 @@ part that led there, without its end (keyframe_ms); wall and processor time and 
 end_cpu_s, end_mb); and of a live scan that goes on from there for 10 s at the log's own pace, with mesh and streamed surface:
 the median and the 99th percentile from capture to pose (latency_ms, latency_p99_ms), its peak memory (live_mb), and the bytes
 of the stream per keyframe after the first map (stream_kb). Give the machine nothing else to do: latency and wall times say so
-otherwise.
+otherwise. Needs the program ffmpeg.
 
 Example: scripts/map_growth.py STUDY --frames 1000,5000,10000,20000
 """
