@@ -164,14 +164,12 @@ class PoseOutlet {
   }
   void show(const std::shared_ptr<const FrameReport>& touch, const std::string& source) {
     const FrameReport& report = *touch;
-    const TrackStatus status = report.tracked.status;
-    const bool touches = status == TrackStatus::tracked || status == TrackStatus::lost;
-    const bool lost = touches && report.known_place() == nullptr;
+    const bool lost = report.has_contact() && report.known_place() == nullptr;
     const std::lock_guard lock(mutex_);
     touch_ = touch;
     status_.phase = report.surface ? LivePhase::scanning : LivePhase::background;
-    status_.track = lost ? TrackStatus::lost : status;
-    status_.state = lost || (touches && report.localization) ? status_name(report) : "";
+    status_.track = lost ? TrackStatus::lost : report.tracked.status;
+    status_.state = lost || (report.has_contact() && report.localization) ? status_name(report) : "";
     status_.reason = lost ? reason_of(report) : "";
     status_.source = source;
     ++status_.frames;
@@ -202,7 +200,7 @@ struct PoseSummary {
       first_frame = tracked.frame;
       first_s = tracked.time_s;
       first_mm = place->map_T_frame.pose.translation();
-    } else if (tracked.status == TrackStatus::tracked || tracked.status == TrackStatus::lost) {
+    } else if (report.has_contact()) {
       ++why_without[fmt::format("{}: {}", status_name(report), reason_of(report))];
     }
   }

@@ -105,9 +105,7 @@ class MapLocalizer {
     require_pixels(*surface, sensor_->background().size(), sensor_->config().surface.pixel_pitch_mm,
                    "surface");
     times_.check(time_s);
-    LocatedFrame frame{localizer_.process(frames_++, time_s, surface)};
-    frame.report.surface = nullptr;  // takes memory, and the caller has it
-    return frame;
+    return {without_surfaces(localizer_.process(frames_++, time_s, surface))};
   }
   LocatedFrame process(const cv::Mat3b& bgr, double time_s) {
     return process(sensor_->estimate(bgr, "image").maps, time_s);

@@ -45,7 +45,7 @@ class Slam {
     times_.check(first_time_s_ + time_s);
     FrameReport report{slam_.process(frames_++, first_time_s_ + time_s, std::move(surface), timer_)};
     report.in_trial = trial_map_.add(report.tracked);
-    return report;
+    return without_surfaces(std::move(report));
   }
 
   MetricMesh mesh(ProgressSink& progress) const {
@@ -187,6 +187,17 @@ A trial is an unbroken stretch of tracking. Its frame is that of the sensor in i
 }
 
 }  // namespace
+
+FrameReport without_surfaces(FrameReport report) {
+  report.surface = nullptr;
+  report.tracked.keyframe = nullptr;
+  for (NewKeyframe& added : report.tracked.new_keyframes) {
+    auto number = std::make_shared<Keyframe>();
+    number->frame = added.keyframe->frame;
+    added.keyframe = std::move(number);
+  }
+  return report;
+}
 
 py::array_t<double> sigma_mm_of(const Vector6d& sigma) { return py::array_t<double>(3, sigma.data()); }
 py::array_t<double> sigma_rad_of(const Vector6d& sigma) { return py::array_t<double>(3, sigma.data() + 3); }

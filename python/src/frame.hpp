@@ -10,6 +10,9 @@ namespace gelslam::python {
 
 namespace py = pybind11;
 
+/// A frame that a program may keep for long: without its surface, and with keyframes that are numbers alone.
+FrameReport without_surfaces(FrameReport report);
+
 /// One standard deviation along and about x, y, z, for Python.
 py::array_t<double> sigma_mm_of(const Vector6d& sigma);
 py::array_t<double> sigma_rad_of(const Vector6d& sigma);

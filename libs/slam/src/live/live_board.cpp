@@ -149,11 +149,6 @@ void LiveBoard::show_saved(const SlamMap& saved) {
   set_map(std::move(snapshot));
 }
 
-bool LiveBoard::has_contact() const {
-  return touch_ && touch_->tracked.status != TrackStatus::no_contact &&
-         touch_->tracked.status != TrackStatus::background;
-}
-
 /// What is touched now belongs to the shown map. A trial that the mapper has not seen yet counts as joined as
 /// long as there is nothing it could be joined to.
 bool LiveBoard::joined() const {
@@ -163,7 +158,7 @@ bool LiveBoard::joined() const {
 void LiveBoard::describe_touch(LiveStatus& status) const {
   status.track = TrackStatus::no_contact;
   status.state = "no contact";
-  if (!has_contact()) return;
+  if (!touch_ || !touch_->has_contact()) return;
   if (joined()) {
     status.track = TrackStatus::tracked;
     status.state = "tracking";

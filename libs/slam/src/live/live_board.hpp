@@ -69,7 +69,6 @@ class LiveBoard {
     std::string about, sentence;
   };
 
-  bool has_contact() const;
   bool joined() const;
   void describe_touch(LiveStatus& status) const;
 

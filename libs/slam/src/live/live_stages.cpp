@@ -97,10 +97,12 @@ void TrackingStage::handle(const SurfacedFrame& frame) {
   FrameReport report{.tracked = tracked,
                      .image = image.bgr,
                      .surface = frame.surface,
-                     .in_trial = trial_map_.add(tracked),
                      .in_map = map->pose_of(record, newer_),
                      .warning = unobservable_.words()};
-  if (context_.options.stream) context_.options.stream->write(report);
+  if (context_.options.stream) {
+    report.in_trial = trial_map_.add(tracked);  // only lines tell it
+    context_.options.stream->write(report);
+  }
   if (frame.surface)
     context_.timer.add("capture to pose",
                        std::chrono::duration<double, std::milli>(LiveClock::now() - frame.captured).count());

@@ -80,9 +80,7 @@ std::array<double, 16> row_major_meters(const Pose& pose_mm) {
 Json unix_s(std::int64_t unix_us) { return or_null(unix_us != 0, stamp_s(unix_us, 0)); }
 
 std::string_view status_name(const FrameReport& report) {
-  const TrackStatus status = report.tracked.status;
-  if (!report.localization || status == TrackStatus::background || status == TrackStatus::no_contact)
-    return name(status);
+  if (!report.localization || !report.has_contact()) return name(report.tracked.status);
   constexpr std::string_view names[] = {"not in the map", "localized", "ambiguous"};
   return names[static_cast<std::size_t>(report.localization->status)];
 }

@@ -44,7 +44,7 @@ bool LiveWindow::poll_updates() {
     news = true;
   }
   if (!news) return false;
-  touch_place_ = touch_ ? map_->pose_of(record_of(touch_->tracked)) : std::nullopt;
+  touch_place_ = touch_ && touch_->tracked.keyframe ? map_->pose_of(samples_.back()) : std::nullopt;
   if (touch_ && !touch_place_) touch_place_ = touch_->in_map;  // the mapper may be busy for long
   // What is not joined to the map grows beside it.
   if (unjoined_preview_.follow(*map_, touch_.get(), touch_place_))

@@ -43,6 +43,10 @@ struct FrameReport {
   std::optional<Localization> localization{};  ///< of a Localizer
   std::string warning{};                       ///< what has not been observable for a while, in words; or ""
 
+  /// Something touches the sensor.
+  bool has_contact() const {
+    return tracked.status == TrackStatus::tracked || tracked.status == TrackStatus::lost;
+  }
   /// `in_map` of a frame that was tracked or localized; else null.
   const MapPlace* known_place() const {
     return in_map && (tracked.status == TrackStatus::tracked || localization) ? &*in_map : nullptr;
