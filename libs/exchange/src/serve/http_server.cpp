@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <condition_variable>
 #include <csignal>
 #include <list>
 #include <mutex>
@@ -27,7 +28,8 @@ constexpr rlim_t kMaxClients = 64;
 constexpr std::size_t kMaxRequests = 10'000;  // of one connection
 constexpr std::size_t kMaxBytes = 16 * 1024;  // of one request
 constexpr std::size_t kBytesAtOnce = 65'536;
-constexpr std::chrono::seconds kTimeToTake{5}, kTimeOfAnswer{30}, kTimeToEnd{3}, kTimeToAskAgain{1};
+constexpr std::chrono::seconds kTimeToTake{5}, kTimeOfAnswer{30}, kTimeToEnd{3}, kTimeToAskAgain{1},
+    kTimeToLeave{1};
 
 std::string random_token() {
   std::random_device random;
@@ -126,14 +128,19 @@ class Server : public httplib::Server {
   /// Who has not asked for the longest time makes room.
   bool process_and_close_socket(socket_t socket) override {
     auto client = std::make_unique<Client>(socket);
-    const std::lock_guard lock(mutex_);
-    std::erase_if(clients_, [](const auto& left) { return left->is_gone.load(); });
+    std::unique_lock lock(mutex_);
+    // The threads of clients that were hung up take a while to end, longer on a busy machine.
+    const bool has_room = client_left_.wait_for(lock, kTimeToLeave, [this] {
+      std::erase_if(clients_, [](const auto& left) { return left->is_gone.load(); });
+      return std::ssize(clients_) <= 2 * most_;
+    });
+    if (!has_room) return ++dropped_, false;
     if (std::ranges::count_if(clients_, [](const auto& one) { return !one->is_over; }) >= most_) {
       ++dropped_;
       const auto& idle = *std::ranges::min_element(clients_, {}, [](const auto& one) {
         return one->is_over ? Client::kIsAnswered : one->asks_since.load();
       });
-      if (idle->asks_since.load() == Client::kIsAnswered || std::ssize(clients_) > 2 * most_) return false;
+      if (idle->asks_since.load() == Client::kIsAnswered) return false;
       idle->hang_up();
     }
     try {
@@ -159,6 +166,7 @@ class Server : public httplib::Server {
     client.socket = FileDescriptor();
     client.asks_since = Clock::now();
     client.is_over = client.is_gone = true;
+    client_left_.notify_one();
   }
 
   /// Newer versions want the addresses, too.
@@ -174,6 +182,7 @@ class Server : public httplib::Server {
   const std::ptrdiff_t most_ = most_clients();
   std::atomic<std::int64_t>& dropped_;
   mutable std::mutex mutex_;
+  std::condition_variable client_left_;
   std::list<std::unique_ptr<Client>> clients_;
 };
 
