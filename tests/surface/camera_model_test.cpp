@@ -31,6 +31,15 @@ TEST(CameraModel, FindsEveryPixelAgainAndNoneBeyondThePicture) {
   EXPECT_FALSE(bent().pixel_at({0, 0, -23})) << "behind the camera";
 }
 
+TEST(CameraModel, ReliefIsTheIntegralOfHeightsScaledByTheirDistance) {
+  EXPECT_EQ(flat().relief_mm(-0.9), -0.9);
+  double relief = 0;  // dw = dz / (1 + z / D), by the midpoint rule
+  constexpr int kSteps = 1000;
+  for (int k = 0; k < kSteps; ++k) relief += -0.9 / kSteps / (1 - 0.9 * (k + 0.5) / kSteps / 22);
+  EXPECT_NEAR(bent().relief_mm(-0.9), relief, 1e-8);
+  EXPECT_NEAR(bent().height_mm(relief), -0.9, 1e-8);
+}
+
 TEST(CameraModel, LensMovesThePixelsAsItsFormulaSays) {
   const CameraModel camera = bent();
   const Vector2d rest(7, -4), half_widths = rest / (160 * 0.0634);

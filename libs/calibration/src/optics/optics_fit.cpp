@@ -13,7 +13,6 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/surface/contact_overlap.hpp"
-#include "optics/optics_model.hpp"
 
 namespace gelslam {
 namespace {
@@ -28,9 +27,8 @@ std::array<double, OpticsFit::kNumbers> values_of(const SensorOptics& o) {
           o.gel_dome_per_mm[1]};
 }
 
-}  // namespace
-
-namespace calibration::detail {
+/// The unknowns of a fit: those of OpticsFit, with 1/distance in place of the distance.
+using OpticsNumbers = std::array<double, OpticsFit::kNumbers>;
 
 OpticsNumbers numbers_of(const SensorOptics& optics) {
   OpticsNumbers numbers = values_of(optics);
@@ -38,11 +36,18 @@ OpticsNumbers numbers_of(const SensorOptics& optics) {
   return numbers;
 }
 
-}  // namespace calibration::detail
+/// Standard deviations of the numbers among sensors of this kind, known before any data.
+constexpr OpticsNumbers kPriorSigma = {0.05, 6.0, 6.0, 0.03, 0.02, 0.0015, 0.0015};
 
-namespace {
-
-using namespace calibration::detail;
+/// Computes the difference from the numbers before, in standard deviations of the prior.
+struct OpticsPrior {
+  OpticsNumbers start;
+  template <class T>
+  bool operator()(const T* numbers, T* error) const {
+    for (std::size_t k = 0; k < start.size(); ++k) error[k] = (numbers[k] - start[k]) / kPriorSigma[k];
+    return true;
+  }
+};
 
 constexpr std::size_t kMinPairs = 10, kPairsPerFrame = 10, kPointsPerPair = 80;
 constexpr double kMinShared = 0.3;    // of the smaller contact
@@ -61,7 +66,7 @@ constexpr double kCommonToAll = 4;
 // There distances come out 5 to 14 % off, mostly too far, which exact surfaces do not.
 constexpr double kDistanceError = 0.1;
 
-SensorOptics optics_of(const OpticsNumbers& numbers) {
+SensorOptics optics_of(const double* numbers) {
   constexpr double kMin = 1e-6;  // a kilometer
   return {numbers[0],
           {numbers[1], numbers[2]},
@@ -83,17 +88,15 @@ struct ReadFrame {
         confidence(frame.surface->confidence),
         points_mm(coarse_contact_points_mm(*frame.surface)),
         world_T_frame(frame.world_T_frame) {
-    const OpticsNumbers numbers = numbers_of(camera.optics);
-    const OpticsModel<double> model{numbers.data(), camera.size, camera.pitch_mm};
     for (int v = 0; v < maps.rows; ++v)
       for (int u = 0; u < maps.cols; ++u) {
-        const Eigen::Vector3d rest = model.rest_point_mm(camera.to_mm(cv::Point(u, v)));
-        const Eigen::Vector2d slope = model.rest_slope(rest.head<2>());
+        const Eigen::Vector3d rest = camera.rest_point_mm(camera.to_mm(cv::Point(u, v)));
+        const Eigen::Vector2d slope = camera.rest_slope(rest.head<2>());
         const cv::Vec3f& n = frame.surface->normals(v, u);
         const double height = static_cast<double>(frame.surface->height_mm(v, u));
         maps(v, u) = {static_cast<float>(-n[0] / n[2] - slope.x()),
                       static_cast<float>(-n[1] / n[2] - slope.y()),
-                      static_cast<float>(model.relief_of(height) - model.relief_of(rest.z()))};
+                      static_cast<float>(camera.relief_mm(height) - camera.relief_mm(rest.z()))};
       }
     constexpr int kBorderPx = 3;  // of a contact, where the gel leaves the object
     cv::erode(contact, inner, cv::Mat(), cv::Point(-1, -1), kBorderPx, cv::BORDER_CONSTANT, 0);
@@ -142,63 +145,51 @@ struct OverlapError {
   Eigen::Vector3d read;  // slopes and relief at the point
   double weight;
 
-  template <class T>
-  bool operator()(const T* from_step, const T* to_step, const T* numbers, T* error) const {
-    using Vector2 = Eigen::Matrix<T, 2, 1>;
-    using Vector3 = Eigen::Matrix<T, 3, 1>;
-    const OpticsModel<T> model{numbers, from->camera.size, from->camera.pitch_mm};
-    const Vector2 rest_mm = model.rest_mm(raw_px.cast<T>());
-    const Vector3 gel = model.rest_point_mm(rest_mm);
-    const Vector3 point = model.point_mm(rest_mm, model.height_of(model.relief_of(gel.z()) + read.z()));
-    const Vector3 normal = normal_of(model, gel, T(read.x()), T(read.y()));
+  bool operator()(const double* from_step, const double* to_step, const double* numbers,
+                  double* error) const {
+    using Eigen::Vector2d, Eigen::Vector3d;
+    const CameraModel camera{from->camera.size, from->camera.pitch_mm, optics_of(numbers)};
+    const Vector2d rest_mm = camera.to_mm(camera.rectified_px(raw_px));
+    const Vector3d gel = camera.rest_point_mm(rest_mm);
+    const Vector3d point = camera.point_mm(rest_mm, camera.height_mm(camera.relief_mm(gel.z()) + read.z()));
+    const Vector3d normal = normal_of(camera, gel, read.x(), read.y());
 
-    const Eigen::Matrix<T, 3, 3> rotation = to_T_from.linear().cast<T>();
-    Vector3 moved, turned;
+    Vector3d moved, turned, there, facing;
     ceres::AngleAxisRotatePoint(from_step, point.data(), moved.data());
     ceres::AngleAxisRotatePoint(from_step, normal.data(), turned.data());
-    moved += Eigen::Map<const Vector3>(from_step + 3);
-    moved = rotation * moved + to_T_from.translation().cast<T>() - Eigen::Map<const Vector3>(to_step + 3);
-    turned = rotation * turned;
-    const T back[3] = {-to_step[0], -to_step[1], -to_step[2]};
-    Vector3 there, facing;
+    moved = to_T_from * (moved + Eigen::Map<const Vector3d>(from_step + 3)) -
+            Eigen::Map<const Vector3d>(to_step + 3);
+    turned = to_T_from.linear() * turned;
+    const double back[3] = {-to_step[0], -to_step[1], -to_step[2]};
     ceres::AngleAxisRotatePoint(back, moved.data(), there.data());
     ceres::AngleAxisRotatePoint(back, turned.data(), facing.data());
 
-    const Vector2 rest_there = model.project(there);
-    const Vector2 at = base_px(model.raw_px(rest_there));
-    T values[3];
+    const Vector2d rest_there = camera.project(there);
+    const auto raw_there = camera.raw_px(camera.to_px(rest_there));
+    if (!raw_there) return false;
+    const Vector2d at = to->camera.rectified_px(*raw_there);
+    double values[3];
     to->map.Evaluate(at.y(), at.x(), values);
-    const Vector3 gel_there = model.rest_point_mm(rest_there);
-    const Vector3 expected = normal_of(model, gel_there, values[0], values[1]);
-    const T height = model.height_of(model.relief_of(gel_there.z()) + values[2]);
-    using std::atan;
+    const Vector3d gel_there = camera.rest_point_mm(rest_there);
+    const Vector3d expected = normal_of(camera, gel_there, values[0], values[1]);
+    const double height = camera.height_mm(camera.relief_mm(gel_there.z()) + values[2]);
     const double root = weight / std::sqrt(kCommonError);
-    error[0] = root / kNormalSigmaRad * (atan(facing.x() / facing.z()) - atan(expected.x() / expected.z()));
-    error[1] = root / kNormalSigmaRad * (atan(facing.y() / facing.z()) - atan(expected.y() / expected.z()));
+    for (int k = 0; k < 2; ++k)
+      error[k] = root / kNormalSigmaRad *
+                 (std::atan(facing[k] / facing.z()) - std::atan(expected[k] / expected.z()));
     error[2] = root / kHeightSigmaMm * (there.z() - height) * expected.z();
     return true;
   }
 
  private:
-  template <class T>
-  static Eigen::Matrix<T, 3, 1> normal_of(const OpticsModel<T>& model, const Eigen::Matrix<T, 3, 1>& gel,
-                                          const T& gx, const T& gy) {
-    const Eigen::Matrix<T, 2, 1> slope = model.rest_slope(gel.template head<2>());
-    return Eigen::Matrix<T, 3, 1>(-gx - slope.x(), -gy - slope.y(), T(1.0)).normalized();
-  }
-
-  /// Where the other frame's maps hold a pixel of the picture.
-  template <class T>
-  Eigen::Matrix<T, 2, 1> base_px(const Eigen::Matrix<T, 2, 1>& raw) const {
-    const OpticsNumbers constant = numbers_of(to->camera.optics);
-    std::array<T, OpticsFit::kNumbers> numbers;
-    for (std::size_t k = 0; k < numbers.size(); ++k) numbers[k] = T(constant[k]);
-    const OpticsModel<T> base{numbers.data(), to->camera.size, to->camera.pitch_mm};
-    return base.rest_mm(raw) / T(to->camera.pitch_mm) + to->camera.center_px().template cast<T>();
+  static Eigen::Vector3d normal_of(const CameraModel& camera, const Eigen::Vector3d& gel, double gx,
+                                   double gy) {
+    const Eigen::Vector2d slope = camera.rest_slope(gel.head<2>());
+    return Eigen::Vector3d(-gx - slope.x(), -gy - slope.y(), 1).normalized();
   }
 };
 
-using OverlapCost = ceres::AutoDiffCostFunction<OverlapError, 3, 6, 6, 7>;
+using OverlapCost = ceres::NumericDiffCostFunction<OverlapError, ceres::CENTRAL, 3, 6, 6, 7>;
 
 /// Poses and optics as one problem.
 class Adjustment {
@@ -348,7 +339,7 @@ OpticsFit optics_from_motion(const std::vector<SeenFrame>& frames) {
     fit.shown[k] = fit.sigma[k] < kShown * kPriorSigma[k];
     if (fit.shown[k]) kept[k] = adjustment.numbers()[k];
   }
-  fit.optics = optics_of(kept);
+  fit.optics = optics_of(kept.data());
   fit.sigma[4] *= fit.optics.camera_distance_mm * fit.optics.camera_distance_mm;
   return fit;
 }

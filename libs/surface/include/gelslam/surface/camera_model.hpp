@@ -74,6 +74,18 @@ struct CameraModel {
     return {scale * rest_mm.x(), scale * rest_mm.y(), -q * scale * scale};
   }
 
+  /// Returns w = D ln(1 + z / D) of a height z, with the camera's distance D: its derivatives by the rest
+  /// coordinates follow from slopes alone (docs/algorithms.md). z itself for an orthographic camera.
+  double relief_mm(double height_mm) const {
+    const double per_mm = optics.inverse_distance();
+    return per_mm > 0 ? std::log1p(height_mm * per_mm) / per_mm : height_mm;
+  }
+  /// Returns the inverse, z = D (exp(w / D) - 1).
+  double height_mm(double relief_mm) const {
+    const double per_mm = optics.inverse_distance();
+    return per_mm > 0 ? std::expm1(relief_mm * per_mm) / per_mm : relief_mm;
+  }
+
   /// Returns where a pixel of the rectified grid lies in the raw image; none where it bends rays back (a
   /// strong negative k1 far out).
   std::optional<Eigen::Vector2d> raw_px(const Eigen::Vector2d& px) const;
