@@ -94,7 +94,7 @@ void CollectSession::begin_presses() {
 void CollectSession::add(const ContactCircle& circle) {
   coverage_.add(circle);
   const double ball_px = 0.5 * options_.diameter_mm / options_.pixel_pitch_mm;
-  rim_slopes_.push_back(rim_slope(circle.on_ball_px(), ball_px));
+  rim_slopes_.push_back(rim_slope(circle.on_ball_px(options_.pixel_pitch_mm), ball_px));
 }
 
 /// What presses of one depth leave out, once there are enough of them to tell.

@@ -30,7 +30,7 @@ TEST(FindCircle, FindsTheBallThatWasPressed) {
     if (!found.problem.empty()) continue;
     const cv::Point2d& center = presses.truth[k].center_px;
     center_errors.push_back(std::hypot(found.circle.u_px - center.x, found.circle.v_px - center.y));
-    radius_errors.push_back(found.circle.on_ball_px() - presses.truth[k].radius_px);
+    radius_errors.push_back(found.circle.on_ball_px(kPitchMm) - presses.truth[k].radius_px);
   }
   EXPECT_GE(center_errors.size(), 34U);
   EXPECT_LT(median(center_errors), 0.8);

@@ -33,8 +33,8 @@ SeenBall::SeenBall(const CameraModel& camera, const BallZone& zone, double diame
     return px * rest_px_per_raw_px(camera, raw_px) * camera.pitch_mm *
            (1.0 + height_mm * camera.optics.inverse_distance());
   };
-  const double contact_mm =
-      std::min(across_mm(zone.radius_px + kZoneMarginPx, gel.z()), kDeepestRim * radius_mm_);
+  const double contact_mm = std::min(across_mm(zone.radius_px + kZoneMarginMm / camera.pitch_mm, gel.z()),
+                                     kDeepestRim * radius_mm_);
   const double down_mm = std::sqrt(radius_mm_ * radius_mm_ - contact_mm * contact_mm);
   const double rim_mm = gel.z() - contact_mm / down_mm * kMembraneMm;
   zone_mm_ = across_mm(zone.radius_px, rim_mm);
@@ -88,14 +88,15 @@ bool is_as_found(const ContactCircle& label, const FoundCircle& found) {
 
 /// How the labels were drawn: the gel leaves the ball at this share of their radius. Nothing where too few
 /// can be compared with what the pictures show.
-std::optional<double> ball_share_of_labels(const PressSet& set, const std::vector<FoundCircle>& found) {
+std::optional<double> ball_share_of_labels(const PressSet& set, const std::vector<FoundCircle>& found,
+                                           double pixel_pitch_mm) {
   std::vector<double> shares;
   for (std::size_t k = 0; k < found.size(); ++k) {
     const auto& label = set.presses[k].label;
     if (!label || set.presses[k].left_out || !found[k].problem.empty() || is_as_found(*label, found[k]))
       continue;
     if (distance_px(*label, found[k].circle) <= kCloseCenters * label->radius_px)
-      shares.push_back(found[k].circle.on_ball_px() / label->radius_px);
+      shares.push_back(found[k].circle.on_ball_px(pixel_pitch_mm) / label->radius_px);
   }
   return shares.size() < kMinCompared ? std::nullopt : std::optional(std::min(1.0, median(shares)));
 }
@@ -138,7 +139,8 @@ std::optional<double> share_of_ball(const PressSet& set, const CalibrationPress&
   const FoundCircle found = find_circle(press.bgr, set.background, camera, kFlatterBall * press.diameter_mm);
   if (press.left_out || !found.problem.empty()) return std::nullopt;
   const Eigen::Vector2d center(found.circle.u_px, found.circle.v_px);
-  return found.circle.on_ball_px() * rest_px_per_raw_px(camera, center) / press.ball_px(pixel_pitch_mm);
+  return found.circle.on_ball_px(pixel_pitch_mm) * rest_px_per_raw_px(camera, center) /
+         press.ball_px(pixel_pitch_mm);
 }
 
 /// Throws Error when the contacts of some diameter are too wide for it: a radius was given.
@@ -184,7 +186,7 @@ BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool autom
     if (progress) progress(found.size());
   }
   require_possible_widths(set, shares);
-  const std::optional<double> drawn_share = ball_share_of_labels(set, found);
+  const std::optional<double> drawn_share = ball_share_of_labels(set, found, pixel_pitch_mm);
   BallZones result;
   result.warning = common_offset(set, found);
   for (std::size_t k = 0; k < set.presses.size(); ++k) {
@@ -192,8 +194,8 @@ BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool autom
     const ContactCircle circle = press.label.value_or(found[k].circle);
     const bool was_drawn = press.label && !is_as_found(circle, found[k]);
     const double on_ball_px =
-        was_drawn && drawn_share ? *drawn_share * circle.radius_px : circle.on_ball_px();
-    const BallZone zone{k, circle.u_px, circle.v_px, on_ball_px - kZoneMarginPx};
+        was_drawn && drawn_share ? *drawn_share * circle.radius_px : circle.on_ball_px(pixel_pitch_mm);
+    const BallZone zone{k, circle.u_px, circle.v_px, on_ball_px - kZoneMarginMm / pixel_pitch_mm};
     std::string problem;
     if (press.left_out)
       problem = "a person has left it out";

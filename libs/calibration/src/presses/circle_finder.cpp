@@ -60,7 +60,7 @@ ContactCircle circle_at(const CameraModel& camera, const PressShape& shape) {
   const Eigen::Vector2d px(shape.u_px, shape.v_px);
   const Eigen::Vector2d raw_px = camera.optics.has_lens() ? camera.raw_px(px).value_or(px) : px;
   const double scale = camera.optics.has_lens() ? rest_px_per_raw_px(camera, raw_px) : 1.0;
-  return {raw_px.x(), raw_px.y(), shape.radius_px / scale + kVisibleRimPx};
+  return {raw_px.x(), raw_px.y(), shape.radius_px / scale + kVisibleRimMm / camera.pitch_mm};
 }
 
 PressFit fit_from(const ContactCircle& seed, const cv::Mat3f& relative, const CameraModel& camera,
@@ -76,17 +76,19 @@ PressFit fit_from(const ContactCircle& seed, const cv::Mat3f& relative, const Ca
 PressShape refined(const PressShape& shape, const cv::Mat3f& relative, const CameraModel& camera,
                    double ball_px) {
   ContactCircle contact = circle_at(camera, shape);
-  contact.radius_px = contact.on_ball_px();
+  contact.radius_px = contact.on_ball_px(camera.pitch_mm);
   const PressPoints points = points_around(contact, relative, camera, kWantedPointsToRefine);
   const PressShape ball = refine_press(points, shape, ball_px).shape;
   const double moved_px = std::hypot(ball.u_px - shape.u_px, ball.v_px - shape.v_px);
   return moved_px < kMaxRefined * shape.radius_px ? ball : shape;
 }
 
-std::string problem_with(const FoundCircle& found, const cv::Size& size, double ball_px) {
+std::string problem_with(const FoundCircle& found, const CameraModel& camera, double ball_px) {
+  const cv::Size size = camera.size;
+  const double on_ball_px = found.circle.on_ball_px(camera.pitch_mm);
   if (found.confidence < kMinConfidence) return "the colors do not look like a ball pressed into the gel";
-  if (found.circle.on_ball_px() < kMinRadiusPx) return "the contact is too small";
-  if (found.circle.on_ball_px() > kMaxBallShare * ball_px)
+  if (on_ball_px < kMinRadiusPx) return "the contact is too small";
+  if (on_ball_px > kMaxBallShare * ball_px)
     return "the contact is larger than the ball: is the diameter right?";
   if (found.circle.u_px < 0.0 || found.circle.v_px < 0.0 || found.circle.u_px > size.width - 1.0 ||
       found.circle.v_px > size.height - 1.0)
@@ -97,7 +99,7 @@ std::string problem_with(const FoundCircle& found, const cv::Size& size, double 
 /// A ball that moved explains far more of the picture than one at rest.
 bool slid(const ContactCircle& circle, const cv::Mat3f& relative, const CameraModel& camera, double ball_px) {
   const PressPoints points = points_around(circle, relative, camera, kWantedPointsToSmear);
-  const PressShape start = shape_at(camera, circle, circle.on_ball_px());
+  const PressShape start = shape_at(camera, circle, circle.on_ball_px(camera.pitch_mm));
   const SlidPress fit = fit_slid_press(points, start, ball_px);
   return fit.moved_px > kMinMoved * fit.radius_px &&
          fit.cost < kSlidCost * fit_press(points, start, ball_px).cost;
@@ -140,7 +142,7 @@ FoundCircle find_circle(const cv::Mat3b& bgr, const cv::Mat3b& background, const
   const PressShape ball = refined(fit.shape, relative, camera, ball_px);
   found.circle = circle_at(camera, ball);
   found.confidence = fit.explained;
-  found.problem = problem_with(found, bgr.size(), ball_px);
+  found.problem = problem_with(found, camera, ball_px);
   found.second_contact =
       has_second_contact(found.problem.empty() ? found.circle : *seed, difference, cell_px);
   if (found.problem.empty() && found.second_contact) found.problem = "two things touch the gel";

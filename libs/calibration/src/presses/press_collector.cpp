@@ -46,15 +46,16 @@ double inset_px(const ContactCircle& circle, const cv::Size& size) {
 }
 
 /// What the hand should do better, for people; "" when the press is good.
-/// `free`: as it is found when slopes limit no width.
+/// `free`: the contact as it is found when slopes limit no width; `too_wide_px`: the radius of a contact that
+/// is too deep.
 std::string advice_about(const FoundCircle& found, const ContactCircle& free, const cv::Size& size,
-                         double ball_px) {
+                         double too_wide_px) {
   if (found.circle.radius_px == 0.0) return "too shallow: press a little deeper";
   if (found.second_contact) return "two things touch the gel: press with the ball alone";
   const double width = 2.0 * found.circle.radius_px / size.width;
   if (inset_px(found.circle, size) < kMinInset * found.circle.radius_px)
     return "too near the edge of the gel: move the ball inward";
-  if (std::max(found.circle.on_ball_px(), free.on_ball_px()) > kMaxOfBall * ball_px)
+  if (std::max(found.circle.radius_px, free.radius_px) > too_wide_px)
     return "too deep, or a smaller ball than was said: press less deep, and check the diameter";
   if (found.problem.empty() && width > kMaxWidth) return "too deep: press less deep";
   if (found.problem.empty() && width < kMinWidth) return "too shallow: press a little deeper";
@@ -170,7 +171,8 @@ void PressCollector::Impl::judge_hold() {
   const cv::Mat3b mean = mean_image(std::exchange(held, {}));
   cv::Mat1b covered;
   const MarkerFiller filler(background);
-  const double ball_px = 0.5 * options.diameter_mm / options.pixel_pitch_mm;
+  const double too_wide_px =
+      (kMaxOfBall * 0.5 * options.diameter_mm + kVisibleRimMm) / options.pixel_pitch_mm;
   const cv::Mat3b filled = filler.fill(mean, covered);
   const auto circle_of = [&](double diameter_mm) {
     return find_circle(filled, filler.background(),
@@ -180,7 +182,7 @@ void PressCollector::Impl::judge_hold() {
                     free = circle_of(kFlatterBall * options.diameter_mm);
   const bool is_clear = free.problem.empty() && !free.second_contact;
   const std::string problem =
-      advice_about(found, is_clear ? free.circle : ContactCircle{}, mean.size(), ball_px);
+      advice_about(found, is_clear ? free.circle : ContactCircle{}, mean.size(), too_wide_px);
   ++holds;
   if (best && (!problem.empty() || found.confidence <= best->confidence)) return;
   status.found.reset();

@@ -19,7 +19,7 @@ struct BallZone {
   std::size_t press = 0;  ///< index into the set
   double u_px = 0.0, v_px = 0.0, radius_px = 0.0;
 };
-inline constexpr double kZoneMarginPx = 3.0;  ///< the gel's bend at the rim, seen through the lens
+inline constexpr double kZoneMarginMm = 0.1902;  ///< the width of the gel's bend at the rim
 
 /// A ball in the gel, as the camera sees it: its contact lies symmetrically to the normal of the gel at rest,
 /// so that its deepest point appears aside of the middle of its rim.

@@ -11,15 +11,16 @@
 
 namespace gelslam {
 
-/// The disc that people see and draw is this much wider than the part of the gel that lies on the ball: its
-/// outer 4 pixels are already the gel's membrane rim (median over hand-made labels of real presses; the
-/// public recipe leaves 4 pixels out).
-inline constexpr double kVisibleRimPx = 3.8;
+/// The radius of the disc that people see and draw is this much larger than that of the gel that lies on the
+/// ball, because the disc includes the membrane's rim. The value is the median over hand-made labels of real
+/// presses on GelSight Minis; the public recipe leaves out 4 of their pixels, 0.25 mm.
+inline constexpr double kVisibleRimMm = 0.24092;
 
 /// Where a ball touches the gel, in pixels. `radius_px` is that of the disc.
 struct ContactCircle {
   double u_px = 0.0, v_px = 0.0, radius_px = 0.0;
-  double on_ball_px() const { return radius_px - kVisibleRimPx; }  ///< inside it the gel lies on the ball
+  /// Returns the radius inside which the gel lies on the ball.
+  double on_ball_px(double pixel_pitch_mm) const { return radius_px - kVisibleRimMm / pixel_pitch_mm; }
   bool operator==(const ContactCircle&) const = default;
 };
 
