@@ -50,6 +50,22 @@ TEST(GradientMap, UsesColorAndPlaceAsTheModelExpects) {
     }
 }
 
+TEST(GradientMap, ReadsTheSameSlopesAtHalfTheExposure) {
+  const cv::Size size(37, 29);
+  GradientModel model = random_model(8);
+  const cv::Mat3b dark_background = random_image(size, 1) / 2, dark_image = random_image(size, 2) / 2,
+                  background = dark_background * 2, image = dark_image * 2;
+  model.bare_gel_bgr = mean_color(background);
+  cv::Mat1f gx, gy, dark_gx, dark_gy;
+  GradientMap(model, background).compute(image, color_table(Light{}), all_blocks(size), gx, gy);
+  GradientMap(model, dark_background)
+      .compute(dark_image, color_table(Light{}), all_blocks(size), dark_gx, dark_gy);
+  constexpr double kRounding = 1e-4;  // of factors to 16 bits, where the processor multiplies matrices
+  EXPECT_LT(cv::norm(gx, dark_gx, cv::NORM_INF), kRounding);
+  EXPECT_LT(cv::norm(gy, dark_gy, cv::NORM_INF), kRounding);
+  EXPECT_GT(cv::norm(gx, cv::NORM_INF), 0.1);
+}
+
 TEST(GradientMap, ReadsTheMakersNetworkAsItsNormalsLessTheBareGel) {
   const PthFile file = makers_file(5);
   const std::string bytes = zip_archive(file.entries());

@@ -49,6 +49,7 @@ Calibration calibrate(const PressSet& set, const ModelTraining& training, bool a
   const HalfModels halves = train_halves(set, zones.zones, training, progress);
   model.sigma_rad = held_out_sigma_rad(halves, set, training.pixel_pitch_mm);
   model.optics = set.optics;
+  model.bare_gel_bgr = mean_color(set.background);
   progress.begin("checking", static_cast<std::int64_t>(zones.zones.size()));
   ModelCheck check = check_model(halves.models, set, halves.zones, training.pixel_pitch_mm, count);
   check.add_warning(zones.warning);

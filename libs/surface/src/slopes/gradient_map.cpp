@@ -6,6 +6,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/target_clones.hpp"
+#include "gelslam/surface/model_file.hpp"
 #include "gelslam/surface/slopes.hpp"
 #include "lanes.hpp"
 #include "photometry/blocks.hpp"
@@ -17,7 +18,6 @@ namespace {
 constexpr float kMaxAngleRad = 1.5F;  // Keeps tan finite; no gel is steeper.
 // The range of a color within a block up to which the network is taken to be linear there.
 constexpr int kSmoothLevels = 10;
-constexpr float kToUnit = 1.0F / 255.0F;
 // Own models of five sensors have 0.006 to 0.010. With 0.0078, that of the rendered sequences, 14 pairs of
 // real logs lose 53 frames instead of 35, and rendered sets are alike.
 constexpr double kUsualSlopePerLevel = 0.0065;
@@ -72,6 +72,10 @@ GradientMap::GradientMap(const GradientModel& model, const cv::Mat3b& background
       slope_matrix_(model.slope_matrix),
       background_gx_(background.size(), 0.0F),
       background_gy_(background.size(), 0.0F) {
+  if (model.bare_gel_bgr) {
+    const std::array<float, 3> seen = mean_color(background);
+    for (std::size_t c = 0; c < 3; ++c) to_unit_[c] *= (*model.bare_gel_bgr)[c] / std::max(seen[c], 1.0F);
+  }
   for (int u = 0; u < background.cols; ++u)
     column_.push_back(static_cast<float>(u) / static_cast<float>(background.cols));
   for (int v = 0; v < background.rows; ++v)
@@ -80,7 +84,7 @@ GradientMap::GradientMap(const GradientModel& model, const cv::Mat3b& background
   compute(background, color_table(Light{}), all_blocks(background.size()), gx, gy);
   background_gx_ = gx;
   background_gy_ = gy;
-  slope_noise_ = slope_per_level(background) / kUsualSlopePerLevel;
+  slope_noise_ratio_ = slope_per_level(background) / kUsualSlopePerLevel;
 }
 
 /// Returns the root mean square, over the colors of the bare gel, of the change of a slope by one gray level
@@ -99,11 +103,12 @@ double GradientMap::slope_per_level(const cv::Mat3b& background) {
       network_.jacobian(tile_, jacobian_);
       for (std::size_t i = 0; i < static_cast<std::size_t>(filled); ++i)
         for (std::size_t at = i; at < 3 * kNetworkTile; at += kNetworkTile, count += 2) {
-          const float x = jacobian_.of_output[0][at], y = jacobian_.of_output[1][at];
+          const float unit = to_unit_[at / kNetworkTile], x = unit * jacobian_.of_output[0][at],
+                      y = unit * jacobian_.of_output[1][at];
           squares += std::pow(xx * x + xy * y, 2) + std::pow(yx * x + yy * y, 2);
         }
     }
-  return std::sqrt(squares / count) * static_cast<double>(kToUnit);
+  return std::sqrt(squares / count);
 }
 
 /// Makes slopes of the angles that the network reads, in place.
@@ -186,7 +191,7 @@ void GradientMap::run_smooth(const cv::Mat3b& bgr, const ColorTable& colors) {
   colors_of_blocks_.resize(3 * kBlockArea * kNetworkTile);
   std::array<std::array<float, 256>, 3> unit;
   for (std::size_t c = 0; c < 3; ++c)
-    for (std::size_t value = 0; value < 256; ++value) unit[c][value] = colors[c][value] * kToUnit;
+    for (std::size_t value = 0; value < 256; ++value) unit[c][value] = colors[c][value] * to_unit_[c];
   for (std::size_t first = 0; first < smooth_.size(); first += kNetworkTile) {
     const std::size_t blocks = std::min<std::size_t>(kNetworkTile, smooth_.size() - first);
     for (std::size_t i = 0; i < blocks; ++i) {
@@ -242,7 +247,7 @@ void GradientMap::fill_features(std::size_t i, const cv::Mat3b& bgr, const cv::P
   const cv::Vec3b& color = bgr(pixel);
   float* feature = tile_.input.data() + i;
   for (std::size_t c = 0; c < 3; ++c)
-    feature[c * kNetworkTile] = colors[c][color[static_cast<int>(c)]] * kToUnit;
+    feature[c * kNetworkTile] = colors[c][color[static_cast<int>(c)]] * to_unit_[c];
   feature[3 * kNetworkTile] = column_[static_cast<std::size_t>(pixel.x)];
   feature[4 * kNetworkTile] = row_[static_cast<std::size_t>(pixel.y)];
 }

@@ -33,8 +33,8 @@ class GradientMap {
   /// Returns what the model says about the background itself: a bias that is smooth if nothing touches there.
   const cv::Mat1f& background_gx() const { return background_gx_; }
   const cv::Mat1f& background_gy() const { return background_gy_; }
-  /// Returns Surface::slope_noise.
-  double slope_noise() const { return slope_noise_; }
+  /// Returns Surface::slope_noise_ratio.
+  double slope_noise_ratio() const { return slope_noise_ratio_; }
 
  private:
   void sort_blocks(const cv::Mat3b& bgr, const cv::Mat1b& blocks);
@@ -49,8 +49,9 @@ class GradientMap {
 
   FrozenNetwork network_;
   std::array<float, 4> slope_matrix_;
-  double slope_noise_ = 0;
-  std::vector<float> column_, row_;  // u/W, v/H
+  double slope_noise_ratio_ = 0;
+  std::array<float, 3> to_unit_{1 / 255.0F, 1 / 255.0F, 1 / 255.0F};  // of gray levels, for the network
+  std::vector<float> column_, row_;                                   // u/W, v/H
   cv::Mat1f background_gx_, background_gy_;
   cv::Mat1f gx_, gy_;                        // the result of compute()
   std::vector<cv::Point> smooth_, rough_;    // first pixels of smooth blocks; pixels of all others

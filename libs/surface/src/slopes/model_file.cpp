@@ -137,7 +137,10 @@ ModelFile parse_text(std::string_view text) {
       if (!(sigma >= 1e-4F && sigma <= 10.0F)) throw Error("'slope_sigma_rad' holds no good number");
   }
   if (json.contains("optics")) file.model.optics = parse_optics(json["optics"]);
-  if (json.contains("calibration")) file.record = parse_record(json["calibration"]);
+  if (json.contains("calibration")) {
+    file.record = parse_record(json["calibration"]);
+    file.model.bare_gel_bgr = mean_color(file.record->background_cells);
+  }
   return file;
 }
 
@@ -155,6 +158,11 @@ Json to_json(const CalibrationRecord& record) {
 }
 
 }  // namespace
+
+std::array<float, 3> mean_color(const cv::Mat& bgr) {
+  const cv::Scalar mean = cv::mean(bgr);
+  return {static_cast<float>(mean[0]), static_cast<float>(mean[1]), static_cast<float>(mean[2])};
+}
 
 cv::Mat3f background_cells(const cv::Mat3b& background) {
   cv::Mat3f numbers, cells;

@@ -61,8 +61,11 @@ struct GradientModel {
   std::optional<WideNetwork> wide;
   /// dh/dx, dh/dy are this, row by row, times what the network reads: the correction of another sensor's.
   std::array<float, 4> slope_matrix = {1, 0, 0, 1};
-  /// Of the sensor that it reads, if it is said.
+  /// The optics of the sensor that it reads, if they are known.
   std::optional<SensorOptics> optics;
+  /// The mean color (B, G, R, gray levels) of the bare gel in training, if it is known. Pictures are scaled
+  /// to it channel by channel, so that another exposure gives the same slopes.
+  std::optional<std::array<float, 3>> bare_gel_bgr;
 
   std::span<float> weight(std::size_t layer) {
     return {numbers.data() + kShape.start(layer), kShape.weights(layer)};

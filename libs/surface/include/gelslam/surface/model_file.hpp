@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -26,6 +27,9 @@ inline const cv::Size kBackgroundGrid{20, 15};
 
 /// The bare gel as a record keeps it: means of 20x15 cells. `background` must be at least that large.
 cv::Mat3f background_cells(const cv::Mat3b& background);
+
+/// Returns the mean B, G, R of a picture or of such cells.
+std::array<float, 3> mean_color(const cv::Mat& bgr);
 
 /// A model file is not larger; an nnmodel.pth has 13 KiB, an nnmini.pt 74, our own 40.
 inline constexpr std::size_t kMaxModelBytes = 4 * 1024 * 1024;
