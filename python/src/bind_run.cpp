@@ -210,7 +210,7 @@ std::optional<py::array_t<double>> covariances_of(const PythonRun& self) {
 
 TouchedSurface surface_of(const PythonKeyframe& self) {
   SurfacePtr maps = self.surface.get();
-  const double sigma_rad = kBestSlopeSigmaRad * maps->model_sigma;
+  const double sigma_rad = kBestSlopeSigmaRad * maps->slope_sigma_ratio;
   return {std::move(maps), sigma_rad};
 }
 

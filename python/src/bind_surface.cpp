@@ -74,10 +74,10 @@ py::tuple pickled_surface(const py::object& self) {
   const SensorOptics& optics = maps.optics;
   return py::make_tuple(
       map_view(self, maps.height_mm), map_view(self, maps.normals), map_view(self, maps.contact),
-      map_view(self, maps.confidence), map_view(self, maps.curvature), maps.pixel_pitch_mm, maps.model_sigma,
-      maps.contact_pixels, maps.zero_is_bare_gel, self.cast<const TouchedSurface&>().best_sigma_rad,
-      optics.lens_k1, optics.lens_center_px, optics.pixel_aspect, optics.camera_distance_mm,
-      optics.gel_dome_per_mm, maps.slope_noise);
+      map_view(self, maps.confidence), map_view(self, maps.curvature), maps.pixel_pitch_mm,
+      maps.slope_sigma_ratio, maps.contact_pixels, maps.zero_is_bare_gel,
+      self.cast<const TouchedSurface&>().best_sigma_rad, optics.lens_k1, optics.lens_center_px,
+      optics.pixel_aspect, optics.camera_distance_mm, optics.gel_dome_per_mm, maps.slope_noise_ratio);
 }
 
 /// Copies what map_view() showed.
@@ -106,12 +106,12 @@ TouchedSurface unpickled_surface(const py::tuple& state) {
   if (!is_possible_picture(size, maps->pixel_pitch_mm) ||
       (!maps->confidence.empty() && maps->confidence.size() != size))
     throw Error("this is no pickled gelslam.Surface");
-  maps->model_sigma = state[6].cast<double>();
+  maps->slope_sigma_ratio = state[6].cast<double>();
   maps->contact_pixels = cv::countNonZero(maps->contact);
   maps->zero_is_bare_gel = state[8].cast<bool>();
   maps->optics = {state[10].cast<double>(), state[11].cast<std::array<double, 2>>(), state[12].cast<double>(),
                   state[13].cast<double>(), state[14].cast<std::array<double, 2>>()};
-  maps->slope_noise = state[15].cast<double>();
+  maps->slope_noise_ratio = state[15].cast<double>();
   return {maps, state[9].cast<double>()};
 }
 
@@ -130,8 +130,8 @@ TouchedSurface surface_of_slopes(const cv::Mat1f& gx, const cv::Mat1f& gy, const
   if (!(slope_sigma_rad > 0)) throw Error("slope_sigma_rad: expected radians above 0");
   auto maps = std::make_shared<Surface>(
       *GradientSurfaces(CameraModel{size, pixel_pitch_mm, {}}).make(gx, gy, touched));
-  maps->model_sigma = std::max(1.0, slope_sigma_rad / kBestSlopeSigmaRad);
-  return {maps, kBestSlopeSigmaRad * maps->model_sigma};
+  maps->slope_sigma_ratio = std::max(1.0, slope_sigma_rad / kBestSlopeSigmaRad);
+  return {maps, kBestSlopeSigmaRad * maps->slope_sigma_ratio};
 }
 
 using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;

@@ -30,10 +30,10 @@ Faults draw_faults(std::mt19937_64& random, double size) {
           uniform(random, 0, 2 * M_PI), size * kUnevennessRad};
 }
 
-SurfacePtr as_read(const Field& field, const Pose& object_T_sensor, const Faults& faults, double model_sigma,
-                   std::uint64_t seed) {
+SurfacePtr as_read(const Field& field, const Pose& object_T_sensor, const Faults& faults,
+                   double slope_sigma_ratio, std::uint64_t seed) {
   const auto surface = touch(field, object_T_sensor);
-  surface->model_sigma = model_sigma;
+  surface->slope_sigma_ratio = slope_sigma_ratio;
   cv::Mat1f gx(surface->contact.size(), 0.0F), gy(surface->contact.size(), 0.0F);
   for (int v = 0; v < gx.rows; ++v)
     for (int u = 0; u < gx.cols; ++u) {

@@ -15,9 +15,9 @@ namespace {
 
 constexpr double kSigmaRad = 0.004, kSigmaMm = 0.03;
 
-std::shared_ptr<const Keyframe> keyframe(int id, std::int64_t frame, int trial, double model_sigma) {
+std::shared_ptr<const Keyframe> keyframe(int id, std::int64_t frame, int trial, double slope_sigma_ratio) {
   const auto surface = std::make_shared<Surface>();
-  surface->model_sigma = model_sigma;
+  surface->slope_sigma_ratio = slope_sigma_ratio;
   return std::make_shared<Keyframe>(Keyframe{id, frame, trial, SurfacePtr(surface), {}});
 }
 
@@ -32,18 +32,18 @@ Matrix6d step_information() {
 /// true step, disturbed as its information says, about the contact's middle at the sensor's.
 class RollingTracker {
  public:
-  RollingTracker(const Pose& step, unsigned seed, double model_sigma = 1.0)
-      : step_(step), generator_(seed), model_sigma_(model_sigma) {}
+  RollingTracker(const Pose& step, unsigned seed, double slope_sigma_ratio = 1.0)
+      : step_(step), generator_(seed), slope_sigma_ratio_(slope_sigma_ratio) {}
 
   TrackedFrame begin(int trial) {
-    current_ = keyframe(next_id_++, frame_, trial, model_sigma_);
+    current_ = keyframe(next_id_++, frame_, trial, slope_sigma_ratio_);
     estimate_ = Pose::Identity();
     return tracked(std::vector<NewKeyframe>(1, NewKeyframe{current_, std::nullopt}));
   }
 
   TrackedFrame next() {
     const PoseGraphEdge edge{current_->id, next_id_, step_ * se3_exp(noise()), step_information()};
-    current_ = keyframe(next_id_++, frame_, current_->trial, model_sigma_);
+    current_ = keyframe(next_id_++, frame_, current_->trial, slope_sigma_ratio_);
     estimate_ = estimate_ * edge.from_T_to;
     return tracked({{current_, edge}});
   }
@@ -78,7 +78,7 @@ class RollingTracker {
 
   Pose step_;
   std::mt19937 generator_;
-  double model_sigma_;
+  double slope_sigma_ratio_;
   std::normal_distribution<double> normal_;
   std::shared_ptr<const Keyframe> current_;
   Pose estimate_ = Pose::Identity();
@@ -115,15 +115,15 @@ TEST(TrialMap, SaysHowFarDisturbedRollsEndFromTheTruth) {
 // about z.
 TEST(TrialMap, AGradientScaleAddsUpAlongARoll) {
   const Pose step = se3_exp((Vector6d() << 0, 0.12, 0, 0, 0, 0).finished());
-  for (const double model_sigma : {1.0, 0.5}) {
-    RollingTracker tracker(step, 1, model_sigma);
+  for (const double slope_sigma_ratio : {1.0, 0.5}) {
+    RollingTracker tracker(step, 1, slope_sigma_ratio);
     TrialMap map({.sigma = 0.1});
     map.add(tracker.begin(0));
     Vector6d sigma;
     for (int k = 0; k < 25; ++k) sigma = sigma_of(map.add(tracker.next())->map_T_frame.covariance);
-    const double noise = 5 * kSigmaRad, gain = 0.1 * model_sigma * 25 * 0.12;
+    const double noise = 5 * kSigmaRad, gain = 0.1 * slope_sigma_ratio * 25 * 0.12;
     EXPECT_NEAR(sigma[4], std::hypot(noise, gain), 0.02 * gain);
-    const double mixed = 0.03 * model_sigma;
+    const double mixed = 0.03 * slope_sigma_ratio;
     EXPECT_NEAR(sigma[3], std::hypot(noise, mixed * std::sin(3.0)), 0.2 * noise);
     EXPECT_NEAR(sigma[5], std::hypot(noise, mixed * (1 - std::cos(3.0))), 0.2 * noise);
   }

@@ -37,7 +37,7 @@ cv::Mat1b in_blocks(const cv::Mat1b& pixels) {
   return blocks;
 }
 
-constexpr double kBorrowedModel = 3.6;  // Surface::model_sigma
+constexpr double kBorrowedModel = 3.6;  // Surface::slope_sigma_ratio
 
 /// Heights integrated from slopes and laid on the bare gel, in pixels.
 struct Leveled {

@@ -132,7 +132,7 @@ TEST(ContactMask, WhatIsNoDeeperThanTheErrorOfHeightsIsNoContact) {
   });
   const cv::Rect faint(190, 70, 100, 100);
   EXPECT_GT(cv::countNonZero(contact_of(height_mm)(faint)), 1000);
-  EXPECT_EQ(cv::countNonZero(contact_of(height_mm, kPitchMm, {.model_sigma = 4})(faint)), 0);
+  EXPECT_EQ(cv::countNonZero(contact_of(height_mm, kPitchMm, {.slope_sigma_ratio = 4})(faint)), 0);
   EXPECT_EQ(cv::countNonZero(contact_of(height_mm, kPitchMm, {.bare_scatter_mm = 0.03F})(faint)), 0);
 }
 

@@ -18,7 +18,7 @@ SurfacePtr textured() {
   auto surface = std::make_shared<Surface>(*touch(textured_plane(3), motion(1, 2, 3, 0, 0, 0.5), view));
   surface->confidence = surface->contact.clone();
   surface->confidence.setTo(17, surface->contact);
-  surface->model_sigma = 0.25;
+  surface->slope_sigma_ratio = 0.25;
   return surface;
 }
 
@@ -29,7 +29,7 @@ TEST(PackedSurface, IsOffByNoMoreThanHalfAStep) {
   EXPECT_EQ(cv::norm(after->confidence, before->confidence, cv::NORM_INF), 0);
   EXPECT_EQ(after->contact_pixels, before->contact_pixels);
   EXPECT_EQ(after->pixel_pitch_mm, before->pixel_pitch_mm);
-  EXPECT_EQ(after->model_sigma, 0.25);
+  EXPECT_EQ(after->slope_sigma_ratio, 0.25);
   EXPECT_EQ(after->zero_is_bare_gel, before->zero_is_bare_gel);
   const cv::Mat1b& where = before->contact;
   EXPECT_LE(cv::norm(after->height_mm, before->height_mm, cv::NORM_INF, where),

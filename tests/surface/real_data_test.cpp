@@ -32,7 +32,7 @@ TEST_F(RealData, ABorrowedModelIsTrustedLess) {
   const auto sigma = [](const char* model, const std::string& sensor) {
     const cv::Mat3b background = read(data_folder() / sensor / "background.png");
     SurfaceEstimator estimator(read_model(data_folder() / model), background, {});
-    return estimator.estimate(background)->model_sigma;
+    return estimator.estimate(background)->slope_sigma_ratio;
   };
   for (const std::string sensor : {"calibration", "calibration_b", "calibration_sim"}) {
     EXPECT_LT(sigma((sensor + "/model/nnmodel.pth").c_str(), sensor), 1.2) << sensor;

@@ -217,7 +217,9 @@ bool has_enough_surface(const NormalFlowReference& reference, const Surface& tar
 
 }  // namespace
 
-double shared_noise(const Surface& a, const Surface& b) { return std::max(a.slope_noise, b.slope_noise); }
+double shared_noise(const Surface& a, const Surface& b) {
+  return std::max(a.slope_noise_ratio, b.slope_noise_ratio);
+}
 
 RegistrationResult judge_pose(const NormalFlowReference& reference, const Surface& target,
                               const Pose& target_T_reference, const NormalFlowOptions& unscaled) {

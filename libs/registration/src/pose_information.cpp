@@ -29,9 +29,9 @@ CenterMotion motion_of(const RegistrationResult& result) {
 }
 
 /// Returns the variance of what the motion itself puts wrong, about the shared center, by a model of this
-/// model_sigma.
+/// slope_sigma_ratio.
 Vector6d motion_variance(const CenterMotion& motion, bool all_observable, double shared_mm2,
-                         double model_sigma, const NormalFlowOptions& options) {
+                         double slope_sigma_ratio, const NormalFlowOptions& options) {
   const double tilt = motion.tilt_rad();
   // A motion that is not observable altogether may be larger than what was found of it.
   const double slide = std::max(motion.slide_mm(), all_observable ? 0.0 : kMinPeriodMm);
@@ -45,7 +45,7 @@ Vector6d motion_variance(const CenterMotion& motion, bool all_observable, double
   sigma << tilt_sigma(motion.turn_rad.x(), motion.turn_rad.y()),
       tilt_sigma(motion.turn_rad.y(), motion.turn_rad.x()), kPerTilt * tilt, slide_sigma, slide_sigma,
       std::hypot(options.gradient_scale_error * motion.shift_mm.z(), kDepthPerSlide * slide);
-  return (model_sigma * sigma).cwiseAbs2();
+  return (slope_sigma_ratio * sigma).cwiseAbs2();
 }
 
 /// Returns the information that the normals give about the five motions, as perturbations about the
@@ -70,7 +70,7 @@ Matrix5d information_of_normals(const ObservableDirections& directions, double n
 
 }  // namespace
 
-Matrix6d pose_information(const ObservableDirections& directions, double shared_mm2, double model_sigma,
+Matrix6d pose_information(const ObservableDirections& directions, double shared_mm2, double slope_sigma_ratio,
                           double noise_variance, const PosePrior& prior, const RegistrationResult& result,
                           const NormalFlowOptions& options) {
   const Matrix6d from_center = origin_from_center(result.shared_center_mm),
@@ -85,8 +85,8 @@ Matrix6d pose_information(const ObservableDirections& directions, double shared_
 
   // The result is (noise⁻¹ + variance)⁻¹, written for where the noise's information may have no inverse.
   const CenterMotion motion = motion_of(result);
-  const Vector6d variance =
-      motion_variance(motion, directions.signal_fraction.minCoeff() > 0, shared_mm2, model_sigma, options);
+  const Vector6d variance = motion_variance(motion, directions.signal_fraction.minCoeff() > 0, shared_mm2,
+                                            slope_sigma_ratio, options);
   const Matrix6d both = (Matrix6d::Identity() + noise * variance.asDiagonal()).partialPivLu().solve(noise);
   return symmetric(to_center.transpose() * both * to_center);
 }

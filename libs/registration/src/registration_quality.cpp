@@ -213,10 +213,10 @@ ObservableDirections assess(const NormalFlowReference::Impl& reference, const Su
   const ObservableDirections directions =
       observable_directions(texture, share_by_chance(shared_share, reference));
   const bool heights_known = reference.surface->zero_is_bare_gel && target.zero_is_bare_gel;
-  const double model_sigma = std::max(reference.surface->model_sigma, target.model_sigma);
+  const double slope_sigma_ratio = std::max(reference.surface->slope_sigma_ratio, target.slope_sigma_ratio);
   const double shared_mm2 = shared_share * reference.surface->contact_mm2();
   result.information =
-      pose_information(directions, shared_mm2, model_sigma,
+      pose_information(directions, shared_mm2, slope_sigma_ratio,
                        variance_in_sums(result.normal_rmse_rad, reference, options), prior, result, options);
   // The directions turn about the shared center, because heights tell its z.
   result.directions.setIdentity();

@@ -86,7 +86,7 @@ ObservableDirections assess(const NormalFlowReference::Impl& reference, const Su
 /// The normals tell the observable directions, the heights z at the shared center, and both err with the
 /// motion between the two frames: a slope that is read too steep turns every roll by its share, and what
 /// belongs to the gel pulls towards no motion. (Own.)
-Matrix6d pose_information(const ObservableDirections& directions, double shared_mm2, double model_sigma,
+Matrix6d pose_information(const ObservableDirections& directions, double shared_mm2, double slope_sigma_ratio,
                           double noise_variance, const PosePrior& prior, const RegistrationResult& result,
                           const NormalFlowOptions& options);
 

@@ -27,7 +27,7 @@ struct PackedHeader {
   std::uint8_t zero_is_bare_gel = 0, has_confidence = 0;
   std::uint16_t has_optics = 0;  ///< then SensorOptics follow the header, in its order
   std::uint32_t contact_pixels = 0;
-  float model_sigma = 1, slope_noise = 1;
+  float slope_sigma_ratio = 1, slope_noise_ratio = 1;
   float center_x_mm = 0, center_y_mm = 0;
   std::uint32_t reserved = 0;
   double pixel_pitch_mm = 0;
@@ -48,7 +48,7 @@ SurfaceFacts facts_in(const std::string& bytes) {
   const PackedHeader header = header_of(bytes);
   return {{header.width, header.height},
           header.pixel_pitch_mm,
-          static_cast<double>(header.model_sigma),
+          static_cast<double>(header.slope_sigma_ratio),
           static_cast<int>(header.contact_pixels),
           {header.center_x_mm, header.center_y_mm}};
 }
@@ -277,7 +277,8 @@ bool is_possible(const std::string& bytes) {
   const bool center = std::isfinite(h.center_x_mm) && std::isfinite(h.center_y_mm);
   const auto sigma = [](float s) { return s > 0 && s <= 1000; };
   return is_possible_picture({h.width, h.height}, h.pixel_pitch_mm) && box && center &&
-         sigma(h.model_sigma) && sigma(h.slope_noise) && h.has_confidence <= 1 && h.zero_is_bare_gel <= 1;
+         sigma(h.slope_sigma_ratio) && sigma(h.slope_noise_ratio) && h.has_confidence <= 1 &&
+         h.zero_is_bare_gel <= 1;
 }
 
 std::string packed(const Surface& surface) {
@@ -293,8 +294,8 @@ std::string packed(const Surface& surface) {
   header.has_confidence = surface.confidence.empty() ? 0 : 1;
   header.contact_pixels = static_cast<std::uint32_t>(surface.contact_pixels);
   header.pixel_pitch_mm = surface.pixel_pitch_mm;
-  header.model_sigma = static_cast<float>(surface.model_sigma);
-  header.slope_noise = static_cast<float>(surface.slope_noise);
+  header.slope_sigma_ratio = static_cast<float>(surface.slope_sigma_ratio);
+  header.slope_noise_ratio = static_cast<float>(surface.slope_noise_ratio);
   const Eigen::Vector2d center_mm = contact_center_mm(surface);
   header.center_x_mm = static_cast<float>(center_mm.x());
   header.center_y_mm = static_cast<float>(center_mm.y());
@@ -314,7 +315,7 @@ std::string packed(const Surface& surface) {
 }  // namespace
 
 SurfaceFacts facts_of(const Surface& surface) {
-  return {surface.contact.size(), surface.pixel_pitch_mm, surface.model_sigma, surface.contact_pixels,
+  return {surface.contact.size(), surface.pixel_pitch_mm, surface.slope_sigma_ratio, surface.contact_pixels,
           contact_center_mm(surface)};
 }
 
@@ -344,8 +345,8 @@ SurfacePtr PackedSurface::unpack() const {
   auto surface = std::make_shared<Surface>();
   surface->pixel_pitch_mm = header.pixel_pitch_mm;
   surface->optics = optics_of(bytes);
-  surface->model_sigma = facts_.model_sigma;
-  surface->slope_noise = static_cast<double>(header.slope_noise);
+  surface->slope_sigma_ratio = facts_.slope_sigma_ratio;
+  surface->slope_noise_ratio = static_cast<double>(header.slope_noise_ratio);
   surface->zero_is_bare_gel = header.zero_is_bare_gel != 0;
   surface->height_mm = cv::Mat1f::zeros(size);
   surface->normals = cv::Mat3f(size, cv::Vec3f(0, 0, 1));

@@ -58,15 +58,15 @@ double mean_square_on_bare_gel(const GradientMap& gradient, const CameraModel& c
   return squared / count;
 }
 
-/// Returns Surface::model_sigma. A model that is known better counts alike: there, the gel's errors decide.
-/// One of another sensor errs in contacts about as much as on the bare gel: networks of five sensors read
-/// 0.03 to 0.04 of their own gel at rest, and scales that are 2 to 6 % off; borrowed ones 0.21 to 0.36, and
-/// 11 to 30 %, which differ over the gel.
-double model_sigma_of(const SlopeUncertainty& uncertainty, const GradientMap& gradient,
-                      const CameraModel& camera, double slope_noise) {
+/// Returns Surface::slope_sigma_ratio. A model that is known better counts alike: there, the gel's errors
+/// decide. One of another sensor errs in contacts about as much as on the bare gel: networks of five sensors
+/// read 0.03 to 0.04 of their own gel at rest, and scales that are 2 to 6 % off; borrowed ones 0.21 to 0.36,
+/// and 11 to 30 %, which differ over the gel.
+double slope_sigma_ratio_of(const SlopeUncertainty& uncertainty, const GradientMap& gradient,
+                            const CameraModel& camera, double slope_noise_ratio) {
   const double stated = std::max(1.0, relative_sigma(uncertainty)),
                seen = mean_square_on_bare_gel(gradient, camera) /
-                      (kBestSlopeSigmaRad * kBestSlopeSigmaRad * slope_noise * slope_noise);
+                      (kBestSlopeSigmaRad * kBestSlopeSigmaRad * slope_noise_ratio * slope_noise_ratio);
   return std::sqrt(stated * stated + std::max(0.0, seen - 1));
 }
 
@@ -88,14 +88,14 @@ struct SurfaceEstimator::Impl {
         background_blocks(average_blocks(pixels.background())),
         light_tracker(background_blocks, true),
         gradient(model, pixels.background()),
-        slope_noise(gradient.slope_noise()),
+        slope_noise_ratio(gradient.slope_noise_ratio()),
         camera(camera_of(model, size, options)),
         rectified_grid(camera),
         integrator(camera),
         uncertainty(uncertainty_of(model, size, options.pixel_pitch_mm)),
-        model_sigma(model_sigma_of(uncertainty, gradient, camera, slope_noise)),
+        slope_sigma_ratio(slope_sigma_ratio_of(uncertainty, gradient, camera, slope_noise_ratio)),
         confidence(rectified_grid.resample(confidence_map(uncertainty, size))),
-        leveler(camera, confidence, slope_noise, model_sigma),
+        leveler(camera, confidence, slope_noise_ratio, slope_sigma_ratio),
         contact_detector(options.pixel_pitch_mm),
         everywhere(all_blocks(size)) {}
 
@@ -130,7 +130,7 @@ struct SurfaceEstimator::Impl {
     cv::Mat1b contact, changed_px(size);
     if (!bare_gel_seen) spread_blocks(changed, changed_px);
     contact_detector.detect(relief_mm, bend, changed_px,
-                            {slope_noise, model_sigma, scatter_mm, bare_gel_seen}, contact);
+                            {slope_noise_ratio, slope_sigma_ratio, scatter_mm, bare_gel_seen}, contact);
     rectified_grid.remove_beyond(contact);
     // Light that is not followed altogether leaves less color than any touch: 2 degrees of slope.
     constexpr float kMinLevels = 4;
@@ -158,12 +158,12 @@ struct SurfaceEstimator::Impl {
   LightTracker light_tracker;
   Light light;  // of the last picture
   GradientMap gradient;
-  double slope_noise;
+  double slope_noise_ratio;
   CameraModel camera;
   RectifiedGrid rectified_grid;
   HeightIntegrator integrator;
   SlopeUncertainty uncertainty;
-  double model_sigma;
+  double slope_sigma_ratio;
   cv::Mat1b confidence;  // Surface::confidence where all is contact
   BareGelLeveler leveler;
   ContactDetector contact_detector;
@@ -211,8 +211,8 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
   surface->contact = self.contact_of(surface->height_mm, bend);
   self.integrator.to_height(surface->height_mm);
   surface->contact_pixels = cv::countNonZero(surface->contact);
-  surface->model_sigma = static_cast<float>(self.model_sigma);  // as a packed surface keeps it
-  surface->slope_noise = static_cast<float>(self.slope_noise);
+  surface->slope_sigma_ratio = static_cast<float>(self.slope_sigma_ratio);  // as a packed surface keeps it
+  surface->slope_noise_ratio = static_cast<float>(self.slope_noise_ratio);
   surface->confidence = cv::Mat1b::zeros(self.size);
   self.confidence.copyTo(surface->confidence, surface->contact);
   cv::Mat1b unread;

@@ -85,10 +85,11 @@ std::vector<Candidate> overlapping(int to, const std::vector<PosedKeyframe>& key
 
 double gradient_scale_sigma(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
                             const GradientScaleOptions& options) {
-  double model_sigma = 0;
+  double slope_sigma_ratio = 0;
   for (const auto& keyframe : keyframes)
-    if (keyframe) model_sigma = std::max(model_sigma, keyframe->surface.facts().model_sigma);
-  return options.sigma * model_sigma;
+    if (keyframe)
+      slope_sigma_ratio = std::max(slope_sigma_ratio, keyframe->surface.facts().slope_sigma_ratio);
+  return options.sigma * slope_sigma_ratio;
 }
 
 double contact_overlap(const Surface& a, const Surface& b, const Pose& a_T_b) {

@@ -83,7 +83,7 @@ std::optional<MapSnapshot::Located> MapSnapshot::locate(int keyframe, const Unce
 void MapSnapshot::add(const NewKeyframe& added, const GradientScaleOptions& options) {
   const Keyframe& keyframe = *added.keyframe;
   if (nodes.empty() && options.estimate)
-    scale_covariance = prior_scale_covariance(options.sigma * keyframe.surface.facts().model_sigma);
+    scale_covariance = prior_scale_covariance(options.sigma * keyframe.surface.facts().slope_sigma_ratio);
   const auto [motion, component] = locate(keyframe.id, {}, {&added, 1}).value();
   nodes.push_back({.keyframe = keyframe.id,
                    .frame = keyframe.frame,

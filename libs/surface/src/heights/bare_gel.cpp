@@ -79,11 +79,11 @@ GELSLAM_CLONES void solve_band(float* band, float* x, int count, int stride) {
 
 }  // namespace
 
-BareGelLeveler::BareGelLeveler(const CameraModel& camera, const cv::Mat1b& confidence, double slope_noise,
-                               double model_sigma)
+BareGelLeveler::BareGelLeveler(const CameraModel& camera, const cv::Mat1b& confidence,
+                               double slope_noise_ratio, double slope_sigma_ratio)
     : grid_((camera.size.width + kCellPx - 1) / kCellPx, (camera.size.height + kCellPx - 1) / kCellPx),
-      noise_(static_cast<float>(slope_noise)),
-      slope_error_(static_cast<float>(model_sigma)),
+      noise_(static_cast<float>(slope_noise_ratio)),
+      slope_error_(static_cast<float>(slope_sigma_ratio)),
       bare_height_px_(static_cast<float>(kBareHeightMm / camera.pitch_mm)),
       min_fall_px_(static_cast<float>(kMinFallMm / camera.pitch_mm)),
       slope_patch_px_(static_cast<float>(kSlopePatchMm / camera.pitch_mm)),

@@ -22,9 +22,9 @@ namespace gelslam::surface::detail {
 class BareGelLeveler {
  public:
   /// `confidence`: confidence_map(); empty: slopes are known equally well everywhere;
-  /// `slope_noise`, `model_sigma`: Surface's.
-  explicit BareGelLeveler(const CameraModel& camera, const cv::Mat1b& confidence = {}, double slope_noise = 1,
-                          double model_sigma = 1);
+  /// `slope_noise_ratio`, `slope_sigma_ratio`: Surface's.
+  explicit BareGelLeveler(const CameraModel& camera, const cv::Mat1b& confidence = {},
+                          double slope_noise_ratio = 1, double slope_sigma_ratio = 1);
 
   struct Result {
     bool seen = false;  ///< enough bare gel; else the object covers the whole, and the highest cells lie at 0

@@ -48,9 +48,9 @@ void ContactDetector::detect(const cv::Mat1f& height_mm, const cv::Mat1f& curvat
   }
   cv::resize(height_mm, blocks_, block_grid(height_mm.size()), 0, 0, cv::INTER_AREA);
   const double deepest_mm = -static_cast<double>(*std::min_element(blocks_.begin(), blocks_.end()));
-  const double error_mm = std::max({quality.slope_noise * kMinDepthMm,
+  const double error_mm = std::max({quality.slope_noise_ratio * kMinDepthMm,
                                     kScattersAboveGel * static_cast<double>(quality.bare_scatter_mm),
-                                    kErrorOfDepth * quality.model_sigma * deepest_mm});
+                                    kErrorOfDepth * quality.slope_sigma_ratio * deepest_mm});
   cv::compare(height_mm, -error_mm, below_, cv::CMP_LT);
   contact = cv::Mat1b::zeros(height_mm.size());
   // The box of all contact, as far as the average of the pressure reaches.

@@ -12,8 +12,8 @@ cv::Rect grown(const cv::Rect& box, int margin, cv::Size image);
 
 /// What the heights of one frame are worth.
 struct HeightQuality {
-  double slope_noise = 1;        ///< Surface::slope_noise
-  double model_sigma = 1;        ///< Surface::model_sigma
+  double slope_noise_ratio = 1;  ///< Surface::slope_noise_ratio
+  double slope_sigma_ratio = 1;  ///< Surface::slope_sigma_ratio
   float bare_scatter_mm = 0;     ///< of the heights of the bare gel
   bool bare_gel_is_seen = true;  ///< else the object covers the picture, and the depth has no zero
 };

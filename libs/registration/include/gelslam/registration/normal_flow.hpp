@@ -8,11 +8,11 @@
 
 namespace gelslam {
 
-/// The noise of both slopes, taken to be that of the noisier surface, in units of Surface::slope_noise.
+/// The noise of both slopes, taken to be that of the noisier surface, in units of Surface::slope_noise_ratio.
 double shared_noise(const Surface& a, const Surface& b);
 
-/// The options of NormalFlow. Values with a unit hold for a surface with a slope_noise of 1, and grow with
-/// it.
+/// The options of NormalFlow. Values with a unit hold for a surface with a slope_noise_ratio of 1, and grow
+/// with it.
 struct NormalFlowOptions {
   int max_samples = 3000;  // pixels of the reference's contact
   int max_iterations = 50;

@@ -13,7 +13,7 @@ namespace gelslam {
 struct SurfaceFacts {
   cv::Size size;
   double pixel_pitch_mm = 0;
-  double model_sigma = 1;
+  double slope_sigma_ratio = 1;
   int contact_pixels = 0;
   Eigen::Vector2d contact_center_mm = Eigen::Vector2d::Zero();
 };

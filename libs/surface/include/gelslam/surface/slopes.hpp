@@ -56,7 +56,7 @@ SlopeUncertainty default_uncertainty(cv::Size picture, double pixel_pitch_mm);
 SlopeUncertainty uncertainty_of(const GradientModel& model, cv::Size picture, double pixel_pitch_mm);
 
 /// Returns the standard deviation at the best place of the gel over kBestSlopeSigmaRad, as in
-/// Surface::model_sigma.
+/// Surface::slope_sigma_ratio.
 double relative_sigma(const SlopeUncertainty& uncertainty);
 
 /// Returns 255 (best / sigma)² of every pixel, 2 to 255: Surface::confidence where all is contact. The best

@@ -27,20 +27,22 @@ struct Surface {
   cv::Mat1f height_mm;  ///< of the gel at rest where nothing touches: 0, or its dome; lower in contact
   cv::Mat3f normals;    ///< unit, (-gx, -gy, 1) normalized; z > 0
   cv::Mat1b contact;    ///< 255 where the object touches, else 0
-  /// Information that the normals carry, 255 (best / sigma)² (confidence_map(), lower_steep_confidence()), at
-  /// least 2 in contact; 1 where they were filled in from around (is_read()), 0 elsewhere. Empty: the same
-  /// all over the contact.
+  /// Information of the normals as one byte per pixel. In contact, the variance of a slope is
+  /// (kBestSlopeSigmaRad slope_sigma_ratio)² 255 / confidence (confidence_map(), lower_steep_confidence()),
+  /// and confidence is at least 2. It is 1 where the picture does not show the object and normals were
+  /// interpolated (is_read()), and 0 outside the contact. Empty: 255 all over the contact.
   cv::Mat1b confidence;
-  /// Smoothed Laplacian of height (1/pixel), 0 outside contact, clipped.
+  /// Smoothed Laplacian of height (1/pixel), 0 outside the contact, clipped to +- kMaxCurvaturePerMm.
   cv::Mat1f curvature;
   double pixel_pitch_mm = 0.0634;
   SensorOptics optics;  ///< of the camera that saw it; maps are on its rectified grid
-  /// Standard deviation of slopes at the best place, over what is assumed of a sensor's own model (own): at
-  /// least 1; more as the model states it, or as it reads the bare gel as sloped.
-  double model_sigma = 1.0;
-  /// Noise of slopes and heights, over that with which limits in rad and mm were found (own): how much the
-  /// slopes that the model reads change with a gray level. Slopes that are read larger have larger noise.
-  double slope_noise = 1.0;
+  /// Standard deviation of the slopes at the best place of the gel, divided by kBestSlopeSigmaRad
+  /// (slopes.hpp), that of a model which was trained on this sensor. At least 1; larger if the model states a
+  /// larger one, or reads the bare gel as sloped.
+  double slope_sigma_ratio = 1.0;
+  /// Change of the read slopes by one gray level, divided by that of the models with which the limits in rad
+  /// and mm were found. Limits on slopes and heights grow with it, as their noise does.
+  double slope_noise_ratio = 1.0;
   int contact_pixels = 0;  ///< number of set pixels in `contact`
   /// Says that bare gel was seen, and has the heights of the gel at rest. Else heights are right among
   /// themselves only.
