@@ -76,7 +76,7 @@ class StatusLine {
   static std::string figures(const LiveStatus& s) {
     std::string text = fmt::format(" | {:.1f} Hz, {:.1f} ms (99 %: {:.1f} ms) | {}, {}, {}", s.rate_hz,
                                    s.latency_ms, s.latency_p99_ms, counted(s.keyframes, "keyframe"),
-                                   counted(s.loops, "loop"), counted(s.components, "piece"));
+                                   counted(s.loops, "loop"), counted(s.components, "component"));
     if (s.lost_by_camera + s.dropped + s.damaged > 0)
       text += fmt::format(" | {} lost, {} dropped, {} damaged", s.lost_by_camera, s.dropped, s.damaged);
     return text;

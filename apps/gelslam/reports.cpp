@@ -13,7 +13,7 @@ namespace gelslam {
 
 std::string map_words(const RunReport& r) {
   return counted(r.frames.in_map, "frame") + " in the map; " + counted(r.trials, "trial") + " in " +
-         counted(r.components, "piece") + ", " + counted(r.keyframes, "keyframe") + ", " +
+         counted(r.components, "component") + ", " + counted(r.keyframes, "keyframe") + ", " +
          counted(r.loops, "loop");
 }
 

@@ -46,7 +46,7 @@ TEST(Info, ARunFolder) {
   write_bytes(folder / "trajectory.tum", "0.4 0 0 0 0 0 0 1\n");
   const ProgramResult result = info(folder.path());
   EXPECT_EQ(result.exit_code, 1);
-  EXPECT_THAT(result.out, HasSubstr("3 trials in 1 piece"));
+  EXPECT_THAT(result.out, HasSubstr("3 trials in 1 component"));
   EXPECT_THAT(result.out, HasSubstr("holds no mesh.ply"));
   EXPECT_THAT(result.out, testing::Not(HasSubstr("use "))) << "nothing takes it";
   write_bytes(folder / "report.json", R"({"frames": 245, )");
@@ -57,10 +57,10 @@ TEST(Info, ARunSaysWhatItLacks) {
   const TemporaryFolder folder;
   RunReport report;
   report.warnings = {"the gel may be dirty", "is it this sensor's model?"};
-  report.result_warnings = {"2 pieces not joined", "poses may be off by 2 mm"};
+  report.result_warnings = {"2 components not joined", "poses may be off by 2 mm"};
   write_bytes(folder / "report.json", report_json(report));
   write_bytes(folder / "trajectory.tum", "0.4 0 0 0 0 0 0 1\n0.8 0.003 0.004 0 0 0 0 1\n");
-  const std::string missing = "2 pieces not joined";
+  const std::string missing = "2 components not joined";
   for (const fs::path& path : {folder.path(), folder / "report.json"}) {
     const ProgramResult run = info(path);
     EXPECT_THAT(run.out, HasSubstr("warning    " + missing + "\n"));

@@ -177,12 +177,12 @@ class Export(unittest.TestCase):
         doubtful = WORK / "doubtful"
         shutil.copytree(RUN, doubtful, dirs_exist_ok=True)
         report = json.loads((doubtful / "report.json").read_text())
-        report["result_warnings"], report["warnings"] = ["2 pieces not joined"], ["the gel may be dirty"]
+        report["result_warnings"], report["warnings"] = ["2 components not joined"], ["the gel may be dirty"]
         (doubtful / "report.json").write_text(json.dumps(report))
         ply, said = export("doubtful.ply", source=doubtful)
-        self.assertIn("warning: 2 pieces not joined\n", said)
+        self.assertIn("warning: 2 components not joined\n", said)
         self.assertNotIn("dirty", said, "was said when the run was made")
-        self.assertIn("2 pieces not joined", gelslam("info", doubtful).stdout)
+        self.assertIn("2 components not joined", gelslam("info", doubtful).stdout)
 
     def test_mcap_holds_poses_pictures_and_surface(self):
         mcap = readers.Mcap(export("run.mcap", "--any-log")[0])

@@ -210,7 +210,7 @@ TEST(Report, SaysWhatIsNotInTheMesh) {
   EXPECT_EQ(report.frames.in_map, std::ssize(map.trajectory())) << "one set of figures";
   EXPECT_THAT(
       report.result_warnings,
-      testing::ElementsAre("1 piece not joined; 2 frames not in the mesh; next time cross places "
+      testing::ElementsAre("1 component not joined; 2 frames not in the mesh; next time cross places "
                            "that you touched before",
                            "only 77 % of what was touched is in the mesh",
                            "2 of 7 touched frames are lost; move more slowly, and press a little deeper"));

@@ -72,13 +72,14 @@ TEST(StateWords, AreAmberWhereTheMeshIsNotWholeOrAMotionIsNotObservable) {
   EXPECT_EQ(state_words(status, false).advice,
             "Everything is saved. 3.2 cm² touched, 90 % of it in the mesh. 10 % not joined.");
   status.result_warnings = {
-      "1 piece not joined; 16 frames not in the mesh; next time cross places that you touched before",
+      "1 component not joined; 16 frames not in the mesh; next time cross places that you touched before",
       "poses may be off by 2 mm"};
   EXPECT_EQ(state_words(status).tone, Tone::amber);
-  EXPECT_EQ(state_words(status).advice,
-            "Saved. 3.2 cm² touched, 90 % of it in the mesh. 10 % not joined. 1 piece not joined. 16 frames "
-            "not in the mesh. Next time cross places that you touched "
-            "before. Poses may be off by 2 mm. Q closes.");
+  EXPECT_EQ(
+      state_words(status).advice,
+      "Saved. 3.2 cm² touched, 90 % of it in the mesh. 10 % not joined. 1 component not joined. 16 frames "
+      "not in the mesh. Next time cross places that you touched "
+      "before. Poses may be off by 2 mm. Q closes.");
 }
 
 }  // namespace

@@ -77,13 +77,14 @@ TEST_F(Window, TheTouchStaysWhereItIsWhileTheMapperIsBusy) {
 TEST_F(Window, ShowsPicturesFiguresAndOnRequestDiagnostics) {
   scan(3);
   const cv::Mat3b usual = picture("usual_figures");
-  for (const char* label : {"Rate", "Latency", "Dropped", "Pieces"}) expect_text(usual, label, theme::kDim);
+  for (const char* label : {"Rate", "Latency", "Dropped", "Components"})
+    expect_text(usual, label, theme::kDim);
   for (const char* label : {"Memory", "Camera lost"}) EXPECT_EQ(find(label), nullptr) << label;
   press(GLFW_KEY_I);
   const cv::Mat3b shown = picture("figures");
   for (const char* text : {"25.0 Hz", "18 ms", "412 MB", "1.86 MB"}) expect_text(shown, text, theme::kText);
   for (const char* label :
-       {"Rate", "Latency", "Keyframes", "Loops", "Trials", "Pieces", "Camera lost", "Dropped", "Damaged",
+       {"Rate", "Latency", "Keyframes", "Loops", "Trials", "Components", "Camera lost", "Dropped", "Damaged",
         "Memory", "Log", "Disk free", "Touch and contact", "Normals"})
     expect_text(shown, label, theme::kDim);
   const DrawnText *touch = find("Touch and contact"), *normals = find("Normals");
@@ -217,7 +218,7 @@ TEST_F(Window, FinishedSaysHowGoodItIs) {
   EXPECT_NE(find("Size"), nullptr);
   EXPECT_NE(find("gelslam export"), nullptr);
   session_.figures().components = 3;
-  expect_text(picture("end_with_pieces"), "2 of 3 pieces", theme::kAmber);
+  expect_text(picture("end_with_components"), "2 of 3 components", theme::kAmber);
 }
 
 TEST_F(Window, WithoutARunFolderNothingIsSaidToBeSaved) {

@@ -40,7 +40,7 @@ std::string trajectory_table(const Evaluation& evaluation) {
     text += fmt::format("  tracked without touch   {} frames (not judged)\n", t.estimated_without_touch);
   }
   if (evaluation.trials) text += fmt::format("  trials                  {}\n", *evaluation.trials);
-  if (evaluation.components) text += fmt::format("  pieces                  {}\n", *evaluation.components);
+  if (evaluation.components) text += fmt::format("  components              {}\n", *evaluation.components);
   return text;
 }
 

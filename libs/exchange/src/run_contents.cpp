@@ -20,7 +20,7 @@ void add_figures(RunContents& run, const RunReport& report) {
       report.loop_outliers > 0 ? fmt::format(", {} contradicted", report.loop_outliers) : "";
   run.figures = {
       {"Frames", fmt::format("{} of {} tracked, {} in the map", frames.tracked, frames.total, frames.in_map)},
-      {"Pieces", counted(report.trials, "trial") + " in " + counted(report.components, "piece")},
+      {"Components", counted(report.trials, "trial") + " in " + counted(report.components, "component")},
       {"Keyframes", std::to_string(report.keyframes)},
       {"Loops", std::to_string(report.loops) + contradicted}};
   if (const std::string touched = describe(report.touched); !touched.empty())

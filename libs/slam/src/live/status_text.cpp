@@ -104,7 +104,7 @@ std::string state_line(const LiveStatus& status) {
 std::vector<Figure> usual_figures(const LiveStatus& s) {
   return {{"Rate", s.rate_hz > 0 ? fmt::format("{:.1f} Hz", s.rate_hz) : "-"},
           {"Latency", text_of_ms(s.latency_ms)},
-          {"Pieces", text_of_count(s.components), s.components > 1 ? Tone::amber : Tone::gray},
+          {"Components", text_of_count(s.components), s.components > 1 ? Tone::amber : Tone::gray},
           loss("Dropped", s.dropped)};
 }
 

@@ -50,7 +50,7 @@ std::vector<RunReport::Log> part_logs(const SlamMap& map) {
 /// "1 piece not joined; 16 frames not in the mesh; next time cross places that you touched before", or "".
 std::string not_in_mesh(int components, std::int64_t frames) {
   std::string text;
-  if (components > 0) text = counted(components, "piece") + " not joined";
+  if (components > 0) text = counted(components, "component") + " not joined";
   if (frames > 0) append_sentence(text, counted(frames, "frame") + " not in the mesh");
   if (components > 0) append_sentence(text, "next time cross places that you touched before");
   return text;

@@ -165,7 +165,7 @@ std::vector<Figure> facts_of(const LiveFrame& frame) {
                      mm > kLargeDriftMm || deg > kLargeDriftDeg ? Tone::amber : Tone::gray});
   facts.push_back(
       {"Not joined",
-       s.components > 1 ? fmt::format("{} of {} pieces", s.components - 1, s.components) : "nothing",
+       s.components > 1 ? fmt::format("{} of {} components", s.components - 1, s.components) : "nothing",
        s.components > 1 ? Tone::amber : Tone::gray});
   return facts;
 }
