@@ -11,7 +11,7 @@ GELSLAM_CLONES void squared_distances(const std::uint8_t* query, const std::uint
     const std::uint8_t* other = others + static_cast<std::ptrdiff_t>(i) * kDescriptorSize;
     int sum = 0;
     for (int k = 0; k < kDescriptorSize; ++k) {
-      // 16 bits hold a difference: the compiler multiplies and adds them in pairs.
+      // With differences of 16 bits the compiler vectorizes to an instruction that multiplies and adds pairs.
       const auto difference = static_cast<std::int16_t>(static_cast<std::int16_t>(query[k]) -
                                                         static_cast<std::int16_t>(other[k]));
       sum += difference * difference;
