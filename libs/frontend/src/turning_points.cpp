@@ -9,9 +9,10 @@
 namespace gelslam {
 namespace {
 
-constexpr std::size_t kKeyframes = 6;  // further back, the sensor was elsewhere or comes as to any seen place
+// Keyframes that are compared. Older ones are elsewhere, or show a place to which the sensor has come back.
+constexpr std::size_t kKeyframes = 6;
 
-/// Says which points of the trial lie in a touch's contact.
+/// Tests which points of a trial lie in the contact of one frame.
 class View {
  public:
   explicit View(const TurningPoints::Touch& touch)
@@ -42,7 +43,7 @@ std::optional<TurningPoints::Touch> TurningPoints::pass(const Touch& touch) {
     const auto& points = candidate_->unseen_mm;
     const auto in_view =
         std::count_if(points.begin(), points.end(), [&](const auto& p) { return view.shows(p); });
-    // Most of what was unseen is out of view: the motion has turned away from it.
+    // Less than half of these points are still in view, so the motion has turned away from them.
     if (2 * in_view < std::ssize(points)) left = release();
   }
   Candidate candidate{touch, unseen(touch), 0};
