@@ -8,7 +8,7 @@
 namespace gelslam {
 namespace {
 
-/// The ball where the read slopes say that it is: the shift by which they agree with it in the mean.
+/// Returns the ball shifted so that its slopes agree in the mean with those that the model reads.
 SeenBall ball_as_read(const std::vector<ZoneReading>& pixels, const std::vector<Eigen::Vector2d>& rest_mm,
                       SeenBall ball, double diameter_mm) {
   const double ball_px = 0.5 * diameter_mm / ball.camera().pitch_mm;
