@@ -197,9 +197,8 @@ int run_record(RecordArguments& arguments) {
   const fs::path log =
       arguments.output.empty() ? fs::path(name_by_time() + ".mkv") : fs::path(arguments.output);
   std::error_code code;
-  if (fs::exists(log, code))
-    // Checked before a camera is opened.
-    throw Error(log.string() + ": exists already; name another file");
+  // Checked before a camera is opened.
+  if (fs::exists(log, code)) throw Error(log.string() + ": exists already; name another file");
   const Config config = find_config({.log = arguments.from,
                                      .config = arguments.config,
                                      .model = arguments.model,
@@ -208,9 +207,8 @@ int run_record(RecordArguments& arguments) {
                                  ? open_camera_input(config, arguments.device, kReconnectTimeoutS)
                                  : open_log(arguments, config);
   LogRecorderOptions options;
-  if (!arguments.from.empty())
-    // A source that can wait does not have to be held in memory as a whole.
-    options.max_waiting_bytes = 32u << 20;
+  // A source that can wait does not have to be held in memory as a whole.
+  if (!arguments.from.empty()) options.max_waiting_bytes = 32u << 20;
   options.keep_free_bytes = arguments.keep_free_bytes;
   if (arguments.resized) options.resize_to = config.sensor;
   LogRecorder recorder(std::make_unique<LogWriter>(log, *source.attachments, source.frames->rate_hz()),

@@ -171,10 +171,9 @@ TouchedSurface surface_of_height(const Floats& height_mm, const Flags& contact, 
                                  double slope_sigma_rad) {
   const auto height = mat_of<cv::Mat1f>(height_mm, 1, "height_mm");
   const auto touched = mat_of<cv::Mat1b>(contact, 1, "contact");
-  constexpr double kThickestGelMm =
-      // Heights given in meters by mistake would be at most 0.01, less than a camera can resolve of a touch
-      // in millimeters.
-      10;
+  // Heights given in meters by mistake would be at most 0.01, less than a camera can resolve of a touch
+  // in millimeters.
+  constexpr double kThickestGelMm = 10;
   if (const double deepest = cv::norm(height, cv::NORM_INF, touched);
       deepest > 0 && deepest < 1e-3 * kThickestGelMm)
     warn("height_mm is at most " + short_number(deepest) + " mm in contact: is it in meters?");

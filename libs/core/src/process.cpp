@@ -75,9 +75,8 @@ InterruptWatch::InterruptWatch(int asks, Ends ends)
   sigaction(SIGINT, &action, &previous_interrupt_);
   sigaction(SIGTERM, &action, &previous_terminate_);
   sigaction(SIGHUP, nullptr, &previous_hangup_);
-  if (previous_hangup_.sa_handler != SIG_IGN)
-    // Not done under nohup, where the program must outlive the terminal.
-    sigaction(SIGHUP, &action, nullptr);
+  // Not done under nohup, where the program must outlive the terminal.
+  if (previous_hangup_.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);
 }
 
 InterruptWatch::~InterruptWatch() {

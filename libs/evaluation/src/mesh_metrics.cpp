@@ -1,3 +1,7 @@
+// Distances between a reconstructed and a true surface, by points sampled in proportion to area and their
+// nearest triangles. accuracy: from the reconstruction to the truth; completeness: from the truth to the
+// reconstruction.
+
 #include "gelslam/evaluation/mesh_metrics.hpp"
 
 #include <Eigen/Geometry>
@@ -126,8 +130,8 @@ double area_around(const std::vector<Eigen::Vector3d>& points_mm, const Triangle
   }
   double area = 0;
   for (const Eigen::Vector3i& corners : mesh.triangles)
+    // Each corner has a third of its triangle's area.
     for (const int corner : corners)
-      // Each corner has a third of its triangle's area.
       if (is_near[index(corner)]) area += area_normal(mesh, corners).norm() / 6;
   return area;
 }

@@ -1,3 +1,8 @@
+// Point-to-plane ICP (Chen & Medioni 1992) of a reconstruction onto the true surface. Each iteration finds
+// the closest triangle of every sample and makes a Gauss-Newton step with Huber weights, whose threshold
+// follows the median residual. The step is made along the eigenvectors of the information matrix, except
+// those that the surface does not determine. The pose with the smallest mean distance is returned.
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -47,9 +52,8 @@ double spread(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d&
 double huber_threshold(const std::vector<double>& residuals) {
   std::vector<double> magnitudes;
   for (const double residual : residuals) magnitudes.push_back(std::abs(residual));
-  return std::max(
-      // 1.345 gives 95 % efficiency; 1.4826 converts a median to a standard deviation.
-      1e-6, 1.345 * 1.4826 * median(std::move(magnitudes)));
+  // 1.345 gives 95 % efficiency; 1.4826 converts a median to a standard deviation.
+  return std::max(1e-6, 1.345 * 1.4826 * median(std::move(magnitudes)));
 }
 
 /// Returns one Gauss-Newton step about `center`: first the rotation times `radius`, so that all six entries

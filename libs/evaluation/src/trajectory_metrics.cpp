@@ -1,3 +1,7 @@
+// Errors of a trajectory: mean absolute errors along the six axes (as in Huang et al., NormalFlow, RA-L
+// 2024), and absolute and relative pose errors (Sturm et al. 2012). Both trajectories are expressed relative
+// to a common reference frame.
+
 #include "gelslam/evaluation/trajectory_metrics.hpp"
 
 #include <Eigen/Geometry>

@@ -1,3 +1,10 @@
+// Watertight meshes by screened Poisson reconstruction (Kazhdan & Hoppe 2013; Open3D).
+//
+// Points with normals are sampled on the source, one per cell of the octree. An open result is trimmed at a
+// distance of reach_mm from the source. A closed result keeps the shells that something touched. If the
+// reconstruction is not closed, points of the convex hull are added where the object was not touched, and the
+// reconstruction is repeated.
+
 #include "gelslam/exchange/watertight.hpp"
 
 #include <open3d/geometry/PointCloud.h>
@@ -26,7 +33,7 @@ constexpr double kReachCells = 4.0;
 // Relative to the largest extent: thickness of an object that was touched from one side only.
 constexpr double kBackShare = 0.1;
 constexpr std::uint64_t kSampleSeed = 3;
-constexpr double kMinSamples = 100;  // Open3D crashes with one
+constexpr double kMinSamples = 100;  // Open3D crashes with a single point.
 constexpr double kMaxSamples = 5e6;  // Needs about 6 GB.
 
 Eigen::Vector3d extent_mm(const o3d::PointCloud& points) {

@@ -1,3 +1,11 @@
+// Turning points of a motion, which are kept as patches (not in the papers).
+//
+// Each tracked frame is compared with the previous frame and with the trial's last kKeyframes keyframes and
+// patches: of its contact points, those count that the previous frame confirms and that no keyframe shows.
+// The frame with most of these points is the candidate, if they are at least min_unseen of its contact. It
+// becomes a patch when less than half of its points are still in view, when a new keyframe leaves at least
+// the minimum of them unseen, or when the trial ends.
+
 #include "gelslam/frontend/turning_points.hpp"
 
 #include <algorithm>

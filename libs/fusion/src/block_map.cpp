@@ -1,3 +1,11 @@
+// The voxel blocks of a fused mesh and how changes of patches propagate through them (not in the paper).
+//
+// A patch is listed in every block that it passes. A block whose list has changed is sampled again; if it
+// keeps sums (BlockSums), patches are added and removed exactly, otherwise all its patches are evaluated.
+// Vertices are placed again in the blocks whose distances have changed and in their lower neighbors, and
+// triangles where vertices have changed. The result depends only on the listed patches, not on the order of
+// changes.
+
 #include "block_map.hpp"
 
 #include <cmath>

@@ -1,3 +1,8 @@
+// Incremental sums of the distance field in one block. An observation belongs to one of two opposite sides if
+// its direction is within 44 degrees of the block's axis. For such blocks the field is a quotient of two
+// integer sums per voxel and side, to which patches can be added and from which they can be removed without
+// rounding errors.
+
 #include "block_sums.hpp"
 
 namespace gelslam::fusion::detail {

@@ -1,3 +1,5 @@
+// Keys of voxel blocks, and the blocks through which a patch passes.
+
 #include "blocks.hpp"
 
 #include <algorithm>

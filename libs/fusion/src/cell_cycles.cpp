@@ -1,3 +1,8 @@
+// For each of the 256 sign patterns of a cell's corners: the crossed edges, joined to closed cycles (Nielson,
+// "Dual marching cubes", IEEE Visualization 2004). On each face with two crossed edges, these belong to the
+// same cycle. On a face with four, each outside corner is cut off separately, which joins the two edges at
+// that corner.
+
 #include <numeric>
 
 #include "block_mesher.hpp"

@@ -1,3 +1,10 @@
+// Evaluates the fused signed distance field at a point (not in the paper; docs/algorithms.md, Fuse).
+//
+// With the distances d_k and weights w_k of the patches that see the point, and the truncation τ, each side
+// of the object has the mean distance Σ w_k (1 - d_k²/τ²)² d_k / Σ w_k (1 - d_k²/τ²)². A side consists of all
+// observations whose direction is within 90 degrees of its heaviest one. The value is the largest mean over
+// all sides that were touched, which is the intersection of their half-spaces.
+
 #include "field.hpp"
 
 #include <algorithm>

@@ -1,3 +1,7 @@
+// Fuses patches to a mesh, all at once or step by step. PatchPlaces knows which patches should be where,
+// BlockMap computes the blocks that they pass. fuse() declares all patches and finishes; a live scan calls
+// work() repeatedly. Both give the same mesh.
+
 #include "gelslam/fusion/incremental_fusion.hpp"
 
 #include <Eigen/Geometry>

@@ -1,3 +1,7 @@
+// A known map for localization: its keyframes with their poses, prepared for place recognition (LoopCloser)
+// and registration. fit() registers a touch to that one of the nearest keyframes that shows the largest part
+// of it, and verifies the result.
+
 #include "gelslam/localization/surface_map.hpp"
 
 #include <algorithm>

@@ -1,3 +1,6 @@
+// Brute-force matching of SIFT descriptors: mutual nearest neighbors (L2) that pass the ratio test in both
+// directions (Lowe 2004). All distances between two keyframes are computed once.
+
 #include <limits>
 
 #include "gelslam/core/target_clones.hpp"

@@ -1,3 +1,10 @@
+// RANSAC for the rotation and shift in the image between two keyframes, and its lift to a pose in 3-D.
+//
+// Two matches determine a rigid motion in the plane. Only pairs of matches with equal distances in both
+// images are tried, as a motion without scale requires. The motion with most matches within the threshold is
+// fitted again to all of them by least squares as long as this gains inliers. lift() adds tilt and z from
+// normals and points, which the image does not determine.
+
 #include <algorithm>
 #include <cmath>
 #include <random>

@@ -1,3 +1,7 @@
+// SIFT features (Lowe 2004) of a curvature map (Huang et al., GelSLAM, T-RO 2026, section V). Unlike heights,
+// curvature hardly depends on how the sensor is tilted and how deep it is pressed. Features near the
+// contact's border are left out, because the gel there follows its own rim and not the object.
+
 #include "place_features.hpp"
 
 #include <algorithm>

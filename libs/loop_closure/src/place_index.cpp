@@ -1,3 +1,12 @@
+// An index from descriptors to keyframes: local naive Bayes nearest neighbors (McCann & Lowe 2012) with
+// locality-sensitive hashing (Charikar 2002).
+//
+// Each of kTables hash tables assigns a descriptor to one of 2^kBits buckets by the signs of kBits random
+// projections. A query looks into its own bucket of each table and into the one beyond the projection nearest
+// to zero. For each descriptor of the query, let d_j be the squared distance to the nearest descriptor of
+// keyframe j, and D that of the first keyframe after the `count` nearest ones. Keyframe j then gets the vote
+// log(D / d_j).
+
 #include "place_index.hpp"
 
 #include <algorithm>

@@ -1,3 +1,8 @@
+// Motions of an object over the simulated sensor. A motion gives for each frame how the object is held
+// (Grip). The pose follows from it: bodies are shifted so that they rest on their lowest points near the
+// sensor's center, and the height is such that the lowest point over the view has the wanted indentation.
+// Shifts and heights are smoothed over time.
+
 #include <algorithm>
 #include <array>
 #include <cmath>

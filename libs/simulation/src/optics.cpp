@@ -1,3 +1,7 @@
+// Renders the gel as the camera sees it: Lambertian shading by three near lights plus ambient light, printed
+// dots and dirt, blur of the lens, and noise. The parameters were chosen to resemble a real GelSight Mini.
+// Cast shadows and light scattered from one place to another are not simulated.
+
 #include "gelslam/simulation/optics.hpp"
 
 #include <algorithm>

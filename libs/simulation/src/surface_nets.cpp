@@ -1,3 +1,9 @@
+// Meshes the zero level of an implicit shape by surface nets (after Gibson 1998). Each cell with a change of
+// sign has one vertex. It starts at the mean of the edge crossings and is moved onto the surface by up to
+// three Newton steps along the gradient. Each edge with a change of sign joins the vertices of its four cells
+// to two triangles. Blocks of cells that are far from the surface, according to the shape's Lipschitz
+// constant, are skipped.
+
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -46,10 +52,9 @@ class Net {
  private:
   struct CrossedCell {
     Cell cell;
-    std::array<int, 3>
-        /// For each axis, whether the value changes its sign from the first corner on: +1 rising, -1 falling,
-        /// 0 neither.
-        crossing;
+    /// For each axis, whether the value changes its sign from the first corner on: +1 rising, -1 falling, 0
+    /// neither.
+    std::array<int, 3> crossing;
   };
 
   Eigen::Vector3f corner_point(const Cell& corner) const { return origin_ + spacing_ * corner.cast<float>(); }

@@ -1,3 +1,7 @@
+// The height of an object's lowest surface above each pixel, by casting rays along the sensor's z axis. Full
+// searches are made on a coarse grid of rays. Where these agree, the rays between them start from an
+// interpolated guess and fall back to a full search if that fails.
+
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -1,3 +1,7 @@
+// Judges a gradient model on presses of balls of known diameter (not in the paper): errors and scale of the
+// slopes over the gel, radii of the reconstructed balls, and how errors change with the position. The limits
+// come from models of four sensors.
+
 #include "gelslam/calibration/model_check.hpp"
 
 #include <ceres/ceres.h>

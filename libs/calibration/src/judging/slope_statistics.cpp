@@ -1,3 +1,6 @@
+// Compares read slopes with those of a pressed ball, pixel by pixel. To separate the gradient scale from
+// errors of the circle, the ball is first shifted until its slopes agree in the mean with the read ones.
+
 #include "gelslam/calibration/slope_statistics.hpp"
 
 #include <cmath>

@@ -146,9 +146,8 @@ std::vector<Pair> overlapping_pairs(const std::vector<std::unique_ptr<ReadFrame>
     std::vector<Pair> candidates;
     for (std::size_t from = 0; from < to; ++from) {
       const Pose from_T_to = frames[from]->world_T_frame.inverse() * frames[to]->world_T_frame;
-      const double motion_mm =
-          // A rotation counts with half the width of a contact.
-          from_T_to.translation().norm() + 5 * rotation_angle_rad(from_T_to);
+      // A rotation counts with half the width of a contact.
+      const double motion_mm = from_T_to.translation().norm() + 5 * rotation_angle_rad(from_T_to);
       if (motion_mm < kMinMotionMm) continue;
       if (shown_share(frames[to]->points_mm, *seen[from].surface, from_T_to) >= kMinShared)
         candidates.push_back({from, to, motion_mm});

@@ -1,3 +1,12 @@
+// Finds the part of each press where the gel certainly touches the ball, and the slopes there (not in the
+// paper).
+//
+// The center of a label is kept, while its radius is multiplied by a common factor: the median, over all
+// labels, of the radius at which the found circle leaves the ball over that of the label. A margin for the
+// gel's bend at the rim is then subtracted. SeenBall computes the slopes for a camera at a finite distance:
+// the contact is symmetric about the normal of the gel at rest, and its rim is deeper than the gel at rest by
+// the membrane's decay length times the slope at the rim.
+
 #include "gelslam/calibration/ball_zones.hpp"
 
 #include <fmt/core.h>

@@ -1,3 +1,10 @@
+// Recognizes good presses of a ball in a stream of images (not in the paper).
+//
+// The first frames without change are the background. A touch begins when cells differ from it. When nothing
+// has changed for kStillFrames frames, their mean is judged by find_circle(); the most confident good press
+// of a touch is kept and returned when the touch ends. The thresholds of change rise with the noise that was
+// measured in the background.
+
 #include "gelslam/calibration/press_collector.hpp"
 
 #include <fmt/core.h>
@@ -48,8 +55,8 @@ double inset_px(const ContactCircle& circle, const cv::Size& size) {
 }
 
 /// Returns what the user should do better, or "" when the press is good. `free` is the circle that is found
-/// if the ball's size does not limit the contact's width. `too_wide_px` is the radius of a contact that is too
-/// deep.
+/// if the ball's size does not limit the contact's width. `too_wide_px` is the radius of a contact that is
+/// too deep.
 std::string advice_about(const FoundCircle& found, const ContactCircle& free, const cv::Size& size,
                          double too_wide_px) {
   if (found.circle.radius_px == 0.0) return "too shallow: press a little deeper";

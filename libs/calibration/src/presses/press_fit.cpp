@@ -1,3 +1,12 @@
+// Fits the shape of a press to the color change of an image (not in the paper).
+//
+// At a point with the gel slope (gx, gy), the relative color change of each channel is modeled as a
+// polynomial of (gx, gy) without constant term. The slope is that of a ball inside the radius; outside it
+// continues from the value at the rim and decays exponentially. The unknowns are center, radius and decay
+// length (and the movement of a sliding ball). The coefficients of the polynomial are linear and are
+// eliminated for each shape (variable projection). The robust cost is minimized by iteratively reweighted
+// least squares.
+
 #include "presses/press_fit.hpp"
 
 #include <ceres/jet.h>

@@ -1,3 +1,8 @@
+// Two helpers of the training (not in the paper): a smooth model of color as a function of slope and place,
+// by which samples are moved over the gel, and the compensation of regression to the mean. The model is
+// fitted to absolute and to relative color changes, and five-fold cross-validation over presses chooses
+// between them.
+
 #include "training/color_field.hpp"
 
 #include <Eigen/Dense>

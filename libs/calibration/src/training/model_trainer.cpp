@@ -1,3 +1,9 @@
+// Trains the gradient model on presses of balls of known diameter. The recipe is that of the public system
+// (Huang et al., GelSLAM) with the changes listed in docs/algorithms.md (Calibration): L2 loss on the
+// difference of the readings of press and background, samples moved over the gel by a smooth color model
+// (ColorField), and compensation of regression to the mean (ScaleField). Adam minimizes the loss with a
+// cosine schedule of the learning rate.
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -10,11 +16,6 @@
 namespace gelslam {
 namespace {
 
-// Trains the gradient model on presses of balls of known diameter. The recipe is that of the public system
-// (Huang et al., GelSLAM) with the changes listed in docs/algorithms.md (Calibration): L2 loss on the
-// difference of the readings of press and background, samples moved over the gel by a smooth color model
-// (ColorField), and compensation of regression to the mean (ScaleField). Adam minimizes the loss with a
-// cosine schedule of the learning rate.
 using namespace calibration::detail;
 
 constexpr std::size_t kBatch = 1024;
@@ -28,10 +29,9 @@ constexpr double kLightJitter = 0.01;   // Relative standard deviation per chann
 // Scales colors, which vary by about a tenth, to the range of places, which vary by one. Larger factors learn
 // noise.
 constexpr float kColorFactor = 2.0F;
-constexpr double kFlatAnchor =
-    // Weight of a loss that keeps the reading of the background near 0, as only differences of readings are
-    // trained.
-    0.02;
+// Weight of a loss that keeps the reading of the background near 0, as only differences of readings are
+// trained.
+constexpr double kFlatAnchor = 0.02;
 
 /// Random numbers that are the same on every platform, unlike the distributions of <random>.
 class TrainingRandom {

@@ -72,9 +72,8 @@ struct LogRecorder::Impl {
       if (!decoder && frame.damage.empty()) return writer->write(frame) ? "" : writer->failure();
       const std::optional<RawFrame> small = resized(frame);
       return !small || writer->write(*small) ? "" : writer->failure();
-    } catch (
-        // For example an image of a wrong size, or lack of memory; the scan must go on.
-        const std::exception& error) {
+    } catch (const std::exception& error) {
+      // For example an image of a wrong size, or lack of memory; the scan must go on.
       return writer->path().string() + ": recording stopped: " + error.what();
     }
   }

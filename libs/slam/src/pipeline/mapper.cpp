@@ -1,3 +1,11 @@
+// From keyframes to a map: loops, choice of the loops that are consistent, pose graph, overlap edges, and the
+// choice of the keyframes that form the map (Huang et al., GelSLAM, T-RO 2026; docs/algorithms.md).
+//
+// While a scan goes on, optimize() solves the pose graph with the loops found so far. At the end,
+// solve_scan() solves it again from the measurements alone, registers overlapping keyframes and solves once
+// more. The map is the group of keyframes whose relative poses are determined and that has most tracked
+// frames. Its frame is that of an anchor keyframe with a typical contact area.
+
 #include "gelslam/slam/mapper.hpp"
 
 #include <algorithm>

@@ -140,9 +140,8 @@ void FrameToSurface::compare_named_background(const std::deque<TactileImage>& fi
 }
 
 void FrameToSurface::compare_background() {
-  compares_ =
-      // If there is no background yet, the images gathered so far do not belong to it.
-      estimator_.has_value();
+  // If there is no background yet, the images gathered so far do not belong to it.
+  compares_ = estimator_.has_value();
   named_.reset();
   last_for_background_ = -1;
   candidates_.clear();

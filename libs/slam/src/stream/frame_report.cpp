@@ -17,8 +17,8 @@ using Json = nlohmann::ordered_json;
 std::string pose_warning(const TrackedFrame& frame, const Vector6d& sigma) {
   const std::array<bool, 6>& observable = frame.registration.observable;
   Vector6d of_observable = sigma;
+  // Axes that are not observable are already named.
   for (std::size_t axis = 0; axis < observable.size(); ++axis)
-    // These axes are already named as not observable.
     if (!observable[axis]) of_observable[static_cast<int>(axis)] = 0.0;
   std::string text = describe_observability(observable);
   append_sentence(text, describe_drift(of_observable));

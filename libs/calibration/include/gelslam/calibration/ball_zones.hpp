@@ -14,7 +14,7 @@
 namespace gelslam {
 
 /// The part of a press where the gel certainly touches the ball: a disk around the center of the contact's
-/// rim whose radius is kZoneMarginPx smaller than that of the contact.
+/// rim whose radius is kZoneMarginMm smaller than that of the contact.
 struct BallZone {
   std::size_t press = 0;  ///< index into the set
   double u_px = 0.0, v_px = 0.0, radius_px = 0.0;
